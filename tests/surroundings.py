@@ -3,22 +3,29 @@
 Each is a fresh clone of what is committed, with the README's two commands, in another place, as
 another user, with another interpreter, processor or environment. It needs the network, some ten
 minutes each, and of Python what is in its standard library; `pytest -m nightly` runs all of them.
+With `--together` those named are one: its folder, interpreter, processor and environment at once.
+With `--record` the counts of each run go to `results/surroundings.json`, with the commit.
 """
 
 import argparse
+import json
 import os
+import resource
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from tempfile import mkdtemp
 from types import MappingProxyType
 from typing import NamedTuple
+from xml.etree import ElementTree
 
 ROOT = Path(__file__).parents[1]
+RECORD = ROOT / "results" / "surroundings.json"
 NOBODY = 65534  # the user and group of no files
 PRIVATE = 0o077
+OUTCOMES = "tests", "failures", "errors", "skipped"
 TESTS = [".venv/bin/pytest", "-n", "2", "--dist", "loadfile", "-p", "no:cacheprovider"]
 # numpy, OpenBLAS and numba each choose instructions of their own; "generic" is x86-64 of 2003.
 # To numba a processor of the level x86-64-v2 has all features of this machine; `generic` has none.
@@ -59,9 +66,23 @@ ALL = {
 }
 
 
-def run(name: str, tests: list[str]) -> int:
-    """Run the tests in one of the surroundings; return the exit code of the first that fails."""
-    place = ALL[name]
+def combined(names: Iterable[str]) -> Surroundings:
+    """Return surroundings that have what is particular about each of those named."""
+    usual, values = Surroundings(), Surroundings()._asdict()
+    for place in (ALL[name] for name in names):
+        particular = {k: v for k, v in place._asdict().items() if v != getattr(usual, k)}
+        if "environment" in particular:
+            particular["environment"] = {**values["environment"], **place.environment}
+        values |= particular
+    return Surroundings(**values)
+
+
+def run(place: Surroundings, tests: list[str]) -> tuple[int, dict[str, int]]:
+    """Run the tests in surroundings.
+
+    Returns the exit code of the first command that fails, and the counts of tests by outcome, with
+    the seconds of the processor that all commands took.
+    """
     above = Path(mkdtemp(prefix="surroundings-"))
     clone, home = above / place.folder, above / "home"
     user = NOBODY if place.ordinary_user and os.geteuid() == 0 else None
@@ -71,7 +92,8 @@ def run(name: str, tests: list[str]) -> int:
         above.chmod(0o755)
         for path in (home, clone, *clone.rglob("*")):
             os.chown(path, user, user, follow_symlinks=False)
-    temporary = home / "tmp"
+    seconds_before = seconds_of_children()
+    temporary, report = home / "tmp", home / "tests.xml"
     environment = {**os.environ, "HOME": str(home), "TMPDIR": str(temporary), **place.environment}
     for variable in ("XDG_CACHE_HOME", "VIRTUAL_ENV", "PYTHONPATH"):
         environment.pop(variable, None)
@@ -84,14 +106,39 @@ def run(name: str, tests: list[str]) -> int:
         ).returncode  # fmt: skip
 
     try:
-        return (
+        code = (
             call("mkdir", str(temporary))
             or call(interpreter(place.python, call), "-m", "venv", ".venv")
             or call(".venv/bin/pip", "install", "--quiet", "-e", ".[dev]")
-            or call(*TESTS, *tests)
+            or call(*TESTS, f"--junitxml={report}", *tests)
         )
+        seconds = round(seconds_of_children() - seconds_before)
+        return code, {**counts(report), "cpu_seconds": seconds}
     finally:
         shutil.rmtree(above, ignore_errors=True)
+
+
+def counts(report: Path) -> dict[str, int]:
+    """Return the counts in a report of pytest, if it came to one."""
+    suite = ElementTree.parse(report).find("testsuite") if report.exists() else None
+    return {} if suite is None else {name: int(suite.get(name, "0")) for name in OUTCOMES}
+
+
+def seconds_of_children() -> float:
+    """Return the seconds of the processor that ended children have taken."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def record(name: str, code: int, found: dict[str, int]) -> None:
+    """Write what came of a run to the record, in the place of an earlier one."""
+    commit = subprocess.run(
+        ["git", "-C", ROOT, "rev-parse", "--short", "HEAD"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    runs = json.loads(RECORD.read_text()) if RECORD.exists() else {}
+    runs[name] = {"commit": commit.stdout.strip(), "exit": code, **found}
+    RECORD.write_text(json.dumps(dict(sorted(runs.items())), indent=2) + "\n")
 
 
 def interpreter(python: str, call: Callable[..., int]) -> str:
@@ -114,11 +161,20 @@ def main() -> int:
     """Run those named, or all; say which fail."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(ALL)}")
+    parser.add_argument("--together", action="store_true", help="all that are named in one run")
+    parser.add_argument("--record", action="store_true", help=f"write {RECORD.name}")
     parser.add_argument("--tests", nargs=argparse.REMAINDER, default=[], help="for pytest")
     given = parser.parse_args()
     if unknown := set(given.names) - ALL.keys():
         parser.error(f"unknown: {', '.join(sorted(unknown))}; there are {', '.join(ALL)}")
-    codes = {name: run(name, given.tests) for name in given.names or ALL}
+    names = given.names or list(ALL)
+    groups = [names] if given.together else [[name] for name in names]
+    codes = {}
+    for group in groups:
+        name = ", ".join(group)
+        codes[name], found = run(combined(group), given.tests)
+        if given.record:
+            record(name, codes[name], found)
     for name, code in codes.items():
         print(f"{name}: {'passed' if code == 0 else f'failed with {code}'}")
     return int(any(codes.values()))

@@ -40,7 +40,7 @@ def test_a_users_program_is_well_typed_and_mistakes_in_one_are_found(tmp_path: P
 
 
 @pytest.mark.quick
-def test_the_program_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_example_program_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     example.main(tmp_path)
     assert "none.toml: cannot read this scenario" in capsys.readouterr().out
 

@@ -231,7 +231,7 @@ def test_samples_do_not_change_a_run(data: Scenario, solver: dict[str, Any]) -> 
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_channels_change_neither_figures_nor_audit(backend: str) -> None:
+def test_stored_channels_change_neither_quantities_nor_audit(backend: str) -> None:
     everything = on(backend, pair())
     few = on(backend, pair(output__channels=["tension", "pulley_speed"]))
     assert set(few.channels) == {"time", "tension", "pulley_speed"}

@@ -185,6 +185,6 @@ def test_the_creep_law_depends_on_the_step_and_the_regularised_does_not() -> Non
     assert slips["creep", 5e-6] > 1.05 * slips["creep", 2e-5]
 
 
-def test_a_creep_law_is_told_of_in_a_remark() -> None:
+def test_a_creep_law_whose_slip_depends_on_the_steps_is_warned_of() -> None:
     scenario = scenario_of(of_law(law="creep", maximum_creep=1e-4))
     assert any("depends on the steps of the solver" in warning for warning in scenario.warnings())

@@ -154,13 +154,13 @@ def fine_interval(data: Scenario) -> float:
 
 @settings(max_examples=8)
 @given(data=drives(bodies=st.integers(60, 100)))
-def test_figures_of_belts_at_fixed_steps(data: Scenario) -> None:
+def test_quantities_at_fixed_steps_are_those_of_a_second_way(data: Scenario) -> None:
     assert_second_way(data)
 
 
 @settings(max_examples=4)
 @given(data=drives(bodies=st.integers(60, 100), speeds=False))
-def test_figures_of_belts_at_adaptive_steps(data: Scenario) -> None:
+def test_quantities_at_adaptive_steps_are_those_of_a_second_way(data: Scenario) -> None:
     data["solver"]["backend"] = "rkf45"
     assert_second_way(data)
 

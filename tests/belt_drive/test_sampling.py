@@ -67,7 +67,7 @@ def test_channels_and_their_axes(done: Record, result: Path) -> None:
         assert file.attrs["kind"] == "belt_drive"
 
 
-def test_xarray_opens_it(result: Path) -> None:
+def test_xarray_opens_a_result_of_a_belt(result: Path) -> None:
     with xarray.open_dataset(result, engine="h5netcdf") as data:
         assert dict(data["tension"].sizes) == {"time": 21, "joint": 60}
         assert data["pulley_speed"].dims == ("time", "pulley")

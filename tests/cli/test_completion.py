@@ -38,7 +38,7 @@ def surroundings(*words: str) -> dict[str, str]:
         (["sweep", "a.toml", "--method", ""], ["sobol", "lhs", "random"]),
     ],
 )  # fmt: skip
-def test_words_are_offered(
+def test_options_and_names_that_fit_are_offered(
     words: list[str], wanted: list[str], told: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name, value in surroundings(*words).items():

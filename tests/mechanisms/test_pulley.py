@@ -68,18 +68,24 @@ def test_energies_of_the_ramp_are_exact() -> None:
         assert channel[-1] == pytest.approx(energy, rel=1e-10)  # the tolerance of the run
 
 
-def references(mark: pytest.MarkDecorator) -> list[Any]:
-    """Return the cases, that of a tiny inertia marked: its steps take ten seconds, and of rkf45 30.
+# Its steps are a thousandth of its time constant: they take ten seconds, those of rkf45 30.
+TINY_INERTIA = "inertia_1e-6_ramp"
+# Hundreds of cycles, or short steps; the drawn cases have the same transitions.
+DEAR_FOR_RKF45 = {
+    *("inertia_1e-4_sine", "sine_20Hz_400cycles", "sine_5Hz_300cycles"),
+    "sine_10Hz_two_way_200cycles",
+}
 
-    They are a thousandth of its time constant.
-    """
+
+def references(marks: dict[str, pytest.MarkDecorator]) -> list[Any]:
+    """Return the cases, those named with a mark."""
     return [
-        pytest.param(case, marks=[mark] if case["name"] == "inertia_1e-6_ramp" else [])
+        pytest.param(case, id=case["name"], marks=marks.get(case["name"], ()))
         for case in cases("pulley")
     ]
 
 
-@pytest.mark.parametrize("case", references(pytest.mark.slow), ids=lambda case: case["name"])
+@pytest.mark.parametrize("case", references({TINY_INERTIA: pytest.mark.slow}))
 def test_events_agrees_with_the_reference(case: dict[str, Any]) -> None:
     data = case["scenario"]
     data["solver"] |= {"backend": "events", "rtol": 1e-10}
@@ -96,7 +102,12 @@ def test_events_agrees_with_the_reference(case: dict[str, Any]) -> None:
     assert energies == pytest.approx(case["energy"], abs=1e-8 * largest)
 
 
-@pytest.mark.parametrize("case", references(pytest.mark.nightly), ids=lambda case: case["name"])
+@pytest.mark.parametrize(
+    "case",
+    references(
+        dict.fromkeys(DEAR_FOR_RKF45, pytest.mark.slow) | {TINY_INERTIA: pytest.mark.nightly}
+    ),
+)
 def test_rkf45_agrees_with_events_to_its_tolerance(case: dict[str, Any]) -> None:
     data = case["scenario"]
     data["solver"] |= {"rtol": 1e-8, "atol": 1e-11}

@@ -167,7 +167,9 @@ def test_sigma_is_in_the_unit_of_the_data() -> None:
         ("marbles", "marbles", 1.0),
     ],
 )
-def test_units(unit: str, own: str, wanted: float) -> None:
+def test_a_column_is_converted_to_the_unit_of_its_channel(
+    unit: str, own: str, wanted: float
+) -> None:
     assert factor(unit, own) == pytest.approx(wanted)
     with pytest.raises(InputError, match=r"^expected 'marbles', got 's'$"):
         factor("s", "marbles")

@@ -46,7 +46,7 @@ def test_each_run_is_a_line_with_all_digits(tmp_path: Path) -> None:
     assert len(rows) == 8
 
 
-def test_pandas_reads_it(tmp_path: Path) -> None:
+def test_pandas_reads_the_table_with_units(tmp_path: Path) -> None:
     pandas = pytest.importorskip("pandas")
     table = grid_of({"a": [0.1, 0.2, 0.3]}, {"f": lambda a: np.where(a > 0.15, 1.0 / a, np.nan)})
     write_csv(table, tmp_path / "s.csv")

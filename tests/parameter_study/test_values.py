@@ -19,7 +19,7 @@ def levels(given: object) -> tuple[object, ...]:
     return found.values
 
 
-def test_lists() -> None:
+def test_a_list_gives_its_values() -> None:
     assert levels("[0.1, 0.2]") == (0.1, 0.2)
     assert levels('["events", "rkf45"]') == ("events", "rkf45")
     assert levels(np.array([1.0, 2.0])) == (1.0, 2.0)
@@ -28,7 +28,7 @@ def test_lists() -> None:
     assert levels("[[1.0, 2.0], [3.0, 4.0]]") == ([1.0, 2.0], [3.0, 4.0])
 
 
-def test_ranges() -> None:
+def test_a_range_gives_numbers_apart_by_a_step_or_a_factor() -> None:
     assert levels("lin(1, 2, 5)") == (1.0, 1.25, 1.5, 1.75, 2.0)
     assert levels("log(0.01, 1.0, 3)") == (0.01, pytest.approx(0.1, rel=1e-15), 1.0)
     assert levels("lin(-1, 1.5, 1)".replace("1.5", "-1")) == (-1,)

@@ -148,7 +148,7 @@ def test_points_are_projected_to_the_nearest_segment() -> None:
     np.testing.assert_allclose(places, [belt.place[10], middle], atol=1e-12)
 
 
-def test_constant_runs() -> None:
+def test_constant_runs_have_their_value_and_ends() -> None:
     found = list(constant_runs(np.array([0.0, 0.0, -1.0, 2.0])))
     assert found == [(0.0, 0, 2), (-1.0, 2, 3), (2.0, 3, 4)]
 

@@ -75,7 +75,7 @@ def test_a_quantity_over_the_key_of_its_runs() -> None:
     assert axes[0].lines[1].get_xdata().tolist() == [200.0, 300.0, 400.0]
 
 
-def test_a_single_quantity() -> None:
+def test_a_single_quantity_is_drawn_by_run() -> None:
     found = fs.fit(
         frictionless(),
         quantities={"final_angular_velocity": SLOPE * 200.0},

@@ -61,7 +61,7 @@ def test_labels_of_forces_stay_beside_their_panel(ends: str, part: bool) -> None
     assert high.y0 >= low.y1 - 0.5
 
 
-def test_places_of_labels() -> None:
+def test_labels_that_would_overlap_are_moved_apart() -> None:
     assert label_places([], 0.1) == []
     assert label_places([0.4], 0.1) == [pytest.approx(0.4)]
     assert label_places([0.99], 0.1) == [pytest.approx(0.95)]

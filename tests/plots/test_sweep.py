@@ -392,7 +392,7 @@ def test_few_values_have_a_tick_each(values: list[float], at_values: bool) -> No
         assert [label.get_text() for label in ax.get_yticklabels()] == ["1500", "2000", "2500"]
 
 
-def test_counts_are_points() -> None:
+def test_counts_are_drawn_as_points() -> None:
     table = grid_of({"x": FIVE}, {"f": lambda x: np.floor(0.7 * x)})
     assert lines_of(draw_sweep(table).axes[0])[0].get_linestyle() == "-"  # whole by chance: N m
     table.units["f"] = "1"

@@ -120,7 +120,9 @@ def test_an_interrupted_run_of_it_is_resumed(brake: Any, tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(("view", "picture"), [((), "a.png"), (("--view", "heat"), "a-heat.png")])
-def test_it_is_drawn(view: tuple[str, ...], picture: str, command: Command, tmp_path: Path) -> None:
+def test_plot_writes_its_views(
+    view: tuple[str, ...], picture: str, command: Command, tmp_path: Path
+) -> None:
     command("solve", SCENARIO, "-o", "a.h5", "--quiet")
     command("plot", "a.h5", *view)
     assert (tmp_path / picture).read_bytes().startswith(b"\x89PNG")

@@ -51,6 +51,12 @@ def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.fixture(scope="module")
+def reports(grid: Path, sample: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("reports")
+    return {path.stem: fs.report(path, folder / f"{path.stem}.html") for path in (grid, sample)}
+
+
 def pictures_of(path: Path) -> list[tuple[str, bytes]]:
     """Return the title and the SVG of each picture of a report."""
     found = re.findall(
@@ -62,10 +68,10 @@ def pictures_of(path: Path) -> list[tuple[str, bytes]]:
 
 @pytest.mark.parametrize("name", ["grid", "sample"])
 def test_the_pictures_of_a_report_are_those_of_plot(
-    name: str, request: pytest.FixtureRequest, tmp_path: Path
+    name: str, request: pytest.FixtureRequest, reports: dict[str, Path], tmp_path: Path
 ) -> None:
     path = request.getfixturevalue(name)
-    pictures = dict(pictures_of(fs.report(path, tmp_path / "a.html")))
+    pictures = dict(pictures_of(reports[name]))
     with fs.open_sweep(path) as dataset:
         defined = [n for n, v in dataset.items() if v.dtype == float and bool(v.notnull().any())]
     assert list(pictures) == ["The first quantities that vary", *defined[:MAX_PICTURES]]
@@ -74,9 +80,9 @@ def test_the_pictures_of_a_report_are_those_of_plot(
 
 
 def test_tables_are_sorted_by_numbers_and_by_keyboard(
-    browser: Any, sample: Path, tmp_path: Path
+    browser: Any, sample: Path, reports: dict[str, Path]
 ) -> None:
-    with opened(browser, fs.report(sample, tmp_path / "a.html"), color_scheme="dark") as page:
+    with opened(browser, reports["sample"], color_scheme="dark") as page:
         with h5py.File(sample) as file:
             values = sorted(file["final_angle"][:].tolist())
         heading = page.locator("#runs th", has_text="final_angle").first
@@ -98,12 +104,11 @@ def test_too_many_keys_for_a_picture_are_told(tmp_path: Path) -> None:
 
 
 def test_a_report_of_a_sweep_is_complete_without_scripts(
-    browser: Any, grid: Path, tmp_path: Path
+    browser: Any, grid: Path, reports: dict[str, Path]
 ) -> None:
-    report = fs.report(grid, tmp_path / "a.html")
     context = browser.new_context(java_script_enabled=False)
     page = context.new_page()
-    page.goto(report.as_uri())
+    page.goto(reports["grid"].as_uri())
     shown = page.inner_text("body")
     assert "6 of 12 runs are done; 6 failed: not in the table below" in shown
     assert "budget_exceeded" in shown

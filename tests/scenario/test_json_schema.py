@@ -65,7 +65,7 @@ def test_the_schemas_beside_the_scenarios_are_fresh() -> None:
 
 
 @pytest.mark.parametrize("text", [PAIR, TRIO], ids=["pair", "trio"])
-def test_belts_fit(text: str) -> None:
+def test_belts_of_two_and_three_pulleys_fit_the_schema(text: str) -> None:
     assert faults(tomllib.loads(text)) == []
 
 

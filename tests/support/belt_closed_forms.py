@@ -24,7 +24,6 @@ class Drive(NamedTuple):
 
 
 SECTION_4 = Drive(0.027, 0.515, 2.4e-4, 1.52e5, 0.096, 555.0)  # of `belt_drive.toml`
-SECTION_3 = Drive(0.08125, 0.253, 0.02, 1e4, 1.036, 256.0)  # of `belt_verification.toml`
 
 
 class Creep(NamedTuple):
