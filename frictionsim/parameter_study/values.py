@@ -10,7 +10,6 @@ triangular(a, c, b)     between a and b, most probable at c
 """
 
 import re
-import tomllib
 from collections.abc import Callable, Iterable
 from fractions import Fraction
 from math import exp, isfinite
@@ -19,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from frictionsim.errors import InputError, unknown
 from frictionsim.parameter_study.keys import names_in
 from frictionsim.scenario.overrides import plain, toml_value
-from frictionsim.scenario.toml_text import excess_of_text
+from frictionsim.scenario.parsed_text import parsed_value
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
@@ -132,14 +131,12 @@ def _levels(key: str, found: Any, text: str) -> Levels:
 
 
 def _parsed(key: str, text: str) -> Any:
-    if not excess_of_text(text):
-        try:
-            parsed = tomllib.loads(f"value = {text}")
-            if len(parsed) == 1:
-                return parsed["value"]
-        except (ValueError, RecursionError):
-            pass
-    raise InputError(f'vary {key}: expected {EXPECTED}; words in quotes, as ["a"]; got {text!r}')
+    try:
+        return parsed_value(text)
+    except ValueError:
+        raise InputError(
+            f'vary {key}: expected {EXPECTED}; words in quotes, as ["a"]; got {text!r}'
+        ) from None
 
 
 def _of_call(key: str, text: str, name: str, arguments: str) -> Values:

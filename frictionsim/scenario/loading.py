@@ -1,6 +1,5 @@
 """Loading of scenarios: from TOML or a dict, and overrides, to a validated model."""
 
-import tomllib
 from collections.abc import Iterator, Mapping
 from os import PathLike
 from os.path import isdir
@@ -16,9 +15,9 @@ from frictionsim.scenario.model_validation import (
     key_text,
 )
 from frictionsim.scenario.overrides import Overrides, apply_overrides, override_text, plain
+from frictionsim.scenario.parsed_text import MAX_BYTES, ExceedsLimit, NoUsableText, toml_tables
 from frictionsim.scenario.settings import Origin, Scenario
 from frictionsim.scenario.shipped import near_shipped, scenario_file
-from frictionsim.scenario.toml_text import MAX_BYTES, excess_of_data, excess_of_text
 from frictionsim.scenario.validation import validate
 
 ScenarioSource = str | PathLike[str] | Mapping[str, Any]
@@ -125,7 +124,7 @@ def _validated(
     try:
         scenario = validate(data, folder)
     except ValidationFailure as found:
-        from frictionsim.scenario.toml_text import key_lines
+        from frictionsim.scenario.parsed_text import key_lines
 
         lines = key_lines(text) if lines is None else lines
         raise ScenarioError(_with_positions(found.faults, name, lines, overridden)) from None
@@ -218,19 +217,14 @@ def _read(path: Path) -> str:
 
 def _parse(name: str, text: str) -> dict[str, Any]:
     text = text.replace("\r\n", "\n")
-    excess = excess_of_text(text)
     try:
-        data = {} if excess else tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        return toml_tables(text)
+    except ExceedsLimit as excess:
+        raise ScenarioError([f"{name}: this is no scenario: {excess}"]) from None
+    except NoUsableText as error:
+        raise ScenarioError([f"{name}: {error}"]) from None
+    except ValueError as error:
         raise ScenarioError([f"{name}{_syntax_fault(text, str(error))}"]) from None
-    except RecursionError:
-        raise ScenarioError([f"{name}: tables or lists are nested too deeply"]) from None
-    except ValueError as error:  # an integer of thousands of digits, an impossible date
-        raise ScenarioError([f"{name}: not a usable TOML value: {error}"]) from None
-    excess = excess or excess_of_data(data)
-    if excess:
-        raise ScenarioError([f"{name}: this is no scenario: {excess}"])
-    return data
 
 
 def _with_positions(
