@@ -53,8 +53,7 @@ def load(
         If an argument is of another type.
     """
     if isinstance(source, Mapping):
-        data = plain(source)
-        return _validated(data, None, "", overrides, backend, Path())
+        return load_tables(source, Path(), overrides, backend)
     if not isinstance(source, str | PathLike):
         raise InputError(
             "expected a scenario: its path, a dict of its tables or a Scenario, got"
@@ -65,6 +64,31 @@ def load(
         raise InputError("load: load() expects a path; use loads() for TOML text")
     text = _read(path)
     return _validated(_parse(str(path), text), str(path), text, overrides, backend, path.parent)
+
+
+def load_tables(
+    source: Mapping[str, Any],
+    folder: Path | None,
+    overrides: Overrides | None = None,
+    backend: str | None = None,
+) -> Scenario:
+    """Validate the tables of a scenario.
+
+    Parameters
+    ----------
+    source : mapping
+    folder : Path or None
+        Of the file names in it; None for tables out of a file that anyone may have made, which
+        must not name other files.
+    overrides, backend
+        As of `load`.
+
+    Raises
+    ------
+    ScenarioError
+        As `load`.
+    """
+    return _validated(plain(source), None, "", overrides, backend, folder)
 
 
 def _way_out(source: object) -> str:
@@ -109,7 +133,7 @@ def _validated(
     text: str,
     overrides: Overrides | None,
     backend: str | None,
-    folder: Path,
+    folder: Path | None,
 ) -> Scenario:
     """Return the scenario of the data, with its origin.
 

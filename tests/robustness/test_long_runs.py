@@ -106,11 +106,11 @@ def test_a_run_that_is_resumed_into_another_file_leaves_the_first_as_it_is(
     whole: Path, tmp_path: Path
 ) -> None:
     (tmp_path / "other").mkdir()
-    path, other = tmp_path / "a.h5", tmp_path / "other" / "b.h5"
+    path, other = tmp_path / "a.h5", tmp_path / "other" / "of_another_length.h5"
     fs.solve(LONG, output=path, progress=stopping(0.2))
     fs.resume(path, output=other)
     assert other.read_bytes() == whole.read_bytes()
-    assert os.listdir(other.parent) == ["b.h5"]
+    assert os.listdir(other.parent) == [other.name]
     fs.resume(path)
     assert path.read_bytes() == whole.read_bytes()
 
