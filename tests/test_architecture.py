@@ -122,6 +122,19 @@ def test_rooms_import_in_one_direction() -> None:
     assert len(arrows()) <= MAX_ARROWS
 
 
+def test_texts_of_files_are_parsed_in_one_place() -> None:
+    def parses(node: ast.AST) -> bool:
+        if isinstance(node, ast.Import):
+            return any(alias.name == "tomllib" for alias in node.names)
+        if isinstance(node, ast.ImportFrom):
+            loaders = {"loads", "load"} & {alias.name for alias in node.names}
+            return node.module == "tomllib" or (node.module == "json" and bool(loaders))
+        return isinstance(node, ast.Attribute) and ast.unparse(node) in ("json.loads", "json.load")
+
+    found = [path for path in FILES if any(map(parses, nodes_of(path)))]
+    assert found == [PACKAGE / "scenario" / "parsed_text.py"]
+
+
 def test_import_cycles_are_detected() -> None:
     assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": set()}) == ["a", "b", "c"]
 

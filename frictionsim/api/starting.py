@@ -1,13 +1,13 @@
 """Scenarios to start from, and the kinds that there are."""
 
 from json import dumps
-from tomllib import loads
 from typing import TYPE_CHECKING
 
 from frictionsim.errors import InputError, unknown
 from frictionsim.io.new_file import check_new, write_new
 from frictionsim.scenario.json_schema import schema
-from frictionsim.scenario.kinds import kind_names
+from frictionsim.scenario.kinds import KINDS, kind_names
+from frictionsim.scenario.parsed_text import toml_tables
 from frictionsim.scenario.shipped import shipped_scenarios
 from frictionsim.scenario.templates import new_scenario, schema_file
 
@@ -34,7 +34,7 @@ def new(kind: str) -> str:
     InputError
         If there is no such kind or scenario.
     """
-    if kind in kind_names():
+    if kind in KINDS or kind in kind_names():
         return new_scenario(kind)
     shipped = shipped_scenarios()
     if kind not in shipped:
@@ -69,7 +69,7 @@ def write_with_schema(file: "Path", text: str) -> "tuple[list[Path], list[str]]"
         If a file cannot be written, or the scenario is there already.
     """
     check_new(file, "scenario")
-    kind = loads(text)["kind"]
+    kind = toml_tables(text)["kind"]
     beside, content = file.parent / schema_file(kind), f"{dumps(schema(kind), indent=2)}\n"
     files, warnings = [file], []
     if not beside.is_file():

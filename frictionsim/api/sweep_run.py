@@ -4,13 +4,12 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from signal import SIGINT
-from tomllib import loads
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from frictionsim.api.sweep_result import Sweep
-from frictionsim.errors import ArgumentError, InputError, Interrupted
+from frictionsim.errors import ArgumentError, InputError, Interrupted, OutputError
 from frictionsim.io.destination import whole_name
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import FAILED, Block
@@ -28,11 +27,13 @@ from frictionsim.parameter_study.sweep import (
 )
 from frictionsim.parameter_study.sweep_files import (
     SweepFiles,
+    check_is_series_folder,
     check_same_study,
     check_series_folder,
     make_series_folder,
     series_folder,
 )
+from frictionsim.scenario.parsed_text import toml_tables
 from frictionsim.simulation.monitor import StopAfterStep
 from frictionsim.version import __version__
 
@@ -231,11 +232,13 @@ def _plan_of_file(path: Path, table: SweepTable, whole: Path) -> SweepPlan:
     """Return the plan of an interrupted sweep; a sample is not drawn again."""
     damaged = InputError(f"{path}: cannot resume this sweep: its study is not that of its values")
     try:
-        data = loads(table.attributes["study"])
+        study = study_of(toml_tables(table.attributes["study"]), None, str(path))
     except ValueError:
         raise damaged from None
-    study = study_of(data, Path(), str(path))
-    series = series_folder(whole) if study.keep_series else None
+    series = None
+    if study.keep_series:
+        series = series_folder(whole)
+        check_is_series_folder(series_folder(whole_name(path)), table.attributes["study"])
     if study.sampling is None:
         plan = plan_of(study.scenario, study.vary, study.together, None, series)
     else:
@@ -303,18 +306,22 @@ class _SweepRun:
             run_sweep(self._plan, self._assembly, execution, self._on_block, beat)
         except BaseException as error:
             execution.close()
-            if not self._assembly.left:  # the last ones came after the signal
-                files.write_whole(self._table())
-            else:
-                self._write_incomplete(files, error)
+            with files.resumable():
+                if not self._assembly.left:  # the last ones came after the signal
+                    files.write_whole(self._table())
+                else:
+                    self._write_incomplete(files, error)
             if isinstance(error, Interrupted | KeyboardInterrupt):
                 number = getattr(error, "signal_number", SIGINT)
                 told = SweepInterrupted(number, self._kept(files, error))
                 if isinstance(error, Interrupted):
                     raise told from None
                 raise KeyboardInterrupt(str(told)) from None
+            if isinstance(error, OutputError):
+                raise OutputError(f"{error}. {self._kept(files, error)}") from None
             raise
-        files.write_whole(self._table())
+        with files.resumable():
+            files.write_whole(self._table())
 
     def _write_incomplete(self, files: SweepFiles, error: BaseException) -> None:
         how = "interrupted"

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import InputError, unknown
 from frictionsim.scenario import methods
-from frictionsim.scenario.kinds import kind_names, mechanism_module
+from frictionsim.scenario.kinds import KINDS, kind_names, mechanism_module
 from frictionsim.scenario.loading import load
 from frictionsim.scenario.shipped import shipped_scenarios
 
@@ -65,7 +65,7 @@ def warming(kind: str | None, on_step: Callable[[float], Any]) -> Iterator[Warme
     on_step : callable
         As of `Simulation.prepare`.
     """
-    if kind is not None and kind not in kind_names():
+    if kind is not None and kind not in KINDS and kind not in kind_names():
         raise InputError(unknown("kind", kind, list(kind_names())))
     for name, path in shipped_scenarios().items():
         if "/" in name:  # no example

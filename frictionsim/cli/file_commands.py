@@ -223,6 +223,9 @@ def new(
 
     With FILE, the schema for editors is written beside it, as KIND.schema.json.
     """
+    from frictionsim.cli.log_lines import log_on_stderr
+
+    log_on_stderr(0)  # a faulty plug-in is left out of lists with a warning
     if listed:
         if kind is not None:
             raise InputError(f"new: expected no argument beside --list, got '{kind}'")
@@ -258,4 +261,7 @@ def schema(
     ] = None,
 ) -> None:
     """Print the JSON schema of scenarios, for editors and other tools."""
+    from frictionsim.cli.log_lines import log_on_stderr
+
+    log_on_stderr(0)
     print_json(fs.schema(kind))

@@ -39,7 +39,7 @@ def load_scenario(
 
 
 def _standard_input() -> str:
-    from frictionsim.scenario.toml_text import MAX_BYTES
+    from frictionsim.scenario.parsed_text import MAX_BYTES
 
     if sys.stdin is None:
         raise InputError("-: the standard input is closed; expected a scenario in TOML")

@@ -4,7 +4,6 @@ import logging
 import os
 from contextlib import suppress
 from pathlib import Path
-from tomllib import loads
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.errors import InputError, OutputError
@@ -17,6 +16,7 @@ from frictionsim.io.atomic_write import (
 )
 from frictionsim.io.replaceable import RESULT, check_target
 from frictionsim.io.sample_segments import SampleSegments, in_use, segment_folders
+from frictionsim.scenario.parsed_text import toml_tables
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
@@ -88,7 +88,7 @@ def _folder_of_segments(path: Path) -> Path | None:
 
 def _essence(scenario: str) -> dict[str, Any]:
     """Return a scenario as plain data, without how long and how safely it is computed."""
-    data = loads(scenario)
+    data = toml_tables(scenario)
     for table, key in (("solver", "max_steps"), ("output", "checkpoint")):
         if isinstance(data.get(table), dict):
             data[table].pop(key, None)

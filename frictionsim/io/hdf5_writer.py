@@ -188,7 +188,7 @@ def write_table(
     OutputError
         If it cannot be written.
     """
-    with _file_in_memory() as file:
+    with file_in_memory() as file:
         _add_attributes(file, scenario_attributes(scenario) | attributes)
         group = file.create_group("cost")
         for number, (name, unit, long_name, values) in enumerate(columns):
@@ -209,7 +209,7 @@ def write_table(
 
 def _image(record: Record, checkpoint: dict[str, Any] | None) -> bytes:
     """Return the bytes of a result file."""
-    with _file_in_memory() as file:
+    with file_in_memory() as file:
         _fill(file, record, checkpoint)
         file.flush()
         return bytes(file.id.get_file_image())
@@ -239,7 +239,7 @@ def _fill(file: Any, record: Record, checkpoint: dict[str, Any] | None) -> None:
         _add_checkpoint(file, checkpoint)
 
 
-def _file_in_memory() -> Any:
+def file_in_memory() -> Any:
     """Return a new file without a place on the disk; two that are open need different names."""
     name = f"{os.urandom(8).hex()}.h5"
     return h5py.File(name, "w", driver="core", backing_store=False, track_order=True)

@@ -139,6 +139,13 @@ class SampleSegments:
         except (OSError, ValueError):
             raise self._missing(number) from None
 
+    def length(self, number: int) -> int:
+        """Return the number of samples of a segment; raise InputError if it is damaged."""
+        try:
+            return self._file(number).array("time").shape[0]
+        except (OSError, ValueError):
+            raise self._missing(number) from None
+
     def rows_like(self, tail: Any, number: int, name: str, start: int, stop: int) -> Any:
         """Return rows of a channel as `rows` does, with the columns of those that follow.
 

@@ -20,6 +20,7 @@ import numpy as np
 from frictionsim.io.checksum import checksum_of, checksum_trailer, mismatch_within
 from frictionsim.io.chunks import chunk_rows, compressed_chunks
 from frictionsim.io.stored_array import StoredArray
+from frictionsim.scenario.parsed_text import json_value
 
 BEGINNING = b"frictionsim samples 1\n"
 DIGITS = 8
@@ -118,7 +119,7 @@ class SegmentFile:
         if not 0 < length <= min(size, MAX_DESCRIPTION):
             raise ValueError("no description")
         try:
-            found = json.loads(self._file.read(length))
+            found = json_value(self._file.read(length))
             self.after = int(found["after"])
             self._arrays = {
                 str(name): _array(described, len(start) + length)
@@ -126,7 +127,7 @@ class SegmentFile:
             }
             for array in self._arrays.values():
                 array.check(size)
-        except (KeyError, TypeError, AttributeError, OverflowError, RecursionError) as error:
+        except (KeyError, TypeError, AttributeError, OverflowError) as error:
             raise ValueError("no description") from error
 
     def array(self, name: str) -> StoredArray:

@@ -161,7 +161,10 @@ def _coordinates(
             found[key] = Coordinate(dimension, list(_texts(dataset, budget)), "", words)
         else:
             unit = text_of(dataset, "units", budget)
-            found[key] = Coordinate(dimension, values_of(dataset, budget), unit, words)
+            values = values_of(dataset, budget)
+            if not np.isfinite(values).all():
+                raise ValueError(f"{key} has a value that is not finite")
+            found[key] = Coordinate(dimension, values, unit, words)
     return found, dimensions
 
 

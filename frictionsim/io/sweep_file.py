@@ -40,9 +40,9 @@ from typing import Any
 import h5py
 import numpy as np
 
-from frictionsim.io.atomic_write import replaced_atomically
-from frictionsim.io.checksum import append_trailer
-from frictionsim.io.hdf5_on_disk import reported, write_on_disk
+from frictionsim.io.atomic_write import write_atomically
+from frictionsim.io.checksum import checksum_trailer
+from frictionsim.io.hdf5_writer import file_in_memory
 from frictionsim.io.replaceable import SWEEP, check_replaceable
 from frictionsim.io.result_format import CONVENTIONS
 from frictionsim.io.sweep_table import (
@@ -69,10 +69,11 @@ def write_sweep(table: SweepTable, path: Path) -> None:
         If it cannot be written, or would replace what is not a sweep.
     """
     check_replaceable(path, SWEEP)
-    least = sum(values.nbytes for values in table.values.values())
-    with replaced_atomically(path, "sweep") as part, reported(path):
-        write_on_disk(part, least, lambda file: _fill(file, table))
-        append_trailer(part)
+    with file_in_memory() as file:
+        _fill(file, table)
+        file.flush()
+        image = bytes(file.id.get_file_image())
+    write_atomically(image + checksum_trailer(image), path, "sweep")
 
 
 def _fill(file: Any, table: SweepTable) -> None:

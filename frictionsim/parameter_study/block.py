@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.results import Flags, Quantities
+from frictionsim.scenario.parsed_text import json_value
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
@@ -102,7 +103,7 @@ class Block(NamedTuple):
         """
         try:
             return cls._parsed(image)
-        except (KeyError, TypeError, AttributeError, OverflowError, RecursionError) as error:
+        except (KeyError, TypeError, AttributeError, OverflowError) as error:
             raise ValueError(f"not a block of runs: {error}") from None
 
     @classmethod
@@ -110,7 +111,7 @@ class Block(NamedTuple):
         end = LENGTH_BYTES + int.from_bytes(image[:LENGTH_BYTES], "big")
         if end > len(image):
             raise ValueError("a block is cut off")
-        head = json.loads(image[LENGTH_BYTES:end])
+        head = json_value(image[LENGTH_BYTES:end])
         first, count, units = _whole(head["first"]), _whole(head["count"]), head["units"]
         if not (count and isinstance(units, dict) and all(map(_is_text, units.values()))):
             raise ValueError("a block without runs or units")

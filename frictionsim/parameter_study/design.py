@@ -120,21 +120,26 @@ def design_of(
             raise InputError("zip and sample exclude each other: leave out one of them")
         _check_sampling(vary, sampling)
         return Design(SAMPLE, keys, tuple(_sample(list(vary.values()), sampling)))
-    levels = []
     for key, values in vary.items():
         if isinstance(values, Distribution):
             raise InputError(
                 f"vary {key}: {values.text} is a distribution, of which a sample is drawn: give its"
                 " number of runs with --sample N"
             )
-        levels.append(values.values)
-    lengths = {key: len(values) for key, values in zip(keys, levels, strict=True)}
+    lengths = {key: values.size for key, values in vary.items() if isinstance(values, Levels)}
     count = prod(lengths.values())
     if together:
         if len(set(lengths.values())) > 1:
             given = ", ".join(f"{key} has {n}" for key, n in lengths.items())
             raise InputError(f"zip: expected as many values of each key: {given}")
-        return Design(TOGETHER, keys, tuple(levels))
+        return Design(TOGETHER, keys, _made(vary))
+    if count > MAX_RUNS:
+        product = " x ".join(map(str, lengths.values()))
+        raise InputError(
+            f"{product} = {count:.3g} combinations are more than the limit of {MAX_RUNS}; give"
+            " fewer values, or draw a sample of distributions"
+        )
+    levels = _made(vary)
     for key, found in zip(keys, levels, strict=True):
         twice = _first_twice(found)
         if twice is not None:
@@ -142,13 +147,11 @@ def design_of(
                 f"vary {key}: {toml_value(twice)} is given twice, and a grid has a run for each"
                 " value; give it once"
             )
-    if count > MAX_RUNS:
-        product = " x ".join(map(str, lengths.values()))
-        raise InputError(
-            f"{product} = {count:.3g} combinations are more than the limit of {MAX_RUNS}; give"
-            " fewer values, or draw a sample of distributions"
-        )
-    return Design(GRID, keys, tuple(levels))
+    return Design(GRID, keys, levels)
+
+
+def _made(vary: Mapping[str, Values]) -> tuple[tuple[Any, ...], ...]:
+    return tuple(values.values for values in vary.values() if isinstance(values, Levels))
 
 
 def _first_twice(values: Sequence[Any]) -> Any:

@@ -10,7 +10,7 @@ from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.parameter_study.keys import factor
 from frictionsim.scenario.csv_columns import Column, NoSuchColumn, heading, read_columns
 from frictionsim.scenario.model_fields import unit_of_key
-from frictionsim.scenario.model_validation import MIN_NUMBER
+from frictionsim.scenario.model_validation import MAX_NUMBER, MIN_NUMBER
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -198,6 +198,8 @@ class _Table:
             self._check_lengths()
         for column in no_gaps:
             self._check_finite(column)
+        for column in wanted:
+            self._check_magnitude(column)
 
     def _of_mapping(self, column: Column) -> "Array":
         data = self._source.data
@@ -228,6 +230,13 @@ class _Table:
         if bad.size:
             raise ArgumentError("data", f"{self.place(int(bad[0]))}: no number in '{column}'")
 
+    def _check_magnitude(self, column: Column) -> None:
+        large = np.flatnonzero(np.abs(self.values[column]) > MAX_NUMBER)
+        if large.size:
+            row = int(large[0])
+            value = self.values[column][row]
+            raise ArgumentError("data", f"{self.place(row)}: {_too_large(value)}")
+
     def place(self, row: int) -> str:
         """Return where a row is, for messages."""
         if isinstance(self._source.data, Path):
@@ -240,6 +249,10 @@ class _Table:
             return factor(self.units.get(column, own), own)
         except InputError as error:
             raise ArgumentError("data", f"unit of the column '{column}': {error}") from None
+
+
+def _too_large(value: float) -> str:
+    return f"{value:.3g} is too large; the magnitude must not exceed {MAX_NUMBER:g}"
 
 
 def measured(source: Source, scenario: "Scenario") -> Measured:
@@ -366,6 +379,8 @@ def _sigma(
 
 def _single(source: Source, name: str, value: float, unit: str) -> Target:
     """Return the target of one measured quantity."""
+    if abs(value) > MAX_NUMBER:
+        raise ArgumentError("quantities", f"{name}: {_too_large(value)}")
     values, one = np.array([float(value)]), np.ones(1, dtype=bool)
     sigma = _sigma(source, name, None, 1.0, one)
     scale = np.abs(values) if abs(value) >= MIN_NUMBER else np.ones(1)  # of a zero there is none

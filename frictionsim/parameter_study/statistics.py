@@ -8,7 +8,6 @@ others repeat their values and are not independent.
 import re
 from collections import Counter
 from collections.abc import Mapping
-from tomllib import TOMLDecodeError, loads
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -19,6 +18,7 @@ from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RU
 from frictionsim.parameter_study.design import SAMPLE, Sampling
 from frictionsim.parameter_study.study_file import variation_of
 from frictionsim.parameter_study.values import Distribution
+from frictionsim.scenario.parsed_text import toml_tables
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
@@ -93,8 +93,8 @@ def variation(table: SweepTable) -> tuple[Mapping[str, Distribution], Sampling |
     if table.attributes["design"] != SAMPLE:
         return {}, None
     try:
-        data = loads(table.attributes["study"])
-    except TOMLDecodeError as error:
+        data = toml_tables(table.attributes["study"])
+    except ValueError as error:
         raise InputError(f"cannot read the study in this sweep: {error}") from None
     vary, sampling = variation_of(data, "study")
     distributions = {key: given for key, given in vary.items() if isinstance(given, Distribution)}

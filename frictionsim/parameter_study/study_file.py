@@ -24,7 +24,7 @@ from frictionsim.errors import InputError
 from frictionsim.parameter_study.design import Sampling
 from frictionsim.parameter_study.keys import names_in
 from frictionsim.parameter_study.values import Distribution, Values, values_by_key
-from frictionsim.scenario.loading import load, read_toml
+from frictionsim.scenario.loading import load, load_tables, read_toml
 from frictionsim.scenario.model_validation import ValidationFailure, key_text, validate_table
 from frictionsim.scenario.schema import Params
 from frictionsim.scenario.shipped import scenario_file
@@ -83,14 +83,14 @@ def load_study(path: Path) -> SweepStudy:
     return study_of(read_toml(path), path.parent, str(path))
 
 
-def study_of(data: Mapping[str, Any], folder: Path, name: str) -> SweepStudy:
+def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepStudy:
     """Return the study of tables.
 
     Parameters
     ----------
     data : mapping
-    folder : Path
-        Of file names in them.
+    folder : Path or None
+        Of file names in them; None for a study out of a sweep's file, which names no other files.
     name : str
         For messages.
 
@@ -107,14 +107,22 @@ def study_of(data: Mapping[str, Any], folder: Path, name: str) -> SweepStudy:
         )
     given = dict(_table(data, "study", name))
     source = given.pop("scenario", None)
-    if not isinstance(source, str | dict):
+    fixed = dict(_leaves(_table(data, "set", name), ""))
+    settings = _settings_of_file(given, name)
+    if isinstance(source, dict):
+        scenario = load_tables(source, folder, fixed)
+    elif folder is None:
+        raise InputError(
+            f"{name}: study.scenario: expected the tables of a scenario: the file of a sweep names"
+            " no other files"
+        )
+    elif isinstance(source, str):
+        scenario = load(scenario_file(source, folder), fixed)
+    else:
         raise InputError(
             f"{name}: study.scenario: expected the file of a scenario, as"
             ' scenario = "pulley.toml", or its tables'
         )
-    settings = _settings_of_file(given, name)
-    fixed = dict(_leaves(_table(data, "set", name), ""))
-    scenario = load(scenario_file(source, folder) if isinstance(source, str) else source, fixed)
     vary = _vary(data, name)
     check_not_fixed(fixed, vary)
     return study_with(scenario, vary, settings)

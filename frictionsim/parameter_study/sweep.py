@@ -1,7 +1,7 @@
 """A sweep: its plan, its runs, and the table that they make."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from json import dumps, loads
+from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -15,6 +15,7 @@ from frictionsim.parameter_study.keys import description_of
 from frictionsim.parameter_study.sensitivity import sobol_indices_of
 from frictionsim.parameter_study.values import Values
 from frictionsim.scenario.overrides import toml_value
+from frictionsim.scenario.parsed_text import json_value
 from frictionsim.scenario.settings import Scenario
 from frictionsim.version import __version__
 
@@ -189,7 +190,7 @@ class Assembly:
         """
         if len(table.status) != len(self.status):
             raise ValueError("another number of runs")
-        places = loads(table.attributes.get(ORDER, "{}"))
+        places = json_value(table.attributes.get(ORDER, "{}"))
         for name, values in table.values.items():
             first, position = places[name]
             self._first[name] = int(first), int(position)

@@ -5,6 +5,8 @@ beside it. It is that of the target, or FILE.partial.h5 if there is a complete F
 """
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +16,7 @@ from frictionsim.io import hdf5_reader
 from frictionsim.io.atomic_write import check_no_clobber
 from frictionsim.io.destination import partial_name, whole_name
 from frictionsim.io.replaceable import SWEEP, check_target
+from frictionsim.io.segment_file import open_regular
 from frictionsim.io.sweep_file import write_sweep
 from frictionsim.parameter_study.journal import (
     LENGTH_OF_START,
@@ -125,8 +128,12 @@ class SweepFiles:
         digest = digest_of(table)
         if self._resumed is None:
             # The runs of an earlier sweep, if there are any, are not those of the file any more.
-            self._journal.start(digest)
-            write_sweep(table, self.place)
+            try:
+                self._journal.start(digest)
+                write_sweep(table, self.place)
+            except BaseException:
+                self._journal.close(remove=True)
+                raise
         else:
             write_sweep(table, self.place)
             self._journal.start(digest)
@@ -140,6 +147,23 @@ class SweepFiles:
         """
         assert self._journal is not None
         self._journal.append(image)
+
+    @contextmanager
+    def resumable(self) -> Iterator[None]:
+        """Return the context in which a message of what cannot be written says how to go on.
+
+        Raises
+        ------
+        OutputError
+        """
+        try:
+            yield
+        except OutputError as error:
+            raise OutputError(
+                f"{error}. The runs that are done are kept in {self.place} and"
+                f" {journal_name(self.place).name} beside it: make space, then"
+                f" 'frictionsim resume {self.place}' continues the sweep"
+            ) from None
 
     def write_incomplete(self, table: "SweepTable") -> None:
         """Write what is done of a sweep that was stopped.
@@ -207,17 +231,39 @@ def check_series_folder(folder: Path, study: str) -> None:
     OutputError
         If there is something else with its name.
     """
-    if not os.path.lexists(folder):
-        return
+    if os.path.lexists(folder) and not _is_of_study(folder, study):
+        raise OutputError(
+            f"{folder}: the results of the runs would be written here, and it is not a folder of"
+            " the same study; move it, or give another name with -o"
+        )
+
+
+def check_is_series_folder(folder: Path, study: str) -> None:
+    """Check that an interrupted sweep has the results of its runs beside it.
+
+    A file that someone else made does not have folders written without them.
+
+    Raises
+    ------
+    InputError
+        If it has not.
+    """
+    if not _is_of_study(folder, study):
+        raise InputError(
+            f"{folder}: the sweep keeps the results of its runs, and this is not the folder with"
+            " them; put it back beside the sweep, or run the study again"
+        )
+
+
+def _is_of_study(folder: Path, study: str) -> bool:
+    """Return whether a folder has the results of a study's runs."""
     try:
-        if (folder / STUDY).read_text(encoding="utf-8") == study:
-            return
-    except (OSError, ValueError):
-        pass
-    raise OutputError(
-        f"{folder}: the results of the runs would be written here, and it is not a folder of the"
-        " same study; move it, or give another name with -o"
-    )
+        if (folder / STUDY).stat().st_size > len(study.encode()):
+            return False
+        with open_regular(folder / STUDY) as file:
+            return bool(file.read() == study.encode())
+    except OSError:
+        return False
 
 
 def make_series_folder(folder: Path, study: str) -> None:
@@ -229,7 +275,7 @@ def make_series_folder(folder: Path, study: str) -> None:
     """
     try:
         folder.mkdir(exist_ok=True)
-        (folder / STUDY).write_text(study, encoding="utf-8")
+        (folder / STUDY).write_bytes(study.encode())
     except OSError as error:
         raise OutputError(f"{folder}: cannot make this folder: {error.strerror}") from None
 

@@ -10,16 +10,16 @@ triangular(a, c, b)     between a and b, most probable at c
 """
 
 import re
-import tomllib
 from collections.abc import Callable, Iterable
 from fractions import Fraction
+from functools import partial
 from math import exp, isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import InputError, unknown
 from frictionsim.parameter_study.keys import names_in
 from frictionsim.scenario.overrides import plain, toml_value
-from frictionsim.scenario.toml_text import excess_of_text
+from frictionsim.scenario.parsed_text import parsed_value
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
@@ -35,10 +35,25 @@ EXPECTED = (
 
 
 class Levels(NamedTuple):
-    """The values of a key, one after the other, and the text that gives them."""
+    """The values of a key, one after the other, and the text that gives them.
 
-    values: tuple[Any, ...]
+    Attributes
+    ----------
+    size : int
+        How many there are: a design that has too many runs is refused before they are made.
+    text : str
+    made : callable
+        Returns them as a tuple.
+    """
+
+    size: int
     text: str
+    made: Callable[[], tuple[Any, ...]]
+
+    @property
+    def values(self) -> tuple[Any, ...]:
+        """The values."""
+        return self.made()
 
 
 class Distribution(NamedTuple):
@@ -128,18 +143,16 @@ def _levels(key: str, found: Any, text: str) -> Levels:
         raise InputError(f"vary {key}: expected {EXPECTED}; got {toml_value(found)}")
     if not found:
         raise InputError(f"vary {key}: the list is empty; give at least one value")
-    return Levels(tuple(found), text)
+    return Levels(len(found), text, partial(tuple, found))
 
 
 def _parsed(key: str, text: str) -> Any:
-    if not excess_of_text(text):
-        try:
-            parsed = tomllib.loads(f"value = {text}")
-            if len(parsed) == 1:
-                return parsed["value"]
-        except (ValueError, RecursionError):
-            pass
-    raise InputError(f'vary {key}: expected {EXPECTED}; words in quotes, as ["a"]; got {text!r}')
+    try:
+        return parsed_value(text)
+    except ValueError:
+        raise InputError(
+            f'vary {key}: expected {EXPECTED}; words in quotes, as ["a"]; got {text!r}'
+        ) from None
 
 
 def _of_call(key: str, text: str, name: str, arguments: str) -> Values:
@@ -152,7 +165,7 @@ def _of_call(key: str, text: str, name: str, arguments: str) -> Values:
         raise InputError(f"vary {key}: expected {name}({wanted}), got {text}")
     numbers = [_number(key, part, text) for part in parts]
     if name in RANGES:
-        return Levels(_range(key, name, parts, numbers, text), text)
+        return _range(key, name, parts, numbers, text)
     fault = DISTRIBUTIONS[name].fault(*numbers)
     if fault:
         raise InputError(f"vary {key}: {text}: {fault}")
@@ -169,11 +182,7 @@ def _number(key: str, part: str, text: str) -> float:
     return found
 
 
-def _range(
-    key: str, name: str, parts: list[str], numbers: list[float], text: str
-) -> tuple[Any, ...]:
-    import numpy as np
-
+def _range(key: str, name: str, parts: list[str], numbers: list[float], text: str) -> Levels:
     first, last, count = numbers
     if count < 1.0 or count % 1.0:
         raise InputError(f"vary {key}: {text}: expected a whole number of values above 0")
@@ -181,9 +190,17 @@ def _range(
         raise InputError(f"vary {key}: {text}: more values than the limit of {MAX_RUNS}")
     if count == 1.0 and first != last:
         raise InputError(f"vary {key}: {text}: one value cannot be both the first and the last")
+    if name == "log" and min(first, last) <= 0.0:
+        raise InputError(f"vary {key}: {text}: expected a and b above 0")
+    return Levels(int(count), text, partial(_values_of_range, name, parts, numbers))
+
+
+def _values_of_range(name: str, parts: list[str], numbers: list[float]) -> tuple[Any, ...]:
+    """Return the values of a range."""
+    import numpy as np
+
+    first, last, count = numbers
     if name == "log":
-        if min(first, last) <= 0.0:
-            raise InputError(f"vary {key}: {text}: expected a and b above 0")
         found = np.geomspace(first, last, int(count)).tolist()
         found[-1] = last
     else:

@@ -5,6 +5,7 @@ import json
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from functools import cache
+from hashlib import sha256
 from html import escape
 from importlib.resources import files
 from math import isfinite
@@ -100,14 +101,19 @@ def page(title: str, body: str, data: Any, scripts: Sequence[str] = SCRIPTS) -> 
     scripts : sequence of str
         Files of the folder `page`, in their order.
     """
+    display = f"const frictionsim = {{ display: {json.dumps(page_data())} }};"
+    joined = "\n".join([display, *map(asset, scripts)])
+    with_plotly = "plot.js" in scripts
+    runnable = [joined, *([_plotly()] if with_plotly else [])]
     return Template(asset("report.html")).substitute(
+        # A script that came in with a text of a result would not be one of these.
+        hashes=" ".join(f"'sha256-{_sha256(script)}'" for script in runnable) or "'none'",
         title=text(title),
         style="\n".join([page_style(), *map(asset, STYLES)]),
         body=body,
         data=packed_data(data),
-        plotly=_plotly() if "plot.js" in scripts else "",
-        scripts="\n".join(asset(name) for name in scripts),
-        display=json.dumps(page_data()),
+        plotly=_packed_plotly() if with_plotly else "",
+        scripts=joined,
     )
 
 
@@ -121,4 +127,14 @@ def asset(name: str) -> str:
 def _plotly() -> str:
     from plotly.offline import get_plotlyjs
 
-    return packed(get_plotlyjs().encode())
+    found: str = get_plotlyjs()
+    return found
+
+
+@cache
+def _packed_plotly() -> str:
+    return packed(_plotly().encode())
+
+
+def _sha256(script: str) -> str:
+    return b64encode(sha256(script.encode()).digest()).decode("ascii")

@@ -7,7 +7,7 @@ from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
-from frictionsim.scenario.kinds import kind_names, mechanism_module
+from frictionsim.scenario.kinds import mechanism_module, sound_kinds
 from frictionsim.scenario.methods import methods_of
 from frictionsim.scenario.settings import Scenario
 
@@ -38,7 +38,7 @@ def schema(kind: str | None = None) -> dict[str, Any]:
     """
     if kind is not None:
         return {"$schema": DRAFT, **_of_kind(kind, DEFINITIONS)}
-    kinds = list(kind_names())
+    kinds = list(sound_kinds())
     choices: dict[str, Any] = {"enum": kinds, "description": "Kind of mechanism."}
     return {
         "$schema": DRAFT,

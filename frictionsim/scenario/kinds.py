@@ -21,16 +21,17 @@ KINDS = {
 
 
 def kind_names() -> tuple[str, ...]:
-    """Return all kinds: the built-in ones, then those of installed packages, sorted.
-
-    Raises
-    ------
-    InputError
-        If two installed packages provide the same kind, or one provides a built-in kind.
-    """
+    """Return all kinds: the built-in ones, then those of installed packages, sorted."""
     from frictionsim.scenario import plugins
 
     return (*KINDS, *plugins.names(tuple(KINDS)))
+
+
+def sound_kinds() -> tuple[str, ...]:
+    """Return the kinds as `kind_names`, without those whose plug-in is faulty."""
+    from frictionsim.scenario import plugins
+
+    return (*KINDS, *plugins.sound_names(tuple(KINDS)))
 
 
 def mechanism_module(kind: str) -> ModuleType:

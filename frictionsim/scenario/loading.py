@@ -1,6 +1,5 @@
 """Loading of scenarios: from TOML or a dict, and overrides, to a validated model."""
 
-import tomllib
 from collections.abc import Iterator, Mapping
 from os import PathLike
 from os.path import isdir
@@ -16,9 +15,9 @@ from frictionsim.scenario.model_validation import (
     key_text,
 )
 from frictionsim.scenario.overrides import Overrides, apply_overrides, override_text, plain
+from frictionsim.scenario.parsed_text import MAX_BYTES, ExceedsLimit, NoUsableText, toml_tables
 from frictionsim.scenario.settings import Origin, Scenario
 from frictionsim.scenario.shipped import near_shipped, scenario_file
-from frictionsim.scenario.toml_text import MAX_BYTES, excess_of_data, excess_of_text
 from frictionsim.scenario.validation import validate
 
 ScenarioSource = str | PathLike[str] | Mapping[str, Any]
@@ -54,8 +53,7 @@ def load(
         If an argument is of another type.
     """
     if isinstance(source, Mapping):
-        data = plain(source)
-        return _validated(data, None, "", overrides, backend, Path())
+        return load_tables(source, Path(), overrides, backend)
     if not isinstance(source, str | PathLike):
         raise InputError(
             "expected a scenario: its path, a dict of its tables or a Scenario, got"
@@ -66,6 +64,31 @@ def load(
         raise InputError("load: load() expects a path; use loads() for TOML text")
     text = _read(path)
     return _validated(_parse(str(path), text), str(path), text, overrides, backend, path.parent)
+
+
+def load_tables(
+    source: Mapping[str, Any],
+    folder: Path | None,
+    overrides: Overrides | None = None,
+    backend: str | None = None,
+) -> Scenario:
+    """Validate the tables of a scenario.
+
+    Parameters
+    ----------
+    source : mapping
+    folder : Path or None
+        Of the file names in it; None for tables out of a file that anyone may have made, which
+        must not name other files.
+    overrides, backend
+        As of `load`.
+
+    Raises
+    ------
+    ScenarioError
+        As `load`.
+    """
+    return _validated(plain(source), None, "", overrides, backend, folder)
 
 
 def _way_out(source: object) -> str:
@@ -110,7 +133,7 @@ def _validated(
     text: str,
     overrides: Overrides | None,
     backend: str | None,
-    folder: Path,
+    folder: Path | None,
 ) -> Scenario:
     """Return the scenario of the data, with its origin.
 
@@ -125,7 +148,7 @@ def _validated(
     try:
         scenario = validate(data, folder)
     except ValidationFailure as found:
-        from frictionsim.scenario.toml_text import key_lines
+        from frictionsim.scenario.parsed_text import key_lines
 
         lines = key_lines(text) if lines is None else lines
         raise ScenarioError(_with_positions(found.faults, name, lines, overridden)) from None
@@ -218,19 +241,14 @@ def _read(path: Path) -> str:
 
 def _parse(name: str, text: str) -> dict[str, Any]:
     text = text.replace("\r\n", "\n")
-    excess = excess_of_text(text)
     try:
-        data = {} if excess else tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        return toml_tables(text)
+    except ExceedsLimit as excess:
+        raise ScenarioError([f"{name}: this is no scenario: {excess}"]) from None
+    except NoUsableText as error:
+        raise ScenarioError([f"{name}: {error}"]) from None
+    except ValueError as error:
         raise ScenarioError([f"{name}{_syntax_fault(text, str(error))}"]) from None
-    except RecursionError:
-        raise ScenarioError([f"{name}: tables or lists are nested too deeply"]) from None
-    except ValueError as error:  # an integer of thousands of digits, an impossible date
-        raise ScenarioError([f"{name}: not a usable TOML value: {error}"]) from None
-    excess = excess or excess_of_data(data)
-    if excess:
-        raise ScenarioError([f"{name}: this is no scenario: {excess}"])
-    return data
 
 
 def _with_positions(

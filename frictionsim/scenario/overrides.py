@@ -1,12 +1,11 @@
 """Overrides of single keys of a scenario: texts as for --set, or a mapping of keys to values."""
 
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from os import PathLike, fsdecode
 from typing import Any
 
 from frictionsim.errors import InputError, ScenarioError
-from frictionsim.scenario.toml_text import excess_of_text
+from frictionsim.scenario.parsed_text import ExceedsLimit, parsed_value
 
 KeyPath = tuple[str | int, ...]
 Overrides = Mapping[str, Any] | Iterable[str]
@@ -201,15 +200,11 @@ def _key_in(table: Any, part: str, path: KeyPath, where: str) -> Any:
 
 
 def _parsed(where: str, text: str) -> Any:
-    excess = excess_of_text(text)
-    if excess:
-        raise ScenarioError([f"{where}: this is no value: {excess}"])
     try:
-        parsed = tomllib.loads(f"value = {text}")
-        if len(parsed) == 1:  # the text has no further lines with keys
-            return parsed["value"]
-        raise ValueError
-    except (ValueError, RecursionError):
+        return parsed_value(text)
+    except ExceedsLimit as excess:
+        raise ScenarioError([f"{where}: this is no value: {excess}"]) from None
+    except ValueError:
         if text == REMOVED_TEXT:
             return REMOVED
         if _is_bare_word(text):

@@ -1,9 +1,11 @@
 """Kinds of mechanism from installed packages, by their entry points `frictionsim.kinds`.
 
 An entry point gives the kind and its module, as `block_brake = "frictionsim_brake.block_brake"`.
-A faulty plug-in is reported where it is needed; it does not disturb the other kinds.
+A faulty plug-in is reported where it is needed; it does not disturb the other kinds: lists leave
+it out, with a warning.
 """
 
+import logging
 from collections.abc import Iterator
 from contextlib import suppress
 from importlib import import_module
@@ -14,6 +16,7 @@ from typing import Any, NamedTuple, get_args
 from frictionsim.errors import InputError
 from frictionsim.scenario.settings import Scenario
 
+LOG = logging.getLogger(__name__)
 GROUP = "frictionsim.kinds"
 REQUIRED = ("SCENARIO", "simulation", "statics", "PANELS", "METRICS")
 
@@ -35,18 +38,40 @@ class Provider(NamedTuple):
 def names(reserved: tuple[str, ...]) -> tuple[str, ...]:
     """Return the kinds of installed packages, sorted, without importing their modules.
 
+    A kind that several packages provide, or that is built in, is left out with a warning.
+
     Parameters
     ----------
     reserved : tuple of str
         The built-in kinds, which a package must not provide.
-
-    Raises
-    ------
-    InputError
-        If two installed packages provide the same kind, or one provides a reserved kind.
     """
-    found = _providers()
-    for kind, providers in found.items():
+    try:
+        providers = _providers()
+    except InputError as error:
+        LOG.warning("%s", error)
+        return ()
+    return tuple(kind for kind, found in providers.items() if _is_usable(kind, found, reserved))
+
+
+def sound_names(reserved: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the kinds of installed packages whose modules can be imported and are complete.
+
+    The others are left out with a warning.
+    """
+    found = []
+    for kind in names(reserved):
+        try:
+            module_of(kind)
+        except InputError as error:
+            LOG.warning("%s", error)
+        else:
+            found.append(kind)
+    return tuple(found)
+
+
+def _is_usable(kind: str, providers: list[Provider], reserved: tuple[str, ...]) -> bool:
+    """Return whether one package provides a kind that is not built in; else warn."""
+    try:
         if kind in reserved:
             raise InputError(
                 f"the kind '{kind}' is built in, but is also provided by"
@@ -54,7 +79,10 @@ def names(reserved: tuple[str, ...]) -> tuple[str, ...]:
                 f" the kind in its entry point '{GROUP}'"
             )
         _check_unique(kind, providers)
-    return tuple(found)
+    except InputError as error:
+        LOG.warning("%s", error)
+        return False
+    return True
 
 
 def module_of(kind: str) -> ModuleType | None:
@@ -108,8 +136,10 @@ def _check_unique(kind: str, providers: list[Provider]) -> None:
 def _imported(kind: str, provider: Provider) -> ModuleType:
     try:
         module = import_module(provider.module)
+    except KeyboardInterrupt:
+        raise
     # A module may raise anything, also exit: this is reported as a fault of the plug-in.
-    except (Exception, SystemExit) as error:
+    except BaseException as error:
         raise InputError(
             f"the plug-in of the kind '{kind}', {provider}, cannot be imported:"
             f" {_text_of(error)}; repair or uninstall {provider.package}"

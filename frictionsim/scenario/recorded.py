@@ -1,11 +1,11 @@
 """The scenario that a result holds."""
 
 from collections.abc import Sequence
-from tomllib import loads
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.errors import InputError
 from frictionsim.scenario.overrides import keys_and_values
+from frictionsim.scenario.parsed_text import toml_tables
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
@@ -20,8 +20,8 @@ def scenario_of(result: "Record") -> dict[str, Any]:
         If it is not valid TOML.
     """
     try:
-        return loads(result.attributes["scenario"])
-    except (ValueError, RecursionError) as error:  # also of numbers and tables without end
+        return toml_tables(result.attributes["scenario"])
+    except ValueError as error:
         raise InputError(f"cannot read the scenario in this result: {error}") from None
 
 

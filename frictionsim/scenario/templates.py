@@ -2,7 +2,6 @@
 
 import json
 import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from textwrap import wrap
 from typing import Any, Literal, NamedTuple, get_args, get_origin
@@ -14,6 +13,7 @@ from frictionsim.errors import InputError
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.methods import LAWS, laws_of, methods_of
 from frictionsim.scenario.model_fields import holds, key_names, models_in, table_model
+from frictionsim.scenario.parsed_text import toml_tables
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import shipped_scenarios
 from frictionsim.scenario.signal_tables import FORMS_BESIDE_NUMBER, AngleTable, SpeedTable
@@ -93,10 +93,10 @@ def schema_file(kind: str) -> str:
 def _examples(kind: str) -> _Examples:
     own = getattr(mechanism_module(kind), "EXAMPLE", None)
     if own is not None:
-        values = tomllib.loads(own, parse_float=_WrittenNumber)
+        values = toml_tables(own, _WrittenNumber)
         return _Examples(values, (values,))
     texts = [path.read_text(encoding="utf-8") for path in shipped_scenarios().values()]
-    found = [tomllib.loads(text, parse_float=_WrittenNumber) for text in texts]
+    found = [toml_tables(text, _WrittenNumber) for text in texts]
     names = list(shipped_scenarios())
     if kind not in names:
         raise InputError(

@@ -192,7 +192,6 @@ class SampleStore:
             none = NO_SAMPLE if self._non_finite is None else self._non_finite
             numbers = (self._stored, self._rows_of_segment, none, self.segments.checksum)
             state["stored"] = np.array(numbers, dtype=np.float64)
-            state["stored.name"] = np.array([self.segments.name.encode()])
         return state
 
     def restore(self, state: Arrays, like: Mapping[str, Any], duration: float) -> None:

@@ -1,10 +1,10 @@
 """A work-precision study from the columns of its table."""
 
-import json
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.io.cost_table import CostTable
+from frictionsim.scenario.parsed_text import json_value
 from frictionsim.scenario.variants import Mesh, Setting
 from frictionsim.work_precision.errors import Error
 from frictionsim.work_precision.outcome import Diagram, Row
@@ -39,9 +39,9 @@ def floors_of(table: CostTable) -> dict[str, float]:
         If it is not what a table has.
     """
     try:
-        found = json.loads(table.attributes.get("reference_uncertainty", "{}"))
+        found = json_value(table.attributes.get("reference_uncertainty", "{}"))
         floors = {name: float(value) for name, value in found.items() if value is not None}
-    except (ValueError, AttributeError, TypeError, RecursionError):
+    except (ValueError, AttributeError, TypeError):
         raise ValueError("its reference uncertainty is damaged") from None
     if not all(isfinite(value) for value in floors.values()):
         raise ValueError("its reference uncertainty is not finite")

@@ -118,7 +118,7 @@ LEAVES = {
     # JSON of `static`, the name of the standard input
     "frictionsim.results": {"quantities_json"},
     "frictionsim.scenario.settings": {"STDIN", "Scenario"},
-    "frictionsim.scenario.toml_text": {"MAX_BYTES"},
+    "frictionsim.scenario.parsed_text": {"MAX_BYTES"},
     # what shells offer, and whose defect it is
     "frictionsim.plots": {"ALL", "VIEWS"},
     "frictionsim.scenario.methods": {"METHODS"},

@@ -104,7 +104,7 @@ def test_one_byte_on_which_hdf5_never_returns_is_an_error(
     monkeypatch.setattr(hdf5_reader, "run_in_child", tried)
     assert hdf5_reader.may_be_done(result)  # it is not replaced by a part of a run
     assert hdf5_reader.folder_of_segments(result) is None
-    assert len(tries) == 1
+    assert tries == []  # it took a second, and did not change
 
 
 def test_the_command_line_survives_such_a_file(result: Path) -> None:

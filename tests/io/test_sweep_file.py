@@ -69,6 +69,7 @@ CHANGES: dict[str, Change] = {
     "numbers for text": put("reason", np.zeros(3)),
     "an unknown status": lambda file: file["status"].__setitem__(0, 9),
     "a link elsewhere": put("other", h5py.ExternalLink("/etc/passwd", "/")),
+    "a value that is not finite": lambda file: file[MU_S].__setitem__(0, np.nan),
     "no status": lambda file: file.pop("status"),
     "no study": lambda file: file.attrs.pop("study"),
     "another version": lambda file: file.attrs.update(sweep_version=99),

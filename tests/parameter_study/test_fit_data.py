@@ -118,6 +118,15 @@ def test_a_unit_in_a_heading_is_used_unless_another_is_given(tmp_path: Path) -> 
     assert force_of(path) != pytest.approx(300.0, rel=0.1)
 
 
+@pytest.mark.parametrize("value", [1e200, -1.7e308])
+def test_numbers_that_no_scenario_has_are_refused(value: float) -> None:
+    data = {"time": [0.0, 0.5], "angle": [0.0, value]}
+    with pytest.raises(fs.InputError, match=r"row 1: .* is too large; the magnitude must not"):
+        fs.fit(frictionless(), data=data, channels="angle", free=FREE)
+    with pytest.raises(fs.InputError, match=r"final_angle: .* is too large"):
+        fs.fit(frictionless(), quantities={"final_angle": value}, free=FREE)
+
+
 def test_gaps_of_a_file_are_not_data(tmp_path: Path) -> None:
     """Channels that were sampled at other times than each other."""
     angle = 0.5 * SLOPE * 200.0 * TIME**2

@@ -3,12 +3,14 @@
 import os
 import signal
 import time
+import tomllib
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 import pytest
+import tomli_w
 
 import frictionsim as fs
 from frictionsim.api import sweep_run
@@ -234,6 +236,56 @@ def test_what_cannot_be_resumed_is_refused(whole: bytes, tmp_path: Path) -> None
             fs.resume_sweep(edited, workers=1)
         assert edited.read_bytes() == before
         assert not journal_name(edited).exists()
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ("scenario.toml", "expected the tables of a scenario"),
+        ({"drive": {"force": {"csv": "secret.csv"}}}, "csv"),
+        ("x=" + "[" * 30_000, "its study is not that of its values"),
+    ],
+)
+def test_a_sweep_made_by_others_has_no_other_file_read(
+    changed: Any, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "s.h5"
+    interrupted(path)
+    for name in ("scenario.toml", "secret.csv"):
+        (tmp_path / name).write_text("password")
+    with h5py.File(path, "r+") as file:
+        study = tomllib.loads(file.attrs["study"])
+        if isinstance(changed, dict):
+            study["study"]["scenario"]["drive"]["force"] = changed
+        else:
+            study["study"]["scenario"] = changed
+        deep = isinstance(changed, str) and changed.startswith("x=")
+        file.attrs["study"] = changed if deep else tomli_w.dumps(study)
+    append_trailer(path)
+    with pytest.raises(fs.InputError) as refused:
+        fs.resume_sweep(path, workers=1)
+    assert said in str(refused.value)
+    assert "password" not in str(refused.value)
+
+
+def test_an_order_of_others_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "s.h5"
+    interrupted(path)
+    with h5py.File(path, "r+") as file:
+        file.attrs["order"] = "[" * 30_000
+    append_trailer(path)
+    with pytest.raises(fs.InputError, match="it is damaged"):
+        fs.resume_sweep(path, workers=1)
+
+
+def test_a_sweep_without_the_results_of_its_runs_makes_no_folder(tmp_path: Path) -> None:
+    path = tmp_path / "s.h5"
+    interrupted(path, keep_series=True)
+    (tmp_path / "s.series").rename(tmp_path / "elsewhere")
+    with pytest.raises(fs.InputError, match="put it back beside the sweep"):
+        fs.resume_sweep(path, workers=1)
+    assert not (tmp_path / "s.series").exists()
 
 
 def test_an_error_in_a_sweep_keeps_what_is_done(

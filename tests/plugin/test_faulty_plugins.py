@@ -10,6 +10,7 @@ import pytest
 
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import InputError
+from frictionsim.scenario.json_schema import schema
 from frictionsim.scenario.kinds import KINDS, kind_names, mechanism_module
 from tests.support.plugins import BRAKE, install, searched, write_metadata
 from tests.support.scenarios import ROOT, SCENARIOS
@@ -100,12 +101,26 @@ def test_a_plugin_that_cannot_be_imported(
     assert run_command_line(["check", str(PULLEY)]) == 0
 
 
+@pytest.mark.parametrize("source", ["import no_such_module", "raise BaseException", ""])
+def test_the_schema_of_all_kinds_leaves_a_faulty_one_out(
+    source: str, add: Add, caplog: pytest.LogCaptureFixture
+) -> None:
+    add("frictionsim-winch", source)
+    add("frictionsim-anvil", COMPLETE.replace("winch", "anvil"), kind="anvil")
+    assert list(schema()["$defs"]) == [*KINDS, "anvil"]
+    assert [m.split(", ")[0] for m in caplog.messages] == ["the plug-in of the kind 'winch'"]
+    with pytest.raises(InputError, match="the plug-in of the kind 'winch'"):
+        schema("winch")
+
+
 def test_an_entry_point_without_a_module(add: Add, complaint: Complain, tmp_path: Path) -> None:
     write_metadata(tmp_path / "site", "frictionsim-winch", {"winch": "winch:Kind"})
     assert "frictionsim-winch 1.0 (module winch:Kind), cannot be imported: Mod" in complaint()
 
 
-def test_two_plugins_of_one_kind(add: Add, complaint: Complain) -> None:
+def test_two_plugins_of_one_kind(
+    add: Add, complaint: Complain, caplog: pytest.LogCaptureFixture
+) -> None:
     add("b-winch")
     add("a-winch")
     sentence = (
@@ -114,25 +129,28 @@ def test_two_plugins_of_one_kind(add: Add, complaint: Complain) -> None:
     )
     assert complaint() == sentence
     with pytest.raises(InputError) as found:
-        kind_names()
+        mechanism_module("winch")
     assert str(found.value) == sentence
-    assert complaint("") == sentence  # which would list all kinds
+    assert kind_names() == tuple(KINDS)
+    assert caplog.messages[-1] == sentence
     assert run_command_line(["check", str(PULLEY)]) == 0
     add("c-anvil", COMPLETE.replace("winch", "anvil"), kind="anvil")
     assert mechanism_module("anvil").__name__ == "c_anvil"
 
 
-def test_a_plugin_of_a_built_in_kind(add: Add, complaint: Complain) -> None:
+def test_a_plugin_of_a_built_in_kind(
+    add: Add, complaint: Complain, caplog: pytest.LogCaptureFixture
+) -> None:
     add("frictionsim-pulley", "raise ValueError", kind="pulley")
     sentence = (
         "the kind 'pulley' is built in, but is also provided by frictionsim-pulley 1.0 (module"
         " frictionsim_pulley); uninstall frictionsim-pulley or rename the kind in its entry point"
         " 'frictionsim.kinds'"
     )
-    with pytest.raises(InputError) as found:
-        kind_names()
-    assert str(found.value) == sentence
-    assert complaint('kind = "puley"') == sentence
+    assert kind_names() == tuple(KINDS)
+    assert caplog.messages == [sentence]
+    assert "(did you mean 'pulley'?)" in complaint('kind = "puley"')
+    assert run_command_line(["new", "pulley"]) == 0
     assert run_command_line(["check", str(PULLEY)]) == 0
     assert mechanism_module("pulley").__name__ == KINDS["pulley"]
 

@@ -1,6 +1,8 @@
 """What a report says without scripts: headings, tables and sentences."""
 
 import re
+from base64 import b64encode
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -174,6 +176,15 @@ def test_a_long_channel_is_thinned_and_keeps_its_peak(pulley: fs.Result) -> None
     kept = np.searchsorted(time, line.time)
     assert 33_333 in kept
     np.testing.assert_array_equal(line.values, channels["angle"][kept])
+
+
+def test_only_the_scripts_of_the_report_are_allowed_to_run(pulley: fs.Result) -> None:
+    html = html_of(pulley)
+    policy = re.search(r"script-src ([^;]*);", html)[1]
+    script = re.search(r"<script>(.*?)</script>", html, re.DOTALL)[1]
+    digest = b64encode(sha256(script.encode()).digest()).decode()
+    assert f"'sha256-{digest}'" in policy
+    assert "unsafe" not in policy
 
 
 def test_results_are_named_by_their_files() -> None:

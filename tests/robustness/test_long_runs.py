@@ -13,6 +13,7 @@ import pytest
 import frictionsim as fs
 from frictionsim.errors import InputError, Interrupted, OutputError
 from frictionsim.io import hdf5_writer, sample_segments
+from frictionsim.io.checksum import append_trailer
 from frictionsim.simulation import sample_store, space
 from tests.support.belt_scenarios import pair
 from tests.support.stopped_runs import stopped_at
@@ -102,15 +103,30 @@ def test_a_stopped_run_counts_its_segments_and_resumes_to_the_same_bytes(
     assert os.listdir(tmp_path) == ["a.h5"]
 
 
+@pytest.mark.parametrize("changed", [(None, 2, None), (None, None, 0), (1, None, None)])
+def test_segments_that_are_not_those_of_the_result_are_not_shown(
+    changed: tuple[int | None, ...], tmp_path: Path
+) -> None:
+    path = tmp_path / "a.h5"
+    fs.solve(LONG, output=path, progress=stopping(0.2))
+    with h5py.File(path, "r+") as file:
+        name, *numbers = file.attrs["segments"].split()
+        given = [n if new is None else new for n, new in zip(numbers, changed, strict=True)]
+        file.attrs["segments"] = " ".join(map(str, [name, *given]))
+    append_trailer(path)
+    with pytest.raises(fs.InputError):
+        fs.open(path)
+
+
 def test_a_run_that_is_resumed_into_another_file_leaves_the_first_as_it_is(
     whole: Path, tmp_path: Path
 ) -> None:
     (tmp_path / "other").mkdir()
-    path, other = tmp_path / "a.h5", tmp_path / "other" / "b.h5"
+    path, other = tmp_path / "a.h5", tmp_path / "other" / "of_another_length.h5"
     fs.solve(LONG, output=path, progress=stopping(0.2))
     fs.resume(path, output=other)
     assert other.read_bytes() == whole.read_bytes()
-    assert os.listdir(other.parent) == ["b.h5"]
+    assert os.listdir(other.parent) == [other.name]
     fs.resume(path)
     assert path.read_bytes() == whole.read_bytes()
 

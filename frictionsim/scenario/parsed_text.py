@@ -1,13 +1,17 @@
-"""A TOML text: its limits, and the line of each key, which tomllib does not report.
+"""The one gate for text that comes out of a file: TOML and JSON are parsed here, within limits.
 
-The limits are there so that reading one that no scenario needs does not take minutes.
+The text of a scenario, a study, a result or a sweep may be of anyone. Its size and depth are
+limited, so that no text takes minutes or ends in a RecursionError. `key_lines` gives the line of
+each key, which tomllib does not report.
 
 tomllib takes a time that grows with the square of the parts of a dotted key, and a millisecond for
 some ten tables; the search for the lines of keys takes as long again.
 """
 
+import json
 import re
 import tomllib
+from collections.abc import Callable
 from typing import Any
 
 # Scenarios are written by hand; long signals belong in a CSV file.
@@ -15,6 +19,7 @@ MAX_BYTES = 1024 * 1024
 MAX_TABLES = 2000  # a belt has one for each pulley
 MAX_KEYS = 10_000
 MAX_DEPTH = 32  # scenarios are six deep
+TOO_DEEP = "tables or lists are nested too deeply"
 
 _HEADER = re.compile(r"^[ \t]*\[", re.MULTILINE)
 _STATEMENT = re.compile(r"^[ \t]*[^#\s][^\n]*=", re.MULTILINE)
@@ -23,7 +28,75 @@ _PART = r"""(?:(?<![\w-])[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*"""
 _DEEP_KEY = re.compile(rf"(?:{_PART}){{{MAX_DEPTH}}}")
 
 
-def excess_of_text(text: str) -> str:
+class NoUsableText(ValueError):
+    """A text that is valid, but exceeds a limit or holds what no number can hold."""
+
+
+class ExceedsLimit(NoUsableText):
+    """A text with more, larger or deeper tables than any scenario has."""
+
+
+def toml_tables(text: str, parse_float: Callable[[str], Any] = float) -> dict[str, Any]:
+    """Return the tables of a TOML text.
+
+    Parameters
+    ----------
+    text : str
+    parse_float : callable
+        As of `tomllib.loads`.
+
+    Raises
+    ------
+    tomllib.TOMLDecodeError
+        If it is not valid.
+    NoUsableText
+        If it exceeds a limit, or a value cannot be held: an integer of thousands of digits, a
+        date that there is not.
+    """
+    if excess := _excess_of_text(text):
+        raise ExceedsLimit(excess)
+    try:
+        data = tomllib.loads(text, parse_float=parse_float)
+    except tomllib.TOMLDecodeError:
+        raise
+    except RecursionError:
+        raise NoUsableText(TOO_DEEP) from None
+    except ValueError as error:
+        raise NoUsableText(f"not a usable TOML value: {error}") from None
+    if excess := _excess_of_data(data):
+        raise ExceedsLimit(excess)
+    return data
+
+
+def parsed_value(text: str) -> Any:
+    """Return the value that a TOML text gives, as 0.3 or [1, 2].
+
+    Raises
+    ------
+    ValueError
+        If it gives none, or more than one; `NoUsableText` if it exceeds a limit.
+    """
+    data = toml_tables(f"value = {text}")
+    if len(data) != 1:  # the text has further lines with keys
+        raise ValueError("more than one value")
+    return data["value"]
+
+
+def json_value(text: str | bytes) -> Any:
+    """Return what a JSON text holds.
+
+    Raises
+    ------
+    ValueError
+        If it is not valid or nested too deeply.
+    """
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise NoUsableText(TOO_DEEP) from None
+
+
+def _excess_of_text(text: str) -> str:
     """Return the limit that a text exceeds, before it is parsed; empty if none."""
     if _DEEP_KEY.search(text):
         return f"a key has more than {MAX_DEPTH} parts"
@@ -34,7 +107,7 @@ def excess_of_text(text: str) -> str:
     return f"it has {keys} keys; the limit is {MAX_KEYS}" if keys > MAX_KEYS else ""
 
 
-def excess_of_data(data: dict[str, Any]) -> str:
+def _excess_of_data(data: dict[str, Any]) -> str:
     """Return the limit that the data of a text exceed; empty if none."""
     level: list[Any] = [data]
     keys = 0
