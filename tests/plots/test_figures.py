@@ -257,12 +257,17 @@ def content_of(name: str, view: str) -> list[Any]:
     return content(draw(shown(name), view))
 
 
-@pytest.mark.parametrize(("name", "view"), drawn_views())
-def test_integer_channels_give_the_same_pictures(name: str, view: str) -> None:
-    for kind in (np.int8, np.int32):
-        result = with_integers(shown(name), kind)
-        assert [n for n, c in result.channels.items() if c.dtype == kind]
-        assert content(draw(result, view)) == content_of(name, view)
+@pytest.mark.parametrize(
+    ("kind", "name", "view"),
+    [
+        *((np.int8, *job) for job in drawn_views()),
+        *((np.int32, name, views_of_record(name)[0]) for name in DRAWN),
+    ],
+)
+def test_integer_channels_give_the_same_pictures(kind: type, name: str, view: str) -> None:
+    result = with_integers(shown(name), kind)
+    assert [n for n, c in result.channels.items() if c.dtype == kind]
+    assert content(draw(result, view)) == content_of(name, view)
 
 
 def test_jumps_of_a_count_are_gaps() -> None:

@@ -4,6 +4,7 @@ import csv
 import json
 import random
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +53,12 @@ CHOSEN: dict[str, Any] = {
 
 def quantities_of(model: str, bodies: int, overrides: dict[str, Any]) -> dict[str, float]:
     """Return the quantities of a run of its own, with the keys of its mesh written out."""
+    return _quantities(json.dumps(overrides), model, bodies)
+
+
+@cache
+def _quantities(text: str, model: str, bodies: int) -> dict[str, float]:
+    overrides = json.loads(text)
     mesh = {"mechanism.belt.wrap": model, "mechanism.belt.bodies": bodies}
     # A study takes 500 samples or more.
     settings = {"solver.backend": "moreau", "output.interval": overrides["solver.duration"] / 500}
