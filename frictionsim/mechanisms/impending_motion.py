@@ -98,12 +98,6 @@ class Equation(NamedTuple):
         return abs(self.a_1) - hypot(self.x_1, self.y_1)
 
     @property
-    def at_zero(self) -> float:
-        """Moment less friction with the unknown zero, of their terms; C is in proportion to it."""
-        excess = abs(self.a_0) - hypot(self.x_0, self.y_0)
-        return excess / self.terms if self.terms else 0.0
-
-    @property
     def across(self) -> tuple[float, float]:
         """r_s V."""
         return (

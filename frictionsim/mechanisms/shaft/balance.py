@@ -266,28 +266,27 @@ def _roots_of_friction(balance: Balance, moment: float, reaction: float) -> Root
     return Roots((Root(moment / root, direction),))
 
 
-def features_at(balance: Balance, degrees: float) -> tuple[float, ...]:
-    """Return functions of the angle whose zeros may end, join or cross roots; of the size of 1."""
-    if not balance.is_of_friction:
-        equation = balance.equation(degrees, settled=False)
-        terms = balance.terms_of_sought(degrees)
-        moment, across, up = balance.sought(degrees)
-        leading = abs(moment) - balance.radius * hypot(across, up)
-        leading = leading / terms if terms else 0.0
-        features = equation.margin, leading
-        return features if balance.unknown.signed else (*features, equation.at_zero)
+def features_at(balance: Balance, degrees: float) -> tuple[tuple[float, float], ...]:
+    """Return functions of the angle whose zeros may end, join or cross roots, and their terms."""
     angle = radians(degrees)
-    journal = balance.given.scenario.effects.shaft_friction
-    assert journal is not None  # as one of its keys is the unknown
     moment, across, up = balance.given.at(balance.time, angle)
     scale = balance.given.scale(balance.time, angle)
-    share = moment / scale if scale else 0.0
+    if not balance.is_of_friction:
+        at_zero = abs(moment) - balance.radius * hypot(across, up)
+        sought, x, y = balance.sought(degrees)
+        leading = abs(sought) - balance.radius * hypot(x, y)
+        return (
+            (balance.equation(degrees, settled=False).margin, 1.0),
+            (leading, balance.terms_of_sought(degrees)),
+            (at_zero, scale),
+        )
+    journal = balance.given.scenario.effects.shaft_friction
+    assert journal is not None  # as one of its keys is the unknown
     if balance.unknown.label == MU_S:
         most = journal.shaft_radius * hypot(across, up)
-        size = most + abs(moment)
-        return share, (most - abs(moment)) / size if size else 0.0
+        return (moment, scale), (most - abs(moment), most + abs(moment))
     force = balance.given.terms.loads.total_force(balance.time, angle)
-    return share, hypot(across, up) / force if force else 0.0
+    return (moment, scale), (hypot(across, up), force)
 
 
 def growth_at(balance: Balance, degrees: float, root: Root) -> float:

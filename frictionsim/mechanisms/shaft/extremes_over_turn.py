@@ -118,7 +118,7 @@ class _Search:
             if found and found[-1][1] == begin:
                 begin = found.pop()[0]
             found.append((begin, end))
-        return found
+        return [(_rounded(begin), _rounded(end)) for begin, end in found]
 
     def _add(self, value: float, direction: int, angle: float, reached: bool = True) -> None:
         for s in _of(direction):
@@ -139,11 +139,14 @@ class _Search:
         sampled = [features_at(self._balance, angle) for angle in grid]
         found = [begin, end, *(knot for knot in self._balance.knots if begin < knot < end)]
         for i in range(len(sampled[0])):
+            size = max(features[i][1] for features in sampled)
+            if not size:
+                continue
 
-            def feature(angle: float, i: int = i) -> float:
-                return features_at(self._balance, angle)[i]
+            def feature(angle: float, i: int = i, size: float = size) -> float:
+                return features_at(self._balance, angle)[i][0] / size
 
-            found += _zeros(feature, grid, [features[i] for features in sampled])
+            found += _zeros(feature, grid, [features[i][0] / size for features in sampled])
         cuts: list[float] = []
         for angle in found:  # ends and knots first
             if all(abs(angle - cut) > RESOLUTION for cut in cuts):
@@ -174,8 +177,7 @@ class _Search:
         angle = (piece.begin, piece.end)[side]
         inward = NEAR * (piece.end - piece.begin) * (1 - 2 * side)
         here = possible_roots_at(self._balance, angle)
-        values = [root.value for root in here.found]
-        limits = [root.value for root in limits_at(self._balance, angle).found]
+        limits = limits_at(self._balance, angle)
         beside = possible_roots_at(self._balance, angle + inward).found
         farther = possible_roots_at(self._balance, angle + FARTHER * inward).found
         if not len(beside) == len(farther) == len(piece.directions):
@@ -185,9 +187,9 @@ class _Search:
             value, direction = beside[i].value, piece.directions[i]
             # Where A = 0, a root is left for the smaller one, and the larger one has no bound. Two
             # such angles may be one cut.
-            bounded = here.leading != 0 or rank < len(values) or here.every
+            bounded = here.leading != 0 or rank < len(here.found) or here.every
             bounded &= abs(value) <= GROWTH * abs(farther[i].value) or not farther[i].value
-            near = values if bounded else limits
+            near = (here if bounded else limits).of(direction)
             if near:
                 _, limit = min((abs(x - value), x) for x in near)
                 self._add(limit, direction, angle, bounded)
