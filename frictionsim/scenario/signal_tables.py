@@ -14,7 +14,7 @@ from pydantic import (
     model_validator,
 )
 
-from frictionsim.scenario.csv_signals import CsvSpeedTable, CsvTable, read_points
+from frictionsim.scenario.csv_signals import CsvSpeedTable, CsvTable
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal, Sine, SmoothStep
 
@@ -150,6 +150,9 @@ def _reader_of(model: type[CsvTable]) -> BeforeValidator:
                 "a scenario in a result holds its numbers itself, and refers to no file; was the"
                 " result changed?",
             )
+        # Imported here: few scenarios have such a signal.
+        from frictionsim.scenario.csv_columns import read_points
+
         return read_points(model.model_validate(table), folder)
 
     return BeforeValidator(read, json_schema_input_type=model)

@@ -9,8 +9,8 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import ScenarioError
-from frictionsim.scenario.csv_signals import MAX_BYTES as MAX_CSV
-from frictionsim.scenario.csv_signals import MAX_LINES
+from frictionsim.scenario.csv_columns import MAX_BYTES as MAX_CSV
+from frictionsim.scenario.csv_columns import MAX_LINES
 from frictionsim.scenario.loading import load, loads
 from frictionsim.scenario.parsed_text import key_lines
 from frictionsim.scenario.signals import Sine
