@@ -126,12 +126,7 @@ OUT_OF_RANGE = (
 
 @contextmanager
 def overflow_refused() -> Iterator[None]:
-    """Return the context in which overflow is a fault of the scenario; other errors are ours.
-
-    Raises
-    ------
-    InputError
-    """
+    """Return the context in which overflow is a fault of the scenario; other errors are ours."""
     try:
         yield
     except OverflowError as error:

@@ -24,13 +24,7 @@ class Command(TyperCommand):
     """A command that refuses an option whose first value a second one would replace silently."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the command line.
-
-        Raises
-        ------
-        InputError
-            If an option that takes one value is given twice.
-        """
+        """Parse the command line."""
         if not ctx.resilient_parsing:  # as of completion
             _, _, order = self.make_parser(ctx).parse_args(args=list(args))
             for parameter, count in Counter(map(id, order)).items():

@@ -38,12 +38,7 @@ class Files(NamedTuple):
     plot: Path | None
 
     def check(self, no_clobber: bool) -> None:
-        """Check that the files can be written, before the study runs.
-
-        Raises
-        ------
-        InputError, OutputError
-        """
+        """Check that the files can be written, before the study runs."""
         options = ("-o", "--csv", "--plot")
         given = {option: path for option, path in zip(options, self, strict=True) if path}
         check_apart(given)
@@ -60,12 +55,7 @@ class Files(NamedTuple):
             check_target(self.csv, COSTS)
 
     def write(self, study: "fs.Study") -> None:
-        """Write the files; one that cannot be written does not keep the others from it.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Write the files; one that cannot be written does not keep the others from it."""
         errors = []
         for path, write in (
             (self.output, study.save_hdf5),
@@ -89,15 +79,7 @@ def _draw(study: "fs.Study", path: Path) -> None:
 
 
 def run_study(scenario: "Scenario", wanted: Wanted) -> "fs.Study":
-    """Run the study that the options ask for.
-
-    Raises
-    ------
-    InputError
-        If an option is invalid; before anything is run.
-    SolverError
-        If all reference runs fail.
-    """
+    """Run the study that the options ask for."""
     with (
         monitor_run(scenario.solver.duration, with_progress=False) as on_step,
         StatusLine() as show,

@@ -162,12 +162,7 @@ class _Files(NamedTuple):
     plot: Path | None
 
     def check(self, no_clobber: bool) -> None:
-        """Check that the files can be written, before the fit.
-
-        Raises
-        ------
-        InputError, OutputError
-        """
+        """Check that the files can be written, before the fit."""
         from frictionsim.io.atomic_write import check_no_clobber
         from frictionsim.io.new_file import check_new
         from frictionsim.io.replaceable import check_apart
@@ -185,12 +180,7 @@ class _Files(NamedTuple):
             check_new(self.output, "scenario")
 
     def write(self, found: "fs.Fit") -> None:
-        """Write the files; one that cannot be written does not keep the other from it.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Write the files; one that cannot be written does not keep the other from it."""
         errors = []
         for path, write in ((self.output, found.save_toml), (self.plot, found.save)):
             if path is not None:

@@ -138,11 +138,6 @@ def run_jobs(jobs: Sequence[Job], report: Report) -> None:
     """Run jobs one after the other until one is interrupted.
 
     One of several that cannot be solved does not keep the others from it.
-
-    Raises
-    ------
-    InputError, OutputError
-        As `run_job`, if there is one job.
     """
     for number, job in enumerate(jobs, start=1):
         report.waiting = len(jobs) - number
@@ -160,13 +155,7 @@ def run_jobs(jobs: Sequence[Job], report: Report) -> None:
 
 
 def run_job(job: Job, report: Report) -> None:
-    """Run a job, write its result and print its summary.
-
-    Raises
-    ------
-    InputError, OutputError
-        Before the run, if the job is invalid; OutputError also if the result cannot be written.
-    """
+    """Run a job, write its result and print its summary."""
     known = job.scenario.warnings()
     warn(known)  # before the run, so that the user can stop it
     # Written within the monitor, so that a first signal does not interrupt the writing.
@@ -184,12 +173,7 @@ def run_job(job: Job, report: Report) -> None:
 
 
 def resume_job(job: Resumption, report: Report) -> None:
-    """Resume a run, write its result and print its summary.
-
-    Raises
-    ------
-    InputError, OutputError
-    """
+    """Resume a run, write its result and print its summary."""
     incomplete = fs.open(job.source)
     incomplete.load_checkpoint()  # refuses one that cannot be resumed, before all else
     known = incomplete.scenario.warnings()
@@ -217,13 +201,6 @@ def targets_of(sources: Sequence[str], output: Path | None, no_clobber: bool) ->
         The file; of several scenarios a folder.
     no_clobber : bool
         Do not replace existing files.
-
-    Raises
-    ------
-    InputError
-        If two scenarios would be written to one file.
-    OutputError
-        If the folder does not exist or cannot be created, or a file cannot be written.
     """
     if output == Path(STDIN):
         raise InputError("-o -: a result is an HDF5 file, it is not printed; give a file name")

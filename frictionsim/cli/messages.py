@@ -37,13 +37,7 @@ def warn_of_name(written: Path | None) -> None:
 
 
 def print_text(text: str) -> None:
-    """Print text on stdout; it is discarded after the reader of a pipe has gone.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be printed for another reason.
-    """
+    """Print text on stdout; it is discarded after the reader of a pipe has gone."""
     stdout = Stdout()
     with suppress(ReaderGone):
         stdout.write(f"{text}\n")
@@ -51,26 +45,14 @@ def print_text(text: str) -> None:
 
 
 def print_json(data: Any) -> None:
-    """Print data on stdout; they must not contain non-finite numbers.
-
-    Raises
-    ------
-    OutputError
-        As `print_text`.
-    """
+    """Print data on stdout; they must not contain non-finite numbers."""
     from json import dumps
 
     print_text(dumps(data, indent=2, allow_nan=False))
 
 
 def print_data(data: Any) -> None:
-    """Print text as it is, and other data as JSON.
-
-    Raises
-    ------
-    OutputError
-        As `print_text`.
-    """
+    """Print text as it is, and other data as JSON."""
     if isinstance(data, str):
         print_text(data)
     else:

@@ -77,11 +77,6 @@ class CommandMonitor:
         ----------
         t : float, s
             Simulated time.
-
-        Raises
-        ------
-        Interrupted
-            If a stop signal was received.
         """
         if self.signal:
             raise Interrupted(self.signal, t)

@@ -22,13 +22,7 @@ def write_animation(
     no_clobber: bool,
     as_json: bool,
 ) -> None:
-    """Write an animation, with its progress on a terminal.
-
-    Raises
-    ------
-    InputError
-        If there are several results, or it is not valid.
-    """
+    """Write an animation, with its progress on a terminal."""
     if len(results) > 1:
         raise InputError(
             f"--animate shows one result, got {len(results)}; 'frictionsim report' shows several"
@@ -58,10 +52,6 @@ def check_options(animate: Path | None, others: dict[str, object]) -> None:
     animate : Path or None
     others : dict
         By option its value, None if it is not given.
-
-    Raises
-    ------
-    InputError
     """
     given = [name for name, value in others.items() if value is not None]
     if animate is None:
@@ -212,13 +202,7 @@ def plot(
 
 
 def _values_by_key(given: list[str]) -> dict[str, str]:
-    """Return the values that --at gives.
-
-    Raises
-    ------
-    InputError
-        If one is not KEY=VALUE, or a key has two.
-    """
+    """Return the values that --at gives."""
     found: dict[str, str] = {}
     for text in given:
         key, equals, value = text.partition("=")

@@ -26,10 +26,6 @@ def load_scenario(
         A path, or "-" for the standard input.
     overrides, backend
         As of `frictionsim.load`.
-
-    Raises
-    ------
-    InputError, ScenarioError
     """
     if source != STDIN:
         return fs.load(source, overrides, backend)
@@ -63,24 +59,13 @@ def _standard_input() -> str:
 
 
 def check_read_once(sources: Sequence[str]) -> None:
-    """Check that the standard input is given once at most.
-
-    Raises
-    ------
-    InputError
-    """
+    """Check that the standard input is given once at most."""
     if sources.count(STDIN) > 1:
         raise InputError("-: given twice; the standard input can be read once only")
 
 
 def scenarios_in(sources: Sequence[str]) -> list[str]:
-    """Return the sources, with the scenarios of each folder instead of the folder.
-
-    Raises
-    ------
-    InputError
-        If there is no scenario in a folder.
-    """
+    """Return the sources, with the scenarios of each folder instead of the folder."""
     found = []
     for source in sources:
         if source == STDIN or not isdir(source):

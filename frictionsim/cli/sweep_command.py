@@ -156,12 +156,7 @@ class OutputOptions(NamedTuple):
 
 
 def _varied(options: list[str]) -> dict[str, str]:
-    """Return the values of --vary by key.
-
-    Raises
-    ------
-    InputError
-    """
+    """Return the values of --vary by key."""
     found: dict[str, str] = {}
     for option in options:
         key, sign, values = option.partition("=")

@@ -40,11 +40,6 @@ def check_place(path: Path, what: str = "result") -> None:
     path : Path
     what : str
         What it will be, for the message.
-
-    Raises
-    ------
-    OutputError
-        If it cannot, with the reason.
     """
     try:
         reason = _target_problem(path)
@@ -58,13 +53,7 @@ def check_place(path: Path, what: str = "result") -> None:
 
 
 def check_no_clobber(path: Path) -> None:
-    """Check that there is no file at a path.
-
-    Raises
-    ------
-    OutputError
-        If there is one.
-    """
+    """Check that there is no file at a path."""
     if os.path.lexists(path):
         raise OutputError(
             f"{path}: the file exists and --no-clobber forbids to replace it; give another name"
@@ -140,11 +129,6 @@ def write_atomically(image: bytes, path: Path, what: str = "result") -> None:
         The target; a symbolic link is followed.
     what : str
         What it is, for messages.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
     """
     with replaced_atomically(path, what) as part, part.open("r+b") as file:
         file.write(image)
@@ -160,11 +144,6 @@ def replaced_atomically(path: Path, what: str = "result") -> Iterator[Path]:
         The target, as of `write_atomically`.
     what : str
         What it is, for messages.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
     """
     try:
         reason = _target_problem(path)

@@ -82,11 +82,6 @@ def compare_records(
     tolerances : Tolerances
     ignore : list of str
         Names or patterns of channels to leave out.
-
-    Raises
-    ------
-    InputError
-        If their kinds differ, or both runs are done but sampled at different times.
     """
     (result_path, result), (golden_path, golden) = named_result, named_golden
     rtol, atol, time_atol = tolerances

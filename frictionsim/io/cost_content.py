@@ -26,13 +26,7 @@ ROW = "row"
 
 
 def costs(path: str) -> CostTable:
-    """Return the content of a table of costs.
-
-    Raises
-    ------
-    InputError
-        If it is none, or damaged.
-    """
+    """Return the content of a table of costs."""
     try:
         with h5py.File(path, "r") as file:
             budget = Budget(file.id.get_filesize())

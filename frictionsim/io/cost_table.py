@@ -63,13 +63,7 @@ def is_costs_in_csv(path: Path) -> bool:
 
 
 def read_csv(path: Path) -> CostTable:
-    """Read a table of costs in CSV.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or is damaged; the message names line and column.
-    """
+    """Read a table of costs in CSV."""
     try:
         size = os.stat(path).st_size
         if size > MAX_BYTES:

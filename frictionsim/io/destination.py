@@ -52,11 +52,6 @@ def check_same_scenario(whole: Path, scenario: str, resumed: Path) -> None:
         As the incomplete result has it.
     resumed : Path
         The incomplete result, for the message.
-
-    Raises
-    ------
-    OutputError
-        If it is of another scenario, or cannot be read.
     """
     if whole == resumed or not (whole.is_file() and whole.stat().st_size):
         return
@@ -125,11 +120,6 @@ class Destination:
         ----------
         no_clobber : bool
             Do not replace an existing file, except the one that is resumed.
-
-        Raises
-        ------
-        OutputError
-            If they cannot.
         """
         if no_clobber and self.whole != self._resumed:
             check_no_clobber(self.whole)
@@ -146,11 +136,6 @@ class Destination:
         Path or None
             The file written; None if the run has no samples beyond the start and would replace
             an earlier incomplete result.
-
-        Raises
-        ------
-        OutputError
-            If it cannot be written.
         """
         if run.status == "done":
             replaced = _folder_of_segments(self.whole)
@@ -182,12 +167,6 @@ class Destination:
         -------
         Path or None
             As of `write`.
-
-        Raises
-        ------
-        OutputError
-            If it cannot be written where it was meant to be; the message says where it is, and
-            which checkpoint is kept.
         """
         before = set(self._written)
         try:

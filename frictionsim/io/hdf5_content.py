@@ -101,26 +101,14 @@ def identity(path: str) -> Identity:
 
 
 def record(path: str) -> Record:
-    """Return the content of a result file; long channels and those with columns stay there.
-
-    Raises
-    ------
-    InputError
-        As of `hdf5_reader.read`.
-    """
+    """Return the content of a result file; long channels and those with columns stay there."""
     stamp = stamp_of(path)
     with _opened(path) as file:
         return _Reader(file, str(Path(path).resolve()), stamp).record()
 
 
 def checkpoint(path: str) -> Checkpoint:
-    """Return the checkpoint of a result file.
-
-    Raises
-    ------
-    InputError
-        As of `hdf5_reader.read_checkpoint`.
-    """
+    """Return the checkpoint of a result file."""
     with _opened(path) as file:
         budget = Budget(file.id.get_filesize())
         attributes = _attributes(file, budget)

@@ -59,12 +59,7 @@ def _keep_open(*parts: Any) -> None:
 
 @contextmanager
 def reported(path: Path) -> Iterator[None]:
-    """Return the context that reports an error of HDF5 in one line: the reason, if it tells one.
-
-    Raises
-    ------
-    OutputError
-    """
+    """Return the context that reports an error of HDF5 in one line: the reason, if it tells one."""
     try:
         yield
     except (OSError, RuntimeError) as error:

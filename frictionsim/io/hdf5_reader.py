@@ -47,14 +47,7 @@ MAX_IDENTITIES = 64
 
 
 def read(path: Path) -> Record:
-    """Read a result file.
-
-    Raises
-    ------
-    InputError
-        If it does not exist, is not HDF5, not a frictionsim result, damaged, or of another format
-        version.
-    """
+    """Read a result file."""
     for _ in range(TRIES):
         found: Record = _in_child(hdf5_content.record, path)
         try:
@@ -92,25 +85,13 @@ def is_sweep(path: Path) -> bool:
 
 
 def identity_of(path: Path) -> Identity:
-    """Return the identity of a file; empty if HDF5 finds it damaged.
-
-    Raises
-    ------
-    InputError
-        If it is no HDF5, or HDF5 does not survive it: to try again takes seconds.
-    """
+    """Return the identity of a file; empty if HDF5 finds it damaged."""
     found: Identity = _in_child(hdf5_content.identity, path)
     return found
 
 
 def read_sweep(path: Path) -> "SweepTable":
-    """Read the file of a sweep.
-
-    Raises
-    ------
-    InputError
-        If it does not exist or is no sweep, or damaged.
-    """
+    """Read the file of a sweep."""
     from frictionsim.io import sweep_content  # rarely needed
 
     found: SweepTable = _in_child(sweep_content.sweep, path)
@@ -118,13 +99,7 @@ def read_sweep(path: Path) -> "SweepTable":
 
 
 def read_costs(path: Path) -> "CostTable":
-    """Read a table of costs.
-
-    Raises
-    ------
-    InputError
-        If it does not exist or is no such table, or damaged.
-    """
+    """Read a table of costs."""
     from frictionsim.io import cost_content  # rarely needed
 
     found: CostTable = _in_child(cost_content.costs, path)
@@ -141,13 +116,7 @@ def folder_of_segments(path: Path) -> Path | None:
 
 
 def read_checkpoint(path: Path) -> Checkpoint:
-    """Read the checkpoint of a result file.
-
-    Raises
-    ------
-    InputError
-        As `read`; or if the run is done, has no checkpoint, or was written by another version.
-    """
+    """Read the checkpoint of a result file."""
     found: Checkpoint = _in_child(hdf5_content.checkpoint, path)
     return found
 
@@ -172,13 +141,7 @@ def _identity(path: Path) -> Identity:
 
 
 def _in_child(work: Callable[[str], Any], path: Path) -> Any:
-    """Call a reader of `hdf5_content` in the child process.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or HDF5 did not survive it.
-    """
+    """Call a reader of `hdf5_content` in the child process."""
     try:
         return _answer(work, path)
     except OSError:
@@ -269,13 +232,7 @@ def _with_values(found: Record, path: Path) -> Record:
 
 
 def _with_segments(found: Record, path: Path, reference: str) -> Record:
-    """Return a record with the samples of its segments before its own.
-
-    Raises
-    ------
-    InputError
-        If segments are missing.
-    """
+    """Return a record with the samples of its segments before its own."""
     try:
         segments, count, rows = segments_of(path, reference)
     except ValueError:

@@ -120,11 +120,6 @@ def write(run: "Record", path: Path) -> None:
     """Write the result file of a run atomically: on any error the existing file is kept.
 
     If the run can be resumed, samples in segments stay there, and the file refers to them.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written.
     """
     stored = run.stored
     if stored is None or run.checkpoint is None:
@@ -147,11 +142,6 @@ def write_record(record: Record, path: Path, checkpoint: dict[str, Any] | None =
     path : Path
     checkpoint : dict of arrays, optional
         State to resume from.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written, or would replace what is not a result.
     """
     check_replaceable(path, RESULT)
     if is_long(record.channels):
@@ -182,11 +172,6 @@ def write_table(
     attributes : dict of str
         Of the study, see `frictionsim.work_precision.report.attributes`.
     path : Path
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written.
     """
     with file_in_memory() as file:
         _add_attributes(file, scenario_attributes(scenario) | attributes)

@@ -8,13 +8,7 @@ from frictionsim.errors import OutputError
 
 
 def check_new(path: Path, what: str) -> None:
-    """Check that a new file can be written to a path, before what it will hold is computed.
-
-    Raises
-    ------
-    OutputError
-        If it cannot, or there is a file.
-    """
+    """Check that a new file can be written to a path, before what it will hold is computed."""
     from frictionsim.io.atomic_write import check_place
 
     if exists(path) and not isdir(path):  # Path.exists fails for a name that is too long
@@ -33,10 +27,6 @@ def write_new(path: Path, text: str, what: str) -> None:
     text : str
     what : str
         What it is, for messages.
-
-    Raises
-    ------
-    OutputError
     """
     from frictionsim.io.atomic_write import write_atomically
 

@@ -149,11 +149,6 @@ def check_replaceable(path: Path, kind: Kind) -> None:
     path : Path
         What is no file is left to `atomic_write.check_place`.
     kind : Kind
-
-    Raises
-    ------
-    OutputError
-        If it is another file.
     """
     if not os.path.isfile(path) or not os.path.getsize(path):
         return
@@ -167,13 +162,7 @@ def check_replaceable(path: Path, kind: Kind) -> None:
 
 
 def check_target(path: Path, kind: Kind) -> None:
-    """Check that a file can be written, before what it will hold is computed.
-
-    Raises
-    ------
-    OutputError
-        If it cannot, or would replace a file of another kind.
-    """
+    """Check that a file can be written, before what it will hold is computed."""
     check_replaceable(path, kind)
     check_place(path, kind.word)
 
@@ -185,11 +174,6 @@ def check_apart(paths: dict[str, Path]) -> None:
     ----------
     paths : dict of Path
         By the option that gives them.
-
-    Raises
-    ------
-    InputError
-        If two are.
     """
     found: dict[str, str] = {}
     for option, path in paths.items():

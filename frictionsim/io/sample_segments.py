@@ -86,13 +86,7 @@ class SampleSegments:
         return self.folder / f"{number:06d}{SUFFIX}"
 
     def write(self, number: int, recorded: dict[str, Any], kept: dict[str, Any]) -> None:
-        """Write a segment.
-
-        Raises
-        ------
-        OutputError
-            If it cannot be written.
-        """
+        """Write a segment."""
         self._make_folder()
         image = segment_image(self.checksum, recorded, kept)
         path = self.path(number)
@@ -127,13 +121,7 @@ class SampleSegments:
             ) from None
 
     def rows(self, number: int, name: str, start: int, stop: int) -> Any:
-        """Return rows of an array of a segment.
-
-        Raises
-        ------
-        InputError
-            If the segment is missing or damaged.
-        """
+        """Return rows of an array of a segment."""
         try:
             return self._file(number).rows(name, start, stop)
         except (OSError, ValueError):
@@ -147,13 +135,7 @@ class SampleSegments:
             raise self._missing(number) from None
 
     def rows_like(self, tail: Any, number: int, name: str, start: int, stop: int) -> Any:
-        """Return rows of a channel as `rows` does, with the columns of those that follow.
-
-        Raises
-        ------
-        InputError
-            If it has others.
-        """
+        """Return rows of a channel as `rows` does, with the columns of those that follow."""
         found = self.rows(number, name, start, stop)
         if found.shape != (stop - start, *tail.shape[1:]):
             raise self._missing(number)
@@ -190,13 +172,7 @@ class SampleSegments:
         return {**self.__dict__, "_opened": None}
 
     def check(self, count: int, checksum: int) -> None:
-        """Check that the first segments are there, and that they are those of a result.
-
-        Raises
-        ------
-        InputError
-            If they are not.
-        """
+        """Check that the first segments are there, and that they are those of a result."""
         before = 0
         for number in range(count):
             self.close()
@@ -213,15 +189,7 @@ class SampleSegments:
             raise self._missing(count - 1)
 
     def restore(self, count: int, checksum: int) -> None:
-        """Take over the first segments; later ones are removed.
-
-        Raises
-        ------
-        InputError
-            If they are missing or damaged.
-        OutputError
-            If they cannot be linked or copied to where the run is written now.
-        """
+        """Take over the first segments; later ones are removed."""
         if self._inherited is not None:
             SampleSegments(self._inherited).check(count, checksum)
             self._make_folder()
@@ -241,13 +209,7 @@ class SampleSegments:
             number += 1
 
     def _take_possession(self) -> None:
-        """State that this process writes in the folder now.
-
-        Raises
-        ------
-        InputError
-            If the folder is another user's, who could put links there meanwhile.
-        """
+        """State that this process writes in the folder now."""
         if hasattr(os, "geteuid") and self.folder.lstat().st_uid != os.geteuid():
             raise InputError(
                 f"{self.folder}: cannot resume from these sample segments: the"
@@ -382,13 +344,7 @@ class SegmentsAndTail:
         self._segments, self._count, self._size, self._tail = segments, count, size, tail
 
     def rows(self, name: str, start: int, stop: int) -> Any:
-        """Return samples start to stop - 1 of a channel.
-
-        Raises
-        ------
-        InputError
-            If a segment is missing.
-        """
+        """Return samples start to stop - 1 of a channel."""
         size, parts = self._size, []
         for number in range(start // size, min(self._count, (stop - 1) // size + 1)):
             a, b = max(start - number * size, 0), min(stop - number * size, size)

@@ -169,13 +169,7 @@ class FileSource:
         self._path, self._stamp, self._arrays = path, stamp, arrays
 
     def rows(self, name: str, start: int, stop: int) -> Any:
-        """Return samples start to stop - 1 of a channel.
-
-        Raises
-        ------
-        InputError
-            If the file is not the same any more, or damaged.
-        """
+        """Return samples start to stop - 1 of a channel."""
         from frictionsim.errors import InputError
 
         try:

@@ -51,13 +51,7 @@ TEXTS_AT_ONCE = 4096
 
 
 def sweep(path: str) -> SweepTable:
-    """Return the content of the file of a sweep.
-
-    Raises
-    ------
-    InputError
-        If it is no sweep, or damaged.
-    """
+    """Return the content of the file of a sweep."""
     with _opened(path) as file:
         budget = Budget(file.id.get_filesize())
         found = texts_of(file, budget)

@@ -61,13 +61,7 @@ COMPRESSED_FROM = 10_000  # runs
 
 
 def write_sweep(table: SweepTable, path: Path) -> None:
-    """Write the file of a sweep atomically: on any error the existing file is kept.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written, or would replace what is not a sweep.
-    """
+    """Write the file of a sweep atomically: on any error the existing file is kept."""
     check_replaceable(path, SWEEP)
     with file_in_memory() as file:
         _fill(file, table)

@@ -23,13 +23,7 @@ MOTIONS: Mapping[str, str] = {
 
 
 def motion_of(result: "Record") -> Motion | None:
-    """Return the mechanism of a result in motion; None if there is no drawing of its kind.
-
-    Raises
-    ------
-    InputError
-        If the kind is unknown, or the result lacks samples, channels or keys of the drawing.
-    """
+    """Return the mechanism of a result in motion; None if there is no drawing of its kind."""
     kind = result.attributes["kind"]
     module = import_module(MOTIONS[kind]) if kind in MOTIONS else mechanism_module(kind)
     function: Callable[[Record], Motion] | None = getattr(module, "motion", None)

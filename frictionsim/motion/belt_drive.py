@@ -109,11 +109,6 @@ def motion(result: "Record") -> Motion:
 
     Without the tension the belt has one colour, without angles the pulleys have no marks, without
     the flags of contact the arcs are not marked.
-
-    Raises
-    ------
-    InputError
-        If it lacks samples, positions or keys.
     """
     bodies = required(result, "x").shape[1]
     stride = -(-bodies // MAX_POINTS)

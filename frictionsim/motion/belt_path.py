@@ -20,13 +20,7 @@ FINE = 0.05  # rad, between the points of a drawn arc
 
 
 def path_of(result: "Record") -> Path | None:
-    """Return the line of an ideal taut belt round the pulleys of a scenario; None if there is none.
-
-    Raises
-    ------
-    InputError
-        If the scenario has no pulleys.
-    """
+    """Return the line of an ideal taut belt round the pulleys of a scenario; None if there is none."""
     tables = scenario_value(result, "mechanism", "pulleys")
     try:
         return belt_path(

@@ -26,13 +26,7 @@ CHANNELS = ("angle", "angular_velocity", "drive_torque", "friction_torque")
 
 
 def motion(result: "Record") -> Motion:
-    """Return the motion of a result; without its angle only that of the tracer point.
-
-    Raises
-    ------
-    InputError
-        If it lacks samples, keys, or both the channel of the angle and those of the point.
-    """
+    """Return the motion of a result; without its angle only that of the tracer point."""
     frames = frames_with_events(result)
     sun, planet = (
         float(scenario_value(result, "mechanism", f"{part}_radius")) for part in ("sun", "planet")

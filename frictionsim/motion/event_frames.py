@@ -47,11 +47,6 @@ def frames_with_events(result: "Record") -> Frames:
     The frame before an event is one rounding of the time earlier, so that times increase. Of more
     than MAX_EVENTS events the first changes of mode have frames, then the first others; state and
     count at the frames remain those after all events, but change a frame late at the other ones.
-
-    Raises
-    ------
-    InputError
-        If the result has no samples, or their times do not increase.
     """
     samples = frames_of(result)
     time = np.asarray(result.channels["time"], dtype=float)
@@ -78,13 +73,7 @@ def frames_with_events(result: "Record") -> Frames:
 
 
 def values_at(result: "Record", name: str, frames: Frames) -> Any:
-    """Return a channel at frames: linear between samples, a count that of the sample before.
-
-    Raises
-    ------
-    InputError
-        If the result has no such channel, or numbers of it are not finite or too large to draw.
-    """
+    """Return a channel at frames: linear between samples, a count that of the sample before."""
     if name == "time":
         return frames.time
     values = channel_at(result, name, frames.sample)

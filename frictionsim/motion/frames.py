@@ -31,11 +31,6 @@ def frames_of(result: "Record", count: int = MAX_FRAMES) -> "Numbers":
     result : Record
     count : int
         At most, without those at events.
-
-    Raises
-    ------
-    InputError
-        If the result has no samples.
     """
     time = np.asarray(required(result, "time"))
     if not len(time):
@@ -59,11 +54,6 @@ def channel_at(result: "Record", name: str, frames: "Numbers") -> Any:
     """Return a channel at frames, (frames,) or (frames, members of its axis).
 
     Of a channel that is large and left in its file, only these samples are read.
-
-    Raises
-    ------
-    InputError
-        If the result has no such channel, or numbers of it are not finite or too large to draw.
     """
     channel = required(result, name)
     if channel.nbytes > BYTES_AT_ONCE and not isinstance(channel, np.ndarray):
@@ -79,13 +69,7 @@ def channel_at(result: "Record", name: str, frames: "Numbers") -> Any:
 
 
 def required(result: "Record", name: str) -> Any:
-    """Return a channel.
-
-    Raises
-    ------
-    InputError
-        If the result has no such channel.
-    """
+    """Return a channel."""
     if name not in result.channels:
         raise InputError(
             f"cannot show this result in motion: it has no channel {name} (see output.channels)"

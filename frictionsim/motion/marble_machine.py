@@ -40,13 +40,7 @@ SLACK = 1e-9  # of a cell: a marble changes hands at its event, in spite of roun
 
 
 def motion(result: "Record") -> Motion:
-    """Return the motion of a result.
-
-    Raises
-    ------
-    InputError
-        If it lacks samples, the channel of the angle, or keys.
-    """
+    """Return the motion of a result."""
     frames = frames_with_events(result)
     time, angle = (values_at(result, name, frames) for name in ("time", "angle"))
     holes = int(scenario_value(result, "mechanism", "slots"))

@@ -75,13 +75,7 @@ class Rope(NamedTuple):
 
 
 def motion_with_masses(result: "Record") -> Motion:
-    """Return the motion of a result of a pulley with hanging masses.
-
-    Raises
-    ------
-    InputError
-        If it lacks samples, the channels of angle or heights, or keys.
-    """
+    """Return the motion of a result of a pulley with hanging masses."""
     frames = frames_with_events(result)
     radius = float(scenario_value(result, "mechanism", "cord_radius"))
     angle = values_at(result, "angle", frames)
@@ -376,13 +370,7 @@ class _Cord(NamedTuple):
 
 
 def motion(result: "Record") -> Motion:
-    """Return the motion of a result.
-
-    Raises
-    ------
-    InputError
-        If it lacks samples, the channel of the angle, or keys.
-    """
+    """Return the motion of a result."""
     if "hanging_masses" in scenario_of(result).get("effects", {}):
         return motion_with_masses(result)
     frames = frames_with_events(result)

@@ -60,11 +60,6 @@ def motion(result: "Record") -> Motion:
     """Return the motion of a result.
 
     Without a channel that a force depends on, as the angular velocity, no forces are drawn.
-
-    Raises
-    ------
-    InputError
-        If it lacks samples or the channel of the angle, or has no valid scenario.
     """
     frames = frames_with_events(result)
     scenario = scenario_in(result)
@@ -100,13 +95,7 @@ def motion(result: "Record") -> Motion:
 
 
 def scenario_in(result: "Record") -> "ShaftScenario":
-    """Return the scenario of a result.
-
-    Raises
-    ------
-    InputError
-        If it is not valid, as that of another version may be.
-    """
+    """Return the scenario of a result."""
     try:
         found: Any = validate(scenario_of(result), None)
     except ValidationFailure as failure:

@@ -38,11 +38,6 @@ class Combinations:
     keys : sequence of str
         Of --set: `effects.shaft_friction.mu_s`, `drive.force.value.1`; several with commas
         between them have one value.
-
-    Raises
-    ------
-    InputError
-        If a key cannot be varied.
     """
 
     def __init__(self, scenario: Scenario, keys: Sequence[str]) -> None:
@@ -73,13 +68,7 @@ class Combinations:
         return applies(base, list(self._numbers))
 
     def scenario(self, values: Sequence[Any]) -> Scenario:
-        """Return the scenario in which the keys have these values.
-
-        Raises
-        ------
-        InputError
-            If it is not valid; the message names the combination.
-        """
+        """Return the scenario in which the keys have these values."""
         if not all(map(_is_ordinary, values)):
             return self._validated(values)
         if not self._places:

@@ -38,11 +38,6 @@ class DaskCluster:
     ----------
     address : str
         Of a scheduler, as tcp://host:8786; or local:N for one of N workers on this machine.
-
-    Raises
-    ------
-    InputError
-        If the address is none, or there is no Dask, or no scheduler, or no suitable worker.
     """
 
     seconds_of_a_block = 0.8  # the scheduler takes some hundredths for each
@@ -162,12 +157,7 @@ class DaskCluster:
         return SolverError(f"dask {self._address}: lost the connection to the scheduler")
 
     def _connect(self, distributed: Any, workers: int | None) -> None:
-        """Connect to the scheduler.
-
-        Raises
-        ------
-        InputError
-        """
+        """Connect to the scheduler."""
 
         def connect() -> None:
             try:
@@ -199,12 +189,7 @@ class DaskCluster:
             )
 
     def _check_workers(self) -> None:
-        """Check that there are workers, and that they have this version.
-
-        Raises
-        ------
-        InputError
-        """
+        """Check that there are workers, and that they have this version."""
         try:
             self._client.wait_for_workers(1, timeout=SECONDS_TO_ANSWER)
         except Exception:
@@ -293,12 +278,7 @@ def _other_version(where: str, version: Any) -> str:
 
 
 def _count_of(address: str) -> int | None:
-    """Return the number of workers of local:N; None of an address.
-
-    Raises
-    ------
-    InputError
-    """
+    """Return the number of workers of local:N; None of an address."""
     if not isinstance(address, str):
         raise InputError(f"dask: expected an address, as tcp://host:8786, got {address!r}")
     if address.startswith(LOCAL):
@@ -317,13 +297,7 @@ def _count_of(address: str) -> int | None:
 
 
 def _distributed() -> Any:
-    """Return the library.
-
-    Raises
-    ------
-    InputError
-        If it is not installed.
-    """
+    """Return the library."""
     try:
         import distributed
     except ImportError:

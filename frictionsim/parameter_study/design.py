@@ -106,11 +106,6 @@ def design_of(
         Run the first values of all keys, then the second ones, and so on; else all combinations.
     sampling : Sampling, optional
         Of distributions.
-
-    Raises
-    ------
-    InputError
-        If the values do not go together, or are too many.
     """
     if not vary:
         raise InputError("nothing is varied: give --vary KEY=VALUES, or a table [vary]")

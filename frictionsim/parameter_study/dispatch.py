@@ -209,13 +209,7 @@ def _image(answer: Answer) -> bytes:
 def check_all(
     workers: Workers, left: list[range], on_checked: Callable[[int], Any], beat: Callable[[], Any]
 ) -> None:
-    """Check combinations.
-
-    Raises
-    ------
-    InputError
-        For the first one that is not valid, however they are distributed.
-    """
+    """Check combinations."""
     dispatch = _Dispatch(workers, CHECK, left, MIN_CHECKED)
     faults: dict[int, Exception] = {}
     for answer in dispatch.answers(beat):

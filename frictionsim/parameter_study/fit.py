@@ -363,15 +363,7 @@ class Settings(NamedTuple):
 
 
 def fit(problem: FitProblem, settings: Settings) -> Outcome:
-    """Fit the free keys of a problem.
-
-    Raises
-    ------
-    ArgumentError
-        If there are fewer values than keys, or data of a kind that need one have no sigma.
-    SolverError
-        If all runs fail.
-    """
+    """Fit the free keys of a problem."""
     _check(problem)
     noise = Noise(problem.data.targets)
     best, starts = search(problem, 1.0 / noise.sigma, settings.starts, settings.seed)

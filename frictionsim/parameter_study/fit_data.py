@@ -256,13 +256,7 @@ def _too_large(value: float) -> str:
 
 
 def measured(source: Source, scenario: "Scenario") -> Measured:
-    """Return the data to compare a scenario with, in the units of its channels.
-
-    Raises
-    ------
-    InputError
-        If they lack a column, or do not fit the scenario.
-    """
+    """Return the data to compare a scenario with, in the units of its channels."""
     if source.over:
         return _of_runs(source, scenario)
     targets = [*_series(source, scenario)] if source.channels else []
@@ -414,12 +408,7 @@ def _of_runs(source: Source, scenario: "Scenario") -> Measured:
 
 
 def check_names(of: str, given: Mapping[str, Any], known: list[str]) -> None:
-    """Check that sigma or units are of something that is compared.
-
-    Raises
-    ------
-    ArgumentError
-    """
+    """Check that sigma or units are of something that is compared."""
     for name in given:
         if name not in known:
             raise ArgumentError(of, unknown("channel or quantity", name, known))

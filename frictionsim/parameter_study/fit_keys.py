@@ -89,11 +89,6 @@ def free_keys(given: Mapping[str, Any], scenario: "Scenario") -> tuple[FreeKey, 
         (low, high) or (low, high, start) by key; several keys with commas between them have one
         value.
     scenario : Scenario
-
-    Raises
-    ------
-    ArgumentError
-        If there are none, or one has no bounds, or such as the scenario cannot have.
     """
     if not given:
         raise ArgumentError("free", f"expected at least one key; {ADVICE}")
@@ -142,12 +137,7 @@ def _middle(low: float, high: float) -> float:
 
 
 def _check_key(key: str, low: float, high: float, scenario: "Scenario") -> None:
-    """Check that a key takes any number between its bounds, as far as it alone decides that.
-
-    Raises
-    ------
-    ArgumentError
-    """
+    """Check that a key takes any number between its bounds, as far as it alone decides that."""
     if key.split(".")[0] in NOT_PHYSICAL:
         raise ArgumentError("free", f"{key}: expected a key of mechanism, drive or effects")
     fields = fields_of_key(type(scenario), key)
@@ -186,11 +176,6 @@ def _with_valid_starts(
     """Return the keys with starts that make a valid scenario together.
 
     Those that were not chosen are moved if need be, as one coefficient must not exceed another.
-
-    Raises
-    ------
-    ArgumentError
-        If there are none.
     """
     fault = fault_of(scenario, {key.key: key.start for key in keys})
     if not fault:
@@ -206,12 +191,7 @@ def _with_valid_starts(
 
 
 def check_runs(data: "Measured", keys: tuple[FreeKey, ...], scenario: "Scenario") -> None:
-    """Check that each row of the data makes a valid scenario with the starts of the keys.
-
-    Raises
-    ------
-    ArgumentError
-    """
+    """Check that each row of the data makes a valid scenario with the starts of the keys."""
     if len(data.runs) > MAX_RUNS:
         raise ArgumentError(
             "data", f"{len(data.runs)} rows, each a run of each step; the limit is {MAX_RUNS}"

@@ -117,13 +117,7 @@ class FitProblem:
         return {key.key: key.value(float(p)) for key, p in zip(self.keys, x, strict=True)}
 
     def at(self, x: "Array") -> Model:
-        """Return the model values at a scaled place; a failed run gives the reason.
-
-        Raises
-        ------
-        ArgumentError
-            If it has no such channel or quantity.
-        """
+        """Return the model values at a scaled place; a failed run gives the reason."""
         place = np.asarray(x, dtype=np.float64).tobytes()
         if place not in self._seen:
             if len(self._seen) >= min(MAX_REMEMBERED, 1 + MAX_NUMBERS // self.data.size):

@@ -262,11 +262,6 @@ def search(
         How many local searches; one starts from the starts of the keys, without a scan.
     seed : int
         Of the points that are scanned.
-
-    Raises
-    ------
-    SolverError
-        If all runs fail.
     """
     task, keys = Search(problem, weights), problem.keys
     own = np.array([key.scaled(key.start) for key in keys])

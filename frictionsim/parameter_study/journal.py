@@ -53,11 +53,6 @@ class Journal:
     ----------
     path : Path
         Of the file of the sweep.
-
-    Raises
-    ------
-    OutputError
-        If another process writes that sweep, or the journal cannot be written.
     """
 
     def __init__(self, path: Path) -> None:
@@ -101,12 +96,7 @@ class Journal:
             )
 
     def start(self, digest: bytes) -> None:
-        """Begin anew, for a study.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Begin anew, for a study."""
         try:
             os.ftruncate(self._descriptor, 0)
             os.lseek(self._descriptor, 0, os.SEEK_SET)
@@ -116,12 +106,7 @@ class Journal:
             raise self._failed(error) from None
 
     def append(self, image: bytes) -> None:
-        """Append a block; it is kept when this process is killed, some seconds later always.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Append a block; it is kept when this process is killed, some seconds later always."""
         try:
             self._write(HEAD.pack(len(image), crc32(image)) + image)
             if monotonic() - self._synced > SECONDS_BETWEEN_SYNCS:

@@ -68,11 +68,6 @@ def factor(unit: str, own: str) -> float:
         Of the data.
     own : str
         Of the channel or quantity.
-
-    Raises
-    ------
-    InputError
-        If the unit is unknown or of something else.
     """
     if unit == own:
         return 1.0

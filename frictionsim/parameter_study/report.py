@@ -39,13 +39,7 @@ class Writable(Protocol):
 
 
 def write_csv(table: SweepTable, path: Path) -> None:
-    """Write a sweep as CSV, each file whole or not at all.
-
-    Raises
-    ------
-    OutputError
-        If a file cannot be written, or would replace what is no such table.
-    """
+    """Write a sweep as CSV, each file whole or not at all."""
     files = files_of_sweep_in_csv(path, table.sobol is not None)
     for target, kind in files.items():
         check_replaceable(target, kind)

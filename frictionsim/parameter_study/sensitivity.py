@@ -56,13 +56,7 @@ class Indices(NamedTuple):
 
 
 def indices_of(table: SweepTable, names: list[str]) -> dict[str, Indices]:
-    """Return the Sobol indices of some quantities of a sample.
-
-    Raises
-    ------
-    InputError
-        If the study in its file is not valid.
-    """
+    """Return the Sobol indices of some quantities of a sample."""
     distributions, sampling = variation(table)
     if sampling is None:
         return {name: _none(tuple(table.coordinates), "not a sample") for name in names}
@@ -71,13 +65,7 @@ def indices_of(table: SweepTable, names: list[str]) -> dict[str, Indices]:
 
 
 def sobol_indices_of(table: SweepTable) -> SobolIndices | None:
-    """Return the indices of all quantities of a sample with `indices`; None of another sweep.
-
-    Raises
-    ------
-    InputError
-        If the study in its file is not valid.
-    """
+    """Return the indices of all quantities of a sample with `indices`; None of another sweep."""
     sampling = variation(table)[1]
     if sampling is None or not sampling.indices:
         return None

@@ -57,11 +57,6 @@ def run_task(
         The folder for the result of each run.
     on_step : callable
         Called with the time after each step of each run.
-
-    Raises
-    ------
-    OutputError
-        If a result cannot be written.
     """
     found: list[Outcome | None] = [None] * len(task.values)
     if series is None and len(task.values) >= MIN_IN_LOCKSTEP and combinations.in_lockstep:
@@ -130,11 +125,6 @@ def outcome_of(
     target : Path, optional
         The file for its result, with all samples.
     on_step : callable
-
-    Raises
-    ------
-    OutputError
-        If that cannot be written: the disk may be full, which says nothing of the run.
     """
     try:
         scenario = combinations.scenario(values)

@@ -83,13 +83,7 @@ def is_defined(table: SweepTable, name: str) -> bool:
 
 
 def variation(table: SweepTable) -> tuple[Mapping[str, Distribution], Sampling | None]:
-    """Return the distributions and the sampling of a sweep; none if it is no sample.
-
-    Raises
-    ------
-    InputError
-        If the study in its file is not valid.
-    """
+    """Return the distributions and the sampling of a sweep; none if it is no sample."""
     if table.attributes["design"] != SAMPLE:
         return {}, None
     try:
@@ -128,13 +122,7 @@ def statistics_of(values: "Array") -> Statistics:
 
 
 def sample_statistics(table: SweepTable) -> dict[str, Statistics]:
-    """Return the statistics of each quantity of a sample.
-
-    Raises
-    ------
-    InputError
-        If the study in its file is not valid.
-    """
+    """Return the statistics of each quantity of a sample."""
     runs = independent_runs(table, variation(table)[1])
     return {name: statistics_of(sound_values(table, name)[runs]) for name in table.values}
 

@@ -73,13 +73,7 @@ def is_study(data: Mapping[str, Any]) -> bool:
 
 
 def load_study(path: Path) -> SweepStudy:
-    """Read a study.
-
-    Raises
-    ------
-    InputError, ScenarioError
-        If it is not valid.
-    """
+    """Read a study."""
     return study_of(read_toml(path), path.parent, str(path))
 
 
@@ -93,11 +87,6 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepSt
         Of file names in them; None for a study out of a sweep's file, which names no other files.
     name : str
         For messages.
-
-    Raises
-    ------
-    InputError, ScenarioError
-        If they are not valid.
     """
     unknown = [key for key in data if key not in TABLES]
     if unknown:
@@ -131,13 +120,7 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepSt
 def study_with(
     scenario: "Scenario", vary: dict[str, Values], settings: StudySettings
 ) -> SweepStudy:
-    """Return the study of a scenario with these settings.
-
-    Raises
-    ------
-    InputError
-        If a setting of samples is given, and no number of runs.
-    """
+    """Return the study of a scenario with these settings."""
     return SweepStudy(scenario, vary, settings.zip, _sampling(settings), settings.keep_series)
 
 
@@ -155,24 +138,13 @@ def variation_of(data: Mapping[str, Any], name: str) -> tuple[dict[str, Values],
     dict of Values
         By key.
     Sampling or None
-
-    Raises
-    ------
-    InputError
-        If they are not valid.
     """
     given = {key: value for key, value in _table(data, "study", name).items() if key != "scenario"}
     return _vary(data, name), _sampling(_settings_of_file(given, name))
 
 
 def settings_of(given: Mapping[str, Any], table: str = "") -> StudySettings:
-    """Return the settings of a study; messages name them with the table, if there is one.
-
-    Raises
-    ------
-    InputError
-        If one is not valid.
-    """
+    """Return the settings of a study; messages name them with the table, if there is one."""
     try:
         return validate_table(StudySettings, dict(given))
     except ValidationFailure as failure:

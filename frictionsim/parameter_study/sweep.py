@@ -73,11 +73,6 @@ def plan_of(
     together, sampling
         As of `design_of`.
     series : Path, optional
-
-    Raises
-    ------
-    InputError
-        If the values do not go together; if a combination is not valid, it is named.
     """
     return SweepPlan(scenario, vary, design_of(vary, together, sampling), sampling, series)
 
@@ -103,11 +98,6 @@ class Execution(Protocol):
             Called with the number of those checked since.
         beat : callable
             Called some times each second; it may raise what ends the sweep.
-
-        Raises
-        ------
-        InputError
-            For the first one that is not valid.
         """
 
     def blocks(
@@ -130,13 +120,7 @@ class Execution(Protocol):
 
 
 def check_combinations(plan: SweepPlan, runs: range) -> None:
-    """Check some combinations.
-
-    Raises
-    ------
-    InputError
-        For the first one that is not valid.
-    """
+    """Check some combinations."""
     combinations = plan.combinations
     for values in plan.design.combinations(runs.start, runs.stop):
         combinations.scenario(values)

@@ -54,12 +54,7 @@ class SweepFiles:
         self._digest = b""
 
     def check(self, no_clobber: bool = False) -> None:
-        """Check that the files can be written.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Check that the files can be written."""
         if no_clobber and self.whole != self._resumed:
             check_no_clobber(self.whole)
         for path in {self.whole, self.place}:
@@ -68,12 +63,7 @@ class SweepFiles:
             self._check_nothing_is_lost()
 
     def _check_nothing_is_lost(self) -> None:
-        """Check that no interrupted sweep with runs that are done would be replaced.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Check that no interrupted sweep with runs that are done would be replaced."""
         place, journal = self.place, journal_name(self.place)
         if not (place.is_file() and place.stat().st_size and hdf5_reader.is_sweep(place)):
             return
@@ -90,23 +80,11 @@ class SweepFiles:
             )
 
     def lock(self) -> None:
-        """Have no other process write this sweep.
-
-        Raises
-        ------
-        OutputError
-            If another one does.
-        """
+        """Have no other process write this sweep."""
         self._journal = Journal(self.place)
 
     def take_up(self, assembly: "Assembly", table: "SweepTable") -> None:
-        """Add what file and journal have.
-
-        Raises
-        ------
-        InputError
-            If the file is damaged.
-        """
+        """Add what file and journal have."""
         assert self._journal is not None
         try:
             assembly.take_up(table)
@@ -116,12 +94,7 @@ class SweepFiles:
             raise InputError(f"{self.place}: cannot resume this sweep: it is damaged") from None
 
     def begin(self, table: "SweepTable") -> None:
-        """Write the incomplete file, and begin the journal.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Write the incomplete file, and begin the journal."""
         if self._journal is None:
             self.lock()
         assert self._journal is not None
@@ -139,23 +112,13 @@ class SweepFiles:
             self._journal.start(digest)
 
     def keep(self, image: bytes) -> None:
-        """Keep a block.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Keep a block."""
         assert self._journal is not None
         self._journal.append(image)
 
     @contextmanager
     def resumable(self) -> Iterator[None]:
-        """Return the context in which a message of what cannot be written says how to go on.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Return the context in which a message of what cannot be written says how to go on."""
         try:
             yield
         except OutputError as error:
@@ -166,23 +129,13 @@ class SweepFiles:
             ) from None
 
     def write_incomplete(self, table: "SweepTable") -> None:
-        """Write what is done of a sweep that was stopped.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Write what is done of a sweep that was stopped."""
         assert self._journal is not None
         write_sweep(table, self.place)
         self._journal.close(remove=True)
 
     def write_whole(self, table: "SweepTable") -> None:
-        """Write the file of a sweep that is done, and remove all others.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Write the file of a sweep that is done, and remove all others."""
         assert self._journal is not None
         write_sweep(table, self.whole)
         if self.place != self.whole and whole_name(self.place) == self.whole:
@@ -197,13 +150,7 @@ class SweepFiles:
 
 
 def check_same_study(whole: Path, table: "SweepTable", resumed: Path) -> None:
-    """Check that an existing file is of the study whose sweep will replace it.
-
-    Raises
-    ------
-    OutputError
-        If it is of another study, or cannot be read: nobody has asked for it.
-    """
+    """Check that an existing file is of the study whose sweep will replace it."""
     if whole == resumed or not (whole.is_file() and whole.stat().st_size):
         return
     try:
@@ -224,13 +171,7 @@ def series_folder(whole: Path) -> Path:
 
 
 def check_series_folder(folder: Path, study: str) -> None:
-    """Check that a folder can take the results of a study's runs.
-
-    Raises
-    ------
-    OutputError
-        If there is something else with its name.
-    """
+    """Check that a folder can take the results of a study's runs."""
     if os.path.lexists(folder) and not _is_of_study(folder, study):
         raise OutputError(
             f"{folder}: the results of the runs would be written here, and it is not a folder of"
@@ -242,11 +183,6 @@ def check_is_series_folder(folder: Path, study: str) -> None:
     """Check that an interrupted sweep has the results of its runs beside it.
 
     A file that someone else made does not have folders written without them.
-
-    Raises
-    ------
-    InputError
-        If it has not.
     """
     if not _is_of_study(folder, study):
         raise InputError(
@@ -267,12 +203,7 @@ def _is_of_study(folder: Path, study: str) -> bool:
 
 
 def make_series_folder(folder: Path, study: str) -> None:
-    """Make the folder for the results of a study's runs, and say in it whose they are.
-
-    Raises
-    ------
-    OutputError
-    """
+    """Make the folder for the results of a study's runs, and say in it whose they are."""
     try:
         folder.mkdir(exist_ok=True)
         (folder / STUDY).write_bytes(study.encode())

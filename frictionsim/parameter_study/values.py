@@ -84,11 +84,6 @@ def values_by_key(given: Iterable[tuple[str, Any]]) -> dict[str, Values]:
     ----------
     given : iterable of (str, object)
         Keys, and values as of `values_of`.
-
-    Raises
-    ------
-    InputError
-        If a key is empty or given twice, or its values are no values.
     """
     found: dict[str, Values] = {}
     known: set[str] = set()
@@ -117,11 +112,6 @@ def values_of(key: str, given: Any) -> Values:
         For messages.
     given : str or iterable
         Text as above, or in Python anything that has values one after the other.
-
-    Raises
-    ------
-    InputError
-        If they are no values, or none.
     """
     if isinstance(given, Levels | Distribution):
         return given

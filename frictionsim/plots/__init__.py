@@ -61,26 +61,14 @@ VIEWS: Mapping[str, Views] = {
 
 
 def check_view(kind: str, view: str) -> None:
-    """Check that a kind has a view.
-
-    Raises
-    ------
-    InputError
-        With those that it has.
-    """
+    """Check that a kind has a view."""
     views = views_of(kind)
     if view not in views:
         raise InputError(f"unknown view '{view}' of kind '{kind}'; known: {', '.join(views)}")
 
 
 def check_applies(kind: str, view: str, shown: Extent) -> None:
-    """Check that a view can show a part of a result.
-
-    Raises
-    ------
-    InputError
-        If it cannot; with the views of the kind that can.
-    """
+    """Check that a view can show a part of a result."""
     views = views_of(kind)
     words = {
         "instant": "shows no single instant; a time (--time)",
@@ -96,13 +84,7 @@ def check_applies(kind: str, view: str, shown: Extent) -> None:
 
 
 def views_of(kind: str) -> Views:
-    """Return the views of a kind by name, the default first.
-
-    Raises
-    ------
-    InputError
-        If the kind is unknown.
-    """
+    """Return the views of a kind by name, the default first."""
     if kind in VIEWS:
         return VIEWS[kind]
     try:
@@ -145,13 +127,6 @@ def draw(
     -------
     Figure
         The whole figure, also if the view is drawn into a part of it.
-
-    Raises
-    ------
-    InputError
-        If the view or body does not exist, the result lacks samples or channels of the view, or
-        the axes cannot be replaced. Figure and axes are then as before. If what is to be shown does
-        not apply to the view.
     """
     kind = result.attributes["kind"]
     views = views_of(kind)
@@ -209,12 +184,6 @@ def draw_overlay(
     results : sequence of Overlaid
     view, ax, look, shown
         As of `draw`.
-
-    Raises
-    ------
-    InputError
-        As `draw`; or if the results are of unlike kinds or too many, or the view is not one in
-        which results can be drawn over each other.
     """
     check_overlay(results)
     kind = results[0].record.attributes["kind"]
@@ -244,13 +213,7 @@ def views_of_overlay(kind: str) -> list[str]:
 
 
 def check_overlaid(kind: str, view: str) -> None:
-    """Check that a view can show several results.
-
-    Raises
-    ------
-    InputError
-        If it cannot; with the views of the kind that can.
-    """
+    """Check that a view can show several results."""
     check_view(kind, view)
     fit = views_of_overlay(kind)
     if view not in fit:
@@ -278,13 +241,6 @@ def plot(
         Ends in .png, .pdf or .svg.
     view, body, look, shown
         As of `draw`.
-
-    Raises
-    ------
-    InputError
-        If the format, view or body does not exist, or the result lacks channels of the view.
-    OutputError
-        If the picture cannot be written.
     """
     check_format(path)
     figure = draw(result, view, body, look=look, shown=shown)
@@ -320,13 +276,6 @@ def plot_all(
         By the pictures that were written.
     list of str
         The reasons why other views were skipped.
-
-    Raises
-    ------
-    InputError
-        If no view can be drawn, or a part of the result that is to be shown applies to none.
-    OutputError
-        If a picture cannot be written.
     """
     check_format(path)
     kind = result.attributes["kind"]

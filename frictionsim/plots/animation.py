@@ -332,13 +332,6 @@ def animate(
         Is told the number of frames that are drawn, and of all.
     name : str
         Of the file of the result, for messages.
-
-    Raises
-    ------
-    InputError
-        If the format is unknown, nothing can be drawn, or there is no ffmpeg for MP4.
-    OutputError
-        If the file cannot be written.
     """
     check_animation(path)
     kind = path.suffix.lower()
@@ -364,14 +357,7 @@ def _motion(result: "Record", name: str) -> "Motion":
 
 
 def check_animation(path: Path) -> None:
-    """Check that an animation can be written, and that no other file is replaced by one.
-
-    Raises
-    ------
-    InputError
-        If its suffix names no known format, or the program for it is missing.
-    OutputError
-    """
+    """Check that an animation can be written, and that no other file is replaced by one."""
     kind = path.suffix.lower()
     if kind not in ANIMATIONS:
         raise InputError(f"{path}: expected the name of an animation, which ends in .gif or .mp4")
@@ -393,11 +379,6 @@ def timing_of(motion: "Motion", kind: str, fps: float | None, speed: float | Non
         ".gif" or ".mp4".
     fps, speed
         As of `animate`.
-
-    Raises
-    ------
-    InputError
-        If there would be too many frames, or a number is not positive.
     """
     most = MAX_FRAMES_PER_SECOND[kind]
     fps = FRAMES_PER_SECOND[kind] if fps is None else fps
@@ -489,13 +470,7 @@ def _palette(frames: _Frames) -> Any:
 
 
 def _mp4(frames: _Frames, timing: Timing) -> bytes:
-    """Return an MP4 by ffmpeg, which reads the frames from a pipe.
-
-    Raises
-    ------
-    OutputError
-        If ffmpeg cannot write it.
-    """
+    """Return an MP4 by ffmpeg, which reads the frames from a pipe."""
     height, width = frames.some(1)[0].shape[:2]
     with TemporaryDirectory(prefix="frictionsim-") as folder:
         file = Path(folder) / "animation.mp4"

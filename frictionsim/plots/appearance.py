@@ -111,11 +111,6 @@ def appearance(
     dpi : float or None
     title : bool
     style : str or None
-
-    Raises
-    ------
-    ArgumentError
-        If one is not valid.
     """
     if not isinstance(title, bool):
         raise ArgumentError("title", f"expected True or False, got {title!r:.60}")

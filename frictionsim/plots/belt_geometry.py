@@ -29,13 +29,7 @@ class Pulley(NamedTuple):
 
 
 def pulleys_of(result: "Record") -> list[Pulley]:
-    """Return the pulleys of the scenario, in their order.
-
-    Raises
-    ------
-    InputError
-        If bodies touch a pulley that is not in the scenario.
-    """
+    """Return the pulleys of the scenario, in their order."""
     where = ("mechanism", "pulleys")
     pulleys = [
         Pulley(

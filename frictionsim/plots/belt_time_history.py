@@ -170,11 +170,6 @@ def body(result: "Record", figure: "Figure | SubFigure", body: int | None = None
     body : int, optional
         Number of the body; the default is `default_body`. Of one that meets no pulley its place is
         drawn instead of forces.
-
-    Raises
-    ------
-    InputError
-        If there is no such body.
     """
     names = ["pulley_speed", "tension", "normal_force"]
     names += ["friction_force", "slip_velocity"] if has_friction(result) else []

@@ -35,11 +35,6 @@ def diagram(found: "Outcome", ax: Any = None) -> "Figure":
     found : Outcome
     ax : optional
         As in `frictionsim.plots.draw`.
-
-    Raises
-    ------
-    InputError
-        If the axes cannot be replaced.
     """
     return drawn_in(lambda target: _draw(found, target), ax)
 

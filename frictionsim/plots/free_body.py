@@ -89,13 +89,7 @@ class Instant(NamedTuple):
 
 
 def instant_of(result: "Record", view: str) -> Instant:
-    """Return the forces on the body at the last sample.
-
-    Raises
-    ------
-    InputError
-        If the result lacks channels, or has no valid scenario.
-    """
+    """Return the forces on the body at the last sample."""
     scenario = scenario_in(result)
     needed = channels_needed(scenario)
     require_channels(result, view, needed)

@@ -63,13 +63,7 @@ class _Panel(NamedTuple):
 
 
 def check_overlay(results: Sequence[Overlaid]) -> None:
-    """Check that results can be drawn into the same panels.
-
-    Raises
-    ------
-    InputError
-        If there are too many, or they are of unlike kinds.
-    """
+    """Check that results can be drawn into the same panels."""
     if len(results) > MAX_LINES:
         raise InputError(
             f"cannot draw {len(results)} results over each other: {MAX_LINES} are the most that"

@@ -34,26 +34,13 @@ OPTIONS: dict[str, dict[str, Any]] = {
 
 
 def check_format(path: Path) -> None:
-    """Check that the suffix of a picture names a known format.
-
-    Raises
-    ------
-    InputError
-        If it does not.
-    """
+    """Check that the suffix of a picture names a known format."""
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{path}: expected a picture name that ends in .png, .pdf or .svg")
 
 
 def check_picture(path: Path) -> None:
-    """Check that a picture can be written, and that no other file is replaced by one.
-
-    Raises
-    ------
-    InputError
-        If its suffix names no known format.
-    OutputError
-    """
+    """Check that a picture can be written, and that no other file is replaced by one."""
     check_format(path)
     check_target(path, PICTURE)
 
@@ -71,13 +58,6 @@ def save(figure: "Figure", path: Path, dpi: float = DOTS_PER_INCH) -> None:
         Ends in .png, .pdf or .svg.
     dpi : float
         Dots per inch of a PNG.
-
-    Raises
-    ------
-    InputError
-        If a PNG would have too many dots, or the settings of matplotlib do not work.
-    OutputError
-        If it cannot be written.
     """
     check_format(path)
     check_replaceable(path, PICTURE)
@@ -129,11 +109,6 @@ def rendering(values: Mapping[str, Any] | None = None) -> Iterator[None]:
     ----------
     values : mapping, optional
         The parameters of matplotlib that the figure was drawn with; by default its defaults.
-
-    Raises
-    ------
-    InputError
-        If the settings of matplotlib need what is not there, as `text.usetex` needs LaTeX.
     """
     # Without a salt the names of SVG elements are random.
     wanted = {**(defaults() if values is None else values), "svg.hashsalt": "frictionsim", **FONTS}

@@ -38,13 +38,7 @@ INCHES_TO_MM = 25.4
 
 
 def arrange(figure: "Figure", look: Appearance) -> None:
-    """Make a drawn figure fit its size and style.
-
-    Raises
-    ------
-    InputError
-        If there is no room for its panels.
-    """
+    """Make a drawn figure fit its size and style."""
     _scale_lines(figure)
     if not look.title:
         _remove_title(figure)
@@ -224,12 +218,6 @@ def drawn_in(view: View, ax: Any = None, width: float = WIDTH, look: Appearance 
         Of a new figure.
     look : Appearance
         Only a title can be left out where there is no new figure.
-
-    Raises
-    ------
-    InputError
-        If the axes cannot be replaced. Then, and where the view raises, figure and axes are as
-        before. If a new figure has no room for the view.
     """
     if ax is None:
         return _new(view, width, look)

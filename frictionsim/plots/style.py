@@ -48,11 +48,6 @@ def require_channels(result: "Record", view: str, names: Sequence[str]) -> None:
     view : str
     names : sequence of str
         The channels.
-
-    Raises
-    ------
-    InputError
-        If one is missing.
     """
     missing = [name for name in names if name not in result.channels]
     if missing:

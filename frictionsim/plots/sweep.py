@@ -228,12 +228,6 @@ def draw_sweep(
         By key of a grid, the one value of it that is drawn.
     ax, look : optional
         As in `frictionsim.plots.draw`.
-
-    Raises
-    ------
-    InputError
-        If a quantity, key or value is not in the sweep, too many keys are varied, or the
-        axes cannot be replaced.
     """
     _check(table, quantities)
     if table.attributes["design"] == SAMPLE:
@@ -254,13 +248,7 @@ def draw_sweep(
 
 
 def _third(face: Face, quantities: Sequence[str]) -> int:
-    """Return which of three keys has a panel for each of its values: one of text, or the last.
-
-    Raises
-    ------
-    InputError
-        If it has too many values, or several quantities are wanted.
-    """
+    """Return which of three keys has a panel for each of its values: one of text, or the last."""
     of_text = [number for number, axis in enumerate(face.axes) if axis.labels]
     third = of_text[-1] if of_text else MAX_KEYS - 1
     axis = face.axes[third]

@@ -146,11 +146,6 @@ def face_of(table: SweepTable, at: Mapping[str, Any]) -> Face:
     table : SweepTable
     at : mapping
         By key of a grid, the value of those that are not varied in the picture.
-
-    Raises
-    ------
-    InputError
-        If a key or value is not in the sweep.
     """
     if RUN in table.dimensions:
         if at:
@@ -252,13 +247,7 @@ def _is_log(values: Any) -> bool:
 
 
 def _place(coordinate: Coordinate, axis: KeyAxis, wanted: Any) -> int:
-    """Return the place of a value along its axis.
-
-    Raises
-    ------
-    InputError
-        If the sweep does not have it.
-    """
+    """Return the place of a value along its axis."""
     text = str(wanted).strip()
     if axis.labels and (isinstance(coordinate.values, list) or _is_truth(coordinate)):
         known = [label.strip('"') for label in axis.labels]

@@ -134,13 +134,7 @@ def draw_channels(
 
 
 def channels_of(result: "Record", wanted: Sequence[str] = ()) -> list[str]:
-    """Return the channels that are drawn over time: those of the kind, or what is wanted.
-
-    Raises
-    ------
-    InputError
-        If one has too many members, or there is none.
-    """
+    """Return the channels that are drawn over time: those of the kind, or what is wanted."""
     for name in wanted:
         axis = result.axes[name]
         if axis and len(result.members[axis]) > MAX_LINES:

@@ -62,11 +62,6 @@ def extent(
         None for one of both is the first or last sample.
     channels : str, sequence of str or None
         A text has commas between the names.
-
-    Raises
-    ------
-    InputError
-        If one is not valid.
     """
     start, stop = _pair(window)
     found = Extent(
@@ -121,13 +116,7 @@ def _names(channels: Any) -> tuple[str, ...]:
 
 
 def check_channels(result: "Record", names: Sequence[str]) -> None:
-    """Check that a result has channels that are drawn over time.
-
-    Raises
-    ------
-    ArgumentError
-        If one is not there; with those that are.
-    """
+    """Check that a result has channels that are drawn over time."""
     known = [name for name in result.channels if name != "time"]
     for name in names:
         if name == "time":
@@ -139,13 +128,7 @@ def check_channels(result: "Record", names: Sequence[str]) -> None:
 
 
 def check_numbers(result: "Record") -> None:
-    """Check that no number of a result is so large that a scale of it would overflow.
-
-    Raises
-    ------
-    InputError
-        If one is.
-    """
+    """Check that no number of a result is so large that a scale of it would overflow."""
     for name, values in [*result.channels.items(), *result.events.items()]:
         if isinstance(values, np.ndarray) and values.dtype.kind == "f":  # not one left in its file
             finite = values[np.isfinite(values)]
@@ -162,11 +145,6 @@ def until(result: "Record", time: float) -> "Record":
     ----------
     result : Record
     time : float, s
-
-    Raises
-    ------
-    ArgumentError
-        If the result has no samples around that time.
     """
     samples = np.asarray(result.channels["time"])
     if not samples[0] <= time <= samples[-1]:
@@ -193,11 +171,6 @@ def within(result: "Record", start: float | None, stop: float | None) -> "Record
     result : Record
     start, stop : float or None, s
         None is the first or last sample.
-
-    Raises
-    ------
-    InputError
-        If the result has no samples around the window.
     """
     samples = np.asarray(result.channels["time"])
     first, last = float(samples[0]), float(samples[-1])

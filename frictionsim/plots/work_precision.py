@@ -197,11 +197,6 @@ def diagram(study: "Diagram", ax: Any = None) -> "Figure":
         As `WorkPrecision.diagram`.
     ax : optional
         As in `frictionsim.plots.draw`.
-
-    Raises
-    ------
-    InputError
-        If the axes cannot be replaced.
     """
     draw = draw_mesh_study if study.of_meshes else _draw
     return drawn_in(lambda target: draw(study, target), ax, WIDTH)

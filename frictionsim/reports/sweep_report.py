@@ -104,11 +104,6 @@ def sweep_page(
         Name of its file; empty if there is none.
     pictures : iterable of Picture
         Of its quantities over its keys.
-
-    Raises
-    ------
-    InputError
-        If the study in its file is not valid.
     """
     title, *lines = parts
     # The head of the page names the file.

@@ -334,11 +334,6 @@ def read_columns(path: Path, wanted: Sequence[Column], no_gaps: Sequence[Column]
         Names of columns, or numbers from 1.
     no_gaps : sequence of str or int
         Those of them in which each cell must have a number.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or lacks a column or a number.
     """
     try:
         text = read_text(path, "")

@@ -41,11 +41,6 @@ def mechanism_module(kind: str) -> ModuleType:
     -------
     module
         With the names that `frictionsim.mechanisms` lists.
-
-    Raises
-    ------
-    InputError
-        If the kind is unknown, or if its plug-in is not unique, fails to import or is incomplete.
     """
     if kind in KINDS:
         return import_module(KINDS[kind])

@@ -82,11 +82,6 @@ def load_tables(
         must not name other files.
     overrides, backend
         As of `load`.
-
-    Raises
-    ------
-    ScenarioError
-        As `load`.
     """
     return _validated(plain(source), None, "", overrides, backend, folder)
 
@@ -156,13 +151,7 @@ def _validated(
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """Return the tables of a TOML file, which need not be a scenario.
-
-    Raises
-    ------
-    ScenarioError
-        If it cannot be read.
-    """
+    """Return the tables of a TOML file, which need not be a scenario."""
     return _parse(str(path), _read(path))
 
 
@@ -175,11 +164,6 @@ def scenario_from_result(path: Path, attributes: Mapping[str, str]) -> Scenario:
         The result file, for messages.
     attributes : mapping of str
         The attributes of the file: the scenario as TOML, its source and overrides.
-
-    Raises
-    ------
-    InputError
-        If it is invalid.
     """
     try:
         # What others write into a result is not to have files of the reader's read.

@@ -34,13 +34,6 @@ def apply_overrides(
         By the path of each key, where the override came from, for messages.
     tuple of str
         The overrides as texts KEY=VALUE.
-
-    Raises
-    ------
-    ScenarioError
-        If an override is not valid or its key does not fit the data.
-    InputError
-        If they are neither a mapping nor texts.
     """
     if isinstance(overrides, Mapping):
         paths = {
@@ -109,11 +102,6 @@ def apply_override(data: dict[str, Any], override: str) -> KeyPath:
     -------
     tuple of str or int
         The path of the key.
-
-    Raises
-    ------
-    ScenarioError
-        If the override is not valid or its key does not fit the data.
     """
     key, equals, text = override.partition("=")
     where = f"{BY_TEXT} {override}"
@@ -222,11 +210,6 @@ def plain(value: Any, where: str = "scenario") -> Any:
     value : object
     where : str
         For the message.
-
-    Raises
-    ------
-    ScenarioError
-        If TOML has no such value, or a table is within itself.
     """
     try:
         return _plain(value, where)

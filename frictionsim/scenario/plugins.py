@@ -86,13 +86,7 @@ def _is_usable(kind: str, providers: list[Provider], reserved: tuple[str, ...]) 
 
 
 def module_of(kind: str) -> ModuleType | None:
-    """Import and check the module of a kind; None if no installed package provides the kind.
-
-    Raises
-    ------
-    InputError
-        If several packages provide the kind, or if its module fails to import or is incomplete.
-    """
+    """Import and check the module of a kind; None if no installed package provides the kind."""
     if kind not in _checked:
         providers = _providers().get(kind)
         if providers is None:

@@ -12,13 +12,7 @@ if TYPE_CHECKING:
 
 
 def scenario_of(result: "Record") -> dict[str, Any]:
-    """Return the scenario of a result as data.
-
-    Raises
-    ------
-    InputError
-        If it is not valid TOML.
-    """
+    """Return the scenario of a result as data."""
     try:
         return toml_tables(result.attributes["scenario"])
     except ValueError as error:
@@ -33,11 +27,6 @@ def scenario_value(result: "Record", *keys: str | int) -> Any:
     result : Record
     *keys : str or int
         Path of the value.
-
-    Raises
-    ------
-    InputError
-        If there is no such key.
     """
     value: Any = scenario_of(result)
     for key in keys:
@@ -56,11 +45,6 @@ def differing_keys(results: "Sequence[Record]") -> dict[str, list[Any]]:
     -------
     dict of list
         The value of each result; None where it has no such key.
-
-    Raises
-    ------
-    InputError
-        If a scenario is not valid TOML.
     """
     found = [dict(keys_and_values(scenario_of(result))) for result in results]
     names = dict.fromkeys(name for values in found for name in values)

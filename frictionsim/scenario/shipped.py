@@ -14,11 +14,6 @@ def shipped_folder() -> Path:
     """Return the folder of the shipped scenarios.
 
     A wheel has them inside the package, a source tree beside it.
-
-    Raises
-    ------
-    InputError
-        If the installation is without them.
     """
     folders = (PACKAGE / "scenarios", PACKAGE.parent / "scenarios")
     for folder in folders:
@@ -32,13 +27,7 @@ def shipped_folder() -> Path:
 
 
 def shipped_scenarios() -> dict[str, Path]:
-    """Return the shipped scenarios by name: `pulley`, and with their folder, as `hard/jump`.
-
-    Raises
-    ------
-    InputError
-        If the installation is without them.
-    """
+    """Return the shipped scenarios by name: `pulley`, and with their folder, as `hard/jump`."""
     folder = shipped_folder()
     found = {path.stem: path for path in sorted(folder.glob("*.toml"))}
     for name in FOLDERS:

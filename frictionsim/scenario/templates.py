@@ -73,11 +73,6 @@ def new_scenario(kind: str) -> str:
     -------
     str
         A scenario in TOML, which is valid as it is.
-
-    Raises
-    ------
-    InputError
-        If there is no such kind, or no example of it.
     """
     model: type[Scenario] = mechanism_module(kind).SCENARIO
     template = _Template(model, _examples(kind))

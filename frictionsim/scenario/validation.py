@@ -35,13 +35,7 @@ def validate(data: dict[str, Any], folder: Path | None) -> "Scenario":
 
 
 def _model_of(data: dict[str, Any]) -> "type[Scenario]":
-    """Return the model of the kind of a scenario.
-
-    Raises
-    ------
-    InputError
-        If there is no such kind, or if its plug-in is faulty.
-    """
+    """Return the model of the kind of a scenario."""
     kind = data.get("kind")
     if isinstance(kind, str):
         found: type[Scenario] = mechanism_module(kind).SCENARIO

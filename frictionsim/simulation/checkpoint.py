@@ -41,11 +41,6 @@ def load_part(owner: Any, name: str, state: Arrays, duration: float) -> None:
     state : dict of arrays
     duration : float, s
         Of the run.
-
-    Raises
-    ------
-    InputError
-        If an array is missing or does not fit.
     """
     for attribute, expected in owner.CHECKPOINT_FIELDS.items():
         before, full = getattr(owner, attribute), f"{name}.{attribute}"
@@ -58,13 +53,7 @@ def load_part(owner: Any, name: str, state: Arrays, duration: float) -> None:
 
 
 def require_array(state: Arrays, name: str, dtype: Any, ndim: int) -> Any:
-    """Return an array of a state.
-
-    Raises
-    ------
-    InputError
-        If it is missing, or of another type or number of dimensions.
-    """
+    """Return an array of a state."""
     values = state.get(name)
     if values is None:
         raise unfit(name, "is missing")
@@ -83,24 +72,13 @@ def require_values(values: Any, name: str, expected: Expected, duration: float) 
     expected : Values, Rows or FixedRows
     duration : float, s
         Of the run.
-
-    Raises
-    ------
-    InputError
-        If they are not what is expected.
     """
     if fault := expected.fault(values, duration):
         raise unfit(name, fault)
 
 
 def require_same_arrays(state: Arrays, restored: Arrays) -> None:
-    """Check that a state has the arrays of what was restored from it, and no others.
-
-    Raises
-    ------
-    InputError
-        If one is missing, unknown, or of another type or shape.
-    """
+    """Check that a state has the arrays of what was restored from it, and no others."""
     for name in sorted(state.keys() ^ restored.keys()):
         raise unfit(_printable(name), "is missing" if name in restored else "is unknown")
     for name, values in restored.items():
@@ -109,13 +87,7 @@ def require_same_arrays(state: Arrays, restored: Arrays) -> None:
 
 
 def require_names(found: Iterable[str], known: Iterable[str], prefix: str) -> None:
-    """Check that the arrays of a state are those that are known, `prefix` before their names.
-
-    Raises
-    ------
-    InputError
-        If one is missing or unknown.
-    """
+    """Check that the arrays of a state are those that are known, `prefix` before their names."""
     expected = set(known)
     for name in sorted(expected ^ set(found)):
         what = "is missing" if name in expected else "is unknown"
@@ -124,13 +96,7 @@ def require_names(found: Iterable[str], known: Iterable[str], prefix: str) -> No
 
 @contextmanager
 def of_checkpoint() -> Iterator[None]:
-    """Report what a state leads to whose numbers are in their ranges, but of no run.
-
-    Raises
-    ------
-    InputError
-        In the place of an error of Python.
-    """
+    """Report what a state leads to whose numbers are in their ranges, but of no run."""
     try:
         with np.errstate(all="ignore"):  # the audit tells, or the run fails by name
             yield

@@ -75,24 +75,12 @@ class WallTimeLimit(RunMonitor):
         LOG.debug("limit: %g s of wall time", seconds)
 
     def __call__(self, t: float) -> None:
-        """Check the clock.
-
-        Raises
-        ------
-        BudgetExceeded
-            If the limit is reached.
-        """
+        """Check the clock."""
         if perf_counter() >= self._end:
             raise self._exceeded(f"at t = {t:.9g} s of {self._duration:.9g} s; {self._advice}")
 
     def compiling(self, expected: float) -> AbstractContextManager[None]:
-        """Check the clock before kernels are compiled, which takes seconds.
-
-        Raises
-        ------
-        BudgetExceeded
-            If the limit is reached.
-        """
+        """Check the clock before kernels are compiled, which takes seconds."""
         if perf_counter() >= self._end:
             raise self._exceeded(
                 "before kernels were compiled; raise the limit, or compile them with 'frictionsim"
@@ -128,12 +116,7 @@ class StopAfterStep(RunMonitor):
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def __call__(self, t: float) -> None:
-        """Stop the run after a signal.
-
-        Raises
-        ------
-        Interrupted
-        """
+        """Stop the run after a signal."""
         if self.received:
             raise Interrupted(signal.SIGINT, t)
 

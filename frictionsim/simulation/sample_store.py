@@ -204,11 +204,6 @@ class SampleStore:
             A sample, as `append` takes it.
         duration : float, s
             Of the run.
-
-        Raises
-        ------
-        InputError
-            If they are not of such a run, or its segments are missing or damaged.
         """
         found = [n.removeprefix("samples.") for n in state if n.startswith("samples.")]
         if not found:

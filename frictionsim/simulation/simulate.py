@@ -141,13 +141,6 @@ def run(
     -------
     Record
         If the run failed or was interrupted, with the samples up to that time.
-
-    Raises
-    ------
-    InputError
-        If the checkpoint is of another scenario, or the memory does not suffice for the samples.
-    OutputError
-        If the disk does not suffice, or a segment cannot be written.
     """
     limited = _with_limit(scenario, max_steps)
     log_scenario(limited)
@@ -186,13 +179,7 @@ def _with_limit(scenario: "Scenario", max_steps: int | None) -> "Scenario":
 def _restore(
     simulation: "Simulation", clock: _Clock, checkpoint: "dict[str, Any]", scenario: "Scenario"
 ) -> None:
-    """Load a state, and check that it has nothing else in it.
-
-    Raises
-    ------
-    InputError
-        If it does not fit the scenario.
-    """
+    """Load a state, and check that it has nothing else in it."""
     if not METHODS[scenario.solver.backend].resumable:
         raise InputError("its backend leaves no state to resume from")
     simulation.restore(checkpoint)

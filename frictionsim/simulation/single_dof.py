@@ -94,13 +94,7 @@ class RecordedSimulation:
         raise NotImplementedError
 
     def restore(self, state: Arrays) -> None:
-        """Load the state of another simulation of the same scenario.
-
-        Raises
-        ------
-        InputError
-            If the state does not fit the scenario.
-        """
+        """Load the state of another simulation of the same scenario."""
         for name, part in self._solver.checkpoint_parts.items():
             load_part(part, name, state, self._settings.duration)
         self._recording.transitions[:] = self._transitions(state)
@@ -109,13 +103,7 @@ class RecordedSimulation:
             self._solver.resume()
 
     def _transitions(self, state: Arrays) -> list[Transition]:
-        """Return the transitions of a state.
-
-        Raises
-        ------
-        InputError
-            If they could not be of this scenario.
-        """
+        """Return the transitions of a state."""
         contacts = require_array(state, "transitions.contact", np.bytes_, ndim=1).tolist()
         rows = require_array(state, "transitions", np.float64, ndim=2)
         # The numbers of a transition: time, modes before and after it, position.
@@ -135,12 +123,7 @@ class RecordedSimulation:
         ]
 
     def _check_samples(self) -> None:
-        """Check the samples that were restored: so many as were taken, in the order of time.
-
-        Raises
-        ------
-        InputError
-        """
+        """Check the samples that were restored: so many as were taken, in the order of time."""
         recording, duration = self._recording, self._settings.duration
         for name, expected_rows, time in (
             ("rows", recording.times.taken, TIME._replace(ascending=True)),

@@ -74,13 +74,6 @@ def check_space(
     simulation : Simulation
     segments : Segments or None
         Where samples can be put on the disk; None if the run has no file.
-
-    Raises
-    ------
-    InputError
-        If the memory does not suffice.
-    OutputError
-        If the disk does not.
     """
     needed = sample_bytes(scenario, simulation)
     if needed.in_memory <= SMALL:

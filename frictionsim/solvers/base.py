@@ -139,10 +139,6 @@ class SteppingSolver:
         ----------
         on_step : callable
             Called with the time between steps and samples; it may raise Interrupted.
-
-        Raises
-        ------
-        SolverError, Interrupted
         """
         try:
             self._run(on_step)

@@ -110,11 +110,6 @@ def consistent_modes(
     q, v : (n,)
         Zeros of velocities and gaps are exact.
     released : Released
-
-    Raises
-    ------
-    SolverError
-        If there are none: friction is too large for the equations to have a solution.
     """
     u, (now, before) = mechanism.drive(t), released
     located = {**before, **now}

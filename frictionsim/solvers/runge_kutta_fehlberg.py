@@ -242,12 +242,6 @@ class RungeKuttaFehlberg45:
         floor : float, s, optional
             A step of this length is accepted whatever its error: across a jump of the derivative
             no step meets the tolerance; the remaining error is floor times the jump.
-
-        Raises
-        ------
-        SolverError
-            If the state becomes non-finite, the step falls below the resolution of the time, or
-            the step limit is reached; in the last case the call may be repeated.
         """
         self._check_budget()
         self.t_old, self.y_old, self.y = self.t, self.y, self.y_old
@@ -381,13 +375,7 @@ class RungeKuttaFehlberg45:
         return "" if self.t_old <= self.t else "t_old"
 
     def resume(self, rhs: Rhs) -> None:
-        """Resume a segment after the attributes in CHECKPOINT_FIELDS were restored.
-
-        Raises
-        ------
-        InputError
-            If no step could be taken.
-        """
+        """Resume a segment after the attributes in CHECKPOINT_FIELDS were restored."""
         if not self._h > 0.0:
             raise unfit("stepper._h", "is not a length of a step")
         self._rhs = rhs

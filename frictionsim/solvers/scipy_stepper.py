@@ -89,12 +89,6 @@ class ScipyStepper:
         limit : float, s
         floor : float, s
             Not used; see `RungeKuttaFehlberg45.advance`.
-
-        Raises
-        ------
-        SolverError
-            If the state becomes non-finite, the step falls below the resolution of the time, or
-            the step limit is reached.
         """
         if self.steps + self.rejected >= self._max_steps:
             raise BudgetExceeded(

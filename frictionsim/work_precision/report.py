@@ -171,13 +171,7 @@ def _mesh_columns(rows: "list[Row]") -> tuple[Column, Column]:
 
 
 def write_csv(study: "WorkPrecision", path: Path) -> None:
-    """Write the table of a study as CSV, with units in the header line; whole or not at all.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written, or would replace what is no such table.
-    """
+    """Write the table of a study as CSV, with units in the header line; whole or not at all."""
     table, text = columns(study), StringIO(newline="")
     writer = csv.writer(text)
     writer.writerow([f"{c.name} [{c.unit}]" if c.unit else c.name for c in table])

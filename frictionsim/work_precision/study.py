@@ -284,11 +284,6 @@ def study(
     -------
     WorkPrecision
         If a signal stopped it, with the rows of the settings before.
-
-    Raises
-    ------
-    SolverError
-        If all reference runs fail.
     """
     metrics = plan.metrics
     channels = [m.source for m in metrics if m.what == "channel"] if plan.limits else None

@@ -50,12 +50,7 @@ def assemble(scenario: "BeltDriveScenario") -> BeltModel:
 
 
 def solve_equilibrium(scenario: "BeltDriveScenario") -> Equilibrium:
-    """Return the belt at rest, without friction.
-
-    Raises
-    ------
-    ScenarioError
-    """
+    """Return the belt at rest, without friction."""
     if scenario.guided:
         return string_at_rest(scenario)
     belt = scenario.mechanism.belt

@@ -37,13 +37,7 @@ RKF45_OF_ORDER_5 = 5  # the length of `counts` in its checkpoints
 
 
 class BeltDrive:
-    """The `Simulation` of a scenario of kind `belt_drive`.
-
-    Raises
-    ------
-    ScenarioError
-        If the belt has no rest position.
-    """
+    """The `Simulation` of a scenario of kind `belt_drive`."""
 
     def __init__(self, scenario: "BeltDriveScenario") -> None:
         self._scenario = scenario
@@ -67,12 +61,7 @@ class BeltDrive:
         self._times = GivenTimes(times)
 
     def prepare(self, on_step: Callable[[float], Any]) -> float:
-        """Evaluate the start, and have all kernels of the run compiled; return how long that took.
-
-        Raises
-        ------
-        SolverError
-        """
+        """Evaluate the start, and have all kernels of the run compiled; return how long that took."""
         stepper = self._stepper
         with jit.announce_compilation(stepper.compile_seconds, on_step) as found:
             if not self._started:
@@ -82,12 +71,7 @@ class BeltDrive:
         return found.seconds
 
     def solve(self, on_step: Callable[[float], Any]) -> bool:
-        """Step on; return whether there are kernels to `prepare` before the end.
-
-        Raises
-        ------
-        SolverError, Interrupted
-        """
+        """Step on; return whether there are kernels to `prepare` before the end."""
         stepper, times, end = self._stepper, self._times, self._scenario.solver.duration
         bodies = max(BODIES_FOR_ALL_STEPS, self._scenario.mechanism.belt.bodies)
         between_calls = max(1, STEPS_BETWEEN_CALLS * BODIES_FOR_ALL_STEPS // bodies)
@@ -108,12 +92,7 @@ class BeltDrive:
             self._observer.check_belt(stepper)
 
     def _steps_left(self, t: float) -> int:
-        """Return how many steps may be taken; stop where none is left.
-
-        Raises
-        ------
-        BudgetExceeded
-        """
+        """Return how many steps may be taken; stop where none is left."""
         solver = self._scenario.solver
         left = solver.max_steps - (self._steps_tried - self._tried_before)
         if left > 0:
@@ -153,13 +132,7 @@ class BeltDrive:
         return {**numbers, **dump_part(self._times, "times"), **self._observer.samples.state()}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Take over the state of another simulation of the same scenario.
-
-        Raises
-        ------
-        InputError
-            If it is of another scenario.
-        """
+        """Take over the state of another simulation of the same scenario."""
         stepper, duration = self._stepper, self._scenario.solver.duration
         self._adopt_earlier_version(state)
         like = self._observer.sample_at_start()
@@ -180,13 +153,7 @@ class BeltDrive:
         self._started, self._tried_before = True, self._steps_tried
 
     def _adopt_earlier_version(self, state: dict[str, Any]) -> None:
-        """Add to a state what earlier versions did not have.
-
-        Raises
-        ------
-        InputError
-            If they took other steps, so that the run cannot go on.
-        """
+        """Add to a state what earlier versions did not have."""
         backend = self._scenario.solver.backend
         order_5 = len(state.get("stepping.counts", ())) == RKF45_OF_ORDER_5 and backend == "rkf45"
         dampers = "dampers" in self._stepper.checkpoint_arrays()

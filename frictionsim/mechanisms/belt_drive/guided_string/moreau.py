@@ -384,11 +384,6 @@ class BeltStepper(FixedSteps):
     model : BeltModel
     settings : BeltSolverSettings
         `step` is the length of a step, s; left out, it is near the longest stable one.
-
-    Raises
-    ------
-    InputError
-        If the step is too long for the waves in the belt.
     """
 
     prepared = True  # once `prepare` was called: all steps are alike
@@ -426,12 +421,7 @@ class BeltStepper(FixedSteps):
         self._integrate(0)
 
     def advance(self, limit: float, sample: float, max_steps: int) -> None:
-        """Step until a limit or a sample time, s, is reached or passed, or so many steps.
-
-        Raises
-        ------
-        SolverError
-        """
+        """Step until a limit or a sample time, s, is reached or passed, or so many steps."""
         self._integrate(self._steps_to(limit, sample, max_steps))
 
     def _take_steps(self, steps: int) -> int:

@@ -33,11 +33,6 @@ class FixedSteps:
     model : BeltModel
     h, max_step : float, s
         The length of a step, and that below which steps are stable.
-
-    Raises
-    ------
-    InputError
-        If the step is too long for the waves in the belt.
     """
 
     resumable = True

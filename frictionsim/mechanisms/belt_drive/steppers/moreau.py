@@ -67,11 +67,6 @@ class BeltStepper(FixedSteps):
     model : BeltModel
     settings : BeltSolverSettings
         `step` is the length of a step, s; left out, it is near the longest stable one.
-
-    Raises
-    ------
-    InputError
-        If the step is too long for the waves in the belt.
     """
 
     def __init__(self, model: "BeltModel", settings: "BeltSolverSettings") -> None:
@@ -141,10 +136,6 @@ class BeltStepper(FixedSteps):
         """Step until a limit or a sample time, s, is reached or passed, or so many steps.
 
         Who has called `prepare` finds it stopped where the other form of a step is due first.
-
-        Raises
-        ------
-        SolverError
         """
         steps = self._steps_to(limit, sample, max_steps)
         end = self._state.counts[STEPS] + steps

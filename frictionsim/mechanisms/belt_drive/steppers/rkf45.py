@@ -386,12 +386,7 @@ class BeltStepper:
         return advance(task, state, control, float(limit), float(sample), max_steps, self._system)
 
     def advance(self, limit: float, sample: float, max_steps: int) -> None:
-        """Step until a limit, s, at which a step ends, or past a sample time, or so many steps.
-
-        Raises
-        ------
-        SolverError
-        """
+        """Step until a limit, s, at which a step ends, or past a sample time, or so many steps."""
         self._restore_contacts()
         trouble = self._run(STEP, limit, sample, max_steps)
         if trouble == NOT_FINITE:

@@ -110,12 +110,7 @@ class BeltStepper:
             update_contact_modes(contacts._replace(table=contacts.table.copy()))
 
     def advance(self, limit: float, sample: float, max_steps: int) -> None:
-        """Take one step, that ends at a limit, s, at the latest.
-
-        Raises
-        ------
-        SolverError
-        """
+        """Take one step, that ends at a limit, s, at the latest."""
         self._stepper.advance(limit)
         if self._model.distinct_static_friction:
             self.interpolate(self.t)
