@@ -20,7 +20,7 @@ FINE = 0.05  # rad, between the points of a drawn arc
 
 
 def path_of(result: "Record") -> Path | None:
-    """Return the line of an ideal taut belt round the pulleys of a scenario; None if there is none."""
+    """Return the line of an ideal taut belt round the pulleys of a scenario, if there is one."""
     tables = scenario_value(result, "mechanism", "pulleys")
     try:
         return belt_path(

@@ -106,7 +106,10 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepSt
             " no other files"
         )
     elif isinstance(source, str):
-        scenario = load(scenario_file(source, folder), fixed)
+        path = scenario_file(source, folder)
+        if path.exists() and not path.is_file():  # to open a pipe would wait for its writer
+            raise InputError(f"{name}: study.scenario: expected a file, '{source}' is none")
+        scenario = load(path, fixed)
     else:
         raise InputError(
             f"{name}: study.scenario: expected the file of a scenario, as"

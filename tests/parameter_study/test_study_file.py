@@ -1,5 +1,6 @@
 """Studies as TOML: what they say, how they are written, what is refused."""
 
+import os
 import tomllib
 from pathlib import Path
 
@@ -38,6 +39,13 @@ def written(folder: Path, text: str) -> Path:
     path = folder / "study.toml"
     path.write_text(text)
     return path
+
+
+def test_a_study_reads_no_pipe(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "study.toml").write_text('[study]\nscenario = "pipe"\n[vary]\n"a.b" = [1]\n')
+    with pytest.raises(fs.InputError, match=r"study\.scenario: expected a file, 'pipe' is none"):
+        load_study(tmp_path / "study.toml")
 
 
 def test_a_study_is_read(tmp_path: Path) -> None:

@@ -61,7 +61,7 @@ class BeltDrive:
         self._times = GivenTimes(times)
 
     def prepare(self, on_step: Callable[[float], Any]) -> float:
-        """Evaluate the start, and have all kernels of the run compiled; return how long that took."""
+        """Evaluate the start and compile all kernels of the run; return how long that took, s."""
         stepper = self._stepper
         with jit.announce_compilation(stepper.compile_seconds, on_step) as found:
             if not self._started:
