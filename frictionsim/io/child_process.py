@@ -61,6 +61,10 @@ class EndedFromOutside(ChildFailed):
     """Another process or the system has ended the child, which says nothing of its work."""
 
 
+class OutOfTime(ChildFailed):
+    """The child has not come to an end in its time, and would not another time."""
+
+
 def run_in_child(work: Callable[..., Any], arguments: tuple[Any, ...], limits: ChildLimits) -> Any:
     """Call a function in a child process; return its result.
 
@@ -89,7 +93,7 @@ def run_in_child(work: Callable[..., Any], arguments: tuple[Any, ...], limits: C
             " that is short of memory; try again"
         )
     if answer is None:
-        raise ChildFailed(_why(status, monotonic() - begun, limits))
+        raise _failed(status, monotonic() - begun, limits)
     returned, found = answer
     if returned:
         return found
@@ -342,18 +346,19 @@ def _bytes(file: Any, length: int) -> bytearray | None:
     return found
 
 
-def _why(status: int | None, seconds: float, limits: ChildLimits) -> str:
+def _failed(status: int | None, seconds: float, limits: ChildLimits) -> ChildFailed:
     """Return why a child has not answered."""
     harmful = "the file is corrupt or malicious"
     if status is not None and -status == getattr(signal, "SIGXCPU", 0):
-        return f"HDF5 did not come to an end within {ceil(limits.cpu_seconds)} s: {harmful}"
+        within = f"{ceil(limits.cpu_seconds)} s"
+        return OutOfTime(f"HDF5 did not come to an end within {within}: {harmful}")
     if seconds >= limits.seconds:
-        return (
+        return OutOfTime(
             f"HDF5 did not come to an end within {limits.seconds:.0f} s: {harmful}, or its disk"
             " does not answer"
         )
     name = _name_of(status)
-    return f"HDF5 crashed on it{f' ({name})' if name else ''}: {harmful}"
+    return ChildFailed(f"HDF5 crashed on it{f' ({name})' if name else ''}: {harmful}")
 
 
 def _name_of(status: int | None) -> str:

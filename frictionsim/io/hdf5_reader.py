@@ -20,7 +20,13 @@ from frictionsim.errors import InputError, near_files
 from frictionsim.io import hdf5_content
 from frictionsim.io.atomic_write import SUFFIXES
 from frictionsim.io.checksum import checksum_mismatch
-from frictionsim.io.child_process import ChildFailed, ChildLimits, EndedFromOutside, run_in_child
+from frictionsim.io.child_process import (
+    ChildFailed,
+    ChildLimits,
+    EndedFromOutside,
+    OutOfTime,
+    run_in_child,
+)
 from frictionsim.io.chunks import is_long
 from frictionsim.io.hdf5_content import NOT_HDF5, NOT_OURS, Checkpoint, Identity
 from frictionsim.io.hdf5_structure import data_limit
@@ -39,9 +45,9 @@ BYTES_PER_SECOND = 20e6  # of a slow disk
 WORKING_MEMORY = 512 * 2**20
 TRIES = 3  # a run may replace its result at each checkpoint
 
+# Files on which HDF5 did not come to an end, by name and stamp: each further try takes seconds.
+_out_of_time: dict[tuple[str, tuple[int, ...]], OutOfTime] = {}
 # What files of this process said of themselves, by name and stamp; a run asks at each checkpoint.
-# By path and stamp: a file that ended its reader once is not read again, which takes seconds.
-_failures: dict[tuple[str, tuple[int, ...]], ChildFailed] = {}
 _identities: dict[tuple[str, tuple[int, ...]], Identity] = {}
 MAX_IDENTITIES = 64
 
@@ -162,14 +168,14 @@ def _answer(work: Callable[[str], Any], path: Path) -> Any:
     """
     limits = _limits(_size_of_hdf5(path))
     key = os.path.realpath(path), stamp_of(str(path))
-    if key in _failures:
-        raise _failures[key]
+    if key in _out_of_time:
+        raise _out_of_time[key]
     try:
         return run_in_child(work, (str(path),), limits)
     except EndedFromOutside:
         return run_in_child(work, (str(path),), limits)
-    except ChildFailed as failed:
-        _failures[key] = failed
+    except OutOfTime as failed:
+        _out_of_time[key] = failed
         raise
 
 

@@ -96,25 +96,25 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepSt
         )
     given = dict(_table(data, "study", name))
     source = given.pop("scenario", None)
-    fixed = dict(_leaves(_table(data, "set", name), ""))
-    settings = _settings_of_file(given, name)
-    if isinstance(source, dict):
-        scenario = load_tables(source, folder, fixed)
-    elif folder is None:
+    if folder is None and not isinstance(source, dict):
         raise InputError(
             f"{name}: study.scenario: expected the tables of a scenario: the file of a sweep names"
             " no other files"
         )
-    elif isinstance(source, str):
-        path = scenario_file(source, folder)
-        if path.exists() and not path.is_file():  # to open a pipe would wait for its writer
-            raise InputError(f"{name}: study.scenario: expected a file, '{source}' is none")
-        scenario = load(path, fixed)
-    else:
+    if not isinstance(source, str | dict):
         raise InputError(
             f"{name}: study.scenario: expected the file of a scenario, as"
             ' scenario = "pulley.toml", or its tables'
         )
+    settings = _settings_of_file(given, name)
+    fixed = dict(_leaves(_table(data, "set", name), ""))
+    if isinstance(source, dict):
+        scenario = load_tables(source, folder, fixed)
+    else:
+        path = scenario_file(source, folder or Path())
+        if path.exists() and not path.is_file():  # to open a pipe would wait for its writer
+            raise InputError(f"{name}: study.scenario: expected a file, '{source}' is none")
+        scenario = load(path, fixed)
     vary = _vary(data, name)
     check_not_fixed(fixed, vary)
     return study_with(scenario, vary, settings)

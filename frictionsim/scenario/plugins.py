@@ -22,6 +22,7 @@ REQUIRED = ("SCENARIO", "simulation", "statics", "PANELS", "METRICS")
 
 # Checked modules by kind: a study asks for the module of its kind before each run.
 _checked: dict[str, ModuleType] = {}
+_warned: set[str] = set()
 
 
 class Provider(NamedTuple):
@@ -48,7 +49,7 @@ def names(reserved: tuple[str, ...]) -> tuple[str, ...]:
     try:
         providers = _providers()
     except InputError as error:
-        LOG.warning("%s", error)
+        _warn(error)
         return ()
     return tuple(kind for kind, found in providers.items() if _is_usable(kind, found, reserved))
 
@@ -63,7 +64,7 @@ def sound_names(reserved: tuple[str, ...]) -> tuple[str, ...]:
         try:
             module_of(kind)
         except InputError as error:
-            LOG.warning("%s", error)
+            _warn(error)
         else:
             found.append(kind)
     return tuple(found)
@@ -80,9 +81,16 @@ def _is_usable(kind: str, providers: list[Provider], reserved: tuple[str, ...]) 
             )
         _check_unique(kind, providers)
     except InputError as error:
-        LOG.warning("%s", error)
+        _warn(error)
         return False
     return True
+
+
+def _warn(error: InputError) -> None:
+    """Warn of a faulty plug-in, once in a process."""
+    if str(error) not in _warned:
+        _warned.add(str(error))
+        LOG.warning("%s", error)
 
 
 def module_of(kind: str) -> ModuleType | None:

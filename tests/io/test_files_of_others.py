@@ -18,7 +18,7 @@ import pytest
 import frictionsim as fs
 from frictionsim.errors import InputError
 from frictionsim.io import child_process, hdf5_reader, hdf5_writer
-from frictionsim.io.checksum import LENGTH, append_trailer, checksum_trailer
+from frictionsim.io.checksum import LENGTH, append_trailer, checksum_of, checksum_trailer
 from frictionsim.io.child_process import ChildFailed, EndedFromOutside
 from frictionsim.io.hdf5_structure import MAX_MEMBERS, Budget, array_of
 from frictionsim.io.segment_file import SegmentFile, segment_image
@@ -386,8 +386,9 @@ def test_segments_of_other_columns_are_refused(result: Path) -> None:
     with h5py.File(result) as file:
         names = [name for name in file if isinstance(file[name], h5py.Dataset)]
     odd = {name: np.zeros((64, 5)) for name in names} | {"time": np.arange(64.0) - 100.0}
-    (folder / "000000.segment").write_bytes(segment_image(0, odd, {}))
-    segmented(result, f"{folder} 1 64 0")
+    image = segment_image(0, odd, {})
+    (folder / "000000.segment").write_bytes(image)
+    segmented(result, f"{folder} 1 64 {checksum_of(image[-LENGTH:])}")
     found = fs.open(result)
     with pytest.raises(InputError, match="cannot read these samples of an incomplete result"):
         found.record.channels["angle"][3]

@@ -149,7 +149,7 @@ def test_a_plugin_of_a_built_in_kind(
     )
     assert kind_names() == tuple(KINDS)
     assert caplog.messages == [sentence]
-    assert "(did you mean 'pulley'?)" in complaint('kind = "puley"')
+    assert "(did you mean 'pulley'?)" in complaint('kind = "puley"')  # which has warned before
     assert run_command_line(["new", "pulley"]) == 0
     assert run_command_line(["check", str(PULLEY)]) == 0
     assert mechanism_module("pulley").__name__ == KINDS["pulley"]

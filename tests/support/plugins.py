@@ -53,4 +53,5 @@ def searched(folder: Path) -> Iterator[None]:
             if str(getattr(sys.modules[name], "__file__", "")).startswith(str(folder)):
                 del sys.modules[name]
         plugins._checked.clear()
+        plugins._warned.clear()
         plugins._checked.update(checked)

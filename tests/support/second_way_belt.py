@@ -316,9 +316,12 @@ def _motion(part: Recorded, drive: Drive) -> dict[str, Seen]:
 
 
 def _efficiency(part: Recorded, power: Array) -> Seen:
-    """Return the work that is taken out over that and the heats of the same time."""
+    """Return the work taken out over that and the heats of the same time.
+
+    While residual slip relaxes, the heat of friction may decrease a little: its change has a sign.
+    """
     names = [n for n in ("energy_friction", "energy_damping") if n in part.channels]
-    lost = sum(float(np.ptp(part.channels[n][[0, -1]])) for n in names)
+    lost = sum(float(part.channels[n][-1] - part.channels[n][0]) for n in names)
     out = -float(np.sum(power[power < 0.0])) * float(np.ptp(part.time))
     return Seen(out / (out + lost), 1e-9)
 

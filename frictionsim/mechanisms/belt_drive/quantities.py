@@ -321,8 +321,8 @@ def efficiency(time: "Array", power: "Array", lost: float, least: float) -> floa
     least : float, J
         No more than this is nothing.
     """
-    require_array = float(np.sum((-power).clip(min=0.0)) * np.ptp(time))
-    return require_array / (require_array + lost) if require_array + lost > least else None
+    taken_out = float(np.sum((-power).clip(min=0.0)) * np.ptp(time))
+    return taken_out / (taken_out + lost) if taken_out + lost > least else None
 
 
 def checks_of(
