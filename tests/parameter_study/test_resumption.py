@@ -16,7 +16,7 @@ import frictionsim as fs
 from frictionsim.api import sweep_run
 from frictionsim.api.sweep_run import SweepInterrupted, SweepProgress
 from frictionsim.io.checksum import LENGTH, append_trailer
-from frictionsim.parameter_study import in_process, worker_process
+from frictionsim.parameter_study import in_process, sweep_files, worker_process
 from frictionsim.parameter_study.journal import HEAD, MARK, Journal, journal_name
 from frictionsim.parameter_study.sweep_files import SweepFiles
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
@@ -286,6 +286,26 @@ def test_a_sweep_without_the_results_of_its_runs_makes_no_folder(tmp_path: Path)
     with pytest.raises(fs.InputError, match="put it back beside the sweep"):
         fs.resume_sweep(path, workers=1)
     assert not (tmp_path / "s.series").exists()
+
+
+def test_a_full_disk_keeps_what_is_done_and_says_how_to_continue(
+    whole: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, written, write = tmp_path / "s.h5", [], sweep_files.write_sweep
+
+    def full(table: Any, place: Path) -> None:
+        if written:
+            raise fs.OutputError(f"{place}: cannot write the sweep: No space left on device")
+        written.append(place)
+        write(table, place)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(sweep_files, "write_sweep", full)
+        with pytest.raises(fs.OutputError, match=r"No space left.*'frictionsim resume .*s\.h5'"):
+            sweep(path)
+    fs.resume_sweep(path, workers=1)
+    assert path.read_bytes() == whole
+    assert os.listdir(tmp_path) == ["s.h5"]
 
 
 def test_an_error_in_a_sweep_keeps_what_is_done(
