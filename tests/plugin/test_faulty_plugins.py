@@ -69,6 +69,7 @@ def complaint(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Complain:
     def check(text: str = 'kind = "winch"\n') -> str:
         path = tmp_path / "s.toml"
         path.write_text(text)
+        capsys.readouterr()  # warnings, which an earlier command in this process may have shown
         assert run_command_line(["check", str(path)]) == 2
         said = capsys.readouterr()
         assert said.out == ""
