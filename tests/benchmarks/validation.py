@@ -90,8 +90,7 @@ def _table(numbers: dict[str, Any]) -> str:
     lines = [[numbers["heading"][i] for i in kept], ["---"] * len(kept)]
     lines += [[_text(row[i]) for i in kept] for row in rows]
     notes = "".join(f"\n{note}\n" for note in numbers["left_out"])
-    made = f"\nMade with {'; '.join(numbers['provenance'])}.\n"
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n" + notes + made
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n" + notes
 
 
 def _text(value: Any) -> str:
