@@ -12,18 +12,17 @@ from frictionsim.api.statics import with_overrides
 from frictionsim.api.tables import Cells, Parts
 from frictionsim.display import number_text, study_text
 from frictionsim.errors import ArgumentError, counted
-from frictionsim.parameter_study.fit import Settings
-from frictionsim.parameter_study.fit import fit as fit_problem
-from frictionsim.parameter_study.fit_data import Source, check_names, measured
-from frictionsim.parameter_study.fit_keys import check_runs, free_keys
-from frictionsim.parameter_study.fit_outcome import (
+from frictionsim.fitting.data import Source, check_names, measured
+from frictionsim.fitting.fit import Settings
+from frictionsim.fitting.fit import fit as fit_problem
+from frictionsim.fitting.outcome import (
     OUT_OF_REACH,
     Bootstrap,
     Finding,
     Outcome,
     outcome_json,
 )
-from frictionsim.parameter_study.fit_problem import FitProblem
+from frictionsim.fitting.problem import FitProblem, check_runs, free_keys
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.settings import Scenario
 
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from frictionsim.parameter_study.fit_outcome import TargetResiduals
+    from frictionsim.fitting.outcome import TargetResiduals
     from frictionsim.scenario.overrides import Overrides
 
 FITTED = "# Fitted by 'frictionsim fit'"
@@ -163,7 +162,7 @@ class Fit(ResultBase):
 
     Attributes
     ----------
-    data : frictionsim.parameter_study.fit_outcome.Outcome
+    data : frictionsim.fitting.outcome.Outcome
         All of it as plain data.
     source : str
         Path of the scenario; empty if it is of no file.

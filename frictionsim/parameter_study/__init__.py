@@ -1,5 +1,4 @@
-"""Studies of many runs of one scenario with other values: sweeps, samples and identification.
+"""Sweeps and samples: many runs of one scenario with other values.
 
-A sweep runs a scenario for many combinations of values (`values`, `design`), each of which is
-validated before anything runs. A fit varies free values until a run agrees with measured data.
+Each combination of values (`values`, `design`) is validated before anything runs.
 """

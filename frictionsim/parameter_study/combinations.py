@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from frictionsim.errors import InputError, ScenarioError
-from frictionsim.parameter_study.keys import expanded
+from frictionsim.scenario.model_fields import expanded
 from frictionsim.scenario.model_validation import (
     MAX_NUMBER,
     MIN_NUMBER,

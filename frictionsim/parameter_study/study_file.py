@@ -22,9 +22,9 @@ from pydantic import Field
 
 from frictionsim.errors import InputError
 from frictionsim.parameter_study.design import Sampling
-from frictionsim.parameter_study.keys import names_in
 from frictionsim.parameter_study.values import Distribution, Values, values_by_key
 from frictionsim.scenario.loading import load, load_tables, read_toml
+from frictionsim.scenario.model_fields import names_in
 from frictionsim.scenario.model_validation import ValidationFailure, key_text, validate_table
 from frictionsim.scenario.schema import Params
 from frictionsim.scenario.shipped import scenario_file

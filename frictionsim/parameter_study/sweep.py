@@ -11,9 +11,9 @@ from frictionsim.io.sweep_table import ORDER, RUN, Coordinate, SweepTable
 from frictionsim.parameter_study.block import NOT_RUN, STATUSES, TEXTS, Block
 from frictionsim.parameter_study.combinations import MIN_IN_LOCKSTEP, Combinations
 from frictionsim.parameter_study.design import GRID, Design, Sampling, design_of
-from frictionsim.parameter_study.keys import description_of
 from frictionsim.parameter_study.sensitivity import sobol_indices_of
 from frictionsim.parameter_study.values import Values
+from frictionsim.scenario.model_fields import description_of
 from frictionsim.scenario.overrides import toml_value
 from frictionsim.scenario.parsed_text import json_value
 from frictionsim.scenario.settings import Scenario

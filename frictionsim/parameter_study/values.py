@@ -17,7 +17,7 @@ from math import exp, isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import InputError, unknown
-from frictionsim.parameter_study.keys import names_in
+from frictionsim.scenario.model_fields import names_in
 from frictionsim.scenario.overrides import plain, toml_value
 from frictionsim.scenario.parsed_text import parsed_value
 

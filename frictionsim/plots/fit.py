@@ -6,15 +6,15 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from frictionsim.display import BLACK, GREY, VERMILION
-from frictionsim.parameter_study.keys import description_of
 from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.style import LABEL_WIDTH, STICK_COLOUR, add_legend, axis_label, set_title
+from frictionsim.scenario.model_fields import description_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
-    from frictionsim.parameter_study.fit_data import Target
-    from frictionsim.parameter_study.fit_outcome import Outcome, TargetResiduals
+    from frictionsim.fitting.data import Target
+    from frictionsim.fitting.outcome import Outcome, TargetResiduals
 
 HEIGHT, MARGIN = 3.4, 0.8  # inches, of a channel with its residuals, and of title and axis
 RATIOS = (3.0, 1.2)  # heights of data and residuals

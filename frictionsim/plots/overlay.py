@@ -15,7 +15,6 @@ from matplotlib.transforms import ScaledTranslation
 
 from frictionsim.display import GREY, with_unit
 from frictionsim.errors import ArgumentError, InputError
-from frictionsim.parameter_study.keys import description_of
 from frictionsim.plots.style import (
     MAX_LINES,
     POINTS,
@@ -34,6 +33,7 @@ from frictionsim.plots.time_history import (
     channels_of,
     panel_heights,
 )
+from frictionsim.scenario.model_fields import description_of
 from frictionsim.scenario.recorded import scenario_of
 from frictionsim.scenario.validation import ValidationFailure, validate
 from frictionsim.simulation.phases import sticking_phases, with_jumps

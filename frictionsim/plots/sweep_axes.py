@@ -10,9 +10,9 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLoca
 from frictionsim.display import with_unit
 from frictionsim.errors import InputError, unknown
 from frictionsim.io.sweep_table import RUN, Coordinate, SweepTable
-from frictionsim.parameter_study.keys import names_in
 from frictionsim.plots.literal_text import LITERAL, literal
 from frictionsim.plots.style import axis_label
+from frictionsim.scenario.model_fields import names_in
 
 MAX_KEY, MAX_WORD = 44, 24  # characters of a label
 MAX_LABELS = 20  # of categories along an axis

@@ -10,13 +10,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from frictionsim.parameter_study.fit_keys import FreeKey
-from frictionsim.parameter_study.fit_search import JUMPS
+from frictionsim.fitting.problem import FreeKey
+from frictionsim.fitting.search import JUMPS
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    Array = npt.NDArray[np.float64]
+    from frictionsim.results import Array
 
 CONFIDENCE = 0.95
 AT_BOUND = 1e-4  # of the bounds

@@ -4,8 +4,7 @@ import pytest
 
 from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.mechanisms.shaft.schema import ShaftScenario
-from frictionsim.parameter_study.keys import description_of
-from frictionsim.scenario.model_fields import unit_of_key
+from frictionsim.scenario.model_fields import description_of, unit_of_key
 from frictionsim.scenario.settings import Scenario
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from tests.parameter_study.measurements import FORCE, LOAD, MU_S, SLOPE, frictionless, pulley
+from tests.fitting.measurements import FORCE, LOAD, MU_S, SLOPE, frictionless, pulley
 from tests.support.scenarios import SCENARIOS
 
 FREE = {MU_S: (0.1, 0.4)}

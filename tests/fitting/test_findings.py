@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictionsim as fs
-from tests.parameter_study.measurements import (
+from tests.fitting.measurements import (
     DAMPING,
     FORCE,
     LOAD,

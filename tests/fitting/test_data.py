@@ -8,9 +8,9 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import InputError
-from frictionsim.parameter_study.keys import factor
+from frictionsim.fitting.data import factor
 from frictionsim.scenario.csv_columns import read_columns
-from tests.parameter_study.measurements import (
+from tests.fitting.measurements import (
     FORCE,
     MU_S,
     SLOPE,

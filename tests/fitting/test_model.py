@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.parameter_study.fit_data import Source, measured
-from frictionsim.parameter_study.fit_problem import FitProblem
-from tests.parameter_study.measurements import PULLEY
+from frictionsim.fitting.data import Source, measured
+from frictionsim.fitting.problem import FitProblem
+from tests.fitting.measurements import PULLEY
 from tests.support.problems import BREAKAWAY, P_END, P_START, T_RAMP, SlipOnRamp
 
 pytestmark = pytest.mark.quick

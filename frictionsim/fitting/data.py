@@ -1,13 +1,13 @@
 """The measured data of a fit: time series of one run, or a table of runs and their noise."""
 
 from collections.abc import Iterable, Mapping
+from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
 from frictionsim.errors import ArgumentError, InputError, unknown
-from frictionsim.parameter_study.keys import factor
 from frictionsim.scenario.csv_columns import Column, NoSuchColumn, heading, read_columns
 from frictionsim.scenario.model_fields import unit_of_key
 from frictionsim.scenario.model_validation import MAX_NUMBER, MIN_NUMBER
@@ -15,9 +15,73 @@ from frictionsim.scenario.model_validation import MAX_NUMBER, MIN_NUMBER
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from frictionsim.results import Array
     from frictionsim.scenario.settings import Scenario
 
-    Array = npt.NDArray[np.float64]
+
+# The SI unit of each unit, and how many of it one is.
+UNITS: dict[str, tuple[str, float]] = {
+    "1": ("1", 1.0),
+    "%": ("1", 0.01),
+    "s": ("s", 1.0),
+    "ms": ("s", 1e-3),
+    "us": ("s", 1e-6),
+    "min": ("s", 60.0),
+    "h": ("s", 3600.0),
+    "rad": ("rad", 1.0),
+    "deg": ("rad", pi / 180.0),
+    "rev": ("rad", 2.0 * pi),
+    "rad/s": ("rad/s", 1.0),
+    "deg/s": ("rad/s", pi / 180.0),
+    "rev/s": ("rad/s", 2.0 * pi),
+    "rpm": ("rad/s", pi / 30.0),
+    "1/min": ("rad/s", pi / 30.0),
+    "rad/s^2": ("rad/s^2", 1.0),
+    "deg/s^2": ("rad/s^2", pi / 180.0),
+    "m": ("m", 1.0),
+    "mm": ("m", 1e-3),
+    "cm": ("m", 1e-2),
+    "um": ("m", 1e-6),
+    "in": ("m", 0.0254),
+    "m/s": ("m/s", 1.0),
+    "mm/s": ("m/s", 1e-3),
+    "km/h": ("m/s", 1.0 / 3.6),
+    "N": ("N", 1.0),
+    "mN": ("N", 1e-3),
+    "kN": ("N", 1e3),
+    "lbf": ("N", 4.4482216152605),
+    "N m": ("N m", 1.0),
+    "mN m": ("N m", 1e-3),
+    "kN m": ("N m", 1e3),
+    "gf cm": ("N m", 9.80665e-5),
+    "lbf ft": ("N m", 1.3558179483314004),
+    "J": ("J", 1.0),
+    "mJ": ("J", 1e-3),
+    "kJ": ("J", 1e3),
+    "W": ("W", 1.0),
+    "mW": ("W", 1e-3),
+    "kW": ("W", 1e3),
+}
+
+
+def factor(unit: str, own: str) -> float:
+    """Return how many of the unit `own` one `unit` is.
+
+    Parameters
+    ----------
+    unit : str
+        Of the data.
+    own : str
+        Of the channel or quantity.
+    """
+    if unit == own:
+        return 1.0
+    si, size = UNITS.get(own, (own, 1.0))
+    fitting = [name for name, (of, _) in UNITS.items() if of == si]
+    if unit not in fitting:
+        known = f"one of {', '.join(fitting)}" if fitting else f"'{own}'"
+        raise InputError(f"expected {known}, got '{unit}'")
+    return UNITS[unit][1] / size
 
 
 EXACT = 1e-9  # of the spread: data are not taken to be more exact

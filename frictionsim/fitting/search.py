@@ -19,13 +19,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import SolverError
-from frictionsim.parameter_study.fit_keys import latin_hypercube
-from frictionsim.parameter_study.fit_problem import FitProblem
+from frictionsim.fitting.problem import FitProblem, latin_hypercube
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    Array = npt.NDArray[np.float64]
+    from frictionsim.results import Array
 
 FAILED = 1e6  # residual of a failed run, in units of the spread of the data
 SCANNED = 12  # points for each start

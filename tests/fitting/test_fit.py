@@ -7,9 +7,9 @@ import pytest
 from scipy import stats
 
 import frictionsim as fs
-from frictionsim.parameter_study.fit_uncertainty import correlations
+from frictionsim.fitting.uncertainty import correlations
 from tests.benchmarks import fit_coverage
-from tests.parameter_study.measurements import (
+from tests.fitting.measurements import (
     DAMPING,
     FORCE,
     LOAD,

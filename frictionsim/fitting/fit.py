@@ -1,0 +1,276 @@
+"""The fit of free keys of a scenario to measured data: search, noise, uncertainty, bootstrap.
+
+Residuals are divided by the standard deviation of the data. Where it is given, it is taken as it
+is, and the standard errors follow from it. Where it is not, each channel or quantity has an unknown
+one, which is estimated from its residuals; with several of them the fit is repeated with these
+weights until they converge (iterated weighted least squares).
+
+The bootstrap gives intervals from fits to data drawn again, without linearisation. Warnings are
+about the last runs, their derivatives, and residuals that are too large.
+"""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from frictionsim.errors import ArgumentError, counted
+from frictionsim.fitting.data import Noise
+from frictionsim.fitting.outcome import (
+    DONE,
+    OUT_OF_REACH,
+    STOPPED,
+    Bootstrap,
+    Outcome,
+    TargetResiduals,
+    derivative_warnings,
+    finding_of,
+    residual_warnings,
+    run_warnings,
+)
+from frictionsim.fitting.problem import FitProblem, residuals_of
+from frictionsim.fitting.search import MAX_ITERATIONS, Minimum, Search, search
+from frictionsim.fitting.uncertainty import (
+    NO_CHANGE,
+    Accuracy,
+    Identified,
+    autocorrelation,
+    correlations,
+    determine_no_better,
+    identify,
+    interval,
+    quantile,
+    without_jumps,
+)
+from frictionsim.scenario.model_fields import expanded
+
+if TYPE_CHECKING:
+    from frictionsim.results import Array
+
+REWEIGHTED = 20  # times at most
+SAME_NOISE = 1e-3  # relative change of the estimated standard deviations
+SAME_COST = 1e-9  # relative
+MIN_SERIES = 20  # values, for a correlation of neighbours to mean something
+
+
+class Settings(NamedTuple):
+    """How a fit is done.
+
+    Attributes
+    ----------
+    starts : int
+        Local searches.
+    seed : int
+        Of the scan and of the bootstrap.
+    bootstrap : int
+        Number of bootstrap resamples.
+    """
+
+    starts: int = 3
+    seed: int = 0
+    bootstrap: int = 0
+
+
+def fit(problem: FitProblem, settings: Settings) -> Outcome:
+    """Fit the free keys of a problem."""
+    _check(problem)
+    noise = Noise(problem.data.targets)
+    best, starts = search(problem, 1.0 / noise.sigma, settings.starts, settings.seed)
+    if noise.is_to_be_balanced:
+        best = _reweigh(problem, noise, best)
+    best, found, rough = _identified(problem, noise, best)
+    model = problem.at(best.x)
+    degrees = problem.data.size - found.rank
+    reliable = noise.all_given or degrees > 0
+    if reliable:
+        factor = quantile(None if noise.all_given else degrees)
+        found = determine_no_better(found, problem.keys, factor)
+    else:
+        found, factor = _without_scatter(problem, found), 0.0
+    drawn = None
+    if settings.bootstrap:
+        drawn = bootstrap(problem, noise, best, found.reasons, settings.seed, settings.bootstrap)
+    found = without_jumps(found, problem.keys, rough[0])
+    statistics = _statistics(problem, noise, best, degrees)
+    finding = finding_of(problem, best, starts, found)
+    chi = float(np.sum((residuals_of(problem, best.x) / noise.sigma) ** 2))
+    warnings = [
+        *([finding.sentence] if finding.kind == OUT_OF_REACH else []),
+        *([f"self-audit of the fitted run failed: {model.doubt}"] if model.doubt else []),
+        *run_warnings(model, len(problem.data.runs)),
+        *derivative_warnings(problem.keys, *rough, found),
+        *residual_warnings(statistics, chi if noise.all_given else None, degrees),
+    ]
+    values = problem.values(best.x)
+    errors, intervals = _errors_and_intervals(problem, best, found, factor)
+    return Outcome(
+        fitted=problem.scenario.replace(expanded(values)),
+        keys=problem.keys,
+        data=problem.data,
+        values=values,
+        standard_errors=errors,
+        intervals=intervals,
+        correlations=correlations(found.covariance),
+        not_identified=found.reasons,
+        residuals=statistics,
+        chi_squared=chi if noise.all_given else None,
+        degrees=degrees,
+        status=DONE if best.converged else STOPPED,
+        reason="" if best.converged else f"limit of {MAX_ITERATIONS} iterations reached",
+        finding=finding,
+        starts=starts,
+        warnings=tuple(warnings),
+        bootstrap=drawn,
+        runs=problem.runs,
+    )
+
+
+def _check(problem: FitProblem) -> None:
+    data, keys = problem.data, problem.keys
+    if data.size < len(keys):
+        raise ArgumentError(
+            "data",
+            f"{counted(data.size, 'value')} cannot determine {len(keys)} free keys; give more data",
+        )
+    alone = [] if data.over else [t for t in data.targets if t.of == "quantity"]
+    single = [target.name for target in alone if target.sigma is None]
+    if single and any(target.of == "channel" for target in data.targets):
+        raise ArgumentError(
+            "sigma",
+            f"the quantity {single[0]} beside channels needs a standard deviation, as"
+            f" {single[0]}=0.01",
+        )
+
+
+def _reweigh(problem: FitProblem, noise: Noise, best: Minimum) -> Minimum:
+    """Return the minimum with weights by the noise that is left in it."""
+    for _ in range(REWEIGHTED):
+        if noise.estimate(residuals_of(problem, best.x), len(problem.keys)) < SAME_NOISE:
+            break
+        best = Search(problem, 1.0 / noise.sigma).minimum(best.x)
+    return best
+
+
+def _identified(
+    problem: FitProblem, noise: Noise, best: Minimum
+) -> "tuple[Minimum, Identified, tuple[Array, Array]]":
+    """Return the minimum, what is identified there, and how rough the derivatives (keys) are."""
+    keys, solver = problem.keys, problem.scenario.solver
+    tolerance = 0.0 if problem.scenario.pair.fixed_step else solver.rtol
+    task = Search(problem, 1.0 / noise.sigma)
+    accuracy = Accuracy(task.step, tolerance)
+    jacobian, *rough = task.checked_jacobian(best.x)
+    found = identify(keys, best.x, jacobian, noise.spread / noise.sigma, accuracy)
+    best = _with_starts_where_free(task, best, found)
+    # How many values were determined decides how much of the noise is left in the residuals.
+    noise.estimate(residuals_of(problem, best.x), found.rank)
+    jacobian = jacobian / (noise.sigma * task.weights)[:, None]
+    found = identify(keys, best.x, jacobian, noise.spread / noise.sigma, accuracy)
+    return best, found, (rough[0], rough[1])
+
+
+def _with_starts_where_free(task: Search, best: Minimum, found: Identified) -> Minimum:
+    """Return the minimum with the starts of keys on which it does not depend."""
+    x = best.x.copy()
+    for j, key in enumerate(task.problem.keys):
+        if found.reasons.get(key.key) == NO_CHANGE:
+            x[j] = key.scaled(key.start)
+    return best._replace(x=x) if task.cost(x) <= best.cost * (1.0 + SAME_COST) else best
+
+
+def _without_scatter(problem: FitProblem, found: Identified) -> Identified:
+    """Return that nothing is known of the uncertainty: as many values as keys, without sigma."""
+    why = "there are as many values as free keys, which leave no scatter; give sigma"
+    reasons = {key.key: found.reasons.get(key.key, why) for key in problem.keys}
+    return found._replace(reasons=reasons, covariance=np.full_like(found.covariance, np.nan))
+
+
+def _errors_and_intervals(
+    problem: FitProblem, best: Minimum, found: Identified, factor: float
+) -> tuple[dict[str, float | None], dict[str, tuple[float, float] | None]]:
+    """Return standard errors and intervals by key; None where it is not identified."""
+    errors: dict[str, float | None] = {}
+    intervals: dict[str, tuple[float, float] | None] = {}
+    for j, (key, x) in enumerate(zip(problem.keys, best.x, strict=True)):
+        variance = found.covariance[j, j]
+        known = bool(np.isfinite(variance))
+        scaled = float(np.sqrt(variance)) if known else 0.0
+        errors[key.key] = scaled * key.derivative(float(x)) if known else None
+        intervals[key.key] = interval(key, float(x), factor * scaled) if known else None
+    return errors, intervals
+
+
+def _statistics(
+    problem: FitProblem, noise: Noise, best: Minimum, degrees: int
+) -> tuple[TargetResiduals, ...]:
+    found, at, residuals = [], 0, residuals_of(problem, best.x)
+    for target in problem.data.targets:
+        here = slice(at, at + target.values.size)
+        values, at = residuals[here], here.stop
+        given = target.sigma is not None
+        series = target.of == "channel" and values.size >= MIN_SERIES
+        found.append(
+            TargetResiduals(
+                name=target.name,
+                unit=problem.units[target.name],
+                column=target.column,
+                data_unit=target.data_unit or problem.units[target.name],
+                values=values,
+                fitted=target.values - values,
+                rms=float(np.sqrt(np.mean(values**2))),
+                largest=float(np.max(np.abs(values))),
+                sigma=float(np.mean(noise.sigma[here])) if given or degrees else None,
+                sigma_given=given,
+                worst=float(np.max(np.abs(values / noise.sigma[here]))) if given else None,
+                autocorrelation=autocorrelation(values) if series else None,
+            )
+        )
+    return tuple(found)
+
+
+def bootstrap(
+    problem: FitProblem,
+    noise: Noise,
+    best: Minimum,
+    reasons: Mapping[str, str],
+    seed: int,
+    fits: int,
+) -> Bootstrap:
+    """Fit bootstrap resamples: the fit plus normal deviations where sigma is given, else residuals.
+
+    The residuals of each group are drawn with replacement, from those about their mean, scaled to
+    the estimated standard deviation.
+
+    Parameters
+    ----------
+    problem : FitProblem
+    noise : Noise
+    best : Minimum
+        Each fit starts there.
+    reasons : mapping of str
+        Keys that are not identified.
+    seed, fits : int
+    """
+    rng = np.random.default_rng([seed, 1])
+    residuals = residuals_of(problem, best.x)
+    measured = np.concatenate([t.values for t in problem.data.targets])
+    fitted, values, failed = measured - residuals, [], 0
+    for _ in range(fits):
+        drawn = noise.sigma * rng.normal(size=residuals.size)
+        for group in noise.groups:
+            pool = residuals[group] / noise.sigma[group]
+            pool = pool - np.mean(pool)
+            size = np.sqrt(np.mean(pool**2)) or 1.0
+            drawn[group] = noise.sigma[group] * rng.choice(pool / size, size=pool.size)
+        minimum = Search(problem, 1.0 / noise.sigma, fitted + drawn).minimum(best.x)
+        if minimum.converged:
+            values.append([key.value(x) for key, x in zip(problem.keys, minimum.x, strict=True)])
+        else:
+            failed += 1
+    table = np.array(values).reshape(-1, len(problem.keys))
+    intervals: dict[str, tuple[float, float] | None] = {}
+    for j, key in enumerate(problem.keys):
+        known = key.key not in reasons and len(table) > 1
+        low, high = np.percentile(table[:, j], (2.5, 97.5)) if known else (0.0, 0.0)
+        intervals[key.key] = (float(low), float(high)) if known else None
+    return Bootstrap(len(table), failed, intervals, table)

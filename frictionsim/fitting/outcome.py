@@ -1,0 +1,454 @@
+"""Results of a fit as plain data: estimates, kind of minimum, residuals and warnings."""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from frictionsim.errors import counted
+from frictionsim.fitting.problem import FitProblem, FreeKey, Model, residuals_of
+from frictionsim.fitting.search import DISAGREE, Minimum, Start
+from frictionsim.fitting.uncertainty import NO_CHANGE, Identified
+from frictionsim.results import finite
+
+if TYPE_CHECKING:
+    from frictionsim.fitting.data import Measured
+    from frictionsim.results import Array
+    from frictionsim.scenario.settings import Scenario
+
+DONE, STOPPED = "done", "stopped"
+REACHED, OUT_OF_REACH, FLAT, PLATEAU = "reached", "out_of_reach", "flat", "plateau"
+EQUAL_MINIMA, MINIMUM = "equal_minima", "minimum"
+SIGNIFICANT = 4.0  # standard deviations
+TOO_LARGE = 1e-2  # probability of a chi squared that is so large by chance
+NUMBER = re.compile(r"-?\d[\d.]*(?:e[-+]?\d+)?")
+UNLIKELY = 1e-3  # probability that one of many residuals is so large by chance
+SAME = 1e-3  # relative: searches with such costs have found the same minimum
+EXACT = 1e-12  # a cost: of data without noise it is a rounding
+APART = 1e-2  # of the bounds: ends of searches at different values
+MAX_VALUES = 4  # in a sentence
+
+
+class Finding(NamedTuple):
+    """What kind of estimate a search has found.
+
+    Attributes
+    ----------
+    kind : str
+        `reached`: the fit gives the data exactly. `out_of_reach`: no run within the bounds gives
+        the single value of the data. `flat`: the data do not change with any key. `plateau`: they
+        do not near the estimate. `equal_minima`: several searches ended elsewhere with the same
+        residual. Else `minimum`.
+    sentence : str
+    reachable : (float, float) or None
+        The least and the largest value that runs gave, of a fit to a single value.
+    """
+
+    kind: str
+    sentence: str
+    reachable: tuple[float, float] | None = None
+
+
+class TargetResiduals(NamedTuple):
+    """The residuals of a channel or quantity: data minus fit.
+
+    Attributes
+    ----------
+    name, unit : str
+    column : str, int or None
+        Of the data; None of a value that was given.
+    data_unit : str
+        The unit that the data were read in.
+    values : (n,)
+    fitted : (n,)
+        What the fitted scenario gives.
+    rms, largest : float
+        Root mean square and largest magnitude, in the unit.
+    sigma : float or None
+        Standard deviation of the data, given (the mean of several) or estimated; None if it cannot
+        be estimated.
+    sigma_given : bool
+    worst : float or None
+        The largest magnitude over its sigma, where that was given.
+    autocorrelation : float or None
+        Of neighbouring residuals of a time series.
+    """
+
+    name: str
+    unit: str
+    column: str | int | None
+    data_unit: str
+    values: "Array"
+    fitted: "Array"
+    rms: float
+    largest: float
+    sigma: float | None
+    sigma_given: bool
+    worst: float | None
+    autocorrelation: float | None
+
+
+class Bootstrap(NamedTuple):
+    """Bootstrap resamples of a fit.
+
+    Attributes
+    ----------
+    done : int
+        Fits that ended.
+    failed : int
+    intervals : dict of (float, float) or None
+        From the 2.5 to the 97.5 percentile, by key; None where it is not identified.
+    values : (done, keys)
+    """
+
+    done: int
+    failed: int
+    intervals: dict[str, tuple[float, float] | None]
+    values: "Array"
+
+
+class Outcome(NamedTuple):
+    """What a fit found.
+
+    Attributes
+    ----------
+    fitted : Scenario
+        The scenario with the estimates.
+    keys : tuple of FreeKey
+    data : Measured
+    values : dict of float
+        The estimates.
+    standard_errors : dict of float or None
+        None where a key is not identified.
+    intervals : dict of (float, float) or None
+        95 %.
+    correlations : (keys, keys)
+        NaN where a key is not identified.
+    not_identified : dict of str
+        Why, by key.
+    residuals : tuple of TargetResiduals
+    chi_squared : float or None
+        Sum of the squared residuals over their sigma; None unless every sigma was given.
+    degrees : int
+        Values minus what was determined from them.
+    status : str
+        `done`, or `stopped` where the search reached its limit of iterations.
+    reason : str
+    finding : Finding
+    starts : list of Start
+        By their costs.
+    warnings : tuple of str
+    bootstrap : Bootstrap or None
+    runs : int
+    """
+
+    fitted: "Scenario"
+    keys: tuple[FreeKey, ...]
+    data: "Measured"
+    values: dict[str, float]
+    standard_errors: dict[str, float | None]
+    intervals: dict[str, tuple[float, float] | None]
+    correlations: "Array"
+    not_identified: dict[str, str]
+    residuals: tuple[TargetResiduals, ...]
+    chi_squared: float | None
+    degrees: int
+    status: str
+    reason: str
+    finding: Finding
+    starts: list[Start]
+    warnings: tuple[str, ...]
+    bootstrap: Bootstrap | None
+    runs: int
+
+    @property
+    def reduced_chi_squared(self) -> float | None:
+        """chi_squared over the degrees of freedom; None where either is not there."""
+        if self.chi_squared is None or not self.degrees:
+            return None
+        return self.chi_squared / self.degrees
+
+
+def outcome_json(found: Outcome, source: str, overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the JSON object of a fit.
+
+    Parameters
+    ----------
+    found : Outcome
+    source : str
+        Path of the scenario.
+    overrides : mapping
+        Of its keys, without those that were fitted.
+    """
+    bootstrap = found.bootstrap
+    return {
+        "scenario": source,
+        "overrides": dict(overrides),
+        "kind": found.fitted.kind,
+        "status": found.status,
+        "reason": found.reason,
+        "finding": found.finding.kind,
+        "sentence": found.finding.sentence,
+        "reachable": None if found.finding.reachable is None else list(found.finding.reachable),
+        "keys": {key.key: _key_json(found, key) for key in found.keys},
+        "correlations": [[finite(float(c)) for c in row] for row in found.correlations],
+        "residuals": {
+            r.name: {
+                "unit": r.unit,
+                "column": r.column,
+                "data_unit": r.data_unit,
+                "count": int(r.values.size),
+                "rms": finite(r.rms),
+                "largest": finite(r.largest),
+                "sigma": finite(r.sigma),
+                "sigma_given": r.sigma_given,
+                "autocorrelation": finite(r.autocorrelation),
+            }
+            for r in found.residuals
+        },
+        "chi_squared": finite(found.chi_squared),
+        "reduced_chi_squared": finite(found.reduced_chi_squared),
+        "degrees_of_freedom": found.degrees,
+        "starts": [start._asdict() for start in found.starts],
+        "bootstrap": None
+        if bootstrap is None
+        else {"done": bootstrap.done, "failed": bootstrap.failed},
+        "runs": found.runs,
+        "warnings": list(found.warnings),
+    }
+
+
+def _key_json(found: Outcome, key: FreeKey) -> dict[str, Any]:
+    name, bootstrap = key.key, found.bootstrap
+    interval = found.intervals[name]
+    drawn = None if bootstrap is None else bootstrap.intervals[name]
+    return {
+        "value": found.values[name],
+        "standard_error": found.standard_errors[name],
+        "interval": None if interval is None else list(interval),
+        "bootstrap_interval": None if drawn is None else list(drawn),
+        "unit": key.unit,
+        "bounds": [key.low, key.high],
+        "start": key.start,
+        "not_identified": found.not_identified.get(name),
+    }
+
+
+def finding_of(
+    problem: FitProblem, best: Minimum, starts: list[Start], found: Identified
+) -> Finding:
+    """Return the kind of estimate that the searches have found, with a sentence.
+
+    Parameters
+    ----------
+    problem : FitProblem
+    best : Minimum
+    starts : list of Start
+        The searches by their costs.
+    found : Identified
+        Which keys are identified at the estimate.
+    """
+    names = " and ".join(key.key for key in problem.keys)
+    still = all(found.reasons.get(key.key) == NO_CHANGE for key in problem.keys)
+    if still:  # a search that did not move has seen the neighbourhood of its start only
+        for end in (0.0, 1.0):
+            problem.at(np.full(len(problem.keys), end))
+    flat = still and bool((problem.largest - problem.least <= problem.accuracy).all())
+    reached = problem.gives(best.x)
+    reachable = None
+    if problem.data.size == 1:
+        reachable = float(problem.least[0]), float(problem.largest[0])
+        if not reached and _is_beyond_noise(problem, best):
+            return Finding(OUT_OF_REACH, _out_of_reach(problem, best, names, flat), reachable)
+    exactly = "the data are reached exactly; " if reached else ""
+    if flat:
+        sentence = f"flat: {exactly}the data do not change with {names} within the bounds"
+        return Finding(FLAT, sentence, reachable)
+    # Of data without noise the costs are roundings.
+    least = starts[0].cost
+    same = [start for start in starts if start.cost <= least * (1.0 + SAME) + EXACT]
+    searches = f"{len(same)} of {len(starts)} {'search' if len(starts) == 1 else 'searches'}"
+    places = _places(problem, same)
+    if still:
+        on = "on a plateau"
+        if len(places) > 1:
+            on = f"on plateaus with equal residuals{_listed(problem, places)}"
+        sentence = f"{exactly}{searches} ended {on}, where the data do not change with {names}"
+        return Finding(PLATEAU, sentence, reachable)
+    if len(places) > 1 and len(problem.keys) == 1:
+        at = _listed(problem, places)
+        sentence = f"{exactly}{searches} ended with equal residuals{at}: the data fit them as well"
+        return Finding(EQUAL_MINIMA, sentence, reachable)
+    if reached:
+        return Finding(REACHED, f"{searches} reached the data exactly", reachable)
+    return Finding(MINIMUM, f"{searches} found this minimum", reachable)
+
+
+def _is_beyond_noise(problem: FitProblem, best: Minimum) -> bool:
+    """Return whether the residual of a single value is larger than that of its sigma, if given."""
+    sigma = problem.data.targets[0].sigma
+    noise = 0.0 if sigma is None else SIGNIFICANT * float(sigma[0])
+    return abs(float(residuals_of(problem, best.x)[0])) > noise
+
+
+def _out_of_reach(problem: FitProblem, best: Minimum, names: str, flat: bool) -> str:
+    (target,) = problem.data.targets
+    unit = problem.units[target.name]
+    unit = f" {unit}" if unit not in ("", "1") else ""
+    least, largest, wanted = problem.least[0], problem.largest[0], target.values[0]
+    begin = f"out of reach: {target.name} = {wanted:.6g}{unit}"
+    if flat:
+        return f"{begin}; it is {least:.6g}{unit} whatever {names} is within the bounds"
+    reachable = f"{problem.runs} runs within the bounds gave {least:.6g} to {largest:.6g}{unit}"
+    if best.jump is not None:
+        below, above = best.jump
+        at = problem.values(best.x)[names]
+        jump = f"it jumps from {below:.6g} to {above:.6g}{unit} at {names} = {at:.6g}"
+        return f"{begin}; {jump}; {reachable}"
+    return f"{begin}; {reachable}"
+
+
+def _places(problem: FitProblem, starts: list[Start]) -> list[dict[str, float]]:
+    """Return the ends of searches that are apart from each other, as values by key."""
+    found: list[dict[str, float]] = []
+    for start in starts:
+        if all(
+            any(
+                abs(k.scaled(start.last[k.key]) - k.scaled(other[k.key])) > APART
+                for k in problem.keys
+            )
+            for other in found
+        ):
+            found.append(start.last)
+    return found
+
+
+def _listed(problem: FitProblem, places: list[dict[str, float]]) -> str:
+    """Return the values of a single key at some places."""
+    if len(problem.keys) > 1:
+        return " at different values"
+    (key,) = problem.keys
+    values = sorted(place[key.key] for place in places)
+    more = ", ..." if len(values) > MAX_VALUES else ""
+    return f" at {key.key} = {', '.join(f'{value:.6g}' for value in values[:MAX_VALUES])}{more}"
+
+
+def run_warnings(model: Model, rows: int) -> list[str]:
+    """Return the warnings of the runs with the estimates, each once, with how many rows have it.
+
+    Those that differ in their numbers only are one, with the numbers of the first row.
+    """
+    if rows == 1:
+        return list(model.warnings)
+    alike: dict[str, list[str]] = {}
+    for text in model.warnings:
+        alike.setdefault(NUMBER.sub("#", text), []).append(text)
+    return [
+        f"{texts[0]} ({sum(model.warnings[text] for text in texts)} of {rows} rows"
+        f"{'; the numbers are of the first' if len(texts) > 1 else ''})"
+        for texts in alike.values()
+    ]
+
+
+def derivative_warnings(
+    keys: Sequence[FreeKey], differences: "Array", jumps: "Array", found: Identified
+) -> list[str]:
+    """Return the keys whose derivatives are not those of all that is within a standard error.
+
+    Parameters
+    ----------
+    keys : sequence of FreeKey
+    differences, jumps : (keys,)
+        As of `Search.checked_jacobian`.
+    found : Identified
+    """
+    warnings = []
+    for j, key in enumerate(keys):
+        if key.key in found.reasons:
+            continue
+        if differences[j] > DISAGREE:
+            warnings.append(
+                f"the derivatives by {key.key} change by {100.0 * differences[j]:.0f} % with the"
+                " step of their differences, as where events pass samples: its standard error is"
+                " rough; a bootstrap does not need them"
+            )
+        elif 0.0 < jumps[j] < np.sqrt(found.covariance[j, j]):
+            warnings.append(
+                f"the run jumps or kinks where {key.key} is less than its standard error from the"
+                " estimate: that is rough; a bootstrap does not need derivatives"
+            )
+    return warnings
+
+
+def residual_warnings(
+    statistics: Sequence[TargetResiduals], chi: float | None, degrees: int
+) -> list[str]:
+    """Return warnings about residuals that noise of the given sigma does not explain.
+
+    Parameters
+    ----------
+    statistics : sequence of TargetResiduals
+    chi : float or None
+        Chi squared; None unless every sigma was given.
+    degrees : int
+        Degrees of freedom.
+    """
+    alike = [_alike(part) for part in statistics if _is_alike(part)]
+    return [*alike, *(_chi_warning(statistics, chi, degrees) or _outliers(statistics))]
+
+
+def _is_alike(part: TargetResiduals) -> bool:
+    spread, near = float(np.std(part.values + part.fitted)), part.autocorrelation
+    limit = SIGNIFICANT / np.sqrt(part.values.size)
+    return near is not None and part.rms > 1e-6 * spread and near > limit
+
+
+def _alike(part: TargetResiduals) -> str:
+    return (
+        f"neighbouring residuals of {part.name} are alike (correlation {part.autocorrelation:.2f}):"
+        " the scenario lacks something that the data show, or their noise is not white; the"
+        " standard errors are too small"
+    )
+
+
+def _chi_warning(
+    statistics: Sequence[TargetResiduals], chi: float | None, degrees: int
+) -> list[str]:
+    """Return that all residuals together are too large; nothing if they are not."""
+    from scipy import special  # imported here: a fit alone needs it
+
+    # Keys that jump cannot give as many values exactly: without degrees of freedom there may be
+    # residuals, too, and they must not be larger than those of one.
+    limit = float(special.chdtri(max(degrees, 1), TOO_LARGE))
+    if chi is None or chi <= limit:
+        return []
+    worst = max(statistics, key=lambda part: part.worst or 0.0)
+    largest = f"{worst.worst:.3g} sigma, of {worst.name}"
+    if not degrees:
+        return [
+            f"the residuals are up to {largest}, although there are as many free keys as values:"
+            " the scenario cannot give the data, or sigma is too small"
+        ]
+    return [
+        f"chi squared {chi:.3g} is above {limit:.3g}, which chance exceeds in 1 % of fits with"
+        f" {counted(degrees, 'degree')} of freedom: the residuals are {np.sqrt(chi / degrees):.3g}"
+        f" times as large as the sigma that was given (up to {largest}); the standard errors are"
+        " too small"
+    ]
+
+
+def _outliers(statistics: Sequence[TargetResiduals]) -> list[str]:
+    """Return the channels and quantities with a residual that no noise of their sigma has."""
+    from scipy import special
+
+    found = []
+    for part in statistics:
+        # Of many values one may be beyond 4 sigma by chance.
+        limit = max(SIGNIFICANT, -float(special.ndtri(0.5 * UNLIKELY / part.values.size)))
+        if part.worst is not None and part.worst > limit:
+            found.append(
+                f"the residuals of {part.name} are up to {part.worst:.3g} times their sigma: the"
+                " scenario cannot give the data, or sigma is too small"
+            )
+    return found

@@ -1,0 +1,1 @@
+"""Tests of fits of free keys to measured data."""
