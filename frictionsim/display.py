@@ -57,6 +57,12 @@ def with_unit(value: str, unit: str) -> str:
     return f"{value} {shown}" if shown else value
 
 
+def labelled(words: str, unit: str) -> str:
+    """Return the label of a quantity with its unit, as "force, N"."""
+    shown = unit_text(unit)
+    return f"{words}, {shown}" if shown else words
+
+
 # Words for modes.
 
 MODE_WORDS = {value: word.replace("_", " ") for value, word in MODES}

@@ -17,10 +17,10 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 NAMES = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in FILES}
 MAX_ROOMS = 13
 MAX_ARROWS = 48  # from room to room; one more makes a reader visit one more room
-# `display` is read by all rooms that show a result: tables, pictures, motions and pages.
+# `display` and `document` are read by all rooms that show a result.
 BESIDE_ROOMS = {
-    *("__init__.py", "__main__.py", "display.py", "errors.py", "results.py", "version.py"),
-    "py.typed",
+    *("__init__.py", "__main__.py", "display.py", "document.py", "errors.py"),
+    *("results.py", "version.py", "py.typed"),
 }
 MAX_LINES = 600
 MAX_PARAMETERS = 8

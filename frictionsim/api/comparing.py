@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from frictionsim.api import result as results
 from frictionsim.api.arguments import as_names, as_path, as_tolerance
-from frictionsim.api.tables import Cells, Parts
 from frictionsim.display import short_text
+from frictionsim.document import Data, Document, Table, as_json, as_text
 from frictionsim.io.comparison import Comparison, Tolerances, compare_records
 from frictionsim.results import finite
 
@@ -76,7 +76,17 @@ def _named(
     return str(path), results.open(path).record
 
 
-def comparison_parts(found: Comparison) -> Parts:
+def comparison_json(comparison: Comparison) -> dict[str, Any]:
+    """Return the JSON object of a comparison."""
+    return as_json(_document(comparison))
+
+
+def comparison_text(comparison: Comparison) -> str:
+    """Return the largest differences of two results, as the command line prints them."""
+    return as_text(_document(comparison))
+
+
+def _document(comparison: Comparison) -> Document:
     """Yield the largest differences of two results."""
     rows = [
         (
@@ -86,28 +96,21 @@ def comparison_parts(found: Comparison) -> Parts:
             "" if row.time is None else f"{row.time:.9g}",
             "ok" if row.ok else (row.note or "different"),
         )
-        for row in found.rows
+        for row in comparison.rows
     ]
-    yield Cells(("channel", ">largest difference", ">allowed", ">time, s", ""), rows)
-    yield from found.notes
-    differing = sum(not row.ok for row in found.rows)
-    yield f"{differing} of {len(found.rows)} differ" if differing else "the files agree"
-
-
-def comparison_json(comparison: Comparison) -> dict[str, Any]:
-    """Return the JSON object of a comparison."""
-    return {
-        "same": comparison.same,
-        "rows": [
-            {
-                "channel": row.name,
-                "difference": finite(row.difference),
-                "allowed": finite(row.allowed),
-                "time": finite(row.time),
-                "ok": row.ok,
-                "note": row.note,
-            }
-            for row in comparison.rows
-        ],
-        "notes": list(comparison.notes),
-    }
+    data = [
+        {
+            "channel": row.name,
+            "difference": finite(row.difference),
+            "allowed": finite(row.allowed),
+            "time": finite(row.time),
+            "ok": row.ok,
+            "note": row.note,
+        }
+        for row in comparison.rows
+    ]
+    yield Data({"same": comparison.same, "rows": data, "notes": list(comparison.notes)})
+    yield Table(("channel", ">largest difference", ">allowed", ">time, s", ""), rows)
+    yield from comparison.notes
+    differing = sum(not row.ok for row in comparison.rows)
+    yield f"{differing} of {len(comparison.rows)} differ" if differing else "the files agree"

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from frictionsim.api.arguments import as_count, as_names, as_path
 from frictionsim.api.result_base import ResultBase
 from frictionsim.api.statics import with_overrides
-from frictionsim.api.tables import Cells, Parts
 from frictionsim.display import number_text, study_text
+from frictionsim.document import Document, Table
 from frictionsim.errors import ArgumentError, counted
 from frictionsim.fitting.data import Source, check_names, measured
 from frictionsim.fitting.fit import Settings
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 FITTED = "# Fitted by 'frictionsim fit'"
 
 
-def fit_parts(found: "Outcome") -> Parts:
+def fit_parts(found: "Outcome") -> Document:
     """Yield the estimates, their correlations, the residuals and what is not identified."""
     scenario = found.fitted
     values = sum(part.values.size for part in found.residuals)
@@ -62,7 +62,7 @@ def fit_parts(found: "Outcome") -> Parts:
         yield f"bootstrap: {counted(found.bootstrap.done, 'fit')} to resampled data{failed}"
 
 
-def _estimates(found: "Outcome") -> Cells:
+def _estimates(found: "Outcome") -> Table:
     bootstrap = found.bootstrap
     drawn = (">bootstrap from", ">to") if bootstrap else ()
     headings = ("key", ">estimate", ">standard error", ">95 % from", ">to", *drawn, "unit")
@@ -78,19 +78,19 @@ def _estimates(found: "Outcome") -> Cells:
         if bootstrap is not None:
             cells += _pair(bootstrap.intervals[name])
         rows.append((*cells, key.unit))
-    return Cells(headings, rows)
+    return Table(headings, rows)
 
 
-def _correlations(found: "Outcome") -> Cells:
+def _correlations(found: "Outcome") -> Table:
     numbers = [f">({i})" for i in range(1, len(found.keys) + 1)]
     rows = [
         (f"({i}) {key.key}", *("none" if isnan(c) else f"{c:.3f}" for c in row))
         for i, (key, row) in enumerate(zip(found.keys, found.correlations, strict=True), start=1)
     ]
-    return Cells(("correlation", *numbers), rows)
+    return Table(("correlation", *numbers), rows)
 
 
-def _residuals(found: "Outcome") -> Cells:
+def _residuals(found: "Outcome") -> Table:
     rows = [
         (
             part.name,
@@ -103,7 +103,7 @@ def _residuals(found: "Outcome") -> Cells:
         )
         for part in found.residuals
     ]
-    return Cells(("residual", ">values", ">rms", ">largest", ">sigma", "", "unit"), rows)
+    return Table(("residual", ">values", ">rms", ">largest", ">sigma", "", "unit"), rows)
 
 
 def _searches(found: "Outcome") -> str:
@@ -306,7 +306,7 @@ class Fit(ResultBase):
         save(self.plot(), target)
         return target
 
-    def parts(self) -> Parts:
+    def parts(self) -> Document:
         """Yield the estimates, their correlations and the residuals."""
         return fit_parts(self.data)
 

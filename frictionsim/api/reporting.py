@@ -18,10 +18,10 @@ from frictionsim.results import HDF5_SIGNATURE
 if TYPE_CHECKING:
     import xarray
 
+    from frictionsim.document import Picture
     from frictionsim.io.cost_table import CostTable
     from frictionsim.io.sweep_table import SweepTable
     from frictionsim.reports.reported_run import ReportedRun
-    from frictionsim.reports.study_parts import Picture
 
 
 def study_html(source: Any) -> str | None:
@@ -80,10 +80,10 @@ def _is_hdf5(path: Path) -> bool:
 
 
 def _costs_html(table: "CostTable", source: str) -> str:
+    from frictionsim.document import Picture
     from frictionsim.plots.picture_file import image_for_page
     from frictionsim.plots.work_precision import diagram
     from frictionsim.reports.cost_report import cost_page
-    from frictionsim.reports.study_parts import Picture
     from frictionsim.work_precision.reading import diagram_of
 
     try:
@@ -108,10 +108,10 @@ def _sweep_html(found: Sweep) -> str:
 
 def _pictures_of_sweep(table: "SweepTable") -> "Iterator[Picture]":
     """Yield the pictures that `plot` draws of a sweep: the first quantities, then further ones."""
+    from frictionsim.document import Picture
     from frictionsim.parameter_study.statistics import is_defined
     from frictionsim.plots.picture_file import image_for_page
     from frictionsim.plots.sweep import draw_sweep
-    from frictionsim.reports.study_parts import Picture
 
     defined = [name for name in table.values if is_defined(table, name)]
     told = ""

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from frictionsim.api.arguments import as_path
-from frictionsim.api.result_base import ResultBase
-from frictionsim.api.tables import Cells, Parts, quantities_table
+from frictionsim.api.result_base import ResultBase, quantities_table
 from frictionsim.display import number_text, short_text
+from frictionsim.document import Document, Table
 from frictionsim.errors import (
     EXIT_DONE,
     AuditError,
@@ -287,7 +287,7 @@ class Result(ResultBase):
 
         return draw(self.record, view, body, ax=ax)
 
-    def parts(self) -> Parts:
+    def parts(self) -> Document:
         """Yield the lines and tables of the summary."""
         attributes = self.record.attributes
         effects = ", ".join(self.effects) or "none"
@@ -388,7 +388,7 @@ def _statistics(statistics: SolverStatistics, samples: int) -> str:
     )
 
 
-def _transitions_table(transitions: list[Transition]) -> Cells:
+def _transitions_table(transitions: list[Transition]) -> Table:
     placed = any(transition.position is not None for transition in transitions)
     angle = (">angle, rad",) if placed else ()
     numbered = list(enumerate(transitions, start=1))
@@ -402,7 +402,7 @@ def _transitions_table(transitions: list[Transition]) -> Cells:
         *dots,
         *(_transition_cells(number, e) for number, e in last),
     ]
-    return Cells((">event", ">time, s", "contact", "from", "to", *angle), rows)
+    return Table((">event", ">time, s", "contact", "from", "to", *angle), rows)
 
 
 def _transition_cells(number: int, e: Transition) -> tuple[str, ...]:
@@ -411,12 +411,12 @@ def _transition_cells(number: int, e: Transition) -> tuple[str, ...]:
     return (str(number), f"{e.time:.9f}", e.contact, *modes, *angle)
 
 
-def _audit_table(checks: dict[str, Check]) -> Cells:
+def _audit_table(checks: dict[str, Check]) -> Table:
     rows = [
         (name, short_text(check.value), short_text(check.limit), "ok" if check.ok else "FAILED")
         for name, check in checks.items()
     ]
-    return Cells(("audit", ">value", ">limit", ""), rows)
+    return Table(("audit", ">value", ">limit", ""), rows)
 
 
 def _event_json(e: Transition) -> dict[str, Any]:

@@ -5,12 +5,15 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from frictionsim.display import error_text, number_text
+from frictionsim.document import Table, as_text
 from frictionsim.errors import EXIT_DONE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from frictionsim.api.tables import Parts
+    from frictionsim.document import Document
+    from frictionsim.results import Quantities
 
 
 class ResultBase(ABC):
@@ -32,7 +35,7 @@ class ResultBase(ABC):
         return EXIT_DONE
 
     @abstractmethod
-    def parts(self) -> "Parts":
+    def parts(self) -> "Document":
         """Yield the lines and tables of the summary."""
 
     @abstractmethod
@@ -57,11 +60,21 @@ class ResultBase(ABC):
 
     def summary(self) -> str:
         """Return the summary as text, as the command line prints it."""
-        from frictionsim.api.tables import as_text
-
         return as_text(self.parts())
 
     def _repr_html_(self) -> str:
-        from frictionsim.api.tables import as_html
+        from frictionsim.reports.html import notebook
 
-        return as_html(self.parts())
+        return notebook(self.parts())
+
+
+def quantities_table(
+    quantities: "Quantities", errors: "dict[str, float | None] | None" = None
+) -> Table:
+    """Return quantities with their units, and their errors if there are any."""
+    headings = ["quantity", ">value", *((">error",) if errors else ()), "unit"]
+    rows = [
+        (name, number_text(q.value), *((error_text(errors.get(name)),) if errors else ()), q.unit)
+        for name, q in quantities.items()
+    ]
+    return Table(headings, rows)

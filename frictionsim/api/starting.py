@@ -96,12 +96,12 @@ def scenarios() -> "dict[str, Path]":
 
 def list_of_scenarios() -> str:
     """Return the kinds and the shipped scenarios with their titles, as text."""
-    from frictionsim.api.tables import Cells, as_text
+    from frictionsim.document import Table, as_text
     from frictionsim.scenario.loading import load
 
-    kinds = Cells(("kind",), [(kind,) for kind in kind_names()])
+    kinds = Table(("kind",), [(kind,) for kind in kind_names()])
     rows = []
     for name, path in shipped_scenarios().items():
         scenario = load(path)
         rows.append((name, scenario.kind, scenario.title))
-    return as_text(iter([kinds, "", Cells(("shipped scenario", "kind", "title"), rows)]))
+    return as_text([kinds, "", Table(("shipped scenario", "kind", "title"), rows)])

@@ -2,6 +2,8 @@
 
 from typing import TYPE_CHECKING
 
+from frictionsim.api.result_base import quantities_table
+from frictionsim.document import as_text
 from frictionsim.errors import overflow_refused
 from frictionsim.results import Quantities, StaticQuantities, defined
 from frictionsim.scenario.kinds import mechanism_module
@@ -38,6 +40,11 @@ def static(
     quantities = StaticQuantities(defined(found))
     quantities.notes = getattr(found, "notes", ())
     return quantities
+
+
+def statics_text(quantities: StaticQuantities) -> str:
+    """Return the quantities of impending motion, as the command line prints them."""
+    return as_text([quantities_table(quantities), *quantities.notes])
 
 
 def with_overrides(source: Scenario | ScenarioSource, overrides: "Overrides | None") -> Scenario:

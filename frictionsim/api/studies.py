@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from frictionsim.api.arguments import as_names, as_number, as_path
 from frictionsim.api.result_base import ResultBase
 from frictionsim.api.statics import with_overrides
-from frictionsim.api.tables import Cells, Parts
+from frictionsim.document import Document, Table
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import ScenarioSource
@@ -155,7 +155,7 @@ def _named(
     return names
 
 
-def study_parts(study: WorkPrecision) -> Parts:
+def study_parts(study: WorkPrecision) -> Document:
     """Yield the reference uncertainty, the table and the recommendations of a study."""
     scenario = study.scenario
     yield f"{scenario.title or scenario.kind}: error against run time ({study.status})"
@@ -167,7 +167,7 @@ def study_parts(study: WorkPrecision) -> Parts:
         *(f">{name}" for name in names),
         *(">events", ">ms", ">spread", ">steps", ">rejected", ">rhs", ""),
     ]
-    yield Cells(headings, [_cells(study, row, names) for row in study.rows])
+    yield Table(headings, [_cells(study, row, names) for row in study.rows])
     yield from (advice.sentence for advice in recommendations(study))
 
 
@@ -310,7 +310,7 @@ class Study(ResultBase):
 
         return diagram(self.data.diagram, ax=ax)
 
-    def parts(self) -> Parts:
+    def parts(self) -> Document:
         """Yield the reference uncertainty, the table and the recommendations."""
         return study_parts(self.data)
 

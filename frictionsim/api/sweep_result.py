@@ -12,7 +12,7 @@ from frictionsim.api.arguments import as_path
 from frictionsim.api.result import Result, open
 from frictionsim.api.result_base import ResultBase
 from frictionsim.api.sweep_tables import sweep_json, sweep_parts
-from frictionsim.api.tables import Parts
+from frictionsim.document import Document
 from frictionsim.errors import EXIT_DONE, EXIT_SOLVER_FAILED, InputError
 from frictionsim.io.sweep_table import (
     NAMES_OF_SOBOL,
@@ -100,7 +100,7 @@ class Sweep(ResultBase):
         """Return the `scenario` that is varied, or the `study`, in TOML."""
         return self.table.attributes[name].rstrip("\n")
 
-    def parts(self) -> Parts:
+    def parts(self) -> Document:
         """Yield the lines and tables of the summary: of a sample statistics, else extremes.
 
         Raises

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.api.tables import Cells, Parts
 from frictionsim.display import study_text
+from frictionsim.document import Document, Table
 from frictionsim.io.sweep_table import SOBOL
 from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
 from frictionsim.parameter_study.design import SAMPLE, Sampling
@@ -44,7 +44,7 @@ WORDS = {
 }
 
 
-def sweep_parts(table: "SweepTable", path: Path | None = None) -> Parts:
+def sweep_parts(table: "SweepTable", path: Path | None = None) -> Document:
     """Yield the summary of a sweep.
 
     Parameters
@@ -63,7 +63,7 @@ def sweep_parts(table: "SweepTable", path: Path | None = None) -> Parts:
     distributions, sampling = variation(table)
     texts = {key: d.text for key, d in distributions.items()}
     yield f"kind {attributes['kind']}, {DESIGNS.get(attributes['design'], attributes['design'])}"
-    yield Cells(
+    yield Table(
         ("key", ">values", "unit"),
         [
             (key, texts.get(key) or _range_text(coordinate.values), coordinate.unit)
@@ -163,7 +163,7 @@ def _sample_lines(table: "SweepTable", sampling: Sampling | None) -> list[str]:
     ]
 
 
-def _sobol_parts(table: "SweepTable") -> Parts:
+def _sobol_parts(table: "SweepTable") -> Document:
     """Yield the Sobol indices, and why quantities have none."""
     found = table.sobol
     if found is None:
@@ -179,7 +179,7 @@ def _sobol_parts(table: "SweepTable") -> Parts:
             for key, column in zip(found.keys, values.T, strict=True)
         ]
     ends = (">95 % from", ">to")
-    yield Cells(("Sobol indices of", "key", ">first-order", *ends, ">total", *ends, ""), rows)
+    yield Table(("Sobol indices of", "key", ">first-order", *ends, ">total", *ends, ""), rows)
 
 
 def _range_text(values: Any) -> str:
@@ -196,7 +196,7 @@ def _value_text(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else toml_value(value)
 
 
-def _statistics_table(table: "SweepTable") -> Cells:
+def _statistics_table(table: "SweepTable") -> Table:
     headings = ("quantity", ">mean", ">standard deviation", ">5 %", ">50 %", ">95 %", "unit")
     rows = [
         (
@@ -207,10 +207,10 @@ def _statistics_table(table: "SweepTable") -> Cells:
         )
         for name, s in sample_statistics(table).items()
     ]
-    return Cells((*headings, ">defined in runs"), rows)
+    return Table((*headings, ">defined in runs"), rows)
 
 
-def _extremes_table(table: "SweepTable") -> Cells:
+def _extremes_table(table: "SweepTable") -> Table:
     headings = ("quantity", ">least", ">in run", ">largest", ">in run", "unit", ">defined in runs")
     found = extremes(table)
     rows = []
@@ -224,7 +224,7 @@ def _extremes_table(table: "SweepTable") -> Cells:
         if e.least == e.largest:
             places = ("", "")
         rows.append((name, least, places[0], largest, places[1], table.units[name], str(e.runs)))
-    return Cells(headings, rows)
+    return Table(headings, rows)
 
 
 def _group_lines(word: str, groups: list[Group]) -> list[str]:

@@ -299,9 +299,9 @@ def static(scenario: ScenarioFile, overrides: Overrides = None, as_json: AsJson 
             }
         )
     else:
-        from frictionsim.api.tables import as_text, quantities_table
+        from frictionsim.api.statics import statics_text
 
-        print_text(as_text(iter([quantities_table(quantities), *quantities.notes])))
+        print_text(statics_text(quantities))
 
 
 @app.command()

@@ -191,14 +191,12 @@ def compare(
     comparison = fs.compare(
         result, golden, rtol=rtol, atol=atol, time_atol=time_atol, ignore=ignore or []
     )
-    from frictionsim.api.comparing import comparison_json, comparison_parts
+    from frictionsim.api.comparing import comparison_json, comparison_text
 
     if as_json:
         print_json({"result": str(result), "golden": str(golden), **comparison_json(comparison)})
     else:
-        from frictionsim.api.tables import as_text
-
-        print_text(as_text(comparison_parts(comparison)))
+        print_text(comparison_text(comparison))
     return EXIT_DONE if comparison.same else EXIT_DIFFERENT
 
 

@@ -3,10 +3,9 @@
 import gzip
 import json
 from base64 import b64encode
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from hashlib import sha256
-from html import escape
 from importlib.resources import files
 from math import isfinite
 from string import Template
@@ -15,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from frictionsim.display import page_data, page_style
-from frictionsim.io.terminal import visible
+from frictionsim.reports.html import Html, escaped, short
 
 ARRAY = "array"  # the key by which the scripts know an array
 
@@ -80,22 +79,17 @@ SCRIPTS = (
     "belt_chart.js",
     "report.js",
 )
+STUDY_SCRIPTS = ("data.js", "elements.js", "theme.js", "sortable.js")
 
 
-def text(content: object) -> str:
-    """Return a text for HTML: markup, quotes and control characters stay text."""
-    return escape(visible(str(content)), quote=True)
-
-
-def page(title: str, body: str, data: Any, scripts: Sequence[str] = SCRIPTS) -> str:
+def page(title: str, body: Html, data: Any, scripts: Sequence[str] = SCRIPTS) -> str:
     """Return the HTML of a report.
 
     Parameters
     ----------
     title : str
         As it is, not for HTML.
-    body : str
-        HTML, in which all texts have passed `text`.
+    body : Html
     data
         For the scripts, as of `packed_data`.
     scripts : sequence of str
@@ -108,13 +102,32 @@ def page(title: str, body: str, data: Any, scripts: Sequence[str] = SCRIPTS) -> 
     return Template(asset("report.html")).substitute(
         # A script that came in with a text of a result would not be one of these.
         hashes=" ".join(f"'sha256-{_sha256(script)}'" for script in runnable) or "'none'",
-        title=text(title),
+        title=escaped(title),
         style="\n".join([page_style(), *map(asset, STYLES)]),
         body=body,
         data=packed_data(data),
         plotly=_packed_plotly() if with_plotly else "",
         scripts=joined,
     )
+
+
+def study_page(title: str, lines: Sequence[str], sections: Iterable[Html]) -> str:
+    """Return the HTML of the report of a study.
+
+    Parameters
+    ----------
+    title : str
+    lines : sequence of str
+        The heading, and lines below it.
+    sections : iterable of Html
+    """
+    heading, *below = (escaped(short(line, 2000)) for line in lines if line)
+    faint = "\n".join(f'<p class="faint">{line}</p>' for line in below)
+    head = (
+        f'<header><h1>{heading}</h1>\n{faint}<div id="tools"></div></header>\n'
+        '<p id="message" role="alert"></p>\n'
+    )
+    return page(title, Html(head + "\n".join(sections)), None, STUDY_SCRIPTS)
 
 
 @cache

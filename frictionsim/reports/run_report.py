@@ -15,7 +15,8 @@ from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import span_tensions
 from frictionsim.motion import motion_of
 from frictionsim.motion.parts import Band, Motion
-from frictionsim.reports.page import page, text
+from frictionsim.reports.html import Html, escaped
+from frictionsim.reports.page import page
 from frictionsim.reports.run_tables import (
     differences,
     events,
@@ -368,8 +369,8 @@ def run_report(runs: "Sequence[ReportedRun]") -> str:
     return page(title, _body(title, runs), data_of(runs))
 
 
-def _body(title: str, runs: "Sequence[ReportedRun]") -> str:
-    head = f'<header>\n<h1>{text(title)}</h1>\n{overview(runs)}<div id="tools"></div></header>\n'
+def _body(title: str, runs: "Sequence[ReportedRun]") -> Html:
+    head = f'<header>\n<h1>{escaped(title)}</h1>\n{overview(runs)}<div id="tools"></div></header>\n'
     viewer = (
         '<div id="viewer">\n<div id="stage">\n<div id="clock"></div>\n<div id="drawings"></div>\n'
         f"{events(runs)}</div>\n"
@@ -381,7 +382,7 @@ def _body(title: str, runs: "Sequence[ReportedRun]") -> str:
     tables = f'<div id="tables">\n{summary(runs)}{differences(runs)}</div>\n'
     about = "Made by frictionsim. This file is self-contained: it makes no network requests."
     foot = f"<footer><p>{about}</p></footer>"
-    return (
+    return Html(
         f"{head}<main>\n{warnings(runs)}{viewer}{tables}{scenarios(runs)}{origins(runs)}</main>\n"
         + foot
     )
@@ -389,7 +390,7 @@ def _body(title: str, runs: "Sequence[ReportedRun]") -> str:
 
 def _without_charts(runs: "Sequence[ReportedRun]") -> str:
     """Return which channels no chart shows, and what a browser without scripts shows."""
-    found = (
+    notes = (
         "<noscript><p>Charts and drawing need scripts, which this browser does not run;"
         " the tables do not.</p></noscript>\n"
     )
@@ -399,8 +400,8 @@ def _without_charts(runs: "Sequence[ReportedRun]") -> str:
             f"{', '.join(names)}: of each body or joint, so not charted over time;"
             " 'frictionsim show --csv' prints them."
         )
-        found += f'<p class="note" id="undrawn">{text(words)}</p>\n'
-    return found
+        notes += f'<p class="note" id="undrawn">{escaped(words)}</p>\n'
+    return notes
 
 
 def data_of(runs: "Sequence[ReportedRun]") -> dict[str, Any]:

@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.display import MODE_WORDS, error_text, number_text, short_text, with_minus
+from frictionsim.document import Cell, Table
 from frictionsim.errors import InputError
-from frictionsim.reports.page import text
-from frictionsim.reports.tables import Cell, Html, paragraph, section, table
+from frictionsim.reports.html import Html, escaped, folded, html, listed, region, section, table
 from frictionsim.results import Check, Quantity
 from frictionsim.scenario.recorded import differing_keys
 from frictionsim.simulation.phases import event_names
@@ -18,23 +18,21 @@ MAX_EVENTS = 5000  # more make a page slow
 ANGLE_DIGITS = 6  # more make the table wider than its place beside the charts
 
 
-def events(runs: "Sequence[ReportedRun]") -> str:
+def events(runs: "Sequence[ReportedRun]") -> Html:
     """Return the events of runs by time, in a section of its own; empty if there are none."""
     count = sum(len(run.record.events["time"]) for run in runs)
     if not count:
-        return section("events", "Events", paragraph("There are no events."))
+        return section("Events", "There are no events.", name="events")
     rows = sorted((row for run in runs for row in _rows(run)), key=lambda row: row[0])
     placed = any("angle" in run.record.events for run in runs)
     headings = ["time, s", "event", "contact", "from", "to"]
     headings += [">angle, rad"] if placed else []
     headings += ["result"] if len(runs) > 1 else []
     shown = [_cells(row, placed, several=len(runs) > 1) for row in rows[:MAX_EVENTS]]
-    more = paragraph(f"The first {MAX_EVENTS} of {count} events.") if count > MAX_EVENTS else ""
-    found = table("Events; a button sets the clock to its time", headings, shown)
-    wrapped = (
-        f'<div class="scrolled" tabindex="0" role="region" aria-label="Events">{found}</div>\n'
-    )
-    return section("events", f"Events ({count})", wrapped + more)
+    caption = "Events; a button sets the clock to its time"
+    scrolled = region("scrolled", "Events", table(Table(headings, shown, caption)))
+    more = [f"The first {MAX_EVENTS} of {count} events."] if count > MAX_EVENTS else []
+    return section(f"Events ({count})", scrolled, *more, name="events")
 
 
 _Row = tuple[float, str, str, int, int, float | None, str]
@@ -48,7 +46,7 @@ def _rows(run: "ReportedRun") -> Iterator[_Row]:
 def _cells(row: _Row, placed: bool, several: bool) -> list[Cell]:
     time, name, contact, before, after, angle, label = row
     button = (
-        f'<button type="button" data-time="{time!r}">{text(with_minus(f"{time:.9g}"))}</button>'
+        f'<button type="button" data-time="{time!r}">{escaped(with_minus(f"{time:.9g}"))}</button>'
     )
     cells: list[Cell] = [Html(button), name, contact, MODE_WORDS[before], MODE_WORDS[after]]
     cells += ["" if angle is None else f"{angle:.{ANGLE_DIGITS}g}"] if placed else []
@@ -59,33 +57,28 @@ ABSENT = "\N{EM DASH}"
 MAX_VALUE = 120  # characters of a value in a table
 
 
-def scenarios(runs: "Sequence[ReportedRun]") -> str:
+def scenarios(runs: "Sequence[ReportedRun]") -> Html:
     """Return the scenarios of runs as TOML."""
     parts = []
     for run in runs:
-        toml = "\n".join(text(line) for line in run.attribute("scenario").split("\n")).strip()
         words = f"Scenario of {run.label}" if len(runs) > 1 else "After overrides, as it was solved"
-        parts.append(
-            f"<details open><summary>{text(words)}</summary>\n"
-            f'<pre tabindex="0"><code>{toml}</code></pre></details>\n'
-        )
-    return section("scenario", "Scenario", "".join(parts))
+        parts.append(folded(words, run.attribute("scenario").strip()))
+    return section("Scenario", *parts, name="scenario")
 
 
-def differences(runs: "Sequence[ReportedRun]") -> str:
+def differences(runs: "Sequence[ReportedRun]") -> Html:
     """Return the keys in which the scenarios of several runs differ, with their values."""
     if len(runs) < 2:
-        return ""
+        return Html()
     try:
-        found = differing_keys([run.record for run in runs])
+        differing = differing_keys([run.record for run in runs])
     except InputError as error:
-        return section("differences", "Differing keys", paragraph(str(error)))
-    rows = [(name, *map(_cell, values)) for name, values in found.items()]
-    if not rows:
-        return section("differences", "Differing keys", paragraph("The scenarios are the same."))
+        return section("Differing keys", str(error), name="differences")
+    rows = [(name, *map(_cell, values)) for name, values in differing.items()]
     headings = ["key", *(run.label for run in runs)]
     caption = f"Keys in which the scenarios differ; {ABSENT} where there is none"
-    return section("differences", "Differing keys", table(caption, headings, rows))
+    shown = Table(headings, rows, caption) if rows else "The scenarios are the same."
+    return section("Differing keys", shown, name="differences")
 
 
 def _cell(value: Any) -> str:
@@ -99,7 +92,7 @@ def _value(value: Any) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def origins(runs: "Sequence[ReportedRun]") -> str:
+def origins(runs: "Sequence[ReportedRun]") -> Html:
     """Return how the results were made: version, file, command, overrides."""
     names = [run.label if len(runs) > 1 else "value" for run in runs]
     asked = {
@@ -114,7 +107,7 @@ def origins(runs: "Sequence[ReportedRun]") -> str:
         values = [" ".join(run.attribute(attribute).split("\n")) for run in runs]
         if any(values):
             rows.append((words, *values))
-    return section("origin", "How it was made", table("Origin", ["property", *names], rows))
+    return section("How it was made", Table(["property", *names], rows, "Origin"), name="origin")
 
 
 # By status a sign, so that not only the colour tells it, and what it means.
@@ -131,7 +124,7 @@ VERSION_1 = (
 NO_SAMPLES = "This result has no samples: there is nothing to draw, only tables."
 
 
-def overview(runs: "Sequence[ReportedRun]") -> str:
+def overview(runs: "Sequence[ReportedRun]") -> Html:
     """Return the scenario and outcome: lines of one run, a table of several."""
     if len(runs) > 1:
         headings = ["result", "title", "status", "law", "backend", "effects", "file"]
@@ -139,7 +132,7 @@ def overview(runs: "Sequence[ReportedRun]") -> str:
             (
                 run.label,
                 run.attribute("title"),
-                Html(status(run)),
+                status(run),
                 run.attribute("law"),
                 run.attribute("backend"),
                 ", ".join(run.effects),
@@ -147,8 +140,8 @@ def overview(runs: "Sequence[ReportedRun]") -> str:
             )
             for run in runs
         ]
-        found = table("The results of this comparison", headings, rows)
-        return found + "".join(_notes(run, f"{run.label}: ") for run in runs)
+        compared = html(Table(headings, rows, "The results of this comparison"))
+        return Html(compared + "".join(_notes(run, f"{run.label}: ") for run in runs))
     run = runs[0]
     facts = [
         ("kind", run.attribute("kind")),
@@ -156,19 +149,19 @@ def overview(runs: "Sequence[ReportedRun]") -> str:
         ("friction law", run.attribute("law") or "none"),
         ("backend", run.attribute("backend")),
     ]
-    items = "".join(f"<div><dt>{text(n)}</dt><dd>{text(v)}</dd></div>" for n, v in facts)
-    return f'<p>{status(run)}</p>\n<dl class="facts">{items}</dl>\n{_notes(run)}'
+    items = "".join(f"<div><dt>{escaped(n)}</dt><dd>{escaped(v)}</dd></div>" for n, v in facts)
+    return Html(f'<p>{status(run)}</p>\n<dl class="facts">{items}</dl>\n{_notes(run)}')
 
 
-def status(run: "ReportedRun") -> str:
-    """Return the status of a run in words, with a sign and the reason, as HTML."""
+def status(run: "ReportedRun") -> Html:
+    """Return the status of a run in words, with a sign and the reason."""
     word, reason = run.attribute("status"), run.attribute("reason")
     sign, words = UNSOUND if word == "done" and reason else STATUSES.get(word, ("?", word))
     name = "unsound" if (sign, words) == UNSOUND else word
-    why = f": {text(reason)}" if reason else ""
-    return (
-        f'<span class="status" data-status="{text(name)}"><span aria-hidden="true">{sign}</span>'
-        f" {text(words)}</span>{why}"
+    why = f": {escaped(reason)}" if reason else ""
+    return Html(
+        f'<span class="status" data-status="{escaped(name)}"><span aria-hidden="true">{sign}</span>'
+        f" {escaped(words)}</span>{why}"
     )
 
 
@@ -183,33 +176,34 @@ def _notes(run: "ReportedRun", source: str = "") -> str:
         notes.append(NO_SAMPLES)
     if run.record.statistics is None:
         notes.append(VERSION_1)
-    return "".join(f'<p class="note">{text(source + note)}</p>\n' for note in notes)
+    return "".join(f'<p class="note">{escaped(source + note)}</p>\n' for note in notes)
 
 
-def warnings(runs: "Sequence[ReportedRun]") -> str:
+def warnings(runs: "Sequence[ReportedRun]") -> Html:
     """Return the warnings of runs."""
-    found = [(run, warning) for run in runs for warning in run.warnings]
-    items = "".join(f"<li>{text(_source(runs, run) + warning)}</li>\n" for run, warning in found)
-    return section("warnings", "Warnings", items and f"<ul>\n{items}</ul>")
+    texts = (_source(runs, run) + warning for run in runs for warning in run.warnings)
+    return section("Warnings", listed(texts), name="warnings")
 
 
 def _source(runs: "Sequence[ReportedRun]", run: "ReportedRun") -> str:
     return f"{run.label}: " if len(runs) > 1 else ""
 
 
-def summary(runs: "Sequence[ReportedRun]") -> str:
-    """Return quantities, audit and counts of runs, side by side."""
-    parts = [_quantities(runs), *(_estimate(runs, run) for run in runs), _audit(runs)]
-    return section("summary", "Summary", "".join([*parts, _counts(runs)]))
+def summary(runs: "Sequence[ReportedRun]") -> Html:
+    """Return quantities, audit and solver statistics of runs, side by side."""
+    estimates = (
+        _source(runs, run) + run.error_estimate for run in runs if run.errors and run.error_estimate
+    )
+    blocks: list[str | Table] = [_quantities(runs), *estimates, _audit(runs), _counts(runs)]
+    shown = (block for block in blocks if isinstance(block, str) or block.rows)
+    return section("Summary", *shown, name="summary")
 
 
-def _quantities(runs: "Sequence[ReportedRun]") -> str:
+def _quantities(runs: "Sequence[ReportedRun]") -> Table:
     names = _names(run.record.quantities for run in runs)
-    if not names:
-        return ""
     headings = ["quantity", *(f">{heading}" for heading in _columns(runs)), "unit"]
     rows = [(name, *_values_of(runs, name), _unit_of(runs, name)) for name in names]
-    return table("Quantities", headings, rows)
+    return Table(headings, rows, "Quantities")
 
 
 def _columns(runs: "Sequence[ReportedRun]") -> Iterator[str]:
@@ -223,13 +217,13 @@ def _columns(runs: "Sequence[ReportedRun]") -> Iterator[str]:
 
 def _values_of(runs: "Sequence[ReportedRun]", name: str) -> Iterator[str]:
     """Yield the cells of a quantity, and the difference of two results."""
-    found = [run.record.quantities.get(name) for run in runs]
-    for run, quantity in zip(runs, found, strict=True):
+    quantities = [run.record.quantities.get(name) for run in runs]
+    for run, quantity in zip(runs, quantities, strict=True):
         yield "" if quantity is None else number_text(quantity.value)
         if run.errors:
             yield error_text(run.errors.get(name))
     if len(runs) == 2:
-        yield _difference(*found)
+        yield _difference(*quantities)
 
 
 def _difference(a: Quantity | None, b: Quantity | None) -> str:
@@ -247,19 +241,11 @@ def _unit_of(runs: "Sequence[ReportedRun]", name: str) -> str:
 
 def _names(tables: Iterator[Mapping[str, object]]) -> list[str]:
     """Return the keys of several tables in their order."""
-    return list(dict.fromkeys(name for found in tables for name in found))
+    return list(dict.fromkeys(name for table in tables for name in table))
 
 
-def _estimate(runs: "Sequence[ReportedRun]", run: "ReportedRun") -> str:
-    if not run.errors or not run.error_estimate:
-        return ""
-    return paragraph(_source(runs, run) + run.error_estimate)
-
-
-def _audit(runs: "Sequence[ReportedRun]") -> str:
+def _audit(runs: "Sequence[ReportedRun]") -> Table:
     names = _names(run.record.checks for run in runs)
-    if not names:
-        return ""
     headings = ["check"]
     for run in runs:
         of = f" of {run.label}" if len(runs) > 1 else ""
@@ -268,7 +254,7 @@ def _audit(runs: "Sequence[ReportedRun]") -> str:
         (name, *(cell for run in runs for cell in _check(run.record.checks.get(name))))
         for name in names
     ]
-    return table("Audit: a value above its limit is a reason not to trust the run", headings, rows)
+    return Table(headings, rows, "Audit: a value above its limit is a reason not to trust the run")
 
 
 def _check(check: Check | None) -> tuple[str, str, str]:
@@ -277,17 +263,16 @@ def _check(check: Check | None) -> tuple[str, str, str]:
     return short_text(check.value), short_text(check.limit), "ok" if check.ok else "FAILED"
 
 
-def _counts(runs: "Sequence[ReportedRun]") -> str:
-    found = [run for run in runs if run.record.statistics is not None]
-    if not found:
-        return ""
+def _counts(runs: "Sequence[ReportedRun]") -> Table:
     headings = ["result", ">samples", ">events", ">states", ">steps", ">rejected steps"]
     rows = []
-    for run in found:
+    for run in runs:
         counts = run.record.statistics
-        assert counts is not None, "those without were left out"
+        if counts is None:
+            continue
         samples, events = (len(of["time"]) for of in (run.record.channels, run.record.events))
         numbers = (samples, events, counts.states, counts.steps, counts.rejected)
         name = run.label if len(runs) > 1 else "run"
         rows.append((name, *map(str, numbers), str(counts.rhs_evaluations)))
-    return table("Solver statistics", [*headings, ">evaluations of the right-hand side"], rows)
+    headings.append(">evaluations of the right-hand side")
+    return Table(headings, rows, "Solver statistics")

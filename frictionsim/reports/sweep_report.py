@@ -5,6 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from frictionsim.display import labelled
+from frictionsim.document import Block, Cell, Document, Number, Picture, Table
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import DONE
 from frictionsim.parameter_study.design import SAMPLE
@@ -16,18 +18,8 @@ from frictionsim.parameter_study.statistics import (
     sound_values,
     varied_values,
 )
-from frictionsim.reports.page import page
-from frictionsim.reports.study_parts import (
-    STUDY_SCRIPTS,
-    Picture,
-    head,
-    number,
-    short,
-    shown_pictures,
-    study_section,
-    study_table,
-)
-from frictionsim.reports.tables import Number, with_unit
+from frictionsim.reports.html import Html, folded, number, picture, section, short, study_table
+from frictionsim.reports.page import study_page
 
 MAX_KEYS, MAX_QUANTITIES = 30, 60  # columns of the table of runs
 MAX_WITH_INDICES = 6  # quantities
@@ -91,14 +83,14 @@ CAPTIONS = {
 
 
 def sweep_page(
-    found: SweepTable, parts: Iterable[Any], source: str, pictures: Iterable[Picture] = ()
+    sweep: SweepTable, parts: Document, source: str, pictures: Iterable[Picture] = ()
 ) -> str:
     """Return the HTML of the report of a sweep.
 
     Parameters
     ----------
-    found : SweepTable
-    parts : iterable of str and tables with `headings` and `rows`
+    sweep : SweepTable
+    parts : Document
         Its summary.
     source : str
         Name of its file; empty if there is none.
@@ -108,82 +100,78 @@ def sweep_page(
     title, *lines = parts
     # The head of the page names the file.
     summary = [part for part in lines if part != f"sweep: {source or 'none'}"]
-    kept = kept_of(found)
-    indices = indices_of_sample(found, kept)
-    name = found.attributes["title"] or found.attributes["kind"]
-    body = "\n".join(
-        (
-            head(str(title), f"from {source}" if source else ""),
-            study_section("Summary", *map(_part, summary)),
-            study_section("Pictures", *shown_pictures(pictures)),
-            *_indices(indices),
-            study_section("Runs", *_left_out(found, kept), _runs(found, kept)),
-            *_groups("Failures", found.texts, ("failure", "reason")),
-            *_groups("Warnings", found.texts, ("warnings",)),
-            study_section("Study", *_study(found.attributes["study"])),
-        )
+    kept = kept_of(sweep)
+    indices = indices_of_sample(sweep, kept)
+    name = sweep.attributes["title"] or sweep.attributes["kind"]
+    sections = (
+        section("Summary", *map(_part, summary)),
+        section("Pictures", *(picture(each, not i) for i, each in enumerate(pictures))),
+        *_indices(indices),
+        section("Runs", *_left_out(sweep, kept), _runs(sweep, kept)),
+        *_groups("Failures", sweep.texts, ("failure", "reason")),
+        *_groups("Warnings", sweep.texts, ("warnings",)),
+        section("Study", *_study(sweep.attributes["study"])),
     )
-    return page(f"{name}: sweep", body, None, STUDY_SCRIPTS)
+    return study_page(f"{name}: sweep", (str(title), f"from {source}" if source else ""), sections)
 
 
-def _part(part: Any) -> str:
+def _part(part: Block) -> Block:
     """Return a line or a table of the summary."""
     if isinstance(part, str):
-        return f"<p>{short(part, 1000)}</p>"
+        return short(part, 1000)
+    if not isinstance(part, Table):
+        return part
     caption = CAPTIONS.get(part.headings[0], part.headings[0])
     if len(part.rows) > MAX_PART_ROWS:
         caption += f"; the first {MAX_PART_ROWS} of {len(part.rows)}"
-    return study_table(
-        caption, part.headings, [list(map(str, row)) for row in part.rows[:MAX_PART_ROWS]]
-    )
+    return study_table(part._replace(rows=part.rows[:MAX_PART_ROWS], caption=caption))
 
 
-def _left_out(found: SweepTable, kept: Kept) -> Iterator[str]:
-    """Yield what is not in the page, and where it is."""
-    of_sweep = (
-        (kept.runs.size, found.runs, "runs", ", with extremes and the first failures among them"),
-        (len(kept.keys), len(found.coordinates), "varied keys", ""),
-        (len(kept.quantities), len(found.values), "quantities", ""),
+def _left_out(sweep: SweepTable, kept: Kept) -> Iterator[str]:
+    """Yield how much of the sweep is in the page."""
+    counts = (
+        (kept.runs.size, sweep.runs, "runs", ", with extremes and the first failures among them"),
+        (len(kept.keys), len(sweep.coordinates), "varied keys", ""),
+        (len(kept.quantities), len(sweep.values), "quantities", ""),
     )
-    for count, of, words, more in of_sweep:
+    for count, of, words, more in counts:
         if count < of:
             yield (
-                f'<p class="left-out">{count} of {of} {words} are in the table{more}; the summary'
-                " counts all of them.</p>"
+                f"{count} of {of} {words} are in the table{more}; the summary counts all of them."
             )
 
 
-def _runs(found: SweepTable, kept: Kept) -> str:
+def _runs(sweep: SweepTable, kept: Kept) -> Html:
     headings = [
         ">run",
-        *(f">{with_unit(key, found.coordinates[key].unit)}" for key in kept.keys),
-        *(f">{with_unit(name, found.units[name])}" for name in kept.quantities),
+        *(f">{labelled(key, sweep.coordinates[key].unit)}" for key in kept.keys),
+        *(f">{labelled(name, sweep.units[name])}" for name in kept.quantities),
         "outcome",
     ]
-    caption = f"{len(kept.runs)} of {found.runs} runs"
-    if len(kept.runs) == found.runs:
-        caption = f"All {found.runs} runs" if found.runs > 1 else "The run"
-    words = dict(found.statuses)
-    rows = [_run(found, kept, run, words) for run in kept.runs.tolist()]
-    return study_table(caption, headings, rows, "runs")
+    caption = f"{len(kept.runs)} of {sweep.runs} runs"
+    if len(kept.runs) == sweep.runs:
+        caption = f"All {sweep.runs} runs" if sweep.runs > 1 else "The run"
+    words = dict(sweep.statuses)
+    rows = [_run(sweep, kept, run, words) for run in kept.runs.tolist()]
+    return study_table(Table(headings, rows, caption, "runs"))
 
 
-def _run(found: SweepTable, kept: Kept, run: int, words: dict[int, str]) -> list[str | Number]:
-    values = varied_values(found, run)
-    outcome = words[int(found.status[run])].replace("_", " ")
-    why = [found.texts[name][run] for name in ("failure", "reason") if run in found.texts[name]]
+def _run(sweep: SweepTable, kept: Kept, run: int, words: dict[int, str]) -> list[Cell]:
+    values = varied_values(sweep, run)
+    outcome = words[int(sweep.status[run])].replace("_", " ")
+    why = [sweep.texts[name][run] for name in ("failure", "reason") if run in sweep.texts[name]]
     return [
         Number(str(run), run),
-        *(_cell(found, key, values[key]) for key in kept.keys),
-        *(number(float(found.values[name][run])) for name in kept.quantities),
+        *(_cell(sweep, key, values[key]) for key in kept.keys),
+        *(number(float(sweep.values[name][run])) for name in kept.quantities),
         ": ".join((outcome, *why)),
     ]
 
 
-def _cell(found: SweepTable, key: str, value: Any) -> str | Number:
+def _cell(sweep: SweepTable, key: str, value: Any) -> Cell:
     if isinstance(value, str):
         return value
-    values = found.coordinates[key].values
+    values = sweep.coordinates[key].values
     if values.dtype.kind == "b" or values.dtype.itemsize == 1:
         return "true" if value else "false"
     return number(float(value))
@@ -191,7 +179,7 @@ def _cell(found: SweepTable, key: str, value: Any) -> str | Number:
 
 def _groups(
     heading: str, texts: dict[str, dict[int, str]], names: tuple[str, ...]
-) -> Iterator[str]:
+) -> Iterator[Html]:
     runs = sorted({run for name in names for run in texts[name]})
     if not runs:
         return
@@ -208,35 +196,34 @@ def _groups(
     caption = f"In {len(runs)} runs; texts that differ in numbers only are one"
     if rest:
         caption += f"; {rest} more kinds are left out"
-    yield study_section(heading, study_table(caption, ("text", ">runs", ">first in run"), rows))
+    headings = ("text", ">runs", ">first in run")
+    yield section(heading, study_table(Table(headings, rows, caption)))
 
 
-def _indices(found: dict[str, Indices]) -> Iterator[str]:
+def _indices(indices: dict[str, Indices]) -> Iterator[Html]:
     """Yield the Sobol indices as tables."""
-    if not found:
+    if not indices:
         return
-    parts = []
-    for name, each in found.items():
+    parts: list[Block] = []
+    for name, each in indices.items():
         if not each.first.size:
-            parts.append(f"<p>{short(name)}: {short(each.basis)}</p>")
+            parts.append(f"{short(name)}: {short(each.basis)}")
             continue
         rows = [
             (key, number(float(first), 3), number(float(total), 3))
             for key, first, total in zip(each.keys, each.first, each.total, strict=True)
         ]
         caption = f"{name}: part of its variance that each key causes ({each.basis})"
-        parts.append(study_table(caption, ("key", ">first-order index", ">total index"), rows))
-    note = f"<p>Of the first {MAX_WITH_INDICES} quantities that vary.</p>"
-    yield study_section("Sobol indices", note, *parts)
+        headings = ("key", ">first-order index", ">total index")
+        parts.append(study_table(Table(headings, rows, caption)))
+    note = f"Of the first {MAX_WITH_INDICES} quantities that vary."
+    yield section("Sobol indices", note, *parts)
 
 
 def _study(toml: str) -> Iterator[str]:
     if len(toml) > MAX_STUDY:
         yield (
-            f"<p>The first {MAX_STUDY} of {len(toml)} characters; 'frictionsim show FILE --study'"
-            " prints all of them.</p>"
+            f"The first {MAX_STUDY} of {len(toml)} characters; 'frictionsim show FILE --study'"
+            " prints all of them."
         )
-    yield (
-        "<details open><summary>In TOML, which 'frictionsim sweep' runs again</summary>"
-        f'<pre tabindex="0">{short(toml[:MAX_STUDY], MAX_STUDY)}</pre></details>'
-    )
+    yield folded("In TOML, which 'frictionsim sweep' runs again", toml[:MAX_STUDY])

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
+from frictionsim.display import labelled
+from frictionsim.document import Table
+from frictionsim.reports.html import table
 from frictionsim.reports.reported_run import ReportedRun, labels_of
 from frictionsim.reports.run_report import MAX_CHART_SAMPLES, charts_of, data_of, run_report
 from frictionsim.reports.run_tables import MAX_EVENTS, events, origins, summary
-from frictionsim.reports.tables import table, with_unit
 from frictionsim.results import Quantity, Record
 from tests.support.belt_results import belt_run
 from tests.support.scenarios import SCENARIOS
@@ -208,7 +210,9 @@ def test_a_report_is_small(tmp_path: Path) -> None:
 
 
 def test_numbers_of_tables_have_the_sign_of_charts_and_a_value_to_read() -> None:
-    html = table("t", ["name-a", ">value"], [("a-b", "-1.5e-07"), ("c", "-0"), ("d", "none")])
+    html = table(
+        Table(["name-a", ">value"], [("a-b", "-1.5e-07"), ("c", "-0"), ("d", "none")], "t")
+    )
     assert (
         '<td class="number" data-value="-1.5e-07">\N{MINUS SIGN}1.5e\N{MINUS SIGN}07</td>' in html
     )
@@ -223,7 +227,7 @@ def test_headings_name_a_quantity_and_its_unit_as_axes_do(pulley: fs.Result) -> 
     html = events([run])
     assert '<th scope="col">time, s</th>' in html
     assert ">angle, rad</th>" in html
-    assert with_unit("load", "N") == "load, N"
-    assert with_unit("mu_s", "1") == with_unit("mu_s", "") == "mu_s"
+    assert labelled("load", "N") == "load, N"
+    assert labelled("mu_s", "1") == labelled("mu_s", "") == "mu_s"
     assert re.search("event +time, s +contact", pulley.summary())
     assert '<th scope="col"></th>' not in events([run]) + origins([run])

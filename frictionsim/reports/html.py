@@ -1,0 +1,176 @@
+"""Documents as HTML: for notebooks, and for pages with captions that screen readers announce."""
+
+from base64 import b64encode
+from collections.abc import Iterable, Sequence
+from html import escape
+
+from frictionsim.display import STUDY_DIGITS, number_text, with_minus
+from frictionsim.document import Block, Cell, Document, Number, Picture, Table, shown
+from frictionsim.io.terminal import visible
+
+MAX_TEXT = 300  # characters of a cell of a study
+PNG = b"\x89PNG"
+
+
+class Html(str):
+    """HTML in which all texts of files have passed `escaped`."""
+
+    __slots__ = ()
+
+
+def escaped(content: object) -> Html:
+    """Return a text for HTML: markup, quotes and control characters stay text."""
+    return Html(escape(visible(str(content)), quote=True))
+
+
+def short(content: object, limit: int = MAX_TEXT) -> str:
+    """Return a text, cut with a note of its length if it is longer than a limit."""
+    words = str(content)
+    if len(words) > limit:
+        words = f"{words[:limit]}… ({len(words)} characters in all)"
+    return words
+
+
+def number(value: float, digits: int = STUDY_DIGITS) -> Number:
+    """Return the cell of a number; `none` if it is not a number."""
+    return Number(number_text(value, digits), value)
+
+
+def notebook(document: Document) -> str:
+    """Return a document as HTML for a notebook, which has no style sheet."""
+    return "<div>" + "".join(map(_in_notebook, document)) + "</div>"
+
+
+def _in_notebook(block: Block) -> str:
+    if isinstance(block, str):
+        return f"<p>{escaped(block)}</p>"
+    if not isinstance(block, Table):
+        return ""
+    aligned = ["right" if heading.startswith(">") else "left" for heading in block.headings]
+    headings = [heading.removeprefix(">") for heading in block.headings]
+    rows = [_row("th", headings, aligned), *(_row("td", cells, aligned) for cells in block.rows)]
+    return f"<table>{''.join(rows)}</table>"
+
+
+def _row(tag: str, cells: Sequence[Cell], aligned: Sequence[str]) -> str:
+    # A short row, as that of dots, is filled up.
+    filled = [*cells, *[""] * (len(aligned) - len(cells))]
+    inner = "".join(
+        f'<{tag} style="text-align: {side}">{escaped(shown(cell))}</{tag}>'
+        for cell, side in zip(filled, aligned, strict=True)
+    )
+    return f"<tr>{inner}</tr>"
+
+
+def html(block: Block) -> Html:
+    """Return a block as HTML for a page; `Html` as it is."""
+    if isinstance(block, Html):
+        return block
+    if isinstance(block, str):
+        return Html(f"<p>{escaped(block)}</p>\n")
+    if isinstance(block, Table):
+        return table(block)
+    return picture(block) if isinstance(block, Picture) else Html()
+
+
+def section(heading: str, *content: Block, name: str = "") -> Html:
+    """Return a section of a page with a heading; empty without content.
+
+    Parameters
+    ----------
+    heading : str
+    *content : Block
+    name : str
+        Its id in the page.
+    """
+    inner = "".join(map(html, content))
+    if not inner:
+        return Html()
+    own, of_heading = "", ""
+    if name:
+        own = f' id="{name}" aria-labelledby="{name}-heading"'
+        of_heading = f' id="{name}-heading"'
+    return Html(f"<section{own}>\n<h2{of_heading}>{escaped(heading)}</h2>\n{inner}\n</section>\n")
+
+
+def listed(items: Iterable[str]) -> Html:
+    """Return a list of texts; empty without any."""
+    inner = "".join(f"<li>{escaped(item)}</li>\n" for item in items)
+    return Html(inner and f"<ul>\n{inner}</ul>")
+
+
+def folded(summary: str, content: str, opened: bool = True) -> Html:
+    """Return a text of several lines, such as TOML, that can be folded away."""
+    return _details(summary, f'<pre tabindex="0"><code>{escaped(content)}</code></pre>', opened)
+
+
+def _details(summary: str, inner: str, opened: bool) -> Html:
+    attribute = " open" if opened else ""
+    return Html(f"<details{attribute}><summary>{escaped(summary)}</summary>{inner}</details>\n")
+
+
+def picture(block: Picture, opened: bool = True) -> Html:
+    """Return a picture that can be folded away."""
+    title = short(block.title)
+    inner = f"<p>{escaped(short(block.note, 1000))}</p>" if block.note else ""
+    if block.image:
+        kind = "png" if block.image.startswith(PNG) else "svg+xml"
+        source = f"data:image/{kind};base64,{b64encode(block.image).decode('ascii')}"
+        inner = f'<img class="picture" src="{source}" alt="{escaped(title)}">{inner}'
+    return _details(title, inner, opened)
+
+
+def region(style: str, label: str, content: Html) -> Html:
+    """Return HTML that scrolls by itself, also by the keyboard, as a wide table."""
+    attributes = f'class="{style}" tabindex="0" role="region" aria-label="{escaped(label)}"'
+    return Html(f"<div {attributes}>{content}</div>\n")
+
+
+def study_table(block: Table) -> Html:
+    """Return a table whose long texts are cut, which scripts sort and which scrolls by itself."""
+    rows = [[c if isinstance(c, Number | Html) else short(c) for c in row] for row in block.rows]
+    return region("wide", block.caption, table(block._replace(rows=rows), "study"))
+
+
+def table(block: Table, style: str = "") -> Html:
+    """Return a table for a page; its rows begin with their headings."""
+    numeric = [heading.startswith(">") for heading in block.headings]
+    head = "".join(
+        f'<th scope="col"{_class(right)}>{escaped(heading.removeprefix(">"))}</th>'
+        for heading, right in zip(block.headings, numeric, strict=True)
+    )
+    body = "".join(f"<tr>{_cells(row, numeric)}</tr>\n" for row in block.rows)
+    attributes = f' class="{style}"' if style else ""
+    attributes += f' id="{block.name}"' if block.name else ""
+    return Html(
+        f"<table{attributes}><caption>{escaped(block.caption)}</caption>\n"
+        f"<thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody></table>\n"
+    )
+
+
+def _cells(row: Sequence[Cell], numeric: Sequence[bool]) -> str:
+    tags = ('th scope="row"', *["td"] * (len(row) - 1))
+    cells = []
+    for tag, cell, right in zip(tags, row, numeric, strict=True):
+        content = _parsed(cell) if right and isinstance(cell, str) else cell
+        value = f' data-value="{content.value!r}"' if isinstance(content, Number) else ""
+        cells.append(f"<{tag}{_class(right)}{value}>{_content(content)}</{tag[:2]}>")
+    return "".join(cells)
+
+
+def _parsed(cell: str) -> Cell:
+    """Return the cell of a column of numbers: a number, or a text such as "none"."""
+    try:
+        return Number(cell, float(cell))
+    except ValueError:
+        return cell
+
+
+def _class(numeric: bool) -> str:
+    return ' class="number"' if numeric else ""
+
+
+def _content(cell: Cell) -> str:
+    if isinstance(cell, Html):
+        return cell
+    return escaped(with_minus(cell.shown) if isinstance(cell, Number) else cell)
