@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from frictionsim.io.cost_table import CostTable
     from frictionsim.io.sweep_table import SweepTable
     from frictionsim.reports.reported_run import ReportedRun
+    from frictionsim.work_precision.outcome import WorkPrecision
 
 
 def study_html(source: Any) -> str | None:
@@ -38,9 +39,7 @@ def study_html(source: Any) -> str | None:
         If it is damaged.
     """
     if isinstance(source, Study):
-        from frictionsim.work_precision.reading import table_of as table_of_study
-
-        return _costs_html(table_of_study(source.data), "")
+        return _costs_html(source.data, "")
     if isinstance(source, Sweep):
         return _sweep_html(source)
     if hasattr(source, "data_vars"):
@@ -55,12 +54,12 @@ def _of_file(path: Path) -> str | None:
         identity = identity_of(path)
         if identity.is_sweep:
             return _sweep_html(open_sweep(path))
-        return _costs_html(read_costs(path), str(path)) if identity.is_table else None
+        return _costs_of_file(read_costs(path), path) if identity.is_table else None
     from frictionsim.io.cost_table import is_costs_in_csv, read_csv
     from frictionsim.io.replaceable import SWEEP_IN_CSV
 
     if is_costs_in_csv(path):
-        return _costs_html(read_csv(path), str(path))
+        return _costs_of_file(read_csv(path), path)
     if path.is_file() and path.suffix == ".csv":
         words = "neither a table of 'frictionsim cost' nor a result"
         if SWEEP_IN_CSV.recognises(path):
@@ -79,21 +78,27 @@ def _is_hdf5(path: Path) -> bool:
         return False
 
 
-def _costs_html(table: "CostTable", source: str) -> str:
+def _costs_of_file(table: "CostTable", path: Path) -> str:
+    from frictionsim.work_precision.table import study_of
+
+    try:
+        study = study_of(table)
+    except ValueError as error:
+        raise InputError(f"{path}: cannot read this table of costs: {error}") from None
+    return _costs_html(study, str(path))
+
+
+def _costs_html(study: "WorkPrecision", source: str) -> str:
     from frictionsim.document import Picture
     from frictionsim.plots.picture_file import image_for_page
     from frictionsim.plots.work_precision import diagram
     from frictionsim.reports.cost_report import cost_page
-    from frictionsim.work_precision.reading import diagram_of
 
-    try:
-        drawn = diagram_of(table)
-    except ValueError as error:
-        raise InputError(f"{source}: cannot read this table of costs: {error}") from None
-    left = table.rows - len(drawn.rows)
+    drawn = study._replace(rows=study.drawable)
+    left = len(study.rows) - len(drawn.rows)
     note = f"{left} settings have numbers that no axis shows; the table has them." if left else ""
     title = "Error against work, one line for each method"
-    return cost_page(table, source, Picture(title, image_for_page(diagram(drawn)), note))
+    return cost_page(study, source, Picture(title, image_for_page(diagram(drawn)), note))
 
 
 def _sweep_html(found: Sweep) -> str:

@@ -19,7 +19,7 @@ from frictionsim.work_precision import settings as ladder
 from frictionsim.work_precision import study as work_precision
 from frictionsim.work_precision.outcome import Plan, WorkPrecision
 from frictionsim.work_precision.recommendation import recommendations
-from frictionsim.work_precision.report import attributes, columns, study_json, write_csv
+from frictionsim.work_precision.table import attributes, columns, study_json, write_csv
 
 if TYPE_CHECKING:
     import xarray
@@ -157,8 +157,7 @@ def _named(
 
 def study_parts(study: WorkPrecision) -> Document:
     """Yield the reference uncertainty, the table and the recommendations of a study."""
-    scenario = study.scenario
-    yield f"{scenario.title or scenario.kind}: error against run time ({study.status})"
+    yield f"{study.title or study.kind}: error against run time ({study.status})"
     yield from _reference_lines(study)
     names = [metric.name for metric in study.metrics]
     of_mesh, in_time = (["model", ">bodies"], [">in time"]) if study.of_meshes else ([], [])
@@ -238,6 +237,11 @@ class Study(ResultBase):
         self.data = data
 
     @property
+    def _scenario(self) -> Scenario:
+        assert self.data.scenario is not None, "a study that was just run has its scenario"
+        return self.data.scenario
+
+    @property
     def status(self) -> str:
         """`done` or `interrupted`."""
         return self.data.status
@@ -296,7 +300,7 @@ class Study(ResultBase):
         """Write the table as HDF5, see `frictionsim.io.hdf5_writer.write_table`."""
         from frictionsim.io.hdf5_writer import write_table
 
-        write_table(self.data.scenario, columns(self.data), attributes(self.data), path)
+        write_table(self._scenario, columns(self.data), attributes(self.data), path)
 
     def plot(self, *, ax: "Axes | None" = None) -> "Figure":
         """Draw error against wall time and against evaluations of the right-hand side.
@@ -308,7 +312,7 @@ class Study(ResultBase):
         """
         from frictionsim.plots.work_precision import diagram
 
-        return diagram(self.data.diagram, ax=ax)
+        return diagram(self.data, ax=ax)
 
     def parts(self) -> Document:
         """Yield the reference uncertainty, the table and the recommendations."""
@@ -316,12 +320,12 @@ class Study(ResultBase):
 
     def to_json(self) -> dict[str, Any]:
         """Return the table as plain data, as the command line prints it with --json."""
-        return study_json(self.data, self.data.scenario.origin.source)
+        return study_json(self.data, self._scenario)
 
     def __repr__(self) -> str:
-        scenario, rows = self.data.scenario, len(self.data.rows)
-        title = f" '{scenario.title}'" if scenario.title else ""
-        return f"<frictionsim.Study {scenario.kind}{title}: {self.status}, {rows} settings>"
+        study, rows = self.data, len(self.data.rows)
+        title = f" '{study.title}'" if study.title else ""
+        return f"<frictionsim.Study {study.kind}{title}: {self.status}, {rows} settings>"
 
 
 def cost(

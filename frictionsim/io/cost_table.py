@@ -31,7 +31,7 @@ class CostTable(NamedTuple):
     Attributes
     ----------
     attributes : dict of str
-        `title`, `kind`, `status`, `reason`, and those of `work_precision.report.attributes`, as far
+        `title`, `kind`, `status`, `reason`, and those of `work_precision.table.attributes`, as far
         as they are known; a table in CSV has none of them.
     columns : dict of Column
         By name, of equal lengths; NaN where a value is unknown.

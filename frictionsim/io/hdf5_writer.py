@@ -170,7 +170,7 @@ def write_table(
     scenario : Scenario
     columns : iterable of Column
     attributes : dict of str
-        Of the study, see `frictionsim.work_precision.report.attributes`.
+        Of the study, see `frictionsim.work_precision.table.attributes`.
     path : Path
     """
     with file_in_memory() as file:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     from matplotlib.figure import Figure, SubFigure
 
-    from frictionsim.work_precision.outcome import Diagram, Row
+    from frictionsim.work_precision.outcome import Row, WorkPrecision
 
     Array = npt.NDArray[np.float64]
 
@@ -79,9 +79,11 @@ MIN_MESH_ERROR = 1e-12  # smaller errors are drawn here
 TARGETS = (1e-2, 1e-3)
 
 
-def draw_mesh_study(study: "Diagram", figure: "Figure | SubFigure") -> None:
+def draw_mesh_study(study: "WorkPrecision", figure: "Figure | SubFigure") -> None:
     """Draw both panels into an empty figure."""
-    set_title(figure, f"{study.title}: what accuracy costs", MESH_HEIGHT, scaled=False)
+    set_title(
+        figure, f"{study.title or study.kind}: what accuracy costs", MESH_HEIGHT, scaled=False
+    )
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
     in_time = study.floor_in_time
     titles = ("against the limit of fine meshes", "in time alone, on the scenario's own mesh")
@@ -107,7 +109,7 @@ def draw_mesh_study(study: "Diagram", figure: "Figure | SubFigure") -> None:
     figure.legend(handles=handles, loc="outside lower center", fontsize="small", ncols=columns)
 
 
-def _lowest(study: "Diagram", in_time: float) -> float:
+def _lowest(study: "WorkPrecision", in_time: float) -> float:
     found = [study.floor, in_time]
     found += [row.error for row in study.rows if row.error is not None]
     found += [row.time_error for row in study.rows if row.time_error is not None]
@@ -186,15 +188,14 @@ MIN_ERROR = 1e-16  # smaller errors are drawn here
 WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand-side evaluations"))
 
 
-def diagram(study: "Diagram", ax: Any = None) -> "Figure":
+def diagram(study: "WorkPrecision", ax: Any = None) -> "Figure":
     """Draw one line for each backend; failed settings are marked in a strip above them.
 
     A study of meshes has the panels of `frictionsim.plots.work_precision`.
 
     Parameters
     ----------
-    study : Diagram
-        As `WorkPrecision.diagram`.
+    study : WorkPrecision
     ax : optional
         As in `frictionsim.plots.draw`.
     """
@@ -202,8 +203,8 @@ def diagram(study: "Diagram", ax: Any = None) -> "Figure":
     return drawn_in(lambda target: draw(study, target), ax, WIDTH)
 
 
-def _draw(study: "Diagram", figure: "Figure | SubFigure") -> None:
-    set_title(figure, f"{study.title}: error against run time", HEIGHT, scaled=False)
+def _draw(study: "WorkPrecision", figure: "Figure | SubFigure") -> None:
+    set_title(figure, f"{study.title or study.kind}: error against run time", HEIGHT, scaled=False)
     axes = figure.subplots(1, 2, sharey=True)
     for ax, (quantity, label) in zip(axes, WORK, strict=True):
         _draw_panel(ax, study, quantity)
@@ -216,7 +217,7 @@ def _draw(study: "Diagram", figure: "Figure | SubFigure") -> None:
         figure.legend(handles, labels, loc="outside lower center", fontsize="small", ncols=columns)
 
 
-def _draw_panel(ax: Any, study: "Diagram", quantity: str) -> None:
+def _draw_panel(ax: Any, study: "WorkPrecision", quantity: str) -> None:
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.grid(linewidth=0.3)

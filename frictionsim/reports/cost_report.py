@@ -4,70 +4,58 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from frictionsim.document import Cell, Number, Picture, Table
-from frictionsim.io.cost_table import CostTable
 from frictionsim.reports.html import Html, listed, number, picture, section, short, study_table
 from frictionsim.reports.page import study_page
-from frictionsim.work_precision.outcome import Row
-from frictionsim.work_precision.reading import RELATIVE, advice_of, floors_of, measures_of, rows_of
+from frictionsim.work_precision.outcome import Row, WorkPrecision
+from frictionsim.work_precision.recommendation import recommendations
 
-BELOW = "below_uncertainty"
 COUNTS = ("events", "steps", "rejected", "rhs_evaluations", "states", "repeats")
 MAX_ROWS = 1000  # in the page; a study has some hundred
-MAX_MEASURES = 40
+MAX_METRICS = 40
 MAX_NOTES = 10
 
 
-def cost_page(costs: CostTable, source: str, diagram: Picture) -> str:
-    """Return the HTML of the report of a table of costs.
+def cost_page(study: WorkPrecision, source: str, diagram: Picture) -> str:
+    """Return the HTML of the report of a study.
 
     Parameters
     ----------
-    costs : CostTable
+    study : WorkPrecision
     source : str
         Name of its file; empty if there is none.
     diagram : Picture
-
-    Raises
-    ------
-    ValueError
-        If the table is damaged.
     """
-    advice, floors = [each.worded() for each in advice_of(costs)], floors_of(costs)
-    about = costs.attributes
-    title = (
-        f"{about.get('title') or about.get('kind') or Path(source).name}: error against run time"
-    )
-    rows = rows_of(costs)
-    measures = measures_of(costs)[:MAX_MEASURES]
+    title = f"{study.title or study.kind or Path(source).name}: error against run time"
     lines = [
-        f"kind {about['kind']}" if about.get("kind") else "",
-        f"{_status(about)}{len(rows)} settings" + (f", from {source}" if source else ""),
-        *costs.notes[:MAX_NOTES],
+        f"kind {study.kind}" if study.kind else "",
+        f"{_status(study)}{len(study.rows)} settings" + (f", from {source}" if source else ""),
+        *study.notes[:MAX_NOTES],
     ]
+    advice = [each.worded() for each in recommendations(study)]
     sections = (
-        section("What to use", listed(map(short, advice)), *_references(costs, floors)),
+        section("What to use", listed(map(short, advice)), *_references(study)),
         section("Diagram", picture(diagram)),
-        section("Settings", *_limits(costs, len(rows)), _settings(costs, rows, measures)),
-        *_failures(rows),
+        section("Settings", *_limits(study), _settings(study)),
+        *_failures(study.rows),
     )
     return study_page(title, (title, *lines), sections)
 
 
-def _status(about: dict[str, str]) -> str:
-    if not about.get("status"):
+def _status(study: WorkPrecision) -> str:
+    if not study.status:
         return ""
-    return f"{about['status']}{': ' if about.get('reason') else ''}{about.get('reason', '')}, "
+    return f"{study.status}{': ' if study.reason else ''}{study.reason}, "
 
 
-def _references(costs: CostTable, floors: dict[str, float]) -> Iterator[str]:
-    """Yield the references of the errors, and the smallest errors that they resolve."""
-    names = costs.attributes.get("references", "").splitlines()
-    if names:
-        yield f"Errors are those against {short(' and '.join(names), 1000)}."
-    if floors:
-        parts = ", ".join(f"{name} {value:.1e}" for name, value in floors.items())
+def _references(study: WorkPrecision) -> Iterator[str]:
+    """Yield what the errors are of, and what they cannot resolve."""
+    reference = study.reference
+    if reference is not None and reference.names:
+        yield f"Errors are those against {short(' and '.join(reference.names), 1000)}."
+    if reference is not None and reference.floor:
+        parts = ", ".join(f"{name} {e.relative:.1e}" for name, e in reference.floor.items())
         yield (
-            f"The references differ by {max(floors.values()):.1e} ({short(parts, 2000)});"
+            f"The references differ by {study.floor:.1e} ({short(parts, 2000)});"
             " smaller errors cannot be resolved."
         )
     else:
@@ -77,64 +65,59 @@ def _references(costs: CostTable, floors: dict[str, float]) -> Iterator[str]:
         )
 
 
-def _limits(costs: CostTable, rows: int) -> Iterator[str]:
-    measures = len(measures_of(costs))
+def _limits(study: WorkPrecision) -> Iterator[str]:
+    rows, metrics = len(study.rows), len(study.metrics)
     if rows > MAX_ROWS:
         yield f"The first {MAX_ROWS} of {rows} rows are shown."
-    if BELOW in costs.columns:
+    if any(map(study.below_uncertainty, study.rows)):
         yield "* below the reference uncertainty: an error that is not resolved."
-    if measures > MAX_MEASURES:
-        yield f"The first {MAX_MEASURES} of {measures} measures are shown."
+    if metrics > MAX_METRICS:
+        yield f"The first {MAX_METRICS} of {metrics} measures are shown."
 
 
-def _settings(costs: CostTable, rows: list[Row], measures: list[str]) -> Html:
-    of_meshes = any(row.setting.mesh for row in rows)
-    in_time = [">error in time"] if "time_error" in costs.columns else []
+def _settings(study: WorkPrecision) -> Html:
+    """Return the table of settings, without the columns that an older file lacks."""
+    rows, metrics = study.rows[:MAX_ROWS], [m.name for m in study.metrics[:MAX_METRICS]]
+    with_time = any(row.time_error is not None for row in rows)
+    with_spread = any(row.wall_spread is not None for row in rows)
+    counts = [name for name in COUNTS if any(getattr(row, name) is not None for row in rows)]
     headings = [
-        *("law, method", "setting", *((">bodies",) if of_meshes else ()), "outcome", ">error"),
-        *in_time,
-        *(f">{name}, relative" for name in measures),
-        ">wall time, s",
-        *((">its spread, s",) if "wall_spread" in costs.columns else ()),
-        *(f">{name.replace('_', ' ')}" for name in COUNTS if name in costs.columns),
-        *(("keys it sets",) if "overrides" in costs.columns else ()),
-    ]
-    cells = [
-        _cells(costs, place, row, measures, of_meshes) for place, row in enumerate(rows[:MAX_ROWS])
-    ]
-    return study_table(Table(headings, cells, "All settings, one row each", "settings"))
-
-
-def _cells(
-    costs: CostTable, place: int, row: Row, measures: list[str], of_meshes: bool
-) -> list[Cell]:
-    below = str(costs.columns[BELOW].values[place]).split() if BELOW in costs.columns else []
-
-    def value(name: str) -> Number:
-        cell = number(_value(costs, name, place), 4)
-        return (
-            cell._replace(shown=f"{cell.shown}*") if name.removesuffix(RELATIVE) in below else cell
-        )
-
-    bodies = row.setting.mesh.bodies if row.setting.mesh else 0
-    return [
-        row.setting.line,
-        row.setting.label,
-        *((Number(str(bodies or ""), bodies),) if of_meshes else ()),
-        f"{row.status}{': ' if row.reason else ''}{row.reason}",
-        value("error"),
-        *((value("time_error"),) if "time_error" in costs.columns else ()),
-        *(value(name + RELATIVE) for name in measures),
-        value("wall_seconds"),
-        *((value("wall_spread"),) if "wall_spread" in costs.columns else ()),
-        *(number(_value(costs, name, place), 10) for name in COUNTS if name in costs.columns),
-        *((costs.columns["overrides"].values[place],) if "overrides" in costs.columns else ()),
+        *("law, method", "setting", *((">bodies",) if study.of_meshes else ()), "outcome"),
+        *(">error", *((">error in time",) if with_time else ())),
+        *(f">{name}, relative" for name in metrics),
+        *(">wall time, s", *((">its spread, s",) if with_spread else ())),
+        *(f">{name.replace('_', ' ')}" for name in counts),
+        "keys it sets",
     ]
 
+    def cells(row: Row) -> list[Cell]:
+        unresolved = study.below_uncertainty(row)
 
-def _value(costs: CostTable, name: str, place: int) -> float:
-    value = costs.columns[name].values[place]
-    return float(value) if isinstance(value, (int, float)) else float("nan")
+        def error(name: str, value: float | None) -> Number:
+            cell = _number(value, 4)
+            return cell._replace(shown=f"{cell.shown}*") if name in unresolved else cell
+
+        bodies = row.setting.mesh.bodies if row.setting.mesh else 0
+        errors = {name: row.errors[name].relative for name in metrics if name in row.errors}
+        return [
+            *(row.setting.line, row.setting.label),
+            *((Number(str(bodies or ""), bodies),) if study.of_meshes else ()),
+            f"{row.status}{': ' if row.reason else ''}{row.reason}",
+            error("error", row.error),
+            *((error("time_error", row.time_error),) if with_time else ()),
+            *(error(name, errors.get(name)) for name in metrics),
+            _number(row.wall_seconds, 4),
+            *((_number(row.wall_spread, 4),) if with_spread else ()),
+            *(_number(getattr(row, name), 10) for name in counts),
+            " ".join(row.setting.all_overrides),
+        ]
+
+    caption = "All settings, one row each"
+    return study_table(Table(headings, list(map(cells, rows)), caption, "settings"))
+
+
+def _number(value: float | None, digits: int) -> Number:
+    return number(float("nan") if value is None else float(value), digits)
 
 
 def _failures(rows: list[Row]) -> Iterator[Html]:

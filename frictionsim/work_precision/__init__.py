@@ -1,11 +1,9 @@
 """Work-precision studies: one scenario solved by every backend with several settings.
 
 settings.py         the settings and references of mechanisms of one coordinate
-mesh_limit.py       the limit of ever finer meshes
-outcome.py          what a study runs and finds
-errors.py           the errors of a run against a reference
+outcome.py          what a study runs, the errors of a run, rows and references
 study.py            runs and times the settings
 recommendation.py   the fastest setting for a required error
-report.py           JSON, CSV and columns for HDF5
+table.py            JSON, CSV and columns for HDF5, and the study of such a table
 error_estimate.py   `frictionsim solve --estimate-error`
 """

@@ -1,20 +1,129 @@
-"""What a study runs and what it finds: settings in, rows and references out."""
+"""What a study runs and measures: settings, errors by metric, rows and references."""
 
+from collections.abc import Iterable, Mapping, Sequence
+from math import inf
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+import numpy as np
 
 from frictionsim.scenario.variants import Limit, Setting
-from frictionsim.work_precision.errors import Comparable, Error, max_relative_error
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from frictionsim.results import Metric
+    from frictionsim.results import Array, Check, Metric, Quantity, Transition
     from frictionsim.scenario.settings import Scenario
+
+# Missing or incomparable data count as 100 % error.
+TOTAL_ERROR = 1.0
+MAX_DRAWN = 1e100
+
+
+class Comparable(Protocol):
+    """A run or an exact solution."""
+
+    @property
+    def channels(self) -> "Mapping[str, Array]": ...
+
+    @property
+    def transitions(self) -> "Sequence[Transition]": ...
+
+    @property
+    def quantities(self) -> "Mapping[str, Quantity]": ...
+
+    @property
+    def checks(self) -> "Mapping[str, Check]": ...
+
+
+class Outcome(NamedTuple):
+    """What a run is compared with, where that is no run itself; see `Comparable`."""
+
+    channels: "Mapping[str, Array]" = MappingProxyType({})
+    transitions: "Sequence[Transition]" = ()
+    quantities: "Mapping[str, Quantity]" = MappingProxyType({})
+    checks: "Mapping[str, Check]" = MappingProxyType({})
+
+
+class Error(NamedTuple):
+    """An absolute error, None if undefined, and a relative error."""
+
+    absolute: float | None
+    relative: float
+
+
+def metric_errors(
+    metrics: "Iterable[Metric]", outcome: Comparable, reference: Comparable, duration: float
+) -> dict[str, Error]:
+    """Return the error for each metric, by name.
+
+    Parameters
+    ----------
+    metrics : iterable of Metric
+    outcome, reference : Comparable
+        Sampled at the same times.
+    duration : float, s
+        Scale of the errors of event times.
+    """
+    return {metric.name: _error(metric, outcome, reference, duration) for metric in metrics}
+
+
+def max_relative_error(errors: "Mapping[str, Error]") -> float:
+    """Return the largest relative error."""
+    return max((error.relative for error in errors.values()), default=0.0)
+
+
+def _error(metric: "Metric", outcome: Comparable, reference: Comparable, duration: float) -> Error:
+    if metric.what == "events":
+        return _event_error(outcome.transitions, reference.transitions, duration)
+    if metric.what == "check":
+        value = outcome.checks[metric.source].value
+        return Error(value, value)
+    if metric.what == "channel":
+        return _channel_error(
+            outcome.channels.get(metric.source), reference.channels[metric.source]
+        )
+    return _quantity_error(metric, outcome, reference)
+
+
+def _event_error(
+    events: "Sequence[Transition]", expected: "Sequence[Transition]", duration: float
+) -> Error:
+    same = [(e.contact, e.mode_from, e.mode_to) for e in events] == [
+        (e.contact, e.mode_from, e.mode_to) for e in expected
+    ]
+    if not same:
+        return Error(None, TOTAL_ERROR)
+    worst = max((abs(a.time - b.time) for a, b in zip(events, expected, strict=True)), default=0.0)
+    return Error(worst, worst / duration)
+
+
+def _channel_error(values: "Array | None", expected: "Array") -> Error:
+    if values is None or values.shape != expected.shape:
+        return Error(None, TOTAL_ERROR)
+    return _scaled(float(np.mean(np.abs(values - expected))), float(np.mean(np.abs(expected))))
+
+
+def _quantity_error(metric: "Metric", outcome: Comparable, reference: Comparable) -> Error:
+    values = [
+        side.quantities[metric.source].value if metric.source in side.quantities else None
+        for side in (outcome, reference)
+    ]
+    if values[0] is None or values[1] is None:
+        return Error(None, TOTAL_ERROR) if values[0] is not values[1] else Error(0.0, 0.0)
+    scale = abs(values[1])
+    if metric.scale:
+        channel = reference.channels[metric.scale]
+        scale = float(np.max(np.abs(channel - channel[0])))
+    return _scaled(abs(values[0] - values[1]), scale)
+
+
+def _scaled(error: float, scale: float) -> Error:
+    if error == 0.0:
+        return Error(0.0, 0.0)
+    return Error(error, error / scale if scale > 0.0 else inf)
 
 
 class Plan(NamedTuple):
-    """What a study runs.
+    """The settings and references of a study, and the metrics of their errors.
 
     Attributes
     ----------
@@ -48,30 +157,33 @@ class Row(NamedTuple):
         Median over the repeats, or the time of the failed run.
     repeats : int
         Number of timed runs.
-    steps, rejected, rhs_evaluations, states : int
-        Without evaluations for samples. `rejected` is None if the backend does not report it.
-    events : int
+    steps, rejected, rhs_evaluations, states, events : int
+        Without evaluations for samples. `rejected` is None if the backend does not report it;
+        of a row read from a file, what the file lacks is None.
     errors : dict of Error
         By metric; empty if failed.
     time_errors : mapping of Error
         Against the same mesh converged in time; empty if that is not known, and without meshes.
     wall_spread : float or None, s
         Largest minus least wall time of the repeats; None of a single run.
+    unresolved : tuple of str or None
+        Names of the errors below the reference uncertainty, of a row read from a file.
     """
 
     setting: Setting
     status: str
     reason: str
     wall_seconds: float
-    repeats: int
+    repeats: int | None
     steps: int
     rejected: int | None
     rhs_evaluations: int
-    states: int
-    events: int
+    states: int | None
+    events: int | None
     errors: dict[str, Error]
     time_errors: "Mapping[str, Error]" = MappingProxyType({})
     wall_spread: float | None = None
+    unresolved: tuple[str, ...] | None = None
 
     @property
     def error(self) -> float | None:
@@ -83,27 +195,11 @@ class Row(NamedTuple):
         """The largest relative error in time alone; None if it is not known."""
         return max_relative_error(self.time_errors) if self.time_errors else None
 
-
-class Diagram(NamedTuple):
-    """What a picture of a study shows, whether it was just run or read from its table.
-
-    Attributes
-    ----------
-    title : str
-    rows : list of Row
-    floor, floor_in_time : float
-        The reference uncertainty, and that of the references in time; 0 where it is not known.
-    """
-
-    title: str
-    rows: list[Row]
-    floor: float
-    floor_in_time: float = 0.0
-
     @property
-    def of_meshes(self) -> bool:
-        """Whether it compares meshes, by a common limit."""
-        return any(row.setting.mesh is not None for row in self.rows)
+    def is_drawable(self) -> bool:
+        """Whether its numbers have a place on logarithmic axes."""
+        numbers = (self.wall_seconds, self.rhs_evaluations, self.error, self.time_error)
+        return all(0.0 <= number < MAX_DRAWN for number in numbers if number is not None)
 
 
 class Reference(NamedTuple):
@@ -129,12 +225,26 @@ class Reference(NamedTuple):
 
 
 class WorkPrecision(NamedTuple):
-    """The results of a study; if interrupted, of the settings run before.
+    """A study that was just run, or read from its table; if interrupted, of the settings before.
 
-    `time_reference` is the scenario's own mesh converged in time, in a study of meshes.
+    Attributes
+    ----------
+    scenario : Scenario or None
+        None of a study read from a table.
+    metrics : tuple of Metric
+    reference : Reference or None
+    rows : list of Row
+    status, reason : str
+    exit_code : int
+    time_reference : Reference or None
+        The scenario's own mesh converged in time, in a study of meshes.
+    title, kind : str
+        Of the scenario; empty where a table does not say.
+    notes : tuple of str
+        Lines above the table in CSV, such as the machine that it was made on.
     """
 
-    scenario: "Scenario"
+    scenario: "Scenario | None"
     metrics: "tuple[Metric, ...]"
     reference: Reference | None
     rows: list[Row]
@@ -142,6 +252,9 @@ class WorkPrecision(NamedTuple):
     reason: str
     exit_code: int
     time_reference: Reference | None = None
+    title: str = ""
+    kind: str = ""
+    notes: tuple[str, ...] = ()
 
     @property
     def of_meshes(self) -> bool:
@@ -154,21 +267,28 @@ class WorkPrecision(NamedTuple):
         return self.reference.uncertainty if self.reference else 0.0
 
     @property
-    def diagram(self) -> Diagram:
-        """What its picture shows."""
-        title = self.scenario.title or self.scenario.kind
-        in_time = self.time_reference.uncertainty if self.time_reference else 0.0
-        return Diagram(title, self.rows, self.floor, in_time)
+    def floor_in_time(self) -> float:
+        """The same of the references in time; 0 where it is not known."""
+        return self.time_reference.uncertainty if self.time_reference else 0.0
 
-    def below_uncertainty(self, row: Row) -> list[str]:
-        """Return the errors of a row that are below the reference uncertainty, by their names.
+    @property
+    def drawable(self) -> list[Row]:
+        """The rows whose numbers have a place on logarithmic axes."""
+        return [row for row in self.rows if row.is_drawable]
 
-        They are not resolved: `error`, `time_error`, and measures.
+    def below_uncertainty(self, row: Row) -> Sequence[str]:
+        """Return the names of the errors of a row that are below the reference uncertainty.
+
+        They are not resolved: `error`, `time_error`, and metrics.
         """
+        if row.unresolved is not None:
+            return row.unresolved
         floors = self.reference.floor if self.reference else {}
-        in_time = self.time_reference.uncertainty if self.time_reference else 0.0
-        found = [("error", row.error, self.floor), ("time_error", row.time_error, in_time)]
-        found += [
+        limits = [
+            ("error", row.error, self.floor),
+            ("time_error", row.time_error, self.floor_in_time),
+        ]
+        limits += [
             (n, row.errors[n].relative, e.relative) for n, e in floors.items() if n in row.errors
         ]
-        return [name for name, error, floor in found if error is not None and error < floor]
+        return [name for name, error, floor in limits if error is not None and error < floor]

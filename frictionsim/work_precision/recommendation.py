@@ -4,7 +4,7 @@ Of settings whose wall times differ by less than their spread none is the faster
 ranked by evaluations of the right-hand side, which are the same every time.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from frictionsim.work_precision.outcome import Row, WorkPrecision
@@ -64,29 +64,15 @@ def recommendations(study: WorkPrecision) -> list[Advice]:
     Meshes are not equally good at all quantities, and few may have all of them right.
     """
     floors = study.reference.floor if study.reference else {}
-    of_each = [m.name for m in study.metrics if m.what == "quantity"] if study.of_meshes else []
-    return recommended(study.rows, {n: e.relative for n, e in floors.items()}, of_each)
+    quantities = [m.name for m in study.metrics if m.what == "quantity"] if study.of_meshes else []
+    advice = advise(study.rows, study.floor)
+    for name in quantities:
+        floor = floors[name].relative if name in floors else 0.0
+        advice += [_for_quantity(study.rows, name, error, floor) for error in QUANTITY_TARGETS]
+    return advice
 
 
-def recommended(rows: list[Row], floors: Mapping[str, float], of_each: list[str]) -> list[Advice]:
-    """Return the recommendations of rows.
-
-    Parameters
-    ----------
-    rows : list of Row
-    floors : mapping of float
-        Reference uncertainty by measure; empty if it is not known.
-    of_each : list of str
-        Measures that have recommendations of their own.
-    """
-    found = advise(rows, max(floors.values(), default=0.0))
-    for name in of_each:
-        floor = floors.get(name, 0.0)
-        found += [_of_quantity(rows, name, wanted, floor) for wanted in QUANTITY_TARGETS]
-    return found
-
-
-def _of_quantity(rows: Iterable[Row], metric: str, wanted: float, floor: float) -> Advice:
+def _for_quantity(rows: Iterable[Row], metric: str, wanted: float, floor: float) -> Advice:
     errors = [
         (row, row.errors[metric].relative)
         for row in rows

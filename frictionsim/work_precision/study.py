@@ -4,36 +4,35 @@ import gc
 from collections.abc import Callable, Iterable
 from math import inf
 from statistics import median
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from frictionsim.errors import InputError, SolverError
+from frictionsim.errors import EXIT_DONE, InputError, SolverError
 from frictionsim.results import Quantity, Record, SolverStatistics, failures
 from frictionsim.scenario.methods import METHODS
 from frictionsim.scenario.variants import Limit, Setting
 from frictionsim.simulation.monitor import Monitors, WallTimeLimit
 from frictionsim.simulation.simulate import run
-from frictionsim.work_precision.errors import Comparable, Error, metric_errors
-from frictionsim.work_precision.outcome import Plan, Reference, Row, WorkPrecision
+from frictionsim.work_precision.outcome import (
+    Comparable,
+    Error,
+    Outcome,
+    Plan,
+    Reference,
+    Row,
+    WorkPrecision,
+    metric_errors,
+)
 from frictionsim.work_precision.settings import ScenarioVariants
 
 if TYPE_CHECKING:
-    from frictionsim.results import Array, Check, Metric, Transition
+    from frictionsim.results import Metric
     from frictionsim.scenario.settings import Scenario
 
 # A belt of fine bodies converges with the square of their length.
 ORDER = 2
 
 
-class Extrapolated(NamedTuple):
-    """What two runs are extrapolated to; see `frictionsim.work_precision.errors.Comparable`."""
-
-    channels: "dict[str, Array]"
-    transitions: "list[Transition]"
-    quantities: dict[str, Quantity]
-    checks: "dict[str, Check]"
-
-
-def extrapolated(fine: "Record", coarse: "Record", metrics: "Iterable[Metric]") -> Extrapolated:
+def extrapolated(fine: "Record", coarse: "Record", metrics: "Iterable[Metric]") -> Outcome:
     """Return the limit of two runs on meshes of ratio 2, by Richardson.
 
     Parameters
@@ -45,7 +44,7 @@ def extrapolated(fine: "Record", coarse: "Record", metrics: "Iterable[Metric]") 
 
     Returns
     -------
-    Extrapolated
+    Outcome
         Its events and checks are those of the fine run.
     """
     share = 1.0 / (2**ORDER - 1)
@@ -59,7 +58,7 @@ def extrapolated(fine: "Record", coarse: "Record", metrics: "Iterable[Metric]") 
         if quantity.value is not None and other is not None and other.value is not None:
             value = quantity.value + share * (quantity.value - other.value)
             quantities[name] = Quantity(value, quantity.unit)
-    return Extrapolated(channels, fine.transitions, quantities, fine.checks)
+    return Outcome(channels, fine.transitions, quantities, fine.checks)
 
 
 # A setting is not repeated after this total time, s: the timing is accurate enough.
@@ -290,6 +289,7 @@ def study(
     benchmark = Benchmark(ScenarioVariants(scenario, channels), metrics, max_wall, repeats)
     rows: list[Row] = []
     reference = in_time = None
+    status, reason, code = "done", "", EXIT_DONE
     try:
         show("references")
         if plan.references:
@@ -306,11 +306,11 @@ def study(
             same = in_time.outcome if in_time and setting.mesh == own else None
             rows.append(benchmark.row(setting, reference.outcome, on_step, same))
     except Stopped as stop:
-        reason, code = stop.run.reason, stop.run.exit_code
-        return WorkPrecision(
-            scenario, metrics, reference, rows, "interrupted", reason, code, in_time
-        )
-    return WorkPrecision(scenario, metrics, reference, rows, "done", "", 0, in_time)
+        status, reason, code = "interrupted", stop.run.reason, stop.run.exit_code
+    return WorkPrecision(
+        scenario, metrics, reference, rows, status, reason, code, in_time,
+        title=scenario.title, kind=scenario.kind,
+    )  # fmt: skip
 
 
 def _refused(setting: Setting, reason: str) -> Row:

@@ -15,7 +15,7 @@ from frictionsim.errors import OutputError
 from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.io.destination import Destination
 from frictionsim.results import Record
-from frictionsim.work_precision import report
+from frictionsim.work_precision import table
 from tests.support.old_results import old_result
 from tests.support.scenarios import SCENARIOS
 
@@ -126,8 +126,8 @@ def test_tables_are_whole_or_the_old_ones(
     """And what cannot be written keeps no other file from being written."""
     old = b"law,backend,setting," + b"old" * 4000
     Path("a.csv").write_bytes(old)
-    found = report.columns
-    monkeypatch.setattr(report, "columns", lambda study: found(study) * 20)  # a long table
+    found = table.columns
+    monkeypatch.setattr(table, "columns", lambda study: found(study) * 20)  # a long table
     with full_disk():
         assert run_command_line([*COST, "--csv", "a.csv", "-o", "a.h5"]) == 4
     assert capsys.readouterr().err.splitlines() == [

@@ -8,8 +8,7 @@ from matplotlib.figure import Figure
 
 from frictionsim.plots.work_precision import STRIP, diagram, places_of
 from frictionsim.scenario.variants import Mesh, Setting
-from frictionsim.work_precision.errors import Error
-from frictionsim.work_precision.outcome import Diagram, Row
+from frictionsim.work_precision.outcome import Error, Row, WorkPrecision
 
 
 def row(
@@ -26,7 +25,7 @@ def row(
 
 
 def drawn(rows: list[Row]) -> Figure:
-    return diagram(Diagram("A pulley", rows, 0.0))
+    return diagram(WorkPrecision(None, (), None, rows, "done", "", 0, title="A pulley"))
 
 
 def crosses(ax: Any) -> list[Any]:

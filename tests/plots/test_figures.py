@@ -30,7 +30,7 @@ from frictionsim.plots.picture_file import png
 from frictionsim.plots.work_precision import diagram
 from frictionsim.results import OPEN, SLACK, STICK, TAUT, Record
 from frictionsim.simulation.phases import with_jumps
-from frictionsim.work_precision.outcome import Diagram
+from frictionsim.work_precision.outcome import WorkPrecision
 from tests.plots.test_plots import MAX_BYTES
 from tests.support.records import DRAWN, drawn_views, shown, views_of_record, with_channels
 
@@ -175,7 +175,7 @@ def test_a_view_that_fails_leaves_the_figure_as_it_was(layout: str) -> None:
 
 
 def test_a_study_is_drawn_in_place_of_axes() -> None:
-    study = Diagram("A pulley", [], 0.0)
+    study = WorkPrecision(None, (), None, [], "done", "", 0, title="A pulley")
     assert tuple(diagram(study).get_size_inches()) == (9.0, 5.4)
     figure, axes = grid("constrained")
     assert diagram(study, ax=axes[0, 0]) is figure

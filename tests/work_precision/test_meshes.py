@@ -18,8 +18,7 @@ from frictionsim.plots.work_precision import cheapest_of_meshes
 from frictionsim.results import Metric, Quantity
 from frictionsim.scenario.loading import load
 from frictionsim.scenario.variants import Mesh, Setting
-from frictionsim.work_precision.errors import Error
-from frictionsim.work_precision.outcome import Reference, Row, WorkPrecision
+from frictionsim.work_precision.outcome import Error, Reference, Row, WorkPrecision
 from frictionsim.work_precision.recommendation import recommendations
 from frictionsim.work_precision.study import extrapolated
 from tests.support.scenarios import SCENARIOS

@@ -26,12 +26,18 @@ from frictionsim.scenario.methods import SCIPY
 from frictionsim.scenario.validation import validate
 from frictionsim.scenario.variants import TOLERANCES, Setting, with_tolerance
 from frictionsim.work_precision import settings
-from frictionsim.work_precision.errors import Error, metric_errors
-from frictionsim.work_precision.outcome import Plan, Reference, Row, WorkPrecision
+from frictionsim.work_precision.outcome import (
+    Error,
+    Plan,
+    Reference,
+    Row,
+    WorkPrecision,
+    metric_errors,
+)
 from frictionsim.work_precision.recommendation import advise
-from frictionsim.work_precision.report import attributes
 from frictionsim.work_precision.settings import ScenarioVariants
 from frictionsim.work_precision.study import Benchmark, study
+from frictionsim.work_precision.table import attributes
 from tests.support.problems import RAMP
 from tests.support.scenarios import GOLDEN, SCENARIOS, pulley, simulate, with_method
 

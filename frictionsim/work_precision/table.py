@@ -1,34 +1,35 @@
-"""The results of a study as JSON, CSV and columns for HDF5."""
+"""The table of a study: as JSON, in CSV and in columns for HDF5, and read back from these."""
 
 import csv
 import json
 from io import StringIO
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from frictionsim.errors import EXIT_DONE
 from frictionsim.io.atomic_write import write_atomically
+from frictionsim.io.cost_table import CostTable
 from frictionsim.io.replaceable import COSTS, check_replaceable
-from frictionsim.results import Column, finite
+from frictionsim.results import Column, Metric, finite
+from frictionsim.scenario.parsed_text import json_value
+from frictionsim.scenario.variants import Mesh, Setting
+from frictionsim.work_precision.outcome import Error, Outcome, Reference, Row, WorkPrecision
 from frictionsim.work_precision.recommendation import recommendations
 
 if TYPE_CHECKING:
-    from frictionsim.work_precision.outcome import Row, WorkPrecision
+    from frictionsim.scenario.settings import Scenario
+
+RELATIVE = "_relative"
 
 
-def study_json(study: "WorkPrecision", source: str) -> dict[str, Any]:
-    """Return the JSON object of a study.
-
-    Parameters
-    ----------
-    study : WorkPrecision
-    source : str
-        Path of the scenario.
-    """
+def study_json(study: WorkPrecision, scenario: "Scenario") -> dict[str, Any]:
+    """Return the JSON object of a study of a scenario."""
     reference = study.reference
     return {
-        "scenario": source,
-        "overrides": study.scenario.origin.values,
-        "kind": study.scenario.kind,
+        "scenario": scenario.origin.source,
+        "overrides": scenario.origin.values,
+        "kind": scenario.kind,
         "status": study.status,
         "reason": study.reason,
         "measures": {metric.name: {"unit": metric.unit} for metric in study.metrics},
@@ -36,7 +37,7 @@ def study_json(study: "WorkPrecision", source: str) -> dict[str, Any]:
         "floor": _errors_json(reference.floor) if reference else {},
         "time_references": list(study.time_reference.names) if study.time_reference else [],
         "settings": [
-            _row_json(row) | {"below_uncertainty": study.below_uncertainty(row)}
+            _row_json(row) | {"below_uncertainty": list(study.below_uncertainty(row))}
             for row in study.rows
         ],
         "recommendations": [
@@ -55,7 +56,7 @@ def study_json(study: "WorkPrecision", source: str) -> dict[str, Any]:
     }
 
 
-def _row_json(row: "Row") -> dict[str, Any]:
+def _row_json(row: Row) -> dict[str, Any]:
     return {
         "law": row.setting.law,
         "backend": row.setting.backend,
@@ -78,7 +79,7 @@ def _row_json(row: "Row") -> dict[str, Any]:
     }
 
 
-def _mesh_json(row: "Row") -> dict[str, Any]:
+def _mesh_json(row: Row) -> dict[str, Any]:
     mesh = row.setting.mesh
     return {"model": mesh.model, "bodies": mesh.bodies} if mesh else {}
 
@@ -90,7 +91,7 @@ def _errors_json(errors: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def attributes(study: "WorkPrecision") -> dict[str, str]:
+def attributes(study: WorkPrecision) -> dict[str, str]:
     """Return the attributes of a study beside its rows, as texts.
 
     `status` and `reason`; `references` and `time_references`, one per line;
@@ -110,7 +111,7 @@ def attributes(study: "WorkPrecision") -> dict[str, str]:
     }
 
 
-def columns(study: "WorkPrecision") -> list[Column]:
+def columns(study: WorkPrecision) -> list[Column]:
     """Return the table of a study as columns; unknown values are NaN."""
     rows, nan = study.rows, float("nan")
 
@@ -141,7 +142,7 @@ def columns(study: "WorkPrecision") -> list[Column]:
         absolute = [number(e and e.absolute) for e in errors]
         relative = [number(e and e.relative) for e in errors]
         table.append(Column(f"{m.name}_error", m.unit, f"error of {m.name}", absolute))
-        table.append(Column(f"{m.name}_relative", "1", f"relative error of {m.name}", relative))
+        table.append(Column(m.name + RELATIVE, "1", f"relative error of {m.name}", relative))
     for name, unit, long_name in (
         ("events", "1", "events of the run"),
         ("wall_seconds", "s", "median wall time of the solution alone"),
@@ -157,7 +158,7 @@ def columns(study: "WorkPrecision") -> list[Column]:
     return table
 
 
-def _mesh_columns(rows: "list[Row]") -> tuple[Column, Column]:
+def _mesh_columns(rows: list[Row]) -> tuple[Column, Column]:
     meshes = [row.setting.mesh for row in rows]
     return (
         Column("model", "", "model in space", [mesh.model if mesh else "" for mesh in meshes]),
@@ -170,7 +171,7 @@ def _mesh_columns(rows: "list[Row]") -> tuple[Column, Column]:
     )
 
 
-def write_csv(study: "WorkPrecision", path: Path) -> None:
+def write_csv(study: WorkPrecision, path: Path) -> None:
     """Write the table of a study as CSV, with units in the header line; whole or not at all."""
     table, text = columns(study), StringIO(newline="")
     writer = csv.writer(text)
@@ -178,3 +179,89 @@ def write_csv(study: "WorkPrecision", path: Path) -> None:
     writer.writerows(zip(*(c.values for c in table), strict=True))
     check_replaceable(path, COSTS)
     write_atomically(text.getvalue().encode(), path, COSTS.word)
+
+
+def study_of(table: CostTable) -> WorkPrecision:
+    """Return the study that a table was written from.
+
+    A row without an error counts as failed, and absolute errors are left out.
+
+    Raises
+    ------
+    ValueError
+        If its reference uncertainty is damaged.
+    """
+    about = table.attributes
+    names = [name.removesuffix(RELATIVE) for name in table.columns if name.endswith(RELATIVE)]
+    quantities = about.get("quantities", "").split()
+    floors = _floors(about.get("reference_uncertainty", "{}"))
+    in_time = about.get("time_references", "").splitlines()
+    return WorkPrecision(
+        scenario=None,
+        metrics=tuple(Metric(n, "quantity" if n in quantities else "channel") for n in names),
+        reference=Reference(Outcome(), tuple(about.get("references", "").splitlines()), floors),
+        rows=[_row(_values(table, number), names) for number in range(table.rows)],
+        status=about.get("status", ""),
+        reason=about.get("reason", ""),
+        exit_code=EXIT_DONE,
+        time_reference=Reference(Outcome(), tuple(in_time), {}) if in_time else None,
+        title=about.get("title", ""),
+        kind=about.get("kind", ""),
+        notes=table.notes,
+    )
+
+
+def _floors(text: str) -> dict[str, Error]:
+    """Return the reference uncertainty by metric, of the text in a table."""
+    try:
+        known = {
+            name: float(value) for name, value in json_value(text).items() if value is not None
+        }
+    except (ValueError, AttributeError, TypeError):
+        raise ValueError("its reference uncertainty is damaged") from None
+    if not all(map(isfinite, known.values())):
+        raise ValueError("its reference uncertainty is not finite")
+    return {name: Error(None, value) for name, value in known.items()}
+
+
+def _values(table: CostTable, number: int) -> dict[str, Any]:
+    return {name: column.values[number] for name, column in table.columns.items()}
+
+
+def _row(values: dict[str, Any], metrics: list[str]) -> Row:
+    def whole(name: str) -> int | None:
+        value = _known(values.get(name))
+        return None if value is None else int(value)
+
+    bodies = whole("bodies")
+    mesh = Mesh(str(values["model"]), bodies) if values.get("model") and bodies else None
+    overrides = tuple(str(values.get("overrides", "")).split())
+    law = values.get("law", "")
+    done = values["status"] == "done" and values["error"] == values["error"]
+    # `error` of the table comes first: a column that was cut out changes no recommendation.
+    errors = {"error": Error(None, values["error"])} if done else {}
+    for name in metrics:
+        relative = values[name + RELATIVE]
+        if done and isinstance(relative, float) and relative == relative:
+            errors[name] = Error(None, relative)
+    in_time = _known(values.get("time_error"))
+    return Row(
+        setting=Setting(values["backend"], values["setting"], overrides, law, mesh=mesh),
+        status="done" if done else "failed",
+        reason=str(values.get("reason", "")),
+        wall_seconds=values["wall_seconds"],
+        repeats=whole("repeats"),
+        steps=whole("steps") or 0,
+        rejected=whole("rejected"),
+        rhs_evaluations=whole("rhs_evaluations") or 0,
+        states=whole("states"),
+        events=whole("events"),
+        errors=errors,
+        time_errors={} if in_time is None else {"error": Error(None, in_time)},
+        wall_spread=_known(values.get("wall_spread")),
+        unresolved=tuple(str(values.get("below_uncertainty", "")).split()),
+    )
+
+
+def _known(value: Any) -> float | None:
+    return value if isinstance(value, float) and isfinite(value) else None
