@@ -4,12 +4,13 @@ from collections.abc import Iterator
 from math import degrees, inf, radians
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 from mpmath import mp, mpf
 
 import frictionsim as fs
-from tests.support import shaft_turn
+from tests.support import shaft_balance, shaft_turn
 from tests.support.scenarios import Scenario, shipped
 
 TOLERANCE = 1e-12
@@ -208,6 +209,71 @@ def test_sizes_over_the_angle_and_springs_are_not_those_of_a_turn_before() -> No
     cam = 2.0 * radians(20.0) - 50.0
     assert found["motor_clockwise_smallest"].value == pytest.approx(cam, rel=1e-14)
     assert found["motor_clockwise_smallest_angle"].value == pytest.approx(radians(20.0), rel=1e-15)
+
+
+def angles_at_zero_moments(data: Scenario) -> list[Any]:
+    """Return angles about which friction exceeds the moment without the unknown, in many digits."""
+    without = shaft_balance.placed(data, mpf(0))
+    grid = data["statics"]["angle_deg"] + np.linspace(-180.0, 180.0, 361)
+    moments = shaft_turn.coefficients(data, grid)[0][0]
+    angles = []
+    for i in np.flatnonzero(moments[1:] * moments[:-1] < 0.0):
+        zero = mpmath.findroot(
+            lambda angle: shaft_balance.balance(without, angle)[0],
+            (mpf(grid[i]), mpf(grid[i + 1])),
+            solver="anderson",
+            tol=mpf(10) ** -40,
+        )
+        _, across, up = shaft_balance.balance(without, zero)
+        slope = shaft_balance.balance(without, zero + 1)[0]  # per deg
+        width = shaft_balance.friction_radius(data) * mpmath.hypot(across, up) / slope
+        angles += [zero + k * width for k in (-2, -1.001, -0.999, -0.5, 0, 0.5, 0.999, 1.001, 2)]
+    return angles
+
+
+@pytest.mark.parametrize("mu", [1e-6, 1e-9])
+@pytest.mark.parametrize(
+    ("seed", "unknown"),
+    [(1, "effects.gravity.g"), (4, "effects.gravity.g"), (1, "mechanism.mass"),
+     (7, "mechanism.mass"), (1, "effects.eccentric_mass.radius")],
+)  # fmt: skip
+def test_little_friction_about_a_zero_moment_leaves_out_no_root(
+    seed: int, unknown: str, mu: float
+) -> None:
+    """There, roots end or pass zero within 1e-6 deg."""
+    data = shaft_turn.drawn(seed)
+    data["mechanism"]["mass"] = 2.0
+    data["effects"]["shaft_friction"]["mu_s"] = mu
+    data["statics"]["unknown"] = unknown
+    found, angles = fs.static(fs.load(data)), angles_at_zero_moments(data)
+    assert angles
+    label = unknown.rpartition(".")[2].replace("radius", "eccentric_radius")
+    for angle in angles:
+        for value, sign in shaft_balance.roots(data, angle):
+            for direction, s in DIRECTIONS.items():
+                if value >= 0 and sign in (s, 0):
+                    smallest, largest = (found[f"{label}_{direction}_{x}"].value for x in SIDES)
+                    assert smallest is not None
+                    assert smallest <= value * (1 + mpf("1e-9"))
+                    assert largest is None or largest >= value * (1 - mpf("1e-9"))
+
+
+@pytest.mark.parametrize("seed", [26, 33])
+@pytest.mark.parametrize("mu", [1e-11, 1e-13])
+def test_friction_near_the_tie_leaves_out_no_root(seed: int, mu: float) -> None:
+    """Roots of both directions are almost one; the scan has them to 1e-4 at least."""
+    data = shaft_turn.drawn(seed)
+    data["effects"]["shaft_friction"]["mu_s"] = mu
+    data["statics"]["unknown"] = "effects.gravity.g"
+    found, scans = fs.static(fs.load(data)), shaft_turn.scans(data)
+    for direction, s in DIRECTIONS.items():
+        for side, sign in SIDES.items():
+            value, best = found[f"g_{direction}_{side}"].value, scans[s].best(sign)
+            if value is None:
+                assert found[f"g_{direction}_{side}_angle"].value is not None  # without a bound
+            else:
+                assert best is not None
+                assert sign * (best[0] - value) <= 1e-4 * max(abs(best[0]), abs(value))
 
 
 PUSH: Scenario = {

@@ -12,7 +12,7 @@ from itertools import pairwise
 from math import cos, pi
 from typing import NamedTuple
 
-from frictionsim.mechanisms.impending_motion import BOTH, CLOCKWISE, COUNTER_CLOCKWISE, TIE
+from frictionsim.mechanisms.impending_motion import CLOCKWISE, COUNTER_CLOCKWISE, TIE, Root
 from frictionsim.mechanisms.shaft.balance import (
     Balance,
     features_at,
@@ -22,6 +22,7 @@ from frictionsim.mechanisms.shaft.balance import (
 )
 from frictionsim.solvers.root_finding import bracket_root
 
+BOTH_DIRECTIONS = COUNTER_CLOCKWISE, CLOCKWISE
 SAMPLES = 720  # of features, whose period is not below a quarter of a turn
 MIN_SAMPLES = 24
 RESOLUTION = 1e-6  # deg: what is shorter is of rounding
@@ -67,9 +68,23 @@ class Turn(NamedTuple):
 
 
 class _Piece(NamedTuple):
-    begin: float
-    end: float
-    directions: tuple[int, ...]  # of its roots in ascending order
+    """A part of the turn between two cuts.
+
+    A cut is a list of angles, deg: several where zeros of features are closer than RESOLUTION, as
+    those of |M| - r_s F about a zero of M with little friction. Extremes may be at any of them.
+    """
+
+    first: list[float]
+    last: list[float]
+    counts: dict[int, int]  # of its roots by direction
+
+    @property
+    def begin(self) -> float:
+        return max(self.first)
+
+    @property
+    def end(self) -> float:
+        return min(self.last)
 
 
 def over_turn(balance: Balance, turn: tuple[float, float]) -> Turn:
@@ -88,21 +103,32 @@ class _Search:
     def result(self) -> Turn:
         cuts = self._cuts()
         # A root at a cut may be one of both directions that it has beside it in one of them only.
-        if min(abs(self._middle - angle) for angle in cuts) > RESOLUTION:
-            for root in possible_roots_at(self._balance, self._middle).found:
-                self._add(root.value, root.direction, self._middle)
+        if min(abs(self._middle - angle) for cut in cuts for angle in cut) > RESOLUTION:
+            for s, values in self._roots(self._middle).items():
+                for value in values:
+                    self._add(value, s, self._middle)
         pieces = []
-        for begin, end in pairwise(cuts):
-            roots = possible_roots_at(self._balance, 0.5 * (begin + end)).found
-            pieces.append(_Piece(begin, end, tuple(root.direction for root in roots)))
+        for first, last in pairwise(cuts):
+            roots = self._roots(0.5 * (max(first) + min(last)))
+            pieces.append(_Piece(first, last, {s: len(roots[s]) for s in BOTH_DIRECTIONS}))
         for piece in pieces:
-            for side in (0, 1):
-                self._search_end(piece, side)
-            for i in range(len(piece.directions)):
-                self._search_inside(piece, i)
-        both = COUNTER_CLOCKWISE, CLOCKWISE
-        smallest, largest = ({s: self._extreme(s, sign) for s in both} for sign in (-1, 1))
-        return Turn(smallest, largest, {s: self._missing(pieces, s) for s in both})
+            inward = NEAR * (piece.end - piece.begin)
+            for angle in piece.first:
+                self._search_end(piece, angle, piece.begin, inward)
+            for angle in piece.last:
+                self._search_end(piece, angle, piece.end, -inward)
+            for s, count in piece.counts.items():
+                for i in range(count):
+                    self._search_inside(piece, s, i)
+        smallest, largest = (
+            {s: self._extreme(s, sign) for s in BOTH_DIRECTIONS} for sign in (-1, 1)
+        )
+        return Turn(smallest, largest, {s: self._missing(pieces, s) for s in BOTH_DIRECTIONS})
+
+    def _roots(self, angle: float) -> dict[int, list[float]]:
+        """Return the possible roots at an angle by direction, each in ascending order."""
+        roots = possible_roots_at(self._balance, angle)
+        return {s: roots.of(s) for s in BOTH_DIRECTIONS}
 
     def _extreme(self, direction: int, sign: int) -> Extreme:
         if (direction, sign) in self._unbounded:
@@ -111,28 +137,28 @@ class _Search:
         return Extreme(value, None if angle is None else _rounded(angle), reached)
 
     def _missing(self, pieces: list[_Piece], direction: int) -> list[tuple[float, float]]:
-        found: list[tuple[float, float]] = []
-        for begin, end, directions in pieces:
-            if {direction, BOTH} & set(directions):
-                continue
-            if found and found[-1][1] == begin:
-                begin = found.pop()[0]
-            found.append((begin, end))
-        return [(_rounded(begin), _rounded(end)) for begin, end in found]
+        gaps: list[tuple[float, float]] = []
+        adjoins = False
+        for piece in pieces:
+            is_gap = not piece.counts[direction]
+            if is_gap:
+                begin = gaps.pop()[0] if adjoins else piece.begin
+                gaps.append((begin, piece.end))
+            adjoins = is_gap
+        return [(_rounded(begin), _rounded(end)) for begin, end in gaps]
 
     def _add(self, value: float, direction: int, angle: float, reached: bool = True) -> None:
-        for s in _of(direction):
-            for sign in (1, -1):
-                best, at, _ = self._extremes.get((s, sign), Extreme(None, None))
-                if best is not None and at is not None:
-                    rise, tie = sign * (value - best), TIE * max(abs(best), abs(value))
-                    nearer = abs(at - self._middle) - abs(angle - self._middle) > RESOLUTION
-                    if rise < -tie or (rise <= tie and not nearer):
-                        continue
-                self._extremes[s, sign] = Extreme(value, angle, reached)
+        for sign in (1, -1):
+            best, at, _ = self._extremes.get((direction, sign), Extreme(None, None))
+            if best is not None and at is not None:
+                rise, tie = sign * (value - best), TIE * max(abs(best), abs(value))
+                nearer = abs(at - self._middle) - abs(angle - self._middle) > RESOLUTION
+                if rise < -tie or (rise <= tie and not nearer):
+                    continue
+            self._extremes[direction, sign] = Extreme(value, angle, reached)
 
-    def _cuts(self) -> list[float]:
-        """Return the angles that cut the turn, with its ends."""
+    def _cuts(self) -> list[list[float]]:
+        """Return the cuts of the turn, with its ends."""
         begin, end = self._turn
         step = (end - begin) / SAMPLES
         grid = [begin + i * step for i in range(SAMPLES)] + [end]
@@ -147,55 +173,57 @@ class _Search:
                 return features_at(self._balance, angle)[i][0] / size
 
             found += _zeros(feature, grid, [features[i][0] / size for features in sampled])
-        cuts: list[float] = []
-        for angle in found:  # ends and knots first
-            if all(abs(angle - cut) > RESOLUTION for cut in cuts):
-                cuts.append(angle)
-        return sorted(cuts)
+        cuts: list[list[float]] = []
+        for angle in sorted(found):
+            if cuts and angle - cuts[-1][-1] <= RESOLUTION:
+                cuts[-1].append(angle)
+            else:
+                cuts.append([angle])
+        exact = {begin, end, *self._balance.knots}  # these come first
+        return [sorted(cut, key=lambda angle: angle not in exact) for cut in cuts]
 
-    def _search_inside(self, piece: _Piece, i: int) -> None:
+    def _search_inside(self, piece: _Piece, direction: int, i: int) -> None:
         """Add the extrema of a root within a piece."""
-        begin, end, directions = piece
+        begin, end, count = piece.begin, piece.end, piece.counts[direction]
 
         def growth(angle: float) -> float:
-            found = possible_roots_at(self._balance, angle).found
-            if len(found) != len(directions):
+            roots = self._roots(angle)[direction]
+            if len(roots) != count:
                 return 0.0
-            return growth_at(self._balance, angle, found[i]._replace(direction=directions[i]))
+            return growth_at(self._balance, angle, Root(roots[i], direction))
 
         width = end - begin
         n = max(MIN_SAMPLES, int(SAMPLES * width / (self._turn[1] - self._turn[0])))
         shares = [0.5 - 0.5 * cos(pi * k / n) for k in range(1, n)]
         grid = [begin + width * share for share in (NEAR, *shares, 1.0 - NEAR)]
         for angle in _changes(growth, grid, [growth(angle) for angle in grid]):
-            found = possible_roots_at(self._balance, angle).found
-            if len(found) == len(directions):
-                self._add(found[i].value, directions[i], angle)
+            roots = self._roots(angle)[direction]
+            if len(roots) == count:
+                self._add(roots[i], direction, angle)
 
-    def _search_end(self, piece: _Piece, side: int) -> None:
-        """Add the limits of the roots at an end (0, 1) of a piece."""
-        angle = (piece.begin, piece.end)[side]
-        inward = NEAR * (piece.end - piece.begin) * (1 - 2 * side)
+    def _search_end(self, piece: _Piece, angle: float, end: float, inward: float) -> None:
+        """Add the limits of the roots of a piece at an angle of the cut at one of its ends."""
         here = possible_roots_at(self._balance, angle)
         limits = limits_at(self._balance, angle)
-        beside = possible_roots_at(self._balance, angle + inward).found
-        farther = possible_roots_at(self._balance, angle + FARTHER * inward).found
-        if not len(beside) == len(farther) == len(piece.directions):
+        beside, farther = self._roots(end + inward), self._roots(end + FARTHER * inward)
+        if any(len(roots[s]) != piece.counts[s] for roots in (beside, farther) for s in roots):
             return
-        ordered = sorted(range(len(beside)), key=lambda i: abs(beside[i].value))
-        for rank, i in enumerate(ordered):
-            value, direction = beside[i].value, piece.directions[i]
+        branches = [
+            (value, before, s)
+            for s in BOTH_DIRECTIONS
+            for value, before in zip(beside[s], farther[s], strict=True)
+        ]
+        for rank, (value, before, s) in enumerate(sorted(branches, key=lambda each: abs(each[0]))):
             # Where A = 0, a root is left for the smaller one, and the larger one has no bound. Two
             # such angles may be one cut.
             bounded = here.leading != 0 or rank < len(here.found) or here.every
-            bounded &= abs(value) <= GROWTH * abs(farther[i].value) or not farther[i].value
-            near = (here if bounded else limits).of(direction)
+            bounded &= abs(value) <= GROWTH * abs(before) or not before
+            near = (here if bounded else limits).of(s)
             if near:
                 _, limit = min((abs(x - value), x) for x in near)
-                self._add(limit, direction, angle, bounded)
+                self._add(limit, s, angle, bounded)
             elif not bounded:
-                for s in _of(direction):
-                    self._unbounded.setdefault((s, 1 if value > 0.0 else -1), angle)
+                self._unbounded.setdefault((s, 1 if value > 0.0 else -1), angle)
 
 
 def _zeros(function: Function, grid: list[float], values: list[float]) -> Iterator[float]:
@@ -241,7 +269,3 @@ def _lowest(function: Function, sign: float, low: float, high: float) -> float:
 
 def _rounded(angle: float) -> float:
     return round(angle, DIGITS_OF_ANGLE) + 0.0  # without the sign of a zero
-
-
-def _of(direction: int) -> tuple[int, ...]:
-    return (COUNTER_CLOCKWISE, CLOCKWISE) if direction == BOTH else (direction,)
