@@ -10,7 +10,7 @@ import pytest
 
 from frictionsim.scenario.loading import load
 from frictionsim.simulation.simulate import run
-from tests.benchmarks import results_creep
+from tests.benchmarks import results_guided
 from tests.support.problems import (
     BREAKAWAY,
     CORD_RADIUS,
@@ -199,7 +199,7 @@ def test_the_page_on_guided_belts_has_the_measured_errors_of_creep() -> None:
 @pytest.mark.parametrize("drive", [2, 5])
 def test_errors_of_creep_are_within_those_of_the_table(drive: int) -> None:
     row = measured_rows("guided_creep")[0]
-    errors = results_creep.errors_of(drive, int(row["points"]))
+    errors = results_guided.errors_of(drive, int(row["points"]))
     # The means of a few rounds of the belt differ by a part of their error from machine to machine.
     for key, column in (
         ("creep", "creep, largest [%]"),

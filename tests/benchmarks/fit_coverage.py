@@ -25,7 +25,6 @@ DAMPING, FORCE = "effects.viscous_damping.coefficient", "drive.force.value.0"
 BOUNDS = {MU_S: (0.05, 0.4), MU_K: (0.02, 0.3), DAMPING: (0.2, 10.0), FORCE: (1500.0, 2200.0)}
 TRUTHS = {MU_S: (0.2, 0.3), MU_K: (0.08, 0.15), DAMPING: (1.0, 3.0), FORCE: (1750.0, 1950.0)}
 VELOCITY, ANGLE, TIME = 0.2, 0.05, 0.01  # noise: rad/s, rad, s
-HEADING = ("case", "key", "intervals", "hold the truth", "share [%]", "median standard error", "")
 
 ABOVE = [
     f"Pulley of `scenarios/pulley.toml` over 2 s, {SEEDS} seeds of each case, each with other"
@@ -130,7 +129,7 @@ def holds(found: fs.Fit, key: str, truth: float) -> bool:
     return interval is not None and interval[0] <= truth <= interval[1]
 
 
-def rows_of(name: str, seeds: int = SEEDS) -> list[tuple[Any, ...]]:
+def rows_of(name: str, seeds: int = SEEDS) -> list[dict[str, Any]]:
     """Return the rows of the table of a case."""
     case = CASES[name]
     fits = [measure(case, seed) for seed in range(seeds)]
@@ -141,8 +140,18 @@ def rows_of(name: str, seeds: int = SEEDS) -> list[tuple[Any, ...]]:
         held = sum(holds(found, key, truth[key]) for truth, found in fits)
         share = 100.0 * held / len(known) if known else nan
         missing = f"{len(fits) - len(known)} not identified" if len(known) < len(fits) else ""
-        rows.append((name, key, len(known), held, share, median(known), missing))
-        say("  ".join(map(str, rows[-1])))
+        rows.append(
+            {
+                "case": name,
+                "key": key,
+                "intervals": len(known),
+                "hold the truth": held,
+                "share [%]": share,
+                "median standard error": median(known),
+                "": missing,
+            }
+        )
+        say("  ".join(map(str, rows[-1].values())))
     return rows
 
 
@@ -152,7 +161,7 @@ def main() -> None:
     rows = [row for name in names for row in rows_of(name)]
     if len(names) < len(CASES):
         return
-    write(Table("How often intervals hold the truth", ABOVE, HEADING, rows), "fit_coverage")
+    write(Table("How often intervals hold the truth", ABOVE, rows), "fit_coverage")
 
 
 if __name__ == "__main__":

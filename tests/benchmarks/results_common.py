@@ -1,4 +1,4 @@
-"""What the parts of `results.py` share: runs within a budget, tables with their provenance."""
+"""What the parts of `results.py` share: runs, figures of belts, tables with their provenance."""
 
 import csv
 import platform
@@ -14,35 +14,27 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.plots.picture_file import save
 from frictionsim.results import Record, failures
 from frictionsim.scenario.overrides import apply_override
 from frictionsim.scenario.validation import validate
-from frictionsim.simulation.monitor import WallTimeLimit
 from frictionsim.simulation.simulate import run
 
 ROOT = Path(__file__).parents[2]
 SCENARIOS, RESULTS = ROOT / "scenarios", ROOT / "results"
-LIBRARIES = ("numpy", "scipy", "numba")
-UNLIMITED = 3600.0  # s, of wall time
-WARM_UP_FRACTION = ("solver.duration=1e-5", "output.interval=1e-5")
-WIDTH = 8.0  # inches
-MOST_BYTES = 200_000
 
 
 class Table(NamedTuple):
-    """A table: lines above it, its heading with units, its rows, lines below it."""
+    """A table: lines above it, its rows by headings with units, lines below it."""
 
     title: str
     above: Sequence[str]
-    heading: Sequence[str]
-    rows: Sequence[Sequence[Any]]
+    rows: Sequence[Mapping[str, Any]]
     below: Sequence[str] = ()
 
 
 def provenance() -> list[str]:
     """Return what the numbers depend on besides the sources: machine and versions."""
-    libraries = ", ".join(f"{name} {version(name)}" for name in LIBRARIES)
+    libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba"))
     return [
         f"machine: {_processor()}, {cpu_count()} cores, {platform.system()} {platform.machine()}",
         f"versions: Python {platform.python_version()}, {libraries}",
@@ -63,19 +55,14 @@ def say(text: str) -> None:
     print(text, flush=True)
 
 
-def solve(
-    base: str, *overrides: str, without: Iterable[str] = (), max_wall: float = UNLIMITED
-) -> Record:
-    """Run a shipped scenario with keys set and effects left out, within a budget of wall time."""
+def solve(base: str, *overrides: str, without: Iterable[str] = ()) -> Record:
+    """Run a shipped scenario with keys set and effects left out."""
     data = tomllib.loads((SCENARIOS / f"{base}.toml").read_text())
     for effect in without:
         data["effects"].pop(effect, None)
     for override in overrides:
         apply_override(data, override)
-    scenario = validate(data, SCENARIOS)
-    solver = scenario.solver
-    limited = WallTimeLimit(max_wall, solver.duration, solver.after_budget)
-    return run(scenario, limited)
+    return run(validate(data, SCENARIOS), lambda t: None)
 
 
 def quantity_of(result: Record, name: str) -> float:
@@ -88,19 +75,6 @@ def warning_on(found: Record) -> str:
     """Return why a run failed, or what its self-audit found; nothing if all is well."""
     failed = failures(found.checks)
     return found.reason or (f"self-audit failed: {failed}" if failed else "")
-
-
-def spans(channels: Mapping[str, Any], which: Any) -> tuple[float, float]:
-    """Return the mean tensions of the tight and of the slack span of two equal pulleys, N.
-
-    The pulleys stand side by side, so that one of the spans is above the x axis. A joint is in a
-    span if neither body beside it touches a pulley.
-    """
-    free = channels["pulley_index"][which] < 0
-    free &= np.roll(free, 1, axis=1)
-    tension, above = channels["tension"][which], channels["y"][which] > 0.0
-    found = [float(np.mean(tension[free & side])) for side in (above, ~above)]
-    return max(found), min(found)
 
 
 def late(found: Record, share: float = 0.4) -> Any:
@@ -138,33 +112,25 @@ def arc_over_span(found: Record) -> float:
     return float(np.mean(arc) / np.mean(span))
 
 
-def command(*arguments: str, codes: Sequence[int] = (0,)) -> str:
-    """Run `frictionsim` from the root of the project; return what it prints.
-
-    Raises
-    ------
-    CalledProcessError
-        If its exit code is none of those that are expected.
-    """
+def command(*arguments: str) -> str:
+    """Run `frictionsim` from the root of the project; return what it prints."""
     say(f"  frictionsim {' '.join(arguments)}")
     line = [sys.executable, "-m", "frictionsim", *arguments]
-    done = subprocess.run(line, cwd=ROOT, stdout=subprocess.PIPE, text=True)
-    if done.returncode not in codes:
-        done.check_returncode()
-    return done.stdout
+    return subprocess.run(line, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout
 
 
 def write(table: Table, name: str) -> None:
-    """Write a table as Markdown and as CSV."""
-    cells = [[_text(value) for value in row] for row in table.rows]
+    """Write a table as Markdown and as CSV; cells that a row lacks stay empty."""
+    heading = list(max(table.rows, key=len))
+    rows = [[row.get(key, "") for key in heading] for row in table.rows]
     lines = [f"# {table.title}", "", *(f"- {line}" for line in provenance()), ""]
-    lines += [*(f"{line}\n" for line in table.above), _row(table.heading)]
-    lines += [_row(["---"] * len(table.heading)), *map(_row, cells)]
+    lines += [*(f"{line}\n" for line in table.above), _row(heading), _row(["---"] * len(heading))]
+    lines += [_row(map(_text, row)) for row in rows]
     lines += [f"\n{line}" for line in table.below]
     (RESULTS / f"{name}.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
     with (RESULTS / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
         file.writelines(f"# {line}\n" for line in provenance())
-        csv.writer(file).writerows([table.heading, *table.rows])
+        csv.writer(file).writerows([heading, *rows])
     say("\n".join(table.below))
 
 
@@ -176,11 +142,3 @@ def _text(value: Any) -> str:
     if not isinstance(value, float):
         return str(value)
     return "" if isnan(value) else f"{value:.4g}"
-
-
-def save_picture(figure: Any, name: str) -> None:
-    """Write a picture of the folder, which stays small."""
-    path = RESULTS / f"{name}.png"
-    save(figure, path)
-    if path.stat().st_size >= MOST_BYTES:
-        raise ValueError(f"{path.name}: {path.stat().st_size} bytes are too many")

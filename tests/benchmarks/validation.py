@@ -1,7 +1,9 @@
 """Holds belts and shafts to closed forms and to others: writes `results/validation.json`, the page.
 
 Run it as `python -m tests.benchmarks.validation`, or with the names of some of its parts behind;
-it takes about half an hour. `--page` writes the tables of `docs/validation.md` from the numbers
+it takes about half an hour. The closed forms of the benchmarks of others are in
+`tests/support/closed_forms_of_others.py`; what others have stored is from their public
+repositories. `--page` writes the tables of `docs/validation.md` from the numbers
 that are there. What stands there between `<!-- measured: PART -->` and `<!-- end -->` is replaced.
 """
 
@@ -12,35 +14,105 @@ from collections.abc import Callable
 from math import isnan
 from typing import Any, NamedTuple
 
-from tests.benchmarks import (
-    validation_drive,
-    validation_others,
-    validation_peer,
-    validation_waves,
+import numpy as np
+
+from tests.benchmarks import validation_belts as belts
+from tests.benchmarks.results_common import (
+    RESULTS,
+    ROOT,
+    provenance,
+    quantity_of,
+    say,
+    solve,
 )
-from tests.benchmarks.results_common import RESULTS, ROOT, provenance, say
-from tests.benchmarks.validation_models import REFUSED
+from tests.support.closed_forms_of_others import (
+    RATIOS,
+    den_hartog_amplitude,
+    flat_belt,
+    friction_oscillator,
+)
 
 PAGE, NUMBERS = ROOT / "docs" / "validation.md", RESULTS / "validation.json"
 MEASURED = re.compile(r"(<!-- measured: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+
+
+DEN_HARTOG = ("ratio r", "amplitude, P/k", "closed form", "off")
+SICONOS = ("program", "rest at, s", "x at rest", "off the closed form")
+EXUDYN = (
+    *("program", "points", "speed of the driven pulley at 2.45 s, rad/s"),
+    *("mean from 2.4 s on, rad/s", "T1, N", "T2, N", "steps"),
+)
+FREQUENCY = "couples.exciter.size.sine.frequency_hz"
+# Stored there: FrictionOscillator.ref, the first row at rest, with steps of 0.01 s;
+# wheel1angVel-tt245-hh10-nn8-ns4-cs10-fs10-ib1-df5-.txt, the last row, of 480 elements.
+SICONOS_STORED = 22.44, 0.6820441351954105
+EXUDYN_STORED = 480, 11.32501142
+
+
+def steady_amplitude(ratio: float, *overrides: str) -> float:
+    """Return the amplitude of Den Hartog's oscillator over the last two seconds of a run, rad."""
+    done = solve("validation/den_hartog", f"{FREQUENCY}={ratio}", *overrides)
+    late = done.time > done.time[-1] - 2.0
+    return float(np.abs(done.channels["angle"][late]).max())
+
+
+def den_hartog() -> list[tuple[str, ...]]:
+    """Compare the amplitude at each ratio."""
+    rows = []
+    for ratio in RATIOS:
+        found, expected = steady_amplitude(ratio), den_hartog_amplitude(ratio)
+        values = (f"{found:.12f}", f"{expected:.12f}", f"{found - expected:.1e}")
+        rows.append((f"{ratio:g}", *values))
+    return rows
+
+
+def siconos() -> list[tuple[str, ...]]:
+    """Compare when and where the friction oscillator comes to rest."""
+    done = solve("validation/friction_oscillator")
+    time, place = friction_oscillator()
+    ours = quantity_of(done, "last_rest_time"), quantity_of(done, "final_angle")
+    rows = {"closed form": (time, place), "ours": ours, "Siconos": SICONOS_STORED}
+    return [
+        (name, f"{t:.12f}", f"{x:.12f}", "" if name == "closed form" else f"{x - place:.1e}")
+        for name, (t, x) in rows.items()
+    ]
+
+
+def exudyn() -> list[tuple[str, ...]]:
+    """Compare speeds and tensions of the loaded belt."""
+    speed, tight, slack = flat_belt()
+    points, stored = EXUDYN_STORED
+    rows = [
+        ("closed form", "", "", f"{speed:.5f}", f"{tight:.2f}", f"{slack:.2f}", ""),
+        ("Exudyn", str(points), f"{stored:.5f}", "", "", "", ""),
+    ]
+    for bodies in (60, 240):
+        done = solve("validation/flat_belt", f"mechanism.belt.bodies={bodies}")
+        at = int(np.argmin(np.abs(done.time - 2.45)))
+        names = "driven_speed", "tension_tight", "tension_slack"
+        mean, *tensions = (quantity_of(done, name) for name in names)
+        now = done.channels["pulley_speed"][at, 1]
+        sizes = (f"{now:.5f}", f"{mean:.5f}", *(f"{tension:.2f}" for tension in tensions))
+        rows.append(("ours", str(bodies), *sizes, str(done.statistics.steps)))
+    return rows
 
 
 class Part(NamedTuple):
     """A table of the page: its heading with units, and what measures its rows."""
 
     heading: tuple[str, ...]
-    measure: Callable[[], list[tuple[Any, ...]]]
+    measure: Callable[[], list[Any]]
 
 
 PARTS = {
-    "drive": Part(validation_drive.DRIVE, validation_drive.drive),
-    "slip": Part(validation_drive.FULL_SLIP, validation_drive.full_slip),
-    "waves": Part(validation_waves.WAVES, validation_waves.waves_and_weight),
-    "conserved": Part(validation_waves.CONSERVED, validation_waves.conserved),
-    "peer": Part(validation_peer.HEADING, validation_peer.peer),
-    "den_hartog": Part(validation_others.DEN_HARTOG, validation_others.den_hartog),
-    "siconos": Part(validation_others.SICONOS, validation_others.siconos),
-    "exudyn": Part(validation_others.EXUDYN, validation_others.exudyn),
+    "drive": Part(belts.DRIVE, belts.drive),
+    "slip": Part(belts.FULL_SLIP, belts.full_slip),
+    "waves": Part(belts.WAVES, belts.waves_and_weight),
+    "conserved": Part(belts.CONSERVED, belts.conserved),
+    "peer": Part(belts.PEER, belts.peer),
+    "den_hartog": Part(DEN_HARTOG, den_hartog),
+    "siconos": Part(SICONOS, siconos),
+    "exudyn": Part(EXUDYN, exudyn),
 }
 
 
@@ -54,14 +126,14 @@ def load() -> dict[str, Any]:
 
 def measure(name: str) -> None:
     """Measure a part, and write its numbers down."""
-    REFUSED.clear()
+    belts.REFUSED.clear()
     rows = [[_plain(value) for value in row] for row in PARTS[name].measure()]
     numbers = load()
     numbers[name] = {
         "provenance": provenance(),
         "heading": list(PARTS[name].heading),
         "rows": rows,
-        "left_out": sorted(set(REFUSED)),
+        "left_out": sorted(set(belts.REFUSED)),
     }
     ordered = {part: numbers[part] for part in PARTS if part in numbers}
     NUMBERS.write_text(json.dumps(ordered, indent=1) + "\n", encoding="utf-8")
