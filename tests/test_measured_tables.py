@@ -115,26 +115,15 @@ def assert_same_figures(shown: list[list[str]], measured: list[list[Any]]) -> No
             assert cell == figure or cell == f"{float(figure):.{digits}f}"
 
 
-def test_the_page_has_the_meshes_of_the_table() -> None:
-    measured = {
-        (row[2], row[1]): [float(cell) for cell in row[3:8]]
-        for row in numbers("belt_mesh")
-        if row[0] == "belt_drive"
-    }
-    shown = page_rows("| bodies | bending | T1, N |")
-    assert len(shown) == 8
-    figures = []
-    for bodies, bending, *_ in shown:
-        tight, slack, _, arc, creep = measured[bodies, bending]
-        figures.append((bodies, bending, tight, slack, tight - slack, arc, arc / tight, creep))
-    assert_same_figures(shown, figures)
-
-
 def test_the_page_has_the_wrap_factors_of_the_table() -> None:
-    kept = [row for row in numbers("belt_wrap") if row[0] == "corrected"]
-    measured = [row[1:10] for row in kept]
+    measured = {
+        (row[1], row[2]): [*row[1:5], *row[6:8]]
+        for row in numbers("belt_wrap")
+        if row[0] == "corrected"
+    }
     shown = page_rows("| bending | bodies | T1, N |")
-    assert_same_figures(shown, measured)
+    assert {row[1] for row in shown} >= {"150", "300", "600"}
+    assert_same_figures(shown, [measured[row[0], row[1]] for row in shown])
 
 
 def test_the_page_has_the_depths_of_the_table() -> None:
