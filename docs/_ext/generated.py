@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from channel_table import channels
 from command_line import commands
 from excerpt import excerpt
 from gallery import gallery
@@ -25,6 +26,7 @@ DOCS = Path(__file__).parents[1]
 SCHEMAS = DOCS.parent / "scenarios" / "schemas"
 PARTS: Mapping[str, Callable[..., str]] = {
     "api": api,
+    "channels": channels,
     "commands": commands,
     "errors": errors,
     "excerpt": excerpt,
