@@ -89,13 +89,11 @@ def test_fig_10_has_the_numbers_of_its_table(law: str, backend: str) -> None:
 
 
 def measured_rows(name: str) -> list[dict[str, str]]:
-    """Return the rows of a table of results/."""
     with (RESULTS / f"{name}.csv").open(encoding="utf-8") as file:
         return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
 def numbers(name: str) -> list[list[str]]:
-    """Return the cells of a table of results/, below its heading."""
     return [list(row.values()) for row in measured_rows(name)]
 
 

@@ -17,7 +17,6 @@ INIT = ROOT / "frictionsim" / "__init__.py"
 
 
 def run_code(code: str) -> str:
-    """Run code in a new Python that imports nothing on its own."""
     done = subprocess.run(
         [
             sys.executable,

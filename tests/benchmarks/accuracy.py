@@ -27,7 +27,6 @@ def measured(law: str, backend: str, **solver: Any) -> tuple[Record, float]:
 
 
 def main() -> None:
-    """Print the errors of stop time and final angle, and what they cost."""
     print(f"{'backend':10s} {'setting':>12s} {'stop, s':>9s} {'angle, rad':>10s} {'steps':>7s} ms")
     settings = [
         (law, backend, {"rtol": rtol, "atol": rtol * 1e-3})

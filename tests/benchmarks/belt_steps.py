@@ -62,7 +62,6 @@ class Worker:
         )
 
     def step(self, case: tuple[str, dict[str, object]], steps: int) -> float:
-        """Return the microseconds of a step."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.stdin.write(json.dumps([case, steps]) + "\n")
@@ -72,7 +71,6 @@ class Worker:
 
 
 def main() -> None:
-    """Print the times and the ratios of the cases."""
     old, new = (Worker(Path(root).resolve()) for root in sys.argv[1:3])
     for case in [CASES[int(number)] for number in sys.argv[3:]] or CASES:
         steps = int(1e6 * SECONDS / max(old.step(case, 1000), new.step(case, 1000)))

@@ -54,14 +54,12 @@ class Case(NamedTuple):
 
 
 def scenario(duration: float = 2.0) -> fs.Scenario:
-    """Return the shipped pulley with the tolerance of these fits."""
     return fs.load(fs.scenarios()["pulley"], {"solver.rtol": 1e-7, "solver.duration": duration})
 
 
 def noisy(
     truth: dict[str, float], rng: np.random.Generator, samples: int = 40
 ) -> dict[str, np.ndarray]:
-    """Return time series of the pulley with normal noise."""
     data = fs.solve(scenario(), {**truth, "output.interval": 2.0 / samples}).dataset
     count = data.sizes["time"]
     return {
@@ -72,8 +70,6 @@ def noisy(
 
 
 def by_series(*channels: str, **options: Any) -> Callable[..., fs.Fit]:
-    """Return the fit to time series of channels."""
-
     def fit(truth: dict[str, float], rng: np.random.Generator) -> fs.Fit:
         bounds = {key: BOUNDS[key] for key in truth}
         return fs.fit(scenario(), data=noisy(truth, rng), channels=channels, free=bounds, **options)
@@ -82,7 +78,6 @@ def by_series(*channels: str, **options: Any) -> Callable[..., fs.Fit]:
 
 
 def by_breakaway(truth: dict[str, float], rng: np.random.Generator) -> fs.Fit:
-    """Return the fit to the times of breakaway of eight loads."""
     pulley, loads = scenario(1.0), np.linspace(1900.0, 2250.0, 8)
     times = [
         fs.solve(pulley, {**truth, "mechanism.load": load}).quantities["breakaway_time"].value
@@ -117,7 +112,6 @@ CASES = {
 
 
 def measure(case: Case, seed: int) -> tuple[dict[str, float], fs.Fit]:
-    """Return the truth and the fit of a seed."""
     rng = np.random.default_rng(seed)
     truth = {key: float(rng.uniform(*(TRUTHS | dict(case.truths))[key])) for key in case.keys}
     return truth, case.fit(truth, rng)
@@ -130,7 +124,6 @@ def holds(found: fs.Fit, key: str, truth: float) -> bool:
 
 
 def rows_of(name: str, seeds: int = SEEDS) -> list[dict[str, Any]]:
-    """Return the rows of the table of a case."""
     case = CASES[name]
     fits = [measure(case, seed) for seed in range(seeds)]
     rows = []

@@ -40,8 +40,6 @@ class Gear(NamedTuple):
 
 
 class State(NamedTuple):
-    """Angle and angular velocity."""
-
     angle: Any
     speed: Any
 
@@ -76,7 +74,6 @@ def drawn(rng: np.random.Generator) -> dict[str, Any]:
 
 
 def gear_of(data: dict[str, Any]) -> tuple[Gear, State]:
-    """Return gear and start of a scenario, in long double."""
     mechanism, effects = data["mechanism"], data["effects"]
     sun, wheel = Long(mechanism["sun_radius"]), Long(mechanism["planet_radius"])
     crank, planet = Long(mechanism["crank_mass"]), Long(mechanism["planet_mass"])
@@ -181,7 +178,6 @@ class Found(NamedTuple):
 
 
 def compared(data: dict[str, Any]) -> Found:
-    """Solve a scenario by `events` and by the reference."""
     gear, start = gear_of(data)
     duration = data["solver"]["duration"]
     exact = final(gear, start, duration)

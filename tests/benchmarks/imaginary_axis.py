@@ -76,7 +76,6 @@ def polynomial(matrix: Array, weights: Array) -> Array:
 
 
 def main() -> None:
-    """Print the table."""
     y = np.linspace(1e-3, 6.0, 60001)
     for name, (matrix, weights) in METHODS.items():
         coefficients = polynomial(matrix, weights)

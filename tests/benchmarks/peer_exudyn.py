@@ -103,12 +103,10 @@ class PitchLine:
 
 
 def given_speed(_system: Any, time: float, _item: int, _offset: float) -> float:
-    """Return the speed of the driver, rad/s."""
     return SPEED * min(max(time - SETTLING, 0.0) / RAMP, 1.0)
 
 
 def given_torque(_system: Any, time: float, load: Sequence[float]) -> list[float]:
-    """Return the torque on the driven pulley, N m."""
     share = min(max((time - SETTLING - LOADED) / LOAD_RAMP, 0.0), 1.0)
     return [0.0, 0.0, share * load[2]]
 
@@ -248,7 +246,6 @@ def simulate(case: Case) -> tuple[list[float], list[float]]:
 
 
 def load() -> dict[str, Any]:
-    """Return what the file of results has."""
     if not RESULT.exists():
         return {"cases": {}}
     found: dict[str, Any] = json.loads(RESULT.read_text(encoding="utf-8"))

@@ -204,7 +204,6 @@ PARTS: dict[str, Callable[[], None]] = {
 
 
 def main(names: list[str]) -> None:
-    """Make the parts that are named, or all."""
     start = perf_counter()
     for name in names or PARTS:
         say(f"{name}, after {perf_counter() - start:.0f} s")

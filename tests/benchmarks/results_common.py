@@ -51,7 +51,6 @@ def _processor() -> str:
 
 
 def say(text: str) -> None:
-    """Print progress."""
     print(text, flush=True)
 
 

@@ -129,7 +129,6 @@ def _solved(data: Scenario) -> Record:
 
 
 def _spans(done: Record) -> Any:
-    """Return the mean tension of each span, N."""
     names = scenario_run(done).mechanism.names
     pairs = zip(names, (*names[1:], names[0]), strict=True)
     return np.array([done.quantities[f"tension_{a}_to_{b}"].value for a, b in pairs])

@@ -57,7 +57,6 @@ def steady_amplitude(ratio: float, *overrides: str) -> float:
 
 
 def den_hartog() -> list[tuple[str, ...]]:
-    """Compare the amplitude at each ratio."""
     rows = []
     for ratio in RATIOS:
         found, expected = steady_amplitude(ratio), den_hartog_amplitude(ratio)
@@ -117,7 +116,6 @@ PARTS = {
 
 
 def load() -> dict[str, Any]:
-    """Return the numbers of all parts that were measured."""
     if not NUMBERS.exists():
         return {}
     found: dict[str, Any] = json.loads(NUMBERS.read_text(encoding="utf-8"))
@@ -125,7 +123,6 @@ def load() -> dict[str, Any]:
 
 
 def measure(name: str) -> None:
-    """Measure a part, and write its numbers down."""
     belts.REFUSED.clear()
     rows = [[_plain(value) for value in row] for row in PARTS[name].measure()]
     numbers = load()

@@ -30,7 +30,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def told(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Callable[..., tuple[str, str]]:
-    """Run the command; return what it printed on stdout and stderr."""
     monkeypatch.chdir(folder)
 
     def run(*arguments: str, code: int = 0) -> tuple[str, str]:

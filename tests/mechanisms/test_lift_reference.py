@@ -276,7 +276,6 @@ def test_exchanging_car_and_counterweight_mirrors_the_motion(family: str, seed: 
 
 
 def opposite(signal: Any) -> Any:
-    """Return a signal times -1."""
     if "time" in signal:
         return signal | {"value": [-value for value in signal["value"]]}
     ((form, values),) = signal.items()

@@ -138,7 +138,6 @@ def test_force_and_load_exchanged_mirror_the_motion(data: Scenario) -> None:
 
 
 def scaled_force(force: Any, by: float) -> Any:
-    """Return a channel with its values multiplied."""
     if isinstance(force, float):
         return force * by
     if "value" in force:

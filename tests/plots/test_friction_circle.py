@@ -31,7 +31,6 @@ DRAWN = range(4)
 
 
 def made(data: Any, channels: Any) -> Record:
-    """Return a result with given channels that can be drawn."""
     found = motions.record_of("shaft", channels, data)
     return found._replace(attributes=found.attributes | {"backend": "events"})
 

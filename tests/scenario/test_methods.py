@@ -25,13 +25,11 @@ PARAMETERS: dict[str, dict[str, Any]] = {
 
 @cache
 def loaded(kind: str) -> Any:
-    """Return the shipped scenario of a kind, and its data."""
     found = load(SCENARIOS / f"{SHIPPED.get(kind, kind)}.toml")
     return found, found.model_dump(by_alias=True, exclude_none=True)
 
 
 def of_kind(kind: str, law: str, backend: str) -> Scenario:
-    """Return the shipped scenario of a kind with a law and a method."""
     shipped, data = loaded(kind)
     data = with_method(data, law, backend)
     for key in ("step", "max_step"):

@@ -49,7 +49,6 @@ def slack_lift(**changes: Any) -> Scenario:
 
 
 def slipping_lift(**changes: Any) -> Scenario:
-    """Return a lift whose cord slips over its pulley."""
     return slack_lift(effects__cord_friction=CORD, **changes)
 
 

@@ -45,14 +45,12 @@ def stopping(after: int) -> Callable[[float], None]:
 
 
 def calls_of(data: Scenario) -> int:
-    """Return how often a run calls `on_step`."""
     times: list[float] = []
     run(validate(data, SCENARIOS), times.append)
     return len(times)
 
 
 def resumed(path: Path, on_step: Callable[[float], Any] = lambda t: None) -> Record:
-    """Resume the run of a file."""
     attributes, state = hdf5_reader.read_checkpoint(path)
     return run(scenario_from_result(path, attributes), on_step, checkpoint=state)
 
@@ -176,7 +174,6 @@ def test_resume_grants_the_step_limit_again(tmp_path: Path) -> None:
 
 
 def test_run_time_is_summed_over_all_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The times of solving and of compiling are summed separately."""
     ticks = itertools.count()
     monkeypatch.setattr("frictionsim.simulation.simulate.perf_counter", lambda: float(next(ticks)))
     monkeypatch.setattr(SingleDofSimulation, "prepare", lambda self, on_step: 2.5)

@@ -19,7 +19,6 @@ class Drive(NamedTuple):
 
     @property
     def length(self) -> float:
-        """The length of the belt on its pulleys, m."""
         return 2.0 * (self.distance + pi * self.radius)
 
 

@@ -65,32 +65,26 @@ class Belt:
 
     @property
     def m(self) -> float:
-        """m = rho l."""
         return self.rho * self.l
 
     @property
     def inertia(self) -> float:
-        """m l^2 / 12, about the centre of a link."""
         return self.m * self.l**2 / 12.0
 
     @property
     def c(self) -> float:
-        """c = EA / l."""
         return self.EA / self.l
 
     @property
     def b(self) -> float:
-        """The damping of a joint: its own value, or b_section / l."""
         return self.b_section / self.l if self.b_joint is None else self.b_joint
 
     @property
     def c_tor(self) -> float:
-        """c_tor = EI / l."""
         return self.EI / self.l
 
     @property
     def n_pulleys(self) -> int:
-        """How many pulleys there are."""
         return len(self.radii)
 
     def of(self, name: str, j: int) -> float:
@@ -110,7 +104,6 @@ class Powers:
 
     @property
     def losses(self) -> float:
-        """All the losses together."""
         return self.joint + self.bending + self.contact + self.friction
 
 
@@ -154,7 +147,6 @@ class Contact:
 
 
 def cross(a: Array, b: Array) -> float:
-    """Z . (a x b)."""
     return float(a[0] * b[1] - a[1] * b[0])
 
 
@@ -233,7 +225,6 @@ def add_bending(belt: Belt, phi: Array, w: Array, moment: Array) -> float:
 
 
 def smooth(d: float) -> float:
-    """d^2 (3 - 2 d), with d clipped to 0..1."""
     d = min(max(d, 0.0), 1.0)
     return d * d * (3.0 - 2.0 * d)
 
@@ -297,7 +288,6 @@ def contacts(belt: Belt, P: Array, phi: Array, V: Array, w: Array, omega: Array)
 
 
 def beta(x: float) -> float:
-    """(3 x - x^3)/2 up to x = 1, then 1."""
     x = min(x, 1.0)
     return 0.5 * (3.0 * x - x**3)
 
@@ -310,7 +300,6 @@ def beyond(belt: Belt, j: int, speed: float) -> float:
 
 
 def mu_regularised(belt: Belt, j: int, slip: float) -> float:
-    """mu_s beta(|s|/dv) below dv."""
     speed = abs(slip)
     if speed > belt.dv:
         return beyond(belt, j, speed)
@@ -409,7 +398,6 @@ def turn_pulley(
 
 
 def applied_torques(belt: Belt, t: float, theta: Array, omega: Array) -> Array:
-    """M(t, theta, omega), zero where none is given."""
     if belt.torque is None:
         return np.zeros(belt.n_pulleys)
     return np.array(belt.torque(t, theta, omega), dtype=float)
@@ -501,7 +489,6 @@ def potential(belt: Belt, x: Array, y: Array, phi: Array) -> float:
 
 
 def kinetic(belt: Belt, vx: Array, vy: Array, w: Array, omega: Array) -> float:
-    """sum m v^2/2 + (m l^2/12) w^2/2 + I omega^2/2."""
     links = 0.5 * belt.m * np.sum(vx**2 + vy**2) + 0.5 * belt.inertia * np.sum(w**2)
     return float(links + 0.5 * np.sum(np.asarray(belt.inertias) * omega**2))
 
@@ -510,12 +497,10 @@ def kinetic(belt: Belt, vx: Array, vy: Array, w: Array, omega: Array) -> float:
 
 
 def pack(*parts: Array) -> Array:
-    """One state vector from x, y, phi, vx, vy, w, theta, omega."""
     return np.concatenate([np.asarray(part, dtype=float) for part in parts])
 
 
 def unpack(belt: Belt, state: Array) -> list[Array]:
-    """x, y, phi, vx, vy, w, theta, omega from a state vector."""
     sizes = [belt.n] * 6 + [belt.n_pulleys] * 2
     return np.split(state, np.cumsum(sizes)[:-1])
 

@@ -34,8 +34,6 @@ CHANNELS = {
 
 
 class BeltResultScenario(Scenario):
-    """A scenario of kind `belt_drive` as data."""
-
     PAIRS: ClassVar[Pairs] = SINGLE_DOF
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
 

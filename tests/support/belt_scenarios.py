@@ -91,7 +91,6 @@ def trio(**changes: Any) -> Scenario:
 
 
 def shipped(name: str, **changes: Any) -> Scenario:
-    """Return a scenario of the package as data, with fixed steps unless a backend is named."""
     return as_shipped(name, **{"solver__backend": "moreau", **changes})
 
 
@@ -202,7 +201,6 @@ def reference(scenario: BeltDriveScenario, body_length: float, tau: float = 1e-5
 
 
 def torques(scenario: BeltDriveScenario, t: float, omega: Array) -> Array:
-    """Return the torque on each pulley that the scenario gives."""
     found = np.zeros(len(omega))
     for j, name in enumerate(scenario.mechanism.names):
         drive = scenario.drive.get(name)

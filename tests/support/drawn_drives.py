@@ -35,18 +35,15 @@ class DrawnDrive(NamedTuple):
 
     @property
     def wraps(self) -> tuple[float, float]:
-        """The contact arcs, rad."""
         half = acos((self.radii[0] - self.radii[1]) / self.distance)
         return 2.0 * (pi - half), 2.0 * half
 
     @property
     def span(self) -> float:
-        """The length of a span, m."""
         return self.distance * sin(0.5 * self.wraps[1])
 
     @property
     def length(self) -> float:
-        """The length of the belt on its pulleys, m."""
         return 2.0 * self.span + sum(r * a for r, a in zip(self.radii, self.wraps, strict=True))
 
 

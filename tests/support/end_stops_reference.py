@@ -162,7 +162,6 @@ def events_of(body: Body) -> tuple[list[tuple[Any, ...]], float, float, list[flo
 
 
 def start(body: Body, t: float, q: float, side: int, exact: bool = True) -> int:
-    """Return the direction in which a body at rest begins to move; 0 if it stays."""
     torque = body.torque(t, q)
     if exact and abs(abs(torque) - body.static) < TIE * body.static:
         raise Tied
@@ -182,7 +181,6 @@ def first_start(body: Body, t: float, q: float, side: int) -> float:
 
 
 def mirrored(body: Body) -> Body:
-    """Return the same body seen from behind."""
     return body._replace(
         mean=-body.mean,
         amplitude=-body.amplitude,

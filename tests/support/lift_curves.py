@@ -108,7 +108,6 @@ class Curve:
         return sum(terms)
 
     def slope(self) -> "Curve":
-        """Return the derivative."""
         return Curve(
             tuple(k * c for k, c in enumerate(self.poly))[1:],
             {rate: -rate * c for rate, c in self.decays.items()},

@@ -34,8 +34,6 @@ STICK = 0
 
 @dataclass(frozen=True)
 class Lift:
-    """The parameters of a scenario."""
-
     r: Number
     inertia: Number
     m1: Number
@@ -54,7 +52,6 @@ class Lift:
 
     @classmethod
     def of(cls, data: dict[str, Any]) -> "Lift":
-        """Return the lift of the data of a scenario file."""
         effects, drive = data["effects"], data["drive"]
         masses = effects["hanging_masses"]
         half = mpf(masses.get("rope", 0.0)) / 2
@@ -136,8 +133,6 @@ class Motion:
 
 @dataclass
 class Solution:
-    """The pieces, events and impacts of a run."""
-
     lift: Lift
     pieces: list[Motion] = field(default_factory=list)
     events: list[tuple[Number, str, int, int, Number]] = field(default_factory=list)
@@ -197,7 +192,6 @@ def motion(lift: Lift, t: Number, state: State, modes: Combination) -> Motion:
 
 
 def margins(lift: Lift, of: Motion) -> dict[str, Curve]:
-    """Return what must not be negative in a combination."""
     modes, r = of.modes, lift.r
     found = {}
     if modes.shaft == STICK:
@@ -223,7 +217,6 @@ def margins(lift: Lift, of: Motion) -> dict[str, Curve]:
 
 
 def tolerance_of(name: str) -> Number:
-    """Return by how much a margin may be negative."""
     return TIE if name[:-1] in ("shaft", "cord", "slack") else mpf(0)
 
 
@@ -399,7 +392,6 @@ def after_event(
 def record(
     found: Solution, t: Number, before: Combination, after: Combination, angle: Number
 ) -> None:
-    """Append the changes of each contact."""
     pairs = (
         ("shaft", before.shaft, after.shaft),
         ("cord", before.cord, after.cord),

@@ -44,7 +44,6 @@ def grips(car: float, torque: Any, mirrored: bool = False) -> Scenario:
 
 
 def ramp(*points: tuple[float, float]) -> dict[str, list[float]]:
-    """Return a signal through points (time, value)."""
     return {"time": [t for t, _ in points], "value": [v for _, v in points]}
 
 
@@ -56,10 +55,8 @@ def solved(data: Scenario) -> Record:
 
 
 def events(result: Record) -> list[tuple[str, int, int]]:
-    """Return contact and modes of each event."""
     return [(e.contact, e.mode_from, e.mode_to) for e in result.transitions]
 
 
 def times(result: Record) -> list[float]:
-    """Return the times of the events, s."""
     return [e.time for e in result.transitions]

@@ -40,14 +40,12 @@ def record_of(
 
 
 def motion(record: Record) -> Motion:
-    """Return the motion of a result, which has one."""
     found = motion_of(record)
     assert found is not None
     return found
 
 
 def body(found: Motion, name: str) -> Body:
-    """Return the first body with a name."""
     return next(part for part in found.parts if isinstance(part, Body) and part.name == name)
 
 

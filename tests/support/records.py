@@ -43,17 +43,14 @@ def drawn_views(names: Iterable[str] = DRAWN) -> list[tuple[str, str]]:
 
 
 def with_channels(record: Record, **channels: Any) -> Record:
-    """Return a record with other values of channels."""
     return record._replace(channels=record.channels | channels)
 
 
 def without(record: Record, *names: str) -> Record:
-    """Return a record that lacks channels."""
     return record._replace(channels={k: v for k, v in record.channels.items() if k not in names})
 
 
 def with_scenario(record: Record, text: str) -> Record:
-    """Return a record with another scenario in it."""
     return record._replace(attributes=record.attributes | {"scenario": text})
 
 

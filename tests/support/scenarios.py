@@ -82,7 +82,6 @@ def simulate(data: Scenario) -> Record:
 
 
 def run_anew(data: Scenario) -> Record:
-    """Run scenario data."""
     return run(validate(data, SCENARIOS), lambda t: None)
 
 
@@ -102,7 +101,6 @@ def _own_containers(done: Record) -> Record:
 
 
 def mechanism_of(done: Record) -> Mechanism:
-    """Return the mechanism of a run of one coordinate."""
     scenario = scenario_run(done)
     return mechanism_module(scenario.kind).build(scenario)
 
@@ -131,7 +129,6 @@ def made_record(
 
 
 def scenario_run(done: Record) -> Any:
-    """Return the scenario of a run."""
     return scenario_from_result(SCENARIOS / "result", done.attributes)
 
 

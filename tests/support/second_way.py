@@ -58,7 +58,6 @@ class Event(NamedTuple):
 
 
 def closed(value: float | None) -> Seen:
-    """Return a quantity that is exact to a few roundings."""
     return Seen(value, 0.0 if value is None else ROUNDING * abs(value))
 
 
@@ -82,7 +81,6 @@ def integral(time: Array, values: Array) -> Seen:
 
 
 def plus(start: float, gained: Seen) -> Seen:
-    """Return the sum of an initial value and an integral."""
     assert gained.value is not None
     return Seen(start + gained.value, gained.uncertainty + ROUNDING * abs(start))
 
@@ -106,7 +104,6 @@ def root(function: Callable[[float], float], low: float, size: float) -> float |
 
 
 def least(function: Callable[[float], float], low: float, high: float) -> float:
-    """Return the minimum of a unimodal function by ternary search."""
     for _ in range(60):
         third = (high - low) / 3.0
         if function(low + third) < function(high - third):
@@ -117,7 +114,6 @@ def least(function: Callable[[float], float], low: float, high: float) -> float:
 
 
 def signal(table: Any, time: Array) -> Array:
-    """Return the values of a signal of the scenario."""
     if isinstance(table, int | float):
         return np.full(time.shape, float(table))
     if "sine" in table:
@@ -132,7 +128,6 @@ def signal(table: Any, time: Array) -> Array:
 
 
 def friction_radius(shaft_radius: float, mu: float) -> float:
-    """Return the friction radius: the reaction is inclined by atan mu."""
     return shaft_radius * sin(np.arctan(mu))
 
 
@@ -202,5 +197,4 @@ def _changes(record: Recorded) -> list[Event]:
 
 
 def energy(value: float) -> Seen:
-    """Return a stored energy of the final state."""
     return closed(value)

@@ -49,7 +49,6 @@ def last(record: Recorded) -> Recorded:
 
 
 def mean(time: Array, values: Array) -> Array:
-    """Return the mean over time, by trapezoids."""
     h = np.diff(time).reshape(-1, *(1,) * (values.ndim - 1))
     return np.sum(0.5 * h * (values[1:] + values[:-1]), axis=0) / (time[-1] - time[0])
 
@@ -95,12 +94,10 @@ def spans(pulley: Array, count: int) -> list[Array]:
 
 
 def walked(tension: Array, pulley: Array, count: int) -> list[float]:
-    """Return the means of the spans of one sample, N."""
     return [float(np.mean(tension[joints])) for joints in spans(pulley, count)]
 
 
 def span_tensions(record: Recorded) -> Array:
-    """Return the mean tensions of all spans at all samples, (n, pulleys), N."""
     count = len(record.scenario["mechanism"]["pulleys"])
     samples = zip(record.channels["tension"], touching(record), strict=True)
     return np.array([walked(*sample, count) for sample in samples])
@@ -198,7 +195,6 @@ def potential(record: Recorded, i: int, length: float) -> float:
 
 
 def kinetic(record: Recorded, length: float) -> Seen:
-    """Return the energy of the motion in the last sample, J, from differences of the places."""
     belt, drive = record.scenario["mechanism"]["belt"], drive_of(record)
     mass = belt["mass_per_length"] * length
     # The weights of the last places in the slope of the cubic through them.
@@ -239,12 +235,10 @@ def damped(record: Recorded, length: float, every: int = 1) -> float:
 
 
 def _squares(time: Array, values: Array, weight: Array | float = 1.0) -> float:
-    """Return the integral of the sum of squared rates."""
     return float(np.sum(weight * np.diff(values, axis=0) ** 2 / np.diff(time)[:, None]))
 
 
 def energies(record: Recorded, length: float) -> dict[str, Seen]:
-    """Return work, stores and heats at the end, J."""
     time, channels, effects = record.time, record.channels, record.scenario["effects"]
     first, end = potential(record, 0, length), potential(record, -1, length)
     seen = {
@@ -296,7 +290,6 @@ def _span(value: float) -> Seen:
 
 
 def _motion(part: Recorded, drive: Drive) -> dict[str, Seen]:
-    """Return speeds, slip and efficiency."""
     time, speeds = part.time, part.channels["pulley_speed"]
     power = mean(time, part.channels["pulley_torque"] * speeds)
     first, other = int(np.argmax(power)), int(np.argmin(power))

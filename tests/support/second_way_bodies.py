@@ -46,13 +46,11 @@ class Loads(NamedTuple):
 
 
 def at_rest(time: float, angle: Any) -> Motion:
-    """Return the motion of a body at rest."""
     zero = 0.0 * np.atleast_1d(angle)
     return Motion(zero + time, zero + angle, zero, zero)
 
 
 def size_at(table: Any, at: Motion) -> Array:
-    """Return the size of a load."""
     if isinstance(table, dict) and "speed" in table:
         return np.interp(at.velocity, table["speed"], table["value"])
     if isinstance(table, dict) and "angle_deg" in table:
@@ -79,7 +77,6 @@ def moment_of(force: Table, at: Motion) -> tuple[Array, Array, Array, Array]:
 
 
 def applied(scenario: Table, at: Motion) -> Loads:
-    """Return the sum of forces and couples alone."""
     found = [moment_of(force, at) for force in scenario.get("forces", ())]
     nothing = 0.0 * at.angle
     sizes = [size_at(couple["size"], at) for couple in scenario.get("couples", ())]
@@ -132,7 +129,6 @@ def place(scenario: Table) -> tuple[float, float]:
 
 
 def with_size(scenario: Table, size: float) -> Table:
-    """Return the scenario with a size of the load that is the unknown."""
     table, name, _ = scenario["statics"]["unknown"].split(".")
     rows = [row | {"size": size} if row["name"] == name else row for row in scenario[table]]
     return scenario | {table: rows}
@@ -220,7 +216,6 @@ def _extreme(values: Array, sign: int, angles: Array) -> tuple[Seen, Seen]:
 
 
 def body_statics(scenario: Table) -> dict[str, Seen]:
-    """Return the static quantities of a body on a shaft."""
     time, degrees = place(scenario)
     r_s, r_k = shaft_of(scenario)
     loads = all_loads(scenario, at_rest(time, np.radians(degrees)))
@@ -243,7 +238,6 @@ def body_statics(scenario: Table) -> dict[str, Seen]:
 
 
 def _forces(scenario: Table, time: float, degrees: float) -> float:
-    """Return the sum of the magnitudes of all forces."""
     at = at_rest(time, np.radians(degrees))
     found = sum(float(abs(size_at(f["size"], at)[0])) for f in scenario.get("forces", ()))
     g = scenario["effects"].get("gravity", {"g": 0.0})["g"]
@@ -254,7 +248,6 @@ def _forces(scenario: Table, time: float, degrees: float) -> float:
 
 
 def body(record: Recorded) -> dict[str, Seen]:
-    """Return the quantities of the summary of a body on a shaft."""
     scenario, channels = record.scenario, record.channels
     names = ("angle", "angular_velocity", "angular_acceleration")
     at = Motion(record.time, *(channels[name] for name in names))

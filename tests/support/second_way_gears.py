@@ -24,8 +24,6 @@ KINKS = 1e-8
 
 
 class Gear:
-    """Crank and planet of a scenario."""
-
     def __init__(self, scenario: Table, formulation: str = "") -> None:
         geometry, effects = scenario["mechanism"], scenario["effects"]
         self.published = (formulation or geometry["formulation"]) == "published"
@@ -76,14 +74,12 @@ class Gear:
         return Seen(float(np.mean(torque)), KINKS * size)
 
     def position(self, angle: Array, point: Table) -> tuple[Array, Array]:
-        """Return the position of a point of the planet, m."""
         own = radians(point["angle_deg"]) + self.turns * angle
         x = self.length * np.cos(angle) + point["radius"] * np.cos(own)
         return x, self.length * np.sin(angle) + point["radius"] * np.sin(own)
 
 
 def gear_statics(scenario: Table) -> dict[str, Seen]:
-    """Return the static quantities of the gear from the scenario."""
     gear, angle = Gear(scenario), radians(scenario["mechanism"]["initial_angle_deg"])
     balance = gear.weights() * cos(angle)
     at = np.array([angle])
@@ -108,7 +104,6 @@ def gear_statics(scenario: Table) -> dict[str, Seen]:
 
 
 def epicyclic(record: Recorded) -> dict[str, Seen]:
-    """Return the quantities of the summary of an epicyclic gear."""
     scenario, time, channels = record.scenario, record.time, record.channels
     gear, effects, drive = Gear(scenario), scenario["effects"], scenario["drive"]
     angle, velocity = channels["angle"], channels["angular_velocity"]

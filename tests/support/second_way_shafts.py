@@ -59,7 +59,6 @@ def forces(scenario: Table, radius: float, direction: str) -> tuple[Seen, Seen]:
 
 
 def pulley_statics(scenario: Table) -> dict[str, Seen]:
-    """Return the static quantities of the pulley from the scenario."""
     r_s, r_k = shaft_of(scenario)
     own = scenario["drive"]["direction"]
     seen = {"friction_radius_static": closed(r_s), "friction_radius_kinetic": closed(r_k)}
@@ -71,7 +70,6 @@ def pulley_statics(scenario: Table) -> dict[str, Seen]:
 
 
 def pulley(record: Recorded) -> dict[str, Seen]:
-    """Return the quantities of the summary of a pulley."""
     scenario, time, velocity = record.scenario, record.time, record.channels["angular_velocity"]
     geometry, effects = scenario["mechanism"], scenario["effects"]
     arm, load = geometry["cord_radius"], geometry["load"]
@@ -125,8 +123,6 @@ def first_breakaway(record: Recorded) -> Seen:
 
 
 class Machine:
-    """The gear of a marble machine, with the torque and weight of each marble."""
-
     def __init__(self, scenario: Table) -> None:
         geometry, effects = scenario["mechanism"], scenario["effects"]
         self.ratio, self.pitch = geometry["gear_ratio"], 2.0 * pi / geometry["slots"]
@@ -236,7 +232,6 @@ def _ratio(over: float, under: Seen) -> Seen:
 
 
 def machine_statics(scenario: Table) -> dict[str, Seen]:
-    """Return the static quantities of the machine."""
     machine = Machine(scenario)
     inside, half = 1e-9 * machine.pitch, 0.5 * machine.pitch
     worst = -least(lambda delta: -machine.load_torque(delta), inside, machine.pitch - inside)
@@ -255,7 +250,6 @@ def machine_statics(scenario: Table) -> dict[str, Seen]:
 
 
 def marble_machine(record: Recorded) -> dict[str, Seen]:
-    """Return the quantities of the summary of a marble machine."""
     scenario, time, velocity = record.scenario, record.time, record.channels["angular_velocity"]
     machine, effects, drive = Machine(scenario), scenario["effects"], scenario["drive"]
     if "motor" in drive:

@@ -68,7 +68,6 @@ def lasting(time: Any, name: str, states: list[int]) -> Events:
 
 
 def read(done: Record) -> Events:
-    """Return the transitions of a run, from its channels."""
     c, names = done.channels, done.members["pulley"]
     count = len(names)
     found: Events = []

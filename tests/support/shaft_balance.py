@@ -26,7 +26,6 @@ def written(number: Any) -> Any:
 
 
 def turned(vector: Any, angle: Any) -> Vector:
-    """Return a vector turned counter-clockwise, rad."""
     x, y = map(written, vector)
     c, s = mpmath.cos(angle), mpmath.sin(angle)
     return c * x - s * y, s * x + c * y
@@ -68,7 +67,6 @@ def balance(data: Scenario, degrees: Any) -> tuple[Any, Any, Any]:
 
 
 def placed(data: Scenario, value: Any) -> Scenario:
-    """Return the data with a value of the unknown."""
     found = copy.deepcopy(data)
     *tables, last = data["statics"]["unknown"].split(".")
     table: Any = found
@@ -87,7 +85,6 @@ def placed(data: Scenario, value: Any) -> Scenario:
 
 
 def friction_radius(data: Scenario) -> Any:
-    """Return r_s, m."""
     journal = data.get("effects", {}).get("shaft_friction")
     if journal is None:
         return mpf(0)

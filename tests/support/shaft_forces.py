@@ -80,7 +80,6 @@ def drawn_motion(number: int) -> Table:
 
 
 def size_of(size: Any, channels: Table) -> Any:
-    """Return the size of a force or couple over time."""
     if isinstance(size, float | int):
         return np.full(TIMES.shape, float(size))
     if "speed" in size:
@@ -122,7 +121,6 @@ def acting(scenario: Table, channels: Table) -> dict[str, tuple[Any, Any]]:
 
 
 def couples(scenario: Table, channels: Table) -> dict[str, Any]:
-    """Return the couples over time, N m."""
     found = {c["name"]: size_of(c["size"], channels) for c in scenario.get("couples", ())}
     effects = scenario.get("effects", {})
     if "torsion_spring" in effects:
@@ -136,7 +134,6 @@ def couples(scenario: Table, channels: Table) -> dict[str, Any]:
 
 
 def moment(place: Any, force: Any) -> Any:
-    """Return the moment of a force about the axis, N m."""
     return (np.conj(place) * force).imag
 
 
@@ -146,5 +143,4 @@ def mirrored_motion(channels: Table) -> Table:
 
 
 def rotated(scenario: Table, degrees: float) -> Table:
-    """Return a scenario without weight that is turned about the axis."""
     return turned(changed(scenario, effects__gravity=None), degrees)

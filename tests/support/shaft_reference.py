@@ -86,8 +86,6 @@ def cross(a: complex, b: Any) -> Any:
 
 
 class Body:
-    """The forces of a scenario."""
-
     def __init__(self, scenario: Table) -> None:
         mechanism, effects = scenario["mechanism"], scenario.get("effects", {})
         self.inertia = mechanism["inertia"]
@@ -333,6 +331,5 @@ class Solution:
 
 
 def solution(scenario: Table) -> Table:
-    """Return events and final state of a scenario."""
     found = Solution(scenario)
     return {"events": [list(event) for event in found.events], "final": [found.q, found.w]}

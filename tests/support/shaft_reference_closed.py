@@ -44,8 +44,6 @@ def line(size: Any, begin: Any, end: Any) -> Line:
 
 
 class Piece:
-    """The loads between two knots."""
-
     def __init__(self, scenario: Table, begin: Any, end: Any) -> None:
         total = [[mpf(0), mpf(0)] for _ in "Mxy"]
         journal = scenario["effects"]["shaft_friction"]
@@ -125,7 +123,6 @@ class Piece:
 
 @mp.workdps(DIGITS)
 def closed_form(scenario: Table) -> Table:
-    """Return events and final state of a scenario."""
     loads = [*scenario["forces"], *scenario["couples"]]
     knots = {
         mpf(t) for load in loads if isinstance(load["size"], dict) for t in load["size"]["time"]

@@ -20,7 +20,6 @@ RADIUS, DURATION = 0.02, 1.0  # m, s
 
 
 def scene(forces: list[Table], couples: list[Table], **more: Any) -> Table:
-    """Return a scenario; names are given in order."""
     effects = {"shaft_friction": {"shaft_radius": RADIUS, "mu_s": 0.4, "mu_k": 0.25}}
     return {
         "kind": "shaft",

@@ -32,7 +32,6 @@ class Scan(NamedTuple):
 
     @property
     def missing(self) -> Array:
-        """Whether there is no root."""
         return np.all(np.isnan(self.values), axis=0)
 
 

@@ -46,7 +46,6 @@ def with_friction(data: Scenario, static: float, kinetic: float, **keys: Any) ->
 
 
 def scenario_of(body: Body, **changes: Any) -> Scenario:
-    """Return the scenario of a body of the independent program."""
     wave = {
         "mean": body.mean,
         "amplitude": body.amplitude,

@@ -16,7 +16,6 @@ LOOSE = {"solver.rtol": 1e-4}
 
 
 def command(runs: int, target: str, *more: str) -> list[str]:
-    """Return the arguments of a sweep of a pulley."""
     vary = f"{LOAD}=lin(2000, 2400, {runs})"
     return [
         *("sweep", str(PULLEY), "--vary", vary, "--set", "solver.rtol=1e-4"),
@@ -25,7 +24,6 @@ def command(runs: int, target: str, *more: str) -> list[str]:
 
 
 def started(arguments: list[str], folder: Path) -> "subprocess.Popen[bytes]":
-    """Start the program in a group of its own."""
     return subprocess.Popen(
         [sys.executable, "-m", "frictionsim", *arguments],
         cwd=folder,

@@ -134,7 +134,6 @@ def check_advice(study: WorkPrecision) -> None:
 
 
 def hand_made(bodies: int, seconds: float, tension: float, slip: float) -> Row:
-    """Return a row with these errors."""
     errors = {"tension": Error(tension, tension), "slip": Error(slip, slip)}
     setting = Setting("moreau", "longest step", (), mesh=Mesh("corrected", bodies))
     return Row(setting, "done", "", seconds, 1, 1, 0, 1, 5, 0, errors)
@@ -273,7 +272,6 @@ def test_meshes_that_are_too_fine_say_the_way_out() -> None:
 
 
 def costs(told: Callable[..., tuple[str, str]], *options: str) -> Any:
-    """Return the JSON of a study of wide pulleys."""
     overrides = {**WIDE, "mechanism.belt.bodies": 24}.items()
     changed = [text for key, value in overrides for text in ("--set", f"{key}={value}")]
     chosen = ("--backends", "moreau", "--laws", "set-valued", "--repeats", "1", "--json")

@@ -58,7 +58,6 @@ def ladders_of(path: str) -> list[Setting]:
 def study_of(
     path: str, chosen: list[Setting], repeats: int = 1, references: tuple[Setting, ...] = ()
 ) -> WorkPrecision:
-    """Return a study of a shipped scenario."""
     scenario = load(Path(path))
     module = mechanism_module(scenario.kind)
     best = references or settings.references(scenario, module.build(scenario), 1e-12)
@@ -72,7 +71,6 @@ def row(
     evaluations: int = 6,
     spread: float | None = None,
 ) -> Row:
-    """Return a hand-made row."""
     errors = {} if error is None else {"angle": Error(error, error), "energy": Error(0.0, 0.0)}
     status = "failed" if error is None else "done"
     setting = Setting(backend, "rtol 1", ())
