@@ -58,10 +58,3 @@ def test_a_sweep_is_read_as_its_dataset(swept: fs.Sweep, tmp_path: Path) -> None
     assert not opened.equals(swept.isel({LOAD: slice(2)}))
     assert pickle.loads(pickle.dumps(opened)).identical(swept)
     assert swept.save(tmp_path / "s.csv").read_text().count("\n") == 4
-
-
-def test_what_neither_a_sweep_nor_its_dataset_has_is_refused(swept: fs.Sweep) -> None:
-    with pytest.raises(AttributeError, match=r"nor its \.dataset has an attribute 'breakaway'"):
-        _ = swept.breakaway
-    with pytest.raises(fs.InputError, match=r"expected a name that ends in \.h5"):
-        swept.save("s.txt")

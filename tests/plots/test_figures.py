@@ -141,23 +141,6 @@ def _check_boxes(part: Any, renderer: Any, job: tuple[str, str]) -> None:
             assert upper.y0 > lower.y1, job
 
 
-def test_what_cannot_be_drawn_into_is_refused() -> None:
-    _, axes = grid("none")
-    cases: list[tuple[dict[str, Any], str]] = [
-        ({"ax": axes}, r"expected matplotlib Axes, got ndarray; of several, choose one, as axes\["),
-        ({"ax": Figure().add_axes((0.1, 0.1, 0.8, 0.8))}, "got axes placed by hand; use subplots"),
-    ]
-    for options, message in cases:
-        with pytest.raises(InputError, match=message):
-            draw(shown("epicyclic"), **options)
-    axes[0, 1].plot([1.0, 2.0])
-    with pytest.raises(InputError, match="expected empty axes, got some with data"):
-        draw(shown("epicyclic"), ax=axes[0, 1])
-    draw(shown("epicyclic"), ax=axes[0, 0])
-    with pytest.raises(InputError, match="these axes were removed from their figure"):
-        draw(shown("epicyclic"), ax=axes[0, 0])
-
-
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_a_view_that_fails_leaves_the_figure_as_it_was(layout: str) -> None:
     wrong = shown("two pulleys").channels["pulley_index"].copy()

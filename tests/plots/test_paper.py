@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from frictionsim.errors import ArgumentError, InputError
+from frictionsim.errors import InputError
 from frictionsim.plots import draw, plot
 from frictionsim.plots.appearance import Appearance, appearance
 from frictionsim.plots.parameters import parameters
@@ -198,16 +198,8 @@ def test_lengths_in_four_units(text: str) -> None:
     assert appearance(text).width == pytest.approx(84 / MM)
 
 
-def test_a_drive_without_room_is_refused() -> None:
-    with pytest.raises(InputError, match="there is no room"):
-        draw(shown("four pulleys"), "drive", look=appearance("20mm"))
-
-
-def test_sizes_are_of_new_figures_only() -> None:
+def test_a_view_in_the_place_of_axes_may_have_no_title() -> None:
     _, ax = plt.subplots(layout="constrained")
-    for look in ({"width": "84mm"}, {"style": "paper"}, {"dpi": 300.0}):
-        with pytest.raises(ArgumentError, match="is of a new picture; leave it out where the view"):
-            draw(shown("epicyclic"), ax=ax, look=appearance(**look))
     figure = draw(shown("epicyclic"), ax=ax, look=Appearance(title=False))
     assert figure.subfigs[0].get_suptitle() == ""
     plt.close(figure)

@@ -136,21 +136,6 @@ def test_chosen_channels_are_drawn_instead() -> None:
     assert len(of_belt.axes[0].lines) == 4
 
 
-@pytest.mark.parametrize(
-    ("view", "chosen", "message"),
-    [
-        (None, {"channels": "tension"}, r"members of the axis 'joint', a panel shows 8"),
-        ("body", {"channels": "tension"}, "draws channels of its own; .* view 'speeds'"),
-        ("drive", {"window": (0.0, 1.0)}, "does not go over time; .* 'speeds' or 'body'"),
-    ],
-)
-def test_what_does_not_apply_to_belts_is_refused(
-    view: str | None, chosen: dict[str, Any], message: str
-) -> None:
-    with pytest.raises(InputError, match=message):
-        draw(shown(BELT), view, shown=extent(**chosen))
-
-
 def pair() -> list[Overlaid]:
     heavy = shown(PULLEY, mechanism__load=2100.0, output__interval=0.05)
     return [Overlaid("pulley_return.h5", shown(PULLEY)), Overlaid("heavy.h5", heavy)]
