@@ -149,7 +149,7 @@ def test_the_keys_of_json_are_those_of_the_page() -> None:
 
 def test_no_attack_has_broken_a_promise() -> None:
     counts = json.loads((ROOT / "results" / "hard.json").read_text(encoding="utf-8"))["attacks"]
-    assert list(counts) == list(SHARES)
+    assert set(counts) == set(SHARES)
     assert not any(attack["broken"] for attack in counts.values())
 
 
