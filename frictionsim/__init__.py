@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from frictionsim.io.comparison import Comparison as Comparison
     from frictionsim.results import Check as Check
     from frictionsim.results import Quantity as Quantity
-    from frictionsim.scenario.json_schema import schema as schema
+    from frictionsim.scenario.authoring import schema as schema
     from frictionsim.scenario.loading import load as load
     from frictionsim.scenario.loading import loads as loads
     from frictionsim.scenario.settings import Scenario as Scenario
@@ -75,7 +75,7 @@ _MODULES = {
     "report": "api.reporting",
     "new": "api.starting",
     "scenarios": "api.starting",
-    "schema": "scenario.json_schema",
+    "schema": "scenario.authoring",
     "kinds": "api.starting",
     "warm_up": "api.warming",
     "WarmedUp": "api.warming",

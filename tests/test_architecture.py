@@ -132,7 +132,7 @@ def test_texts_of_files_are_parsed_in_one_place() -> None:
         return isinstance(node, ast.Attribute) and ast.unparse(node) in ("json.loads", "json.load")
 
     found = [path for path in FILES if any(map(parses, nodes_of(path)))]
-    assert found == [PACKAGE / "scenario" / "parsed_text.py"]
+    assert found == [PACKAGE / "scenario" / "toml_data.py"]
 
 
 def test_import_cycles_are_detected() -> None:

@@ -19,7 +19,7 @@ from method_table import methods
 from python_api import api, errors
 from scenario_keys import keys, signal
 
-from frictionsim.scenario.json_schema import schema
+from frictionsim.scenario.authoring import schema
 from frictionsim.scenario.kinds import KINDS
 
 DOCS = Path(__file__).parents[1]

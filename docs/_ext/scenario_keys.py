@@ -2,22 +2,27 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from inspect import cleandoc
-from typing import Any, Literal, NamedTuple, Union, get_args, get_origin
+from typing import Any, NamedTuple, Union, get_origin
 
 from markdown import table
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from frictionsim.scenario.csv_signals import CsvSpeedTable
-from frictionsim.scenario.friction_law import TRANSITION_SPEED, FrictionLaw
+from frictionsim.scenario.csv_columns import CsvSpeedTable
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.methods import methods_of
-from frictionsim.scenario.model_fields import holds, models_in, table_model
+from frictionsim.scenario.model_fields import (
+    FREE_NAME,
+    holds,
+    models_in,
+    table_keys,
+    types_and_choices,
+    unit_of,
+)
+from frictionsim.scenario.schema import TRANSITION_SPEED, FrictionLaw
 from frictionsim.scenario.settings import DEFAULT_SAMPLES, Output, Scenario
 
 BOUNDS = {"gt": "> ", "ge": "≥ ", "lt": "< ", "le": "≤ "}
-# Described last: how a scenario is solved comes after what it is.
-LAST = ("solver", "output")
 # What there is to choose from has a page of its own.
 METHODS = "[How to choose](../methods.md)."
 CHOICES = {"backend": METHODS, "law": METHODS}
@@ -29,8 +34,6 @@ TAKEN: Mapping[tuple[type[BaseModel], str], str] = {
 }
 # The forms of a signal whose keys have a table, on the page of scenarios.
 SIGNALS = {"csv": CsvSpeedTable}
-# The key that stands for a name which the scenario is free to choose.
-FREE_NAME = "NAME"
 
 
 class Table(NamedTuple):
@@ -97,17 +100,16 @@ def tables(
     """Yield the tables of a scenario, those within others after them."""
     listed = path.startswith("[")
     yield Table(f"[{path}]" if path else "", model, optional, description)
-    for name, field in sorted(model.model_fields.items(), key=lambda item: item[0] in LAST):
-        inner = table_model(field.annotation)
-        if inner is None:
+    for key in table_keys(model):
+        if key.table is None:
             continue
-        key = f"{path.strip('[]')}.{field.alias or name}".strip(".")
-        if holds(field.annotation, dict):
-            key = f"{key}.{FREE_NAME}"
-        elif holds(field.annotation, tuple):
-            key = f"[{key}]"
-        left_out = optional or listed or not field.is_required()
-        yield from tables(inner, key, left_out, field.description or "")
+        inner = f"{path.strip('[]')}.{key.name}".strip(".")
+        if key.has_names:
+            inner = f"{inner}.{FREE_NAME}"
+        elif key.is_list:
+            inner = f"[{inner}]"
+        left_out = optional or listed or not key.field.is_required()
+        yield from tables(key.table, inner, left_out, key.field.description or "")
 
 
 def keys_of(model: type[BaseModel], backends: Sequence[str] = ()) -> Iterator[Key]:
@@ -115,25 +117,18 @@ def keys_of(model: type[BaseModel], backends: Sequence[str] = ()) -> Iterator[Ke
 
     `backends` are the methods of the kind, from which its `backend` is chosen.
     """
-    for name, field in model.model_fields.items():
-        # A key that takes nothing is there to be refused with a reason.
-        if table_model(field.annotation) is not None or field.annotation is type(None):
+    for name, field, inner in table_keys(model):
+        if inner is not None:
             continue
         meaning = field.description or MEANINGS.get(name)
         yield Key(
-            name=f"`{field.alias or name}`",
+            name=f"`{name}`",
             form=_choice(backends) if name == "backend" else _form(field.annotation),
             unit=unit_of(field),
             default=_taken(model, name) or _default(field),
             range=_range(field),
             meaning=" ".join(filter(None, (meaning, CHOICES.get(name)))),
         )
-
-
-def unit_of(field: FieldInfo) -> str:
-    """Return the unit of a key, "1" for pure numbers; empty for text."""
-    extra = field.json_schema_extra
-    return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
 
 
 def _about(found: Table) -> str:
@@ -152,14 +147,14 @@ def _about(found: Table) -> str:
 
 
 def _form(annotation: Any) -> str:
-    choices = [a for a in _leaves(annotation) if isinstance(a, str)]
+    choices = [a for a in types_and_choices(annotation) if isinstance(a, str)]
     if choices:
         return _choice(choices)
     if len(list(models_in(annotation))) > 1:
         several = " or list of them" if holds(annotation, tuple) else ""
         return f"[signal](../scenarios.md#signals){several}"
     names = {float: "number", int: "whole number", str: "text", bool: "true or false"}
-    types = [names[a] for a in _leaves(annotation) if a in names]
+    types = [names[a] for a in types_and_choices(annotation) if a in names]
     word = " or ".join(types) if types == ["text", "whole number"] else ""
     word = word or (types[0] if types else "value")
     if not holds(annotation, tuple):
@@ -171,18 +166,6 @@ def _form(annotation: Any) -> str:
 
 def _choice(names: Sequence[str]) -> str:
     return ", ".join(f'`"{name}"`' for name in names)
-
-
-def _leaves(annotation: Any) -> Iterator[Any]:
-    """Yield the types and literal values of an annotation."""
-    if get_origin(annotation) is Literal:
-        yield from get_args(annotation)
-        return
-    arguments = [a for a in get_args(annotation) if a is not type(None)]
-    if not arguments:
-        yield annotation
-    for argument in arguments:
-        yield from _leaves(argument)
 
 
 def _taken(model: type[BaseModel], name: str) -> str:

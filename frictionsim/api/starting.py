@@ -5,11 +5,10 @@ from typing import TYPE_CHECKING
 
 from frictionsim.errors import InputError, unknown
 from frictionsim.io.new_file import check_new, write_new
-from frictionsim.scenario.json_schema import schema
+from frictionsim.scenario.authoring import new_scenario, schema, schema_file
 from frictionsim.scenario.kinds import KINDS, kind_names
-from frictionsim.scenario.parsed_text import toml_tables
 from frictionsim.scenario.shipped import shipped_scenarios
-from frictionsim.scenario.templates import new_scenario, schema_file
+from frictionsim.scenario.toml_data import toml_tables
 
 if TYPE_CHECKING:
     from pathlib import Path

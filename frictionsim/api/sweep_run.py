@@ -33,7 +33,7 @@ from frictionsim.parameter_study.sweep_files import (
     make_series_folder,
     series_folder,
 )
-from frictionsim.scenario.parsed_text import toml_tables
+from frictionsim.scenario.toml_data import toml_tables
 from frictionsim.simulation.monitor import StopAfterStep
 from frictionsim.version import __version__
 

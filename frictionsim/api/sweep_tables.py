@@ -24,7 +24,7 @@ from frictionsim.parameter_study.statistics import (
 )
 from frictionsim.results import finite
 from frictionsim.scenario.loading import origin_of
-from frictionsim.scenario.overrides import toml_value
+from frictionsim.scenario.toml_data import toml_value
 
 if TYPE_CHECKING:
     from frictionsim.io.sweep_table import SobolIndices, SweepTable

@@ -42,7 +42,7 @@ def _plugin_of(error: Exception) -> str:
     """Return the installed package whose function failed or called what failed; empty if ours."""
     from importlib.metadata import entry_points
 
-    from frictionsim.scenario.plugins import GROUP
+    from frictionsim.scenario.kinds import GROUP
 
     names = [frame.f_globals.get("__name__", "") for frame, _ in walk_tb(error.__traceback__)]
     try:

@@ -35,7 +35,7 @@ def load_scenario(
 
 
 def _standard_input() -> str:
-    from frictionsim.scenario.parsed_text import MAX_BYTES
+    from frictionsim.scenario.toml_data import MAX_BYTES
 
     if sys.stdin is None:
         raise InputError("-: the standard input is closed; expected a scenario in TOML")

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import ArgumentError, InputError, unknown
-from frictionsim.scenario.overrides import toml_value
-from frictionsim.scenario.recorded import differing_keys
+from frictionsim.scenario.toml_data import differing_keys, toml_value
 from frictionsim.simulation.stored_channel import blocks_of
 
 if TYPE_CHECKING:

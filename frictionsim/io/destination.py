@@ -16,7 +16,7 @@ from frictionsim.io.atomic_write import (
 )
 from frictionsim.io.replaceable import RESULT, check_target
 from frictionsim.io.sample_segments import SampleSegments, in_use, segment_folders
-from frictionsim.scenario.parsed_text import toml_tables
+from frictionsim.scenario.toml_data import toml_tables
 
 if TYPE_CHECKING:
     from frictionsim.results import Record

@@ -20,7 +20,7 @@ import numpy as np
 from frictionsim.io.checksum import checksum_of, checksum_trailer, mismatch_within
 from frictionsim.io.chunks import chunk_rows, compressed_chunks
 from frictionsim.io.stored_array import StoredArray
-from frictionsim.scenario.parsed_text import json_value
+from frictionsim.scenario.toml_data import json_value
 
 BEGINNING = b"frictionsim samples 1\n"
 DIGITS = 8

@@ -6,8 +6,7 @@ from typing import Self
 
 from pydantic import model_validator
 
-from frictionsim.scenario.friction_law import FrictionLaw, check_kinetic
-from frictionsim.scenario.schema import Params, unit_field
+from frictionsim.scenario.schema import FrictionLaw, Params, check_kinetic, unit_field
 
 CONTACT_NAME = "shaft"
 # Torque and limit are sums of three products: a few roundings of each.

@@ -79,12 +79,10 @@ from frictionsim.results import (
     SimulationResult,
     Transition,
 )
-from frictionsim.scenario.friction_law import FrictionLaw, check_kinetic
 from frictionsim.scenario.methods import SINGLE_DOF, Pair
-from frictionsim.scenario.schema import Params, inconsistent, unit_field
+from frictionsim.scenario.schema import FrictionLaw, Params, check_kinetic, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.signal_checks import extremes
-from frictionsim.scenario.signal_tables import TimeSignal, signal_from
+from frictionsim.scenario.signal_tables import TimeSignal, extremes, signal_from
 from frictionsim.simulation.base import Simulation
 from frictionsim.solvers.mechanism import (
     DryFriction,

@@ -21,7 +21,7 @@ from frictionsim.motion.frames import (
 )
 from frictionsim.motion.parts import Band, Body, Detail, Motion, Part, Readout
 from frictionsim.motion.shapes import around, wheel
-from frictionsim.scenario.recorded import scenario_of, scenario_value
+from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.geometry import Path

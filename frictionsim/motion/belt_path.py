@@ -6,7 +6,7 @@ import numpy as np
 
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.geometry import Path, PathError, Pulley, belt_path
-from frictionsim.scenario.recorded import scenario_of, scenario_value
+from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
 if TYPE_CHECKING:
     import numpy.typing as npt

@@ -13,7 +13,7 @@ from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint, tracer_po
 from frictionsim.motion.event_frames import frames_with_events, readouts_at, state_at, values_at
 from frictionsim.motion.parts import Body, Disc, Line, Motion, Part, Trail
 from frictionsim.motion.shapes import around, ray
-from frictionsim.scenario.recorded import scenario_of, scenario_value
+from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
 if TYPE_CHECKING:
     from frictionsim.motion.parts import Array

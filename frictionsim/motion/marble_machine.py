@@ -23,7 +23,7 @@ from frictionsim.motion.event_frames import (
 from frictionsim.motion.frames import channel_at
 from frictionsim.motion.parts import Body, Disc, Line, Motion, Part, Readout
 from frictionsim.motion.shapes import around, block, gear_rim, ray
-from frictionsim.scenario.recorded import scenario_of, scenario_value
+from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
 if TYPE_CHECKING:
     from frictionsim.motion.parts import Array, Numbers

@@ -30,7 +30,7 @@ from frictionsim.motion.event_frames import (
 from frictionsim.motion.frames import required
 from frictionsim.motion.parts import Arrow, Band, Body, Detail, Disc, Line, Motion, Part, Readout
 from frictionsim.motion.shapes import arc, around, block, ray, torque_arc, wheel
-from frictionsim.scenario.recorded import scenario_of, scenario_value
+from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
 if TYPE_CHECKING:
     from frictionsim.motion.parts import Array

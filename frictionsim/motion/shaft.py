@@ -33,8 +33,8 @@ from frictionsim.motion.shaft_body import (
     stops_of,
 )
 from frictionsim.motion.shapes import around, torque_arc
-from frictionsim.scenario.recorded import scenario_of
-from frictionsim.scenario.validation import ValidationFailure, validate
+from frictionsim.scenario.loading import ValidationFailure, validate
+from frictionsim.scenario.toml_data import scenario_of
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.shaft.schema import ShaftScenario

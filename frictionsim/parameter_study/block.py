@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.results import Flags, Quantities
-from frictionsim.scenario.parsed_text import json_value
+from frictionsim.scenario.toml_data import json_value
 
 if TYPE_CHECKING:
     from frictionsim.results import Array

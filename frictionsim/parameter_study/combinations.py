@@ -15,14 +15,9 @@ from frictionsim.scenario.model_validation import (
     ValidationFailure,
     validate_model,
 )
-from frictionsim.scenario.overrides import (
-    REMOVED,
-    REMOVED_TEXT,
-    apply_overrides,
-    plain,
-    toml_value,
-)
+from frictionsim.scenario.overrides import REMOVED, REMOVED_TEXT, apply_overrides
 from frictionsim.scenario.settings import Scenario
+from frictionsim.scenario.toml_data import plain, toml_value
 
 MIN_IN_LOCKSTEP = 50  # fewer runs are faster alone
 MAX_SHOWN = 60  # characters of a value in a message

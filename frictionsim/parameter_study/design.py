@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from frictionsim.errors import InputError, unknown
 from frictionsim.io.sweep_table import RUN
 from frictionsim.parameter_study.values import MAX_RUNS, Distribution, Levels, Values
-from frictionsim.scenario.overrides import toml_value
+from frictionsim.scenario.toml_data import toml_value
 
 if TYPE_CHECKING:
     from frictionsim.results import Array

@@ -18,7 +18,7 @@ from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RU
 from frictionsim.parameter_study.design import SAMPLE, Sampling
 from frictionsim.parameter_study.study_file import variation_of
 from frictionsim.parameter_study.values import Distribution
-from frictionsim.scenario.parsed_text import toml_tables
+from frictionsim.scenario.toml_data import toml_tables
 
 if TYPE_CHECKING:
     from frictionsim.results import Array

@@ -28,6 +28,7 @@ from frictionsim.scenario.model_fields import names_in
 from frictionsim.scenario.model_validation import ValidationFailure, key_text, validate_table
 from frictionsim.scenario.schema import Params
 from frictionsim.scenario.shipped import scenario_file
+from frictionsim.scenario.toml_data import keys_and_values
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
@@ -107,7 +108,7 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepSt
             ' scenario = "pulley.toml", or its tables'
         )
     settings = _settings_of_file(given, name)
-    fixed = dict(_leaves(_table(data, "set", name), ""))
+    fixed = dict(_leaves(data, "set", name))
     if isinstance(source, dict):
         scenario = load_tables(source, folder, fixed)
     else:
@@ -162,7 +163,7 @@ def _settings_of_file(given: dict[str, Any], name: str) -> StudySettings:
 
 
 def _vary(data: Mapping[str, Any], name: str) -> dict[str, Values]:
-    return values_by_key(_leaves(_table(data, "vary", name), ""))
+    return values_by_key(_leaves(data, "vary", name))
 
 
 def _sampling(settings: StudySettings) -> Sampling | None:
@@ -211,11 +212,8 @@ def _table(data: Mapping[str, Any], table: str, name: str) -> Mapping[str, Any]:
     return found
 
 
-def _leaves(table: Mapping[str, Any], above: str) -> Iterator[tuple[str, Any]]:
+def _leaves(data: Mapping[str, Any], table: str, name: str) -> Iterator[tuple[str, Any]]:
     """Yield keys with dots and their values, whether these are nested tables or quoted keys."""
-    for key, value in table.items():
-        name = f"{above}.{key}" if above else key
-        if isinstance(value, Mapping):
-            yield from _leaves(value, name)
-        else:
-            yield name, value
+    for key, value in keys_and_values(_table(data, table, name), lists="whole"):
+        if not isinstance(value, Mapping):  # else an empty table
+            yield key, value

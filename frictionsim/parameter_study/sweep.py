@@ -14,9 +14,8 @@ from frictionsim.parameter_study.design import GRID, Design, Sampling, design_of
 from frictionsim.parameter_study.sensitivity import sobol_indices_of
 from frictionsim.parameter_study.values import Values
 from frictionsim.scenario.model_fields import description_of
-from frictionsim.scenario.overrides import toml_value
-from frictionsim.scenario.parsed_text import json_value
 from frictionsim.scenario.settings import Scenario
+from frictionsim.scenario.toml_data import json_value, toml_value
 from frictionsim.version import __version__
 
 if TYPE_CHECKING:

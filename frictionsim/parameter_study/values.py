@@ -18,8 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import InputError, unknown
 from frictionsim.scenario.model_fields import names_in
-from frictionsim.scenario.overrides import plain, toml_value
-from frictionsim.scenario.parsed_text import parsed_value
+from frictionsim.scenario.toml_data import parsed_value, plain, toml_value
 
 if TYPE_CHECKING:
     from frictionsim.results import Array

@@ -32,7 +32,7 @@ from frictionsim.plots.time_history import response
 from frictionsim.plots.view import View, over_time
 from frictionsim.plots.window import WHOLE, Extent, check_channels, check_numbers, until, within
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.recorded import scenario_of
+from frictionsim.scenario.toml_data import scenario_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

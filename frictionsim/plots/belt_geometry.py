@@ -8,7 +8,7 @@ import numpy as np
 
 from frictionsim.errors import InputError
 from frictionsim.motion.belt_path import arc_of, guiding_path, middles_on, places_on
-from frictionsim.scenario.recorded import scenario_of, scenario_value
+from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
 if TYPE_CHECKING:
     import numpy.typing as npt

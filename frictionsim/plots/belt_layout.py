@@ -40,7 +40,7 @@ from frictionsim.plots.style import (
     shrink,
     width_of,
 )
-from frictionsim.scenario.recorded import scenario_of, scenario_value
+from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
 if TYPE_CHECKING:
     import numpy.typing as npt

@@ -16,7 +16,7 @@ from frictionsim.mechanisms.belt_drive.slip import (
 )
 from frictionsim.motion.belt_path import path_of
 from frictionsim.plots.style import Style, axis_label, line_style
-from frictionsim.scenario.recorded import scenario_value
+from frictionsim.scenario.toml_data import scenario_value
 from frictionsim.simulation.averages import last_part, smooth_mean
 
 if TYPE_CHECKING:

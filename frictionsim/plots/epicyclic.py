@@ -38,8 +38,8 @@ from frictionsim.plots.style import (
 )
 from frictionsim.plots.view import View, over_time
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.recorded import scenario_of, scenario_value
-from frictionsim.scenario.validation import ValidationFailure, validate
+from frictionsim.scenario.loading import ValidationFailure, validate
+from frictionsim.scenario.toml_data import scenario_of, scenario_value
 from frictionsim.solvers.mechanism import Mechanism, Trajectory
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from frictionsim.plots.style import (
 )
 from frictionsim.plots.time_history import OTHER_EVENT, response
 from frictionsim.plots.view import View, over_time
-from frictionsim.scenario.recorded import scenario_value
+from frictionsim.scenario.toml_data import scenario_value
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure

@@ -6,7 +6,7 @@ phases and events of unlike results would hide one another if they were shaded: 
 each result has a row with its number, a bar for each sticking phase and a tick for each event.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -33,9 +33,9 @@ from frictionsim.plots.time_history import (
     channels_of,
     panel_heights,
 )
+from frictionsim.scenario.loading import ValidationFailure, validate
 from frictionsim.scenario.model_fields import description_of
-from frictionsim.scenario.recorded import scenario_of
-from frictionsim.scenario.validation import ValidationFailure, validate
+from frictionsim.scenario.toml_data import keys_and_values, scenario_of
 from frictionsim.simulation.phases import sticking_phases, with_jumps
 
 if TYPE_CHECKING:
@@ -227,7 +227,7 @@ def labels_of(results: Sequence[Overlaid]) -> list[str]:
 def _labels_by_key(results: Sequence["Record"]) -> list[str]:
     """Return the values of the keys that differ; an empty list if these are none or too many."""
     try:
-        found = [dict(_leaves(scenario_of(result))) for result in results]
+        found = [_labelled_values(result) for result in results]
     except InputError:
         return []
     keys = list(dict.fromkeys(key for values in found for key in values))
@@ -245,19 +245,12 @@ def _labels_by_key(results: Sequence["Record"]) -> list[str]:
     ]
 
 
-def _leaves(value: Any, key: str = "") -> Sequence[tuple[str, Any]]:
-    """Return the values of a scenario by their keys with dots."""
-    if isinstance(value, Mapping):
-        inner = [
-            (str(name), item) for name, item in value.items() if key or name not in NOT_OF_LABEL
-        ]
-    elif isinstance(value, list):
-        inner = [(str(number), item) for number, item in enumerate(value)]
-    else:
-        return [(key, value)]
-    return [
-        leaf for name, item in inner for leaf in _leaves(item, f"{key}.{name}" if key else name)
-    ]
+def _labelled_values(result: "Record") -> dict[str, Any]:
+    """Return the values of the scenario of a result by their keys with dots."""
+    scenario = scenario_of(result)
+    tables = {name: value for name, value in scenario.items() if name not in NOT_OF_LABEL}
+    leaves = keys_and_values(tables, lists="all")
+    return {key: value for key, value in leaves if value not in ({}, [])}
 
 
 def _units(result: "Record", keys: Sequence[str]) -> dict[str, str]:

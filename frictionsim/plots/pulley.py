@@ -22,8 +22,8 @@ from frictionsim.plots.time_history import (
 )
 from frictionsim.plots.view import View, over_time
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.recorded import scenario_of, scenario_value
-from frictionsim.scenario.validation import ValidationFailure, validate
+from frictionsim.scenario.loading import ValidationFailure, validate
+from frictionsim.scenario.toml_data import scenario_of, scenario_value
 from frictionsim.simulation.phases import sticking_phases, with_jumps
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from frictionsim.errors import InputError
 from frictionsim.plots.appearance import TEXT
 from frictionsim.plots.text_size import LINE_SPACING, points_of, text_width, wrapped
 from frictionsim.scenario.methods import SET_VALUED
-from frictionsim.scenario.recorded import scenario_of
+from frictionsim.scenario.toml_data import scenario_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import SubFigure

@@ -24,7 +24,7 @@ from frictionsim.plots.style import (
     text_scale,
 )
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.recorded import scenario_value
+from frictionsim.scenario.toml_data import scenario_value
 from frictionsim.simulation.phases import (
     BREAKAWAY,
     IMPACT,

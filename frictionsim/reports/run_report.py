@@ -27,7 +27,7 @@ from frictionsim.reports.run_tables import (
     warnings,
 )
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.recorded import scenario_value
+from frictionsim.scenario.toml_data import scenario_value
 from frictionsim.simulation.phases import event_names, insert_jumps, sticking_phases
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from frictionsim.document import Cell, Table
 from frictionsim.errors import InputError
 from frictionsim.reports.html import Html, escaped, folded, html, listed, region, section, table
 from frictionsim.results import Check, Quantity
-from frictionsim.scenario.recorded import differing_keys
+from frictionsim.scenario.toml_data import differing_keys
 from frictionsim.simulation.phases import event_names
 
 if TYPE_CHECKING:

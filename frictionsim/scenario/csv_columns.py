@@ -1,25 +1,26 @@
 """Columns of numbers from CSV files: of a signal in a scenario, and of measured data.
 
+Of a signal: `{csv = "log.csv", time = "t", value = "F_N", ...}`. With `csv` alone the file has two
+columns, separated by comma, semicolon, space or tab. Any further key makes it a table of columns,
+which Python's `csv` reads, with quotes around cells or without.
+
 The first line that has all the wanted names is the header. In measured data a name may be followed
 by its unit in brackets there, as in ``angular_velocity [rad/s]``, which is how results are printed
 as CSV, or ``angular_velocity (rad/s)``.
 """
 
-import csv
 import re
 from collections.abc import Iterator, Sequence
 from itertools import pairwise, takewhile
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
+from pydantic import Field, PlainValidator, model_validator
 from pydantic_core import PydanticCustomError
 
 from frictionsim.errors import InputError, unknown
-from frictionsim.scenario.schema import inconsistent
-
-if TYPE_CHECKING:
-    from frictionsim.scenario.csv_signals import CsvTable
+from frictionsim.scenario.schema import Params, inconsistent
 
 MAX_BYTES = 16 * 1024 * 1024  # more than a million points of a log
 MAX_LINES = 1_000_000
@@ -30,8 +31,93 @@ UNITS = {"time": "s", "speed": "rad/s"}
 HEADING = re.compile(r"(.*?)\s*(?:\[([^\]]*)\]|\(([^()]*)\))?")
 NAN = float("nan")
 
-Column = str | int
-"""The name of a column, or its number from 1."""
+NO_DELIMITERS = "\"'#+-.\r\n"  # signs of a number, of a comment, of a quotation
+
+
+def _column(value: Any) -> str | int:
+    if isinstance(value, str) and value.strip():
+        return value.strip()
+    if isinstance(value, int) and not isinstance(value, bool) and value >= 1:
+        return value
+    raise PydanticCustomError("column", "expected a column")  # worded in messages.py
+
+
+def _delimiter(value: Any) -> str:
+    one = isinstance(value, str) and len(value) == 1
+    if one and not value.isalnum() and value not in NO_DELIMITERS:
+        return str(value)
+    raise PydanticCustomError("delimiter", "expected a delimiter")  # worded in messages.py
+
+
+Column = Annotated[
+    str | int,
+    PlainValidator(
+        _column,
+        json_schema_input_type=Annotated[str, Field(pattern=r"\S")] | Annotated[int, Field(ge=1)],
+    ),
+]
+Delimiter = Annotated[
+    str,
+    PlainValidator(
+        _delimiter,
+        json_schema_input_type=Annotated[str, Field(pattern=r"^[^0-9A-Za-z\"'#+.\r\n-]$")],
+    ),
+]
+
+
+class CsvTable(Params):
+    """`{csv = "log.csv", time = "t", value = "F_N"}`: points from columns of a file."""
+
+    csv: str = Field(
+        min_length=1, description="File, relative to the scenario; # begins a comment in it."
+    )
+    time: Column | None = Field(
+        None, description="Column of the times, s, by name or number; the first if left out."
+    )
+    value: Column | None = Field(
+        None, description="Column of the values, by name or number; the second if left out."
+    )
+    delimiter: Delimiter | None = Field(
+        None, description="Character between cells; if left out `;`, tab, `,` or space, as found."
+    )
+    decimal: Literal[".", ","] = Field(".", description="Decimal mark of the numbers.")
+
+    @property
+    def has_columns(self) -> bool:
+        """Whether any key says more about the file than its name."""
+        return bool(self.model_fields_set - {"csv"})
+
+    @property
+    def abscissa(self) -> Literal["time", "speed"]:
+        """What the values are given over."""
+        return "time"
+
+    @model_validator(mode="after")
+    def _delimiter_is_not_the_decimal_mark(self) -> Self:
+        if self.delimiter == self.decimal:
+            raise inconsistent(
+                ("delimiter",),
+                f"'{self.delimiter}' is the decimal mark, too; give another delimiter, such as ';'",
+            )
+        return self
+
+
+class CsvSpeedTable(CsvTable):
+    """`{csv = "log.csv", speed = "w", value = "M_Nm"}`: points from columns, over a speed."""
+
+    speed: Column | None = Field(
+        None, description="Column of speeds, rad/s, by name or number, in the place of time."
+    )
+
+    @property
+    def abscissa(self) -> Literal["time", "speed"]:
+        return "time" if self.speed is None else "speed"
+
+    @model_validator(mode="after")
+    def _over_time_or_speed(self) -> Self:
+        if self.speed is not None and self.time is not None:
+            raise inconsistent(("speed",), "expected a column of time or of speed; found both")
+        return self
 
 
 class CsvRow(NamedTuple):
@@ -56,7 +142,7 @@ class _Source(NamedTuple):
     column: int
 
 
-def read_points(table: "CsvTable", folder: Path) -> dict[str, list[float]]:
+def read_points(table: CsvTable, folder: Path) -> dict[str, list[float]]:
     """Return the points of a signal in a CSV file.
 
     Parameters
@@ -154,6 +240,8 @@ def _plain(text: str) -> Iterator[CsvRow]:
 
 def _separated(text: str, delimiter: str, path: Path) -> Iterator[CsvRow]:
     """Yield the rows of a file with one delimiter; lines that begin with # are left out."""
+    import csv  # imported here: few scenarios have such a signal
+
     lines = text.split("\n")
     shown = ("" if line.lstrip().startswith("#") else f"{line}\n" for line in lines)
     reader = csv.reader(shown, delimiter=delimiter, strict=True)
@@ -181,7 +269,7 @@ def usual_delimiter(decimal: str, lines: Sequence[str]) -> str:
 
 
 def _find_columns(
-    table: "CsvTable", rows: list[CsvRow], path: Path
+    table: CsvTable, rows: list[CsvRow], path: Path
 ) -> tuple[list[_Source], list[CsvRow]]:
     """Return the two columns of the signal, and the rows below the line with their names."""
     wanted: dict[str, str | int] = {
@@ -204,7 +292,7 @@ def _find_columns(
 
 
 def _below_header(
-    table: "CsvTable", wanted: dict[str, str | int], rows: list[CsvRow], path: Path
+    table: CsvTable, wanted: dict[str, str | int], rows: list[CsvRow], path: Path
 ) -> tuple[CsvRow, list[CsvRow]]:
     """Return the first row with all names, and the rows below it."""
     names = {name for name in wanted.values() if isinstance(name, str)}
@@ -224,7 +312,7 @@ def _below_header(
 
 
 def _unnamed(
-    table: "CsvTable", wanted: dict[str, str | int], rows: list[CsvRow], path: Path
+    table: CsvTable, wanted: dict[str, str | int], rows: list[CsvRow], path: Path
 ) -> PydanticCustomError:
     """Return the error for names that no line has."""
     keys = {name: key for key, name in reversed(wanted.items()) if isinstance(name, str)}
@@ -239,7 +327,7 @@ def _is_numeric(row: CsvRow, decimal: str) -> bool:
 
 
 def _numbers(
-    table: "CsvTable", rows: list[CsvRow], sources: list[_Source], path: Path
+    table: CsvTable, rows: list[CsvRow], sources: list[_Source], path: Path
 ) -> Iterator[_Point]:
     """Yield a point of each row, without header lines, in which none of the cells is a number."""
     begun = False
@@ -265,7 +353,7 @@ def _line_fault(row: CsvRow) -> str:
     return f"expected a time and a value{finite}, got {quoted(' '.join(row.cells))}{advice}"
 
 
-def _cell_fault(table: "CsvTable", row: CsvRow, sources: list[_Source]) -> str:
+def _cell_fault(table: CsvTable, row: CsvRow, sources: list[_Source]) -> str:
     """Return the fault of the first cell that is no finite number."""
     for source in sources:
         if source.column >= len(row.cells):

@@ -8,17 +8,25 @@ from typing import Any
 
 from frictionsim.errors import InputError, ScenarioError, near_files
 from frictionsim.results import HDF5_SIGNATURE
+from frictionsim.scenario.kinds import kind_names, mechanism_module
 from frictionsim.scenario.model_validation import (
     MAX_KEY_LENGTH,
-    KeyPath,
     ValidationFailure,
     key_text,
+    validate_model,
 )
-from frictionsim.scenario.overrides import Overrides, apply_overrides, override_text, plain
-from frictionsim.scenario.parsed_text import MAX_BYTES, ExceedsLimit, NoUsableText, toml_tables
+from frictionsim.scenario.overrides import Overrides, apply_overrides, override_text
 from frictionsim.scenario.settings import Origin, Scenario
 from frictionsim.scenario.shipped import near_shipped, scenario_file
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.toml_data import (
+    MAX_BYTES,
+    ExceedsLimit,
+    KeyPath,
+    NoUsableText,
+    key_lines,
+    plain,
+    toml_tables,
+)
 
 ScenarioSource = str | PathLike[str] | Mapping[str, Any]
 
@@ -143,8 +151,6 @@ def _validated(
     try:
         scenario = validate(data, folder)
     except ValidationFailure as found:
-        from frictionsim.scenario.parsed_text import key_lines
-
         lines = key_lines(text) if lines is None else lines
         raise ScenarioError(_with_positions(found.faults, name, lines, overridden)) from None
     return scenario.with_origin(Origin(name or "", texts))
@@ -285,3 +291,46 @@ def _nearest_line(lines: dict[KeyPath, int], key: KeyPath) -> int:
     while key and key not in lines:
         key = key[:-1]
     return lines.get(key, 1)
+
+
+__all__ = ["ValidationFailure", "validate"]
+
+
+def validate(data: dict[str, Any], folder: Path | None) -> Scenario:
+    """Return the scenario for the data of a TOML file.
+
+    Parameters
+    ----------
+    data : dict
+    folder : Path or None
+        Base of relative file names in the data; None if they may not refer to files.
+
+    Raises
+    ------
+    ValidationFailure
+        If the data is invalid.
+    """
+    try:
+        model = _model_of(data)
+    except InputError as error:
+        raise ValidationFailure([(("kind",), str(error))]) from None
+    return validate_model(model, data, folder)
+
+
+def _model_of(data: dict[str, Any]) -> type[Scenario]:
+    """Return the model of the kind of a scenario."""
+    kind = data.get("kind")
+    if isinstance(kind, str):
+        found: type[Scenario] = mechanism_module(kind).SCENARIO
+        return found
+
+    from frictionsim.scenario.messages import toml_text
+
+    kinds = ", ".join(f"'{kind}'" for kind in kind_names())
+    if not data:
+        raise InputError(f"the scenario is empty; it starts with kind, one of {kinds}")
+    if "kind" not in data and "study" in data:
+        raise InputError("missing: this is a study, not a scenario; 'frictionsim sweep' runs it")
+    if "kind" not in data:
+        raise InputError(f"missing; expected one of {kinds}")
+    raise InputError(f"expected one of {kinds}, got {toml_text(kind)}")

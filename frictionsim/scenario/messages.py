@@ -6,8 +6,8 @@ from pydantic import BaseModel
 
 from frictionsim.errors import unknown
 from frictionsim.scenario.model_fields import key_names, models_in
-from frictionsim.scenario.parsed_text import KeyPath
 from frictionsim.scenario.signal_tables import FORMS_BESIDE_NUMBER, SIGNAL_TAGS, SUM
+from frictionsim.scenario.toml_data import KeyPath
 
 MAX_VALUE_LENGTH = 40  # characters of an invalid value in a message
 

@@ -1,12 +1,72 @@
-"""What the models of a scenario say of their keys, for messages, templates and the reference."""
+"""The keys of a scenario as its models declare them, for messages, templates and the reference."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any, get_args, get_origin
+from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 PURE_NUMBER = "1"
+
+# Described last: how a scenario is solved comes after what it is.
+LAST = ("solver", "output")
+# The key that stands for a name which the scenario is free to choose.
+FREE_NAME = "NAME"
+
+
+class TableKey(NamedTuple):
+    """A key of a table.
+
+    Attributes
+    ----------
+    name : str
+        As in TOML.
+    field : FieldInfo
+    table : type or None
+        Model of the table, or of each table, that the key holds; None of a value or signal.
+    """
+
+    name: str
+    field: FieldInfo
+    table: type[BaseModel] | None
+
+    @property
+    def has_names(self) -> bool:
+        """Whether it holds tables by names of the user's choice."""
+        return self.table is not None and holds(self.field.annotation, dict)
+
+    @property
+    def is_list(self) -> bool:
+        """Whether it holds a list."""
+        return holds(self.field.annotation, tuple)
+
+
+def table_keys(model: type[BaseModel]) -> Iterator[TableKey]:
+    """Yield the keys of a table in the order of their description.
+
+    Keys that take nothing are left out: they are there only to be refused with a reason.
+    """
+    for name, field in sorted(model.model_fields.items(), key=lambda item: item[0] in LAST):
+        if field.annotation is not type(None):
+            yield TableKey(field.alias or name, field, table_model(field.annotation))
+
+
+def unit_of(field: FieldInfo) -> str:
+    """Return the unit of a key, "1" of a pure number; empty of text."""
+    extra = field.json_schema_extra
+    return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+
+
+def types_and_choices(annotation: Any) -> Iterator[Any]:
+    """Yield the types and the literal values of an annotation."""
+    if get_origin(annotation) is Literal:
+        yield from get_args(annotation)
+        return
+    arguments = [argument for argument in get_args(annotation) if argument is not type(None)]
+    if not arguments:
+        yield annotation
+    for argument in arguments:
+        yield from types_and_choices(argument)
 
 
 def key_names(model: type[BaseModel] | None) -> list[str]:
@@ -42,16 +102,7 @@ def fields_along(model: type[BaseModel], key: str) -> list[list[FieldInfo]]:
 
     An index or the name of an entry of a list, and a name of the user's choice, have none.
 
-    Parameters
-    ----------
-    model : type
-    key : str
-        With dots, as of --set.
-
-    Returns
-    -------
-    list of list of FieldInfo
-        Several fields where a value has several forms, as a signal; none if there is no such key.
+    A value that has several forms, as a signal, has several fields; an unknown key has none.
     """
     models, found, of_list = [model], list[list[FieldInfo]](), False
     for part in map(str.strip, key.split(".")):
@@ -86,9 +137,7 @@ def unit_of_key(model: type[BaseModel], key: str) -> str:
     found = ""
     for fields in fields_along(model, key):
         for field in fields:
-            extra = field.json_schema_extra
-            if isinstance(extra, dict) and extra.get("unit"):
-                found = str(extra["unit"])
+            found = unit_of(field) or found
     return found
 
 

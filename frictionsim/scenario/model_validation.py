@@ -9,10 +9,9 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from frictionsim.errors import OUT_OF_RANGE
+from frictionsim.scenario.toml_data import KeyPath
 
 Table = TypeVar("Table", bound=BaseModel)
-
-KeyPath = tuple[str | int, ...]
 
 # Products and quotients of several such numbers do not overflow.
 MAX_NUMBER = 1e50

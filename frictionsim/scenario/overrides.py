@@ -1,13 +1,17 @@
 """Overrides of single keys of a scenario: texts as for --set, or a mapping of keys to values."""
 
-from collections.abc import Iterable, Iterator, Mapping
-from os import PathLike, fsdecode
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from frictionsim.errors import InputError, ScenarioError
-from frictionsim.scenario.parsed_text import ExceedsLimit, parsed_value
+from frictionsim.scenario.toml_data import (
+    ExceedsLimit,
+    KeyPath,
+    parsed_value,
+    plain,
+    toml_value,
+)
 
-KeyPath = tuple[str | int, ...]
 Overrides = Mapping[str, Any] | Iterable[str]
 """Values by key, as {"solver.rtol": 1e-9}; or texts KEY=VALUE with VALUE in TOML."""
 
@@ -128,25 +132,6 @@ def values_by_key(overrides: Iterable[str]) -> dict[str, Any]:
     return found
 
 
-def keys_and_values(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the keys of tables with dots, as of --set, with their values.
-
-    Tables in a list have their name in the key where each has its own, else their number.
-    """
-    entries: Iterable[tuple[Any, Any]] = ()
-    if isinstance(value, Mapping):
-        entries = value.items()
-    elif isinstance(value, list | tuple) and all(isinstance(row, Mapping) for row in value):
-        names = [str(row.get("name", "")) for row in value]
-        named = all(names) and len(set(names)) == len(names)
-        entries = zip(names if named else range(len(value)), value, strict=True)
-    if not entries or not value:
-        yield path, value
-        return
-    for key, inner in entries:
-        yield from keys_and_values(inner, f"{path}.{key}" if path else str(key))
-
-
 def _set(data: dict[str, Any], key: str, value: Any, where: str) -> KeyPath:
     """Set a key such as a.b.0 of the data, and return its path."""
     parts = [part.strip() for part in key.split(".")]
@@ -200,61 +185,3 @@ def _parsed(where: str, text: str) -> Any:
         raise ScenarioError(
             [f"{where}: '{text}' is not a TOML value (number, true, [1, 2], \"text\")"]
         ) from None
-
-
-def plain(value: Any, where: str = "scenario") -> Any:
-    """Return a value as TOML has it: numbers of numpy, arrays, tuples and paths are converted.
-
-    Parameters
-    ----------
-    value : object
-    where : str
-        For the message.
-    """
-    try:
-        return _plain(value, where)
-    except RecursionError:
-        raise ScenarioError(
-            [f"{where}: tables or lists are nested too deeply, or within themselves"]
-        ) from None
-
-
-def _plain(value: Any, where: str) -> Any:
-    if isinstance(value, Mapping):
-        return {
-            str(key): _plain(inner, f"{where}{_below(where)}{key}") for key, inner in value.items()
-        }
-    if hasattr(value, "tolist"):  # of numpy
-        value = value.tolist()
-    if isinstance(value, list | tuple):
-        return [_plain(inner, where) for inner in value]
-    if isinstance(value, PathLike):
-        return fsdecode(value)
-    if isinstance(value, bool | int | float | str):
-        return value
-    raise ScenarioError(
-        [f"{where}: expected a number, text, boolean, list or table, got {type(value).__name__}"]
-    )
-
-
-def _below(where: str) -> str:
-    """Return the separator between a place and a key below it: `scenario: solver.rtol`."""
-    return "." if ": " in where else ": "
-
-
-def toml_value(value: Any) -> str:
-    """Return a plain value as TOML in one line."""
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{_quoted(k)} = {toml_value(v)}" for k, v in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(toml_value, value)) + "]"
-    if isinstance(value, str):
-        return _quoted(value)
-    return repr(value).lower() if isinstance(value, bool) else repr(value)
-
-
-def _quoted(text: str) -> str:
-    """Return a text as TOML; unlike JSON it has no surrogate pairs and no DEL."""
-    from json import dumps  # imported here: a scenario without overrides does not need it
-
-    return dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

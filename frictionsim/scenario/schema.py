@@ -1,11 +1,15 @@
-"""Base class and fields of the tables of a scenario: strict, frozen, finite, with units."""
+"""Base of the tables of a scenario, strict and with units, and the friction law of an effect."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
+
+from frictionsim.scenario.methods import REGULARISED
+
+TRANSITION_SPEED = 1e-3  # rad/s, default of the regularised law
 
 
 class Params(BaseModel):
@@ -50,3 +54,68 @@ def inconsistent(where: tuple[str | int, ...], message: str) -> PydanticCustomEr
     message : str
     """
     return PydanticCustomError("inconsistent", "{message}", {"message": message, "where": where})
+
+
+class FrictionLaw(Params):
+    """`law` and `transition_speed` of dry friction of one coordinate."""
+
+    # The keys that change with the law.
+    LAW_KEYS: ClassVar[tuple[str, ...]] = ("law", "transition_speed")
+
+    law: Literal["set-valued", "regularised", "published"] = Field(
+        "set-valued", description="Friction law."
+    )
+    transition_speed: float | None = unit_field(
+        "rad/s",
+        "Speed over which a regularised law rises to its full friction; 1e-3 if left out.",
+        None,
+        gt=0,
+    )
+
+    @model_validator(mode="after")
+    def _law_has_its_parameters(self) -> Self:
+        if self.transition_speed is not None and self.law != REGULARISED:
+            raise inconsistent(
+                ("transition_speed",),
+                f"law = '{self.law}' has no transition speed; remove transition_speed, or use"
+                f" law = '{REGULARISED}'",
+            )
+        return self
+
+    def law_of_contact(self) -> dict[str, Any]:
+        """Return law and transition speed as arguments of `DryFriction`."""
+        return {"law": self.law, "transition_speed": self.transition_speed or TRANSITION_SPEED}
+
+
+class CoefficientsOfFriction(Params):
+    """`mu_s` and `mu_k` of dry friction."""
+
+    mu_s: float = unit_field("1", "Static coefficient of friction, not below mu_k.", ge=0)
+    mu_k: float = unit_field("1", "Kinetic coefficient of friction.", ge=0)
+
+    @model_validator(mode="after")
+    def _kinetic_not_above_static(self) -> Self:
+        check_kinetic("mu_k", self.mu_k, "mu_s", self.mu_s)
+        return self
+
+
+def check_kinetic(name: str, kinetic: float, static_name: str, static: float) -> None:
+    """Check that kinetic friction does not exceed static friction.
+
+    Parameters
+    ----------
+    name, static_name : str
+        Keys of the two values.
+    kinetic, static : float
+
+    Raises
+    ------
+    PydanticCustomError
+        If it does.
+    """
+    if kinetic > static:
+        raise inconsistent(
+            (name,),
+            f"{kinetic} is above {static_name} = {static}; kinetic friction must not exceed static"
+            f" friction, so give 0 <= {name} <= {static_name}",
+        )

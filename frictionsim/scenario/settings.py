@@ -221,7 +221,8 @@ class Scenario(Params):
             If `overrides` is of another type.
         """
         from frictionsim.scenario.model_validation import ValidationFailure, validate_model
-        from frictionsim.scenario.overrides import apply_overrides, plain
+        from frictionsim.scenario.overrides import apply_overrides
+        from frictionsim.scenario.toml_data import plain
 
         # Without defaults: some depend on other keys, as output.interval on the duration.
         data = plain(self.model_dump(by_alias=True, exclude_none=True, exclude_unset=True))
@@ -268,7 +269,7 @@ class Scenario(Params):
 
     def warnings(self) -> list[str]:
         """Return warnings about a valid scenario whose results may mislead."""
-        from frictionsim.scenario.signal_checks import period_of, shorter, too_long
+        from frictionsim.scenario.signal_tables import period_of, shorter, too_long
 
         interval, duration = self.interval, self.solver.duration
         implausible = list(self._implausible_values())
@@ -289,7 +290,7 @@ class Scenario(Params):
 
     def _implausible_values(self) -> Iterator[str]:
         """Yield warnings about radii that look like millimetres and coefficients like percent."""
-        from frictionsim.scenario.overrides import keys_and_values
+        from frictionsim.scenario.toml_data import keys_and_values
 
         for key, value in keys_and_values(self.model_dump(by_alias=True, exclude_none=True)):
             name = key.rpartition(".")[2]

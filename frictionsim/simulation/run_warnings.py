@@ -8,7 +8,7 @@ import numpy as np
 
 from frictionsim.results import STICK
 from frictionsim.scenario.settings import MAX_SAMPLES
-from frictionsim.scenario.signal_checks import SAMPLES_PER_PERIOD, shorter, too_long
+from frictionsim.scenario.signal_tables import SAMPLES_PER_PERIOD, shorter, too_long
 from frictionsim.simulation.averages import time_mean
 from frictionsim.solvers.end_stops import EVENT
 

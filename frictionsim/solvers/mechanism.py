@@ -13,7 +13,7 @@ from math import ceil, floor
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
-from frictionsim.scenario.friction_law import TRANSITION_SPEED
+from frictionsim.scenario.schema import TRANSITION_SPEED
 
 if TYPE_CHECKING:
     from frictionsim.results import Array, Channel, Quantities, Transition

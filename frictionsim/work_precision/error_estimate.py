@@ -9,9 +9,9 @@ that the second run has half of it (Richardson).
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.results import Record
-from frictionsim.scenario.friction_law import TRANSITION_SPEED
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.methods import REGULARISED
+from frictionsim.scenario.schema import TRANSITION_SPEED
 from frictionsim.scenario.variants import Setting, short
 from frictionsim.simulation.simulate import run
 

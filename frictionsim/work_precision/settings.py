@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.errors import ScenarioError
+from frictionsim.scenario.loading import ValidationFailure, validate
 from frictionsim.scenario.methods import METHODS, REGULARISED, SET_VALUED, methods_of
 from frictionsim.scenario.overrides import apply_override
-from frictionsim.scenario.validation import ValidationFailure, validate
 from frictionsim.scenario.variants import Setting, short, tolerance_overrides, with_tolerance
 from frictionsim.solvers.mechanism import Mechanism
 

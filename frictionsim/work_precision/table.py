@@ -12,7 +12,7 @@ from frictionsim.io.atomic_write import write_atomically
 from frictionsim.io.cost_table import CostTable
 from frictionsim.io.replaceable import COSTS, check_replaceable
 from frictionsim.results import Column, Metric, finite
-from frictionsim.scenario.parsed_text import json_value
+from frictionsim.scenario.toml_data import json_value
 from frictionsim.scenario.variants import Mesh, Setting
 from frictionsim.work_precision.outcome import Error, Outcome, Reference, Row, WorkPrecision
 from frictionsim.work_precision.recommendation import recommendations

@@ -117,13 +117,12 @@ LEAVES = {
     # JSON of `static`, the name of the standard input
     "frictionsim.results": {"quantities_json"},
     "frictionsim.scenario.settings": {"STDIN", "Scenario"},
-    "frictionsim.scenario.parsed_text": {"MAX_BYTES"},
+    "frictionsim.scenario.toml_data": {"MAX_BYTES"},
     # what shells offer, and whose defect it is
     "frictionsim.plots": {"ALL", "VIEWS"},
     "frictionsim.scenario.methods": {"METHODS"},
     "frictionsim.parameter_study.design": {"METHODS"},
-    "frictionsim.scenario.plugins": {"GROUP"},
-    "frictionsim.scenario.kinds": {"KINDS", "kind_names"},
+    "frictionsim.scenario.kinds": {"GROUP", "KINDS", "kind_names"},
     "frictionsim.scenario.shipped": {"shipped_scenarios"},
 }
 

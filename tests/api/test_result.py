@@ -16,7 +16,7 @@ import xarray
 import frictionsim as fs
 from frictionsim import errors
 from frictionsim.results import Quantity, defined
-from frictionsim.scenario.validation import ValidationFailure
+from frictionsim.scenario.loading import ValidationFailure
 from tests.support.belt_scenarios import pair
 from tests.support.scenarios import ROOT, SCENARIOS, pulley
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from frictionsim.mechanisms.belt_drive.effects import EFFECTS
-from frictionsim.scenario.validation import ValidationFailure, validate
+from frictionsim.scenario.loading import ValidationFailure, validate
 from tests.support.belt_scenarios import pair
 from tests.support.scenarios import ROOT, SCENARIOS
 

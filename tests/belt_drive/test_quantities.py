@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from frictionsim.results import Record
-from frictionsim.scenario.validation import ValidationFailure, validate
+from frictionsim.scenario.loading import ValidationFailure, validate
 from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import pair
 from tests.support.scenarios import SCENARIOS, Scenario

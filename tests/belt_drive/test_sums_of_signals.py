@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import frictionsim as fs
 from frictionsim.mechanisms.belt_drive.belt_simulation import _kinks
-from frictionsim.scenario.json_schema import schema
+from frictionsim.scenario.authoring import schema
 from frictionsim.scenario.model_fields import unit_of_key
 from tests.support.belt_scenarios import NO_FRICTION, pair, scenario_of
 from tests.support.scenarios import Scenario, simulate

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from frictionsim.results import Record, failures
+from frictionsim.scenario.loading import validate
 from frictionsim.scenario.overrides import apply_override
-from frictionsim.scenario.validation import validate
 from frictionsim.simulation.simulate import run
 
 ROOT = Path(__file__).parents[2]

@@ -30,7 +30,7 @@ from typing import Any
 
 import pytest
 
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.loading import validate
 from tests.docs.pages import PAGES, Block, blocks
 from tests.support.plugins import install
 from tests.support.scenarios import ROOT, SCENARIOS, in_this_process

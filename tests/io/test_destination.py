@@ -12,7 +12,7 @@ from frictionsim.errors import BudgetExceeded, Interrupted, OutputError
 from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.io.destination import Destination, partial_name, whole_name
 from frictionsim.results import Record
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.loading import validate
 from frictionsim.simulation.simulate import run
 from tests.support.old_results import old_result
 from tests.support.scenarios import SCENARIOS, pulley

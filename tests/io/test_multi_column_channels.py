@@ -25,7 +25,7 @@ from frictionsim.results import (
     SolverStatistics,
     Transition,
 )
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.loading import validate
 from tests.support.scenarios import SCENARIOS, made_record, pulley
 
 pytestmark = pytest.mark.quick

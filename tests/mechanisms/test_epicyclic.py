@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from frictionsim.mechanisms import epicyclic
 from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint, tracer_position
 from frictionsim.results import Record
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.loading import validate
 from tests.support.problems import assert_agrees, cases
 from tests.support.scenarios import (
     SCENARIOS,

@@ -14,7 +14,7 @@ import pytest
 
 from frictionsim.mechanisms import pulley
 from frictionsim.results import Record
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.loading import validate
 from tests.support.drawn_lifts import FAMILIES, Scenario, numbers
 from tests.support.lift_energies import energies, largest_violation
 from tests.support.lift_records import CONTACTS, SLACK, changes

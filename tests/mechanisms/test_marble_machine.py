@@ -12,7 +12,7 @@ from frictionsim.mechanisms import marble_machine
 from frictionsim.mechanisms.effects import friction_radius
 from frictionsim.mechanisms.marble_machine.statics import limit_torques, mesh_of
 from frictionsim.results import Record
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.loading import validate
 from tests.support.problems import assert_agrees, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, mechanism_of, simulate
 

@@ -7,7 +7,7 @@ import pytest
 
 from frictionsim.mechanisms import pulley
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT, Record
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.loading import validate
 from tests.support.lift_records import changes
 from tests.support.lift_reference import solve
 from tests.support.lifts import (

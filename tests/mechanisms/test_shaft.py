@@ -14,9 +14,9 @@ from frictionsim.mechanisms.shaft.loads import middle_and_range
 from frictionsim.mechanisms.shaft.statics import statics
 from frictionsim.results import failures
 from frictionsim.scenario import signals
+from frictionsim.scenario.loading import validate
 from frictionsim.scenario.model_validation import ValidationFailure
 from frictionsim.scenario.signals import PiecewiseLinear, Sine, SmoothStep
-from frictionsim.scenario.validation import validate
 from tests.support.scenarios import SCENARIOS, Scenario, changed, simulate
 from tests.support.shaft_scenes import scene, sine
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from frictionsim.mechanisms.effects import friction_radius
 from frictionsim.mechanisms.pulley import limit_forces, statics
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.loading import validate
 from tests.support.problems import CORD_RADIUS, LOAD, MU_S, SHAFT_RADIUS
 from tests.support.scenarios import SCENARIOS, pulley
 

@@ -7,7 +7,7 @@ from frictionsim.errors import InputError
 from frictionsim.motion import belt_drive
 from frictionsim.motion.parts import Band, Body, Motion
 from frictionsim.reports.page import packed_data
-from frictionsim.scenario.recorded import scenario_value
+from frictionsim.scenario.toml_data import scenario_value
 from tests.support.belt_results import belt_run
 from tests.support.motions import motion
 from tests.support.records import BELTS, shown, with_scenario, without

@@ -20,7 +20,7 @@ from frictionsim.plots.belt_layout import (
     patch_of,
 )
 from frictionsim.results import Record
-from frictionsim.scenario.recorded import scenario_value
+from frictionsim.scenario.toml_data import scenario_value
 from tests.support.belt_results import FOUR, TWO, belt_run, lay
 from tests.support.records import string, with_channels, with_scenario
 

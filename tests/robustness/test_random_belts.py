@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from frictionsim.errors import BudgetExceeded
 from frictionsim.results import Record
-from frictionsim.scenario.validation import ValidationFailure, validate
+from frictionsim.scenario.loading import ValidationFailure, validate
 from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import pair
 from tests.support.drawn_scenarios import of_size

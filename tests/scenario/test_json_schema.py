@@ -12,9 +12,9 @@ import jsonschema
 import pytest
 from hypothesis import given
 
-from frictionsim.scenario.json_schema import schema
+from frictionsim.scenario.authoring import schema
 from frictionsim.scenario.kinds import KINDS
-from frictionsim.scenario.validation import ValidationFailure, validate
+from frictionsim.scenario.loading import ValidationFailure, validate
 from tests.docs.pages import DOCS
 from tests.support.belt_scenarios import PAIR, TRIO
 from tests.support.drawn_scenarios import scenarios

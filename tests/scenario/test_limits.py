@@ -12,8 +12,8 @@ from frictionsim.errors import ScenarioError
 from frictionsim.scenario.csv_columns import MAX_BYTES as MAX_CSV
 from frictionsim.scenario.csv_columns import MAX_LINES
 from frictionsim.scenario.loading import load, loads
-from frictionsim.scenario.parsed_text import key_lines
 from frictionsim.scenario.signals import Sine
+from frictionsim.scenario.toml_data import key_lines
 from tests.support.belt_scenarios import pair
 from tests.support.scenarios import SCENARIOS, pulley
 

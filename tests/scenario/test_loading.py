@@ -14,8 +14,8 @@ from pydantic import ValidationError
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import EXIT_BAD_INPUT, ScenarioError
 from frictionsim.scenario.loading import load
-from frictionsim.scenario.parsed_text import LONG_STATEMENT, key_lines
 from frictionsim.scenario.settings import Scenario
+from frictionsim.scenario.toml_data import LONG_STATEMENT, key_lines
 from tests.support.scenarios import pulley
 
 TEXT = """\

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from frictionsim.scenario.kinds import KINDS, mechanism_module
-from frictionsim.scenario.loading import load
+from frictionsim.scenario.loading import ValidationFailure, load, validate
 from frictionsim.scenario.methods import LAWS, METHODS, REGULARISED, SCIPY, SINGLE_DOF
 from frictionsim.scenario.overrides import apply_override
-from frictionsim.scenario.validation import ValidationFailure, validate
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate, with_method
 
 SHIPPED = {"belt_drive": "belt_verification"}

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import frictionsim as fs
 from frictionsim.scenario.kinds import KINDS
-from frictionsim.scenario.overrides import keys_and_values
+from frictionsim.scenario.toml_data import keys_and_values
 from tests.support.drawn_scenarios import scenarios
 from tests.support.scenarios import SCENARIOS, Scenario
 

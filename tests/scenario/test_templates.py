@@ -11,19 +11,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionsim.errors import InputError
-from frictionsim.scenario.json_schema import schema
+from frictionsim.scenario.authoring import new_scenario, schema
 from frictionsim.scenario.kinds import KINDS, mechanism_module
-from frictionsim.scenario.loading import load
+from frictionsim.scenario.loading import load, validate
 from frictionsim.scenario.methods import methods_of
+from frictionsim.scenario.model_fields import table_model
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.templates import new_scenario
-from frictionsim.scenario.validation import validate
 from tests.docs.pages import DOCS
 from tests.support import torsion_pendulum
 from tests.support.scenarios import SCENARIOS
 
 sys.path.insert(0, str(DOCS / "_ext"))
-from scenario_keys import table_model, tables
+from scenario_keys import tables
 
 TEXTS = {kind: new_scenario(kind) for kind in KINDS}
 WIDTH = 100

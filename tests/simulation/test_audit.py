@@ -9,7 +9,7 @@ import pytest
 from frictionsim.cli.commands import run_command_line
 from frictionsim.mechanisms.pulley import build
 from frictionsim.results import FORWARD, STICK, failures
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.loading import validate
 from frictionsim.simulation.audit import allowed_residual, audit, energy_check
 from frictionsim.simulation.single_dof import SingleDofSimulation
 from frictionsim.solvers.event_driven import EventDrivenSolver

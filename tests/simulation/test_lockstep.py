@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from frictionsim.errors import Chattering, Interrupted
 from frictionsim.mechanisms.pulley import build
+from frictionsim.scenario.loading import validate
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.validation import validate
 from frictionsim.simulation import lockstep
 from frictionsim.simulation.lockstep import applies, run_lockstep
 from frictionsim.simulation.single_dof import SingleDofSimulation

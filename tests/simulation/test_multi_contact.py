@@ -15,7 +15,7 @@ from frictionsim.errors import InputError
 from frictionsim.mechanisms.pulley import build
 from frictionsim.mechanisms.pulley.masses import CAR, OTHER
 from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.loading import validate
 from frictionsim.simulation import lockstep
 from frictionsim.simulation.multi_contact import (
     MultiContactSimulation,

@@ -15,8 +15,7 @@ import tomli_w
 from frictionsim.errors import BudgetExceeded, InputError
 from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.results import Record
-from frictionsim.scenario.loading import load, scenario_from_result
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.loading import load, scenario_from_result, validate
 from frictionsim.simulation.simulate import run
 from frictionsim.simulation.single_dof import SingleDofSimulation
 from tests.support.belt_scenarios import trio

@@ -14,9 +14,8 @@ import numpy as np
 import pytest
 
 from frictionsim.results import Record
-from frictionsim.scenario.signal_checks import extremes, period_of
-from frictionsim.scenario.signal_tables import PiecewiseLinearTable
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.loading import validate
+from frictionsim.scenario.signal_tables import PiecewiseLinearTable, extremes, period_of
 from tests.support.problems import CORD_RADIUS, LOAD, R_S, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
 

@@ -8,7 +8,7 @@ import pytest
 from numpy.polynomial import Polynomial
 
 from frictionsim.results import Record
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.loading import validate
 from frictionsim.simulation.simulate import run
 from frictionsim.solvers.end_stops import StopContact
 from tests.simulation.test_resume import calls_of, stopping

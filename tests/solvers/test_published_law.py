@@ -11,7 +11,7 @@ from typing import NamedTuple
 import pytest
 
 from frictionsim.mechanisms.pulley import build
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.loading import validate
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.published_law import PublishedSolver, switch
 from tests.support.problems import CORD_RADIUS, DRAG, LOAD, R_K, R_S

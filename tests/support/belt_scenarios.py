@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.composition import BeltModel
 from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+from frictionsim.scenario.loading import validate
 from frictionsim.scenario.signal_tables import SpeedTable, signal_from
-from frictionsim.scenario.validation import validate
 from tests.support.belt_reference import Belt
 from tests.support.scenarios import SCENARIOS, Scenario, changed
 from tests.support.scenarios import shipped as as_shipped

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from frictionsim.errors import BudgetExceeded
 from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.results import Record
-from frictionsim.scenario.loading import scenario_from_result
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.loading import scenario_from_result, validate
 from frictionsim.simulation.simulate import run
 from tests.support.scenarios import SCENARIOS, Scenario, scenario_run, simulate, with_method
 

@@ -3,7 +3,7 @@
 from typing import Any
 
 from frictionsim.results import Record
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.loading import validate
 from frictionsim.simulation.simulate import run
 from tests.support.scenarios import SCENARIOS, Scenario, changed
 

@@ -9,9 +9,9 @@ from typing import Any
 from frictionsim.errors import SolverError
 from frictionsim.results import SimulationResult
 from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.loading import validate
 from frictionsim.scenario.model_validation import ValidationFailure
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.validation import validate
 from frictionsim.simulation.single_dof import SingleDofSimulation
 
 FACTORS = (1.0, 1.0 + 1e-9, 0.9, 1.1, 0.5, 2.0)

@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from importlib import invalidate_caches
 from pathlib import Path
 
-from frictionsim.scenario import plugins
-from frictionsim.scenario.plugins import GROUP
+from frictionsim.scenario import kinds as plugins
+from frictionsim.scenario.kinds import GROUP
 from tests.support.scenarios import ROOT
 
 BRAKE = ROOT / "tests" / "plugin" / "frictionsim-brake"

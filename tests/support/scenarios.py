@@ -16,8 +16,7 @@ import pytest
 from frictionsim.cli.commands import run_command_line
 from frictionsim.results import Record, SimulationResult, SolverStatistics
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.loading import scenario_from_result
-from frictionsim.scenario.validation import validate
+from frictionsim.scenario.loading import scenario_from_result, validate
 from frictionsim.simulation.record import recorded
 from frictionsim.simulation.simulate import run
 from frictionsim.solvers.mechanism import Mechanism

@@ -18,8 +18,7 @@ from frictionsim.mechanisms.single_dof import (
     total,
 )
 from frictionsim.results import Channel, Quantities, Quantity
-from frictionsim.scenario.friction_law import FrictionLaw, check_kinetic
-from frictionsim.scenario.schema import Params, unit_field
+from frictionsim.scenario.schema import FrictionLaw, Params, check_kinetic, unit_field
 from frictionsim.scenario.signal_tables import TimeSignal, signal_from
 from frictionsim.solvers.mechanism import DryFriction, Mechanism, Trajectory, Value
 

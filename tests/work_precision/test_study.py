@@ -21,9 +21,8 @@ from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import Interrupted, SolverError
 from frictionsim.results import Metric, Quantity, Transition
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.loading import load
+from frictionsim.scenario.loading import load, validate
 from frictionsim.scenario.methods import SCIPY
-from frictionsim.scenario.validation import validate
 from frictionsim.scenario.variants import TOLERANCES, Setting, with_tolerance
 from frictionsim.work_precision import settings
 from frictionsim.work_precision.outcome import (

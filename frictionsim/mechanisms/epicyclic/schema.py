@@ -13,9 +13,8 @@ from frictionsim.mechanisms.single_dof import (
     SingleDofScenario,
 )
 from frictionsim.results import Channel
-from frictionsim.scenario.friction_law import FrictionLaw, check_kinetic
 from frictionsim.scenario.methods import REGULARISED, SET_VALUED
-from frictionsim.scenario.schema import Params, inconsistent, unit_field
+from frictionsim.scenario.schema import FrictionLaw, Params, check_kinetic, inconsistent, unit_field
 from frictionsim.scenario.signal_tables import TimeSignal
 
 

@@ -20,7 +20,7 @@ from frictionsim.mechanisms.single_dof import (
 )
 from frictionsim.results import Channel
 from frictionsim.scenario.schema import inconsistent
-from frictionsim.scenario.signal_checks import extremes
+from frictionsim.scenario.signal_tables import extremes
 
 
 class MarbleMachineScenario(SingleDofScenario):

@@ -64,7 +64,7 @@ from frictionsim.mechanisms.effects import CONTACT_NAME, ROUNDING
 from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_of_lift
 from frictionsim.results import FORWARD, SLACK, STICK, TAUT, Check, Quantities, Quantity, Transition
-from frictionsim.scenario.signal_checks import extremes
+from frictionsim.scenario.signal_tables import extremes
 from frictionsim.solvers.multi_contact import (
     Balance,
     Contact,

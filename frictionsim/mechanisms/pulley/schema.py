@@ -17,11 +17,9 @@ from frictionsim.mechanisms.single_dof import (
     SingleDofScenario,
 )
 from frictionsim.results import Channel
-from frictionsim.scenario.friction_law import CoefficientsOfFriction
 from frictionsim.scenario.methods import EVENTS_ONLY, SET_VALUED, Pairs
-from frictionsim.scenario.schema import Params, inconsistent, unit_field
-from frictionsim.scenario.signal_checks import extremes
-from frictionsim.scenario.signal_tables import TimeSignal, signal_from
+from frictionsim.scenario.schema import CoefficientsOfFriction, Params, inconsistent, unit_field
+from frictionsim.scenario.signal_tables import TimeSignal, extremes, signal_from
 from frictionsim.scenario.signals import Signal
 
 MAX_EXPONENT = 100.0  # of exp(mu_s wrap), the ratio of tensions at which a cord slips

@@ -60,8 +60,7 @@ from frictionsim.mechanisms.belt_drive.kernels.wrap import (
     times_factor,
     wrap_rate,
 )
-from frictionsim.scenario.friction_law import CoefficientsOfFriction
-from frictionsim.scenario.schema import inconsistent, unit_field
+from frictionsim.scenario.schema import CoefficientsOfFriction, inconsistent, unit_field
 from frictionsim.solvers import friction_curve as curve
 
 if TYPE_CHECKING:

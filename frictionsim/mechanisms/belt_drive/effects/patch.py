@@ -6,8 +6,7 @@ import numpy as np
 from pydantic import model_validator
 
 from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect, Chain
-from frictionsim.scenario.friction_law import CoefficientsOfFriction
-from frictionsim.scenario.schema import inconsistent, unit_field
+from frictionsim.scenario.schema import CoefficientsOfFriction, inconsistent, unit_field
 
 if TYPE_CHECKING:
     import numpy.typing as npt

@@ -1,30 +1,42 @@
-"""Scenarios to start from: the values of an example, with the meaning of all keys as comments."""
+"""Scenarios to start from, and the JSON schema of scenarios for editors and other programs.
 
-import json
-import re
+Both are made from the models that validate scenarios. A template has the values of an example, with
+the meaning of all keys as comments.
+"""
+
 from collections.abc import Iterator, Mapping
 from textwrap import wrap
-from typing import Any, Literal, NamedTuple, get_args, get_origin
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core import core_schema
 
 from frictionsim.errors import InputError
-from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.kinds import mechanism_module, sound_kinds
 from frictionsim.scenario.methods import LAWS, laws_of, methods_of
-from frictionsim.scenario.model_fields import holds, key_names, models_in, table_model
-from frictionsim.scenario.parsed_text import toml_tables
+from frictionsim.scenario.model_fields import (
+    FREE_NAME,
+    LAST,
+    TableKey,
+    key_names,
+    models_in,
+    table_keys,
+    table_model,
+    types_and_choices,
+    unit_of,
+)
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import shipped_scenarios
 from frictionsim.scenario.signal_tables import FORMS_BESIDE_NUMBER, AngleTable, SpeedTable
+from frictionsim.scenario.toml_data import toml_tables, toml_value
 
 WIDTH = 100  # characters of a line, where words can be wrapped
 MAX_COLUMN = 34  # of the comments beside keys
 MIN_COMMENT = 40  # characters; a comment with less room goes below its key
-# Described last: how a scenario is solved comes after what it is.
-LAST = ("solver", "output")
-# The key that stands for a name which the scenario is free to choose.
-FREE_NAME = "NAME"
+DRAFT = "https://json-schema.org/draft/2020-12/schema"
+DEFINITIONS = "#/$defs/{model}"
 
 
 class _WrittenNumber(float):
@@ -160,88 +172,76 @@ class _Template:
     ) -> list[str]:
         """Return the lines of a table, and of the tables in it, with an empty line after each.
 
-        Parameters
-        ----------
-        path : tuple of str
-            The keys that lead to it.
-        model : type
-        values : mapping
-        header : tuple of str
-            Its first lines; none for the keys above the first table.
+        `path` are the keys that lead to it, and `header` its first lines; none for the keys above
+        the first table.
         """
-        fields = sorted(model.model_fields.items(), key=lambda item: item[0] in LAST)
-        named = [(field.alias or name, field) for name, field in fields]
-        keys = [(name, field) for name, field in named if table_model(field.annotation) is None]
-        # A key that takes nothing is there only to be refused with a reason.
-        keys = [(name, field) for name, field in keys if field.annotation is not type(None)]
-        rows = [self._row(name, field, values) for name, field in keys]
+        keys = list(table_keys(model))
+        rows = [self._row(key, values) for key in keys if key.table is None]
         rows.sort(key=lambda row: row[0].startswith("# "))  # what may be left out is last
-        lines = [*header] if rows or not named else []
+        lines = [*header] if rows or not keys else []
         lines += _beside(rows)
         if lines:
             lines.append("")
-        for name, field in named:
-            inner = table_model(field.annotation)
-            if inner is not None:
-                lines += self._tables((*path, name), field, inner, values.get(name))
+        for key in keys:
+            if key.table is not None:
+                lines += self._tables((*path, key.name), key, key.table, values.get(key.name))
         return lines
 
     def _tables(
-        self, path: tuple[str, ...], field: FieldInfo, model: type[BaseModel], value: Any
+        self, path: tuple[str, ...], key: TableKey, model: type[BaseModel], value: Any
     ) -> list[str]:
         """Return the lines of the tables that a key holds: one, one for each name, or a list."""
-        about = _about(field, model)
-        if holds(field.annotation, dict):
+        about, dotted = _about(key.field, model), ".".join(path)
+        tables: list[tuple[tuple[str, ...], str, Any]] = [(path, f"[{dotted}]", value)]
+        if key.has_names:
             named = {FREE_NAME: {}} if value is None else value
-            parts = [
-                self.table(
-                    (*path, name), model, inner, _header(f"[{'.'.join(path)}.{name}]", about)
-                )
-                for name, inner in named.items()
+            tables = [((*path, name), f"[{dotted}.{name}]", table) for name, table in named.items()]
+        elif key.is_list:
+            tables = [
+                (path, f"[[{dotted}]]", table) for table in ([{}] if value is None else value)
             ]
-        elif holds(field.annotation, tuple):
-            listed = [{}] if value is None else value
-            header = _header(f"[[{'.'.join(path)}]]", about)
-            parts = [self.table(path, model, inner, header) for inner in listed]
-        else:
-            inner = self.examples.table(path) if value is None else value
-            parts = [self.table(path, model, inner, _header(f"[{'.'.join(path)}]", about))]
-        lines = [line for part in parts for line in part]
+        elif value is None:
+            tables = [(path, f"[{dotted}]", self.examples.table(path))]
+        lines = [
+            line
+            for inner, brackets, table in tables
+            for line in self.table(inner, model, table, _header(brackets, about))
+        ]
         left_out = value is None and path[-1] not in LAST
         return [f"# {line}".rstrip() if line else "" for line in lines] if left_out else lines
 
-    def _row(self, name: str, field: FieldInfo, values: Mapping[str, Any]) -> tuple[str, str]:
+    def _row(self, key: TableKey, values: Mapping[str, Any]) -> tuple[str, str]:
         """Return a key with its value, commented out if it may be left out, and its meaning."""
+        name, field = key.name, key.field
         value = values.get(name, None if field.is_required() else field.default)
-        text = f"{name} = {'' if value is None else _toml(value)}".rstrip()
+        text = f"{name} = {'' if value is None else toml_value(value, _number)}".rstrip()
         optional = name not in values and not field.is_required()
-        return f"# {text}" if optional else text, self._meaning(name, field)
+        return f"# {text}" if optional else text, self._meaning(key)
 
-    def _meaning(self, name: str, field: FieldInfo) -> str:
+    def _meaning(self, key: TableKey) -> str:
         """Return unit, meaning and choices of a key."""
-        if name == "kind":
+        if key.name == "kind":
             return "Kind of mechanism."
-        extra = field.json_schema_extra
-        unit = str(extra.get("unit", "1")) if isinstance(extra, dict) else "1"
-        models = list(models_in(field.annotation))
-        what = ["" if unit == "1" else unit, "signal" if len(models) > 1 else ""]
+        unit, models = unit_of(key.field), list(models_in(key.field.annotation))
+        words = ["" if unit == "1" else unit, "signal" if len(models) > 1 else ""]
         if SpeedTable in models and AngleTable not in models:  # the heading has all forms of both
-            what[1] += " or {speed = [...], value = [...]}"
-        if what[1] and holds(field.annotation, tuple):
-            what[1] += ", or a list of them, which add"
-        before = ", ".join(filter(None, what))
-        parts = (before and f"{before}:", field.description or "", self._choice(name, field))
+            words[1] += " or {speed = [...], value = [...]}"
+        if words[1] and key.is_list:
+            words[1] += ", or a list of them, which add"
+        before = ", ".join(filter(None, words))
+        parts = (before and f"{before}:", key.field.description or "", self._choice(key))
         return " ".join(filter(None, parts))
 
-    def _choice(self, name: str, field: FieldInfo) -> str:
+    def _choice(self, key: TableKey) -> str:
         """Return the allowed values of a key; empty if it is not an enumeration."""
-        choices = list(_choices(field.annotation))
-        if name == "backend":
+        values = types_and_choices(key.field.annotation)
+        choices = [value for value in values if isinstance(value, str)]
+        if key.name == "backend":
             choices = list(methods_of(self._scenario.PAIRS))
-        elif name == "channels":
+        elif key.name == "channels":
             choices = list(self._scenario.CHANNELS)
-        of = "Any" if holds(field.annotation, tuple) else "One"
-        return f"{of} of {', '.join(map(_toml, choices))}." if choices else ""
+        of = "Any" if key.is_list else "One"
+        return f"{of} of {', '.join(map(toml_value, choices))}." if choices else ""
 
 
 def _beside(rows: list[tuple[str, str]]) -> list[str]:
@@ -275,32 +275,121 @@ def _about(field: FieldInfo, model: type[BaseModel]) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _choices(annotation: Any) -> Iterator[Any]:
-    """Yield the literal values of an annotation."""
-    if get_origin(annotation) is Literal:
-        yield from get_args(annotation)
-        return
-    for argument in get_args(annotation):
-        yield from _choices(argument)
-
-
-def _toml(value: Any) -> str:
-    """Return a value as TOML on one line."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
+def _number(value: float) -> str:
+    """Return a number of TOML as it is written by hand: 2.4e-4, 10_000."""
     if isinstance(value, _WrittenNumber):
         return value.text
     if isinstance(value, int):
         return f"{value:_}"
-    if isinstance(value, dict):
-        return f"{{ {', '.join(f'{_key(k)} = {_toml(v)}' for k, v in value.items())} }}"
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_toml, value))}]"
-    if isinstance(value, float):
-        digits, exponent, power = repr(value).partition("e")
-        return f"{digits}e{int(power)}" if exponent else digits
-    return json.dumps(value, ensure_ascii=False)
+    digits, exponent, power = repr(value).partition("e")
+    return f"{digits}e{int(power)}" if exponent else digits
 
 
-def _key(name: str) -> str:
-    return name if re.fullmatch(r"[\w-]+", name, re.ASCII) else json.dumps(name)
+def schema(kind: str | None = None) -> dict[str, Any]:
+    """Return the JSON schema of the scenarios of a kind of mechanism.
+
+    It has description, unit and default of each key, and refuses unknown keys. What must go
+    together, such as law and method, or mu_k and mu_s, is checked when a scenario is loaded.
+
+    Parameters
+    ----------
+    kind : str, optional
+        Without it, the schema is that of all kinds, and the key `kind` decides.
+
+    Returns
+    -------
+    dict
+        A schema of draft 2020-12.
+
+    Raises
+    ------
+    InputError
+        If there is no such kind.
+    """
+    if kind is not None:
+        return {"$schema": DRAFT, **_of_kind(kind, DEFINITIONS)}
+    kinds = list(sound_kinds())
+    choices: dict[str, Any] = {"enum": kinds, "description": "Kind of mechanism."}
+    return {
+        "$schema": DRAFT,
+        "title": "Scenario of frictionsim",
+        "type": "object",
+        "required": ["kind"],
+        "properties": {"kind": choices},
+        "allOf": [
+            {
+                "if": {"required": ["kind"], "properties": {"kind": {"const": of}}},
+                "then": {"$ref": f"#/$defs/{of}"},
+            }
+            for of in kinds
+        ],
+        # Kinds may have models of one name, so that each keeps its own definitions.
+        "$defs": {of: _of_kind(of, f"#/$defs/{of}/$defs/{{model}}") for of in kinds},
+    }
+
+
+class _TomlSchema(GenerateJsonSchema):
+    """Schemas of tables in TOML, which has no null: an optional key is left out."""
+
+    def nullable_schema(self, schema: core_schema.NullableSchema) -> JsonSchemaValue:
+        return self.generate_inner(schema["schema"])
+
+    def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
+        default = schema.get("default")
+        if default is None or isinstance(default, BaseModel):
+            return self.generate_inner(schema["schema"])
+        return super().default_schema(schema)
+
+    def tuple_schema(self, schema: core_schema.TupleSchema) -> JsonSchemaValue:
+        made = super().tuple_schema(schema)
+        items = made.get("prefixItems", [])
+        if items and all(item == items[0] for item in items):
+            # Programs that know an older draft read `items` only.
+            made["items"] = made.pop("prefixItems")[0]
+        return made
+
+    def field_title_should_be_set(self, schema: Any) -> bool:
+        return False
+
+
+def _of_kind(kind: str, ref_template: str) -> dict[str, Any]:
+    model: type[Scenario] = mechanism_module(kind).SCENARIO
+    made = model.model_json_schema(
+        by_alias=True, mode="validation", ref_template=ref_template, schema_generator=_TomlSchema
+    )
+    definitions = made.pop("$defs")
+    for table in (made, *definitions.values()):
+        _describe(table)
+    made["title"] = f"Scenario of a {kind.replace('_', ' ')}"
+    made["properties"]["kind"]["description"] = "Kind of mechanism."
+    _key(made, definitions, "solver", "backend")["enum"] = list(methods_of(model.PAIRS))
+    _key(made, definitions, "output", "channels")["items"]["enum"] = list(model.CHANNELS)
+    return {**made, "$defs": definitions}
+
+
+def _key(
+    made: dict[str, Any], definitions: dict[str, Any], table: str, name: str
+) -> dict[str, Any]:
+    """Return the schema of a key in a table of the scenario."""
+    definition = made["properties"][table]["$ref"].rpartition("/")[2]
+    key: dict[str, Any] = definitions[definition]["properties"][name]
+    return key
+
+
+def _describe(table: dict[str, Any]) -> None:
+    """Shorten the description of a table, add units to those of its keys, and drop dead keys."""
+    table.pop("title", None)  # the name of a class
+    if "description" in table:
+        table["description"] = table["description"].split("\n\n")[0].replace("\n", " ")
+    properties = table.get("properties", {})
+    for name in list(_dead(properties)):
+        del properties[name]
+    for key in properties.values():
+        unit = key.get("unit", "1")
+        if unit != "1":
+            key["description"] = f"{key.get('description', '')} Unit: {unit}.".strip()
+
+
+def _dead(properties: dict[str, Any]) -> Iterator[str]:
+    """Yield the keys that take nothing; they are there for an error that says why."""
+    return (name for name, key in properties.items() if key.get("type") == "null")

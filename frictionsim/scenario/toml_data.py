@@ -1,8 +1,9 @@
-"""The one gate for text that comes out of a file: TOML and JSON are parsed here, within limits.
+"""Tables as data: TOML and JSON texts, keys and values, the scenario in a result.
 
-The text of a scenario, a study, a result or a sweep may be of anyone. Its size and depth are
-limited, so that no text takes minutes or ends in a RecursionError. `key_lines` gives the line of
-each key, which tomllib does not report.
+This is the one gate for text that comes out of a file: TOML and JSON are parsed here, within
+limits. The text of a scenario, a study, a result or a sweep may be of anyone. Its size and depth
+are limited, so that no text takes minutes or ends in a RecursionError. `key_lines` gives the line
+of each key, which tomllib does not report.
 
 tomllib takes a time that grows with the square of the parts of a dotted key, and a millisecond for
 some ten tables; the search for the lines of keys takes as long again.
@@ -11,8 +12,16 @@ some ten tables; the search for the lines of keys takes as long again.
 import json
 import re
 import tomllib
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from os import PathLike, fsdecode
+from typing import TYPE_CHECKING, Any, Literal
+
+from frictionsim.errors import InputError, ScenarioError
+
+if TYPE_CHECKING:
+    from frictionsim.results import Record
+
+KeyPath = tuple[str | int, ...]
 
 # Scenarios are written by hand; long signals belong in a CSV file.
 MAX_BYTES = 1024 * 1024
@@ -129,8 +138,6 @@ def _inner(table: Any) -> Any:
     return [item for item in table if isinstance(item, dict | list)]
 
 
-KeyPath = tuple[str | int, ...]
-
 # A longer statement is a signal of many points. Parsing it again with each added line would be
 # slow, so it is parsed only after lines that may end it.
 LONG_STATEMENT = 100
@@ -203,3 +210,146 @@ def _add(table: dict[str, Any], parent: KeyPath, line: int, lines: dict[KeyPath,
             lines.setdefault(path, line)
             if isinstance(value, dict):
                 left.append((path, value))
+
+
+def keys_and_values(
+    value: Any, path: str = "", lists: Literal["whole", "tables", "all"] = "tables"
+) -> Iterator[tuple[str, Any]]:
+    """Yield the keys of nested tables with dots, as of --set, with their values.
+
+    Parameters
+    ----------
+    value : object
+    path : str
+        Key of the value.
+    lists : {"whole", "tables", "all"}
+        Which lists are entered: none; those of tables, which have their name in the key where each
+        has its own, else their number; all, by number.
+    """
+    entries: Iterable[tuple[Any, Any]] = ()
+    if isinstance(value, Mapping):
+        entries = value.items()
+    elif isinstance(value, list | tuple) and lists == "all":
+        entries = enumerate(value)
+    elif lists == "tables" and isinstance(value, list | tuple) and _are_tables(value):
+        names = [str(row.get("name", "")) for row in value]
+        named = all(names) and len(set(names)) == len(names)
+        entries = zip(names if named else range(len(value)), value, strict=True)
+    if not entries or not value:
+        yield path, value
+        return
+    for key, inner in entries:
+        yield from keys_and_values(inner, f"{path}.{key}" if path else str(key), lists)
+
+
+def _are_tables(rows: Sequence[Any]) -> bool:
+    return all(isinstance(row, Mapping) for row in rows)
+
+
+def plain(value: Any, where: str = "scenario") -> Any:
+    """Return a value as TOML has it: numbers of numpy, arrays, tuples and paths are converted.
+
+    Parameters
+    ----------
+    value : object
+    where : str
+        For the message.
+    """
+    try:
+        return _plain(value, where)
+    except RecursionError:
+        raise ScenarioError(
+            [f"{where}: tables or lists are nested too deeply, or within themselves"]
+        ) from None
+
+
+def _plain(value: Any, where: str) -> Any:
+    if isinstance(value, Mapping):
+        return {
+            str(key): _plain(inner, f"{where}{_below(where)}{key}") for key, inner in value.items()
+        }
+    if hasattr(value, "tolist"):  # of numpy
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(inner, where) for inner in value]
+    if isinstance(value, PathLike):
+        return fsdecode(value)
+    if isinstance(value, bool | int | float | str):
+        return value
+    raise ScenarioError(
+        [f"{where}: expected a number, text, boolean, list or table, got {type(value).__name__}"]
+    )
+
+
+def _below(where: str) -> str:
+    """Return the separator between a place and a key below it: `scenario: solver.rtol`."""
+    return "." if ": " in where else ": "
+
+
+def toml_value(value: Any, number: Callable[[float], str] = repr) -> str:
+    """Return a plain value as TOML in one line.
+
+    Parameters
+    ----------
+    value : bool, int, float, str, list or dict
+    number : callable
+        Returns the text of a number.
+    """
+    if isinstance(value, dict):
+        pairs = (f"{_key(key)} = {toml_value(inner, number)}" for key, inner in value.items())
+        return f"{{ {', '.join(pairs)} }}" if value else "{}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(toml_value(inner, number) for inner in value)}]"
+    if isinstance(value, str):
+        return _quoted(value)
+    return repr(value).lower() if isinstance(value, bool) else number(value)
+
+
+def _key(name: str) -> str:
+    return name if re.fullmatch(r"[\w-]+", name, re.ASCII) else _quoted(name)
+
+
+def _quoted(text: str) -> str:
+    """Return a text as TOML; unlike JSON it has no surrogate pairs and no DEL."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def scenario_of(result: "Record") -> dict[str, Any]:
+    """Return the scenario of a result as data."""
+    try:
+        return toml_tables(result.attributes["scenario"])
+    except ValueError as error:
+        raise InputError(f"cannot read the scenario in this result: {error}") from None
+
+
+def scenario_value(result: "Record", *keys: str | int) -> Any:
+    """Return a value of the scenario of a result.
+
+    Parameters
+    ----------
+    result : Record
+    *keys : str or int
+        Path of the value.
+    """
+    value: Any = scenario_of(result)
+    for key in keys:
+        try:
+            value = value[key]
+        except (KeyError, TypeError, IndexError):
+            where = ".".join(map(str, keys))
+            raise InputError(f"the scenario in this result has no {where}") from None
+    return value
+
+
+def differing_keys(results: "Sequence[Record]") -> dict[str, list[Any]]:
+    """Return the keys, as of --set, in which the scenarios of results differ.
+
+    Returns
+    -------
+    dict of list
+        The value of each result; None where it has no such key.
+    """
+    found = [dict(keys_and_values(scenario_of(result))) for result in results]
+    names = dict.fromkeys(name for values in found for name in values)
+    compared = {name: [values.get(name) for values in found] for name in names}
+    return {name: values for name, values in compared.items() if values != values[:1] * len(found)}
