@@ -87,18 +87,6 @@ def test_plot_returns_a_figure(result: fs.Result, tmp_path: Path) -> None:
     assert (tmp_path / "a.png").stat().st_size > 10_000
 
 
-def test_plot_takes_the_place_of_axes(result: fs.Result) -> None:
-    figure, axes = plt.subplots(2, 2, figsize=(16, 12), layout="constrained")
-    try:
-        for ax in axes.flat:
-            assert fs.plot(result, view="response", ax=ax) is figure
-        assert len(figure.subfigs) == 4
-        assert figure.axes
-        assert not set(axes.flat) & set(figure.axes)
-    finally:
-        plt.close(figure)
-
-
 # --- cost -----------------------------------------------------------------------------------
 
 
@@ -144,11 +132,6 @@ def test_a_study_is_saved_and_drawn(study: fs.Study, tmp_path: Path) -> None:
     assert (tmp_path / "a.csv").read_bytes() == before
     with h5py.File(tmp_path / "a.h5") as file:
         assert np.array_equal(file["cost/error"], study.dataset["error"], equal_nan=True)
-    figure, axes = plt.subplots(1, 2, figsize=(16, 6), layout="constrained")
-    try:
-        assert study.plot(ax=axes[1]) is figure
-    finally:
-        plt.close(figure)
     study.plot().savefig(tmp_path / "a.png")
 
 

@@ -174,7 +174,8 @@ def test_a_scenario_survives_its_tables_and_toml(data: dict[str, Any]) -> None:
 
 def test_a_scenario_is_frozen_hashable_and_picklable() -> None:
     scenario = fs.load(PULLEY, {MU_S: 0.3})
-    for model, name in ((scenario, "title"), (scenario.solver, "rtol")):
+    tables: list[tuple[Any, str]] = [(scenario, "title"), (scenario.solver, "rtol")]
+    for model, name in (*tables, (scenario.drive.force, "time")):
         with pytest.raises(pydantic.ValidationError, match="frozen"):
             setattr(model, name, 1e-3)
     same, other = fs.load(PULLEY, {MU_S: 0.3}), fs.load(PULLEY)

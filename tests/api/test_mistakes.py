@@ -25,12 +25,6 @@ def test_an_effect_is_taken_out_by_none() -> None:
     assert fs.load(PULLEY, {"solver.max_step": None}) == fs.load(PULLEY)
 
 
-def test_equal_overrides_are_written_alike() -> None:
-    mapping = fs.load(PULLEY, {"solver.rtol": 1e-6, "solver.backend": "rkf45"})
-    texts = fs.load(PULLEY, ["solver.rtol = 1e-6"], backend="rkf45")
-    assert mapping.origin == texts.origin
-
-
 def test_threads_write_results_at_once(tmp_path: Path) -> None:
     whole = tmp_path / "whole.h5"
     fs.solve(PULLEY, output=whole)
@@ -39,11 +33,6 @@ def test_threads_write_results_at_once(tmp_path: Path) -> None:
         results = list(pool.map(lambda file: fs.solve(PULLEY, output=file), files))
     assert {result.status for result in results} == {"done"}
     assert {file.read_bytes() for file in files} == {whole.read_bytes()}
-
-
-def test_an_arithmetic_error_of_the_progress_function_is_its_own() -> None:
-    with pytest.raises(ZeroDivisionError):
-        fs.solve(PULLEY, progress=lambda t: 1.0 / 0.0)
 
 
 def test_quantities_are_numbers_with_a_unit() -> None:

@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray
@@ -53,10 +52,3 @@ def test_a_file_and_a_dataset_and_a_part_of_it_are_drawn(
         assert len(figure.axes) == count
         (line,) = figure.axes[0].lines
         np.testing.assert_array_equal(line.get_ydata(), dataset["final_angle"].values[:, 1])
-
-
-def test_a_sweep_is_drawn_in_the_place_of_axes(swept: tuple[xarray.Dataset, Path]) -> None:
-    figure, axes = plt.subplots(1, 2, figsize=(14, 6), layout="constrained")
-    assert fs.plot(swept[0], ax=axes[0]) is figure
-    assert axes[0] not in figure.axes
-    plt.close(figure)

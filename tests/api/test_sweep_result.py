@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
 import frictionsim as fs
@@ -39,6 +40,12 @@ def test_results_are_summarised_drawn_and_saved_alike(swept: fs.Sweep, tmp_path:
         assert found.summary().splitlines()[0] in found._repr_html_().replace("&#x27;", "'")
         assert found.to_json()["status"] == "done"
         assert isinstance(found.plot(), Figure)
+        figure, axes = plt.subplots(1, 2, figsize=(14, 6), layout="constrained")
+        assert found.plot(ax=axes[1]) is figure
+        assert axes[0] in figure.axes
+        assert axes[1] not in figure.axes
+        assert [len(part.axes) for part in figure.subfigs] == [len(found.plot().axes)]
+        plt.close(figure)
         assert found.save(tmp_path / name) == tmp_path / name
         assert (tmp_path / name).stat().st_size
 

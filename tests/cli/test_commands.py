@@ -24,11 +24,6 @@ from tests.support.scenarios import ROOT, SCENARIOS, pulley
 
 PULLEY = str(SCENARIOS / "pulley.toml")
 LOAD = 2224.1  # N, of the shipped pulley
-CHATTERING = [
-    *["--set", "effects.shaft_friction.law=published", "--backend", "rkf45"],
-    *["--set", "solver.duration=12"],
-    *["--set", f"drive.force={{sine={{mean={LOAD}, amplitude=500, frequency_hz=0.2}}}}"],
-]
 LOOSE = ["--set", "solver.rtol=1e-4", "-q"]
 
 
@@ -238,27 +233,6 @@ def test_solve_refuses_an_output_without_write_permission(
     assert (out, err.startswith("frictionsim: old.h5: cannot write the result: ")) == ("", True)
     assert Path("old.h5").read_bytes() == b"the result of yesterday"
     assert os.listdir() == ["old.h5"]
-
-
-@pytest.mark.parametrize(
-    ("options", "reason", "code"),
-    [
-        (CHATTERING, "chattering at t = ", 1),
-        (["--set", "solver.max_steps=10"], "limit of 10 steps reached", 5),
-    ],
-)
-def test_a_solver_failure_has_its_exit_code_and_keeps_the_samples(
-    options: list[str], reason: str, code: int, told: Run
-) -> None:
-    out, err = told("solve", PULLEY, *options, "-o", "a.h5", "--json", code=code)
-    assert err.startswith(f"frictionsim: run failed: {reason}")
-    assert "samples up to this time are in a.h5, status 'failed'" in err
-    summary = strict_json(out)
-    assert (summary["status"], summary["reason"][: len(reason)]) == ("failed", reason)
-    kept = hdf5_reader.read(Path("a.h5"))
-    assert (kept.attributes["status"], kept.attributes["reason"]) == ("failed", summary["reason"])
-    assert kept.channels["time"].size > 1
-    assert all(np.isfinite(channel).all() for channel in kept.channels.values())
 
 
 def test_a_failed_audit_exits_3_and_names_the_check(

@@ -18,10 +18,6 @@ SCENARIO = (
 )
 
 
-def test_without_v_nothing_is_logged(told: Run) -> None:
-    assert told("solve", PULLEY, "-q") == ("", "")
-
-
 def test_the_log_is_not_in_the_json(told: Run) -> None:
     out, err = told("solve", PULLEY, "--json", "-vv")
     assert strict_json(out)["status"] == "done"

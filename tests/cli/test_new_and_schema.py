@@ -51,11 +51,6 @@ def test_a_schema_that_is_there_is_kept(told: Run) -> None:
     assert Path("pulley.schema.json").read_text(encoding="utf-8") == made
 
 
-def test_a_new_scenario_runs(told: Run) -> None:
-    told("new", "pulley", "hoist.toml")
-    assert "result: results/hoist.h5" in told("solve", "hoist.toml")[0]
-
-
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_shipped_scenario_is_written(name: str, told: Run) -> None:
     shutil.copy(SCENARIOS / "hard" / "jump.csv", "jump.csv")

@@ -97,13 +97,6 @@ def test_a_sweep_has_the_size_and_style(told: Callable[..., tuple[str, str]], fo
     assert float(width[1]) == pytest.approx(84 / 25.4 * 72, abs=0.01)
 
 
-@pytest.mark.parametrize("title", ["$a_$", "bad $\\foo$ math"])
-def test_titles_are_drawn_verbatim(title: str, told: Callable[..., tuple[str, str]]) -> None:
-    fs.solve(SCENARIOS / "pulley.toml", {"title": title, **QUICK}, output="title.h5")
-    assert told("title.h5", "-o", "title.svg") == ("title.svg\n", "")
-    assert f">{title}" in Path("title.svg").read_text(encoding="utf-8")
-
-
 def test_python_has_the_same_options(folder: Path) -> None:
     figure = fs.plot(
         [folder / "a.h5", fs.open(folder / "b.h5")],

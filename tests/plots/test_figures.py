@@ -27,10 +27,8 @@ from frictionsim.errors import InputError, OutputError
 from frictionsim.plots import VIEWS, draw, plot, save, views_of
 from frictionsim.plots import time_history as over_time
 from frictionsim.plots.picture_file import png
-from frictionsim.plots.work_precision import diagram
 from frictionsim.results import OPEN, SLACK, STICK, TAUT, Record
 from frictionsim.simulation.phases import with_jumps
-from frictionsim.work_precision.outcome import WorkPrecision
 from tests.plots.test_plots import MAX_BYTES
 from tests.support.records import DRAWN, drawn_views, shown, views_of_record, with_channels
 
@@ -155,14 +153,6 @@ def test_a_view_that_fails_leaves_the_figure_as_it_was(layout: str) -> None:
     assert figure.subplotpars.left == margins
     engine = figure.get_layout_engine()
     assert isinstance(engine, ConstrainedLayoutEngine) == (layout == "constrained")
-
-
-def test_a_study_is_drawn_in_place_of_axes() -> None:
-    study = WorkPrecision(None, (), None, [], "done", "", 0, title="A pulley")
-    assert tuple(diagram(study).get_size_inches()) == (9.0, 5.4)
-    figure, axes = grid("constrained")
-    assert diagram(study, ax=axes[0, 0]) is figure
-    assert figure.subfigs[0].get_suptitle().endswith("error against run time")
 
 
 @pytest.mark.slow

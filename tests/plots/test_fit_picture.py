@@ -3,7 +3,6 @@
 from functools import cache
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -45,13 +44,6 @@ def test_data_fit_and_residuals_over_time(series: fs.Fit, tmp_path: Path) -> Non
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels == ["data", "fit", "data minus fit"]
     assert series.save(tmp_path / "fit.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_in_the_place_of_axes(series: fs.Fit) -> None:
-    figure, axes = plt.subplots(1, 2, layout="constrained")
-    assert series.plot(ax=axes[1]) is figure
-    assert len(figure.axes) == 5
-    plt.close(figure)
 
 
 @cache

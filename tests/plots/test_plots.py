@@ -26,12 +26,6 @@ SHIPPED = [
 ]
 
 
-def test_plot_command_names_what_it_wrote(told: Callable, here: Path) -> None:
-    hdf5_writer.write(simulate(pulley(effects=None)), here / "bare.h5")
-    assert told("plot", "bare.h5") == ("bare.png\n", "")
-    assert (here / "bare.png").read_bytes().startswith(b"\x89PNG")
-
-
 def test_view_all_draws_each_view_that_has_channels_into_its_own_file(
     told: Callable, here: Path
 ) -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import h5py
-import numpy as np
 import pytest
 import tomli_w
 
@@ -151,25 +150,6 @@ def test_interruption_at_any_step_gives_identical_bytes(
     )
     stops = ([place] for place in range(first, calls_of(data), 5))
     assert_same_when_interrupted(data, tmp_path, *stops)
-
-
-def test_resume_grants_the_step_limit_again(tmp_path: Path) -> None:
-    data = pulley(drive__force=SINE)
-    hdf5_writer.write(simulate(data), tmp_path / "whole.h5")
-    path = tmp_path / "a.h5"
-    result = simulate(changed(data, solver__max_steps=50))
-    turns = 0
-    while result.status != "done":
-        assert (result.failure, result.statistics.steps + result.statistics.rejected) == (
-            "budget_exceeded",
-            50 * (turns + 1),
-        )
-        hdf5_writer.write(result, path)
-        result, turns = resumed(path), turns + 1
-    assert turns > 5
-    whole = hdf5_reader.read(tmp_path / "whole.h5")
-    for name, channel in result.channels.items():
-        np.testing.assert_array_equal(channel, whole.channels[name], err_msg=name)
 
 
 def test_run_time_is_summed_over_all_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
