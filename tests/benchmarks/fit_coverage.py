@@ -36,21 +36,11 @@ ABOVE = [
 
 
 class Case(NamedTuple):
-    """Data of one kind, with a truth and noise that depend on the seed.
+    """Data of one kind, with a truth and noise that depend on the seed."""
 
-    Attributes
-    ----------
-    keys : tuple of str
-        That are free.
-    fit : callable
-        Of the true values and a generator of random numbers.
-    truths : mapping of (float, float)
-        The ranges of true values that are not those of TRUTHS.
-    """
-
-    keys: tuple[str, ...]
-    fit: Callable[[dict[str, float], np.random.Generator], fs.Fit]
-    truths: Mapping[str, tuple[float, float]] = MappingProxyType({})
+    keys: tuple[str, ...]  # that are free
+    fit: Callable[[dict[str, float], np.random.Generator], fs.Fit]  # of the true values
+    truths: Mapping[str, tuple[float, float]] = MappingProxyType({})  # other ranges of them
 
 
 def scenario(duration: float = 2.0) -> fs.Scenario:

@@ -17,8 +17,8 @@ from frictionsim.results import Record
 from frictionsim.scenario.loading import validate
 from tests.support.drawn_lifts import FAMILIES, Scenario, numbers
 from tests.support.lift_energies import energies, largest_violation
-from tests.support.lift_records import CONTACTS, SLACK, changes
 from tests.support.lift_reference import Solution, solve
+from tests.support.lifts import CONTACTS, SLACK, changes
 from tests.support.scenarios import SCENARIOS, changed, simulate
 
 # Draws in which something happens. In `pushed` 16 a rope is slack for 13 ms and by 0.5 mm/s. In

@@ -8,12 +8,12 @@ import pytest
 from frictionsim.mechanisms import pulley
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT, Record
 from frictionsim.scenario.loading import validate
-from tests.support.lift_records import changes
 from tests.support.lift_reference import solve
 from tests.support.lifts import (
     CORD,
     GRAVITY,
     SHAFT,
+    changes,
     events,
     grips,
     lift,

@@ -18,7 +18,7 @@ from frictionsim.io.hdf5_reader import read_costs
 from frictionsim.plots.picture_file import image_for_page
 from frictionsim.plots.work_precision import diagram
 from frictionsim.work_precision.table import study_of
-from tests.support.browser import opened
+from tests.support.browser import check_sorting, opened, without_scripts
 from tests.support.scenarios import ROOT, changed, pulley
 
 HOSTILE = "<b>b</b></script><script>alert(1)</script> \"q\" 'p' & \x1b[31m \u202eend"
@@ -97,45 +97,29 @@ def test_numbers_that_no_axis_shows_are_in_the_table_only(
     assert "1e+300" in page
 
 
-VALUES = """[...document.querySelectorAll("#settings tbody tr")].map((row) =>
-    Number(row.cells[document.querySelector("[aria-sort]").cellIndex].dataset.value))"""
-
-
 def test_the_table_is_sorted_by_numbers_with_the_keyboard(
     browser: Any, study: fs.Study, files: dict[str, Path], tmp_path: Path
 ) -> None:
     with opened(browser, fs.report(files[".h5"], tmp_path / "costs.html")) as page:
-        heading = page.locator("#settings th", has_text="steps").first
-        heading.get_by_role("button").focus()
-        page.keyboard.press("Enter")
-        ascending = page.evaluate(VALUES)
-        assert ascending == sorted(row.steps for row in study.data.rows)
-        assert heading.get_attribute("aria-sort") == "ascending"
-        page.keyboard.press("Enter")
-        assert page.evaluate(VALUES) == ascending[::-1]
+        check_sorting(page, "#settings", "steps", [row.steps for row in study.data.rows])
 
 
 def test_a_report_of_costs_is_complete_without_scripts(
     browser: Any, study: fs.Study, tmp_path: Path
 ) -> None:
     report = fs.report(study, tmp_path / "costs.html")
-    context = browser.new_context(java_script_enabled=False)
-    page = context.new_page()
-    page.goto(report.as_uri())
-    shown = page.inner_text("body")
-    assert all(
-        sentence.split(" ms")[0].rpartition(",")[0] in shown for sentence in study.recommendations
-    )
-    # Wall time is in s, as in the diagram, and nothing else is.
-    assert not re.search(r"\d ms\b", shown)
-    assert re.search(r"for 1 %: .*, [\d.e-]+ s, error", shown)
-    assert "wall time, s" in shown
-    assert " / " not in page.inner_text("#settings thead")
-    assert page.locator("#settings tbody tr").count() == len(study.data.rows)
-    assert page.locator("table:not(:has(caption))").count() == 0
-    assert page.locator("th:not([scope])").count() == 0
-    assert page.locator("img.picture").count() == 1
-    context.close()
+    with without_scripts(browser, report) as page:
+        shown = page.inner_text("body")
+        for sentence in study.recommendations:
+            assert sentence.split(" ms")[0].rpartition(",")[0] in shown
+        # Wall time is in s, as in the diagram, and nothing else is.
+        assert not re.search(r"\d ms\b", shown)
+        assert re.search(r"for 1 %: .*, [\d.e-]+ s, error", shown)
+        assert "wall time, s" in shown
+        assert " / " not in page.inner_text("#settings thead")
+        assert page.locator("#settings tbody tr").count() == len(study.data.rows)
+        assert page.locator("th:not([scope]), table:not(:has(caption))").count() == 0
+        assert page.locator("img.picture").count() == 1
 
 
 def rewritten(file: Path, target: Path, *cells: tuple[int, str, str]) -> Path:

@@ -10,7 +10,7 @@ import pytest
 
 import frictionsim as fs
 from tests.support.belt_results import TWO, belt_run
-from tests.support.browser import opened, wait_until
+from tests.support.browser import opened, wait_until, without_scripts
 from tests.support.scenarios import SCENARIOS
 
 WIDE = {"width": 1400, "height": 1000}
@@ -306,13 +306,10 @@ def test_a_comparison_overlays_its_results_and_follows_system_and_button(
 
 
 def test_without_scripts_the_tables_are_there(browser: Any, files: Path) -> None:
-    context = browser.new_context(java_script_enabled=False)
-    page = context.new_page()
-    page.goto((files / "pulley.html").as_uri())
-    for words in ("force_to_lift", "energy_balance", "comes to rest", "mu_s = 0.2"):
-        assert page.get_by_text(words).first.is_visible(), words
-    assert page.locator("noscript p").is_visible()
-    context.close()
+    with without_scripts(browser, files / "pulley.html") as page:
+        for words in ("force_to_lift", "energy_balance", "comes to rest", "mu_s = 0.2"):
+            assert page.get_by_text(words).first.is_visible(), words
+        assert page.locator("noscript p").is_visible()
 
 
 HARM = "</script><script>window.harm = 1</script>\"'<img src=x onerror=alert(1)> %{y} <b>$x$</b>"

@@ -16,15 +16,13 @@ from frictionsim.parameter_study.statistics import extremes
 from frictionsim.plots.picture_file import save
 from frictionsim.reports import sweep_report
 from frictionsim.reports.sweep_report import sweep_page
-from tests.support.browser import opened
+from tests.support.browser import check_sorting, opened, without_scripts
 from tests.support.scenarios import SCENARIOS
 
 PULLEY = SCENARIOS / "pulley.toml"
 MU, LOAD = "effects.shaft_friction.mu_s", "mechanism.load"
 LOOSE = {"solver.rtol": 1e-3, "solver.duration": 1.0, "output.interval": 0.1}
 HOSTILE = "<b>b</b></script><script>alert(1)</script> \"q\" 'p' & \x1b[31m \u202eend"
-COLUMN = """[...document.querySelectorAll("#runs tbody tr")].map((row) =>
-    Number(row.cells[document.querySelector("[aria-sort]").cellIndex].dataset.value))"""
 MOST_BYTES = 6e6
 
 
@@ -84,14 +82,7 @@ def test_tables_are_sorted_by_numbers_and_by_keyboard(
 ) -> None:
     with opened(browser, reports["sample"], color_scheme="dark") as page:
         with h5py.File(sample) as file:
-            values = sorted(file["final_angle"][:].tolist())
-        heading = page.locator("#runs th", has_text="final_angle").first
-        heading.get_by_role("button").focus()
-        page.keyboard.press("Enter")
-        assert page.evaluate(COLUMN) == values
-        assert heading.get_attribute("aria-sort") == "ascending"
-        page.keyboard.press("Enter")
-        assert page.evaluate(COLUMN) == values[::-1]
+            check_sorting(page, "#runs", "final_angle", file["final_angle"][:].tolist())
         assert page.evaluate("[...document.images].every((one) => one.naturalWidth > 100)")
 
 
@@ -106,20 +97,17 @@ def test_too_many_keys_for_a_picture_are_told(tmp_path: Path) -> None:
 def test_a_report_of_a_sweep_is_complete_without_scripts(
     browser: Any, grid: Path, reports: dict[str, Path]
 ) -> None:
-    context = browser.new_context(java_script_enabled=False)
-    page = context.new_page()
-    page.goto(reports["grid"].as_uri())
-    shown = page.inner_text("body")
-    assert "6 of 12 runs are done; 6 failed: not in the table below" in shown
-    assert "budget_exceeded" in shown
-    # Its file is named once; headings are those of axes.
-    assert shown.count(str(grid)) == 1
-    assert f"{LOAD}, N" in page.locator("#runs thead").inner_text().split("\t")
-    assert " / " not in page.locator("#runs thead").inner_text()
-    assert page.locator("#runs tbody tr").count() == 12
-    assert "[study]" in page.inner_text("pre")
-    assert page.locator("th:not([scope]), table:not(:has(caption))").count() == 0
-    context.close()
+    with without_scripts(browser, reports["grid"]) as page:
+        shown = page.inner_text("body")
+        assert "6 of 12 runs are done; 6 failed: not in the table below" in shown
+        assert "budget_exceeded" in shown
+        # Its file is named once; headings are those of axes.
+        assert shown.count(str(grid)) == 1
+        assert f"{LOAD}, N" in page.locator("#runs thead").inner_text().split("\t")
+        assert " / " not in page.locator("#runs thead").inner_text()
+        assert page.locator("#runs tbody tr").count() == 12
+        assert "[study]" in page.inner_text("pre")
+        assert page.locator("th:not([scope]), table:not(:has(caption))").count() == 0
 
 
 def hostile(dataset: Any) -> Any:

@@ -10,8 +10,8 @@ import pytest
 from frictionsim.results import Record
 from frictionsim.scenario.loading import load
 from frictionsim.simulation.simulate import run
-from tests.support.lift_records import CONTACTS, changes
 from tests.support.lift_reference import Solution, solve
+from tests.support.lifts import CONTACTS, changes
 from tests.support.scenarios import SCENARIOS, simulate
 
 HARD = SCENARIOS / "hard"

@@ -46,17 +46,7 @@ def browser() -> Iterator[Any]:
 def opened(browser: Any, file: Path, **options: Any) -> Iterator[Any]:
     """Open a report, and check that it logs no error and asks for no other file.
 
-    Parameters
-    ----------
-    browser : playwright Browser
-    file : Path
-    **options
-        Of the page, as color_scheme="dark".
-
-    Yields
-    ------
-    playwright Page
-        When the scripts of the report have started.
+    Options are those of the page, as color_scheme="dark"; its scripts have started.
     """
     page = browser.new_page(**options)
     messages: list[str] = []
@@ -74,6 +64,28 @@ def opened(browser: Any, file: Path, **options: Any) -> Iterator[Any]:
         ]
     finally:
         page.close()
+
+
+@contextmanager
+def without_scripts(browser: Any, file: Path) -> Iterator[Any]:
+    context = browser.new_context(java_script_enabled=False)
+    page = context.new_page()
+    page.goto(file.as_uri())
+    yield page
+    context.close()
+
+
+def check_sorting(page: Any, table: str, column: str, values: list[Any]) -> None:
+    """Sort a table by a column with the keyboard, both ways, and check its values."""
+    shown = f"""[...document.querySelectorAll("{table} tbody tr")].map((row) =>
+        Number(row.cells[document.querySelector("[aria-sort]").cellIndex].dataset.value))"""
+    heading = page.locator(f"{table} th", has_text=column).first
+    heading.get_by_role("button").focus()
+    page.keyboard.press("Enter")
+    assert page.evaluate(shown) == sorted(values)
+    assert heading.get_attribute("aria-sort") == "ascending"
+    page.keyboard.press("Enter")
+    assert page.evaluate(shown) == sorted(values)[::-1]
 
 
 def set_time(page: Any, time: float) -> None:

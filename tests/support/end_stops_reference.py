@@ -106,12 +106,7 @@ def first(condition: Callable[[Any], Any], t: float, end: float) -> float:
 
 
 def events_of(body: Body) -> tuple[list[tuple[Any, ...]], float, float, list[float]]:
-    """Return the events (time, name, from, to, angle), final angle and velocity, impact speeds.
-
-    Raises
-    ------
-    Tied
-    """
+    """Return the events (time, name, from, to, angle), final angle and velocity, impact speeds."""
     t, q, v, mode = 0.0, body.angle, body.velocity, int(np.sign(body.velocity))
     events: list[tuple[Any, ...]] = []
     speeds: list[float] = []

@@ -19,11 +19,7 @@ def stopped_at(
 
     Changes are counted from 1: to open a file in the folder for writing, to wait until it is on
     the disk, to rename it, to remove it. Work with fewer changes ends by itself, as with 0.
-
-    Returns
-    -------
-    int
-        What the work returned, or minus the number of the signal that ended it.
+    Returned is what the work returned, or minus the number of the signal that ended it.
     """
     child = os.fork()
     if child == 0:
