@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from frictionsim.cli.commands import run_command_line
-from frictionsim.scenario.json_schema import schema
+from frictionsim.scenario.authoring import schema
 from frictionsim.scenario.kinds import KINDS
 from frictionsim.scenario.shipped import shipped_scenarios
 from tests.cli.conftest import Run, strict_json
