@@ -1,5 +1,6 @@
 """What all tests share: tiers and settings, one cache of kernels, and the command line."""
 
+import gc
 import json
 import os
 import signal
@@ -74,6 +75,22 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 # Where results are read as users read them; elsewhere a process for each would double the time.
 READ_IN_A_CHILD = ("tests/io/", "tests/robustness/", "tests/api/test_parallel.py")
+
+
+def pytest_collection_finish() -> None:
+    """Leave what the tests have imported out of all later searches for garbage."""
+    _keep_what_is_there()
+
+
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
+    """Do so after each file as well: the program collects garbage before it times a run."""
+    if nextitem is not None and nextitem.path != item.path:
+        _keep_what_is_there()
+
+
+def _keep_what_is_there() -> None:
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
