@@ -98,7 +98,7 @@ class Check(NamedTuple):
 
     @property
     def ok(self) -> bool:
-        """Whether it is passed."""
+        """True if the value does not exceed the limit."""
         return bool(self.value <= self.limit)
 
 
@@ -363,7 +363,7 @@ class Record(NamedTuple):
 
     @property
     def reason(self) -> str:
-        """Why the run stopped, or which checks of its audit failed; empty if done and sound."""
+        """Why the run stopped, or which checks of its audit failed; empty for a sound run."""
         return self.attributes["reason"]
 
     @property

@@ -36,7 +36,7 @@ from frictionsim.plots.time_history import (
 from frictionsim.scenario.loading import ValidationFailure, validate
 from frictionsim.scenario.model_fields import description_of
 from frictionsim.scenario.toml_data import keys_and_values, scenario_of
-from frictionsim.simulation.phases import sticking_phases, with_jumps
+from frictionsim.simulation.record import sticking_phases, with_jumps
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure

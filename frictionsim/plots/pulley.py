@@ -24,7 +24,7 @@ from frictionsim.plots.view import View, over_time
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import ValidationFailure, validate
 from frictionsim.scenario.toml_data import scenario_of, scenario_value
-from frictionsim.simulation.phases import sticking_phases, with_jumps
+from frictionsim.simulation.record import sticking_phases, with_jumps
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure

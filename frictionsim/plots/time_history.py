@@ -25,7 +25,7 @@ from frictionsim.plots.style import (
 )
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.toml_data import scenario_value
-from frictionsim.simulation.phases import (
+from frictionsim.simulation.record import (
     BREAKAWAY,
     IMPACT,
     LEFT,

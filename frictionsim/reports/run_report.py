@@ -28,7 +28,7 @@ from frictionsim.reports.run_tables import (
 )
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.toml_data import scenario_value
-from frictionsim.simulation.phases import event_names, insert_jumps, sticking_phases
+from frictionsim.simulation.record import event_names, insert_jumps, sticking_phases
 
 if TYPE_CHECKING:
     import numpy.typing as npt

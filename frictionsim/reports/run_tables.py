@@ -9,7 +9,7 @@ from frictionsim.errors import InputError
 from frictionsim.reports.html import Html, escaped, folded, html, listed, region, section, table
 from frictionsim.results import Check, Quantity
 from frictionsim.scenario.toml_data import differing_keys
-from frictionsim.simulation.phases import event_names
+from frictionsim.simulation.record import event_names
 
 if TYPE_CHECKING:
     from frictionsim.reports.reported_run import ReportedRun

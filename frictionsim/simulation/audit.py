@@ -64,20 +64,20 @@ def audit(
         applied torque over one radian.
     stops : EndStops or None
     """
-    found = {"energy_balance": energy_check(trajectory, energy_limit, atol, size)}
+    checks = {"energy_balance": energy_check(trajectory, energy_limit, atol, size)}
     if contact is not None:
-        found["friction_law"] = Check(float(friction_violation(trajectory, contact)), ROUNDING)
-        found["dissipation_sign"] = Check(float(driving_power(trajectory)), 0.0)
-        found["stick_drift"] = Check(stick_drift(trajectory), 0.0)
+        checks["friction_law"] = Check(float(friction_violation(trajectory, contact)), ROUNDING)
+        checks["dissipation_sign"] = Check(float(driving_power(trajectory)), 0.0)
+        checks["stick_drift"] = Check(stick_drift(trajectory), 0.0)
     if stops is not None:
-        found["end_stops"] = end_stops_check(trajectory, stops)
+        checks["end_stops"] = end_stops_check(trajectory, stops)
         if trajectory.velocity_before is not None:
-            found["impact_law"] = Check(impact_violation(trajectory, stops), IMPACT_ERROR)
-    return found
+            checks["impact_law"] = Check(impact_violation(trajectory, stops), IMPACT_ERROR)
+    return checks
 
 
 def allowed_residual(rtol: float, steps: int = 0) -> float:
-    """Return the allowed residual of the energy balance of a run of so many steps."""
+    """Return the allowed residual of the energy balance of a run with a number of steps."""
     errors = max(ENERGY_ERROR_PER_RTOL, ENERGY_ERROR_PER_STEP * steps)
     return min(errors * rtol + ROUNDING, MAX_ENERGY_ERROR)
 

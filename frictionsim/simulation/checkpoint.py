@@ -86,10 +86,10 @@ def require_same_arrays(state: Arrays, restored: Arrays) -> None:
             raise unfit(name, "is of another type or shape")
 
 
-def require_names(found: Iterable[str], known: Iterable[str], prefix: str) -> None:
+def require_names(names: Iterable[str], known: Iterable[str], prefix: str) -> None:
     """Check that the arrays of a state are those that are known, `prefix` before their names."""
     expected = set(known)
-    for name in sorted(expected ^ set(found)):
+    for name in sorted(expected ^ set(names)):
         what = "is missing" if name in expected else "is unknown"
         raise unfit(_printable(f"{prefix}{name}"), what)
 

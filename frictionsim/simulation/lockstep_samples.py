@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.results import STICK, Transition
-from frictionsim.simulation.event_samples import MODE, TIME, VELOCITY
+from frictionsim.simulation.single_dof import MODE_COLUMN, TIME_COLUMN, VELOCITY_COLUMN
 from frictionsim.solvers.lockstep_functions import selected
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def samples_of_runs(
     y, at = y[:, order], selected(mechanism, who)
     after = _rows(at, time, y, mode_to)
     before = np.where(held >= 0.0, _rows(at, np.minimum(held, time), y, mode_from), after)
-    before[TIME] = time
+    before[TIME_COLUMN] = time
     sound = ~solver.given_back
     for columns, of in ((start, runs), (last, runs), (before, who), (after, who)):
         sound[of[~np.isfinite(columns).all(axis=0)]] = False
@@ -149,14 +149,14 @@ def with_events(start: Any, last: Any, events: Any, who: Any) -> tuple[Any, Any]
     last.
     """
     before, after, mode_from = events
-    holds = (before[MODE] == STICK) & (before[VELOCITY] == after[VELOCITY])
+    holds = (before[MODE_COLUMN] == STICK) & (before[VELOCITY_COLUMN] == after[VELOCITY_COLUMN])
     at_events = np.where((mode_from == STICK) & holds, before, after)
     runs = np.arange(start.shape[1])
     rows = np.concatenate((start, at_events, last), axis=1)
     run = np.concatenate((runs, who, runs))
     is_event = np.repeat((False, True, False), (runs.size, who.size, runs.size))
-    order = np.lexsort((is_event & (rows[MODE] == STICK), is_event, rows[TIME], run))
+    order = np.lexsort((is_event & (rows[MODE_COLUMN] == STICK), is_event, rows[TIME_COLUMN], run))
     rows, run = rows[:, order], run[order]
-    later = (rows[TIME, 1:] != rows[TIME, :-1]) | (run[1:] != run[:-1])
+    later = (rows[TIME_COLUMN, 1:] != rows[TIME_COLUMN, :-1]) | (run[1:] != run[:-1])
     last_at_its_time = np.append(later, True)
     return rows[:, last_at_its_time], run[last_at_its_time]

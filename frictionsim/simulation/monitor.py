@@ -1,4 +1,4 @@
-"""What watches a run: its progress, what stops it, and limits of its wall time."""
+"""Monitors of a run: progress, interruption, limit of the wall time."""
 
 import logging
 import signal
@@ -21,10 +21,10 @@ class RunMonitor:
     """
 
     def __call__(self, t: float) -> None:
-        """Look at a run after a step that ends at t, s."""
+        """Receive the end of a step, t in s."""
 
     def compiling(self, expected: float) -> AbstractContextManager[None]:
-        """Return the context of a compilation that should take so many seconds."""
+        """Return the context of a compilation, with its expected duration in s."""
         return nullcontext()
 
 

@@ -38,13 +38,14 @@ from frictionsim.simulation.audit import (
     leaves_stick,
     relative_margin,
 )
-from frictionsim.simulation.event_samples import Samples, samples_of
 from frictionsim.simulation.run_warnings import hidden_stick_slip
 from frictionsim.simulation.single_dof import (
     OF_EVENTS,
     RecordedSimulation,
+    Samples,
     final_quantities,
     quantities_of_transitions,
+    samples_of,
 )
 from frictionsim.solvers.multi_contact import (
     HOLDING,
@@ -80,21 +81,23 @@ def audit(
     atol : float
         Absolute tolerance of the integration.
     """
-    found = {"energy_balance": energy_check(trajectory, energy_limit, atol, mechanism.energy_scale)}
+    checks = {
+        "energy_balance": energy_check(trajectory, energy_limit, atol, mechanism.energy_scale)
+    }
     frictions = mechanism.frictions
     if frictions:
         violation = max(friction_violation(trajectory, c, i) for i, c in frictions)
-        found["friction_law"] = Check(violation, ROUNDING)
+        checks["friction_law"] = Check(violation, ROUNDING)
     power = max((driving_power(trajectory, c) for _, c in frictions), default=0.0)
     if frictions or "energy_impact" in trajectory.energy_integrals:
-        found["dissipation_sign"] = Check(max(power, _gain(trajectory)), 0.0)
+        checks["dissipation_sign"] = Check(max(power, _gain(trajectory)), 0.0)
     if mechanism.contacts:
         drifts = (
             held_drift(trajectory, i, c.coordinate, c.name)
             for i, c in enumerate(mechanism.contacts)
         )
-        found["stick_drift"] = Check(max(drifts), 0.0)
-    return found | mechanism.checks(trajectory)
+        checks["stick_drift"] = Check(max(drifts), 0.0)
+    return checks | mechanism.checks(trajectory)
 
 
 def friction_violation(
@@ -379,20 +382,20 @@ class MultiContactSimulation(RecordedSimulation):
     ) -> "Quantities":
         """Return the quantities of the mechanism, of its first contact and of the end."""
         mechanism = self._mechanism
-        found = mechanism.quantities(trajectory)
+        quantities = mechanism.quantities(trajectory)
         if mechanism.frictions:
             end, name = np.max(trajectory.time, initial=-np.inf), mechanism.frictions[0][1].name
-            found |= quantities_of_transitions(
+            quantities |= quantities_of_transitions(
                 [e for e in trajectory.transitions if e.contact == name and e.time <= end]
             )
         if trajectory.time.size:
-            found |= final_quantities(
+            quantities |= final_quantities(
                 float(trajectory.time[-1]),
                 float(trajectory.position[0, -1]),
                 float(trajectory.velocity[0, -1]),
                 {name: float(energy[-1]) for name, energy in energies.items()},
             )
-        return found
+        return quantities
 
     def _run_warnings(self, trajectory: MultiContactTrajectory) -> list[str]:
         """Return the warnings about the run; none if it stopped before its end."""

@@ -1,18 +1,25 @@
-"""The record of a run, from its simulation."""
+"""The record of a run, from its simulation, and its events, sticking phases and jumps."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.results import Record, defined
+from frictionsim.results import OPEN, OTHER_MODES, SLACK, STICK, TAUT, Record, defined
 from frictionsim.simulation.stored_channel import StoredChannel
+from frictionsim.solvers.end_stops import EVENT as END_STOP
 from frictionsim.version import __version__
 
 if TYPE_CHECKING:
     from frictionsim.results import Channel, SimulationResult
     from frictionsim.scenario.settings import Scenario
     from frictionsim.simulation.base import Simulation
+
+BREAKAWAY, REST, REVERSAL = "breakaway", "comes to rest", "reverses"
+# Of a pulley that no body touches, and of a span with and without tension.
+ENGAGEMENT: dict[float, str] = {OPEN: "open", TAUT: "taut", SLACK: "slack"}
+SLIPS, STICKS, IMPACT, LEFT = "slips", "sticks", "impact", "left"
 
 
 def recorded(scenario: "Scenario", simulation: "Simulation", data: "SimulationResult") -> Record:
@@ -96,3 +103,124 @@ def _events(data: "SimulationResult", info: "dict[str, Channel]") -> dict[str, A
         if channel is not None:
             events[name] = _typed(channel, values)
     return {"events": events, "contacts": contacts}
+
+
+def with_jumps(result: Record, name: str) -> tuple[Any, Any]:
+    """Return the samples of a channel for a line with gaps at its jumps.
+
+    Parameters
+    ----------
+    result : Record
+    name : str
+        The channel.
+
+    Returns
+    -------
+    time, values : (n,)
+        With both sides of each jump, and NaN between them; and the recorded value at each other
+        event that has no sample.
+    """
+    values = np.asarray(result.channels[name], dtype=float)
+    return insert_jumps(result, name, result.channels["time"], values)
+
+
+def insert_jumps(result: Record, name: str, time: Any, values: Any) -> tuple[Any, Any]:
+    """Return samples of a channel with its recorded values at events, as `with_jumps`.
+
+    Parameters
+    ----------
+    result : Record
+    name : str
+        The channel.
+    time, values : (n,) of float
+        Its samples, or some of them in their order.
+    """
+    if name == "angle" and "angle" in result.events:
+        return _with_values(result, time, values, np.asarray(result.events["angle"], dtype=float))
+    sides = [result.events.get(f"{name}_{side}") for side in ("before", "after")]
+    if sides[0] is None or sides[1] is None:
+        return time, values
+    time, values = _with_values(
+        result, time, values, np.where(sides[0] == sides[1], sides[1], np.nan)
+    )
+    jumps = sides[0] != sides[1]
+    # Of several events at one time, the side before the first and that after the last.
+    at, first = np.unique(result.events["time"][jumps], return_index=True)
+    last = np.append(first[1:], np.count_nonzero(jumps))[: at.size] - 1
+    others = ~np.isin(time, at)  # replace the sample at a jump, which is one of its sides
+    time, values = time[others], values[others]
+    places = np.repeat(np.searchsorted(time, at), 3)
+    gap = np.full(at.shape, np.nan)
+    jump = np.stack((sides[0][jumps][first], gap, sides[1][jumps][last]), axis=1).ravel()
+    return np.insert(time, places, np.repeat(at, 3)), np.insert(values, places, jump)
+
+
+def _with_values(result: Record, time: Any, values: Any, at_events: Any) -> tuple[Any, Any]:
+    """Return samples with the values at those events where the result has none.
+
+    Parameters
+    ----------
+    result : Record
+    time, values : (n,) of float
+    at_events : (events,) of float
+        NaN is left out.
+    """
+    every = np.asarray(result.channels["time"])
+    events = np.asarray(result.events["time"])
+    if not len(every):
+        return time, values
+    within = (events > every[0]) & (events < every[-1])
+    missing = within & ~np.isin(events, every) & ~np.isnan(at_events)
+    places = np.searchsorted(time, events[missing])
+    return np.insert(time, places, events[missing]), np.insert(values, places, at_events[missing])
+
+
+def sticking_phases(result: Record, contact: str | None = None) -> Iterator[tuple[float, float]]:
+    """Yield start and end of each sticking phase of a contact, as of `Record.events_of`."""
+    channel = "mode" if contact is None else OTHER_MODES[contact]
+    if result.axes.get(channel) != "":  # no mode, or several contacts
+        return
+    time, chosen = result.channels["time"], result.events_of(contact)
+    resting_since = time[0] if result.channels[channel][0] == 0 else None
+    columns = (result.events[name][chosen] for name in ("time", "mode_from", "mode_to"))
+    for at, before, mode in zip(*columns, strict=True):
+        if mode == before:  # a switching surface was crossed, perhaps in creep
+            continue
+        if mode == 0:
+            resting_since = at
+        elif resting_since is not None:
+            yield resting_since, at
+            resting_since = None
+    # A run that was stopped may have events after its last sample.
+    if resting_since is not None and resting_since <= time[-1]:
+        yield resting_since, time[-1]
+
+
+def event_names(result: Record) -> list[str]:
+    """Return the label of each event: by its change of mode, or with the name of its contact."""
+    columns = (result.events[name] for name in ("contact", "mode_from", "mode_to"))
+    return [
+        _event_name(result.contacts[int(contact)], before, after)
+        for contact, before, after in zip(*columns, strict=True)
+    ]
+
+
+def _event_name(contact: str, before: float, after: float) -> str:
+    if {before, after} & ENGAGEMENT.keys():
+        name = contact.replace("_rope", " rope")
+        return f"{name}: {IMPACT if before == after else ENGAGEMENT.get(after, 'closed')}"
+    if contact == END_STOP:
+        return f"{contact}: {LEFT if before == STICK else IMPACT if after != STICK else REST}"
+    if before == after:
+        return contact
+    if contact in OTHER_MODES:
+        return f"{contact}: {_of_slip(before, after)}"
+    if after == 0:
+        return REST
+    return BREAKAWAY if before == 0 else REVERSAL
+
+
+def _of_slip(before: float, after: float) -> str:
+    if after == STICK:
+        return STICKS
+    return SLIPS if before == STICK else REVERSAL

@@ -4,14 +4,19 @@ A run that has nowhere to put segments keeps all samples in memory. Else, whenev
 channels of the latest samples fill SEGMENT_BYTES, these samples become a segment: a file that is
 written once, whole or not at all, and never changed (`frictionsim.io.sample_segments`). What the
 state of a run says of them is how many there are, so that a checkpoint takes the time of the
-samples since the last segment, however long the run is.
+samples since the last segment, however long the run is. A run whose samples would not fit does not
+start (`check_space`).
 """
 
+import logging
 from collections.abc import Iterator, Mapping
-from typing import Any
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from frictionsim.errors import InputError, OutputError
 from frictionsim.results import Segments, StoredSamples
 from frictionsim.simulation.checkpoint import (
     Arrays,
@@ -19,8 +24,15 @@ from frictionsim.simulation.checkpoint import (
     require_names,
     require_values,
 )
+from frictionsim.simulation.record import stored_type
 from frictionsim.simulation.stored_channel import StoredChannel
 from frictionsim.solvers.state_values import COUNT, TIME, Values, unfit
+
+if TYPE_CHECKING:
+    from frictionsim.scenario.settings import Scenario
+    from frictionsim.simulation.base import Simulation
+
+LOG = logging.getLogger(__name__)
 
 SEGMENT_BYTES = 32 * 2**20
 MIN_ROW_BYTES = 512  # what only the summary needs of a sample takes memory as well
@@ -28,6 +40,13 @@ MIN_CAPACITY = 256  # samples that there is memory for from the start
 GROWTH = 1.5
 NO_SAMPLE = -1  # in the place of the number of one
 ASCENDING = TIME._replace(ascending=True)
+FLOAT_BYTES = 8
+# Numbers of each sample that only summary and audit need: of a belt, and of each of its pulleys.
+KEPT, KEPT_OF_PULLEY = 16, 8
+SMALL = 256 * 2**20  # bytes that are there
+LARGE = 10**9  # bytes of samples that a user should know of before
+# While a segment is written it is in memory about so often: samples, chunks, file.
+COPIES_OF_SEGMENT = 4
 
 
 def rows_per_segment(row_bytes: int) -> int:
@@ -152,7 +171,7 @@ class SampleStore:
         return StoredChannel(self, name, (count, *latest.shape[1:]), np.float64)
 
     def arrays(self, names: list[str], count: int) -> "Arrays":
-        """Return the first samples of some arrays; those in segments are read anew each time."""
+        """Return the first samples of some arrays; those in segments are read each time."""
         if not self._stored:
             return {name: self._latest[name][:count] for name in names}
         return _ReadWhenNeeded({name: self.channel(name, count) for name in names})
@@ -205,10 +224,10 @@ class SampleStore:
         duration : float, s
             Of the run.
         """
-        found = [n.removeprefix("samples.") for n in state if n.startswith("samples.")]
-        if not found:
+        names = [n.removeprefix("samples.") for n in state if n.startswith("samples.")]
+        if not names:
             return
-        require_names(found, like, "samples.")
+        require_names(names, like, "samples.")
         count = len(require_array(state, "samples.time", np.float64, ndim=1))
         self._latest = {
             name: np.array(self._required(state, f"samples.{name}", (count, *np.shape(value))))
@@ -257,8 +276,8 @@ class _ReadWhenNeeded(dict[str, Any]):
 
     def get(self, name: str, default: Any = None) -> Any:
         """Return an array, or the default."""
-        found = super().get(name)
-        return default if found is None else np.asarray(found)
+        values = super().get(name)
+        return default if values is None else np.asarray(values)
 
     def items(self) -> Iterator[tuple[str, Any]]:  # type: ignore[override]
         """Yield names and arrays."""
@@ -276,3 +295,105 @@ def _n_finite(samples: Arrays) -> int:
         good = np.isfinite(values).reshape(len(values), -1).all(axis=1)
         sound = min(sound, int(np.argmin(good)) if not good.all() else len(values))
     return sound
+
+
+class SampleBytes(NamedTuple):
+    """The number of samples of a run, and their sizes in bytes."""
+
+    samples: int
+    recorded: int  # in a file before compression
+    in_memory: int  # with the numbers that only the summary needs
+    of_summary: int  # those numbers alone
+
+
+def sample_bytes(scenario: "Scenario", simulation: "Simulation") -> SampleBytes:
+    """Return the bytes of the samples of a run; those at events are not known before it."""
+    samples = int(scenario.solver.duration / scenario.interval) + 1
+    wanted, axes = scenario.output.channels, simulation.axes
+    columns = [
+        (stored_type(channel)(0).itemsize, len(axes[channel.axis]) if channel.axis else 1)
+        for name, channel in simulation.channel_info.items()
+        if wanted is None or name in wanted
+    ]
+    kept = KEPT + KEPT_OF_PULLEY * len(axes.get("pulley", ()))
+    return SampleBytes(
+        samples,
+        samples * sum(size * count for size, count in columns),
+        samples * FLOAT_BYTES * (kept + sum(count for _, count in columns)),
+        samples * FLOAT_BYTES * kept,
+    )
+
+
+def check_space(
+    scenario: "Scenario", simulation: "Simulation", segments: "Segments | None"
+) -> None:
+    """Check before a run that memory and disk suffice for its samples.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    simulation : Simulation
+    segments : Segments or None
+        Where samples can be put on the disk; None if the run has no file.
+    """
+    needed = sample_bytes(scenario, simulation)
+    if needed.in_memory <= SMALL:
+        return
+    streams = getattr(simulation, "samples", None) is not None
+    if segments is None or not streams:
+        _check_memory(needed, needed.in_memory, streams)
+        return
+    segment = SEGMENT_BYTES
+    _check_memory(needed, needed.of_summary + COPIES_OF_SEGMENT * segment, streams=False)
+    # Samples are compressed, but twice there at the end: in segments and in the result.
+    free = segments.free_bytes()
+    if free < needed.recorded + needed.of_summary:
+        raise OutputError(
+            f"{segments.place}: cannot write the result: {_described(needed)}, and the disk has"
+            f" {_gigabytes(free)} free; give a longer output.interval, fewer output.channels, or a"
+            " file on another disk with -o"
+        )
+    if needed.recorded >= LARGE:
+        LOG.warning(
+            "%s; they are stored in %s during the run; a longer output.interval or fewer"
+            " output.channels reduce them",
+            _described(needed),
+            segments.place,
+        )
+
+
+def _check_memory(needed: SampleBytes, size: int, streams: bool) -> None:
+    available = available_memory()
+    if available is None or size <= available:
+        return
+    file = "write the result to a file (output=), " if streams else ""
+    raise InputError(
+        f"cannot start this run: {_described(needed)}; it would need {_gigabytes(size)} of memory,"
+        f" and {_gigabytes(available)} are available; {file}give a longer output.interval or fewer"
+        " output.channels"
+    )
+
+
+def _described(needed: SampleBytes) -> str:
+    return (
+        f"{needed.samples} samples of all recorded channels take {_gigabytes(needed.recorded)}"
+        " before compression"
+    )
+
+
+def _gigabytes(size: float) -> str:
+    return f"{size / 1e9:.3g} GB"
+
+
+def available_memory() -> int | None:
+    """Return how many bytes of memory a process can have now; None where it is not known."""
+    sizes = []
+    with suppress(OSError, ValueError, IndexError):
+        for line in Path("/proc/meminfo").read_text().splitlines():
+            if line.startswith("MemAvailable:"):
+                sizes.append(1024 * int(line.split()[1]))
+    group = Path("/sys/fs/cgroup")
+    with suppress(OSError, ValueError):  # of a container; "max" is no limit
+        limit = int((group / "memory.max").read_text())
+        sizes.append(max(limit - int((group / "memory.current").read_text()), 0))
+    return min(sizes, default=None)

@@ -26,7 +26,7 @@ from frictionsim.simulation.checkpoint import (
     require_same_arrays,
 )
 from frictionsim.simulation.record import recorded
-from frictionsim.simulation.space import check_space
+from frictionsim.simulation.sample_store import check_space
 from frictionsim.solvers.state_values import NON_NEGATIVE
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ LOG = logging.getLogger(__name__)
 
 NO_SUMMARY = (
     "this is a checkpoint of a long run: quantities, events, audit and other warnings are left out;"
-    " 'frictionsim resume' continues the run, and they are there when it stops"
+    " 'frictionsim resume' continues the run, whose result has them"
 )
 
 
@@ -132,7 +132,7 @@ def run(
         each segment there is also a checkpoint.
     max_steps : int, optional
         Limit of steps of this part of the run, in the place of `solver.max_steps`. Like a limit of
-        the wall time it is not recorded: the run goes on to the result of an unlimited one.
+        the wall time it is not recorded: the resumed run has the result of an unlimited one.
     sample_times : sequence of float, optional, s
         Times of the samples in the place of the regular ones, strictly increasing and within the
         run, which then cannot be resumed.
@@ -220,7 +220,7 @@ def _with_checkpoints(
 
 
 def _wait(t: float) -> None:
-    """Have a compilation in the middle of a run end before a signal is heard."""
+    """Ignore a signal until a compilation in the middle of a run has ended."""
 
 
 def _solve(
@@ -233,7 +233,7 @@ def _solve(
         unprepared: bool | None = True
         while unprepared:
             clock.compiling += simulation.prepare(monitor)
-            # What is compiled later is not broken off: there are samples to keep.
+            # A later compilation is not interrupted: there are samples to keep.
             monitor = _wait
             LOG.info("the run starts")
             clock.start()
@@ -297,8 +297,8 @@ def _observed(simulation: "Simulation", only_channels: bool) -> "SimulationResul
     """
     if not only_channels:
         return simulation.observe()
-    found: SimulationResult = simulation.observe_channels()  # type: ignore[attr-defined]
-    return found._replace(warnings=(NO_SUMMARY,))
+    observed: SimulationResult = simulation.observe_channels()  # type: ignore[attr-defined]
+    return observed._replace(warnings=(NO_SUMMARY,))
 
 
 def _checkpoint(simulation: "Simulation", clock: _Clock) -> "dict[str, Any] | None":

@@ -1,13 +1,12 @@
 """The simulation of a mechanism of one coordinate, and its results."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from frictionsim.results import STICK, Check, Quantities, Quantity, SimulationResult, Transition
 from frictionsim.scenario import methods
-from frictionsim.simulation import event_samples
 from frictionsim.simulation.audit import allowed_residual, audit, leaves_stick, release_check
 from frictionsim.simulation.checkpoint import (
     Arrays,
@@ -16,7 +15,6 @@ from frictionsim.simulation.checkpoint import (
     require_array,
     require_values,
 )
-from frictionsim.simulation.event_samples import Samples, samples_of
 from frictionsim.simulation.run_warnings import hidden_stick_slip, nothing_moves
 from frictionsim.solvers import end_stops, new_solver
 from frictionsim.solvers.common import GivenTimes, SampleBuffer, SampleTimes
@@ -30,6 +28,96 @@ if TYPE_CHECKING:
 
 # Channels that /events holds as `angle`, `mode_from` and `mode_to`, not as sides.
 OF_EVENTS = ("angle", "mode")
+TIME_COLUMN, VELOCITY_COLUMN, MODE_COLUMN = 0, 3, 6  # of a row of `SampleBuffer`
+
+
+class Samples(NamedTuple):
+    """The finite samples of a run.
+
+    Attributes
+    ----------
+    rows : (n, width)
+        The samples, at strictly increasing times.
+    transitions : list of Transition
+        In the order of time.
+    before, after : (m, width)
+        Samples immediately before and after each transition.
+    non_finite_tail : bool
+        A sample was not finite; it and all later ones were removed.
+    """
+
+    rows: Any
+    transitions: list[Transition]
+    before: Any
+    after: Any
+    non_finite_tail: bool
+
+
+def samples_of(
+    buffer: "SampleBuffer", width: int, at_events: bool, several: bool = False
+) -> Samples:
+    """Return the finite samples of a run.
+
+    Parameters
+    ----------
+    buffer : SampleBuffer
+    width : int
+        Number of columns of a sample.
+    at_events : bool
+        Add a sample at each event to the regular ones.
+    several : bool
+        The columns are those of several coordinates and contacts.
+    """
+    rows = np.array(buffer.rows).reshape(-1, width)
+    sides = np.array(buffer.sides).reshape(-1, 2, width)
+    # A step records the event at its end before a stop within it.
+    order = np.argsort(sides[:, 1, TIME_COLUMN], kind="stable")
+    sides, transitions = sides[order], [buffer.transitions[i] for i in order]
+    finite, events_finite = np.isfinite(rows).all(axis=1), np.isfinite(sides).all(axis=(1, 2))
+    times, event_times = rows[:, TIME_COLUMN], sides[:, 1, TIME_COLUMN]
+    ends = times[~finite], event_times[~events_finite]
+    end = np.min(np.nan_to_num(np.concatenate(ends), nan=-np.inf), initial=np.inf)
+    non_finite_tail = not (finite.all() and events_finite.all())
+    rows = rows[: np.argmin(finite)] if not finite.all() else rows
+    kept = events_finite & (event_times < end)
+    sides, transitions = sides[kept], [e for e, keep in zip(transitions, kept, strict=True) if keep]
+    before, after = sides[:, 0], sides[:, 1]
+    if at_events and transitions:
+        chosen = _sides_of_several if several else _sides_that_stick
+        rows = _merged(rows, chosen(before, after, transitions))
+    return Samples(rows, transitions, before, after, non_finite_tail)
+
+
+def _sides_that_stick(before: Any, after: Any, transitions: list[Transition]) -> Any:
+    """Return one sample for each event: its sticking side, else the side after it.
+
+    Of several events at one time the last that sticks, else the last.
+    """
+    breaks_away = np.array([e.mode_from == STICK for e in transitions])
+    # No sticking side: the run starts beyond the limit, or the contact has moved within the step.
+    holds = (before[:, MODE_COLUMN] == STICK) & (
+        before[:, VELOCITY_COLUMN] == after[:, VELOCITY_COLUMN]
+    )
+    at_events = np.where((breaks_away & holds)[:, None], before, after)
+    return at_events[np.lexsort((at_events[:, MODE_COLUMN] == STICK, at_events[:, TIME_COLUMN]))]
+
+
+def _sides_of_several(before: Any, after: Any, transitions: list[Transition]) -> Any:
+    """Return one sample for each event: the side before a breakaway, else the side after it.
+
+    Of several events at one time the last.
+    """
+    breaks_away = np.array([e.mode_from == STICK for e in transitions])
+    return np.where(breaks_away[:, None], before, after)
+
+
+def _merged(rows: Any, at_events: Any) -> Any:
+    """Return the regular samples and those of events, which replace regular ones at their times."""
+    time = at_events[:, TIME_COLUMN]
+    at_events = at_events[np.append(time[1:] != time[:-1], True)]
+    regular = rows[~np.isin(rows[:, TIME_COLUMN], time)]
+    merged = np.concatenate((regular, at_events))
+    return merged[np.argsort(merged[:, TIME_COLUMN], kind="stable")]
 
 
 class RecordedSimulation:
@@ -45,7 +133,7 @@ class RecordedSimulation:
     """
 
     MODE: ClassVar[Values] = DIRECTION
-    mode_columns = slice(event_samples.MODE, event_samples.MODE + 1)
+    mode_columns = slice(MODE_COLUMN, MODE_COLUMN + 1)
 
     def __init__(
         self, scenario: "Scenario", solver: "Callable[[SampleBuffer], SteppingSolver]", width: int
@@ -123,7 +211,7 @@ class RecordedSimulation:
         ]
 
     def _check_samples(self) -> None:
-        """Check the samples that were restored: so many as were taken, in the order of time."""
+        """Check the restored samples: their number, and the order of time."""
         recording, duration = self._recording, self._settings.duration
         for name, expected_rows, time in (
             ("rows", recording.times.taken, TIME._replace(ascending=True)),
@@ -134,7 +222,7 @@ class RecordedSimulation:
             if values.size != expected_rows * self._width:
                 raise unfit(f"buffer.{name}", "is of another type or shape")
             samples = values.reshape(-1, self._width)
-            require_values(samples[:, event_samples.TIME], f"buffer.{name}", time, duration)
+            require_values(samples[:, TIME_COLUMN], f"buffer.{name}", time, duration)
             require_values(samples[:, self.mode_columns], f"buffer.{name}", self.MODE, duration)
 
 
@@ -182,9 +270,7 @@ class SingleDofSimulation(RecordedSimulation):
 
     def _trajectory_of_samples(self, samples: Samples) -> Trajectory:
         trajectory = self._trajectory_of(samples.rows, samples.transitions)
-        before, after = (
-            side[:, event_samples.VELOCITY] for side in (samples.before, samples.after)
-        )
+        before, after = (side[:, VELOCITY_COLUMN] for side in (samples.before, samples.after))
         return trajectory._replace(velocity_before=before, velocity_after=after)
 
     def _trajectory_of(self, rows: Any, transitions: list[Transition]) -> Trajectory:
@@ -286,15 +372,15 @@ def energy_scale(mechanism: Mechanism, trajectory: Trajectory) -> Any:
 
 def _samples(mechanism: Mechanism, trajectory: Trajectory) -> dict[str, Any]:
     """Return the channels that are not energies: those of any motion and the mechanism's own."""
-    found = {
+    channels = {
         "angle": trajectory.position,
         "angular_velocity": trajectory.velocity,
         "angular_acceleration": trajectory.acceleration,
         **mechanism.channels(trajectory),
     }
     if mechanism.contact is not None:
-        found |= {"friction_torque": trajectory.friction, "mode": trajectory.mode}
-    return found
+        channels |= {"friction_torque": trajectory.friction, "mode": trajectory.mode}
+    return channels
 
 
 def _channels(mechanism: Mechanism, trajectory: Trajectory) -> dict[str, Any]:
@@ -314,21 +400,21 @@ def _quantities(mechanism: Mechanism, trajectory: Trajectory) -> Quantities:
 
     Transitions after the last sample, which a failed run may have, are ignored.
     """
-    found = mechanism.quantities(trajectory)
+    quantities = mechanism.quantities(trajectory)
     if mechanism.contact is not None:
         seen = [
             e for e in trajectory.transitions if e.time <= np.max(trajectory.time, initial=-np.inf)
         ]
-        found |= quantities_of_transitions(seen)
+        quantities |= quantities_of_transitions(seen)
     if trajectory.time.size:
         energies = trajectory.energy_integrals | trajectory.stored_energies
-        found |= final_quantities(
+        quantities |= final_quantities(
             float(trajectory.time[-1]),
             float(trajectory.position[-1]),
             float(trajectory.velocity[-1]),
             {name: float(energy[-1]) for name, energy in energies.items()},
         )
-    return found
+    return quantities
 
 
 def quantities_of_transitions(transitions: list[Transition]) -> Quantities:

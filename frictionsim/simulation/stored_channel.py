@@ -113,16 +113,16 @@ class StoredChannel(np.lib.mixins.NDArrayOperatorsMixin):
                 parts.append(self._rows(low, high)[placed[a:b] - low][(slice(None), *columns)])
         if not parts:
             return np.zeros((0, *self.shape[1:]), self.dtype)[(slice(None), *columns)]
-        found = np.concatenate(parts)
+        values = np.concatenate(parts)
         inverse = np.empty_like(order)
         inverse[order] = np.arange(len(order))
-        return found[inverse]
+        return values[inverse]
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
         if not len(self):
             return np.zeros(self.shape, dtype or self.dtype)
-        found = self._contiguous(0, len(self), ())
-        return found if dtype is None else found.astype(dtype, copy=False)
+        values = self._contiguous(0, len(self), ())
+        return values if dtype is None else values.astype(dtype, copy=False)
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
         arrays = [np.asarray(x) if isinstance(x, StoredChannel) else x for x in inputs]
@@ -136,7 +136,7 @@ class StoredChannel(np.lib.mixins.NDArrayOperatorsMixin):
 
 
 def blocks_of(count: int, row_bytes: int) -> Iterator[tuple[int, int]]:
-    """Yield first number and end of consecutive parts of so many rows that fit into memory."""
+    """Yield start and end of consecutive parts of the rows that fit into memory."""
     rows = max(1, BLOCK_BYTES // max(row_bytes, 1))
     for start in range(0, count, rows):
         yield start, min(start + rows, count)

@@ -325,17 +325,17 @@ def advance(
         The crossing, if it is an event.
     """
     stepper.advance(limit, floor)
-    found, of_table = _cut_at_surfaces(stepper, mechanism)
+    event, of_table = _cut_at_surfaces(stepper, mechanism)
     while of_table and stepper.repeat_shorter(floor):
         stepper.advance(limit, floor)
-        found, of_table = _cut_at_surfaces(stepper, mechanism)
+        event, of_table = _cut_at_surfaces(stepper, mechanism)
     contact = mechanism.contact
     if contact is not None and contact.load is not None:
         reversal = reversal_in_step(contact.load, mechanism, stepper)
         if reversal < stepper.t:
             stepper.truncate(reversal)
-            found = None
-    return found
+            event = None
+    return event
 
 
 def _cut_at_surfaces(stepper: Stepper, mechanism: "Mechanism") -> tuple[Crossing | None, bool]:
@@ -348,20 +348,20 @@ def _cut_at_surfaces(stepper: Stepper, mechanism: "Mechanism") -> tuple[Crossing
     of_table : bool
         Whether the step ends at a surface of a table.
     """
-    found, of_table = None, False
+    event, of_table = None, False
     for surface in mechanism.switching_surfaces:
         y_old, y = stepper.y_old, stepper.y
         crossing = surface.crossing(y_old[0], y_old[1], y[0], y[1])
         if crossing(y[0], y[1]) > 0.0:
             before, after = _crossing_bracket_in_step(crossing, stepper)
-            found = (
+            event = (
                 Crossing(surface.event, list(stepper.interpolate(before)))
                 if surface.event
                 else None
             )
             stepper.truncate(after)
             of_table = surface.is_of_table
-    return found, of_table
+    return event, of_table
 
 
 def _crossing_bracket_in_step(

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from frictionsim.solvers.mechanism import Mechanism
     from frictionsim.solvers.stepper import Rhs, State, Stepper
 
-# A flight of so many units in the last place of time or position, over 1 - e, is none: rounding
-# would give the body as much speed as an impact takes.
+# A flight shorter than this number of units in the last place of time or position, over 1 - e, is
+# ignored: rounding would give the body as much speed as an impact takes.
 HIDDEN_ULPS = 16.0
 EVENT = "stop"
 ENERGY = "energy_impact"
@@ -121,11 +121,11 @@ class StopContact:
             return inf
         parts = {0.5, 1.0, *_extrema(v_old, v, a_old, a)}
         times = [t_old + x * h if x < 1.0 else t for x in sorted(parts)]
-        found = inf
+        impact = inf
         for s, stop in ((FORWARD, stops.highest), (BACKWARD, stops.lowest)):
             if stop * s < inf:
-                found = min(found, _impact_on(stepper, s, stop, times))
-        return found
+                impact = min(impact, _impact_on(stepper, s, stop, times))
+        return impact
 
     def is_at_rest(self, y: "State") -> bool:
         """Return whether a state is at rest on a stop."""
@@ -188,6 +188,6 @@ def _extrema(v_old: float, v: float, a_old: float, a: float) -> list[float]:
     if not root > 0.0:
         return []
     larger = -(c + (root**0.5 if c > 0.0 else -(root**0.5)))
-    found = [larger / d] if d != 0.0 else []
-    found += [a_old / larger] if larger != 0.0 else []
-    return [x for x in found if 0.0 < x < 1.0]
+    roots = [larger / d] if d != 0.0 else []
+    roots += [a_old / larger] if larger != 0.0 else []
+    return [x for x in roots if 0.0 < x < 1.0]

@@ -9,7 +9,7 @@ jump downwards: the function is below the parabola all the more.
 from collections.abc import Callable
 from math import inf, sqrt, ulp
 
-# A step of so many units in the last place of the time, at least.
+# Shortest step, in units in the last place of the time.
 MIN_STEP_ULPS = 4.0
 MAX_STEPS = 1000
 

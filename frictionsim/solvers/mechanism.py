@@ -78,7 +78,7 @@ class SwitchingSurface(NamedTuple):
     event : str
         Name of the event to record; empty for none.
     is_of_table : bool
-        The next surface may be closer than a step is long: a step that is cut here is checked anew.
+        The next surface may be closer than a step is long: a step that is cut here is rechecked.
     """
 
     function: Callable[[Value, Value], Value] | None = None

@@ -50,13 +50,13 @@ class Balance(NamedTuple):
 
 
 class Impact(NamedTuple):
-    """What an impact leaves.
+    """The state after an impact.
 
     Attributes
     ----------
     velocity : list of float, (n,)
     losses : mapping of name to float, J
-        What is added to the energy integrals of these names; none is negative.
+        Increments of the energy integrals by name, not negative.
     """
 
     velocity: list[float]

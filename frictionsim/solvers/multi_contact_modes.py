@@ -18,7 +18,7 @@ RELEASED = 1  # direction in which a rope is released
 
 
 class Margin(NamedTuple):
-    """What has to stay positive, or not negative, for a contact to keep its mode.
+    """A quantity that must stay positive, or not negative, for a contact to keep its mode.
 
     Attributes
     ----------

@@ -116,7 +116,7 @@ class ScipyStepper:
         self._solver = None
 
     def repeat_shorter(self, floor: float) -> bool:
-        """Keep the last step: after a truncated one the method starts anew, with a short step."""
+        """Keep the last step: after a truncated one the method restarts with a short step."""
         return False
 
     def interpolate(self, t: float) -> State:

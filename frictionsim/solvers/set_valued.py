@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.mechanism import Mechanism
 
-# Across a jump of the friction no step meets the tolerance. A step of so many units in the last
-# place of the time leaves an error of the order of the roundoff.
+# Across a jump of the friction no step meets the tolerance. A step of this number of units in the
+# last place of the time leaves an error of the order of the roundoff.
 JUMP_ULPS = 16.0
 NEVER = -1.0  # s
 

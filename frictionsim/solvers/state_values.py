@@ -1,4 +1,4 @@
-"""The valid values of the arrays of a checkpoint, beside the attributes that are saved in them.
+"""The valid values of the arrays of a checkpoint.
 
 Checkpoints are untrusted. Each part of a solver describes its arrays by `Values`, and they are
 compared before anything is computed from them. The digest of a checkpoint detects corruption, not
@@ -16,7 +16,7 @@ MAX_WHOLE = 2.0**53  # up to there double precision has all whole numbers
 
 
 class Values(NamedTuple):
-    """What all values of an array may be; by default any finite number.
+    """The valid values of an array; by default any finite number.
 
     Attributes
     ----------
@@ -48,39 +48,39 @@ class Values(NamedTuple):
         duration : float, s
             Of the run.
         """
-        found = np.asarray(values, dtype=np.float64)
-        sound = np.isfinite(found)
+        numbers = np.asarray(values, dtype=np.float64)
+        sound = np.isfinite(numbers)
         if not sound.all():
             if self.finite:
                 return "is not finite"
-            found = found[sound]
+            numbers = numbers[sound]
         high = min(self.high, duration) if self.time else self.high
-        outside = (found < self.low) | (found > high)
+        outside = (numbers < self.low) | (numbers > high)
         if outside.any():
-            return f"holds {found[outside].flat[0]:g}, which is out of its range"
-        if self.whole and np.any((found != np.floor(found)) | (np.abs(found) > MAX_WHOLE)):
+            return f"holds {numbers[outside].flat[0]:g}, which is out of its range"
+        if self.whole and np.any((numbers != np.floor(numbers)) | (np.abs(numbers) > MAX_WHOLE)):
             return "holds a number that is not whole"
-        if self.ascending and np.any(np.diff(found.ravel()) < 0.0):
+        if self.ascending and np.any(np.diff(numbers.ravel()) < 0.0):
             return "is not in ascending order"
         return ""
 
 
 class Rows(NamedTuple):
-    """What each row of an array may hold, by its number; of all others any finite number."""
+    """The valid values of rows of an array, by row number; by default any finite number."""
 
     rows: dict[int, Values]
 
     def fault(self, values: Any, duration: float) -> str:
         """As `Values.fault`."""
         for row, one in enumerate(np.asarray(values)):
-            found = self.rows.get(row, NUMBER).fault(one, duration)
-            if found:
-                return f"{found} (row {row})"
+            reason = self.rows.get(row, NUMBER).fault(one, duration)
+            if reason:
+                return f"{reason} (row {row})"
         return ""
 
 
 class FixedRows(NamedTuple):
-    """What an array may hold whose first rows no run changes; all others any finite number.
+    """The valid values of an array with constant first rows; the others hold any finite number.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What integrators of one coordinate share: their interface, the choice of steps, their errors."""
+"""The base of integrators of one coordinate: interface, choice of steps, errors."""
 
 from collections.abc import Callable, Mapping, MutableSequence
 from typing import ClassVar, Protocol

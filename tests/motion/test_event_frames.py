@@ -13,7 +13,7 @@ from frictionsim.motion.parts import Body, Motion
 from frictionsim.motion.poses import is_visible, moment_of, place_of, shown_value, state_word
 from frictionsim.plots.animation import timing_of
 from frictionsim.results import Record
-from frictionsim.simulation.phases import sticking_phases
+from frictionsim.simulation.record import sticking_phases
 from tests.support.motions import body, motion, record_of, scenario
 
 pytestmark = pytest.mark.quick

@@ -28,7 +28,7 @@ from frictionsim.plots import VIEWS, draw, plot, save, views_of
 from frictionsim.plots import time_history as over_time
 from frictionsim.plots.picture_file import png
 from frictionsim.results import OPEN, SLACK, STICK, TAUT, Record
-from frictionsim.simulation.phases import with_jumps
+from frictionsim.simulation.record import with_jumps
 from tests.plots.test_plots import MAX_BYTES
 from tests.support.records import DRAWN, drawn_views, shown, views_of_record, with_channels
 

@@ -5,7 +5,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.results import Record
-from frictionsim.simulation.phases import with_jumps
+from frictionsim.simulation.record import with_jumps
 from tests.support.motions import scenario
 
 pytestmark = pytest.mark.quick

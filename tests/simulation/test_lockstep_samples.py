@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from frictionsim.results import Transition
-from frictionsim.simulation.event_samples import samples_of
 from frictionsim.simulation.lockstep_samples import with_events
+from frictionsim.simulation.single_dof import samples_of
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
 
 pytestmark = pytest.mark.quick

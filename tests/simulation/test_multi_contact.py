@@ -23,7 +23,7 @@ from frictionsim.simulation.multi_contact import (
     friction_violation,
     release_check,
 )
-from frictionsim.simulation.phases import event_names, sticking_phases
+from frictionsim.simulation.record import event_names, sticking_phases
 from frictionsim.simulation.simulate import run
 from frictionsim.solvers import multi_contact_solver
 from frictionsim.solvers.multi_contact import Modes, MultiContactTrajectory

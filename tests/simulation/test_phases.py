@@ -7,7 +7,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.results import Record
-from frictionsim.simulation.phases import event_names, sticking_phases
+from frictionsim.simulation.record import event_names, sticking_phases
 from tests.support.scenarios import shipped
 
 pytestmark = pytest.mark.quick
