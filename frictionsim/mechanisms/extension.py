@@ -56,14 +56,15 @@ A mechanism that does not fit into one coordinate
 """
 
 from frictionsim.mechanisms.effects import Gravity, ShaftFriction, ViscousDamping, friction_radius
-from frictionsim.mechanisms.scalar_math import cos, sin
 from frictionsim.mechanisms.single_dof import (
     METRICS,
     SingleDofScenario,
     base_channels,
+    cos,
     kinetic_energy,
     set_up,
     simulation_of,
+    sin,
     total,
 )
 from frictionsim.results import (

@@ -1,7 +1,7 @@
-"""Shared parts of the mechanisms of one coordinate: scenario base, channels, metrics."""
+"""Parts that mechanisms of one coordinate share: scenario base, channels, terms, sine, cosine."""
 
+import math
 from collections.abc import Callable
-from math import radians
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from frictionsim.results import (
@@ -72,7 +72,7 @@ def simulation_of(
 def set_up(scenario: Any) -> dict[str, Any]:
     """Return the arguments of `Mechanism` taken from the scenario: start, effects, channels."""
     return {
-        "position": radians(scenario.mechanism.initial_angle_deg),
+        "position": math.radians(scenario.mechanism.initial_angle_deg),
         "velocity": scenario.mechanism.initial_angular_velocity,
         "effects": scenario.effect_names,
         "channel_info": scenario.CHANNELS,
@@ -101,3 +101,19 @@ def _sum(
     if three is None:
         return lambda *arguments: one(*arguments) + two(*arguments)
     return lambda *arguments: one(*arguments) + two(*arguments) + three(*arguments)
+
+
+def sin(x: Any) -> Any:
+    """Return the sine of a float, or of each element of an array."""
+    return math.sin(x) if isinstance(x, float) else _numpy().sin(x)
+
+
+def cos(x: Any) -> Any:
+    """Return the cosine of a float, or of each element of an array."""
+    return math.cos(x) if isinstance(x, float) else _numpy().cos(x)
+
+
+def _numpy() -> Any:
+    import numpy  # imported here because `check` does not need it
+
+    return numpy

@@ -7,7 +7,6 @@ pulley. A faulty plug-in is reported where it is needed; it does not disturb the
 leave it out, with a warning.
 """
 
-import logging
 from collections.abc import Iterator
 from contextlib import suppress
 from importlib import import_module
@@ -19,7 +18,6 @@ from frictionsim.errors import InputError, unknown
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-LOG = logging.getLogger(__name__)
 GROUP = "frictionsim.kinds"
 REQUIRED = ("SCENARIO", "simulation", "statics", "PANELS", "METRICS")
 
@@ -121,9 +119,11 @@ def _is_usable(kind: str, providers: list[Provider]) -> bool:
 
 def _warn(error: InputError) -> None:
     """Warn of a faulty plug-in, once in a process."""
+    import logging
+
     if str(error) not in _warned:
         _warned.add(str(error))
-        LOG.warning("%s", error)
+        logging.getLogger(__name__).warning("%s", error)
 
 
 def _module_of(kind: str) -> ModuleType | None:

@@ -316,7 +316,7 @@ CHECK = ["check", *(str(SCENARIOS / f"{name}.toml") for name in FEW_COORDINATES)
 def test_no_more_is_imported_than_needed(program: str, unwanted: set[str], tmp_path: Path) -> None:
     loaded = loaded_by(program, tmp_path)
     assert "frictionsim" in loaded
-    assert ("frictionsim.mechanisms.shaft.stops" in loaded) == ("check" in program)
+    assert ("frictionsim.mechanisms.shaft.statics" in loaded) == ("check" in program)
     assert not unwanted & loaded
 
 

@@ -97,7 +97,7 @@ def test_a_thousand_impacts_are_too_many() -> None:
     assert count is not None
     assert count > 1000
     assert done.warnings == (
-        f"{count:.0f} impacts on the end stops: the last ones are of no account; give a larger"
+        f"{count:.0f} impacts on the end stops, most of them negligible bounces; increase"
         " effects.end_stops.capture_speed",
     )
     few = changed(stopped(20.0, effects__end_stops=stops), effects__end_stops__capture_speed=0.05)

@@ -11,11 +11,11 @@ from frictionsim.mechanisms.epicyclic.tracer_point import (
     pace,
     tracer_position,
 )
-from frictionsim.mechanisms.scalar_math import cos, sin
-from frictionsim.mechanisms.single_dof import METRICS as METRICS
 from frictionsim.mechanisms.single_dof import (
+    cos,
     kinetic_energy,
     set_up,
+    sin,
     total,
 )
 from frictionsim.results import Quantities, Quantity

@@ -8,7 +8,6 @@ from pydantic import Field, model_validator
 from frictionsim.mechanisms.effects import Gravity
 from frictionsim.mechanisms.epicyclic.channels import CHANNELS
 from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint
-from frictionsim.mechanisms.single_dof import METRICS as METRICS
 from frictionsim.mechanisms.single_dof import (
     SingleDofScenario,
 )

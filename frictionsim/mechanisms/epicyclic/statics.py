@@ -2,7 +2,6 @@
 
 from frictionsim.mechanisms.epicyclic.equation import Terms, build, uniform_torque_mean
 from frictionsim.mechanisms.epicyclic.schema import EpicyclicScenario
-from frictionsim.mechanisms.single_dof import METRICS as METRICS
 from frictionsim.results import Quantities, Quantity
 
 

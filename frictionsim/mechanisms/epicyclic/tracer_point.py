@@ -3,7 +3,7 @@
 from math import pi, radians
 from typing import Any, NamedTuple
 
-from frictionsim.mechanisms.scalar_math import cos, sin
+from frictionsim.mechanisms.single_dof import cos, sin
 from frictionsim.scenario.schema import Params, unit_field
 
 

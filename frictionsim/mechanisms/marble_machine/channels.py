@@ -1,6 +1,5 @@
 """Channels of a marble machine, and those of its default plot."""
 
-from frictionsim.mechanisms.single_dof import METRICS as METRICS
 from frictionsim.mechanisms.single_dof import (
     base_channels,
 )

@@ -10,11 +10,11 @@ from frictionsim.mechanisms.marble_machine.statics import (
     impending_motion_torques,
     mesh_of,
 )
-from frictionsim.mechanisms.scalar_math import cos, sin
-from frictionsim.mechanisms.single_dof import METRICS as METRICS
 from frictionsim.mechanisms.single_dof import (
+    cos,
     kinetic_energy,
     set_up,
+    sin,
     total,
 )
 from frictionsim.results import STICK, Quantities, Quantity

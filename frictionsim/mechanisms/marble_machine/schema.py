@@ -14,7 +14,6 @@ from frictionsim.mechanisms.marble_machine.tables import (
     MarbleMachineEffects,
     MarbleMachineParameters,
 )
-from frictionsim.mechanisms.single_dof import METRICS as METRICS
 from frictionsim.mechanisms.single_dof import (
     SingleDofScenario,
 )

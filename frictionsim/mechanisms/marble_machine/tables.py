@@ -7,7 +7,6 @@ from typing import ClassVar, Self
 from pydantic import Field, model_validator
 
 from frictionsim.mechanisms.effects import RENAMED_AIR_DRAG, Gravity, ShaftFriction, ViscousDamping
-from frictionsim.mechanisms.single_dof import METRICS as METRICS
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.signal_tables import TimeSignal
 

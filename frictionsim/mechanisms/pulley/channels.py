@@ -1,17 +1,10 @@
 """Channels of a pulley, and those of its default plot."""
 
-from typing import TYPE_CHECKING
-
-from frictionsim.mechanisms.single_dof import METRICS as METRICS
 from frictionsim.mechanisms.single_dof import (
     SINGLE_DOF_MODES,
     base_channels,
 )
 from frictionsim.results import Channel
-
-if TYPE_CHECKING:
-    pass
-
 
 SLACK_SIDES = ((0, "none"), (1, "car"), (2, "counterweight"), (3, "both"))
 CHANNELS = base_channels("pulley") | {

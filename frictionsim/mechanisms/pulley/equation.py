@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 from frictionsim.mechanisms.effects import CONTACT_NAME, ROUNDING
 from frictionsim.mechanisms.pulley.schema import PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_forces, limit_torques
-from frictionsim.mechanisms.single_dof import METRICS as METRICS
 from frictionsim.mechanisms.single_dof import (
     kinetic_energy,
     set_up,

@@ -8,14 +8,10 @@ other, and
 """
 
 from math import inf, sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
-from frictionsim.mechanisms.single_dof import METRICS as METRICS
 from frictionsim.results import Quantities, Quantity
-
-if TYPE_CHECKING:
-    pass
 
 
 class LimitForces(NamedTuple):

@@ -22,33 +22,28 @@ The model is in
 
     schema            the scenario's tables
     loads             forces and couples: moment and resultant over time, angle and speed
-    equation          the terms of the equation of motion, the friction, the potential energy
-    stops             end stops: torque at rest on them, impacts
-    statics           what `static` says of the body at rest
+    equation          the terms of the equation of motion: friction, end stops, potential energy
     unknowns          the keys for which eq 24 can be solved
     balance           the body at rest, linear in one unknown, and the roots of eq 24
-    extremes_over_turn  the smallest and the largest root over a turn
-
-and `frictionsim.mechanisms.impending_motion`, which solves eq 24.
+    statics           the body at rest, the smallest and the largest root over a turn
+    free_body         where each force acts, for pictures
 """
 
 from frictionsim.mechanisms.shaft.equation import (
     contact_of,
+    impact_quantities,
     load_on_shaft,
     loads_of,
+    many_impacts,
     potential_of,
+    stops_of,
     terms_of,
+    with_stops,
 )
 from frictionsim.mechanisms.shaft.loads import Elapsed, Loads
 from frictionsim.mechanisms.shaft.schema import ShaftScenario
 from frictionsim.mechanisms.shaft.statics import breakaway_values, check_unknown
 from frictionsim.mechanisms.shaft.statics import statics as statics
-from frictionsim.mechanisms.shaft.stops import (
-    impact_quantities,
-    many_impacts,
-    stops_of,
-    with_stops,
-)
 from frictionsim.mechanisms.single_dof import METRICS as METRICS
 from frictionsim.mechanisms.single_dof import kinetic_energy, set_up, simulation_of
 from frictionsim.results import Quantities, Quantity

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Sequence
 from math import hypot, inf
 from typing import Any, NamedTuple
 
-from frictionsim.mechanisms.scalar_math import cos, sin
+from frictionsim.mechanisms.single_dof import cos, sin
 from frictionsim.scenario.signals import Constant, CubicPiece, Signal
 from frictionsim.solvers.mechanism import SwitchingSurface, Value
 
