@@ -69,7 +69,7 @@ MODE_WORDS = {value: word.replace("_", " ") for value, word in MODES}
 """Of an event, before and after it."""
 
 CONTACT_WORDS = {STICK: "sticks", FORWARD: "slips forward", BACKWARD: "slips backward"}
-"""What the one contact of a mechanism does at an instant."""
+"""Of the mode of the one contact of a mechanism at an instant."""
 
 # Colours: Okabe and Ito, safe for colour-blind readers.
 
@@ -83,8 +83,17 @@ COLOURS_ON_DARK = (
     *(SKY, ORANGE, GREEN, PURPLE),
     *("#F0E442", "#FFFFFF", VERMILION, "#AAAAAA"),
 )
+DASHES: tuple[tuple[float, ...], ...] = ((), (6.0, 2.0), (6.0, 2.0, 1.0, 2.0), (2.0, 1.5))
+"""Of lines, in this order, for grey print: dashes and gaps in widths of a line."""
+
 TENSION_COLOURS = "cividis"
 """A scale of matplotlib, whose lightness rises with the value, also for the colour-blind."""
+
+TENSION_SCALE = (
+    *("#00224e", "#083370", "#35456c", "#4f576c", "#666970", "#7d7c78"),
+    *("#948e77", "#aea371", "#c8b866", "#e5cf52", "#fee838"),
+)
+"""The same scale in even steps, for pages."""
 
 # Of the parts of a drawing.
 EDGE, FAINT = "#2B2B2B", "#B9B9B9"
@@ -139,6 +148,23 @@ PAGE_ON_DARK = {
     "drawing-faint": "#565C64",
 }
 
+CHART = {
+    "text": "#333333",
+    "grid": "#e4e4e4",
+    "axis": "#9a9a9a",
+    "stick": "rgba(0,0,0,0.10)",
+    "event": VERMILION,
+    "hover": "#ffffff",
+}
+CHART_ON_DARK = {
+    "text": "#d8d8d8",
+    "grid": "#34383e",
+    "axis": "#6b7076",
+    "stick": "rgba(255,255,255,0.11)",
+    "event": ORANGE,
+    "hover": "#26292e",
+}
+
 
 def page_style() -> str:
     """Return the colours of a page as variables of CSS, light and dark."""
@@ -158,10 +184,12 @@ def _variables(colours: Mapping[str, str], roles: Mapping[str, str]) -> str:
 
 
 def page_data() -> dict[str, Any]:
-    """Return what the scripts of a page read of words and colours."""
+    """Return words, colours and dashes for the scripts of a page."""
     return {
         "contactWords": CONTACT_WORDS,
         "roles": list(ROLES),
-        "light": COLOURS,
-        "dark": COLOURS_ON_DARK,
+        "light": {"lines": COLOURS, "chart": CHART},
+        "dark": {"lines": COLOURS_ON_DARK, "chart": CHART_ON_DARK},
+        "dashes": DASHES,
+        "tension": TENSION_SCALE,
     }

@@ -274,9 +274,9 @@ class Fit(ResultBase):
         ax : Axes, optional
             Draw in the place of these axes, which are removed.
         """
-        from frictionsim.plots.fit import diagram
+        from frictionsim.plots.studies import fit_diagram
 
-        return diagram(self.data, ax=ax)
+        return fit_diagram(self.data, ax=ax)
 
     def to_toml(self) -> str:
         """Return the fitted scenario as TOML, with comments that say what was fitted to what."""

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from frictionsim.io.sweep_table import SweepTable
-    from frictionsim.plots.appearance import Appearance
     from frictionsim.plots.overlay import Overlaid
-    from frictionsim.plots.window import Extent
+    from frictionsim.plots.style import Appearance
+    from frictionsim.plots.view import Extent
 
     Source = results.Result | Sweep | xarray.Dataset | str | PathLike[str]
     Drawings = dict[Path, Callable[[], Figure]]
@@ -375,8 +375,8 @@ def plot(
         If there is no such view, or the result lacks channels of it; if an option is not valid
         or does not apply to the view.
     """
-    from frictionsim.plots.appearance import appearance
-    from frictionsim.plots.window import extent
+    from frictionsim.plots.style import appearance
+    from frictionsim.plots.view import extent
 
     look, shown = appearance(width, height, dpi, title, style), extent(time, window, channels)
     found = _found(result)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from frictionsim.document import Picture
     from frictionsim.io.cost_table import CostTable
     from frictionsim.io.sweep_table import SweepTable
-    from frictionsim.reports.reported_run import ReportedRun
+    from frictionsim.reports.run_tables import ReportedRun
     from frictionsim.work_precision.outcome import WorkPrecision
 
 
@@ -91,14 +91,14 @@ def _costs_of_file(table: "CostTable", path: Path) -> str:
 def _costs_html(study: "WorkPrecision", source: str) -> str:
     from frictionsim.document import Picture
     from frictionsim.plots.picture_file import image_for_page
-    from frictionsim.plots.work_precision import diagram
+    from frictionsim.plots.studies import cost_diagram
     from frictionsim.reports.cost_report import cost_page
 
     drawn = study._replace(rows=study.drawable)
     left = len(study.rows) - len(drawn.rows)
     note = f"{left} settings have numbers that no axis shows; the table has them." if left else ""
     title = "Error against work, one line for each method"
-    return cost_page(study, source, Picture(title, image_for_page(diagram(drawn)), note))
+    return cost_page(study, source, Picture(title, image_for_page(cost_diagram(drawn)), note))
 
 
 def _sweep_html(found: Sweep) -> str:
@@ -256,8 +256,8 @@ def _html_of_runs(found: Sequence[results.Result]) -> str:
     InputError
         If the results do not go together.
     """
-    from frictionsim.reports.reported_run import labels_of
     from frictionsim.reports.run_report import run_report
+    from frictionsim.reports.run_tables import labels_of
 
     kinds = list(dict.fromkeys(result.kind for result in found))
     if len(kinds) > 1:
@@ -276,7 +276,7 @@ def _name(result: results.Result) -> str:
 
 
 def _reported(result: results.Result, label: str) -> "ReportedRun":
-    from frictionsim.reports.reported_run import ReportedRun
+    from frictionsim.reports.run_tables import ReportedRun
 
     try:
         effects = result.effects

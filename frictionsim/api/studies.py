@@ -310,9 +310,9 @@ class Study(ResultBase):
         ax : Axes, optional
             Draw in the place of these axes, which are removed.
         """
-        from frictionsim.plots.work_precision import diagram
+        from frictionsim.plots.studies import cost_diagram
 
-        return diagram(self.data, ax=ax)
+        return cost_diagram(self.data, ax=ax)
 
     def parts(self) -> Document:
         """Yield the reference uncertainty, the table and the recommendations."""

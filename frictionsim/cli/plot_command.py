@@ -180,8 +180,8 @@ def plot(
         write_animation(result, animate, fps, speed, no_clobber=no_clobber, as_json=as_json)
         return
     from frictionsim.api.pictures import ViewSelection, save_pictures
-    from frictionsim.plots.appearance import appearance
-    from frictionsim.plots.window import extent
+    from frictionsim.plots.style import appearance
+    from frictionsim.plots.view import extent
 
     done = save_pictures(
         result,

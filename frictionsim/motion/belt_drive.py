@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.motion.belt_path import arc_of, guiding_path, places_on
+from frictionsim.motion.belt_path import arc_of, drawn_pulleys, guiding_path, in_patch, places_on
 from frictionsim.motion.frames import (
     MAX_FRAMES,
     channel_at,
@@ -21,7 +21,6 @@ from frictionsim.motion.frames import (
 )
 from frictionsim.motion.parts import Band, Body, Detail, Motion, Part, Readout
 from frictionsim.motion.shapes import around, wheel
-from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.geometry import Path
@@ -51,7 +50,6 @@ def points_along(path: "Path", x: "Array", y: "Array") -> Points:
 
     Parameters
     ----------
-    path : Path
     x, y : (frames, n), m
         Of the bodies, which are on the line.
     """
@@ -70,7 +68,7 @@ def points_along(path: "Path", x: "Array", y: "Array") -> Points:
 def flags_along(
     touching: "Bools", sticking: "Bools | None", on_arc: "Bools"
 ) -> tuple["Bools", "Bools | None"]:
-    """Return which points touch a pulley, and which stick.
+    """Return flags of the points that touch a pulley, and of those that stick.
 
     Between two bodies these are the points on an arc if one of the bodies is on it: as the body
     ahead if that touches, else as the body behind.
@@ -84,9 +82,9 @@ def flags_along(
     """
 
     def along(bodies: "Bools", between: "Bools") -> "Bools":
-        found = np.repeat(between, PIECES, axis=1) & on_arc
-        found[:, PIECES - 1 :: PIECES] = bodies
-        return found
+        flags = np.repeat(between, PIECES, axis=1) & on_arc
+        flags[:, PIECES - 1 :: PIECES] = bodies
+        return flags
 
     behind = np.roll(touching, 1, axis=1)
     touches = along(touching, touching | behind)
@@ -127,6 +125,7 @@ def motion(result: "Record") -> Motion:
     if "tension" in result.channels:
         tension = channel_at(result, "tension", frames)[:, drawn]
     touching, sticking = _contact(result, frames, drawn)
+    patch = in_patch(result)
     band = Band(
         "belt",
         rounded(x, size, STEPS),
@@ -138,7 +137,7 @@ def motion(result: "Record") -> Motion:
         touching=touching,
         sticking=sticking,
         marks=np.arange(0, len(drawn), max(1, round(len(drawn) / MARKS))),
-        patch=_patch(result, bodies, drawn),
+        patch=None if patch is None else patch[drawn],
     )
     if path is not None:
         band = _along_line(band, points_along(path, x, y), size)
@@ -147,22 +146,8 @@ def motion(result: "Record") -> Motion:
     return Motion(time, parts, bounds, None, _readouts(result, frames, tension), details)
 
 
-def _pulleys(result: "Record") -> list[tuple[str, float, float, float]]:
-    """Return name, centre and radius of each pulley; lengths in m."""
-    where = ("mechanism", "pulleys")
-    return [
-        (
-            str(scenario_value(result, *where, i, "name")),
-            float(scenario_value(result, *where, i, "center", 0)),
-            float(scenario_value(result, *where, i, "center", 1)),
-            float(scenario_value(result, *where, i, "radius")),
-        )
-        for i in range(len(scenario_value(result, *where)))
-    ]
-
-
 def _wheels(result: "Record", frames: "Numbers") -> list[Body]:
-    pulleys = _pulleys(result)
+    pulleys = drawn_pulleys(result)
     angles = None
     if "pulley_angle" in result.channels:
         angles = channel_at(result, "pulley_angle", frames)
@@ -208,7 +193,7 @@ def _along_line(band: Band, points: Points, size: float) -> Band:
 def _contact(
     result: "Record", frames: "Numbers", drawn: "Numbers"
 ) -> tuple["Bools | None", "Bools | None"]:
-    """Return which points touch a pulley, and which of them stick; None where it is not known."""
+    """Return flags of the points that touch a pulley and that stick; None where not recorded."""
     if "pulley_index" not in result.channels:
         return None, None
     touching = channel_at(result, "pulley_index", frames)[:, drawn] >= 0
@@ -217,38 +202,18 @@ def _contact(
     return touching, (channel_at(result, "sticking", frames)[:, drawn] > 0) & touching
 
 
-def _patch(result: "Record", bodies: int, drawn: "Numbers") -> "Bools | None":
-    """Return which points are in a patch with a friction of its own; None without one."""
-    if "patch" not in scenario_of(result).get("effects", {}):
-        return None
-    start, end = (float(scenario_value(result, "effects", "patch", k)) for k in ("from", "to"))
-    places = (np.arange(bodies) + 0.5) * _body_length(result)
-    return np.asarray((places >= start) & (places < end))[drawn]
-
-
-def _body_length(result: "Record") -> float:
-    """Return the unstretched length of a body, m, from the first sample."""
-    x, y = (np.asarray(required(result, axis)[0]) for axis in "xy")
-    length = np.hypot(x - np.roll(x, 1), y - np.roll(y, 1))
-    belt = scenario_value(result, "mechanism", "belt")
-    if "tension" in result.channels and "axial_rigidity" in belt:
-        strain = np.asarray(required(result, "tension")[0]) / float(belt["axial_rigidity"])
-        length = length / (1.0 + strain)
-    return float(length.mean())
-
-
 def _bounds(result: "Record", x: Any, y: Any) -> "Bounds":
     """Return the bounds of belt and pulleys at all frames."""
     points = [np.column_stack([x.ravel(), y.ravel()])]
-    for _, *centre, radius in _pulleys(result):
+    for _, *centre, radius in drawn_pulleys(result):
         points += [np.array([centre]) - radius, np.array([centre]) + radius]
-    found = np.concatenate(points)
-    return around(found, 0.03 * float(np.ptp(found, axis=0).max()))
+    corners = np.concatenate(points)
+    return around(corners, 0.03 * float(np.ptp(corners, axis=0).max()))
 
 
 def _details(result: "Record", bounds: "Bounds") -> tuple[Detail, ...]:
     """Return a view of each pulley if they are small in the whole drawing."""
-    pulleys, width = _pulleys(result), bounds[1] - bounds[0]
+    pulleys, width = drawn_pulleys(result), bounds[1] - bounds[0]
     if max(radius for *_, radius in pulleys) > SMALL * width:
         return ()
     return tuple(
@@ -259,14 +224,14 @@ def _details(result: "Record", bounds: "Bounds") -> tuple[Detail, ...]:
 
 def _readouts(result: "Record", frames: "Numbers", tension: "Array | None") -> tuple[Readout, ...]:
     """Return the speeds of the pulleys, and the extremes of the tension in the points drawn."""
-    found = []
+    readouts = []
     if "pulley_speed" in result.channels:
         channel = "pulley_speed"
         members = result.members[result.axes[channel]][:MAX_SPEEDS]
         speeds = channel_at(result, channel, frames)
         for i, name in enumerate(members):
-            found.append(Readout(f"speed of {name}", "rad/s", speeds[:, i], channel, name))
+            readouts.append(Readout(f"speed of {name}", "rad/s", speeds[:, i], channel, name))
     if tension is not None:
-        found.append(Readout("largest tension", "N", tension.max(axis=1)))
-        found.append(Readout("smallest tension", "N", tension.min(axis=1)))
-    return tuple(found)
+        readouts.append(Readout("largest tension", "N", tension.max(axis=1)))
+        readouts.append(Readout("smallest tension", "N", tension.min(axis=1)))
+    return tuple(readouts)

@@ -1,6 +1,6 @@
 """The ideal line of a belt: for guided strings where they are, for others where their spans are."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,30 @@ if TYPE_CHECKING:
     from frictionsim.results import Record
 
     Array = npt.NDArray[np.float64]
+
+
+class DrawnPulley(NamedTuple):
+    """A pulley of a belt; lengths in m."""
+
+    name: str
+    x: float
+    y: float
+    radius: float
+
+
+def drawn_pulleys(result: "Record") -> list[DrawnPulley]:
+    """Return the pulleys of the scenario, in their order."""
+    where = ("mechanism", "pulleys")
+    return [
+        DrawnPulley(
+            str(scenario_value(result, *where, i, "name")),
+            float(scenario_value(result, *where, i, "center", 0)),
+            float(scenario_value(result, *where, i, "center", 1)),
+            float(scenario_value(result, *where, i, "radius")),
+        )
+        for i in range(len(scenario_value(result, *where)))
+    ]
+
 
 ON_LINE = 1e-3  # of the smallest radius: points no further off are on the line
 FINE = 0.05  # rad, between the points of a drawn arc
@@ -85,7 +109,6 @@ def middles_on(path: Path, places: "Array") -> "Array":
 
     Parameters
     ----------
-    path : Path
     places : (n,), m
         Of the points.
     """
@@ -109,3 +132,21 @@ def arc_of(path: Path, number: int) -> tuple[float, float]:
     """Return the places, m, at which the arc of a pulley begins and ends."""
     at = 2 * ((number - 1) % len(path.arcs)) + 1
     return float(path.breakpoints[at]), float(path.breakpoints[at + 1])
+
+
+def in_patch(result: "Record") -> "npt.NDArray[np.bool_] | None":
+    """Return a flag of each body in the patch with another friction, (n,); None without a patch.
+
+    A patch lies by the unstretched length of the belt, here from the first sample.
+    """
+    if "patch" not in scenario_of(result).get("effects", {}):
+        return None
+    start, end = (float(scenario_value(result, "effects", "patch", k)) for k in ("from", "to"))
+    x, y = (np.asarray(result.channels[axis][0]) for axis in "xy")
+    length = np.hypot(x - np.roll(x, 1), y - np.roll(y, 1))
+    belt = scenario_value(result, "mechanism", "belt")
+    if "tension" in result.channels and "axial_rigidity" in belt:
+        strain = np.asarray(result.channels["tension"][0]) / float(belt["axial_rigidity"])
+        length = length / (1.0 + strain)
+    places = (np.arange(len(x)) + 0.5) * float(length.mean())
+    return np.asarray((places >= start) & (places < end))

@@ -10,7 +10,7 @@ import numpy as np
 
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint, tracer_position
-from frictionsim.motion.event_frames import frames_with_events, readouts_at, state_at, values_at
+from frictionsim.motion.frames import frames_with_events, readouts_at, state_at, values_at
 from frictionsim.motion.parts import Body, Disc, Line, Motion, Part, Trail
 from frictionsim.motion.shapes import around, ray
 from frictionsim.scenario.toml_data import scenario_of, scenario_value
@@ -93,14 +93,14 @@ def _carried(angle: "Array", length: float, radius: float, point: TracerPoint | 
     )
     crank = (Line(corners, "load", closed=True), *hinges)
     place = still + length
-    found: list[Part] = [
+    parts: list[Part] = [
         Body("planet", planet, place, still, turn, carrier=angle),
         Body("crank", crank, still, still, angle),
     ]
     if point is not None:
         dot = Disc(point.radius * cos(psi), point.radius * sin(psi), POINT * radius, "path")
-        found.append(Body("tracer point", (dot,), place, still, turn, carrier=angle))
-    return found
+        parts.append(Body("tracer point", (dot,), place, still, turn, carrier=angle))
+    return parts
 
 
 def _path(time: "Array", angle: "Array", length: float, turns: float, point: TracerPoint) -> Trail:

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionsim.motion.event_frames import (
+from frictionsim.motion.frames import (
     Frames,
+    channel_at,
     frames_with_events,
     last_event,
     readouts_at,
     state_at,
     values_at,
 )
-from frictionsim.motion.frames import channel_at
 from frictionsim.motion.parts import Body, Disc, Line, Motion, Part, Readout
 from frictionsim.motion.shapes import around, block, gear_rim, ray
 from frictionsim.scenario.toml_data import scenario_of, scenario_value
@@ -88,7 +88,7 @@ def motion(result: "Record") -> Motion:
 
 
 def _cells(result: "Record", frames: Frames, holes: int) -> "Numbers":
-    """Return how many slots have passed the bottom; each one does so at its transfer."""
+    """Return the number of slots that have passed the bottom; each does so at its transfer."""
     pitch = 2.0 * pi / holes
     samples = channel_at(result, "angle", frames.sample)
     cells = np.floor(samples / pitch + SLACK).astype(np.int64)
@@ -108,9 +108,9 @@ def _cells(result: "Record", frames: Frames, holes: int) -> "Numbers":
 def teeth_of(ratio: float) -> tuple[int, int] | None:
     """Return numbers of teeth of gear and pinion that have a ratio; None if there are none."""
     for teeth in PINION_TEETH:
-        of_gear = round(ratio * teeth)
-        if of_gear >= min(PINION_TEETH) and abs(of_gear - ratio * teeth) < 1e-6 * teeth:
-            return of_gear, teeth
+        gear_teeth = round(ratio * teeth)
+        if gear_teeth >= min(PINION_TEETH) and abs(gear_teeth - ratio * teeth) < 1e-6 * teeth:
+            return gear_teeth, teeth
     return None
 
 
@@ -149,14 +149,14 @@ def _carried(
     """Return a marble for each slot that is drawn, visible where the slot carries one."""
     holes, drawn = shown
     still = np.zeros_like(angle)
-    found: list[Part] = []
+    parts: list[Part] = []
     for hole in drawn:
         visible = (hole + cell) % holes < holes // 2
         if visible.any():
             place = 2.0 * pi * hole / holes - 0.5 * pi
-            found.append(
+            parts.append(
                 Body(
-                    "" if found else "marbles",
+                    "" if parts else "marbles",
                     (Disc(0.0, 0.0, size, "load"),),
                     still + circle * cos(place),
                     still + circle * sin(place),
@@ -165,19 +165,19 @@ def _carried(
                     carrier=angle,
                 )
             )
-    return found
+    return parts
 
 
 def _tray(size: float, top: float, delivered: "Numbers", still: "Array") -> list[Part]:
     """Return the delivered marbles in a tray that is emptied when it is full."""
     count = np.where(delivered > 0, (delivered - 1) % TRAY + 1, 0)
     step = 2.15 * size
-    found: list[Part] = []
+    parts: list[Part] = []
     rail = block(step * (TRAY + 0.5), 0.3 * size, "fixed")
-    found.append(Body("", (rail,), still, still + top - 1.1 * size, still))
+    parts.append(Body("", (rail,), still, still + top - 1.1 * size, still))
     for i in range(min(TRAY, floor(float(count.max())))):
         x = still + step * (0.5 * (TRAY - 1) - i)
         marble = (Disc(0.0, 0.0, size, "load"),)
         name = "" if i else "delivered marbles"
-        found.append(Body(name, marble, x, still + top, still, count > i))
-    return found
+        parts.append(Body(name, marble, x, still + top, still, count > i))
+    return parts

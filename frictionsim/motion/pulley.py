@@ -20,16 +20,26 @@ import numpy as np
 
 from frictionsim.display import CONTACT_WORDS
 from frictionsim.mechanisms.effects import friction_radius
-from frictionsim.motion.event_frames import (
+from frictionsim.motion.frames import (
     Frames,
     frames_with_events,
     readouts_at,
+    required,
     state_at,
     values_at,
 )
-from frictionsim.motion.frames import required
 from frictionsim.motion.parts import Arrow, Band, Body, Detail, Disc, Line, Motion, Part, Readout
-from frictionsim.motion.shapes import arc, around, block, ray, torque_arc, wheel
+from frictionsim.motion.shapes import (
+    arc,
+    block,
+    bounds_of,
+    enlarged_circles,
+    ray,
+    reaction_arrow,
+    shaft_bodies,
+    torque_arc,
+    wheel,
+)
 from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
 if TYPE_CHECKING:
@@ -74,6 +84,43 @@ class Rope(NamedTuple):
     scale: float
 
 
+class Journal(NamedTuple):
+    """Radii of the shaft and of its friction circles, m."""
+
+    shaft: float
+    static: float
+    kinetic: float
+
+
+def _journal(result: "Record") -> Journal | None:
+    """Return the radii of a shaft with friction; None without it."""
+    if "shaft_friction" not in scenario_of(result).get("effects", {}):
+        return None
+    shaft, mu_s, mu_k = (
+        float(scenario_value(result, "effects", "shaft_friction", key))
+        for key in ("shaft_radius", "mu_s", "mu_k")
+    )
+    return Journal(shaft, friction_radius(shaft, mu_s), friction_radius(shaft, mu_k))
+
+
+def _shaft(journal: Journal | None, radius: float, still: "Array", least: float) -> list[Part]:
+    """Return the shaft, true to scale if its friction is simulated, and its friction circles.
+
+    Circles up to a radius `least`, m, are left out.
+    """
+    if journal is None:
+        return shaft_bodies(SHAFT_SEEN * radius, still)
+    circles = (journal.static, journal.kinetic)
+    return shaft_bodies(journal.shaft, still, *(size if size > least else 0.0 for size in circles))
+
+
+def _friction_circles(journal: Journal | None) -> tuple[Detail, ...]:
+    """Return the enlarged detail, if the scenario has friction of the shaft."""
+    if journal is None:
+        return ()
+    return enlarged_circles(min(1.1 * journal.shaft, WINDOW * journal.static))
+
+
 def motion_with_masses(result: "Record") -> Motion:
     """Return the motion of a result of a pulley with hanging masses."""
     frames = frames_with_events(result)
@@ -89,38 +136,18 @@ def motion_with_masses(result: "Record") -> Motion:
         _rope(1, car, _gap(car - rope, radius), scale, radius),
         _rope(-1, other, _gap(other + rope, radius), scale, radius),
     )
-    still = np.zeros_like(frames.time)
+    still, journal = np.zeros_like(frames.time), _journal(result)
     parts: list[Part] = [
         *_lines(ropes, rope + radius * _start_angle(result), radius),
         Body("pulley", _sheave(radius), still, still, angle),
-        *shaft_parts(result, radius, still, enlarged=True),
+        *_shaft(journal, radius, still, least=0.0),
         *_blocks(result, ropes, radius),
         *_forces_with_masses(result, frames, ropes, radius),
     ]
     readouts = _readouts(result, frames, (ropes[0].gap, ropes[1].gap))
-    details = _friction_circles(result)
-    return Motion(
-        frames.time,
-        tuple(parts),
-        _bounds_with_masses(parts, radius),
-        None,
-        tuple(readouts),
-        details,
-    )
-
-
-def _friction_circles(result: "Record") -> tuple[Detail, ...]:
-    """Return the enlarged detail, if the scenario has friction of the shaft."""
-    if "shaft_friction" not in scenario_of(result).get("effects", {}):
-        return ()
-    shaft, mu = (
-        float(scenario_value(result, "effects", "shaft_friction", key))
-        for key in ("shaft_radius", "mu_s")
-    )
-    reach = min(1.1 * shaft, WINDOW * friction_radius(shaft, mu))
-    if reach <= 0.0:
-        return ()
-    return (Detail("friction circles of the shaft, enlarged", (-reach, reach, -reach, reach)),)
+    bounds = bounds_of(parts, radius, 0.25 * radius)
+    details = _friction_circles(journal)
+    return Motion(frames.time, tuple(parts), bounds, None, tuple(readouts), details)
 
 
 def _start_angle(result: "Record") -> float:
@@ -129,7 +156,7 @@ def _start_angle(result: "Record") -> float:
 
 
 def drawn_scale(way: float, radius: float) -> float:
-    """Return how much smaller a way is drawn: 1, or 2, 5 or 10 times a power of ten.
+    """Return the scale 1 : n of a way in the drawing: 1, or 2, 5 or 10 times a power of ten.
 
     Parameters
     ----------
@@ -150,7 +177,7 @@ def _rope(side: int, position: "Array", gap: "Array", scale: float, radius: floa
 
 
 def _gap(difference: "Array", radius: float) -> "Array":
-    """Return how much a rope is too long, m, without the roundoff of one that is taut."""
+    """Return the excess length of a slack rope, m; 0 for the roundoff of a taut one."""
     return np.where(difference > ROUNDOFF * radius, difference, 0.0)
 
 
@@ -166,15 +193,15 @@ def _lines(ropes: tuple[Rope, Rope], run: "Array", radius: float) -> list[Part]:
     over = arc(radius, 0.0, pi)
     x, y = (np.tile(values, (len(run), 1)) for values in over.T)
     spacing = 2.0 * pi / TICKS * radius
-    found: list[Part] = [Band("rope", x, y, closed=False, travel=run, spacing=spacing)]
+    parts: list[Part] = [Band("rope", x, y, closed=False, travel=run, spacing=spacing)]
     for rope in ropes:
         x, y = hanging(rope, radius)
         if rope.scale == 1.0:  # marks go on from the wheel down: half a turn is 6 spacings
             down = -rope.side * run
-            found.append(Band("rope", x, y, closed=False, travel=down, spacing=spacing))
+            parts.append(Band("rope", x, y, closed=False, travel=down, spacing=spacing))
         else:
-            found.append(Band("rope", x, y, closed=False))
-    return found
+            parts.append(Band("rope", x, y, closed=False))
+    return parts
 
 
 def hanging(rope: Rope, radius: float) -> "tuple[Array, Array]":
@@ -195,8 +222,8 @@ def _bow_of(excess: "Array") -> "Array":
     at = (np.arange(200) + 0.5) / 200
     lengths = np.sqrt(1.0 + (bows[:, None] * pi * np.sin(2.0 * pi * at)) ** 2).mean(axis=1)
     # Nearly quadratic for small bows.
-    found = np.interp(np.sqrt(np.maximum(excess, 0.0)), np.sqrt(lengths - 1.0), bows)
-    return np.asarray(found)
+    heights = np.interp(np.sqrt(np.maximum(excess, 0.0)), np.sqrt(lengths - 1.0), bows)
+    return np.asarray(heights)
 
 
 def _blocks(result: "Record", ropes: tuple[Rope, Rope], radius: float) -> list[Part]:
@@ -220,45 +247,45 @@ def _forces_with_masses(
     result: "Record", frames: Frames, ropes: tuple[Rope, Rope], radius: float
 ) -> list[Part]:
     """Return tensions, reaction, and force or torque of the drive, forces on one scale."""
-    found = {
+    forces = {
         name: values_at(result, name, frames) for name in SHOWN_FORCES if name in result.channels
     }
     zero, parts = np.zeros_like(frames.time), list[Part]()
-    sizes = [np.abs(v).max() for name, v in found.items() if not name.endswith("torque")]
+    sizes = [np.abs(v).max() for name, v in forces.items() if not name.endswith("torque")]
     largest = max(map(float, sizes), default=0.0)
     scale = ARROW * radius / largest if largest > 0.0 else 0.0
     for rope, name in zip(ropes, ("car", "counterweight"), strict=True):
-        tension = found.get(f"rope_tension_{name}")
+        tension = forces.get(f"rope_tension_{name}")
         if tension is not None:
             foot = zero + rope.side * radius
             parts.append(Arrow("tension of the rope", foot, zero, zero, -scale * tension, "path"))
     edge = BLOCK * radius
-    if "drive_force" in found:
+    if "drive_force" in forces:
         masses = scenario_of(result).get("effects", {}).get("hanging_masses", {})
         foot = ropes[1].height - (edge if masses.get("counterweight", 0.0) > 0.0 else 0.0)
-        pull = -scale * found["drive_force"]
+        pull = -scale * forces["drive_force"]
         parts.append(Arrow("drive force", zero - radius, foot, zero, pull, "force"))
-    if "drive_torque" in found:
-        parts += torque_arc("torque of the drive", found["drive_torque"], ARC_OF_TORQUE * radius)
-    if "shaft_reaction" in found:
-        torque = found.get("friction_torque", zero)
-        parts.append(reaction_arrow(zero, found["shaft_reaction"], torque, scale))
+    if "drive_torque" in forces:
+        parts += torque_arc("torque of the drive", forces["drive_torque"], ARC_OF_TORQUE * radius)
+    if "shaft_reaction" in forces:
+        torque = forces.get("friction_torque", zero)
+        parts.append(reaction_arrow((zero, forces["shaft_reaction"]), torque, scale))
     return parts
 
 
 def _readouts(result: "Record", frames: Frames, gaps: "tuple[Array, Array]") -> list[Readout]:
     """Return the modes of shaft, cord and ropes, and the numbers beside the drawing."""
-    found, state = list[Readout](), state_at(result, frames)
+    readouts, state = list[Readout](), state_at(result, frames)
     if state is not None:
-        found.append(Readout("shaft", "1", state.astype(float), words=CONTACT_MODES))
+        readouts.append(Readout("shaft", "1", state.astype(float), words=CONTACT_MODES))
     if "cord_mode" in result.channels:
         mode = values_at(result, "cord_mode", frames)
-        found.append(Readout("cord on the pulley", "1", mode.astype(float), words=CONTACT_MODES))
+        readouts.append(Readout("cord on the pulley", "1", mode.astype(float), words=CONTACT_MODES))
     if "slack" in result.channels:
         flags = values_at(result, "slack", frames)
         for bit, name in ((CAR, "rope of the car"), (COUNTERWEIGHT, "rope of the counterweight")):
             slack = (flags & bit) != 0
-            found.append(Readout(name, "1", slack.astype(float), words=TAUT_OR_SLACK))
+            readouts.append(Readout(name, "1", slack.astype(float), words=TAUT_OR_SLACK))
     names = {
         "angle": "angle",
         "angular_velocity": "angular velocity",
@@ -271,26 +298,11 @@ def _readouts(result: "Record", frames: Frames, gaps: "tuple[Array, Array]") -> 
         "drive_torque": "drive torque",
         "friction_torque": "friction torque",
     }
-    found += readouts_at(result, names, frames)
+    readouts += readouts_at(result, names, frames)
     for gap, name in zip(gaps, ("car", "counterweight"), strict=True):
         if gap.any():
-            found.append(Readout(f"slack rope, {name}", "m", gap))
-    return found
-
-
-def _bounds_with_masses(parts: list[Part], radius: float) -> tuple[float, float, float, float]:
-    """Return the bounds of wheel, ropes, masses and arrows at all times, with a margin."""
-    points = [np.array([[-radius, -radius], [radius, radius]])]
-    for part in parts:
-        if isinstance(part, Arrow):
-            points.append(np.column_stack([part.x, part.y]))
-            points.append(np.column_stack([part.x + part.dx, part.y + part.dy]))
-        elif isinstance(part, Body) and isinstance(part.shapes[0], Line):
-            for corner in part.shapes[0].points:
-                points.append(np.column_stack([part.x + corner[0], part.y + corner[1]]))
-        elif isinstance(part, Band):
-            points.append(np.column_stack([part.x.ravel(), part.y.ravel()]))
-    return around(np.concatenate(points), 0.25 * radius)
+            readouts.append(Readout(f"slack rope, {name}", "m", gap))
+    return readouts
 
 
 SHAFT_SEEN = 0.06  # of the pulley's radius: a shaft that the scenario does not have is drawn so
@@ -300,53 +312,6 @@ CIRCLE_SEEN = 0.02
 HIGHEST = 1.6  # of what hangs on the cord, below the axis
 BLOCK, ARROW = 0.9, 2.0  # side of what hangs on the cord; length of the largest force
 ARC_OF_TORQUE = 0.62  # of the drive
-
-
-def shaft_parts(
-    result: "Record", radius: float, still: "Array", enlarged: bool = False
-) -> list[Part]:
-    """Return the shaft, true to scale if its friction is simulated, and its friction circles.
-
-    Parameters
-    ----------
-    result : Record
-    radius : float, m
-        Of the pulley.
-    still : (frames,)
-        Zeros.
-    enlarged : bool
-        Whether the circles are also shown larger, so that none is too small to be seen.
-    """
-    friction = scenario_of(result).get("effects", {}).get("shaft_friction")
-    if friction is None:
-        return [Body("shaft", (Disc(0.0, 0.0, SHAFT_SEEN * radius, "fixed"),), still, still, still)]
-    shaft = float(scenario_value(result, "effects", "shaft_friction", "shaft_radius"))
-    found: list[Part] = [Body("shaft", (Disc(0.0, 0.0, shaft, "fixed"),), still, still, still)]
-    for name, key in (("static friction circle", "mu_s"), ("kinetic friction circle", "mu_k")):
-        mu = float(scenario_value(result, "effects", "shaft_friction", key))
-        size = friction_radius(shaft, mu)
-        if size > (0.0 if enlarged else CIRCLE_SEEN * radius):
-            circle = Disc(0.0, 0.0, size, "friction" if key == "mu_k" else "paper", open=True)
-            found.append(Body(name, (circle,), still, still, still))
-    return found
-
-
-def reaction_arrow(across: "Array", up: "Array", torque: "Array", scale: float) -> Arrow:
-    """Return the reaction of the shaft on the pulley, on its line of action.
-
-    With the reaction (F_x, F_y) its foot (e_x, e_y), at right angles to it, has the moment
-    e_x F_y - e_y F_x = friction torque.
-
-    Parameters
-    ----------
-    across, up : (frames,), N
-        F_x and F_y.
-    torque : (frames,), N m
-    scale : float, m/N
-    """
-    square = np.maximum(across**2 + up**2, np.finfo(float).tiny)
-    x, y = torque * up / square, -torque * across / square
-    return Arrow("reaction of the shaft", x, y, scale * across, scale * up, "friction")
 
 
 # In radii of the pulley.
@@ -384,7 +349,7 @@ def motion(result: "Record") -> Motion:
     parts: list[Part] = [
         _line(cord, travel, radius, horizontal),
         Body("pulley", wheel(radius, hub=0.0), still, still, angle),
-        *shaft_parts(result, radius, still),
+        *_shaft(_journal(result), radius, still, least=CIRCLE_SEEN * radius),
         *_loads(cord, radius, still),
         *_forces(result, frames, cord, radius, horizontal),
     ]
@@ -402,11 +367,11 @@ def motion(result: "Record") -> Motion:
             frames,
         ),
     )
-    return Motion(time, tuple(parts), _bounds(parts, radius), state, readouts)
+    return Motion(time, tuple(parts), bounds_of(parts, radius, 0.25 * radius), state, readouts)
 
 
 def _cord(travel: "Array", radius: float) -> _Cord:
-    """Return where load and pulled end are; beyond `TRAVEL` radii of travel the load is cut."""
+    """Return the places of load and pulled end; beyond `TRAVEL` radii the load is cut."""
     low, high = min(float(travel.min()), 0.0), max(float(travel.max()), 0.0)
     way = min(high - low, TRAVEL * radius)
     # What is cut off is shared between its rise and its fall, so that it starts in the picture.
@@ -448,59 +413,28 @@ def _loads(cord: _Cord, radius: float, still: "Array") -> list[Part]:
 def _forces(
     result: "Record", frames: Frames, cord: _Cord, radius: float, horizontal: bool
 ) -> list[Part]:
-    """Return drive force, weight and reaction of the shaft, as long as they are large."""
+    """Return weight, force or torque of the drive, and reaction of the shaft, on one scale."""
     weight = float(scenario_value(result, "mechanism", "load"))
     zero = np.zeros_like(frames.time)
     x, y = zero + radius, cord.height - BLOCK * radius
-    if "drive_torque" in result.channels:
-        return _with_torque(result, frames, (x, y), weight, radius)
-    if "drive_force" not in result.channels:
+    by_torque = "drive_torque" in result.channels
+    if not by_torque and "drive_force" not in result.channels:
         return [Arrow("weight of the load", x, y, zero, zero - 0.5 * ARROW * radius, "load")]
-    force = values_at(result, "drive_force", frames)
-    reaction = np.hypot(force, weight) if horizontal else force + weight
-    largest = max(weight, float(np.abs(force).max()), float(np.abs(reaction).max()))
+    force = zero if by_torque else values_at(result, "drive_force", frames)
+    across, up = (force, zero + weight) if horizontal else (zero, force + weight)
+    sizes = (weight, np.abs(force).max(), np.hypot(across, up).max())
+    largest = max(map(float, sizes))
     scale = ARROW * radius / largest if largest > 0.0 else 0.0
     parts: list[Part] = [Arrow("weight of the load", x, y, zero, zero - scale * weight, "load")]
     pull = -scale * force
-    if horizontal:
+    if by_torque:
+        torque = values_at(result, "drive_torque", frames)
+        parts += torque_arc("torque of the drive", torque, ARC_OF_TORQUE * radius)
+    elif horizontal:
         parts.append(Arrow("drive force", -cord.pulled, zero + radius, pull, zero, "force"))
     else:
         parts.append(Arrow("drive force", zero - radius, -cord.pulled, zero, pull, "force"))
     if "friction_torque" in result.channels:
         torque = values_at(result, "friction_torque", frames)
-        if horizontal:
-            parts.append(reaction_arrow(force, np.full_like(force, weight), torque, scale))
-        else:
-            parts.append(reaction_arrow(zero, force + weight, torque, scale))
+        parts.append(reaction_arrow((across, up), torque, scale))
     return parts
-
-
-def _with_torque(
-    result: "Record", frames: Frames, foot: "tuple[Array, Array]", weight: float, radius: float
-) -> list[Part]:
-    """Return weight, torque of the drive and reaction of a pulley that a torque turns."""
-    zero = np.zeros_like(frames.time)
-    scale = ARROW * radius / weight if weight > 0.0 else 0.0
-    parts: list[Part] = [Arrow("weight of the load", *foot, zero, zero - scale * weight, "load")]
-    drive = values_at(result, "drive_torque", frames)
-    parts += torque_arc("torque of the drive", drive, ARC_OF_TORQUE * radius)
-    if "friction_torque" in result.channels:
-        torque = values_at(result, "friction_torque", frames)
-        parts.append(reaction_arrow(zero, zero + weight, torque, scale))
-    return parts
-
-
-def _bounds(parts: list[Part], radius: float) -> tuple[float, float, float, float]:
-    """Return the bounds of wheel, cord, load and arrows at all times, with a margin."""
-    points = [np.array([[-radius, -radius], [radius, radius]])]
-    for part in parts:
-        if isinstance(part, Arrow):
-            points.append(np.column_stack([part.x, part.y]))
-            points.append(np.column_stack([part.x + part.dx, part.y + part.dy]))
-        elif isinstance(part, Body) and part.name.startswith("load"):
-            side = BLOCK * radius
-            points.append(np.column_stack([part.x - 0.5 * side, part.y - side]))
-            points.append(np.column_stack([part.x + 0.5 * side, part.y]))
-        elif isinstance(part, Band):
-            points.append(np.column_stack([part.x.ravel(), part.y.ravel()]))
-    return around(np.concatenate(points), 0.25 * radius)

@@ -4,12 +4,13 @@ A torque is an arc with a head, as long as the torque is large. It begins below 
 the way the torque turns: to the right where it is positive, counter-clockwise.
 """
 
+from collections.abc import Iterable
 from math import cos, pi, sin
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.motion.parts import Arrow, Band, Disc, Line, Part
+from frictionsim.motion.parts import Arrow, Band, Body, Detail, Disc, Line, Part
 
 if TYPE_CHECKING:
     from frictionsim.motion.parts import Array, Bounds, Role
@@ -27,7 +28,6 @@ def torque_arc(
 
     Parameters
     ----------
-    name : str
     torque : (frames,), N m
     radius : float, m
         Of the arc.
@@ -46,6 +46,57 @@ def torque_arc(
     dx, dy = -length * np.sin(end), length * np.cos(end)
     line = Band("", radius * np.cos(angle), radius * np.sin(angle), closed=False, role="force")
     return [line, Arrow(name, tip_x, tip_y, dx, dy, "force")]
+
+
+def reaction_foot(
+    across: "Array", up: "Array", torque: "Array", vanishes: Any = False
+) -> "tuple[Array, Array]":
+    """Return the foot of the perpendicular from the axis to the line of action of a force, m.
+
+    With the force (F_x, F_y) its foot (e_x, e_y) has the moment e_x F_y - e_y F_x = torque. For a
+    force that vanishes it is the axis.
+    """
+    square = np.where(vanishes, np.inf, across**2 + up**2)
+    square = np.maximum(square, np.finfo(float).tiny)
+    return torque * up / square, -torque * across / square
+
+
+def reaction_arrow(
+    force: "tuple[Array, Array]", torque: "Array", scale: float, vanishes: Any = False
+) -> Arrow:
+    """Return the reaction of a shaft on its line of action.
+
+    Parameters
+    ----------
+    force : ((frames,), (frames,)), N
+        F_x and F_y.
+    torque : (frames,), N m
+        The friction torque.
+    scale : float, m/N
+    vanishes : (frames,) of bool, optional
+        Where the force is rounding.
+    """
+    x, y = reaction_foot(*force, torque, vanishes)
+    return Arrow("reaction of the shaft", x, y, scale * force[0], scale * force[1], "friction")
+
+
+def shaft_bodies(
+    radius: float, still: "Array", static: float = 0.0, kinetic: float = 0.0
+) -> list[Part]:
+    """Return a shaft and its friction circles of radii above 0, m; `still` are zeros, (frames,)."""
+    discs: list[tuple[str, Disc]] = [("shaft", Disc(0.0, 0.0, radius, "fixed"))]
+    if static > 0.0:
+        discs.append(("static friction circle", Disc(0.0, 0.0, static, "paper", open=True)))
+    if kinetic > 0.0:
+        discs.append(("kinetic friction circle", Disc(0.0, 0.0, kinetic, "friction", open=True)))
+    return [Body(name, (disc,), still, still, still) for name, disc in discs]
+
+
+def enlarged_circles(half: float) -> tuple[Detail, ...]:
+    """Return the detail of the friction circles with half its side in m; none if that is 0."""
+    if half <= 0.0:
+        return ()
+    return (Detail("friction circles of the shaft, enlarged", (-half, half, -half, half)),)
 
 
 SPOKES = 5  # an odd number: a turn by half of 360 degrees is seen
@@ -96,6 +147,23 @@ def around(points: "Array", margin: float) -> "Bounds":
     return float(left - margin), float(right + margin), float(bottom - margin), float(top + margin)
 
 
+def bounds_of(parts: Iterable[Part], reach: float, margin: float) -> "Bounds":
+    """Return the bounds of what is within a reach, m, and of bands, arrows and blocks at all times.
+
+    A block is a body whose first shape is a line; blocks do not turn.
+    """
+    points = [np.array([[-reach, -reach], [reach, reach]])]
+    for part in parts:
+        if isinstance(part, Arrow):
+            points.append(np.column_stack([part.x, part.y]))
+            points.append(np.column_stack([part.x + part.dx, part.y + part.dy]))
+        elif isinstance(part, Body) and isinstance(part.shapes[0], Line):
+            points += [np.column_stack([part.x + x, part.y + y]) for x, y in part.shapes[0].points]
+        elif isinstance(part, Band):
+            points.append(np.column_stack([part.x.ravel(), part.y.ravel()]))
+    return around(np.concatenate(points), margin)
+
+
 def gear_rim(radius: float, teeth: int, phase: float = 0.0) -> Line:
     """Return the outline of a gear, with a tooth at the angle `phase`.
 
@@ -105,7 +173,6 @@ def gear_rim(radius: float, teeth: int, phase: float = 0.0) -> Line:
     ----------
     radius : float, m
         Of the pitch circle.
-    teeth : int
     phase : float, rad
     """
     module, pitch = 2.0 * radius / teeth, 2.0 * pi / teeth

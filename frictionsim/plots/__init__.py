@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import frictionsim.plots.parameters  # noqa: F401  says what matplotlib lacks
+import frictionsim.plots.picture_file  # noqa: F401  says what matplotlib lacks
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.plots import (
     belt_layout,
@@ -23,14 +23,22 @@ from frictionsim.plots import (
     pulley,
     shaft,
 )
-from frictionsim.plots.appearance import USUAL, Appearance
 from frictionsim.plots.belt_geometry import middle_of_first_span
 from frictionsim.plots.overlay import Overlaid, check_overlay, overlay
 from frictionsim.plots.picture_file import check_format, save
 from frictionsim.plots.placement import drawn_in
+from frictionsim.plots.style import USUAL, Appearance
 from frictionsim.plots.time_history import response
-from frictionsim.plots.view import View, over_time
-from frictionsim.plots.window import WHOLE, Extent, check_channels, check_numbers, until, within
+from frictionsim.plots.view import (
+    WHOLE,
+    Extent,
+    View,
+    check_channels,
+    check_numbers,
+    over_time,
+    until,
+    within,
+)
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.toml_data import scenario_of
 
@@ -41,7 +49,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ALL", "BODY", "VIEWS", "Views", "draw", "plot", "plot_all", "save", "views_of"]
 
-ALL, BODY, PATH = "all", "body", "path"
+ALL, BODY = "all", "body"
 
 Views = Mapping[str, View]
 """By name, the default first."""
@@ -54,7 +62,7 @@ VIEWS: Mapping[str, Views] = {
         "speeds": over_time(belt_time_history.speeds, ("pulley_speed", "pulley_torque")),
         "drive": View(belt_layout.drive, instant=True),
         "tension": View(belt_time_history.tension, instant=True),
-        BODY: View(belt_time_history.body, window=True),
+        BODY: View(belt_time_history.body, window=True, body=True),
     },
     "shaft": shaft.VIEWS,
 }
@@ -91,8 +99,9 @@ def views_of(kind: str) -> Views:
         module = mechanism_module(kind)
     except InputError as error:
         raise InputError(f"cannot draw this result: {error}") from None
-    own: Mapping[str, Callable[..., None]] = getattr(module, "VIEWS", {})
-    return {"response": over_time(response)} | {name: View(draw) for name, draw in own.items()}
+    own: Mapping[str, View | Callable[..., None]] = getattr(module, "VIEWS", {})
+    views = {name: of if isinstance(of, View) else View(of) for name, of in own.items()}
+    return {"response": over_time(response)} | views
 
 
 def draw(
@@ -132,13 +141,13 @@ def draw(
     views = views_of(kind)
     view = view or next(iter(views))
     check_view(kind, view)
-    if body is not None and view != BODY:
+    if body is not None and not views[view].body:
         raise InputError(f"the view '{view}' shows no single body; 'body' is for the view '{BODY}'")
     if not result.channels["time"].size:
         raise InputError("cannot draw this result: it has no samples")
     check_applies(kind, view, shown)
     check_numbers(result)
-    part, options = _part(result, view, shown)
+    part, options = _part(result, views[view], shown)
     if body is not None:
         options[BODY] = body
     if shown.channels:
@@ -151,15 +160,15 @@ def draw(
     )
 
 
-def _part(result: "Record", view: str, shown: Extent) -> tuple["Record", dict[str, Any]]:
+def _part(result: "Record", view: View, shown: Extent) -> tuple["Record", dict[str, Any]]:
     """Return the part of a result that a view shows, and options of the view for it."""
     if shown.time is not None:
         part = until(result, shown.time)
-        return (result, {"instant": part}) if view == PATH else (part, {})
+        return (result, {"instant": part}) if view.whole else (part, {})
     if not shown.has_window:
         return result, {}
     options: dict[str, Any] = {}
-    if view == BODY and "pulley_index" in result.channels:
+    if view.body and "pulley_index" in result.channels:
         # The body in the middle of a span at the start of the run, whatever the window.
         options = {BODY: middle_of_first_span(result.channels["pulley_index"][0])}
     return within(result, shown.start, shown.stop), options
@@ -290,8 +299,8 @@ def plot_all(
             continue
         picture = path_of(path, name)
         try:
-            of_view = body if name == BODY else None
-            written[picture] = plot(result, picture, name, of_view, look, view.applicable(shown))
+            number = body if view.body else None
+            written[picture] = plot(result, picture, name, number, look, view.applicable(shown))
         except ArgumentError:
             raise
         except InputError as error:

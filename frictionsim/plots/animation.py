@@ -23,18 +23,23 @@ from frictionsim.errors import InputError, OutputError
 from frictionsim.io.atomic_write import write_atomically
 from frictionsim.io.replaceable import ANIMATIONS, check_target
 from frictionsim.motion import motion_of
-from frictionsim.motion.parts import Arrow, Band, Body, Disc, Motion, Trail
-from frictionsim.motion.poses import (
+from frictionsim.motion.parts import (
+    Arrow,
+    Band,
+    Body,
+    Disc,
+    Motion,
+    Trail,
     decimals_of,
     moment_of,
     shown_value,
     shown_word,
     state_word,
 )
-from frictionsim.plots.literal_text import literal, make_literal
 from frictionsim.plots.moving_parts import BELT, BELT_EDGE, moving
 from frictionsim.plots.picture_file import DOTS_PER_INCH, rendering
 from frictionsim.plots.style import WIDTH, Style
+from frictionsim.plots.texts import literal, make_literal
 
 if TYPE_CHECKING:
     from frictionsim.motion.parts import Bounds
@@ -238,15 +243,15 @@ class MovingPicture:
 
     def _key(self) -> list[Any]:
         """Return a sample of each part with a name; parts of one name once."""
-        found: dict[str, Any] = {}
+        samples: dict[str, Any] = {}
         for part in self._motion.parts:
             if isinstance(part, Band):
-                found |= _key_of_band(part)
+                samples |= _key_of_band(part)
             elif part.name and not getattr(part, "label", False):
-                found.setdefault(part.name, _sample(part))
-        for name, sample in found.items():
+                samples.setdefault(part.name, _sample(part))
+        for name, sample in samples.items():
             sample.set_label(name)
-        return list(found.values())
+        return list(samples.values())
 
 
 def _sample(part: "Body | Trail | Arrow") -> Any:
@@ -276,16 +281,16 @@ def _key_of_band(band: Band) -> dict[str, Any]:
     if band.value is None and band.touching is None:
         colour = EDGE if band.role is None else ROLES[band.role]
         return {band.name: Line2D([], [], color=colour, lw=2.2)} if band.name else {}
-    found: dict[str, Any] = {}
+    samples: dict[str, Any] = {}
     edged = [withStroke(linewidth=BELT + BELT_EDGE, foreground=EDGE)]
     if band.sticking is not None:
-        found["sticks on the pulley"] = Line2D([], [], color=BLACK, lw=BELT, path_effects=edged)
-        found["slips on the pulley"] = Line2D([], [], color="white", lw=BELT, path_effects=edged)
+        samples["sticks on the pulley"] = Line2D([], [], color=BLACK, lw=BELT, path_effects=edged)
+        samples["slips on the pulley"] = Line2D([], [], color="white", lw=BELT, path_effects=edged)
     elif band.touching is not None:
-        found["touches the pulley"] = Line2D([], [], color="white", lw=BELT, path_effects=edged)
+        samples["touches the pulley"] = Line2D([], [], color="white", lw=BELT, path_effects=edged)
     if band.patch is not None:
-        found["patch with other friction"] = Line2D([], [], color=ROLES["friction"], lw=7.0)
-    return found
+        samples["patch with other friction"] = Line2D([], [], color=ROLES["friction"], lw=7.0)
+    return samples
 
 
 SECONDS = 8.0  # that a run takes by default
@@ -321,7 +326,6 @@ def animate(
 
     Parameters
     ----------
-    result : Record
     path : Path
         Ends in .gif or .mp4.
     fps : float, optional
@@ -374,7 +378,6 @@ def timing_of(motion: "Motion", kind: str, fps: float | None, speed: float | Non
 
     Parameters
     ----------
-    motion : Motion
     kind : str
         ".gif" or ".mp4".
     fps, speed

@@ -2,13 +2,20 @@
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.motion.belt_path import arc_of, guiding_path, middles_on, places_on
-from frictionsim.scenario.toml_data import scenario_of, scenario_value
+from frictionsim.motion.belt_path import (
+    DrawnPulley,
+    arc_of,
+    drawn_pulleys,
+    guiding_path,
+    middles_on,
+    places_on,
+)
+from frictionsim.scenario.toml_data import scenario_of
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -19,27 +26,9 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.float64]
 
 
-class Pulley(NamedTuple):
-    """A pulley of the scenario; lengths in m."""
-
-    name: str
-    x: float
-    y: float
-    radius: float
-
-
-def pulleys_of(result: "Record") -> list[Pulley]:
+def pulleys_of(result: "Record") -> list[DrawnPulley]:
     """Return the pulleys of the scenario, in their order."""
-    where = ("mechanism", "pulleys")
-    pulleys = [
-        Pulley(
-            scenario_value(result, *where, i, "name"),
-            scenario_value(result, *where, i, "center", 0),
-            scenario_value(result, *where, i, "center", 1),
-            scenario_value(result, *where, i, "radius"),
-        )
-        for i in range(len(scenario_value(result, *where)))
-    ]
+    pulleys = drawn_pulleys(result)
     touched = result.channels.get("pulley_index", np.array(-1))
     if np.max(touched, initial=-1) >= len(pulleys):
         raise InputError("bodies in this result touch pulleys that are not in its scenario")
@@ -128,7 +117,7 @@ class BeltLine:
         return (self.place[legs] + fraction * lengths)[closer]
 
     def places_at(self, result: "Record", sample: int) -> "Array":
-        """Return where the joints are along the line at a sample, (n,), m."""
+        """Return the distances of the joints along the line at a sample, (n,), m."""
         return self.project(joints_at(result, sample))
 
     def arcs(self, touched: "Array") -> Iterator[tuple[int, float, float]]:
@@ -195,7 +184,7 @@ class GuidedLine(BeltLine):
         return self._path.length
 
     def places_at(self, result: "Record", sample: int) -> "Array":
-        """Return where the joints are along the line at a sample, (n,), m."""
+        """Return the distances of the joints along the line at a sample, (n,), m."""
         points = np.column_stack([result.channels["x"][sample], result.channels["y"][sample]])
         joints = middles_on(self._path, places_on(self._path, points))
         return np.asarray(joints % self._path.length)

@@ -21,15 +21,17 @@ from frictionsim.display import BLACK, BLUE, GREY, TENSION_COLOURS, VERMILION, w
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import senses_of
 from frictionsim.motion.belt_path import (
+    DrawnPulley,
     arc_of,
     guiding_path,
+    in_patch,
     line_between,
     middles_on,
     path_of,
     places_on,
 )
-from frictionsim.plots.belt_geometry import Pulley, has_friction, pulleys_of
-from frictionsim.plots.belt_slip import recorded_speed_at_rest
+from frictionsim.plots.belt_geometry import has_friction, pulleys_of
+from frictionsim.plots.belt_time_history import recorded_speed_at_rest
 from frictionsim.plots.style import (
     Style,
     add_legend,
@@ -40,14 +42,13 @@ from frictionsim.plots.style import (
     shrink,
     width_of,
 )
-from frictionsim.scenario.toml_data import scenario_of, scenario_value
+from frictionsim.scenario.toml_data import scenario_value
 
 if TYPE_CHECKING:
     import numpy.typing as npt
     from matplotlib.figure import SubFigure
 
     from frictionsim.mechanisms.belt_drive.geometry import Path
-    from frictionsim.plots.belt_geometry import Pulley
     from frictionsim.results import Record
 
     Array = npt.NDArray[np.float64]
@@ -132,13 +133,13 @@ def belt_of(result: "Record") -> Belt:
 
 
 def _extents(path: "Path", places: Any) -> tuple[Any, Any]:
-    """Return where the part of the string of each point begins and ends, m."""
+    """Return start and end, m, of the part of the string that belongs to each point."""
     first = middles_on(path, places)
     return first, first + (np.roll(first, -1) - first) % path.length
 
 
 def contact_arc(
-    result: "Record", number: int, pulley: "Pulley", belt: Belt, has_friction: bool
+    result: "Record", number: int, pulley: DrawnPulley, belt: Belt, has_friction: bool
 ) -> ContactArc:
     """Return the bodies on each pulley, by its number."""
     channels = result.channels
@@ -169,7 +170,7 @@ def _on_arc(path: "Path", bodies: Any, on: Any, arc: tuple[float, float]) -> tup
 
 
 class BeltPatch(NamedTuple):
-    """The part of a belt with a friction of its own: its line (n, 2), m, and what it is."""
+    """The part of a belt with another friction: its line (n, 2), m, and its words in the key."""
 
     line: Any
     words: str
@@ -178,29 +179,19 @@ class BeltPatch(NamedTuple):
 def patch_of(result: "Record", belt: Belt) -> BeltPatch | None:
     """Return the patch of the scenario, where its bodies are; None if it has none."""
     try:
-        table = scenario_of(result).get("effects", {}).get("patch")
-        rigidity = float(scenario_value(result, "mechanism", "belt", "axial_rigidity"))
+        within = in_patch(result)
     except InputError:
         return None
-    if table is None:
+    if within is None or not within.any():
         return None
-    # The patch lies by the unstretched length, which is the same at any time.
-    steps = np.hypot(*(belt.bodies - np.roll(belt.bodies, 1, axis=0)).T)
-    if belt.path is not None:
-        places = places_on(belt.path, belt.bodies)
-        steps = (places - np.roll(places, 1)) % belt.path.length
-    length = float(np.median(steps / (1.0 + belt.tension / rigidity)))
-    centres = (np.arange(len(belt.bodies)) + 0.5) * length
-    within = np.flatnonzero((centres >= table["from"]) & (centres < table["to"]))
-    if not within.size:
-        return None
+    table = scenario_value(result, "effects", "patch")
     coefficients = [
         f"{name} = {table[name]:g}"
         for name in ("mu_s", "mu_k")
         if isinstance(table.get(name), int | float)
     ]
     return BeltPatch(
-        np.concatenate([belt.halves[k] for k in within]),
+        np.concatenate([belt.halves[k] for k in np.flatnonzero(within)]),
         ": ".join(["patch", ", ".join(coefficients)]) if coefficients else "patch",
     )
 
@@ -227,15 +218,12 @@ def largest_force(touches: "Sequence[ContactArc]") -> float:
 
 
 def draw_forces(
-    ax: Any, pulley: "Pulley", touch: "ContactArc", force: float, pitch_points: float
+    ax: Any, pulley: DrawnPulley, touch: "ContactArc", force: float, pitch_points: float
 ) -> None:
     """Draw forces and modes of the bodies on a pulley.
 
     Parameters
     ----------
-    ax : Axes
-    pulley : Pulley
-    touch : ContactArc
     force : float, N
         The largest force, which has the longest bar.
     pitch_points : float
@@ -268,7 +256,7 @@ def _draw_bars(
             ax.plot(*ends.T, **(style | {"linestyle": ""}))
 
 
-def _draw_scale_bar(ax: Any, pulley: "Pulley", force: float) -> None:
+def _draw_scale_bar(ax: Any, pulley: DrawnPulley, force: float) -> None:
     """Draw a scale bar of a round force at the centre of the pulley."""
     value = round_below(force)
     half = 0.5 * MAX_BAR * pulley.radius * value / force
@@ -318,7 +306,7 @@ MIN_SHARE = 1e-6  # of the largest speed in the run: slower is at rest
 TRIANGLE = 3  # of a triangle
 
 
-def speeds_of(result: "Record", pulleys: "list[Pulley]") -> "Array":
+def speeds_of(result: "Record", pulleys: list[DrawnPulley]) -> "Array":
     """Return the speed of each rim at the last sample, m/s; 0 at rest or if not recorded."""
     if "pulley_speed" not in result.channels:
         return np.zeros(len(pulleys))
@@ -332,9 +320,6 @@ def draw_belt_motion(ax: Any, result: "Record", belt: "Belt", rims: "Array") -> 
 
     Parameters
     ----------
-    ax : Axes
-    result : Record
-    belt : Belt
     rims : (pulleys,), m/s
         Of `speeds_of`.
     """
@@ -357,13 +342,11 @@ def draw_belt_motion(ax: Any, result: "Record", belt: "Belt", rims: "Array") -> 
         ax.plot(*place, marker=(TRIANGLE, 0, turned), linestyle="", **style)
 
 
-def draw_rotation(ax: Any, pulley: "Pulley", rim: float) -> None:
+def draw_rotation(ax: Any, pulley: DrawnPulley, rim: float) -> None:
     """Draw a curved arrow inside a pulley the way it turns; none at rest.
 
     Parameters
     ----------
-    ax : Axes
-    pulley : Pulley
     rim : float, m/s
         Positive counter-clockwise.
     """
@@ -450,7 +433,7 @@ def drive(result: "Record", figure: "Figure | SubFigure") -> None:
     add_legend(figure, handles, columns=3)
 
 
-def _notes(pulleys: Sequence[Pulley]) -> list[str]:
+def _notes(pulleys: Sequence[DrawnPulley]) -> list[str]:
     """Return the notes for the title: whether pulleys are omitted in the details."""
     if len(pulleys) <= MAX_DETAILS:
         return []
@@ -470,7 +453,7 @@ def _height_of_whole(belt: Belt, width: float) -> float:
 
 def _draw_whole(
     ax: Any,
-    pulleys: Sequence[Pulley],
+    pulleys: Sequence[DrawnPulley],
     belt: Belt,
     touches: Sequence[ContactArc],
 ) -> None:
@@ -494,7 +477,7 @@ def _draw_whole(
     ax.set_ylabel("y, m")
 
 
-def _disc(pulley: Pulley) -> Circle:
+def _disc(pulley: DrawnPulley) -> Circle:
     return Circle((pulley.x, pulley.y), pulley.radius, fc=PULLEY_COLOUR, ec=GREY, linewidth=0.6)
 
 
@@ -514,7 +497,7 @@ def _draw_belt(ax: Any, belt: Belt, width: float) -> None:
     ax.add_collection(lines)
 
 
-def _draw_detail(ax: Any, pulleys: Sequence[Pulley], number: int, belt: Belt) -> None:
+def _draw_detail(ax: Any, pulleys: Sequence[DrawnPulley], number: int, belt: Belt) -> None:
     """Draw the surroundings of one of the pulleys."""
     for pulley in pulleys:
         ax.add_patch(_disc(pulley))
@@ -525,7 +508,7 @@ def _draw_detail(ax: Any, pulleys: Sequence[Pulley], number: int, belt: Belt) ->
     ax.set_aspect("equal")
 
 
-def _caption(result: "Record", number: int, pulley: Pulley) -> str:
+def _caption(result: "Record", number: int, pulley: DrawnPulley) -> str:
     """Return the name of a pulley, and below it its recorded speed and torque."""
     known = [
         with_unit(f"{result.channels[name][-1, number]:.4g}", result.units[name])

@@ -72,8 +72,6 @@ def draw_marks(plane: Any, result: "Record", sun_radius: float, radius: float) -
 
     Parameters
     ----------
-    plane : Axes
-    result : Record
     sun_radius, radius : float, m
         Of sun and planet.
     """
@@ -100,14 +98,14 @@ def _draw_dwell(
     time, angle = channels["time"], channels["angle"]
     speed = pace(length, turns, point, angle, channels["angular_velocity"])
     x, y = channels["tracer_x"], channels["tracer_y"]
-    found = place_of_longest_dwell(time, speed, x, y, point.dwell_distance)
-    if found is None or found.stop <= found.start:
+    dwell = place_of_longest_dwell(time, speed, x, y, point.dwell_distance)
+    if dwell is None or dwell.stop <= dwell.start:
         return []
-    turned = np.interp(np.linspace(found.start, found.stop, FINE), time, angle)
+    turned = np.interp(np.linspace(dwell.start, dwell.stop, FINE), time, angle)
     path = tracer_position(length, turns, point, turned)
-    words = f"longest dwell, {found.stop - found.start:.4g} s"
+    words = f"longest dwell, {dwell.stop - dwell.start:.4g} s"
     plane.plot(*path, **DWELL, zorder=2.5)
-    at = x[found.sample], y[found.sample]
+    at = x[dwell.sample], y[dwell.sample]
     return list(plane.plot(*at, **PLACE, zorder=4.5, label=words))
 
 
@@ -137,16 +135,18 @@ def refined(result: "Record") -> "Record":
     angle, velocity = _hermite(
         time, channels["angle"], channels["angular_velocity"], fine, interval
     )
-    found: dict[str, Any] = {}
+    values_at: dict[str, Any] = {}
     for name, values in channels.items():
         if result.axes.get(name):
-            found[name] = np.stack([np.interp(fine, time, column) for column in values.T], axis=1)
+            values_at[name] = np.stack(
+                [np.interp(fine, time, column) for column in values.T], axis=1
+            )
         elif np.asarray(values).dtype.kind in "iub":
-            found[name] = values[interval]
+            values_at[name] = values[interval]
         else:
-            found[name] = np.interp(fine, time, values)
-    found |= {"time": fine, "angle": angle, "angular_velocity": velocity}
-    mode = found["mode"]
+            values_at[name] = np.interp(fine, time, values)
+    values_at |= {"time": fine, "angle": angle, "angular_velocity": velocity}
+    mode = values_at["mode"]
     at_samples = _torques(
         mechanism, channels["angle"], channels["angular_velocity"], channels["mode"]
     )
@@ -156,8 +156,8 @@ def refined(result: "Record") -> "Record":
         agree = off <= AGREES * float(np.max(np.abs(channels[name])))
         after = np.minimum(interval + 1, time.size - 1)
         sound = agree[interval] & agree[after] & ~np.isin(fine, time)
-        found[name] = np.where(sound, between[name], found[name])
-    return result._replace(channels=found)
+        values_at[name] = np.where(sound, between[name], values_at[name])
+    return result._replace(channels=values_at)
 
 
 def _mechanism_of(result: "Record") -> Mechanism | None:
@@ -167,8 +167,8 @@ def _mechanism_of(result: "Record") -> Mechanism | None:
     except (InputError, ValidationFailure):
         return None
     build = getattr(mechanism_module(scenario.kind), "build", None)
-    found = None if build is None else build(scenario)
-    return found if isinstance(found, Mechanism) else None
+    mechanism = None if build is None else build(scenario)
+    return mechanism if isinstance(mechanism, Mechanism) else None
 
 
 def _fine_times(result: "Record") -> tuple["Array", Any]:
@@ -199,11 +199,11 @@ def _hermite(
     rise, end_rise = step * velocity[first], step * velocity[first + 1]
     rest = 3.0 * (stop - start) - 2.0 * rise - end_rise
     cubic = rise + end_rise - 2.0 * (stop - start)
-    found = start + u * (rise + u * (rest + u * cubic))
+    values = start + u * (rise + u * (rest + u * cubic))
     slope = np.divide(
         rise + u * (2.0 * rest + 3.0 * u * cubic), step, out=velocity[first] * 1.0, where=step > 0.0
     )
-    return found, slope
+    return values, slope
 
 
 def _torques(mechanism: Mechanism, angle: "Array", velocity: "Array", mode: Any) -> dict[str, Any]:
@@ -212,13 +212,15 @@ def _torques(mechanism: Mechanism, angle: "Array", velocity: "Array", mode: Any)
     trajectory = Trajectory(
         none, none, angle, velocity, none, none, np.asarray(mode, dtype=float), {}, {}, []
     )
-    found = dict(mechanism.channels(trajectory))
-    found.pop("drive_torque", None)  # of the time
+    torques = dict(mechanism.channels(trajectory))
+    torques.pop("drive_torque", None)  # of the time
     if mechanism.contact is not None:
         forward = mechanism.contact.kinetic_limit(0.0, angle, velocity, 1)
         backward = mechanism.contact.kinetic_limit(0.0, angle, velocity, -1)
-        found["friction_torque"] = np.where(mode > 0, -forward, np.where(mode < 0, backward, none))
-    return found
+        torques["friction_torque"] = np.where(
+            mode > 0, -forward, np.where(mode < 0, backward, none)
+        )
+    return torques
 
 
 TORQUES = {
@@ -248,8 +250,8 @@ def torque(result: "Record", figure: "Figure | SubFigure") -> None:
     The friction torque is signed: negative where it opposes a forward motion.
     """
     require_channels(result, "torque", ("angle",))
-    found = {name: words for name, words in TORQUES.items() if name in result.channels}
-    if not found:
+    shown = {name: words for name, words in TORQUES.items() if name in result.channels}
+    if not shown:
         raise InputError(
             "cannot draw the view 'torque': this result has none of the channels"
             f" {', '.join(TORQUES)} (see output.channels)"
@@ -259,7 +261,7 @@ def torque(result: "Record", figure: "Figure | SubFigure") -> None:
     fine = refined(result)
     handles = [
         ax.plot(fine.channels["angle"], fine.channels[name], **line_style(i), label=words)[0]
-        for i, (name, words) in enumerate(found.items())
+        for i, (name, words) in enumerate(shown.items())
     ]
     grid(ax)
     ax.axhline(0.0, color=BLACK, linewidth=0.6)
@@ -286,8 +288,6 @@ def path(result: "Record", figure: "Figure | SubFigure", instant: "Record | None
 
     Parameters
     ----------
-    result : Record
-    figure : Figure or SubFigure
     instant : Record, optional
         The result up to another instant, at which planet and crank are drawn.
     """
@@ -364,5 +364,5 @@ def _draw_planet(
 VIEWS = {
     "response": over_time(response),
     "torque": View(torque, window=True),
-    "path": View(path, instant=True),
+    "path": View(path, instant=True, whole=True),
 }

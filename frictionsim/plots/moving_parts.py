@@ -10,8 +10,19 @@ from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Affine2D
 
 from frictionsim.display import BLACK, EDGE, FAINT, ROLES, TENSION_COLOURS
-from frictionsim.motion.parts import Arrow, Band, Body, Disc, Part, Trail
-from frictionsim.motion.poses import Moment, behind, is_visible, line_of, place_of
+from frictionsim.motion.parts import (
+    Arrow,
+    Band,
+    Body,
+    Disc,
+    Moment,
+    Part,
+    Trail,
+    behind,
+    is_visible,
+    line_of,
+    place_of,
+)
 
 if TYPE_CHECKING:
     from frictionsim.motion.parts import Line
@@ -24,7 +35,7 @@ HALO_OF_ARROW = [withStroke(linewidth=3.6, foreground="white")]
 
 
 class Moving(Protocol):
-    """What draws a part in one of the axes."""
+    """An artist of a part in one of the axes."""
 
     def move(self, moment: Moment, time: float) -> None:
         """Show the part at a time."""
@@ -133,8 +144,8 @@ class MovingBelt:
         self._band, self._reach = band, thick * 1.3 * TICK * per_point
 
         def lines(colour: str | None, width: float, **style: Any) -> Any:
-            found = LineCollection([], colors=colour, linewidths=thick * width, **style)
-            return ax.add_collection(found)
+            collection = LineCollection([], colors=colour, linewidths=thick * width, **style)
+            return ax.add_collection(collection)
 
         if band.patch is not None:
             self._patch = lines(ROLES["friction"], PATCH)
@@ -188,8 +199,6 @@ def moving(ax: Any, part: Part, thick: float, per_point: float) -> Moving:
 
     Parameters
     ----------
-    ax : Axes
-    part : Part
     thick : float
         Factor of line widths, above 1 where the drawing is larger.
     per_point : float, m

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from frictionsim.results import Record
 
 MAX_KEYS = 2  # in a label; results that differ in more have their names
-NOT_OF_LABEL = ("title", "$schema")
+UNLABELLED = ("title", "$schema")
 ROW, NUMBER = 8.0, 6.5  # points, of the rows above the panels and of their numbers
 
 
@@ -89,8 +89,6 @@ def overlay(
 
     Parameters
     ----------
-    results : sequence of Overlaid
-    figure : Figure or SubFigure
     of_view : sequence of str
         The channels that are drawn; by default those of the kind that all results have.
     channels : sequence of str
@@ -143,8 +141,8 @@ def _panels(
                 f"cannot draw '{name}' of these results over each other: their members differ"
                 f" ({'; '.join(', '.join(names) for names in sorted(members))})"
             )
-        of_axis = first.members[axis] if axis else ()
-        panels += [_Panel(name, i) for i in range(len(of_axis))] if axis else [_Panel(name)]
+        numbers: list[int | None] = [*range(len(first.members[axis]))] if axis else [None]
+        panels += [_Panel(name, number) for number in numbers]
     if len(panels) > MAX_PANELS:
         raise ArgumentError(
             "channels",
@@ -227,11 +225,11 @@ def labels_of(results: Sequence[Overlaid]) -> list[str]:
 def _labels_by_key(results: Sequence["Record"]) -> list[str]:
     """Return the values of the keys that differ; an empty list if these are none or too many."""
     try:
-        found = [_labelled_values(result) for result in results]
+        scenarios = [_labelled_values(result) for result in results]
     except InputError:
         return []
-    keys = list(dict.fromkeys(key for values in found for key in values))
-    differing = [key for key in keys if len({repr(values.get(key)) for values in found}) > 1]
+    keys = list(dict.fromkeys(key for values in scenarios for key in values))
+    differing = [key for key in keys if len({repr(values.get(key)) for values in scenarios}) > 1]
     if not 0 < len(differing) <= MAX_KEYS:
         return []
     units = _units(results[0], differing)
@@ -241,14 +239,14 @@ def _labels_by_key(results: Sequence["Record"]) -> list[str]:
             f"{word} = {_value(values.get(key), units[key])}"
             for key, word in zip(differing, words, strict=True)
         )
-        for values in found
+        for values in scenarios
     ]
 
 
 def _labelled_values(result: "Record") -> dict[str, Any]:
     """Return the values of the scenario of a result by their keys with dots."""
     scenario = scenario_of(result)
-    tables = {name: value for name, value in scenario.items() if name not in NOT_OF_LABEL}
+    tables = {name: value for name, value in scenario.items() if name not in UNLABELLED}
     leaves = keys_and_values(tables, lists="all")
     return {key: value for key, value in leaves if value not in ({}, [])}
 
@@ -258,13 +256,13 @@ def _units(result: "Record", keys: Sequence[str]) -> dict[str, str]:
         scenario = validate(scenario_of(result), Path())
     except ValidationFailure:
         return dict.fromkeys(keys, "")
-    found = {}
+    units = {}
     for key in keys:
         try:
-            found[key] = description_of(type(scenario), key)[0]
+            units[key] = description_of(type(scenario), key)[0]
         except (InputError, KeyError, AttributeError, TypeError):
-            found[key] = ""
-    return found
+            units[key] = ""
+    return units
 
 
 def _value(value: Any, unit: str) -> str:

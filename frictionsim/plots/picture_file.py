@@ -1,20 +1,103 @@
-"""The writing of picture files: equal figures give identical bytes, in any thread."""
+"""The writing of picture files: equal figures give identical bytes, in any thread.
+
+matplotlib's parameters are at their defaults meanwhile, so that a picture does not depend on who
+draws it.
+"""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO
+from logging import LogRecord, getLogger
 from pathlib import Path
+from threading import RLock
 from typing import TYPE_CHECKING, Any
 from warnings import catch_warnings, simplefilter
 
 from frictionsim.errors import ArgumentError, InputError, OutputError
 from frictionsim.io.atomic_write import write_atomically
 from frictionsim.io.replaceable import PICTURE, check_replaceable, check_target
-from frictionsim.plots.literal_text import without_logs
-from frictionsim.plots.parameters import defaults, parameters
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+try:
+    import matplotlib as mpl
+    import matplotlib.font_manager  # which keeps a list of fonts in a folder
+except UnicodeDecodeError as error:
+    raise InputError(
+        f"cannot draw: the file matplotlibrc, of this folder or the user, is not text: {error}"
+    ) from None
+except OSError as error:
+    raise OutputError(
+        f"cannot draw: matplotlib found no folder for its settings and fonts ({error}); set"
+        " MPLCONFIGDIR to one that can be written to"
+    ) from None
+
+# Of matplotlib.style: what is about windows and files and not about how a picture looks.
+NO_STYLE = {
+    "backend",
+    "backend_fallback",
+    "date.epoch",
+    "docstring.hardcopy",
+    "figure.max_open_warning",
+    "figure.raise_window",
+    "interactive",
+    "savefig.directory",
+    "timezone",
+    "tk.window_focus",
+    "toolbar",
+    "webagg.address",
+    "webagg.open_in_browser",
+    "webagg.port",
+    "webagg.port_retries",
+}
+
+_lock = RLock()
+
+
+def defaults() -> dict[str, Any]:
+    """Return the defaults of all parameters that are about how a picture looks."""
+    return _of_style(mpl.rcParamsDefault)
+
+
+def user_parameters() -> dict[str, Any]:
+    """Return the parameters that the user has set, in matplotlibrc or in Python."""
+    return _of_style(mpl.rcParams)
+
+
+def _of_style(values: Any) -> dict[str, Any]:  # whose names are typed one by one
+    return {name: value for name, value in values.items() if name not in NO_STYLE}
+
+
+@contextmanager
+def parameters(wanted: Mapping[str, Any]) -> Iterator[None]:
+    """Have some of matplotlib's parameters at given values, in one thread at a time.
+
+    Parameters belong to the whole process: two threads that change and restore them in turn would
+    leave the values of the first. Only those that differ are changed, and only those that nobody
+    has changed since are restored, so that a change by the user in another thread is not lost.
+
+    Parameters
+    ----------
+    wanted : mapping
+        By name; the others stay.
+    """
+    current: Any = mpl.rcParams
+    with _lock:
+        before = {name: current[name] for name, value in wanted.items() if current[name] != value}
+        _set(current, {name: wanted[name] for name in before})
+        try:
+            yield
+        finally:
+            _set(current, {k: v for k, v in before.items() if current[k] == wanted[k]})
+
+
+def _set(parameters: Any, values: dict[str, Any]) -> None:
+    with catch_warnings():
+        simplefilter("ignore")  # of parameters that are deprecated
+        parameters.update(values)
+
 
 DOTS_PER_INCH = 100  # keeps pictures with many events below 200 KB
 MAX_SVG = 500_000  # bytes of a picture in a page
@@ -53,7 +136,6 @@ def save(figure: "Figure", path: Path, dpi: float = DOTS_PER_INCH) -> None:
 
     Parameters
     ----------
-    figure : Figure
     path : Path
         Ends in .png, .pdf or .svg.
     dpi : float
@@ -97,6 +179,27 @@ def _image(figure: "Figure", suffix: str, dpi: float = DOTS_PER_INCH) -> bytes:
     with rendering(getattr(figure, "parameters", None)):
         figure.savefig(buffer, format=suffix[1:], dpi=dpi, **OPTIONS[suffix])
     return buffer.getvalue()
+
+
+# What says on stderr, for each text and letter, that a font lacks it.
+LOGGERS = ("matplotlib.mathtext", "matplotlib._mathtext")
+
+
+@contextmanager
+def without_logs() -> Iterator[None]:
+    """Keep matplotlib from logging which letters its fonts lack."""
+    loggers = [getLogger(name) for name in LOGGERS]
+    for logger in loggers:
+        logger.addFilter(_refuse)
+    try:
+        yield
+    finally:
+        for logger in loggers:
+            logger.removeFilter(_refuse)
+
+
+def _refuse(_record: LogRecord) -> bool:
+    return False
 
 
 @contextmanager

@@ -20,12 +20,9 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 
 from frictionsim.errors import ArgumentError, InputError
-from frictionsim.plots.appearance import LINE, USUAL, Appearance
-from frictionsim.plots.literal_text import make_literal
-from frictionsim.plots.parameters import parameters
-from frictionsim.plots.picture_file import FONTS, png, rendering
-from frictionsim.plots.style import POINTS, WIDTH, text_scale, title_height
-from frictionsim.plots.text_size import LINE_SPACING, wrapped
+from frictionsim.plots.picture_file import FONTS, parameters, png, rendering
+from frictionsim.plots.style import LINE, POINTS, USUAL, WIDTH, Appearance, text_scale, title_height
+from frictionsim.plots.texts import LINE_SPACING, make_literal, wrapped
 
 if TYPE_CHECKING:
     from matplotlib.gridspec import SubplotSpec
@@ -61,19 +58,19 @@ def _hold_ticks(figure: "Figure") -> bool:
     Ticks depend on the size of a panel and this on the labels of the ticks: the layout may go to
     and fro between two choices, and stop where the labels of one have the room of the other.
     """
-    found = False
+    held = False
     for ax in figure.axes:
         box = ax.get_tightbbox()
         if box is not None and (box.x1 > figure.bbox.x1 + 1.0 or box.x0 < figure.bbox.x0 - 1.0):
             low, high = sorted(ax.get_xlim())
             ax.set_xticks([tick for tick in ax.get_xticks() if low <= tick <= high])
-            found = True
-    return found
+            held = True
+    return held
 
 
 def _thin_ticks(figure: "Figure") -> bool:
     """Take away every second tick where their labels overlap; return whether there are such."""
-    found = False
+    thinned = False
     for axis in (axis for ax in figure.axes for axis in (ax.xaxis, ax.yaxis)):
         while True:
             low, high = sorted(axis.get_view_interval())
@@ -84,8 +81,8 @@ def _thin_ticks(figure: "Figure") -> bool:
                 break
             axis.set_ticks(ticks[::2])
             axis.set_minor_locator(NullLocator())
-            found = True
-    return found
+            thinned = True
+    return thinned
 
 
 def _hide_overlapping(figure: "Figure") -> None:
@@ -110,7 +107,7 @@ def _scale_lines(figure: "Figure") -> None:
     drawn: list[Any] = [*figure.legends]
     for ax in figure.axes:
         drawn += [*ax.lines, *ax.collections, *ax.patches]
-    for artist in [found for one in drawn for found in one.findobj()]:
+    for artist in [artist for one in drawn for artist in one.findobj()]:
         if artist.get_path_effects():  # their widths are those of what is drawn over them
             continue
         if isinstance(artist, Line2D):
@@ -210,7 +207,6 @@ def drawn_in(view: View, ax: Any = None, width: float = WIDTH, look: Appearance 
 
     Parameters
     ----------
-    view : View
     ax : Axes, optional
         Empty Axes of a grid, in whose place the view is drawn, with the parameters of matplotlib
         that there are. A new figure has the defaults.
@@ -221,9 +217,9 @@ def drawn_in(view: View, ax: Any = None, width: float = WIDTH, look: Appearance 
     """
     if ax is None:
         return _new(view, width, look)
-    if look.of_new_figure:
+    if look.new_figure_option:
         raise ArgumentError(
-            look.of_new_figure,
+            look.new_figure_option,
             "is of a new picture; leave it out where the view is drawn in place of axes",
         )
     return _replace(view, ax, look.title)

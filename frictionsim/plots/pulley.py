@@ -191,7 +191,7 @@ def with_derived(result: "Record") -> "Record":
     Each is there if the channels are from which it follows; a gap only if the rope falls slack.
     """
     radius = float(scenario_value(result, "mechanism", "cord_radius"))
-    found = {name: np.asarray(values) for name, values in result.channels.items()}
+    known = {name: np.asarray(values) for name, values in result.channels.items()}
     start = radians(float(scenario_value(result, "mechanism", "initial_angle_deg")))
 
     def derive(of: Any) -> dict[str, Any]:
@@ -211,13 +211,13 @@ def with_derived(result: "Record") -> "Record":
                 new[COUNTERWEIGHT_GAP] = of["counterweight_position"] + rim
         return new
 
-    new = derive(found)
+    new = derive(known)
     for name in (CAR_GAP, COUNTERWEIGHT_GAP):
         if name in new and np.max(new[name], initial=0.0) <= MIN_GAP * radius:
             del new[name]
     sides: dict[str, Any] = {}
     for side in ("before", "after"):
-        names = {n: result.events.get("angle" if n == "angle" else f"{n}_{side}") for n in found}
+        names = {n: result.events.get("angle" if n == "angle" else f"{n}_{side}") for n in known}
         at_events = derive({n: values for n, values in names.items() if values is not None})
         sides |= {f"{n}_{side}": values for n, values in at_events.items() if n in new}
     none = dict.fromkeys(new, "")
@@ -270,9 +270,9 @@ def _draw_limits(ax: Any, panels: int, result: "Record", limits: "Quantities", d
     """Draw lines at the drive of impending motion, and label them within the panel's height."""
     highest = MAX_LIMIT * np.max(np.abs(result.channels[drive]))
     names = ((f"{DRIVES[drive]}_{words.replace(' ', '_')}", words) for words in LIMITS)
-    found = [(limits[name].value, words) for name, words in names if name in limits]
+    shown = [(limits[name].value, words) for name, words in names if name in limits]
     drawn = sorted(
-        (force, words) for force, words in found if force is not None and abs(force) <= highest
+        (force, words) for force, words in shown if force is not None and abs(force) <= highest
     )
     unit = result.units[drive]
     for force, _ in drawn:
@@ -296,7 +296,7 @@ def _draw_limits(ax: Any, panels: int, result: "Record", limits: "Quantities", d
 
 
 def label_places(lines: Sequence[float], height: float) -> list[float]:
-    """Return where the middles of the labels of at most two lines are, in parts of a panel.
+    """Return the middles of the labels of at most two lines, in parts of a panel.
 
     A label stands at its line but within the panel; two that would overlap are moved apart.
 

@@ -1,19 +1,18 @@
 """The pictures of a body on a dry shaft: its friction circle with all forces, its response."""
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, FancyArrowPatch
-from matplotlib.path import Path
+from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
 from frictionsim.display import (
     BLACK,
     BLUE,
+    CONTACT_WORDS,
     GREEN,
     GREY,
     ORANGE,
@@ -22,28 +21,37 @@ from frictionsim.display import (
     SKY,
     VERMILION,
     WINE,
+    with_minus,
 )
-from frictionsim.mechanisms.shaft.free_body import ECCENTRIC_WEIGHT
-from frictionsim.motion.parts import Body, Disc
-from frictionsim.motion.poses import Moment
-from frictionsim.motion.shaft import bodies_of, cords_of, scale_of, tail_of
-from frictionsim.motion.shaft_body import look_of
-from frictionsim.motion.shapes import arc
+from frictionsim.mechanisms.shaft.free_body import (
+    ECCENTRIC_WEIGHT,
+    AppliedCouple,
+    FreeBody,
+    channels_needed,
+    free_body,
+)
+from frictionsim.motion.parts import Body, Disc, Moment
+from frictionsim.motion.shaft import (
+    bodies_of,
+    cords_of,
+    look_of,
+    scale_of,
+    scenario_in,
+    tail_of,
+)
+from frictionsim.motion.shapes import arc, reaction_foot
 from frictionsim.plots import time_history
-from frictionsim.plots.direct_labels import Area, Label, draw_labels
-from frictionsim.plots.free_body import (
-    Instant,
-    Resultant,
-    instant_of,
-    length,
-    notes_of,
-    number,
-    words_of_reaction,
-    words_of_resultant,
-)
+from frictionsim.plots.force_drawing import Area, ForceDrawing, Resultant, arrow_sample
 from frictionsim.plots.moving_parts import moving
-from frictionsim.plots.style import Style, add_legend, relative_width, set_up, width_of
-from frictionsim.plots.text_size import text_width, wrapped
+from frictionsim.plots.style import (
+    Style,
+    add_legend,
+    relative_width,
+    require_channels,
+    set_up,
+    width_of,
+)
+from frictionsim.plots.texts import text_width, wrapped
 from frictionsim.plots.time_history import draw_static_limit
 from frictionsim.plots.view import View, over_time
 
@@ -51,6 +59,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     from matplotlib.figure import Figure, SubFigure
 
+    from frictionsim.mechanisms.shaft.schema import ShaftScenario
     from frictionsim.motion.parts import Line
     from frictionsim.results import Record
 
@@ -58,105 +67,106 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.floating[Any]]
 
 
-WIDTH, BROAD = 2.0, 4.0  # points, of an arrow, and of one that others lie over
-HEAD = 11.0  # points
-MIN_ARROW, MIN_NAMED = 3.0, 12.0  # points: a shorter arrow is left out, or has no name beside it
-STEP = 4.0  # points between places of a line that names keep away from
-CURVED = (0, (3, 1))
-LINE: Style = {"linewidth": 0.8, "linestyle": (0, (5, 3)), "scalex": False, "scaley": False}
+STOP = "end stop"
+MILLIMETRES = 0.1  # m: shorter lengths are written in mm
 
 
-class ForceDrawing:
-    """A drawing of forces, whose names are written when all of them are drawn."""
+class Instant(NamedTuple):
+    """A body on a shaft at one instant.
 
-    def __init__(self, ax: Any, view: Area) -> None:
-        self.ax, self.view = ax, view
-        self._labels: list[Label] = []
-        self._lines: list[Any] = [np.zeros((1, 2))]
+    Attributes
+    ----------
+    scenario : ShaftScenario
+    time : float, s
+    angle : (1,), rad
+    found : FreeBody
+    couples : tuple of AppliedCouple
+        With that of an end stop.
+    reaction, resultant : Resultant
+        The force of the shaft on the body; all applied forces and couples together.
+    state : str
+        What the contact does; empty if it is not known.
+    """
 
-    def arrow(self, name: str, tail: "Pair", way: "Pair", colour: str, broad: bool = False) -> bool:
-        """Draw an arrow from a place; return whether it is long enough for a name."""
-        length = np.hypot(*way) * self.view.scale
-        if not self.shows(way):
-            return False
-        tip = tail[0] + way[0], tail[1] + way[1]
-        arrow = FancyArrowPatch(
-            tail,
-            tip,
-            arrowstyle="-|>",
-            mutation_scale=HEAD * (1.2 if broad else 1.0),
-            shrinkA=0.0,
-            shrinkB=0.0,
-            color=colour,
-            linewidth=BROAD if broad else WIDTH,
-            zorder=4.5 if broad else 6,
-            label=name,
-        )
-        self.ax.add_patch(arrow)
-        self.keep_free(np.array([tail, tip]))
-        return bool(length >= MIN_NAMED)
-
-    def shows(self, way: "Pair") -> bool:
-        """Return whether an arrow is long enough to be drawn."""
-        return bool(np.hypot(*way) * self.view.scale >= MIN_ARROW)
-
-    def curved_arrow(self, name: str, points: "Array", colour: str) -> None:
-        """Draw a curved arrow along points (n, 2), with its name beside it."""
-        arrow = FancyArrowPatch(
-            path=Path(points),
-            arrowstyle="-|>",
-            mutation_scale=HEAD,
-            color=colour,
-            linewidth=WIDTH,
-            linestyle=CURVED,
-            fill=False,
-            zorder=5,
-            label=name,
-        )
-        self.ax.add_patch(arrow)
-        self.keep_free(points)
-        x, y = (float(value) for value in points[len(points) // 2])
-        self.name(name, (x, y), (x, y))
-
-    def force(
-        self, name: str, force: "Resultant", length: float, colour: str, broad: bool = False
-    ) -> None:
-        """Draw a force with its line of action, from the foot of its lever arm."""
-        (x, y), (ux, uy) = force.foot, force.direction
-        (left, bottom), (right, top) = self.view.low, self.view.high
-        far = 2.0 * float(np.hypot(right - left, top - bottom))
-        ends = [x - far * ux, x + far * ux], [y - far * uy, y + far * uy]
-        self.ax.plot(*ends, **LINE, color=colour)
-        way = length * ux, length * uy
-        if self.arrow(name, force.foot, way, colour, broad):
-            self.name(name, (x + way[0], y + way[1]), way)
-
-    def name(self, text: str, place: "Pair", away: "Pair", first: bool = False) -> None:
-        """Write a name beside a place, on the side of a direction if there is room."""
-        self._labels.insert(0 if first else len(self._labels), Label(text, place, away))
-
-    def keep_free(self, points: "Array") -> None:
-        """Keep names away from a line through points (n, 2), m."""
-        for start, end in pairwise(points):
-            count = 2 + int(float(np.hypot(*(end - start))) * self.view.scale / STEP)
-            part = np.linspace(0.0, 1.0, min(count, 400))[:, None]
-            self._lines.append(start + part * (end - start))
-
-    def write_names(self) -> None:
-        """Write the names, and show what the view says."""
-        draw_labels(self.ax, self._labels, np.concatenate(self._lines), self.view)
-        (left, bottom), (right, top) = self.view.low, self.view.high
-        self.ax.set_xlim(left, right)
-        self.ax.set_ylim(bottom, top)
-        self.ax.set_aspect("equal")
+    scenario: "ShaftScenario"
+    time: float
+    angle: Any
+    found: FreeBody
+    couples: tuple[AppliedCouple, ...]
+    reaction: Resultant
+    resultant: Resultant
+    state: str
 
 
-def arrow_sample(colour: str, words: str, broad: bool = False, curved: bool = False) -> Any:
-    """Return a sample of an arrow for a key."""
-    tip: Style = {"marker": ">", "markevery": [-1], "markersize": 6}
-    width = BROAD if broad else WIDTH
-    dashes: Any = (0, (1, 1)) if curved else "-"
-    return Line2D([0, 1], [0, 0], color=colour, lw=width, linestyle=dashes, label=words, **tip)
+def instant_of(result: "Record", view: str) -> Instant:
+    """Return the forces on the body at the last sample."""
+    scenario = scenario_in(result)
+    needed = channels_needed(scenario)
+    require_channels(result, view, needed)
+
+    def last(name: str) -> Any:
+        known = name in result.channels
+        return np.array([float(result.channels[name][-1]) if known else 0.0])
+
+    rates = [last(name) for name in ("angular_velocity", "angular_acceleration")]
+    time, angle = last("time"), last("angle")
+    body = free_body(scenario, (time, angle, rates[0], rates[1]))
+    stop = last("stop_torque")
+    couples = body.couples
+    if stop[0]:
+        couples = (*couples, AppliedCouple(STOP, stop))
+    reaction = _on_its_line(body, body.reaction_across, body.reaction_up, last("friction_torque"))
+    resultant = _on_its_line(body, body.across, body.up, body.moment + stop)
+    mode = int(result.channels["mode"][-1]) if "mode" in result.channels else None
+    state = "" if mode is None else CONTACT_WORDS.get(mode, "")
+    return Instant(scenario, float(time[0]), angle, body, couples, reaction, resultant, state)
+
+
+def _on_its_line(body: FreeBody, across: Any, up: Any, torque: Any) -> Resultant:
+    vanishes = body.vanishes(np.hypot(across, up))
+    x, y = reaction_foot(across, up, torque, vanishes)
+    foot = float(x[0]), float(y[0])
+    return Resultant(float(across[0]), float(up[0]), foot, float(torque[0]), bool(vanishes[0]))
+
+
+def number(value: float, unit: str) -> str:
+    """Return a number with its unit, as "12.5 N"."""
+    return f"{with_minus(f'{value:.4g}')} {unit}"
+
+
+def length(value: float) -> str:
+    """Return a length in mm or m."""
+    return number(1e3 * value, "mm") if value < MILLIMETRES else number(value, "m")
+
+
+def words_of_resultant(now: Instant, reach: float) -> str:
+    """Return the name of the resultant with its size and place, for the key."""
+    resultant = now.resultant
+    if resultant.vanishes:
+        return f"resultant: none, but a couple of {number(resultant.torque, 'N m')}"
+    size = number(resultant.size, "N")
+    if resultant.arm > reach:
+        return f"resultant, {size}, with a couple of {number(resultant.torque, 'N m')}"
+    return f"resultant, {size} at {length(resultant.arm)}"
+
+
+def words_of_reaction(now: Instant) -> str:
+    """Return the name of the reaction with its size and lever arm, for the key."""
+    reaction = now.reaction
+    if reaction.vanishes:
+        return "reaction of the shaft: none"
+    return f"reaction of the shaft, {number(reaction.size, 'N')} at c = {length(reaction.arm)}"
+
+
+def notes_of(now: Instant) -> list[str]:
+    """Return sentences on what is special."""
+    state = f"at {now.time:.6g} s" + (f": {now.state}" if now.state else "")
+    notes = [state]
+    if now.scenario.effects.shaft_friction is None:
+        notes.append("no dry friction: the reaction goes through the axis")
+    elif now.reaction.vanishes:
+        notes.append("no reaction: the shaft has no friction at this instant")
+    return notes
 
 
 NARROW = 0.75  # of the usual width: the two drawings stand below each other
@@ -172,14 +182,14 @@ COLOURS = (BLUE, GREEN, PURPLE, SKY)
 REACTION, RESULTANT, INERTIA = VERMILION, GREY, WINE
 WEIGHTS = (ORANGE, "#8A6100")  # the second is that of an eccentric mass, which is orange itself
 UNSEEN = " (not drawn)"  # too short
-OF_COUPLES, MAX_SWEEP, SWEEP = 0.42, 2.0, 0.75  # arcs: of the reach; rad; of their share
+COUPLE_RADIUS, MAX_SWEEP, SWEEP = 0.42, 2.0, 0.75  # arcs: of the reach; rad; of their share
 FIRST_ARC = 135.0  # deg, the middle of the first
 CIRCLE_SEEN = 0.12  # of the shaft's radius: of smaller friction circles the shaft is left out
 SHAFT_VIEW, CIRCLE_VIEW = 1.6, 4.0  # half side of the enlarged view, of the radius of either
 LONG, LONG_ALONE = 0.32, 0.6  # length of the larger force in it, of its half side
 BODY_SEEN = 1.5  # radius of the body around the shaft there, of the shaft
-OF_STATIC: Style = {"fc": "none", "ec": BLACK, "linestyle": (0, (4, 2)), "linewidth": 1.2}
-OF_KINETIC: Style = {"fc": "none", "ec": VERMILION, "linewidth": 1.2}
+STATIC_CIRCLE: Style = {"fc": "none", "ec": BLACK, "linestyle": (0, (4, 2)), "linewidth": 1.2}
+KINETIC_CIRCLE: Style = {"fc": "none", "ec": VERMILION, "linewidth": 1.2}
 ARM: Style = {"color": BLACK, "linewidth": 2.6, "solid_capstyle": "butt"}
 
 
@@ -270,31 +280,31 @@ def _unmarked(shapes: "tuple[Disc | Line, ...]") -> "tuple[Disc | Line, ...]":
 
     A spoke that is marked is one of the others; what comes against a stop is a part of the body.
     """
-    found: list[Disc | Line] = []
+    unmarked: list[Disc | Line] = []
     for shape in shapes:
         if shape.role != "marked":
-            found.append(shape)
+            unmarked.append(shape)
         elif not isinstance(shape, Disc):
-            found.append(shape._replace(role="moving" if shape.closed else "fixed"))
-    return tuple(found)
+            unmarked.append(shape._replace(role="moving" if shape.closed else "fixed"))
+    return tuple(unmarked)
 
 
 def _segments(now: Instant) -> list[tuple[str, str, "Pair", "Pair"]]:
     """Return name, kind, tail and way of the arrow of each force, m."""
     reach = look_of(now.scenario).reach
     scale = scale_of(now.found, reach)
-    found = []
+    segments = []
     for force in now.found.forces:
         x, y = tail_of(force, reach)
         way = float(scale * force.across[0]), float(scale * force.up[0])
-        found.append((force.name, str(force.kind), (float(x[0]), float(y[0])), way))
-    return found
+        segments.append((force.name, str(force.kind), (float(x[0]), float(y[0])), way))
+    return segments
 
 
 def _bounds(now: Instant) -> tuple["Pair", "Pair"]:
     """Return the corners of what is drawn of the body, with a margin, m."""
     look = look_of(now.scenario)
-    arcs = OF_COUPLES * look.reach if _drawn_couples(now) else 0.0
+    arcs = COUPLE_RADIUS * look.reach if _drawn_couples(now) else 0.0
     round_axis = max(look.rim, 1.3 * look.hub, arcs)
     points = [np.array([[-round_axis, -round_axis], [round_axis, round_axis]])]
     for part in _parts(now):
@@ -390,7 +400,7 @@ def _draw_couples(drawing: ForceDrawing, now: Instant) -> list[Any]:
     handles = []
     drawn = _drawn_couples(now)
     share = 2.0 * np.pi / max(len(drawn), 1)
-    radius, half = OF_COUPLES * look_of(now.scenario).reach, 0.5 * min(MAX_SWEEP, SWEEP * share)
+    radius, half = COUPLE_RADIUS * look_of(now.scenario).reach, 0.5 * min(MAX_SWEEP, SWEEP * share)
     for i, couple in enumerate(now.couples[:MAX_NAMED]):
         size = float(couple.size[0])
         colour = COLOURS[(len(now.scenario.forces) + i) % len(COLOURS)]
@@ -413,8 +423,6 @@ def _draw_shaft(ax: Any, now: Instant, side: float) -> list[Any]:
 
     Parameters
     ----------
-    ax : Axes
-    now : Instant
     side : float, points
         Side of the drawing.
     """
@@ -428,8 +436,8 @@ def _draw_shaft(ax: Any, now: Instant, side: float) -> list[Any]:
     ax.add_patch(Circle((0.0, 0.0), shaft, fc=ROLES["still"], ec=GREY, lw=0.8))
     handles = []
     for name, radius, look in (
-        ("static", r_s, OF_STATIC),
-        ("kinetic", journal.kinetic_radius, OF_KINETIC),
+        ("static", r_s, STATIC_CIRCLE),
+        ("kinetic", journal.kinetic_radius, KINETIC_CIRCLE),
     ):
         words = f"circle of {name} friction, {length(radius)}"
         if radius > 0.0:

@@ -1,18 +1,23 @@
-"""Colours, line styles, titles and legends of all pictures."""
+"""How a picture looks: size, resolution, colours, line styles, titles and legends.
+
+The size is that of the picture; text keeps its size in points, and the layout adapts. A style is a
+set of matplotlib's parameters: `paper` and `talk` change its defaults, `user` takes the parameters
+of the user, of matplotlibrc or set in Python.
+"""
 
 from collections.abc import Sequence
-from math import sqrt
+from math import isfinite, sqrt
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib import rcParams
 from matplotlib.figure import Figure
 
-from frictionsim.display import COLOURS, unit_text
-from frictionsim.errors import InputError
-from frictionsim.plots.appearance import TEXT
-from frictionsim.plots.text_size import LINE_SPACING, points_of, text_width, wrapped
+from frictionsim.display import COLOURS, DASHES, labelled, unit_text
+from frictionsim.errors import ArgumentError, InputError, unknown
+from frictionsim.plots.picture_file import DOTS_PER_INCH, defaults, user_parameters
+from frictionsim.plots.texts import LINE_SPACING, points_of, text_width, wrapped
 from frictionsim.scenario.methods import SET_VALUED
 from frictionsim.scenario.toml_data import scenario_of
 
@@ -21,7 +26,149 @@ if TYPE_CHECKING:
 
     from frictionsim.results import Record
 
-DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (6, 2, 1, 2)), (0, (2, 1.5)))  # for grey print
+
+UNITS = {"mm": 25.4, "cm": 2.54, "in": 1.0, "pt": 72.0}  # per inch
+MIN_LENGTH, MAX_LENGTH = 20.0 / 25.4, 2000.0 / 25.4  # inches
+MIN_DPI, MAX_DPI = 10.0, 10_000.0
+TEXT, LINE = 10.0, 1.5  # points, of text and lines where no style changes them
+
+USER = "user"
+# The widths of lines are no widths that a view gives: such are scaled, see `arrangement`.
+STYLES: dict[str, dict[str, Any]] = {
+    "paper": {
+        "font.size": 8.0,
+        "lines.linewidth": 0.95,
+        "lines.markersize": 4.0,
+        "axes.linewidth": 0.5,
+        "axes.titlesize": "medium",
+        "axes.labelpad": 2.0,
+        "patch.linewidth": 0.6,
+        "xtick.major.width": 0.5,
+        "ytick.major.width": 0.5,
+        "xtick.major.size": 2.5,
+        "ytick.major.size": 2.5,
+        "xtick.major.pad": 2.0,
+        "ytick.major.pad": 2.0,
+    },
+    "talk": {
+        "font.size": 16.0,
+        "lines.linewidth": 2.95,
+        "lines.markersize": 10.0,
+        "axes.linewidth": 1.4,
+        "patch.linewidth": 1.6,
+        "xtick.major.width": 1.4,
+        "ytick.major.width": 1.4,
+        "xtick.major.size": 6.0,
+        "ytick.major.size": 6.0,
+    },
+}
+
+
+class Appearance(NamedTuple):
+    """Size and style of a new picture.
+
+    Attributes
+    ----------
+    width, height : float or None, inches
+        None is that of the view.
+    dpi : float or None
+        Dots per inch of a PNG; None is the usual number.
+    title : bool
+    style : str
+        paper, talk or user; empty is the usual one.
+    fitted : bool
+        Labels are broken where they are too long, also in the usual size.
+    """
+
+    width: float | None = None
+    height: float | None = None
+    dpi: float | None = None
+    title: bool = True
+    style: str = ""
+    fitted: bool = False
+
+    @property
+    def dots_per_inch(self) -> float:
+        """Dots per inch of a PNG."""
+        return DOTS_PER_INCH if self.dpi is None else self.dpi
+
+    @property
+    def new_figure_option(self) -> str:
+        """The name of an argument that only a new figure can have; empty if none is given."""
+        given = {"width": self.width, "height": self.height, "dpi": self.dpi, "style": self.style}
+        return next((name for name, value in given.items() if value), "")
+
+    def parameters(self) -> dict[str, Any]:
+        """Return matplotlib's parameters for this style."""
+        if self.style == USER:
+            # The picture has the size that is asked for, and its text is not cut; powers of ten
+            # along axes, and an escaped $, are read as such.
+            return user_parameters() | {
+                "savefig.bbox": None,
+                "figure.autolayout": False,
+                "text.parse_math": True,
+            }
+        return defaults() | STYLES.get(self.style, {})
+
+
+USUAL = Appearance()
+
+
+def appearance(
+    width: Any = None, height: Any = None, dpi: Any = None, title: Any = True, style: Any = None
+) -> Appearance:
+    """Return an appearance from what a user gives.
+
+    Parameters
+    ----------
+    width, height : str or None
+        Number and unit: mm, cm, in or pt.
+    dpi : float or None
+    style : str or None
+    """
+    if not isinstance(title, bool):
+        raise ArgumentError("title", f"expected True or False, got {title!r:.60}")
+    if style is not None and style not in (*STYLES, USER):
+        raise ArgumentError("style", unknown("style", style, [*STYLES, USER]))
+    return Appearance(
+        None if width is None else _inches("width", width),
+        None if height is None else _inches("height", height),
+        None if dpi is None else _dots(dpi),
+        title,
+        style or "",
+    )
+
+
+def _inches(argument: str, text: Any) -> float:
+    """Return a length of a picture in inches."""
+    wanted = "expected a length with its unit (mm, cm, in or pt), as 84mm"
+    if not isinstance(text, str):
+        raise ArgumentError(argument, f"{wanted}, got {text!r:.60}")
+    unit = next((unit for unit in UNITS if text.strip().endswith(unit)), "")
+    try:
+        number = float(text.strip().removesuffix(unit))
+    except ValueError:
+        raise ArgumentError(argument, f"{wanted}, got '{text:.60}'") from None
+    if not unit:
+        raise ArgumentError(argument, f"{wanted}, got '{text:.60}' without a unit")
+    inches = number / UNITS[unit]
+    if not MIN_LENGTH <= inches <= MAX_LENGTH:  # also nan
+        limits = f"{MIN_LENGTH * UNITS[unit]:.4g} to {MAX_LENGTH * UNITS[unit]:.4g} {unit}"
+        raise ArgumentError(argument, f"expected {limits}, got {text.strip():.60}")
+    return inches
+
+
+def _dots(number: Any) -> float:
+    if isinstance(number, bool) or not isinstance(number, int | float):
+        raise ArgumentError("dpi", f"expected a number of dots per inch, got {number!r:.60}")
+    if not (isfinite(number) and MIN_DPI <= number <= MAX_DPI):
+        raise ArgumentError(
+            "dpi", f"expected {MIN_DPI:g} to {MAX_DPI:g} dots per inch, got {number:g}"
+        )
+    return float(number)
+
+
+LINE_STYLES: tuple[Any, ...] = tuple((0, dashes) if dashes else "-" for dashes in DASHES)
 MAX_LINES = len(COLOURS)  # in one panel
 
 Style = dict[str, Any]
@@ -44,8 +191,6 @@ def require_channels(result: "Record", view: str, names: Sequence[str]) -> None:
 
     Parameters
     ----------
-    result : Record
-    view : str
     names : sequence of str
         The channels.
     """
@@ -68,8 +213,6 @@ def set_up(
 
     Parameters
     ----------
-    figure : Figure or SubFigure
-    result : Record
     height : float, inches
         In a figure of WIDTH with text of the usual size.
     *notes : str
@@ -118,13 +261,13 @@ def text_scale() -> float:
 def relative_width(figure: "Figure | SubFigure") -> float:
     """Return the width of a figure or subfigure relative to WIDTH, for text of the usual size.
 
-    What fits beside each other depends on it: columns of legends, labels along an axis.
+    The number of columns of a legend and of labels along an axis depends on it.
     """
     return width_of(figure) / WIDTH / text_scale()
 
 
 def height_scale(figure: Figure) -> float:
-    """Return how high the panels of a figure are, relative to those in a figure of WIDTH."""
+    """Return the height of the panels of a figure relative to those in a figure of WIDTH."""
     size = text_scale()
     relative = width_of(figure) / WIDTH
     return max(sqrt(min(relative, 1.0) * size), MIN_PANEL * size) if relative < 1.0 else sqrt(size)
@@ -156,7 +299,7 @@ def line_style(number: int) -> Style:
     """Return the style of line `number`; colour and dashes differ, also for grey print."""
     return {
         "color": COLOURS[number % len(COLOURS)],
-        "linestyle": DASHES[(number + number // len(COLOURS)) % len(DASHES)],
+        "linestyle": LINE_STYLES[(number + number // len(COLOURS)) % len(LINE_STYLES)],
         "linewidth": 1.5,
     }
 
@@ -166,7 +309,6 @@ def label(result: "Record", name: str, words: str = "") -> str:
 
     Parameters
     ----------
-    result : Record
     name : str
         The channel.
     words : str
@@ -191,8 +333,7 @@ def axis_label(words: str, unit: str = "", width: int = 0) -> str:
         Of a line, in characters; a longer label is broken between words, and before the unit, never
         within that. 0 breaks nothing.
     """
-    shown = unit_text(unit)
-    text = f"{words}, {shown}" if shown else words
+    shown, text = unit_text(unit), labelled(words, unit)
     if width and max(map(len, text.split("\n"))) > width:
         lines = [part for line in words.split("\n") for part in wrap(line, width) or [""]]
         text = "\n".join(lines)
@@ -218,8 +359,6 @@ def add_legend(figure: "Figure | SubFigure", handles: Sequence[Any], columns: in
 
     Parameters
     ----------
-    figure : Figure or SubFigure
-    handles : sequence of matplotlib artists
     columns : int
         At most, in a figure of WIDTH; a narrower figure has fewer.
     """
@@ -244,7 +383,7 @@ def add_legend(figure: "Figure | SubFigure", handles: Sequence[Any], columns: in
 
 
 def _columns_that_fit(figure: Figure, handles: Sequence[Any], columns: int) -> int:
-    """Return how many columns a legend can have; break its labels if not even one fits."""
+    """Return the number of columns of a legend; break its labels if not even one fits."""
     size = points_of(LEGEND_SIZE)
     available = POINTS * width_of(figure) - 2.0 * MARGIN
     beside = (HANDLE + rcParams["legend.handletextpad"]) * size

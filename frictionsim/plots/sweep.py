@@ -15,14 +15,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.patheffects import withStroke
-from matplotlib.ticker import LogLocator, MaxNLocator
 
-from frictionsim.display import BLACK, GREY, TENSION_COLOURS
 from frictionsim.errors import InputError, unknown
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import AUDIT_FAILED, FAILED, NOT_RUN
@@ -35,9 +30,8 @@ from frictionsim.parameter_study.statistics import (
     statistics_of,
     variation,
 )
-from frictionsim.plots.appearance import USUAL, Appearance
 from frictionsim.plots.placement import drawn_in
-from frictionsim.plots.style import MAX_LINES, add_legend, axis_label, set_title
+from frictionsim.plots.style import MAX_LINES, USUAL, Appearance, add_legend, axis_label, set_title
 from frictionsim.plots.sweep_axes import (
     MAX_WORD,
     Face,
@@ -46,157 +40,23 @@ from frictionsim.plots.sweep_axes import (
     short_keys,
     shortened_key,
 )
-from frictionsim.plots.sweep_curves import (
+from frictionsim.plots.sweep_panels import (
     FLAT,
-    LOG_RATIO,
-    MARKS,
+    MAX_BARS,
     draw_curves,
+    draw_histogram,
+    draw_map,
+    draw_tornado,
     legend_of,
     legend_of_curves,
+    legend_of_map,
+    legend_of_sample,
+    norm_of,
     outcomes_of,
 )
-from frictionsim.plots.sweep_sample import MAX_BARS, draw_histogram, draw_tornado, legend_of_sample
 
 if TYPE_CHECKING:
     from matplotlib.figure import SubFigure
-
-    from frictionsim.results import Array
-
-HATCH = "/////"  # where the quantity is not defined
-MIN_FOR_CONTOURS = 5  # values of each key
-CONTOURS = 5
-AT_ENDS = 0.03  # of the scale of colours, where contour lines would follow rounding errors
-MAX_PIECES = 40  # of contour lines, above which they hide the map
-MAX_WRITTEN = (6, 8)  # columns and rows of cells with their values written in them
-MAX_CELLS = 5000  # above which a PDF or SVG has the map as an image
-DARK = 0.5  # of the scale of colours, below which text is white
-
-
-def norm_of(values: "Array") -> Normalize | None:
-    """Return the scale of colours of the values of a quantity; None if there are none."""
-    found = values[np.isfinite(values)]
-    if not found.size:
-        return None
-    least, largest = float(found.min()), float(found.max())
-    size = max(abs(least), abs(largest))
-    if largest - least <= FLAT * size:
-        half = 0.1 * size or 1.0
-        return Normalize(least - half, largest + half)
-    if least > 0.0 and largest >= LOG_RATIO * least:
-        return LogNorm(least, largest)
-    return Normalize(least, largest)
-
-
-def draw_map(
-    ax: Any,
-    table: SweepTable,
-    name: str,
-    axes: tuple[KeyAxis, ...],
-    runs: Any,
-    norm: Normalize | None,
-) -> Any:
-    """Draw a quantity over two keys; return what a colour bar is made of, None without values.
-
-    Parameters
-    ----------
-    ax : Axes
-    table : SweepTable
-    name : str
-        The quantity.
-    axes : tuple of KeyAxis
-        Of x and y.
-    runs : array of int
-        In the shape of the axes.
-    norm : Normalize or None
-        Of `norm_of`.
-    """
-    x, y = axes
-    x.prepare(ax, "x")
-    y.prepare(ax, "y")
-    found = outcomes_of(table, name, runs)
-    values = np.where(np.isnan(found.values), found.of_failed_audit, found.values)
-    ax.patch.set(facecolor="white", edgecolor=GREY, hatch=HATCH)
-    edges, cells = (x.edges, y.edges), {"rasterized": values.size > MAX_CELLS, "linewidth": 0}
-    blank = found.marks["failed"] | found.marks["not run"]
-    if blank.any():
-        covered = np.ma.masked_where(~blank, np.ones(blank.shape))
-        ax.pcolormesh(*edges, covered.T, cmap=ListedColormap(["white"]), **cells)
-    mesh = None
-    if norm is not None:
-        masked = np.ma.masked_invalid(values)
-        mesh = ax.pcolormesh(*edges, masked.T, cmap=TENSION_COLOURS, norm=norm, **cells)
-        if _has_contours(x, y, values):
-            _draw_contours(ax, x, y, masked, norm)
-        elif x.values.size <= MAX_WRITTEN[0] and y.values.size <= MAX_WRITTEN[1]:
-            _write_values(ax, x, y, values, norm)
-    _mark_runs(ax, x, y, found.marks)
-    ax.set_xlim(edges[0][0], edges[0][-1])
-    ax.set_ylim(edges[1][0], edges[1][-1])
-    return mesh
-
-
-def _mark_runs(ax: Any, x: KeyAxis, y: KeyAxis, marks: dict[str, Any]) -> None:
-    size = float(np.clip(120.0 / max(x.values.size, y.values.size), 1.5, 7.0))
-    for mark in ("failed", "audit failed"):
-        columns, rows = np.nonzero(marks[mark])
-        if columns.size:
-            style = MARKS[mark] | {"markersize": size, "markeredgewidth": size / 4.0}
-            ax.plot(x.values[columns], y.values[rows], linestyle="", **style)
-
-
-def _has_contours(x: KeyAxis, y: KeyAxis, values: "Array") -> bool:
-    """Return whether contour lines help: over numbers, enough of them, and of what varies."""
-    found = values[np.isfinite(values)]
-    return (
-        not x.labels
-        and not y.labels
-        and min(values.shape) >= MIN_FOR_CONTOURS
-        and bool(np.ptp(found) > FLAT * np.abs(found).max())
-    )
-
-
-def _draw_contours(ax: Any, x: KeyAxis, y: KeyAxis, masked: Any, norm: Normalize) -> None:
-    locator = LogLocator() if isinstance(norm, LogNorm) else MaxNLocator(CONTOURS)
-    levels = [
-        level
-        for level in locator.tick_values(norm.vmin or 0.0, norm.vmax or 0.0)
-        if AT_ENDS < norm(level) < 1.0 - AT_ENDS
-    ]
-    if not levels:
-        return
-    stroke = [withStroke(linewidth=2.2, foreground="white")]
-    lines = ax.contour(x.values, y.values, masked.T, levels=levels, colors=BLACK, linewidths=0.7)
-    pieces = sum(len(path.to_polygons(closed_only=False)) for path in lines.get_paths())
-    if pieces > MAX_PIECES:
-        lines.remove()
-        return
-    lines.set_path_effects(stroke)
-    for text in ax.clabel(lines, fontsize=7, fmt="%.4g"):
-        text.set_path_effects(stroke)
-
-
-def _write_values(ax: Any, x: KeyAxis, y: KeyAxis, values: "Array", norm: Normalize) -> None:
-    """Write the value into each cell."""
-    for i, column in enumerate(x.values):
-        for j, row in enumerate(y.values):
-            value = values[i, j]
-            if np.isfinite(value):
-                colour = "white" if norm(value) < DARK else BLACK
-                text = f"{value:.3g}"
-                ax.text(column, row, text, ha="center", va="center", fontsize=7, color=colour)
-
-
-def legend_of_map(marks: dict[str, str]) -> list[Any]:
-    """Return legend texts of cells without a valid value, by marker name."""
-    found: list[Any] = []
-    for name, text in marks.items():
-        if name == "not defined":
-            found.append(Patch(facecolor="white", edgecolor=GREY, hatch=HATCH, label=text))
-        elif name == "not run":
-            found.append(Patch(facecolor="white", edgecolor=GREY, label=text))
-        else:
-            found.append(Line2D([], [], linestyle="", **MARKS[name], label=text))
-    return found
 
 
 MAX_PANELS = 6
@@ -221,7 +81,6 @@ def draw_sweep(
 
     Parameters
     ----------
-    table : SweepTable
     quantities : sequence of str
         By default the first ones that vary.
     at : mapping, optional
@@ -248,9 +107,9 @@ def draw_sweep(
 
 
 def _third(face: Face, quantities: Sequence[str]) -> int:
-    """Return which of three keys has a panel for each of its values: one of text, or the last."""
-    of_text = [number for number, axis in enumerate(face.axes) if axis.labels]
-    third = of_text[-1] if of_text else MAX_KEYS - 1
+    """Return the number of the key with a panel for each value: the last of text, else the last."""
+    text_axes = [number for number, axis in enumerate(face.axes) if axis.labels]
+    third = text_axes[-1] if text_axes else MAX_KEYS - 1
     axis = face.axes[third]
     if axis.values.size > MAX_PANELS:
         raise InputError(
@@ -325,7 +184,7 @@ class _Layout(NamedTuple):
 
 
 def _layout(axes: tuple[KeyAxis, ...], runs: Any, joined: bool) -> tuple[_Layout, Any]:
-    """Return how runs over one or two keys are drawn, and the runs in that shape."""
+    """Return the layout of runs over one or two keys, and the runs in its shape."""
     if len(axes) == 1:
         return _Layout(axes, False, joined and not axes[0].labels), runs
     one, other = axes
@@ -394,31 +253,31 @@ def _label_keys(places: list[Any], layout: _Layout) -> None:
 
 
 def _drawn_values(table: SweepTable, name: str, runs: Any) -> Any:
-    found = outcomes_of(table, name, runs)
-    return np.where(np.isnan(found.values), found.of_failed_audit, found.values)
+    outcomes = outcomes_of(table, name, runs)
+    return np.where(np.isnan(outcomes.values), outcomes.of_failed_audit, outcomes.values)
 
 
 def _handles(table: SweepTable, layout: _Layout, panels: list[_Panel]) -> list[Any]:
     """Return the legend: curves, and marks with the number of their runs."""
-    found = []
+    handles = []
     if not layout.is_map and len(layout.axes) == 2:
-        found = legend_of_curves(layout.axes[1], layout.axes[0].values.size, layout.joined)
+        handles = legend_of_curves(layout.axes[1], layout.axes[0].values.size, layout.joined)
         if layout.axes[1].key:
             key = shortened_key(layout.axes[1].key)
-            found.insert(0, Line2D([], [], linestyle="", label=f"{key}:"))
+            handles.insert(0, Line2D([], [], linestyle="", label=f"{key}:"))
     marks: dict[str, str] = {}
     counted: dict[str, dict[str, set[int]]] = {}
     for panel in panels:
         for mark, where in outcomes_of(table, panel.name, panel.runs).marks.items():
             runs = counted.setdefault(mark, {}).setdefault(panel.name, set())
             runs |= set(panel.runs[where].tolist())
-    for mark, of_names in counted.items():
-        numbers = [len(runs) for runs in of_names.values()]
+    for mark, by_name in counted.items():
+        numbers = [len(runs) for runs in by_name.values()]
         if any(numbers):
             least = min(number for number in numbers if number)
             several = f"{least} to {max(numbers)}" if max(numbers) > least else f"{least}"
             marks[mark] = f"{mark}: {several} run{'' if several == '1' else 's'}"
-    return [*found, *(legend_of_map(marks) if layout.is_map else legend_of(marks, bool(found)))]
+    return [*handles, *(legend_of_map(marks) if layout.is_map else legend_of(marks, bool(handles)))]
 
 
 def _draw_sample(
@@ -430,7 +289,7 @@ def _draw_sample(
     names, notes = list(quantities), list[str]()
     if not names:
         names, notes = chosen(table, runs)
-    found = indices_of(table, names)
+    indices = indices_of(table, names)
     row = SAMPLES + HEIGHT_OF_BAR * max(0, min(len(table.coordinates), MAX_BARS) - 2)
     if isinstance(figure, Figure):
         figure.set_figheight(HEADING + row * len(names))
@@ -438,12 +297,12 @@ def _draw_sample(
     for (left, right), name in zip(axes, names, strict=True):
         values = sound_values(table, name)[runs]
         draw_histogram(left, table, name, values, statistics_of(values))
-        draw_tornado(right, found[name])
+        draw_tornado(right, indices[name])
     if sampling is not None:
         independent = f", {runs.stop} independent runs" if sampling.indices else ""
         notes.insert(0, f"{sampling.method} sample{independent}")
     _title(figure, table, list(table.coordinates), notes)
-    add_legend(figure, legend_of_sample(any(i.first.size for i in found.values())), columns=5)
+    add_legend(figure, legend_of_sample(any(i.first.size for i in indices.values())), columns=5)
 
 
 def label_of(table: SweepTable, name: str) -> str:
@@ -482,10 +341,10 @@ def _title(
         if number[status]:
             parts.append(f"{number[status]} {words}")
     names = short_keys(keys)
-    of_keys = f"{len(names)} keys"
+    keys_varied = f"{len(names)} keys"
     if len(names) <= MAX_KEYS:
-        of_keys = " and ".join([*([", ".join(names[:-1])] if names[:-1] else []), names[-1]])
+        keys_varied = " and ".join([*([", ".join(names[:-1])] if names[:-1] else []), names[-1]])
     short = title if len(title) <= MAX_TITLE else f"{title[: MAX_TITLE - 1]}…"
-    text = f"{short}: sweep over {of_keys}\n({'; '.join(parts)})"
+    text = f"{short}: sweep over {keys_varied}\n({'; '.join(parts)})"
     height = figure.get_figheight() if isinstance(figure, Figure) else 1.0
     set_title(figure, text, height, scaled=False)

@@ -1,4 +1,4 @@
-"""What of a sweep a picture shows: its keys as axes, and its runs in the shape of these."""
+"""The varied keys of a sweep as axes of a picture, and its runs in their shape."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -10,8 +10,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLoca
 from frictionsim.display import with_unit
 from frictionsim.errors import InputError, unknown
 from frictionsim.io.sweep_table import RUN, Coordinate, SweepTable
-from frictionsim.plots.literal_text import LITERAL, literal
 from frictionsim.plots.style import axis_label
+from frictionsim.plots.texts import LITERAL, literal
 from frictionsim.scenario.model_fields import names_in
 
 MAX_KEY, MAX_WORD = 44, 24  # characters of a label
@@ -118,7 +118,7 @@ class KeyAxis(NamedTuple):
 
 
 class Face(NamedTuple):
-    """What a picture shows of a grid or of values together.
+    """The layout of a grid, or of values varied together, in a picture.
 
     Attributes
     ----------
@@ -143,7 +143,6 @@ def face_of(table: SweepTable, at: Mapping[str, Any]) -> Face:
 
     Parameters
     ----------
-    table : SweepTable
     at : mapping
         By key of a grid, the value of those that are not varied in the picture.
     """
@@ -161,15 +160,15 @@ def face_of(table: SweepTable, at: Mapping[str, Any]) -> Face:
     axes: list[KeyAxis] = []
     fixed: list[str] = []
     for key in table.dimensions:
-        found = key_axis(key, table.coordinates[key])
+        axis = key_axis(key, table.coordinates[key])
         position = len(axes)
-        if key in at or found.values.size == 1:
-            place = _place(table.coordinates[key], found, at[key]) if key in at else 0
-            runs = runs.take(int(found.order[place]), axis=position)
-            fixed.append(f"{shortened_key(key)} = {found.text(place)}")
+        if key in at or axis.values.size == 1:
+            place = _place(table.coordinates[key], axis, at[key]) if key in at else 0
+            runs = runs.take(int(axis.order[place]), axis=position)
+            fixed.append(f"{shortened_key(key)} = {axis.text(place)}")
         else:
-            runs = runs.take(found.order, axis=position)
-            axes.append(found)
+            runs = runs.take(axis.order, axis=position)
+            axes.append(axis)
     if not axes:  # a single run, over its first key
         first = key_axis(next(iter(table.dimensions)), next(iter(table.coordinates.values())))
         place = int(np.unravel_index(int(runs), table.shape)[0])
@@ -188,15 +187,15 @@ def face_of(table: SweepTable, at: Mapping[str, Any]) -> Face:
 
 def _together(table: SweepTable) -> Face:
     """Return values together over the first key of numbers; else over the first key."""
-    found = [
+    numeric = [
         (key, coordinate)
         for key, coordinate in table.coordinates.items()
         if not isinstance(coordinate.values, list) and not _is_truth(coordinate)
     ]
-    if not found:
+    if not numeric:
         axis = key_axis(*next(iter(table.coordinates.items())))
         return Face((axis,), axis.order, _beside(table, axis.key), joined=False)
-    key, coordinate = found[0]
+    key, coordinate = numeric[0]
     numbers = np.asarray(coordinate.values, dtype=np.float64)
     order = np.argsort(numbers, kind="stable")
     values = numbers[order]

@@ -59,7 +59,6 @@ def draw_static_limit(axes: dict[str, Any], result: "Record") -> list[Any]:
     ----------
     axes : dict of Axes
         By channel.
-    result : Record
     """
     if "friction_torque" not in axes or "shaft_reaction" not in result.channels:
         return []
@@ -89,7 +88,7 @@ EVENT_LINES: dict[str, Style] = {
     REST: {"color": GREEN, "linestyle": (0, (5, 1.5, 1, 1.5)), "linewidth": 1.0},
     REVERSAL: {"color": VERMILION, "linestyle": (0, (1, 1)), "linewidth": 1.0},
 }
-_OF_ROPES = (("slack", (5, 2)), ("taut", (5, 1.5, 1, 1.5)), (IMPACT, (1, 1)))
+ROPE_EVENTS = (("slack", (5, 2)), ("taut", (5, 1.5, 1, 1.5)), (IMPACT, (1, 1)))
 EVENT_LINES |= {
     f"cord: {word}": {"color": PURPLE, "linestyle": (0, dashes), "linewidth": 1.0}
     for word, dashes in ((SLIPS, (5, 2)), (STICKS, (5, 1.5, 1, 1.5)), (REVERSAL, (1, 1)))
@@ -97,7 +96,7 @@ EVENT_LINES |= {
 EVENT_LINES |= {
     f"{side} rope: {word}": {"color": BLUE, "linestyle": (0, dashes), "linewidth": 1.0}
     for side in ("car", "counterweight")
-    for word, dashes in _OF_ROPES
+    for word, dashes in ROPE_EVENTS
 }
 EVENT_LINES |= {
     f"{END_STOP}: {word}": {"color": WINE, "linestyle": (0, dashes), "linewidth": 1.0}
@@ -111,8 +110,6 @@ def response(result: "Record", figure: "Figure | SubFigure", channels: Sequence[
 
     Parameters
     ----------
-    result : Record
-    figure : Figure or SubFigure
     channels : sequence of str
         Those that are drawn instead.
     """
@@ -152,8 +149,8 @@ def channels_of(result: "Record", wanted: Sequence[str] = ()) -> list[str]:
         for name, axis in result.axes.items()
         if name not in ("time", "mode") and (not axis or len(result.members[axis]) <= MAX_LINES)
     ]
-    of_kind = getattr(mechanism_module(result.attributes["kind"]), "PANELS", ())
-    names = [name for name in of_kind if name in drawable] or drawable
+    wanted_by_kind = getattr(mechanism_module(result.attributes["kind"]), "PANELS", ())
+    names = [name for name in wanted_by_kind if name in drawable] or drawable
     if not names:
         raise InputError("cannot draw this result: it has no channel that can be drawn over time")
     return names
@@ -166,8 +163,6 @@ def stacked_axes(
 
     Parameters
     ----------
-    result : Record
-    figure : Figure or SubFigure
     names : sequence of str
         The channels; other names are those of panels without a unit, yet to be labelled.
     *notes : str
@@ -217,7 +212,6 @@ def mark_modes(result: "Record", axes: Sequence[Any]) -> list[Any]:
 
     Parameters
     ----------
-    result : Record
     axes : sequence of Axes
         Labels are written above the first.
     """
@@ -280,7 +274,6 @@ def label_rows(positions: Any, min_gap: float, max_rows: int) -> list[int]:
         In increasing order.
     min_gap : float
         Smallest distance of two labels in a row.
-    max_rows : int
 
     Returns
     -------
@@ -298,10 +291,8 @@ def annotate_above(ax: Any, at: float, text: str, row: int) -> None:
 
     Parameters
     ----------
-    ax : Axes
     at : float
         Position in x, in data units.
-    text : str
     row : int
         0 is the row next to the Axes.
     """

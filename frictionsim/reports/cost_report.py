@@ -20,7 +20,6 @@ def cost_page(study: WorkPrecision, source: str, diagram: Picture) -> str:
 
     Parameters
     ----------
-    study : WorkPrecision
     source : str
         Name of its file; empty if there is none.
     diagram : Picture
@@ -48,7 +47,7 @@ def _status(study: WorkPrecision) -> str:
 
 
 def _references(study: WorkPrecision) -> Iterator[str]:
-    """Yield what the errors are of, and what they cannot resolve."""
+    """Yield the references of the errors, and the smallest errors that they resolve."""
     reference = study.reference
     if reference is not None and reference.names:
         yield f"Errors are those against {short(' and '.join(reference.names), 1000)}."

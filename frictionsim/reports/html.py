@@ -78,7 +78,6 @@ def section(heading: str, *content: Block, name: str = "") -> Html:
 
     Parameters
     ----------
-    heading : str
     *content : Block
     name : str
         Its id in the page.
@@ -86,11 +85,11 @@ def section(heading: str, *content: Block, name: str = "") -> Html:
     inner = "".join(map(html, content))
     if not inner:
         return Html()
-    own, of_heading = "", ""
+    own, heading_id = "", ""
     if name:
         own = f' id="{name}" aria-labelledby="{name}-heading"'
-        of_heading = f' id="{name}-heading"'
-    return Html(f"<section{own}>\n<h2{of_heading}>{escaped(heading)}</h2>\n{inner}\n</section>\n")
+        heading_id = f' id="{name}-heading"'
+    return Html(f"<section{own}>\n<h2{heading_id}>{escaped(heading)}</h2>\n{inner}\n</section>\n")
 
 
 def listed(items: Iterable[str]) -> Html:

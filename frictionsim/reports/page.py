@@ -89,7 +89,6 @@ def page(title: str, body: Html, data: Any, scripts: Sequence[str] = SCRIPTS) ->
     ----------
     title : str
         As it is, not for HTML.
-    body : Html
     data
         For the scripts, as of `packed_data`.
     scripts : sequence of str
@@ -116,10 +115,8 @@ def study_page(title: str, lines: Sequence[str], sections: Iterable[Html]) -> st
 
     Parameters
     ----------
-    title : str
     lines : sequence of str
         The heading, and lines below it.
-    sections : iterable of Html
     """
     heading, *below = (escaped(short(line, 2000)) for line in lines if line)
     faint = "\n".join(f'<p class="faint">{line}</p>' for line in below)
@@ -140,8 +137,8 @@ def asset(name: str) -> str:
 def _plotly() -> str:
     from plotly.offline import get_plotlyjs
 
-    found: str = get_plotlyjs()
-    return found
+    script: str = get_plotlyjs()
+    return script
 
 
 @cache

@@ -33,7 +33,7 @@ from frictionsim.simulation.record import event_names, insert_jumps, sticking_ph
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.reports.reported_run import ReportedRun
+    from frictionsim.reports.run_tables import ReportedRun
     from frictionsim.results import Record
 
     Array = npt.NDArray[np.float64]
@@ -41,12 +41,12 @@ if TYPE_CHECKING:
 
 
 ENDS = 2  # the first sample and the last
-OF_A_PART, OF_A_PART_WITH_GAPS = 2, 5  # lowest, highest; and three gaps: before, between, after
-MIN_LIMIT = ENDS + OF_A_PART_WITH_GAPS
+PART, PART_WITH_GAPS = 2, 5  # lowest, highest; and three gaps: before, between, after
+MIN_LIMIT = ENDS + PART_WITH_GAPS
 
 
 def thinned(values: "Array", limit: int) -> "Indices":
-    """Return which samples of a channel to keep, in their order.
+    """Return the numbers of the samples of a channel to keep, ascending.
 
     Parameters
     ----------
@@ -66,18 +66,18 @@ def thinned(values: "Array", limit: int) -> "Indices":
         return np.arange(count)
     gaps = ~np.isfinite(values)
     with_gaps = bool(gaps.any())
-    parts = (limit - ENDS) // (OF_A_PART_WITH_GAPS if with_gaps else OF_A_PART)
+    parts = (limit - ENDS) // (PART_WITH_GAPS if with_gaps else PART)
     width = -(-count // parts)
     whole = count // width * width
     kept = [np.array([0, count - 1])]
     for start, stop in ((0, whole), (whole, count)):
         if stop > start:
             rows = slice(start, stop), (-1, min(width, stop - start))
-            found = _kept(
+            chosen = _kept(
                 values[rows[0]].reshape(rows[1]),
                 gaps[rows[0]].reshape(rows[1]) if with_gaps else None,
             )
-            kept.append(found + start)
+            kept.append(chosen + start)
     return np.unique(np.concatenate(kept))
 
 
@@ -102,8 +102,8 @@ def _kept_gaps(gaps: Any, extreme: "Indices") -> list["Indices"]:
     last = gaps.shape[1] - 1 - gaps[:, ::-1].argmax(axis=1)
     # Where there is none, argmax is 0, or 0 from the end: that sample would be one too many.
     places = [gaps.argmax(axis=1), after.argmax(axis=1), last]
-    found = [gaps.any(axis=1), after.any(axis=1), gaps.any(axis=1)]
-    return [np.where(has, place, extreme) for place, has in zip(places, found, strict=True)]
+    present = [gaps.any(axis=1), after.any(axis=1), gaps.any(axis=1)]
+    return [np.where(has, place, extreme) for place, has in zip(places, present, strict=True)]
 
 
 MAX_CHART_SAMPLES = 4000  # of a line: more than a screen has pixels side by side
@@ -179,7 +179,6 @@ def charts_of(runs: "Sequence[ReportedRun]", more: Sequence[Chart] = ()) -> list
 
     Parameters
     ----------
-    runs : sequence of ReportedRun
     more : sequence of Chart
         Further ones of the kind, which are open at first.
     """
@@ -194,12 +193,12 @@ def charts_of(runs: "Sequence[ReportedRun]", more: Sequence[Chart] = ()) -> list
     charts = [
         Chart(
             name,
-            found[0][1].words,
+            parts[0][1].words,
             unit,
             name in names,
-            tuple(line for number, source in found for line in _chart_lines(runs, number, source)),
+            tuple(line for number, source in parts for line in _chart_lines(runs, number, source)),
         )
-        for (name, unit), found in sources.items()
+        for (name, unit), parts in sources.items()
     ]
     first = sorted((chart for chart in charts if chart.first), key=lambda c: names.index(c.name))
     return [*first, *more, *(chart for chart in charts if not chart.first)]
@@ -261,8 +260,8 @@ def _line_with_jumps(
     kept = thinned(values, MAX_CHART_SAMPLES)
     whole = len(kept) == len(values)
     samples = insert_jumps(record, name, record.channels["time"][kept], values[kept])
-    found = line(name, label, place, samples, steps)
-    return found._replace(whole=whole and found.whole)
+    thin = line(name, label, place, samples, steps)
+    return thin._replace(whole=whole and thin.whole)
 
 
 def line(
@@ -276,12 +275,10 @@ def line(
 
     Parameters
     ----------
-    channel, label : str
     place : tuple of int
         The numbers of its result and of its column.
     samples : tuple of (n,) and (n,)
         Time and values.
-    steps : bool
     """
     time, values = (np.asarray(array, dtype=float) for array in samples)
     kept = thinned(values, MAX_CHART_SAMPLES)
@@ -321,7 +318,7 @@ MAX_SAMPLES = 2001  # evenly spread over the run
 
 def span_charts(runs: "Sequence[ReportedRun]") -> list[Chart]:
     """Return a chart of the mean tension of each span; none if the channels are not there."""
-    lines = tuple(found for number, run in enumerate(runs) for found in _lines(run, number))
+    lines = tuple(span for number, run in enumerate(runs) for span in _lines(run, number))
     if not lines:
         return []
     words = "mean tension of each span, between pulleys in the order of the scenario"
@@ -389,7 +386,7 @@ def _body(title: str, runs: "Sequence[ReportedRun]") -> Html:
 
 
 def _without_charts(runs: "Sequence[ReportedRun]") -> str:
-    """Return which channels no chart shows, and what a browser without scripts shows."""
+    """Return the notes on channels without a chart, and for browsers without scripts."""
     notes = (
         "<noscript><p>Charts and drawing need scripts, which this browser does not run;"
         " the tables do not.</p></noscript>\n"
@@ -411,11 +408,11 @@ def data_of(runs: "Sequence[ReportedRun]") -> dict[str, Any]:
     if runs[0].attribute("kind") == BELT:
         more = span_charts(runs)
     charts = chart_data(charts_of(runs, more), times)
-    results = [_of_one(run, times) for run in runs]
+    results = [_result_data(run, times) for run in runs]
     return {"results": results, "charts": charts, "times": times.arrays}
 
 
-def _of_one(run: "ReportedRun", times: TimePool) -> dict[str, Any]:
+def _result_data(run: "ReportedRun", times: TimePool) -> dict[str, Any]:
     record = run.record
     time = np.asarray(record.channels["time"], dtype=float)
     motion, reason = _motion(run)

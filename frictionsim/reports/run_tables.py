@@ -1,7 +1,8 @@
-"""The tables of a report of runs: what was solved, quantities, audit, counts."""
+"""The tables of a report of runs: what was solved, quantities, audit, solver statistics."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.display import MODE_WORDS, error_text, number_text, short_text, with_minus
 from frictionsim.document import Cell, Table
@@ -12,14 +13,73 @@ from frictionsim.scenario.toml_data import differing_keys
 from frictionsim.simulation.record import event_names
 
 if TYPE_CHECKING:
-    from frictionsim.reports.reported_run import ReportedRun
+    from frictionsim.results import Record
+
+
+class ReportedRun(NamedTuple):
+    """A run as its report shows it.
+
+    Attributes
+    ----------
+    record : Record
+    path : Path or None
+        Of its file.
+    label : str
+        Its name among the runs of a comparison.
+    effects : tuple of str
+        The effects that were simulated.
+    errors : mapping
+        The estimated error by quantity; empty if they were not estimated.
+    error_estimate : str
+        How they were estimated.
+    """
+
+    record: "Record"
+    path: Path | None = None
+    label: str = ""
+    effects: tuple[str, ...] = ()
+    errors: Mapping[str, float | None] = {}
+    error_estimate: str = ""
+
+    def attribute(self, name: str) -> str:
+        """Return a root attribute of its file; empty if it has none of that name."""
+        return self.record.attributes.get(name, "")
+
+    @property
+    def title(self) -> str:
+        """The title of the scenario, or the kind."""
+        return self.attribute("title") or self.attribute("kind")
+
+    @property
+    def warnings(self) -> list[str]:
+        """Reasons to doubt the quantities."""
+        return list(filter(None, self.attribute("warnings").split("\n")))
+
+
+def labels_of(paths: Sequence[Path | None]) -> list[str]:
+    """Return a name for each result of a comparison: that of its file, and as much more as needed.
+
+    Parameters
+    ----------
+    paths : sequence of Path or None
+        None of a result without a file.
+    """
+    stems = ["" if path is None else path.stem for path in paths]
+    names = [
+        f"result {number}" if path is None else stem if stems.count(stem) == 1 else str(path)
+        for number, (path, stem) in enumerate(zip(paths, stems, strict=True), start=1)
+    ]
+    if len(set(names)) == len(names):
+        return names
+    return [f"{number}: {name}" for number, name in enumerate(names, start=1)]
+
 
 MAX_EVENTS = 5000  # more make a page slow
 ANGLE_DIGITS = 6  # more make the table wider than its place beside the charts
 
 
 def events(runs: "Sequence[ReportedRun]") -> Html:
-    """Return the events of runs by time, in a section of its own; empty if there are none."""
+    """Return the section of the events of runs by time."""
     count = sum(len(run.record.events["time"]) for run in runs)
     if not count:
         return section("Events", "There are no events.", name="events")
@@ -93,7 +153,7 @@ def _value(value: Any) -> str:
 
 
 def origins(runs: "Sequence[ReportedRun]") -> Html:
-    """Return how the results were made: version, file, command, overrides."""
+    """Return the origin of the results: version, file, command, overrides."""
     names = [run.label if len(runs) > 1 else "value" for run in runs]
     asked = {
         "version of frictionsim": "frictionsim_version",

@@ -27,7 +27,7 @@ FLAT = 1e-6  # a quantity that varies relatively less does not vary
 
 
 class Kept(NamedTuple):
-    """What of a sweep is in its table of runs.
+    """The part of a sweep in the table of runs.
 
     Attributes
     ----------
@@ -42,13 +42,13 @@ class Kept(NamedTuple):
 
 
 def kept_of(table: SweepTable) -> Kept:
-    """Return which runs, keys and quantities are in the table of runs: all, if not too many."""
+    """Return the runs, keys and quantities of the table of runs: all, if not too many."""
     keys, quantities = list(table.coordinates)[:MAX_KEYS], list(table.values)[:MAX_QUANTITIES]
     limit = MAX_CELLS // (len(keys) + len(quantities) + 2)
     if table.runs <= limit:
         return Kept(np.arange(table.runs), keys, quantities)
-    found = extremes(table)
-    special = [run for name in quantities if name in found for run in found[name][2::2]]
+    ranges = extremes(table)
+    special = [run for name in quantities if name in ranges for run in ranges[name][2::2]]
     failed = np.flatnonzero(table.status != DONE)[: limit // 4]
     even = np.linspace(0, table.runs - 1, max(2, limit - len(special) - failed.size))
     runs = np.unique(np.concatenate((np.array(special, int), failed, even.astype(np.int64))))
@@ -56,8 +56,8 @@ def kept_of(table: SweepTable) -> Kept:
 
 
 def _is_flat(values: Any) -> bool:
-    found = values[np.isfinite(values)]
-    return not found.size or bool(np.ptp(found) <= FLAT * np.abs(found).max())
+    defined = values[np.isfinite(values)]
+    return not defined.size or bool(np.ptp(defined) <= FLAT * np.abs(defined).max())
 
 
 def indices_of_sample(table: SweepTable, kept: Kept) -> dict[str, Indices]:
@@ -89,7 +89,6 @@ def sweep_page(
 
     Parameters
     ----------
-    sweep : SweepTable
     parts : Document
         Its summary.
     source : str

@@ -112,8 +112,8 @@ LEAVES = {
     # the picture of a study, in the format of its name
     "frictionsim.plots.picture_file": {"check_picture", "save"},
     # options of pictures, checked
-    "frictionsim.plots.appearance": {"appearance"},
-    "frictionsim.plots.window": {"extent"},
+    "frictionsim.plots.style": {"appearance"},
+    "frictionsim.plots.view": {"extent"},
     # JSON of `static`, the name of the standard input
     "frictionsim.results": {"quantities_json"},
     "frictionsim.scenario.settings": {"STDIN", "Scenario"},

@@ -8,9 +8,16 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.motion import event_frames
-from frictionsim.motion.parts import Body, Motion
-from frictionsim.motion.poses import is_visible, moment_of, place_of, shown_value, state_word
+from frictionsim.motion import frames
+from frictionsim.motion.parts import (
+    Body,
+    Motion,
+    is_visible,
+    moment_of,
+    place_of,
+    shown_value,
+    state_word,
+)
 from frictionsim.plots.animation import timing_of
 from frictionsim.results import Record
 from frictionsim.simulation.record import sticking_phases
@@ -175,7 +182,7 @@ def test_a_frame_of_an_animation_shows_the_state_after_the_last_event(name: str)
 def test_of_many_events_changes_of_mode_are_frames_and_all_frames_are_right(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(event_frames, "MAX_EVENTS", 4)
+    monkeypatch.setattr(frames, "MAX_EVENTS", 4)
     rng = np.random.default_rng(3)
     times = np.sort(rng.uniform(0.0, 10.0, 40))
     changes = [(t, 1, 1) for t in times[:36]] + [

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.motion.parts import Arrow, Band, Motion
-from frictionsim.motion.poses import moment_of, shown_word
+from frictionsim.motion.parts import Arrow, Band, Motion, moment_of, shown_word
 from frictionsim.motion.pulley import drawn_scale
 from frictionsim.motion.shapes import LARGEST
 from frictionsim.results import MODES, SLACK, Record

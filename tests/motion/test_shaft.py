@@ -8,10 +8,15 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import InputError
-from frictionsim.motion.parts import Arrow, Band, Disc, Motion
-from frictionsim.motion.poses import line_of, moment_of, state_word
-from frictionsim.motion.shaft import scenario_in
-from frictionsim.motion.shaft_body import circle_window, look_of, shapes_of, spring_line, stops_of
+from frictionsim.motion.parts import Arrow, Band, Disc, Motion, line_of, moment_of, state_word
+from frictionsim.motion.shaft import (
+    circle_window,
+    look_of,
+    scenario_in,
+    shapes_of,
+    spring_line,
+    stops_of,
+)
 from tests.support.motions import body, motion, point_of, record_of, scenario
 from tests.support.shaft_forces import (
     TIMES,

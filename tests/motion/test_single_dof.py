@@ -8,8 +8,19 @@ import numpy as np
 import pytest
 
 from frictionsim.motion.marble_machine import teeth_of
-from frictionsim.motion.parts import Arrow, Band, Body, Disc, Motion, Trail
-from frictionsim.motion.poses import behind, is_visible, line_of, moment_of, place_of
+from frictionsim.motion.parts import (
+    Arrow,
+    Band,
+    Body,
+    Disc,
+    Motion,
+    Trail,
+    behind,
+    is_visible,
+    line_of,
+    moment_of,
+    place_of,
+)
 from tests.support.motions import body, motion, point_of, record_of, scenario
 from tests.support.records import shown
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from frictionsim.plots.work_precision import STRIP, diagram, places_of
+from frictionsim.plots.studies import STRIP, cost_diagram, places_of
 from frictionsim.scenario.variants import Mesh, Setting
 from frictionsim.work_precision.outcome import Error, Row, WorkPrecision
 
@@ -25,7 +25,7 @@ def row(
 
 
 def drawn(rows: list[Row]) -> Figure:
-    return diagram(WorkPrecision(None, (), None, rows, "done", "", 0, title="A pulley"))
+    return cost_diagram(WorkPrecision(None, (), None, rows, "done", "", 0, title="A pulley"))
 
 
 def crosses(ax: Any) -> list[Any]:

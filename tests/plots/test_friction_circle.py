@@ -15,10 +15,10 @@ from matplotlib.patches import Circle, FancyArrowPatch, Polygon
 from frictionsim.display import ROLES
 from frictionsim.errors import InputError
 from frictionsim.plots import draw
-from frictionsim.plots.appearance import appearance
-from frictionsim.plots.direct_labels import SIZE, SPARE, Area, Label, draw_labels
-from frictionsim.plots.text_size import LINE_SPACING, points_of, text_width
-from frictionsim.plots.window import Extent
+from frictionsim.plots.force_drawing import SIZE, SPARE, Area, Label, draw_labels
+from frictionsim.plots.style import appearance
+from frictionsim.plots.texts import LINE_SPACING, points_of, text_width
+from frictionsim.plots.view import Extent
 from frictionsim.results import Record
 from tests.plots.test_paper import check_texts
 from tests.support import motions

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 import frictionsim as fs
 from frictionsim.plots import draw, plot_all
 from frictionsim.plots.pulley import slipping_phases
-from frictionsim.plots.window import Extent
+from frictionsim.plots.view import Extent
 from frictionsim.results import SLACK, Record
 from tests.support.records import shown, with_channels
 from tests.support.scenarios import pulley, shipped

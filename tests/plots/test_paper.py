@@ -14,11 +14,9 @@ from matplotlib.figure import Figure
 
 from frictionsim.errors import InputError
 from frictionsim.plots import draw, plot
-from frictionsim.plots.appearance import Appearance, appearance
-from frictionsim.plots.parameters import parameters
-from frictionsim.plots.picture_file import png
-from frictionsim.plots.style import add_legend
-from frictionsim.plots.text_size import text_width, wrapped
+from frictionsim.plots.picture_file import parameters, png
+from frictionsim.plots.style import Appearance, add_legend, appearance
+from frictionsim.plots.texts import text_width, wrapped
 from tests.support.belt_results import Pulley, belt_run
 from tests.support.records import BELTS, drawn_views, shown
 

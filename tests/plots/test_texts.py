@@ -20,14 +20,12 @@ from matplotlib.ticker import NullFormatter
 from frictionsim.display import unit_text, with_unit
 from frictionsim.plots import draw, draw_overlay
 from frictionsim.plots.animation import animate
-from frictionsim.plots.appearance import Appearance
-from frictionsim.plots.literal_text import literal
 from frictionsim.plots.overlay import Overlaid
-from frictionsim.plots.parameters import parameters
-from frictionsim.plots.picture_file import png
-from frictionsim.plots.style import axis_label
+from frictionsim.plots.picture_file import parameters, png
+from frictionsim.plots.style import Appearance, axis_label
 from frictionsim.plots.sweep import draw_sweep
-from frictionsim.plots.window import Extent
+from frictionsim.plots.texts import literal
+from frictionsim.plots.view import Extent
 from frictionsim.results import Record
 from tests.plots.test_cost_pictures import drawn as cost_of
 from tests.plots.test_cost_pictures import row

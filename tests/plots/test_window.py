@@ -10,9 +10,9 @@ from matplotlib.colors import to_hex
 from frictionsim.display import COLOURS
 from frictionsim.errors import InputError
 from frictionsim.plots import draw, draw_overlay
-from frictionsim.plots.appearance import USUAL, Appearance
 from frictionsim.plots.overlay import Overlaid, labels_of
-from frictionsim.plots.window import Extent, extent, until, within
+from frictionsim.plots.style import USUAL, Appearance
+from frictionsim.plots.view import Extent, extent, until, within
 from frictionsim.results import Record
 from frictionsim.simulation.stored_channel import StoredChannel
 from tests.support.records import shown, with_channels

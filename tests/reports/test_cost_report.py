@@ -16,7 +16,7 @@ from frictionsim.errors import InputError
 from frictionsim.io.cost_table import read_csv
 from frictionsim.io.hdf5_reader import read_costs
 from frictionsim.plots.picture_file import image_for_page
-from frictionsim.plots.work_precision import diagram
+from frictionsim.plots.studies import cost_diagram
 from frictionsim.work_precision.table import study_of
 from tests.support.browser import check_sorting, opened, without_scripts
 from tests.support.scenarios import ROOT, changed, pulley
@@ -79,7 +79,7 @@ def test_the_picture_is_that_of_the_study_and_holds_the_numbers_of_the_table(
 ) -> None:
     path = files[suffix]
     table = read_costs(path) if suffix == ".h5" else read_csv(path)
-    figure = diagram(study_of(table))
+    figure = cost_diagram(study_of(table))
     assert drawn(figure) == drawn(study.plot()) == lines_of(path, "error", "wall_seconds")
     page = fs.report(path, tmp_path / "costs.html").read_text(encoding="utf-8")
     image = re.search(r'<img class="picture" src="data:image/svg\+xml;base64,([^"]+)"', page)
@@ -185,6 +185,6 @@ def test_a_huge_table_is_refused_before_it_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["pulley_cost.csv", "belt_drive_cost.csv"])
 def test_shipped_tables_have_reports(name: str) -> None:
     table = read_csv(ROOT / "results" / name)
-    figure = diagram(study_of(table))
+    figure = cost_diagram(study_of(table))
     points = sum(len(line.get_xdata()) for line in figure.axes[0].lines)  # type: ignore[arg-type]
     assert points >= table.rows

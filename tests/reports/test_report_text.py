@@ -12,9 +12,15 @@ import frictionsim as fs
 from frictionsim.display import labelled
 from frictionsim.document import Table
 from frictionsim.reports.html import table
-from frictionsim.reports.reported_run import ReportedRun, labels_of
 from frictionsim.reports.run_report import MAX_CHART_SAMPLES, charts_of, data_of, run_report
-from frictionsim.reports.run_tables import MAX_EVENTS, events, origins, summary
+from frictionsim.reports.run_tables import (
+    MAX_EVENTS,
+    ReportedRun,
+    events,
+    labels_of,
+    origins,
+    summary,
+)
 from frictionsim.results import Quantity, Record
 from tests.support.belt_results import belt_run
 from tests.support.scenarios import SCENARIOS

@@ -7,8 +7,7 @@ import numpy as np
 import tomli_w
 
 from frictionsim.motion import motion_of
-from frictionsim.motion.parts import Body, Motion
-from frictionsim.motion.poses import moment_of, place_of
+from frictionsim.motion.parts import Body, Motion, moment_of, place_of
 from frictionsim.results import Record
 from tests.support.scenarios import SCENARIOS, changed
 

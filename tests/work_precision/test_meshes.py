@@ -14,7 +14,7 @@ import frictionsim as fs
 from frictionsim.errors import ArgumentError, SolverError
 from frictionsim.mechanisms.belt_drive import mesh_study
 from frictionsim.mechanisms.belt_drive.assembly import assemble
-from frictionsim.plots.work_precision import cheapest_of_meshes
+from frictionsim.plots.studies import cheapest_of_meshes
 from frictionsim.results import Metric, Quantity
 from frictionsim.scenario.loading import load
 from frictionsim.scenario.variants import Mesh, Setting

@@ -38,7 +38,7 @@ frictionsim.BeltChart = class {
       xaxis: { ...axis, title: { text: "distance along the belt from where body 0 is at first, m", standoff: 4 } },
       yaxis: { ...axis, title: { text: frictionsim.plain(this.words + this.unit), standoff: 6 }, range: [low - 2 * room, high + room], automargin: true },
     };
-    const [line, touch, stick] = [0, 5, 1].map((number) => frictionsim.display[this.dark ? "dark" : "light"][number]);
+    const [line, touch, stick] = [0, 5, 1].map((number) => frictionsim.display[this.dark ? "dark" : "light"].lines[number]);
     const trace = (color, width) => ({ type: "scatter", mode: "lines", x: [], y: [], line: { color, width } });
     this.floor = low - 1.5 * room;
     this.chart.draw([trace(line, 1.6), { ...trace(touch, 1.5), hoverinfo: "skip" }, { ...trace(stick, 5), hoverinfo: "skip" }], layout);

@@ -1,15 +1,12 @@
 "use strict";
 // Belts and cords of a drawing, with colours for their tension, and stick and slip on pulleys.
 
-// Cividis, as in the pictures: it increases in grey print, and colour-blind readers see it alike.
-frictionsim.CIVIDIS = ["#00224e", "#083370", "#35456c", "#4f576c", "#666970", "#7d7c78", "#948e77", "#aea371",
-  "#c8b866", "#e5cf52", "#fee838"];
 frictionsim.BINS = 64; // colours of a belt; the pieces of one colour are drawn at once
 
 frictionsim.colourAt = (fraction) => {
-  const place = Math.min(Math.max(fraction, 0), 1) * (frictionsim.CIVIDIS.length - 1);
-  const low = Math.min(Math.floor(place), frictionsim.CIVIDIS.length - 2);
-  const [a, b] = [low, low + 1].map((i) => frictionsim.CIVIDIS[i]);
+  const place = Math.min(Math.max(fraction, 0), 1) * (frictionsim.display.tension.length - 1);
+  const low = Math.min(Math.floor(place), frictionsim.display.tension.length - 2);
+  const [a, b] = [low, low + 1].map((i) => frictionsim.display.tension[i]);
   const mixed = [1, 3, 5].map((i) => {
     const [from, to] = [a, b].map((colour) => parseInt(colour.slice(i, i + 2), 16));
     return Math.round(from + (place - low) * (to - from));

@@ -57,7 +57,7 @@ frictionsim.DrawingPanel = class {
   scale(band, range) {
     const scale = frictionsim.made("div", "drawing-scale", `${band.quantity}, ${band.unit}`);
     const bar = frictionsim.made("div", "drawing-scale-bar");
-    bar.style.background = `linear-gradient(to right, ${frictionsim.CIVIDIS.join(", ")})`;
+    bar.style.background = `linear-gradient(to right, ${frictionsim.display.tension.join(", ")})`;
     const ends = frictionsim.made("div", "drawing-scale-ends");
     const write = frictionsim.formatOf(range, band.unit);
     ends.append(...range.map((value) => frictionsim.made("span", "", write(value))));

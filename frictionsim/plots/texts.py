@@ -1,14 +1,63 @@
-"""The sizes of texts, and texts in lines that fit a width."""
+"""Texts of pictures: drawn as they are, measured, and broken into lines that fit a width.
+
+None is read as a formula or as commands of TeX: titles, names and units come from files, which
+others may have written. matplotlib typesets what is between two $, and fails where it is no
+formula; TeX, which a user may have set, can even read files by command. So views write texts as
+they are, and `make_literal` has matplotlib not parse them. Numbers along axes remain as matplotlib
+writes them, with raised powers of ten; names along axes are set with LITERAL.
+"""
 
 import re
+from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any
 
 from matplotlib import rcParams
+from matplotlib.axis import Axis
 from matplotlib.font_manager import FontProperties
+from matplotlib.text import Text
 from matplotlib.textpath import text_to_path
 
-from frictionsim.plots.literal_text import shown
+from frictionsim.io.terminal import visible
+
+LITERAL: dict[str, Any] = {"parse_math": False}  # of the labels of ticks, as `literal` has them
+TEX = str.maketrans(
+    {letter: f"\\{letter}" for letter in "$%&#_{}"}
+    | {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
+)
+
+
+def shown(text: str) -> str:
+    r"""Return a text without what no font draws: control characters are escapes as \x1b.
+
+    So are marks that change the direction of writing, and halves of characters that are stored in
+    two. A tab is a space.
+    """
+    whole = text.encode("utf-8", "backslashreplace").decode("utf-8")
+    return visible(whole.replace("\t", " "))
+
+
+def literal(text: str) -> str:
+    """Return a text for matplotlib, which does not parse it; escaped where TeX typesets it."""
+    return shown(text).translate(TEX) if rcParams["text.usetex"] else shown(text)
+
+
+def make_literal(figure: Any) -> None:
+    """Have all texts of a drawn figure or subfigure drawn as they are; only once."""
+    for text in list(_texts(figure)):
+        text.set_parse_math(False)
+        text.set_text(literal(text.get_text()))
+
+
+def _texts(artist: Any) -> Iterator[Text]:
+    """Yield the texts in an artist, but those of ticks: to ask for them lays out the axis."""
+    children = [artist.label] if isinstance(artist, Axis) else artist.get_children()
+    for child in children:
+        if isinstance(child, Text):
+            yield child
+        else:
+            yield from _texts(child)
+
 
 LINE_SPACING = 1.2
 WITH_UNIT = re.compile(r"(?<=\d) (?=[A-Za-z])|(?<=\bN) (?=m)|(?<=\bkg) (?=m)")
@@ -42,7 +91,6 @@ def wrapped(text: str, width: float, size: str | float) -> str:
 
     Parameters
     ----------
-    text : str
     width : float, points
     size : str or float
         Of the text, as matplotlib takes it.

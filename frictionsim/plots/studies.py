@@ -1,11 +1,11 @@
-"""The work-precision diagram: error against wall time and right-hand-side evaluations.
+"""The pictures of studies: what accuracy costs, and data with what was fitted to them.
 
-Of a study of meshes, the error of the mesh is drawn beside that of the steps.
-Left: error against the limit of fine meshes, a line for each model, a marker for each number of
-bodies. Right: how far runs on the scenario's own mesh are from that mesh converged in time. Both
-have the same axes: a run that is exact in time stays as far off on the left as its mesh is.
-
-Failed runs are marked in a strip above the errors.
+A study of costs has the error against wall time and against evaluations of the right-hand side. A
+study of meshes has the error of the mesh beside that of the steps. Left: error against the limit of
+fine meshes, a line for each model, a marker for each number of bodies. Right: how far runs on the
+scenario's own mesh are from that mesh converged in time. Both have the same axes: a run that is
+exact in time stays as far off on the left as its mesh is. Failed runs are marked in a strip above
+the errors.
 """
 
 from collections.abc import Sequence
@@ -16,14 +16,24 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
-from frictionsim.display import COLOURS, GREY, WINE
+from frictionsim.display import BLACK, COLOURS, GREY, VERMILION, WINE
 from frictionsim.plots.placement import drawn_in
-from frictionsim.plots.style import STICK_COLOUR, relative_width, set_title
+from frictionsim.plots.style import (
+    LABEL_WIDTH,
+    STICK_COLOUR,
+    add_legend,
+    axis_label,
+    relative_width,
+    set_title,
+)
+from frictionsim.scenario.model_fields import description_of
 
 if TYPE_CHECKING:
     import numpy.typing as npt
     from matplotlib.figure import Figure, SubFigure
 
+    from frictionsim.fitting.data import Target
+    from frictionsim.fitting.outcome import Outcome, TargetResiduals
     from frictionsim.work_precision.outcome import Row, WorkPrecision
 
     Array = npt.NDArray[np.float64]
@@ -62,7 +72,7 @@ def add_strip(ax: Any) -> float:
 
 
 def places_of(work: Sequence[float], others: Sequence[float]) -> "Array":
-    """Return where failed runs are marked along an axis of work, which is logarithmic.
+    """Return the positions of failed runs along a logarithmic axis of work.
 
     One that was refused has done none: it is marked at the least work of all.
     """
@@ -188,10 +198,10 @@ MIN_ERROR = 1e-16  # smaller errors are drawn here
 WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand-side evaluations"))
 
 
-def diagram(study: "WorkPrecision", ax: Any = None) -> "Figure":
+def cost_diagram(study: "WorkPrecision", ax: Any = None) -> "Figure":
     """Draw one line for each backend; failed settings are marked in a strip above them.
 
-    A study of meshes has the panels of `frictionsim.plots.work_precision`.
+    A study of meshes has the panels of `frictionsim.plots.studies`.
 
     Parameters
     ----------
@@ -274,3 +284,71 @@ def _draw_failed(ax: Any, places: Any, middle: float, number: int, words: str) -
         markeredgewidth=2.0,
         label=words,
     )
+
+
+FIT_HEIGHT, FIT_MARGIN = 3.4, 0.8  # inches, of a channel with its residuals, and of title and axis
+RATIOS = (3.0, 1.2)  # heights of data and residuals
+RESIDUAL_WIDTH = 12  # characters beside a panel of residuals
+FEW = 60  # points: more are drawn smaller
+DATA: dict[str, Any] = {"color": GREY, "linestyle": "", "marker": "o", "markerfacecolor": "none"}
+FIT: dict[str, Any] = {"color": VERMILION, "linestyle": "-", "linewidth": 1.6}
+RESIDUAL: dict[str, Any] = {"color": BLACK, "linestyle": "", "marker": "."}
+
+
+def fit_diagram(outcome: "Outcome", ax: Any = None) -> "Figure":
+    """Draw data and fit of each channel or quantity, with the residuals below.
+
+    A grey band has the width of twice the standard deviation of the data.
+
+    Parameters
+    ----------
+    ax : optional
+        As in `frictionsim.plots.draw`.
+    """
+    return drawn_in(lambda target: _draw_fit(outcome, target), ax)
+
+
+def _draw_fit(outcome: "Outcome", figure: "Figure | SubFigure") -> None:
+    parts = list(zip(outcome.data.targets, outcome.residuals, strict=True))
+    title = outcome.fitted.title or outcome.fitted.kind
+    set_title(
+        figure, f"{title}: fit to measured data", FIT_HEIGHT * len(parts) + FIT_MARGIN, scaled=False
+    )
+    axes = figure.subplots(2 * len(parts), 1, height_ratios=RATIOS * len(parts), squeeze=False)
+    for number, (target, residuals) in enumerate(parts):
+        upper, lower = axes[2 * number, 0], axes[2 * number + 1, 0]
+        lower.sharex(upper)
+        _draw_target(upper, lower, outcome, target, residuals)
+    handles = [Line2D([], [], **DATA, label="data"), Line2D([], [], **FIT, label="fit")]
+    add_legend(figure, [*handles, Line2D([], [], **RESIDUAL, label="data minus fit")])
+
+
+def _draw_target(
+    upper: Any, lower: Any, outcome: "Outcome", target: "Target", residuals: "TargetResiduals"
+) -> None:
+    x, label = _abscissa(outcome, target)
+    order = np.argsort(x, kind="stable")
+    size = 5.0 if len(x) <= FEW else 2.5
+    upper.plot(x, target.values, **DATA, markersize=size)
+    upper.plot(x[order], residuals.fitted[order], **FIT)
+    upper.set_ylabel(axis_label(target.name.replace("_", " "), residuals.unit, LABEL_WIDTH))
+    upper.tick_params(labelbottom=False)
+    if residuals.sigma is not None:
+        lower.axhspan(-residuals.sigma, residuals.sigma, color=STICK_COLOUR, linewidth=0)
+    lower.axhline(0.0, color=VERMILION, linewidth=1.0)
+    lower.plot(x, residuals.values, **RESIDUAL, markersize=size)
+    lower.set_ylabel(axis_label("residual", residuals.unit, RESIDUAL_WIDTH))
+    lower.set_xlabel(label)
+    for ax in (upper, lower):
+        ax.grid(linewidth=0.3)
+
+
+def _abscissa(outcome: "Outcome", target: "Target") -> tuple[Any, str]:
+    """Return the abscissae of a target's values, and the label of that axis."""
+    if target.of == "channel":
+        return target.times, "time, s"
+    if len(outcome.data.over) == 1:
+        key = outcome.data.over[0]
+        label = axis_label(key, description_of(type(outcome.fitted), key)[0])
+        return np.array([outcome.data.runs[run][key] for run in target.runs]), label
+    return target.runs + 1.0, "run"
