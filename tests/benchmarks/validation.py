@@ -107,7 +107,6 @@ PARTS = {
     "drive": Part(belts.DRIVE, belts.drive),
     "slip": Part(belts.FULL_SLIP, belts.full_slip),
     "waves": Part(belts.WAVES, belts.waves_and_weight),
-    "conserved": Part(belts.CONSERVED, belts.conserved),
     "peer": Part(belts.PEER, belts.peer),
     "den_hartog": Part(DEN_HARTOG, den_hartog),
     "siconos": Part(SICONOS, siconos),

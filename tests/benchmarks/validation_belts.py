@@ -1,8 +1,8 @@
 """Belts of bodies and guided ones, against closed forms and against Exudyn.
 
-Creep, an unloaded drive and full slip; waves, weight and what is conserved in a belt that drives
-nothing; the speed of `belt_verification.toml` by `peer_exudyn.py`, read from
-`results/belt_peer.json`, the difference taken apart.
+Creep, an unloaded drive and full slip; waves and weight of a belt that drives nothing; the speed of
+`belt_verification.toml` by `peer_exudyn.py`, read from `results/belt_peer.json`, the difference
+taken apart.
 """
 
 import json
@@ -17,7 +17,7 @@ from scipy.optimize import least_squares
 
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.assembly import assemble
-from frictionsim.results import Check, Record
+from frictionsim.results import Record
 from frictionsim.scenario.model_validation import ValidationFailure
 from tests.benchmarks.results_belts import IDLE, LOAD, RECORDED
 from tests.benchmarks.results_common import (
@@ -176,18 +176,14 @@ def _slip_row(model: Model, bends: bool, bodies: int, speed: float) -> Row:
     return (model.name, words, bodies, speed, ratio, exact, off, warning_on(done))
 
 
-# Waves, weight and what is conserved
+# Waves and weight
 
 WAVES = ("what", "model", "bodies", "found", "closed form", "off, %")
-CONSERVED = (
-    *("model", "bodies", "what", "share or trend"),
-    *("energy audit", "torque audit", "warning"),
-)
 WAVE_BODIES = (150, 300)
 UNDAMPED = ("effects.contact.damping=0.0", "output.channels=['pulley_speed']")
 LEFT_OUT = ("bending", "axial_damping")
 PULSE, TORQUE = 5.0, 15.0  # N m
-RINGING, LONG = 0.1, 10.0  # s
+RINGING = 0.1  # s
 GRAVITY, LOOSE = 9.81, 20.0  # m/s^2, N
 
 
@@ -317,47 +313,6 @@ def _hanging(bodies: int, center: str) -> tuple[Array, Array, Array, Array]:
     )
     free = (under < 0) & (np.roll(under, 1) < 0)
     return 0.5 * (x + np.roll(x, 1)), 0.5 * (y + np.roll(y, 1)), tension, free
-
-
-def conserved() -> list[Row]:
-    """Say what is kept over 10 s: energy where nothing damps, torques under load."""
-    return [
-        row
-        for model in MODELS
-        for measure in (_ringing, _loaded)
-        for row in rows_of(measure, [(model, WAVE_BODIES[0])])
-    ]
-
-
-def _ringing(model: Model, bodies: int) -> Row:
-    energies = ("input", "kinetic", "potential", "friction")
-    names = ", ".join(f"'energy_{name}'" for name in energies)
-    times = (f"solver.duration={LONG}", "output.interval=1e-3")
-    done = _swing(model, bodies, UNDAMPED[0], f"output.channels=[{names}]", *times)
-    work, kinetic, potential, _ = (done.channels[f"energy_{name}"] for name in energies)
-    after = done.time > 2e-3
-    stored = (kinetic + potential)[after]
-    trend = np.polyfit(done.time[after], stored, 1)[0] * LONG / work[-1]
-    return _conserved(
-        done, model, bodies, "stored energy of a swing, trend over its work", float(trend)
-    )
-
-
-def _loaded(model: Model, bodies: int) -> Row:
-    channels = "output.channels=['pulley_speed']"
-    duration = f"solver.duration={LONG}"
-    done = run(model, bodies, channels, duration, without=("bending",))
-    force = quantity_of(done, "tension_tight") - quantity_of(done, "tension_slack")
-    off = force * SECTION_4.radius / TORQUE - 1.0
-    return _conserved(done, model, bodies, "T1 - T2 under load, off M/R", off)
-
-
-def _conserved(done: Record, model: Model, bodies: int, what: str, value: float) -> Row:
-    none = Check(float("nan"), 0.0)
-    audits = [done.checks.get(name, none) for name in ("energy_balance", "torque_balance")]
-    failed = ", ".join(name for name, check in done.checks.items() if not check.ok)
-    numbers = (audit.value for audit in audits)
-    return (model.name, bodies, what, value, *numbers, failed)
 
 
 # A peer
