@@ -1,10 +1,8 @@
 """static, cost, compare, plot, new, schema, kinds and scenarios from Python."""
 
-import csv
 import tomllib
 from pathlib import Path
 
-import h5py
 import jsonschema
 import numpy as np
 import pytest
@@ -119,20 +117,6 @@ def test_a_study_is_a_dataset_and_a_table(study: fs.Study) -> None:
     assert all(sentence in summary for sentence in study.recommendations)
     assert study.to_json()["status"] == "done"
     assert "<table>" in study._repr_html_()
-
-
-def test_a_study_is_saved_and_drawn(study: fs.Study, tmp_path: Path) -> None:
-    assert study.save(tmp_path / "a.csv") == tmp_path / "a.csv"
-    with (tmp_path / "a.csv").open(encoding="utf-8") as file:
-        rows = list(csv.reader(file))
-    assert len(rows) == 1 + study.dataset.sizes["row"]
-    study.save(str(tmp_path / "a.h5"))
-    before = (tmp_path / "a.csv").read_bytes()
-    study.save(tmp_path / "a.csv")
-    assert (tmp_path / "a.csv").read_bytes() == before
-    with h5py.File(tmp_path / "a.h5") as file:
-        assert np.array_equal(file["cost/error"], study.dataset["error"], equal_nan=True)
-    study.plot().savefig(tmp_path / "a.png")
 
 
 def test_single_names_and_numbers_are_enough() -> None:

@@ -81,13 +81,6 @@ def test_overrides_are_a_mapping_or_texts(overrides: Any) -> None:
     assert fs.load(PULLEY, scenario.origin.overrides) == scenario
 
 
-def test_overrides_reach_into_lists_and_replace_tables() -> None:
-    scenario = fs.load(PULLEY, {"drive.force.value.1": 3000.0, "output": {"interval": 0.5}})
-    tables = scenario.to_dict()
-    assert tables["drive"]["force"]["value"] == (1832.6, 3000.0)
-    assert tables["output"] == {"interval": 0.5, "at_events": True}
-
-
 @pytest.mark.parametrize("title", ["smile \U0001f600", "\x85 and \u2028", "tab \\t", "é"])
 def test_any_title_is_kept_in_overrides_and_files(title: str, tmp_path: Path) -> None:
     scenario = fs.load(PLAIN, {"title": title, "solver.duration": 0.1})

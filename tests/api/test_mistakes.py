@@ -71,8 +71,3 @@ def test_a_shipped_scenario_with_a_csv_file_stands_alone(tmp_path: Path) -> None
     scenario = fs.loads(fs.new("hard/jump_from_csv"))
     shipped = fs.load(SCENARIOS / "hard" / "jump_from_csv.toml")
     assert (scenario.drive, scenario.effects) == (shipped.drive, shipped.effects)
-
-
-def test_effects_of_a_file_of_format_1_are_those_of_its_scenario() -> None:
-    result = fs.open(Path(__file__).parents[1] / "io" / "format_1.h5")
-    assert result.effects == result.scenario.effect_names != ()

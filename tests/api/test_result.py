@@ -199,6 +199,7 @@ def test_format_version_1_is_read_and_saved_as_version_2(tmp_path: Path) -> None
         None,
     )
     assert result.scenario.kind == "belt_drive"
+    assert result.effects == result.scenario.effect_names != ()
     assert float(result.dataset["pulley_speed"].sel(pulley="driver")[-1]) == pytest.approx(-0.6)
     assert "from a file of format version 1" in result.summary()
     assert result.to_json()["solver"] == {}

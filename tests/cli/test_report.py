@@ -4,7 +4,7 @@ from pathlib import Path
 
 import frictionsim as fs
 from tests.cli.conftest import Run
-from tests.support.scenarios import ROOT, SCENARIOS
+from tests.support.scenarios import SCENARIOS
 
 FAST = {"solver.rtol": 1e-6, "solver.duration": 0.1}
 
@@ -29,10 +29,3 @@ def test_a_report_is_written_beside_the_first_result(told: Run, here: Path) -> N
     assert "<h1>Comparison: Pulley on a dry shaft</h1>" in target.read_text(encoding="utf-8")
     fs.report(fs.open(paths[0]), target)
     assert "<h1>Pulley on a dry shaft</h1>" in target.read_text(encoding="utf-8")
-
-
-def test_a_file_of_format_version_1_says_what_is_missing(told: Run, here: Path) -> None:
-    told("report", ROOT / "tests" / "io" / "format_1.h5", "-o", here / "old.html")
-    html = (here / "old.html").read_text(encoding="utf-8")
-    assert "a file of format version 1, which holds no quantities, audit and counts" in html
-    assert 'data-status="done"' in html

@@ -94,14 +94,9 @@ def test_strips_of_a_guided_string_are_on_the_arc_and_fill_it(make: Any) -> None
         missing = stop - start - sum(map(length_of, lines))
         # A point that is only just on the arc may have no normal force yet.
         assert -1e-6 < missing < 1.1 * path.length / record.channels["x"].shape[1]
-        centre, radius = path_centre(record, number)
-        points = np.concatenate(lines)
-        np.testing.assert_allclose(np.hypot(*(points - centre).T), radius, rtol=1e-6)
-
-
-def path_centre(record: Record, number: int) -> tuple[Any, float]:
-    pulley = scenario_value(record, "mechanism", "pulleys", number)
-    return np.array(pulley["center"]), float(pulley["radius"])
+        pulley = scenario_value(record, "mechanism", "pulleys", number)
+        away = np.concatenate(lines) - np.array(pulley["center"])
+        np.testing.assert_allclose(np.hypot(*away.T), pulley["radius"], rtol=1e-6)
 
 
 def test_the_tension_of_a_string_is_over_its_true_length_and_arcs() -> None:

@@ -132,6 +132,7 @@ def test_key_lines_after_a_long_signal() -> None:
         ('solver.backend="rkf45"', "solver.backend", "rkf45"),
         ('title="two words"', "title", "two words"),
         ("drive.force.value.1=7", "drive.force.value", (80.0, 7.0)),
+        ("output={interval=0.5}", "output.interval", 0.5),
         ("drive.force=7", "drive.force", 7.0),
         ("effects.viscous_damping.coefficient=2", "effects.viscous_damping.coefficient", 2.0),
         ("effects.viscous_damping={coefficient=2}", "effects.viscous_damping.coefficient", 2.0),

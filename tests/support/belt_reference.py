@@ -397,12 +397,6 @@ def turn_pulley(
 # --- the whole drive -----------------------------------------------------------------------------
 
 
-def applied_torques(belt: Belt, t: float, theta: Array, omega: Array) -> Array:
-    if belt.torque is None:
-        return np.zeros(belt.n_pulleys)
-    return np.array(belt.torque(t, theta, omega), dtype=float)
-
-
 def accelerations(
     belt: Belt,
     t: float,
@@ -435,7 +429,9 @@ def accelerations(
         free[c.i] += c.N * c.rhat
 
     force, T = free.copy(), np.zeros(belt.n)
-    alpha, torque = np.zeros(belt.n_pulleys), applied_torques(belt, t, theta, omega)
+    alpha, torque = np.zeros(belt.n_pulleys), np.zeros(belt.n_pulleys)
+    if belt.torque is not None:
+        torque[:] = belt.torque(t, theta, omega)
     for j in range(belt.n_pulleys):
         touching = [c for c in found if c.j == j]
         alpha[j], torque[j], on_links = turn_pulley(

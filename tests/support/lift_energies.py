@@ -89,7 +89,8 @@ def _examine(of: Solution, piece: Motion, u: Any, see: Callable[[str, Any], None
         see("shaft slides", abs(friction + sign * lift.r_k * reaction) / r)
     see("a cord cannot push", max(0, -t1, -t2 if lift.m2 > 0 else 0))
     if lift.static_ratio == 0:
-        for tension, gap in ((t1, gap1(of, piece, u)), (t2, gap2(of, piece, u))):
+        rim = r * (piece.angle(u) - of.first_angle)
+        for tension, gap in ((t1, piece.x1(u) - rim), (t2, piece.x2(u) + rim)):
             see("gap", max(0, -gap) * lift.g)
             see("tension across a gap", min(abs(tension), abs(gap) * lift.m1 * lift.g))
         return
@@ -102,13 +103,3 @@ def _examine(of: Solution, piece: Motion, u: Any, see: Callable[[str, Any], None
     else:
         ratio = lift.kinetic_ratio if slip > 0 else 1 / lift.kinetic_ratio
         see("cord slips", abs(t2 - ratio * t1))
-
-
-def gap1(of: Solution, piece: Motion, u: Any) -> Any:
-    """Return the gap of the car's rope, m."""
-    return piece.x1(u) - of.lift.r * (piece.angle(u) - of.first_angle)
-
-
-def gap2(of: Solution, piece: Motion, u: Any) -> Any:
-    """Return the gap of the counterweight's rope, m."""
-    return piece.x2(u) + of.lift.r * (piece.angle(u) - of.first_angle)

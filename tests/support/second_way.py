@@ -194,7 +194,3 @@ def misfits(record: Recorded) -> list[float]:
 
 def _changes(record: Recorded) -> list[Event]:
     return [e for e in record.events if e.mode_from != e.mode_to]
-
-
-def energy(value: float) -> Seen:
-    return closed(value)

@@ -11,7 +11,6 @@ from tests.support.second_way import (
     Seen,
     Table,
     closed,
-    energy,
     integral,
     of_any_motion,
     of_stick_and_slip,
@@ -258,7 +257,7 @@ def body(record: Recorded) -> dict[str, Seen]:
     seen = of_any_motion(record) | breakaway(scenario)
     seen["shaft_reaction_peak"] = Seen(peak, 1e-9 * (1.0 + peak))
     seen["energy_input"] = integral(record.time, applied(scenario, at).moment * at.velocity)
-    seen["energy_kinetic"] = energy(0.5 * inertia * float(at.velocity[-1]) ** 2)
+    seen["energy_kinetic"] = closed(0.5 * inertia * float(at.velocity[-1]) ** 2)
     if "viscous_damping" in effects:
         b = effects["viscous_damping"]["coefficient"]
         seen["energy_damping"] = integral(record.time, b * at.velocity**2)

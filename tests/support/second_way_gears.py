@@ -10,7 +10,7 @@ from tests.support.second_way import (
     Recorded,
     Seen,
     Table,
-    energy,
+    closed,
     integral,
     of_any_motion,
     of_stick_and_slip,
@@ -113,9 +113,9 @@ def epicyclic(record: Recorded) -> dict[str, Seen]:
     if gear.radial:
         seen["uniform_torque_mean_at_final_speed"] = gear.uniform_mean(float(velocity[-1]))
     seen["energy_input"] = integral(time, torque * velocity)
-    seen["energy_kinetic"] = energy(0.5 * gear.inertia * float(velocity[-1]) ** 2)
+    seen["energy_kinetic"] = closed(0.5 * gear.inertia * float(velocity[-1]) ** 2)
     if "gravity" in effects:
-        seen["energy_potential"] = energy(gear.weights() * float(np.sin(angle[-1])))
+        seen["energy_potential"] = closed(gear.weights() * float(np.sin(angle[-1])))
     # Without a load the mesh has no friction.
     has_friction = "rolling_friction" in effects and (
         gear.radial or gear.planet_mass * gear.g > 0.0

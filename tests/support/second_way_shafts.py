@@ -11,7 +11,6 @@ from tests.support.second_way import (
     Seen,
     Table,
     closed,
-    energy,
     friction_radius,
     integral,
     least,
@@ -79,8 +78,8 @@ def pulley(record: Recorded) -> dict[str, Seen]:
     lift, hold = forces(scenario, r_s, scenario["drive"]["direction"])
     seen["force_to_lift"], seen["force_to_hold"] = lift, hold
     seen["energy_input"] = integral(time, force * arm * velocity)
-    seen["energy_kinetic"] = energy(0.5 * geometry["inertia"] * float(velocity[-1]) ** 2)
-    seen["energy_potential"] = energy(load * arm * float(record.channels["angle"][-1]))
+    seen["energy_kinetic"] = closed(0.5 * geometry["inertia"] * float(velocity[-1]) ** 2)
+    seen["energy_potential"] = closed(load * arm * float(record.channels["angle"][-1]))
     if "viscous_damping" in effects:
         seen["energy_damping"] = integral(
             time, effects["viscous_damping"]["coefficient"] * velocity**2
@@ -266,7 +265,7 @@ def marble_machine(record: Recorded) -> dict[str, Seen]:
     peak = float(np.max(np.abs(torque)))
     seen["motor_torque_peak"] = Seen(peak, ROUNDING * peak)
     seen["marbles_delivered"] = Seen(_delivered(record, machine.pitch))
-    seen["energy_kinetic"] = energy(0.5 * machine.inertia * float(velocity[-1]) ** 2)
+    seen["energy_kinetic"] = closed(0.5 * machine.inertia * float(velocity[-1]) ** 2)
     if "gravity" in effects:
         seen["energy_potential"] = _lifted(record, machine)
     if "viscous_damping" in effects:
