@@ -61,7 +61,7 @@ def indices_of(table: SweepTable, names: list[str]) -> dict[str, Indices]:
     if sampling is None:
         return {name: _none(tuple(table.coordinates), "not a sample") for name in names}
     keys = tuple(distributions)
-    return {name: _of_values(sound_values(table, name), keys, sampling) for name in names}
+    return {name: _indices_from_values(sound_values(table, name), keys, sampling) for name in names}
 
 
 def sobol_indices_of(table: SweepTable) -> SobolIndices | None:
@@ -94,7 +94,7 @@ def _none(keys: tuple[str, ...], why: str) -> Indices:
     return Indices(keys, np.empty(0), np.empty(0), why)
 
 
-def _of_values(values: "Array", keys: tuple[str, ...], sampling: Sampling) -> Indices:
+def _indices_from_values(values: "Array", keys: tuple[str, ...], sampling: Sampling) -> Indices:
     defined = values[~np.isnan(values)]
     if not defined.size:
         return _none(keys, "no Sobol indices: the quantity is not defined in any run")
@@ -104,10 +104,10 @@ def _of_values(values: "Array", keys: tuple[str, ...], sampling: Sampling) -> In
         return Indices(keys, np.ones(1), np.ones(1), "only one key is varied")
     if not sampling.indices:
         return _none(keys, "no Sobol indices: --indices runs what they need")
-    return of_blocks(keys, values.reshape(len(keys) + 2, sampling.runs))
+    return indices_from_blocks(keys, values.reshape(len(keys) + 2, sampling.runs))
 
 
-def of_blocks(keys: tuple[str, ...], blocks: "Array") -> Indices:
+def indices_from_blocks(keys: tuple[str, ...], blocks: "Array") -> Indices:
     """Return the indices from the values in the samples A, B and A with one column of B.
 
     Parameters

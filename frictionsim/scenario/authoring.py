@@ -128,8 +128,8 @@ def _heading(kind: str, model: type[Scenario]) -> Iterator[str]:
         " [effects.NAME] that is left out is an effect that is not simulated; one that is commented"
         " out is an example."
     )
-    of_motion = AngleTable in _models_below(model)
-    forms = FORMS_BESIDE_NUMBER["<number or of motion>" if of_motion else "<number>"]
+    has_motion_signals = AngleTable in _models_below(model)
+    forms = FORMS_BESIDE_NUMBER["<number or of motion>" if has_motion_signals else "<number>"]
     yield from _prose(f"A signal is a number, or {forms}.")
     effects = model.model_fields.get("effects")
     table = effects and table_model(effects.annotation)
@@ -307,7 +307,7 @@ def schema(kind: str | None = None) -> dict[str, Any]:
         If there is no such kind.
     """
     if kind is not None:
-        return {"$schema": DRAFT, **_of_kind(kind, DEFINITIONS)}
+        return {"$schema": DRAFT, **_kind_schema(kind, DEFINITIONS)}
     kinds = list(sound_kinds())
     choices: dict[str, Any] = {"enum": kinds, "description": "Kind of mechanism."}
     return {
@@ -324,7 +324,7 @@ def schema(kind: str | None = None) -> dict[str, Any]:
             for of in kinds
         ],
         # Kinds may have models of one name, so that each keeps its own definitions.
-        "$defs": {of: _of_kind(of, f"#/$defs/{of}/$defs/{{model}}") for of in kinds},
+        "$defs": {of: _kind_schema(of, f"#/$defs/{of}/$defs/{{model}}") for of in kinds},
     }
 
 
@@ -352,7 +352,7 @@ class _TomlSchema(GenerateJsonSchema):
         return False
 
 
-def _of_kind(kind: str, ref_template: str) -> dict[str, Any]:
+def _kind_schema(kind: str, ref_template: str) -> dict[str, Any]:
     model: type[Scenario] = mechanism_module(kind).SCENARIO
     made = model.model_json_schema(
         by_alias=True, mode="validation", ref_template=ref_template, schema_generator=_TomlSchema

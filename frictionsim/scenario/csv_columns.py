@@ -84,12 +84,12 @@ class CsvTable(Params):
 
     @property
     def has_columns(self) -> bool:
-        """Whether any key says more about the file than its name."""
+        """Whether any key but the file name is given."""
         return bool(self.model_fields_set - {"csv"})
 
     @property
     def abscissa(self) -> Literal["time", "speed"]:
-        """What the values are given over."""
+        """The abscissa of the values."""
         return "time"
 
     @model_validator(mode="after")

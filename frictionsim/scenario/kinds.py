@@ -90,15 +90,15 @@ def _sound_names() -> tuple[str, ...]:
 
     The others are left out with a warning.
     """
-    found = []
+    kinds = []
     for kind in _names():
         try:
             _module_of(kind)
         except InputError as error:
             _warn(error)
         else:
-            found.append(kind)
-    return tuple(found)
+            kinds.append(kind)
+    return tuple(kinds)
 
 
 def _is_usable(kind: str, providers: list[Provider]) -> bool:
@@ -148,10 +148,10 @@ def _providers() -> dict[str, list[Provider]]:
             f"cannot read the entry points of the installed packages: {_text_of(error)};"
             " reinstall the package that was installed or changed last"
         ) from error
-    found: dict[str, list[Provider]] = {}
+    providers: dict[str, list[Provider]] = {}
     for kind, provider in sorted({(point.name, _provider(point)) for point in points}):
-        found.setdefault(kind, []).append(provider)
-    return found
+        providers.setdefault(kind, []).append(provider)
+    return providers
 
 
 def _provider(point: "EntryPoint") -> Provider:
@@ -192,7 +192,7 @@ def _imported(kind: str, provider: Provider) -> ModuleType:
 
 
 def _faults(kind: str, module: ModuleType) -> Iterator[str]:
-    """Yield what is wrong with the names of a module."""
+    """Yield the faults of a plug-in module: missing names, wrong types."""
     missing = [name for name in REQUIRED if not hasattr(module, name)]
     # `build` is what the default ladders and references of a study need.
     if not all(hasattr(module, name) for name in ("ladders", "references")):

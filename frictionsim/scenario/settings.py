@@ -36,7 +36,7 @@ class SolverSettings(Params):
         ' friction effect (effects.NAME.transition_speed), beside law = "regularised"'
     }
 
-    LAWS_ONCE_BACKENDS: ClassVar[Mapping[str, str]] = {
+    RETIRED_BACKENDS: ClassVar[Mapping[str, str]] = {
         methods.PUBLISHED: methods.PUBLISHED,
         methods.REGULARISED: methods.REGULARISED,
     }
@@ -67,7 +67,7 @@ class SolverSettings(Params):
 
     @property
     def after_budget(self) -> str:
-        """What helps a run that has used up its budget, for messages."""
+        """The ways out for a run that has used up its budget, for messages."""
         method = methods.METHODS[self.backend]
         fixed = method.fixed_steps or self.step is not None
         ways = ["resume the run"] if method.resumable else []
@@ -77,8 +77,8 @@ class SolverSettings(Params):
     @field_validator("backend")
     @classmethod
     def _backend_exists(cls, backend: str) -> str:
-        if backend in cls.LAWS_ONCE_BACKENDS:
-            law = cls.LAWS_ONCE_BACKENDS[backend]
+        if backend in cls.RETIRED_BACKENDS:
+            law = cls.RETIRED_BACKENDS[backend]
             raise inconsistent(
                 (),
                 f"'{backend}' is a friction law, not a method: give law = \"{law}\" in the friction"
@@ -176,9 +176,9 @@ class Scenario(Params):
 
     def with_origin(self, origin: Origin) -> Self:
         """Return the same scenario with another origin."""
-        found = self.model_copy()
-        found._origin = origin
-        return found
+        scenario = self.model_copy()
+        scenario._origin = origin
+        return scenario
 
     def to_dict(self) -> dict[str, Any]:
         """Return the tables, including overrides, defaults and the data of CSV files.
@@ -231,10 +231,10 @@ class Scenario(Params):
             if given:
                 texts += apply_overrides(data, given)[1]
         try:
-            found = validate_model(type(self), data, Path(self._origin.source).parent)
+            scenario = validate_model(type(self), data, Path(self._origin.source).parent)
         except ValidationFailure as failure:
             raise ScenarioError([f"overrides: {line}" for line in failure.lines()]) from None
-        return found.with_origin(Origin(self._origin.source, texts))
+        return scenario.with_origin(Origin(self._origin.source, texts))
 
     @property
     def interval(self) -> float:
@@ -334,7 +334,7 @@ class Scenario(Params):
 
     @property
     def called(self) -> str:
-        """What it is called in messages."""
+        """The name of the mechanism in messages."""
         return self.kind.replace("_", " ")
 
     @property

@@ -92,7 +92,7 @@ def parsed_value(text: str) -> Any:
 
 
 def json_value(text: str | bytes) -> Any:
-    """Return what a JSON text holds.
+    """Return the value of a JSON text.
 
     Raises
     ------

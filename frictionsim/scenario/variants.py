@@ -60,7 +60,7 @@ class Setting(NamedTuple):
 
     @property
     def detail(self) -> str:
-        """What distinguishes it on that line."""
+        """The setting's label on its line in the diagram."""
         return f"{self.mesh.bodies} bodies, {self.label}" if self.mesh else self.label
 
     @property
@@ -88,7 +88,7 @@ class Limit(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What it is of, in words."""
+        """The name of the extrapolated mesh limit."""
         meshes = (self.coarse.mesh, self.fine.mesh)
         counts = " and ".join(str(mesh.bodies) for mesh in meshes if mesh)
         return f"{self.fine.line}, extrapolated from {counts} bodies"

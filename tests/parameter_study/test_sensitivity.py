@@ -8,7 +8,7 @@ from scipy import stats
 
 from frictionsim.parameter_study.block import FAILED
 from frictionsim.parameter_study.design import Sampling
-from frictionsim.parameter_study.sensitivity import Indices, indices_of, of_blocks
+from frictionsim.parameter_study.sensitivity import Indices, indices_from_blocks, indices_of
 from tests.support.sweeps import Function, sample_of, with_outcomes
 
 PI = repr(np.pi)
@@ -78,7 +78,7 @@ def test_intervals_agree_with_those_of_scipy() -> None:
     f_a, f_b, *f_ab = values.reshape(5, 256)
     data = {"f_A": f_a[None], "f_B": f_b[None], "f_AB": np.array(f_ab)[:, None]}
     other = stats.sobol_indices(func=data, n=256).bootstrap(n_resamples=2000)
-    found = of_blocks(tuple(CUBE), values.reshape(5, 256))
+    found = indices_from_blocks(tuple(CUBE), values.reshape(5, 256))
     for ours, theirs in (
         (found.first_interval, other.first_order.confidence_interval),
         (found.total_interval, other.total_order.confidence_interval),

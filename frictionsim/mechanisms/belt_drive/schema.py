@@ -232,7 +232,7 @@ class BeltSolverSettings(SolverSettings):
     smallest radius, rad/s.
     """
 
-    LAWS_ONCE_BACKENDS: ClassVar[Mapping[str, str]] = {PUBLISHED: CREEP, REGULARISED: REGULARISED}
+    RETIRED_BACKENDS: ClassVar[Mapping[str, str]] = {PUBLISHED: CREEP, REGULARISED: REGULARISED}
     FRICTION_EFFECTS: ClassVar[str] = "belt_friction"
 
     backend: str = Field("rkf45", description="Integration method.")

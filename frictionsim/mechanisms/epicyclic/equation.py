@@ -32,7 +32,7 @@ from frictionsim.solvers.mechanism import (
 ROUNDING = 16 * float_info.epsilon
 
 
-class Terms:
+class EquationTerms:
     """The constants of the equation and the terms of the effects."""
 
     def __init__(self, scenario: EpicyclicScenario) -> None:
@@ -64,7 +64,7 @@ class Terms:
 
 def build(scenario: EpicyclicScenario) -> Mechanism:
     """Return the mechanism, composed of the effects in the scenario."""
-    terms, geometry = Terms(scenario), scenario.mechanism
+    terms, geometry = EquationTerms(scenario), scenario.mechanism
     published = geometry.formulation == "published"
     applied_torque, stored = (
         published_equation(terms, scenario) if published else equation(terms, scenario)
@@ -91,25 +91,25 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
 
     def channels(trajectory: Trajectory) -> dict[str, Value]:
         angle, velocity = trajectory.position, trajectory.velocity
-        found = {
+        values = {
             "drive_torque": trajectory.drive,
             "uniform_torque": uniform_torque(angle, velocity),
         }
         if terms.rolling is not None:
-            found["normal_load"] = terms.mesh_load(angle, velocity)
+            values["normal_load"] = terms.mesh_load(angle, velocity)
         if published and has_friction:
-            found["friction_torque"] = -resistance(angle)
+            values["friction_torque"] = -resistance(angle)
         if scenario.effects.tracer_point is not None:
-            found["tracer_x"], found["tracer_y"] = tracer_position(
+            values["tracer_x"], values["tracer_y"] = tracer_position(
                 terms.length, terms.planet_speed_ratio, scenario.effects.tracer_point, angle
             )
-        return found
+        return values
 
     def quantities(trajectory: Trajectory) -> Quantities:
-        found = {"uniform_torque_mean": Quantity(uniform_torque_mean(scenario, 0.0), "N m")}
+        values = {"uniform_torque_mean": Quantity(uniform_torque_mean(scenario, 0.0), "N m")}
         if terms.radial and trajectory.velocity.size:
             torque = uniform_torque_mean(scenario, float(trajectory.velocity[-1]))
-            found["uniform_torque_mean_at_final_speed"] = Quantity(torque, "N m")
+            values["uniform_torque_mean_at_final_speed"] = Quantity(torque, "N m")
         if scenario.effects.tracer_point is not None:
             point = scenario.effects.tracer_point
             x, y = tracer_position(
@@ -122,16 +122,16 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
                 trajectory.position,
                 trajectory.velocity,
             )
-            found["tracer_cusps"] = Quantity(
+            values["tracer_cusps"] = Quantity(
                 count_cusps(
                     geometry.sun_radius, geometry.planet_radius, point, trajectory.position
                 ),
                 "1",
             )
-            found["tracer_dwell_time"] = Quantity(
+            values["tracer_dwell_time"] = Quantity(
                 longest_dwell(trajectory.time, paces, x, y, point.dwell_distance), "s"
             )
-        return found
+        return values
 
     def run_warnings(trajectory: Trajectory) -> list[str]:
         from frictionsim.simulation.run_warnings import (
@@ -161,14 +161,14 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
     )
 
 
-def equation(terms: Terms, scenario: EpicyclicScenario) -> tuple[Any, float]:
+def equation(terms: EquationTerms, scenario: EpicyclicScenario) -> tuple[Any, float]:
     """Return the consistent applied torque, and the factor of sin phi in its potential."""
     k = terms.gravity_moment if scenario.effects.gravity else 0.0
     weight = (lambda torque, angle, velocity: -k * cos(angle)) if scenario.effects.gravity else None
     return total(_drive_torque, weight), k
 
 
-def published_equation(terms: Terms, scenario: EpicyclicScenario) -> tuple[Any, float]:
+def published_equation(terms: EquationTerms, scenario: EpicyclicScenario) -> tuple[Any, float]:
     """Return the right-hand side of eq 26, and the factor of sin phi in its potential."""
     resistance, gravity = published_resistance(terms), scenario.effects.gravity
     k = terms.gravity_moment + terms.planet_weight * terms.length if gravity else 0.0
@@ -183,7 +183,7 @@ def _drive_torque(torque: Value, angle: Value, velocity: Value) -> Value:
     return torque
 
 
-def published_resistance(terms: Terms) -> Any:
+def published_resistance(terms: EquationTerms) -> Any:
     """Return M_A lambda + f G_2 sin phi lambda of eq 26, a function of phi, N m."""
     couple = terms.kinetic_couple * terms.planet_speed_ratio
     rolling = terms.arm * terms.planet_weight * terms.planet_speed_ratio
@@ -193,7 +193,7 @@ def published_resistance(terms: Terms) -> Any:
     )
 
 
-def contact_of(terms: Terms, law: dict[str, Any]) -> DryFriction | None:
+def contact_of(terms: EquationTerms, law: dict[str, Any]) -> DryFriction | None:
     """Return the dry friction of hinge and mesh, as far as they are in the scenario."""
     static_hinge = terms.static_couple * terms.sun_planet_ratio
     kinetic_hinge = terms.kinetic_couple * terms.sun_planet_ratio
@@ -219,7 +219,7 @@ def contact_of(terms: Terms, law: dict[str, Any]) -> DryFriction | None:
     )
 
 
-def switching_surfaces(terms: Terms) -> tuple[SwitchingSurface, ...]:
+def switching_surfaces(terms: EquationTerms) -> tuple[SwitchingSurface, ...]:
     """Return where the load of the rolling friction, an absolute value, is zero."""
     if not terms.rolls:
         return ()
@@ -241,7 +241,7 @@ def uniform_torque_mean(scenario: EpicyclicScenario, speed: float) -> float:
     scenario : EpicyclicScenario
     speed : float, rad/s
     """
-    terms = Terms(scenario)
+    terms = EquationTerms(scenario)
     if scenario.mechanism.formulation == "published":
         return terms.kinetic_couple * terms.planet_speed_ratio
     a, b = terms.planet_weight, 0.0

@@ -1,13 +1,13 @@
 """Torques of impending motion and of uniform rotation of an epicyclic gear."""
 
-from frictionsim.mechanisms.epicyclic.equation import Terms, build, uniform_torque_mean
+from frictionsim.mechanisms.epicyclic.equation import EquationTerms, build, uniform_torque_mean
 from frictionsim.mechanisms.epicyclic.schema import EpicyclicScenario
 from frictionsim.results import Quantities, Quantity
 
 
 def statics(scenario: EpicyclicScenario) -> Quantities:
     """Return the torques of impending motion at the initial angle, and of uniform rotation."""
-    terms, mechanism = Terms(scenario), build(scenario)
+    terms, mechanism = EquationTerms(scenario), build(scenario)
     angle = mechanism.position
     balance = -mechanism.applied_torque(0.0, angle, 0.0)
     limit = mechanism.contact.static_limit(0.0, angle) if mechanism.contact else 0.0

@@ -85,27 +85,27 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
     def channels(trajectory: Trajectory) -> dict[str, Value]:
         torque = pinion_torque(trajectory.drive, trajectory.velocity)
         through_mesh = torque - motor_inertia * k * trajectory.acceleration
-        found = {
+        values = {
             "motor_torque": torque,
             "shaft_reaction": mesh.reaction(through_mesh, weight),
             "carried_marbles": n,
         }
         if effects.gravity is not None:
-            found["load_torque"] = load(trajectory.position)
-        return found
+            values["load_torque"] = load(trajectory.position)
+        return values
 
     def quantities(trajectory: Trajectory) -> Quantities:
-        found = impending_motion_torques(geometry, effects, scenario.drive.motor)
+        values = impending_motion_torques(geometry, effects, scenario.drive.motor)
         if trajectory.time.size:
             cell = trajectory.position // p
-            found["marbles_delivered"] = Quantity(float(cell.max() - cell[0]), "1")
+            values["marbles_delivered"] = Quantity(float(cell.max() - cell[0]), "1")
             torque = pinion_torque(trajectory.drive, trajectory.velocity)
-            found["motor_torque_peak"] = Quantity(float(abs(torque).max()), "N m")
+            values["motor_torque_peak"] = Quantity(float(abs(torque).max()), "N m")
             span = float(trajectory.time[-1])
             if span > 0.0:
                 work = float(trajectory.energy_integrals["energy_input"][-1])
-                found["motor_power_mean"] = Quantity(work / span, "W")
-        return found
+                values["motor_power_mean"] = Quantity(work / span, "W")
+        return values
 
     def run_warnings(trajectory: Trajectory) -> list[str]:
         return _run_warnings(

@@ -110,7 +110,7 @@ def impending_motion_torques(
     )
     worst = max(at_transfer, between, key=lambda limits: limits.lift or 0.0)
     held = max(at_transfer.hold, between.hold)
-    found = {
+    quantities = {
         "torque_to_lift": Quantity(at_transfer.lift, "N m"),
         "torque_to_hold": Quantity(at_transfer.hold, "N m"),
         "torque_to_lift_worst": Quantity(worst.lift, "N m"),
@@ -119,13 +119,13 @@ def impending_motion_torques(
     }
     if at_transfer.lift is not None and worst.lift is not None:
         grams = at_transfer.lift / GRAM_FORCE_CENTIMETRE
-        found["torque_to_lift_in_gf_cm"] = Quantity(grams, "gf cm")
+        quantities["torque_to_lift_in_gf_cm"] = Quantity(grams, "gf cm")
         # A single marble has no torque at a transfer, except for rounding.
         if motor is not None and at_transfer.lift > ROUNDING * worst.lift:
-            found["motor_margin"] = Quantity(motor.stall_torque / at_transfer.lift, "1")
+            quantities["motor_margin"] = Quantity(motor.stall_torque / at_transfer.lift, "1")
         if motor is not None and worst.lift > 0.0:
-            found["motor_margin_worst"] = Quantity(motor.stall_torque / worst.lift, "1")
-    return found
+            quantities["motor_margin_worst"] = Quantity(motor.stall_torque / worst.lift, "1")
+    return quantities
 
 
 def statics_of(
@@ -136,11 +136,11 @@ def statics_of(
     mesh, g = mesh_of(geometry), effects.gravity.g if effects.gravity else 0.0
     half = 0.5 * geometry.pitch
     lift = geometry.marble_mass * g * geometry.marble_circle_radius
-    found = impending_motion_torques(geometry, effects, motor)
-    found["load_torque_at_transfer"] = Quantity(lift * cosine(half) / sine(half), "N m")
-    found["load_torque_worst"] = Quantity(lift / sine(half), "N m")
-    found["angle_of_the_worst"] = Quantity(half, "rad")
-    found["friction_radius_static"] = Quantity(journal.static_radius if journal else 0.0, "m")
-    found["mesh_force_sideways_per_torque"] = Quantity(mesh.c_z, "1/m")
-    found["mesh_force_down_per_torque"] = Quantity(mesh.c_y, "1/m")
-    return found
+    quantities = impending_motion_torques(geometry, effects, motor)
+    quantities["load_torque_at_transfer"] = Quantity(lift * cosine(half) / sine(half), "N m")
+    quantities["load_torque_worst"] = Quantity(lift / sine(half), "N m")
+    quantities["angle_of_the_worst"] = Quantity(half, "rad")
+    quantities["friction_radius_static"] = Quantity(journal.static_radius if journal else 0.0, "m")
+    quantities["mesh_force_sideways_per_torque"] = Quantity(mesh.c_z, "1/m")
+    quantities["mesh_force_down_per_torque"] = Quantity(mesh.c_y, "1/m")
+    return quantities

@@ -240,7 +240,7 @@ class PulleyScenario(SingleDofScenario):
 
     @property
     def called(self) -> str:
-        """What it is called in messages."""
+        """The name of the mechanism in messages."""
         return "pulley" if self.effects.hanging_masses is None else "pulley with hanging_masses"
 
     @model_validator(mode="after")

@@ -74,17 +74,17 @@ def statics(scenario: PulleyScenario) -> Quantities:
     r_s = journal.static_radius if journal else 0.0
     r_k = journal.kinetic_radius if journal else 0.0
     arm, load = scenario.mechanism.cord_radius, scenario.mechanism.load
-    found = impending_motion_forces(scenario)
+    quantities = impending_motion_forces(scenario)
     steady = limit_forces(arm, r_k, load, scenario.drive.direction == "vertical")
-    found["force_to_keep_lifting"] = Quantity(steady.lift, "N")
-    found["force_to_keep_lowering"] = Quantity(steady.hold, "N")
+    quantities["force_to_keep_lifting"] = Quantity(steady.lift, "N")
+    quantities["force_to_keep_lowering"] = Quantity(steady.hold, "N")
     for direction in ("vertical", "horizontal"):
         forces = limit_forces(arm, r_s, load, direction == "vertical")
-        found[f"force_to_lift_{direction}"] = Quantity(forces.lift, "N")
-        found[f"force_to_hold_{direction}"] = Quantity(forces.hold, "N")
-    found["friction_radius_static"] = Quantity(r_s, "m")
-    found["friction_radius_kinetic"] = Quantity(r_k, "m")
-    return found
+        quantities[f"force_to_lift_{direction}"] = Quantity(forces.lift, "N")
+        quantities[f"force_to_hold_{direction}"] = Quantity(forces.hold, "N")
+    quantities["friction_radius_static"] = Quantity(r_s, "m")
+    quantities["friction_radius_kinetic"] = Quantity(r_k, "m")
+    return quantities
 
 
 def limit_torques(scenario: PulleyScenario) -> Quantities:
@@ -121,14 +121,14 @@ def _statics_of_lift(scenario: PulleyScenario) -> Quantities:
     A force to lift or to hold that is negative: the counterweight alone does so.
     """
     n = scenario.lift_parameters
-    found = impending_motion_of_lift(scenario)
+    quantities = impending_motion_of_lift(scenario)
     name, unit = _lift_drive(n)
     lifting, lowering = _lift_limits(n, n.r_k, n.kinetic_ratio)
-    found[f"{name}_to_keep_lifting"] = Quantity(lifting, unit)
-    found[f"{name}_to_keep_lowering"] = Quantity(lowering, unit)
-    found["friction_radius_static"] = Quantity(n.r_s, "m")
-    found["friction_radius_kinetic"] = Quantity(n.r_k, "m")
-    return found
+    quantities[f"{name}_to_keep_lifting"] = Quantity(lifting, unit)
+    quantities[f"{name}_to_keep_lowering"] = Quantity(lowering, unit)
+    quantities["friction_radius_static"] = Quantity(n.r_s, "m")
+    quantities["friction_radius_kinetic"] = Quantity(n.r_k, "m")
+    return quantities
 
 
 def impending_motion_of_lift(scenario: PulleyScenario) -> Quantities:
@@ -136,16 +136,16 @@ def impending_motion_of_lift(scenario: PulleyScenario) -> Quantities:
     n = scenario.lift_parameters
     name, unit = _lift_drive(n)
     lift, hold = _lift_limits(n, n.r_s, n.static_ratio)
-    found = {f"{name}_to_lift": Quantity(lift, unit), f"{name}_to_hold": Quantity(hold, unit)}
+    quantities = {f"{name}_to_lift": Quantity(lift, unit), f"{name}_to_hold": Quantity(hold, unit)}
     if scenario.effects.cord_friction is not None:
         force = 0.0 if n.by_torque else scenario.drive_signal(0.0)
         tensions = sorted((n.weight_1, n.weight_2 + force))
         ratio = tensions[1] / tensions[0] if tensions[0] > 0.0 else None
         margin = None if ratio is None else n.static_ratio / ratio
-        found["tension_ratio_at_rest"] = Quantity(ratio, "1")
-        found["tension_ratio_allowed"] = Quantity(n.static_ratio, "1")
-        found["traction_margin"] = Quantity(margin, "1")
-    return found
+        quantities["tension_ratio_at_rest"] = Quantity(ratio, "1")
+        quantities["tension_ratio_allowed"] = Quantity(n.static_ratio, "1")
+        quantities["traction_margin"] = Quantity(margin, "1")
+    return quantities
 
 
 def _lift_drive(n: LiftParameters) -> tuple[str, str]:

@@ -78,10 +78,12 @@ def build(scenario: ShaftScenario) -> Mechanism:
         time, angle, velocity = trajectory.drive, trajectory.position, trajectory.velocity
         x, y = load_on_shaft(scenario, terms, trajectory)
         torque = terms.applied_torque(time, angle, velocity)
-        of_stops = {} if stops is None else {"stop_torque": stops.torque(torque, angle, velocity)}
+        stop_channels = (
+            {} if stops is None else {"stop_torque": stops.torque(torque, angle, velocity)}
+        )
         return {
             "applied_torque": torque,
-            **of_stops,
+            **stop_channels,
             "shaft_reaction": (x * x + y * y) ** 0.5,
             "reaction_x": -x,
             "reaction_y": -y,
@@ -94,8 +96,8 @@ def build(scenario: ShaftScenario) -> Mechanism:
             return breakaway
         x, y = load_on_shaft(scenario, terms, trajectory)
         peak = float(((x * x + y * y) ** 0.5 + 0.0 * trajectory.time).max())
-        found = {"shaft_reaction_peak": Quantity(peak, "N")} | breakaway
-        return found if stops is None else found | impact_quantities(trajectory)
+        values = {"shaft_reaction_peak": Quantity(peak, "N")} | breakaway
+        return values if stops is None else values | impact_quantities(trajectory)
 
     eccentric = effects.eccentric_mass
     turns = terms.loads.turns or (eccentric is not None and eccentric.first_moment > 0.0)
@@ -103,11 +105,11 @@ def build(scenario: ShaftScenario) -> Mechanism:
     def run_warnings(trajectory: Trajectory) -> list[str]:
         from frictionsim.simulation.run_warnings import hidden_turns
 
-        found = [] if stops is None else many_impacts(trajectory)
+        warnings = [] if stops is None else many_impacts(trajectory)
         if not turns:
-            return found
+            return warnings
         duration, interval = scenario.solver.duration, scenario.interval
-        return found + hidden_turns(trajectory.position, trajectory.velocity, interval, duration)
+        return warnings + hidden_turns(trajectory.position, trajectory.velocity, interval, duration)
 
     return Mechanism(
         drive=Elapsed([load.size for load in terms.loads.over_time]),

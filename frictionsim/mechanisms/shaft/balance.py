@@ -23,7 +23,7 @@ from math import copysign, frexp, hypot, inf, radians, sqrt
 from typing import NamedTuple
 
 from frictionsim.mechanisms.effects import friction_radius
-from frictionsim.mechanisms.shaft.equation import Terms, scale_of, terms_of
+from frictionsim.mechanisms.shaft.equation import EquationTerms, scale_of, terms_of
 from frictionsim.mechanisms.shaft.schema import Force, ShaftScenario
 from frictionsim.mechanisms.shaft.unknowns import Unknown
 from frictionsim.scenario.signal_tables import AngleTable
@@ -211,7 +211,7 @@ class Sum(NamedTuple):
     """The loads of a scenario at rest."""
 
     scenario: ShaftScenario
-    terms: Terms
+    terms: EquationTerms
 
     def at(self, time: float, angle: float) -> Triple:
         """Return moment, N m, and components of the resultant, N."""
@@ -254,7 +254,7 @@ class Balance(NamedTuple):
     time: float
 
     @property
-    def is_of_friction(self) -> bool:
+    def solves_for_friction(self) -> bool:
         """Whether the unknown changes the friction, and neither moment nor resultant."""
         return self.parts is None
 
@@ -390,7 +390,7 @@ def _alone(scenario: ShaftScenario, unknown: Unknown) -> ShaftScenario:
 def roots_at(balance: Balance, degrees: float) -> Roots:
     """Return all roots of a balance at an angle, deg."""
     angle = radians(degrees)
-    if balance.is_of_friction:
+    if balance.solves_for_friction:
         given = balance.given.at(balance.time, angle)
         tie = TIE * balance.given.scale(balance.time, angle)
         moment = 0.0 if abs(given[0]) <= tie else given[0]
@@ -413,7 +413,7 @@ def limits_at(balance: Balance, degrees: float) -> Roots:
     if max(abs(equation.a_0), hypot(equation.x_0, equation.y_0)) > TIE * equation.terms:
         return Roots()
     given = balance.given.slopes(balance.time, angle)
-    if balance.is_of_friction:
+    if balance.solves_for_friction:
         return _roots_of_friction(balance, given[0], hypot(*given[1:]))
     sought = balance.sought(degrees, slopes=True)
     return _possible(balance, roots_of(equation_of(given, sought, balance.radius)))
@@ -447,7 +447,7 @@ def features_at(balance: Balance, degrees: float) -> tuple[tuple[float, float], 
     angle = radians(degrees)
     moment, across, up = balance.given.at(balance.time, angle)
     scale = balance.given.scale(balance.time, angle)
-    if not balance.is_of_friction:
+    if not balance.solves_for_friction:
         at_zero = abs(moment) - balance.radius * hypot(across, up)
         sought, x, y = balance.sought(degrees)
         leading = abs(sought) - balance.radius * hypot(x, y)
@@ -478,7 +478,7 @@ def growth_at(balance: Balance, degrees: float, root: Root) -> float:
     moment, d_across, d_up = (a + b * x for a, b in zip(given, sought, strict=True))
     force = hypot(across, up)
     radius = balance.radius
-    if balance.is_of_friction and force:
+    if balance.solves_for_friction and force:
         radius = abs(balance.given.at(balance.time, angle)[0]) / force
     friction = radius * (across * d_across + up * d_up) / force if force else 0.0
     sizes = [abs(a) + abs(b * x) for a, b in zip(given, sought, strict=True)]

@@ -37,9 +37,9 @@ MANY_IMPACTS = 1000
 
 def loads_of(scenario: ShaftScenario) -> list[Load]:
     """Return all forces and couples, weights included."""
-    found = [load_of(force, force.arms) for force in scenario.forces]
-    found += [load_of(couple, COUPLE) for couple in scenario.couples]
-    return found + weights_of(scenario)
+    loads = [load_of(force, force.arms) for force in scenario.forces]
+    loads += [load_of(couple, COUPLE) for couple in scenario.couples]
+    return loads + weights_of(scenario)
 
 
 def load_of(part: Force | Couple, arms: Arms) -> Load:
@@ -61,14 +61,14 @@ def weights_of(scenario: ShaftScenario) -> list[Load]:
     gravity, eccentric = scenario.effects.gravity, scenario.effects.eccentric_mass
     if gravity is None:
         return []
-    found = [Load(arms_of_weight(0.0, 0.0), Constant(scenario.mechanism.mass * gravity.g))]
+    loads = [Load(arms_of_weight(0.0, 0.0), Constant(scenario.mechanism.mass * gravity.g))]
     if eccentric is not None:
         arms = arms_of_weight(eccentric.radius, radians(eccentric.azimuth_deg))
-        found.append(Load(arms, Constant(eccentric.mass * gravity.g)))
-    return found
+        loads.append(Load(arms, Constant(eccentric.mass * gravity.g)))
+    return loads
 
 
-class Terms(NamedTuple):
+class EquationTerms(NamedTuple):
     """The terms of the equation of motion.
 
     Attributes
@@ -89,13 +89,13 @@ class Terms(NamedTuple):
     up: Size
 
 
-def terms_of(scenario: ShaftScenario) -> Terms:
+def terms_of(scenario: ShaftScenario) -> EquationTerms:
     """Return the terms of the effects in the scenario."""
     journal = scenario.effects.shaft_friction
     loads = Loads(loads_of(scenario), journal.static_radius if journal else 0.0)
     moment = loads.component(0)
     applied = total(moment, spring_of(scenario), damping_of(scenario))
-    return Terms(loads, moment, applied, loads.component(1), loads.component(2))
+    return EquationTerms(loads, moment, applied, loads.component(1), loads.component(2))
 
 
 def spring_of(scenario: ShaftScenario) -> Size | None:
@@ -117,7 +117,7 @@ def damping_of(scenario: ShaftScenario) -> Size | None:
 
 
 def load_on_shaft(
-    scenario: ShaftScenario, terms: Terms, trajectory: Trajectory
+    scenario: ShaftScenario, terms: EquationTerms, trajectory: Trajectory
 ) -> tuple[Value, Value]:
     """Return the force of the body on the shaft, components to the right and upwards, N."""
     time, angle, velocity = trajectory.drive, trajectory.position, trajectory.velocity
@@ -146,7 +146,9 @@ def potential_of(scenario: ShaftScenario) -> Any:
     return total(*terms) if terms else None
 
 
-def contact_of(scenario: ShaftScenario, terms: Terms, stops: EndStops | None = None) -> DryFriction:
+def contact_of(
+    scenario: ShaftScenario, terms: EquationTerms, stops: EndStops | None = None
+) -> DryFriction:
     """Return the dry friction of the journal; from an end stop it breaks away in one direction."""
     journal = scenario.effects.shaft_friction
     assert journal is not None  # checked by the caller
@@ -171,7 +173,7 @@ def contact_of(scenario: ShaftScenario, terms: Terms, stops: EndStops | None = N
     )
 
 
-def scale_of(scenario: ShaftScenario, terms: Terms) -> Any:
+def scale_of(scenario: ShaftScenario, terms: EquationTerms) -> Any:
     """Return the sum of the terms of the applied torque and its limit at rest, N m."""
     loads, spring = terms.loads, scenario.effects.torsion_spring
     k = 0.0 if spring is None else spring.stiffness
@@ -183,7 +185,7 @@ def scale_of(scenario: ShaftScenario, terms: Terms) -> Any:
     return scale
 
 
-def _roundoff(scenario: ShaftScenario, terms: Terms) -> Any:
+def _roundoff(scenario: ShaftScenario, terms: EquationTerms) -> Any:
     """Return the roundoff of the applied torque and its limit at rest, N m."""
     scale = scale_of(scenario, terms)
 
@@ -195,7 +197,7 @@ def _roundoff(scenario: ShaftScenario, terms: Terms) -> Any:
 
 def first_excess_of(
     scenario: ShaftScenario,
-    terms: Terms,
+    terms: EquationTerms,
     r_s: float,
     directions: Callable[[float], tuple[int, ...]],
 ) -> Callable[[float, float, float], float]:
@@ -204,7 +206,7 @@ def first_excess_of(
     Parameters
     ----------
     scenario : ShaftScenario
-    terms : Terms
+    terms : EquationTerms
     r_s : float, m
         Friction radius; 0 without dry friction.
     directions : callable
@@ -244,7 +246,9 @@ def first_excess_of(
     return first_excess
 
 
-def _largest_excess_of(terms: Terms, r_s: float) -> Callable[[int, float, float, float], float]:
+def _largest_excess_of(
+    terms: EquationTerms, r_s: float
+) -> Callable[[int, float, float, float], float]:
     """Return a bound of the excess of torque over limit at rest: of direction, angle, two times.
 
     The signals are smooth between the times.
@@ -277,7 +281,7 @@ class SlidingLoad(NamedTuple):
 
     Attributes
     ----------
-    terms : Terms
+    terms : EquationTerms
     r_k : float, m
     p, azimuth : float, kg m, rad
         First moment of the eccentric mass, and its azimuth at q = 0.
@@ -285,7 +289,7 @@ class SlidingLoad(NamedTuple):
         I and I^2 - r_k^2 p^2.
     """
 
-    terms: Terms
+    terms: EquationTerms
     r_k: float
     p: float
     azimuth: float
@@ -318,7 +322,7 @@ class SlidingLoad(NamedTuple):
         return across * c - along * d, across * d + along * c
 
 
-def _load_that_may_reverse(scenario: ShaftScenario, terms: Terms, r_k: float) -> Any:
+def _load_that_may_reverse(scenario: ShaftScenario, terms: EquationTerms, r_k: float) -> Any:
     """Return the load of the shaft, a function of time, angle and velocity; None if constant.
 
     That of an eccentric mass passes zero in no more than single points of a run, but it passes
@@ -333,7 +337,7 @@ def _load_that_may_reverse(scenario: ShaftScenario, terms: Terms, r_k: float) ->
     return lambda time, angle, velocity: (across(time, angle, velocity), up(time, angle, velocity))
 
 
-def _sliding_load(scenario: ShaftScenario, terms: Terms, r_k: float) -> SlidingLoad | None:
+def _sliding_load(scenario: ShaftScenario, terms: EquationTerms, r_k: float) -> SlidingLoad | None:
     """Return the load with the inertia force of an eccentric mass; None if there is none."""
     eccentric = scenario.effects.eccentric_mass
     if eccentric is None or eccentric.first_moment == 0.0:
@@ -343,7 +347,7 @@ def _sliding_load(scenario: ShaftScenario, terms: Terms, r_k: float) -> SlidingL
     return SlidingLoad(terms, r_k, p, radians(eccentric.azimuth_deg), inertia, determinant)
 
 
-def _kinetic_limit(scenario: ShaftScenario, terms: Terms, r_k: float) -> Any:
+def _kinetic_limit(scenario: ShaftScenario, terms: EquationTerms, r_k: float) -> Any:
     """Return the friction torque of sliding in direction s, N m."""
     sliding = _sliding_load(scenario, terms, r_k)
     if sliding is not None:
@@ -357,7 +361,7 @@ def _kinetic_limit(scenario: ShaftScenario, terms: Terms, r_k: float) -> Any:
     return kinetic_limit
 
 
-def stops_of(scenario: ShaftScenario, terms: Terms) -> EndStops | None:
+def stops_of(scenario: ShaftScenario, terms: EquationTerms) -> EndStops | None:
     """Return the end stops of a scenario; None without."""
     given = scenario.effects.end_stops
     if given is None:

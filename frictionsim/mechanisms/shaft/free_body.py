@@ -110,15 +110,15 @@ class FreeBody(NamedTuple):
 
 def channels_needed(scenario: "ShaftScenario") -> tuple[str, ...]:
     """Return the channels without which the free body of a result is not known."""
-    effects, found = scenario.effects, ["angle"]
+    effects, names = scenario.effects, ["angle"]
     over_speed = any(load.over == "speed" for load in loads_of(scenario))
     if over_speed or effects.viscous_damping is not None or effects.eccentric_mass is not None:
-        found.append("angular_velocity")
+        names.append("angular_velocity")
     if effects.eccentric_mass is not None:
-        found.append("angular_acceleration")
+        names.append("angular_acceleration")
     if effects.shaft_friction is not None:
-        found.append("friction_torque")
-    return tuple(found)
+        names.append("friction_torque")
+    return tuple(names)
 
 
 def free_body(scenario: "ShaftScenario", motion: "tuple[Array, Array, Array, Array]") -> FreeBody:
@@ -164,10 +164,10 @@ def free_body(scenario: "ShaftScenario", motion: "tuple[Array, Array, Array, Arr
 def _forces(scenario: "ShaftScenario", state: "tuple[Array, Array, Array]") -> list[AppliedForce]:
     loads = loads_of(scenario)
     weights = loads[len(scenario.forces) + len(scenario.couples) :]
-    found = []
+    forces = []
     for force, load in zip(scenario.forces, loads, strict=False):
         kind: Literal["force", "cord"] = "force" if force.cord_radius is None else "cord"
-        found.append(_force(force.name, kind, load, _point(force, state[1]), state))
+        forces.append(_force(force.name, kind, load, _point(force, state[1]), state))
     angle, eccentric = state[1], scenario.effects.eccentric_mass
     zero = np.zeros_like(angle)
     places = [(zero, zero)]
@@ -175,8 +175,8 @@ def _forces(scenario: "ShaftScenario", state: "tuple[Array, Array, Array]") -> l
         azimuth = angle + radians(eccentric.azimuth_deg)
         places.append(_turned((eccentric.radius, 0.0), azimuth))
     named = zip((WEIGHT, ECCENTRIC_WEIGHT), weights, places, strict=False)
-    found += [_force(name, "weight", load, place, state) for name, load, place in named]
-    return [force for force in found if force.kind != "weight" or np.any(force.size != 0.0)]
+    forces += [_force(name, "weight", load, place, state) for name, load, place in named]
+    return [force for force in forces if force.kind != "weight" or np.any(force.size != 0.0)]
 
 
 def _force(
@@ -214,11 +214,11 @@ def _turned(point: tuple[float, float], angle: "Array") -> "tuple[Array, Array]"
 
 def _couples(scenario: "ShaftScenario", state: "tuple[Array, Array, Array]") -> list[AppliedCouple]:
     loads, zero = loads_of(scenario)[len(scenario.forces) :], np.zeros_like(state[1])
-    found = [
+    couples = [
         AppliedCouple(couple.name, load.function()(*state) + zero)
         for couple, load in zip(scenario.couples, loads, strict=False)
     ]
     for name, term in ((SPRING, spring_of(scenario)), (DAMPING, damping_of(scenario))):
         if term is not None:
-            found.append(AppliedCouple(name, term(*state) + zero))
-    return found
+            couples.append(AppliedCouple(name, term(*state) + zero))
+    return couples

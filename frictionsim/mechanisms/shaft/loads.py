@@ -108,7 +108,7 @@ def _at(signal: Signal, x: Value) -> Value:
 
 
 class Turning(NamedTuple):
-    """What of a force turns with the body."""
+    """Whether direction and point of a force turn with the body."""
 
     direction: bool
     point: bool
@@ -187,22 +187,22 @@ class Loads:
 
         def component(time: Value, angle: Value, velocity: Value) -> Value:
             cosine, sine = (cos(angle), sin(angle)) if turns else (0.0, 0.0)
-            found = a + b * cosine + c * sine
+            total = a + b * cosine + c * sine
             arguments: tuple[Any, ...] = time, angle, velocity
             is_number = isinstance(time, float) and isinstance(angle, float)
             for over, size, p, q, r in terms:
                 x = arguments[over]
-                found += (size(x) if is_number else _at(size, x)) * (p + q * cosine + r * sine)
-            return found
+                total += (size(x) if is_number else _at(size, x)) * (p + q * cosine + r * sine)
+            return total
 
         return component
 
     def scale(self, time: Value, angle: Value) -> Value:
         """Return the sum of the sizes of all terms of moment and limit at rest, N m."""
-        found = sum(self._sizes)
+        total = sum(self._sizes)
         for load in self.variable:
-            found = found + abs(load.function()(time, angle, 0.0)) * self._reach(load.arms)
-        return found
+            total = total + abs(load.function()(time, angle, 0.0)) * self._reach(load.arms)
+        return total
 
     def total_force(self, time: float, angle: float) -> float:
         """Return the sum of the sizes of all forces at rest, N."""
@@ -216,19 +216,19 @@ class Loads:
 
     def rates(self, time: float, angle: float) -> Triple:
         """Return the derivatives of moment and components at rest, N m/s and N/s, after a time."""
-        found = NONE
+        total = NONE
         for load in self.over_time:
-            found = _sum(found, _scaled(load.arms.at(angle), load.size.derivative(time)))
-        return found
+            total = _sum(total, _scaled(load.arms.at(angle), load.size.derivative(time)))
+        return total
 
     def slopes(self, time: float, angle: float) -> Triple:
         """Return the derivatives of moment and components over the angle at rest, per rad."""
-        found = self.constant.slopes.at(angle)
+        total = self.constant.slopes.at(angle)
         for load in self.variable:
-            found = _sum(found, _scaled(load.arms.slopes.at(angle), load.at_rest(time, angle)))
+            total = _sum(total, _scaled(load.arms.slopes.at(angle), load.at_rest(time, angle)))
             if load.over == "angle":
-                found = _sum(found, _scaled(load.arms.at(angle), load.size.derivative(angle)))
-        return found
+                total = _sum(total, _scaled(load.arms.at(angle), load.size.derivative(angle)))
+        return total
 
     @property
     def over_time(self) -> list[Load]:
@@ -254,11 +254,11 @@ class Loads:
 
     def surfaces(self) -> tuple[SwitchingSurface, ...]:
         """Return where the slopes of sizes over speed or angle jump."""
-        found = []
+        surfaces = []
         for load in self.variable:
             if load.over != "time":
-                found += [_surface_at(piece.knot, load.over) for piece in load.size.pieces()[1:]]
-        return tuple(found)
+                surfaces += [_surface_at(piece.knot, load.over) for piece in load.size.pieces()[1:]]
+        return tuple(surfaces)
 
 
 def largest_arm(arms: Arms) -> float:

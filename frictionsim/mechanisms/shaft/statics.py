@@ -77,14 +77,14 @@ def breakaway_values(scenario: ShaftScenario) -> Quantities:
 
 def statics(scenario: ShaftScenario) -> StaticQuantities:
     """Return the balance of a scenario and, for an unknown, the roots of eq 24."""
-    found = at_rest(scenario)
+    quantities = at_rest(scenario)
     if scenario.statics is None or scenario.statics.unknown is None:
-        return found
+        return quantities
     problem = _Problem(scenario)
-    found |= problem.roots()
-    found |= problem.worst()
-    found.notes = (*found.notes, *problem.notes)
-    return found
+    quantities |= problem.roots()
+    quantities |= problem.worst()
+    quantities.notes = (*quantities.notes, *problem.notes)
+    return quantities
 
 
 def at_rest(scenario: ShaftScenario) -> StaticQuantities:
@@ -106,7 +106,7 @@ def at_rest(scenario: ShaftScenario) -> StaticQuantities:
     pressed = on_stop != 0 and on_stop * torque >= 0.0  # a stop takes all that presses into it
     if pressed:
         direction = 0
-    found = StaticQuantities(
+    quantities = StaticQuantities(
         angle=Quantity(radians(angle), "rad"),
         applied_torque=Quantity(torque, "N m"),
         shaft_reaction=Quantity(reaction, "N"),
@@ -118,15 +118,15 @@ def at_rest(scenario: ShaftScenario) -> StaticQuantities:
         friction_radius_kinetic=Quantity(journal.kinetic_radius if journal else 0.0, "m"),
     )
     if scenario.effects.end_stops is not None:
-        found["stop_torque"] = Quantity(0.0 - torque if pressed else 0.0, "N m")
+        quantities["stop_torque"] = Quantity(0.0 - torque if pressed else 0.0, "N m")
     at = f"at {angle:.6g} deg and {time:.6g} s"
     rests = f"{at}, the body rests"
     if pressed:
         rests += f" on its {STOPS[on_stop]} end stop, which takes {abs(torque):.6g} N m"
-    found.notes = (f"{at}, it breaks away {WORDS[direction]}" if direction else rests,)
+    quantities.notes = (f"{at}, it breaks away {WORDS[direction]}" if direction else rests,)
     if arm is None:
-        found.notes += (f"{at}, the shaft has no load: there is no lever arm",)
-    return found
+        quantities.notes += (f"{at}, the shaft has no load: there is no lever arm",)
+    return quantities
 
 
 def stop_at(scenario: ShaftScenario, degrees: float) -> int:
@@ -266,7 +266,7 @@ class _Search:
         step = (end - begin) / SAMPLES
         grid = [begin + i * step for i in range(SAMPLES)] + [end]
         sampled = [features_at(self._balance, angle) for angle in grid]
-        found = [begin, end, *(knot for knot in self._balance.knots if begin < knot < end)]
+        angles = [begin, end, *(knot for knot in self._balance.knots if begin < knot < end)]
         for i in range(len(sampled[0])):
             size = max(features[i][1] for features in sampled)
             if not size:
@@ -275,9 +275,9 @@ class _Search:
             def feature(angle: float, i: int = i, size: float = size) -> float:
                 return features_at(self._balance, angle)[i][0] / size
 
-            found += _zeros(feature, grid, [features[i][0] / size for features in sampled])
+            angles += _zeros(feature, grid, [features[i][0] / size for features in sampled])
         cuts: list[list[float]] = []
-        for angle in sorted(found):
+        for angle in sorted(angles):
             if cuts and angle - cuts[-1][-1] <= RESOLUTION:
                 cuts[-1].append(angle)
             else:
@@ -399,20 +399,20 @@ class _Problem:
     def roots(self) -> Quantities:
         """Return the roots at the angle of the statics, by their directions."""
         roots = roots_at(self._balance, self._angle)
-        found = {}
+        quantities = {}
         for s, direction in DIRECTIONS.items():
             first, second = (*roots.of(s), None, None)[:2]
             name = f"{self.unknown.label}_{direction}"
-            found[name] = self._quantity(first)
+            quantities[name] = self._quantity(first)
             if second is not None:
-                found[f"{name}_second"] = self._quantity(second)
+                quantities[f"{name}_second"] = self._quantity(second)
         self.notes += self._about(roots)
         if self._on_stop:
             self.notes.append(
                 f"at {self._angle:.6g} deg, the {STOPS[self._on_stop]} end stop keeps the"
                 f" body from turning {WORDS[self._on_stop]} with any {self.unknown.key}"
             )
-        return found
+        return quantities
 
     def _quantity(self, value: float | None) -> Quantity:
         bounded = value is not None and isfinite(value)
@@ -442,11 +442,11 @@ class _Problem:
         if not values:
             return [f"{at}, no {key} makes the body move: the friction exceeds the moment with any"]
         range_ = self._range_of(values[0], values[-1])
-        found = []
+        notes = []
         if roots.leading > 0 and range_.startswith("="):
-            found = [f"{at}, the body rests with {key} {range_} only, and moves with any other"]
+            notes = [f"{at}, the body rests with {key} {range_} only, and moves with any other"]
         elif roots.leading > 0:
-            found = [f"{at}, the body rests with {key} {range_}"]
+            notes = [f"{at}, the body rests with {key} {range_}"]
         elif roots.leading < 0:
             words = WORDS.get(roots.found[0].direction)
             moves = (
@@ -454,16 +454,16 @@ class _Problem:
                 if words
                 else (f"the body is about to move with {key} = {self._text(values[0])}")
             )
-            found = [f"{at}, {moves} and rests with any other value"]
+            notes = [f"{at}, {moves} and rests with any other value"]
         growth = "faster than" if roots.leading < 0 else "as fast as"
-        found += [
+        notes += [
             f"{at}, no {key} makes it move {words}: friction grows with it {growth} the moment"
             for s, words in WORDS.items()
             if not roots.of(s)
         ]
         if not self.unknown.signed and values[0] < 0:
-            found.append(f"{key} below zero is a root of the equation, but not possible")
-        return found
+            notes.append(f"{key} below zero is a root of the equation, but not possible")
+        return notes
 
     def _about_friction(self, roots: Roots) -> list[str]:
         key, at = self.unknown.key, f"at {self._angle:.6g} deg"
@@ -489,18 +489,18 @@ class _Problem:
                 f"the smallest and the largest {self.unknown.key} are those {self._where}, from"
                 f" {_degrees(begin)} to {_degrees(end)} deg"
             )
-        found: Quantities = {}
+        quantities: Quantities = {}
         for s, direction in DIRECTIONS.items():
             for side, extremes in (("smallest", turn.smallest), ("largest", turn.largest)):
                 name = f"{self.unknown.label}_{direction}_{side}"
-                found |= self._extreme(name, extremes[s])
+                quantities |= self._extreme(name, extremes[s])
                 self.notes += self._about_extreme(side, s, extremes[s])
             self.notes += [
                 f"{self._where}, no {self.unknown.key} makes the body about to move {WORDS[s]} from"
                 f" {_degrees(begin)} to {_degrees(end)} deg"
                 for begin, end in turn.missing[s]
             ]
-        return found
+        return quantities
 
     def _about_extreme(self, side: str, direction: int, extreme: Extreme) -> list[str]:
         """Return why an extreme has no bound, or is not reached."""

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.shaft.schema import Force, ShaftScenario
 
 WHERE = ("statics", "unknown")
-OF_WEIGHT = "mechanism.mass", "effects.eccentric_mass.mass", "effects.eccentric_mass.radius"
-NOT_LINEAR = "azimuth_deg", "initial_angle_deg", "angle_deg"
+WEIGHT_KEYS = "mechanism.mass", "effects.eccentric_mass.mass", "effects.eccentric_mass.radius"
+ANGLE_KEYS = "azimuth_deg", "initial_angle_deg", "angle_deg"
 
 
 class Unknown(NamedTuple):
@@ -81,7 +81,7 @@ def unknown_of(scenario: "ShaftScenario", key: str) -> Unknown:
     PydanticCustomError
         If eq 24 of the scenario cannot be solved for it.
     """
-    known = {found.key: found for found in unknowns_of(scenario)}
+    known = {unknown.key: unknown for unknown in unknowns_of(scenario)}
     if key not in known:
         raise inconsistent(WHERE, _why_not(scenario, key, list(known)))
     return known[key]
@@ -100,9 +100,9 @@ def _why_not(scenario: "ShaftScenario", key: str, known: list[str]) -> str:
     if table in ("forces", "couples") and rest:
         return _why_not_of_load(scenario, key, rest)
     effects = dict(scenario.effects)
-    if rest and rest[-1] in NOT_LINEAR:
+    if rest and rest[-1] in ANGLE_KEYS:
         return f"eq 24 is not solved for '{key}', an angle; known: {', '.join(known)}"
-    if key in OF_WEIGHT and effects["gravity"] is None and _exists(scenario, key.split(".")):
+    if key in WEIGHT_KEYS and effects["gravity"] is None and _exists(scenario, key.split(".")):
         return f"'{key}' does not enter eq 24: the scenario has no [effects.gravity]"
     if _exists(scenario, key.split(".")):
         return (
