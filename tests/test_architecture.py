@@ -27,8 +27,7 @@ MAX_PARAMETERS = 8
 SELF = ("self", "cls")
 # Typer makes an option of each parameter of a command.
 COMMANDS = {
-    PACKAGE / "cli" / f"{name}.py"
-    for name in ("commands", "fit_command", "plot_command", "sweep_command")
+    PACKAGE / "cli" / f"{name}.py" for name in ("commands", "plot_command", "study_commands")
 }
 # Their keywords are the options of a command.
 LIKE_COMMANDS = [

@@ -4,15 +4,26 @@ from collections.abc import Iterable
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
+from pydantic import Field
+
 from frictionsim.api import result as results
-from frictionsim.api.arguments import as_names, as_path, as_tolerance
 from frictionsim.display import short_text
 from frictionsim.document import Data, Document, Table, as_json, as_text
 from frictionsim.io.comparison import Comparison, Tolerances, compare_records
 from frictionsim.results import finite
+from frictionsim.scenario.options import Names, Options, as_path
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
+
+
+class CompareOptions(Options):
+    """The tolerances of a comparison, and what is left out of it."""
+
+    rtol: float = Field(1e-6, ge=0, allow_inf_nan=True)
+    atol: float = Field(1e-9, ge=0, allow_inf_nan=True)
+    time_atol: float = Field(1e-6, ge=0, allow_inf_nan=True)
+    ignore: Names = ()
 
 
 def compare(
@@ -53,17 +64,13 @@ def compare(
         If they cannot be compared: a file is unreadable, the kinds differ, or both runs are done
         but sampled at different times.
     """
-    tolerances = Tolerances(
-        as_tolerance("rtol", rtol),
-        as_tolerance("atol", atol),
-        as_tolerance("time_atol", time_atol),
-    )
-    patterns = as_names("ignore", ignore)
+    options = CompareOptions.of(rtol=rtol, atol=atol, time_atol=time_atol, ignore=ignore)
+    tolerances = Tolerances(options.rtol, options.atol, options.time_atol)
     records = (
         _named("result", result, "the result"),
         _named("golden", golden, "the golden result"),
     )
-    return compare_records(*records, tolerances, patterns)
+    return compare_records(*records, tolerances, options.ignore)
 
 
 def _named(

@@ -6,14 +6,13 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.arguments import as_count, as_names, as_path
 from frictionsim.api.result_base import ResultBase
 from frictionsim.api.statics import with_overrides
 from frictionsim.display import number_text, study_text
 from frictionsim.document import Document, Table
-from frictionsim.errors import ArgumentError, counted
-from frictionsim.fitting.data import Source, check_names, measured
-from frictionsim.fitting.fit import Settings
+from frictionsim.errors import counted
+from frictionsim.fitting.data import FitOptions as FitOptions
+from frictionsim.fitting.data import measured
 from frictionsim.fitting.fit import fit as fit_problem
 from frictionsim.fitting.outcome import (
     OUT_OF_REACH,
@@ -24,6 +23,7 @@ from frictionsim.fitting.outcome import (
 )
 from frictionsim.fitting.problem import FitProblem, check_runs, free_keys
 from frictionsim.scenario.loading import ScenarioSource
+from frictionsim.scenario.options import as_path
 from frictionsim.scenario.settings import Scenario
 
 if TYPE_CHECKING:
@@ -299,12 +299,7 @@ class Fit(ResultBase):
     def save(self, path: str | PathLike[str]) -> Path:
         """Write the fitted scenario (.toml, a new file) or the picture (.png, .pdf, .svg)."""
         target = as_path("path", path)
-        if target.suffix == ".toml":
-            return self.save_toml(target)
-        from frictionsim.plots.picture_file import save
-
-        save(self.plot(), target)
-        return target
+        return self.save_toml(target) if target.suffix == ".toml" else self.save_picture(target)
 
     def parts(self) -> Document:
         """Yield the estimates, their correlations and the residuals."""
@@ -327,9 +322,9 @@ def fit(
     channels: Columns = (),
     quantities: str | Iterable[str] | Mapping[str, str | int | float] = (),
     over: Columns = (),
-    free: Mapping[str, Any],
-    sigma: Mapping[str, float | str] | None = None,
-    units: Mapping[str, str] | None = None,
+    free: Mapping[str, Any] | Iterable[str],
+    sigma: Mapping[str, float | str] | Iterable[str] | None = None,
+    units: Mapping[str, str] | Iterable[str] | None = None,
     time: str | int | None = None,
     time_unit: str | None = None,
     time_offset: float = 0.0,
@@ -348,20 +343,20 @@ def fit(
         A CSV file, a dict of arrays, a pandas.DataFrame or an xarray.Dataset. A value that is NaN,
         or an empty cell, was not measured.
     channels : str, iterable of str or mapping
-        The channels that were measured over time; a mapping gives the column of each.
-    quantities : mapping, or names
-        Of one run, the measured value of each; with `over`, the names of columns, or the column of
-        each.
-    over : str, iterable of str or mapping
-        The keys that the rows of the data set, each of which is a run; a mapping gives the column
+        The channels that were measured over time; a mapping, or texts NAME=COLUMN, give the column
         of each.
-    free : mapping
-        Bounds (low, high), or (low, high, start), of each key to be fitted. Without a start it is
+    quantities : mapping, or texts NAME=VALUE
+        The measured value of each quantity of one run; with `over` its column, as of `channels`.
+    over : str, iterable of str or mapping
+        Keys set by each row of the data, one run per row; a mapping, or texts KEY=COLUMN, give the
+        column of each.
+    free : mapping, or texts KEY=LOW:HIGH[:START]
+        Bounds (low, high), or (low, high, start), of each key to be fitted. The default start is
         the scenario's value, or the middle. Several keys with commas between them have one value.
-    sigma : mapping, optional
+    sigma : mapping, or texts NAME=VALUE, optional
         Standard deviation of a channel or quantity, in the unit of the data, or the name of its
-        column; without it the scatter about the fit is taken.
-    units : mapping, optional
+        column; by default it is estimated from the scatter about the fit.
+    units : mapping, or texts NAME=UNIT, optional
         Unit of the data of a channel or quantity, such as `deg/s`, where it is another one.
     time : str or int, optional
         Column of the times; by default `time`, or the first of a file.
@@ -372,11 +367,11 @@ def fit(
     starts : int
         Number of local searches; 1 starts from the start only.
     seed : int
-        Of the points that are scanned for starts, and of the bootstrap.
+        Seed of the scan for starts and of the bootstrap.
     bootstrap : int
-        Number of fits to data drawn anew.
+        Number of bootstrap resamples for confidence intervals.
     progress : callable, optional
-        Is called with the number of runs so far.
+        Called with the number of runs so far.
 
     Raises
     ------
@@ -385,106 +380,29 @@ def fit(
     SolverError
         If all runs fail.
     """
-    settings = _settings(starts, seed, bootstrap)
-    source = _checked(
-        Source(
-            data=data,
-            channels=_columns("channels", channels),
-            quantities=_quantities(quantities, bool(over)),
-            over=_columns("over", over),
-            sigma={} if sigma is None else sigma,  # type: ignore[arg-type]  # checked there
-            units={} if units is None else units,  # type: ignore[arg-type]
-            time=time,
-            time_unit=time_unit,
-            time_offset=_finite("time_offset", time_offset),
-        )
+    options = FitOptions.of(
+        data=data,
+        channels=channels,
+        over=over,
+        quantities=quantities,
+        sigma=sigma or {},
+        units=units or {},
+        time=time,
+        time_unit=time_unit,
+        time_offset=time_offset,
+        free=free,
+        starts=starts,
+        seed=seed,
+        bootstrap=bootstrap,
+        progress=progress,
     )
-    loaded = with_overrides(scenario, overrides)
-    if not isinstance(free, Mapping):
-        raise ArgumentError(
-            "free", f"expected bounds by key, as {{'drive.force': (0.0, 1.0)}}, got {free!r}"
-        )
-    clash = [name for key in free for name in str(key).split(",") if name in source.over]
-    if clash:
-        raise ArgumentError("over", f"'{clash[0]}' is free, too; the data give it or the fit does")
-    keys = free_keys(free, loaded)
-    found = measured(source, loaded)
-    check_runs(found, keys, loaded)
-    if not (progress is None or callable(progress)):
-        raise ArgumentError("progress", f"expected a function of a number, got {progress!r}")
-    problem = FitProblem(loaded, keys, found, progress or (lambda runs: None))
-    origin = loaded.origin
-    return Fit(fit_problem(problem, settings), origin.source, origin.values)
+    return fit_with(with_overrides(scenario, overrides), options)
 
 
-def _settings(starts: int, seed: int, bootstrap: int) -> Settings:
-    for name, value in (("seed", seed), ("bootstrap", bootstrap)):
-        if not isinstance(value, int) or isinstance(value, bool) or value < 0:
-            raise ArgumentError(name, f"expected a whole number of at least 0, got {value!r}")
-    return Settings(as_count("starts", starts), seed, bootstrap)
-
-
-def _checked(given: Source) -> Source:
-    """Check what is to be compared, as far as it needs no data."""
-    data, wanted = given.data, given.channels
-    if not wanted and not given.quantities:
-        raise ArgumentError(
-            "channels", "expected a channel or quantity that was measured; none is given"
-        )
-    if given.over and wanted:
-        raise ArgumentError(
-            "over", "the rows of the data are runs, or times of channels; leave out one of them"
-        )
-    if isinstance(data, str | PathLike):
-        data = as_path("data", data)
-    elif data is not None and not hasattr(data, "keys"):
-        raise ArgumentError(
-            "data", f"expected a CSV file or columns by name, got {type(data).__name__}"
-        )
-    if data is None and (wanted or given.over):
-        raise ArgumentError("data", "missing; expected a CSV file or columns by name")
-    names = [*wanted, *given.quantities]
-    for argument, by_name in (("sigma", given.sigma), ("units", given.units)):
-        if not isinstance(by_name, Mapping):
-            raise ArgumentError(argument, "expected a mapping of channels or quantities")
-        check_names(argument, by_name, names)
-    sigma = {name: _sigma(name, value) for name, value in given.sigma.items()}
-    return given._replace(data=data, sigma=sigma, units=dict(given.units))
-
-
-def _columns(argument: str, given: Any) -> dict[str, str | int]:
-    """Return the column of each name."""
-    if isinstance(given, Mapping):
-        for name, column in given.items():
-            if not isinstance(column, str | int) or isinstance(column, bool):
-                raise ArgumentError(argument, f"{name}: expected a column, got {column!r}")
-        return dict(given)
-    return {name: name for name in as_names(argument, given)}
-
-
-def _quantities(given: Any, are_columns: bool) -> dict[str, Any]:
-    if are_columns:
-        return dict(_columns("quantities", given))
-    if not isinstance(given, Mapping):
-        if as_names("quantities", given):
-            raise ArgumentError("quantities", "expected the measured value of each quantity")
-        return {}
-    return {name: _finite("quantities", value, f"{name}: ") for name, value in given.items()}
-
-
-def _finite(argument: str, value: Any, where: str = "") -> float:
-    from math import isfinite
-
-    number = value if isinstance(value, int | float) else getattr(value, "item", lambda: None)()
-    if not isinstance(number, int | float) or isinstance(number, bool) or not isfinite(number):
-        raise ArgumentError(argument, f"{where}expected a finite number, got {value!r}")
-    return float(number)
-
-
-def _sigma(name: str, value: Any) -> float | str:
-    if isinstance(value, str):
-        return value
-    number = _finite("sigma", value, f"{name}: ")
-    if not number > 0.0:
-        raise ArgumentError("sigma", f"{name}: expected a number above 0, got {number:g}")
-    return number
+def fit_with(scenario: Scenario, options: FitOptions) -> Fit:
+    """Fit free keys of a scenario, as `fit` and the command line do."""
+    keys = free_keys(options.free, scenario)
+    data = measured(options, scenario)
+    check_runs(data, keys, scenario)
+    problem = FitProblem(scenario, keys, data, options.progress or (lambda runs: None))
+    return Fit(fit_problem(problem, options), scenario.origin.source, scenario.origin.values)

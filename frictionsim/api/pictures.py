@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.api import result as results
-from frictionsim.api.arguments import as_path
 from frictionsim.api.sweep_result import Sweep, quantities_of, result_or_sweep, table_of
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.atomic_write import check_no_clobber
 from frictionsim.io.replaceable import check_apart
+from frictionsim.scenario.options import as_path
 
 if TYPE_CHECKING:
     import xarray

@@ -1,13 +1,11 @@
-"""The progress bar of a run on stderr."""
+"""Progress bars of runs and sweeps on stderr."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, nullcontext
 from time import monotonic
-from types import TracebackType
-from typing import IO, TYPE_CHECKING, cast
+from typing import IO, TYPE_CHECKING, Self, cast
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn
 
 from frictionsim.io.terminal import Stderr, print_on_stderr
 from frictionsim.simulation.monitor import RunMonitor
@@ -16,7 +14,7 @@ if TYPE_CHECKING:
     from frictionsim.api.sweep_run import SweepProgress
 
 STEPS_BETWEEN_UPDATES = 256  # reading the clock costs a tenth of a step
-SECONDS_WITHOUT_BAR = 1.0  # of a sweep: a short one shows none
+SECONDS_WITHOUT_BAR = 1.0  # a short run or sweep shows none
 
 
 class ProgressBar:
@@ -28,15 +26,10 @@ class ProgressBar:
     """
 
     def __init__(self, duration: float) -> None:
-        console = Console(file=cast("IO[str]", Stderr()), stderr=True)
-        self._progress = Progress(
+        self._progress = _bar(
             TextColumn("t = {task.completed:.4f} of {task.total:g} s"),
             BarColumn(),
             TextColumn("{task.percentage:.1f} %{task.fields[pace]}"),
-            console=console,
-            transient=True,
-            # Elsewhere, as in a log, rich would leave an empty line.
-            disable=not (console.is_terminal or console.is_jupyter),
         )
         self._task = self._progress.add_task("", total=duration, pace="")
         self._duration = duration
@@ -64,100 +57,105 @@ class ProgressBar:
 
 
 class RunProgress(RunMonitor):
-    """The `on_step` of a run in Python that shows its progress.
+    """Shows the progress of a run.
 
     Parameters
     ----------
     duration : float, s
+    delay : float, s
+        Wall time without a bar, which a short run does not need.
     """
 
-    def __init__(self, duration: float) -> None:
-        self._duration = duration
-        self._calls = 0
+    def __init__(self, duration: float, delay: float = 0.0) -> None:
+        self._duration, self._delay = duration, delay
+        self._calls, self._last = 0, 0.0
+        self._bar: ProgressBar | None = None
 
-    def __enter__(self) -> "RunProgress":
-        self._bar = ProgressBar(self._duration)
-        self._started, self._first = monotonic(), 0.0
+    def __enter__(self) -> Self:
+        self._begun = monotonic()
+        if not self._delay:
+            self._bar = ProgressBar(self._duration)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._bar.close()
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.close()
 
     def __call__(self, t: float) -> None:
-        if self._calls == 0:  # a resumed run does not start at 0
-            self._started, self._first = monotonic(), t
+        if self._calls == 0 or t < self._last:  # resumed, or a second run to estimate errors
+            self._since, self._first = monotonic(), t
         self._calls += 1
+        self._last = t
         if self._calls % STEPS_BETWEEN_UPDATES == 0:
-            done = t - self._first
-            self._bar.show(t, (monotonic() - self._started) / done if done > 0.0 else None)
+            self._show(t)
 
-    @contextmanager
-    def compiling(self, expected: float) -> Iterator[None]:
+    def _show(self, t: float) -> None:
+        now = monotonic()
+        if self._bar is None:
+            if now - self._begun < self._delay:
+                return
+            self._bar = ProgressBar(self._duration)
+        done = t - self._first
+        self._bar.show(t, (now - self._since) / done if done > 0.0 else None)
+
+    def compiling(self, expected: float) -> AbstractContextManager[None]:
         """Announce the compilation of kernels, which takes `expected` seconds."""
         print_on_stderr(f"compiling the kernels, once (about {expected:.0f} s)")
-        yield
+        return nullcontext()
 
 
 class SweepBar:
     """The progress of a sweep on a terminal: runs that are done, their rate and the time left."""
 
-    def __enter__(self) -> "SweepBar":
+    def __enter__(self) -> Self:
         self._started = monotonic()
         self._first: tuple[float, int] | None = None
         self._bar: Progress | None = None
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._bar is not None:
             self._bar.stop()
 
-    def __call__(self, found: "SweepProgress") -> None:
+    def __call__(self, progress: "SweepProgress") -> None:
         """Update the bar."""
         now = monotonic()
         if self._bar is None:
             if now - self._started < SECONDS_WITHOUT_BAR:
                 return
-            self._bar = _bar_of_runs()
-            self._task = self._bar.add_task("", total=found.total, text="")
+            columns = (
+                TextColumn("{task.completed:.0f} of {task.total:.0f}"),
+                BarColumn(),
+                TextColumn("{task.fields[text]}"),
+            )
+            # A thread that draws would keep worker processes from being copies of this one.
+            self._bar = _bar(*columns, auto_refresh=False)
+            self._task = self._bar.add_task("", total=progress.total, text="")
             self._bar.start()
-        if found.checked < found.total:
-            self._bar.update(self._task, completed=found.checked, text="combinations checked")
+        if progress.checked < progress.total:
+            self._bar.update(self._task, completed=progress.checked, text="combinations checked")
         else:
             if self._first is None:  # a resumed sweep does not start at 0
-                self._first = now, found.done
-            self._bar.update(self._task, completed=found.done, text=self._text(found, now))
+                self._first = now, progress.done
+            text = _text_of_sweep(progress, now - self._first[0], self._first[1])
+            self._bar.update(self._task, completed=progress.done, text=text)
         self._bar.refresh()
 
-    def _text(self, found: "SweepProgress", now: float) -> str:
-        assert self._first is not None
-        since, first = self._first
-        text = "runs"
-        done, seconds = found.done - first, now - since
-        if done and seconds > 0.0:
-            rate = done / seconds
-            text += f", {rate:.3g} per second, {(found.total - found.done) / rate:.0f} s left"
-        return f"{text}, {found.failed} failed" if found.failed else text
+
+def _text_of_sweep(progress: "SweepProgress", seconds: float, first: int) -> str:
+    """Return the rate and the time left, after so many seconds from the first runs on."""
+    text, done = "runs", progress.done - first
+    if done and seconds > 0.0:
+        rate = done / seconds
+        text += f", {rate:.3g} per second, {(progress.total - progress.done) / rate:.0f} s left"
+    return f"{text}, {progress.failed} failed" if progress.failed else text
 
 
-def _bar_of_runs() -> Progress:
+def _bar(*columns: ProgressColumn, auto_refresh: bool = True) -> Progress:
+    """Return a bar on stderr if it is a terminal, which leaves no trace of itself."""
     console = Console(file=cast("IO[str]", Stderr()), stderr=True)
+    # In a log, rich would leave an empty line.
+    disabled = not (console.is_terminal or console.is_jupyter)
     return Progress(
-        TextColumn("{task.completed:.0f} of {task.total:.0f}"),
-        BarColumn(),
-        TextColumn("{task.fields[text]}"),
-        console=console,
-        transient=True,
-        # A thread that draws would keep worker processes from being copies of this one.
-        auto_refresh=False,
-        disable=not (console.is_terminal or console.is_jupyter),
+        *columns, console=console, transient=True, auto_refresh=auto_refresh, disable=disabled
     )

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.api import result as results
-from frictionsim.api.arguments import as_path
 from frictionsim.api.studies import Study
 from frictionsim.api.sweep_result import Sweep, open_sweep, table_of
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.atomic_write import check_no_clobber, write_atomically
 from frictionsim.io.replaceable import REPORT, check_target
 from frictionsim.results import HDF5_SIGNATURE
+from frictionsim.scenario.options import as_path
 
 if TYPE_CHECKING:
     import xarray

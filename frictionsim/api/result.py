@@ -6,7 +6,6 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-from frictionsim.api.arguments import as_path
 from frictionsim.api.result_base import ResultBase, quantities_table
 from frictionsim.display import number_text, short_text
 from frictionsim.document import Document, Table
@@ -27,6 +26,7 @@ from frictionsim.results import (
     finite,
     quantities_json,
 )
+from frictionsim.scenario.options import as_path
 
 if TYPE_CHECKING:
     import xarray

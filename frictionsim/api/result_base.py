@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from frictionsim.display import error_text, number_text
 from frictionsim.document import Table, as_text
 from frictionsim.errors import EXIT_DONE
+from frictionsim.scenario.options import as_path
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -57,6 +58,14 @@ class ResultBase(ABC):
     @abstractmethod
     def plot(self) -> "Figure":
         """Draw the result, as the command line does."""
+
+    def save_picture(self, path: str | PathLike[str]) -> Path:
+        """Write the picture, by the suffix of the path: .png, .pdf or .svg."""
+        from frictionsim.plots.picture_file import save
+
+        target = as_path("path", path)
+        save(self.plot(), target)
+        return target
 
     def summary(self) -> str:
         """Return the summary as text, as the command line prints it."""

@@ -2,22 +2,25 @@
 
 import logging
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager
 from os import PathLike
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
-from frictionsim.api.arguments import as_count, as_number, as_path
+from pydantic import Field
+
 from frictionsim.api.result import Result, open
 from frictionsim.api.statics import with_overrides
-from frictionsim.errors import ArgumentError, FrictionsimError, InputError, OutputError
+from frictionsim.errors import FrictionsimError, InputError, OutputError
 from frictionsim.scenario.loading import ScenarioSource
+from frictionsim.scenario.options import Options, as_path, function_of
+from frictionsim.scenario.schema import unit_field
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.monitor import (
     Monitors,
     RunMonitor,
-    StopAfterStep,
+    StopSignals,
     WallTimeLimit,
     compilation_of,
 )
@@ -91,10 +94,11 @@ def solve(
     SolverError, AuditError
         Only with `check`.
     """
-    limits = _limits(max_wall, max_steps, progress)
+    since = perf_counter()
+    options = RunOptions.of(max_wall=max_wall, max_steps=max_steps, progress=progress)
     loaded = with_overrides(scenario, overrides)
     destination = _destination(output, None, no_clobber)
-    return _simulate(loaded, destination, limits, progress, estimate_error, None, check)
+    return _simulate(loaded, destination, options, since, estimate_error, None, check)
 
 
 def resume(
@@ -132,7 +136,8 @@ def resume(
     from frictionsim.io.destination import check_same_scenario, whole_name
     from frictionsim.io.hdf5_reader import is_sweep
 
-    limits = _limits(max_wall, max_steps, progress)
+    since = perf_counter()
+    options = RunOptions.of(max_wall=max_wall, max_steps=max_steps, progress=progress)
     if not isinstance(result, Result) and is_sweep(as_path("result", result)):
         raise InputError(f"{result}: this is a sweep; frictionsim.resume_sweep continues it")
     incomplete = result if isinstance(result, Result) else open(as_path("result", result))
@@ -143,34 +148,18 @@ def resume(
         check_same_scenario(output, incomplete.record.attributes["scenario"], path)
     destination = _destination(output, path, no_clobber)
     try:
-        return _simulate(scenario, destination, limits, progress, False, state, check)
+        return _simulate(scenario, destination, options, since, False, state, check)
     except InputError as error:
         name = "this result" if path is None else path
         raise InputError(f"{name}: cannot resume this run: {error}") from None
 
 
-class RunBudget(NamedTuple):
-    """Budgets of a part of a run: wall time, s, and steps; None for none.
+class RunOptions(Options):
+    """The limits of a part of a run, and what it shows."""
 
-    `since` is when the wall time began to count, s, as of `perf_counter`.
-    """
-
-    max_wall: float | None
-    max_steps: int | None
-    since: float
-
-
-def _limits(max_wall: float | None, max_steps: int | None, progress: Progress) -> RunBudget:
-    """Check arguments before anything is read; return the limits, which count from now."""
-    since = perf_counter()
-    if max_wall is not None:
-        as_number("max_wall", max_wall, "s")
-    if not (isinstance(progress, bool) or callable(progress)):
-        raise ArgumentError(
-            "progress", f"expected True, False or a function of the time, got {progress!r}"
-        )
-    steps = None if max_steps is None else as_count("max_steps", max_steps)
-    return RunBudget(max_wall, steps, since)
+    max_wall: float | None = unit_field("s", "Limit of wall time.", None, gt=0, allow_inf_nan=True)
+    max_steps: int | None = Field(None, gt=0)
+    progress: Annotated[Any, function_of("the time", "True, False or ")] = False
 
 
 def _destination(
@@ -189,21 +178,20 @@ def _destination(
 def _simulate(
     scenario: Scenario,
     destination: "Destination | None",
-    limits: RunBudget,
-    progress: Progress,
+    options: RunOptions,
+    since: float,
     estimate_error: bool,
     state: dict[str, Any] | None,
     check: bool,
 ) -> Result:
-    # Without a file nothing of an interrupted run could be kept: Ctrl-C raises at once.
     done: Record | None = None
-    stop = nullcontext(None) if destination is None else StopAfterStep()
-    with stop as interruption, _shown(progress, scenario) as shown:
-        parts = [interruption, shown, _limit(limits, scenario)]
-        monitor, steps = Monitors(*(part for part in parts if part)), limits.max_steps
+    # Without a file nothing of an interrupted run could be kept: Ctrl-C raises at once.
+    stop = None if destination is None else StopSignals()
+    with _monitor(options, since, scenario, stop) as monitor:
         try:
             segments = None if destination is None else destination.segments()
-            done = run(scenario, monitor, _checkpoint_writer(destination), state, segments, steps)
+            write, steps = _checkpoint_writer(destination), options.max_steps
+            done = run(scenario, monitor, write, state, segments, steps)
         except _ProgressFailed as failed:
             raise failed.__cause__ or failed from None
         finally:
@@ -215,10 +203,27 @@ def _simulate(
             from frictionsim.work_precision.error_estimate import estimate as estimate_errors
 
             estimate = estimate_errors(scenario, done, monitor, steps)
-    if interruption is not None and interruption.received:
+    if stop is not None and stop.received:
         raise KeyboardInterrupt(f"run {done.status}; its samples are in {path}")
     result = Result(done, path, scenario, estimate)
     return result.check() if check else result
+
+
+def _monitor(
+    options: RunOptions, since: float, scenario: Scenario, stop: StopSignals | None
+) -> Monitors:
+    """Return the monitor of a run: interruption, progress and limit of the wall time."""
+    parts: list[RunMonitor] = [] if stop is None else [stop]
+    solver = scenario.solver
+    if callable(options.progress):
+        parts.append(_ProgressFunction(options.progress))
+    elif options.progress:
+        from frictionsim.api.progress import RunProgress
+
+        parts.append(RunProgress(solver.duration))
+    if options.max_wall is not None:
+        parts.append(WallTimeLimit(options.max_wall, solver.duration, solver.after_budget, since))
+    return Monitors(*parts)
 
 
 def _written(done: "Record", destination: "Destination") -> Path | None:
@@ -227,17 +232,6 @@ def _written(done: "Record", destination: "Destination") -> Path | None:
         return destination.write_last(done)
     finally:
         destination.close()
-
-
-def _shown(progress: Progress, scenario: Scenario) -> AbstractContextManager[RunMonitor | None]:
-    """Return the context of a run that shows its progress as wanted."""
-    if progress is False:
-        return nullcontext()
-    if callable(progress):
-        return nullcontext(_ProgressFunction(progress))
-    from frictionsim.api.progress import RunProgress
-
-    return RunProgress(scenario.solver.duration)
 
 
 class _ProgressFailed(Exception):
@@ -260,13 +254,6 @@ class _ProgressFunction(RunMonitor):
 
     def compiling(self, expected: float) -> AbstractContextManager[None]:
         return compilation_of(self._progress, expected)
-
-
-def _limit(limits: RunBudget, scenario: Scenario) -> WallTimeLimit | None:
-    if limits.max_wall is None:
-        return None
-    solver = scenario.solver
-    return WallTimeLimit(limits.max_wall, solver.duration, solver.after_budget, limits.since)
 
 
 def _checkpoint_writer(

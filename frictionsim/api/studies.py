@@ -3,22 +3,21 @@
 from collections.abc import Callable, Iterable
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.arguments import as_names, as_number, as_path
 from frictionsim.api.result_base import ResultBase
 from frictionsim.api.statics import with_overrides
 from frictionsim.document import Document, Table
-from frictionsim.errors import ArgumentError, InputError, unknown
-from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.errors import InputError
 from frictionsim.scenario.loading import ScenarioSource
-from frictionsim.scenario.methods import laws_of, methods_of
+from frictionsim.scenario.options import as_path
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.variants import TOLERANCES, Mesh, Setting
-from frictionsim.work_precision import settings as ladder
-from frictionsim.work_precision import study as work_precision
-from frictionsim.work_precision.outcome import Plan, WorkPrecision
+from frictionsim.scenario.variants import TOLERANCES
+from frictionsim.simulation.monitor import RunMonitor
+from frictionsim.work_precision.outcome import WorkPrecision
 from frictionsim.work_precision.recommendation import recommendations
+from frictionsim.work_precision.settings import CostOptions as CostOptions
+from frictionsim.work_precision.study import study
 from frictionsim.work_precision.table import attributes, columns, study_json, write_csv
 
 if TYPE_CHECKING:
@@ -28,131 +27,6 @@ if TYPE_CHECKING:
 
     from frictionsim.scenario.overrides import Overrides
     from frictionsim.work_precision.outcome import Row
-
-
-class StudySelection(NamedTuple):
-    """What is asked for; None for the default."""
-
-    laws: str | Iterable[str] | None = None
-    backends: str | Iterable[str] | None = None
-    tolerances: float | Iterable[float] | None = None
-    bodies: int | Iterable[int] | None = None
-    models: str | Iterable[str] | None = None
-
-
-def plan_of(scenario: Scenario, choice: StudySelection) -> Plan:
-    """Return the plan of a study.
-
-    Raises
-    ------
-    InputError
-        If the kind has no metrics, or something is asked for that there is not.
-    """
-    tolerances = _tolerances(choice.tolerances)
-    methods = _named("backends", "backend", choice.backends, methods_of(scenario.pairs))
-    laws = _named("laws", "friction law", choice.laws, laws_of(scenario.pairs))
-    kind = mechanism_module(scenario.kind)
-    if not hasattr(kind, "METRICS"):
-        raise InputError(f"cost: the kind '{scenario.kind}' defines no error metrics")
-
-    def over_time() -> list[Setting]:
-        found = _ladders(kind, scenario, tolerances)
-        return [s for s in found if s.backend in methods and (not s.law or s.law in laws)]
-
-    rtol = min(tolerances) * ladder.REFERENCE_REFINEMENT
-    meshes = _meshes(kind, scenario, choice)
-    if not meshes:
-        return Plan(over_time(), _references(kind, scenario, rtol), kind.METRICS)
-    study, settings = kind.mesh_study, []
-    own = study.own_mesh(scenario)
-    for mesh in meshes:
-        if mesh == own:
-            settings += [setting._replace(mesh=own) for setting in over_time()]
-        else:
-            settings += study.mesh_settings(scenario, mesh, methods, laws)
-    references: tuple[Setting, ...] = ()
-    if own in meshes:
-        references = tuple(s._replace(mesh=own) for s in _references(kind, scenario, rtol))
-    most = max(mesh.bodies for mesh in meshes)
-    return Plan(settings, references, study.METRICS, study.limits(scenario, most))
-
-
-def _meshes(kind: Any, scenario: Scenario, choice: StudySelection) -> list[Mesh]:
-    """Return the meshes to compare, one model after the other; none for a study over time alone."""
-    given = {"bodies": choice.bodies, "models": choice.models}
-    if not hasattr(kind, "mesh_study"):
-        for name, value in given.items():
-            if value is not None:
-                raise ArgumentError(name, f"the kind '{scenario.kind}' has no mesh; leave this out")
-        return []
-    study = kind.mesh_study
-    bodies = study.default_bodies(scenario) if choice.bodies is None else _counts(choice.bodies)
-    if not bodies:
-        if choice.models is not None:
-            raise ArgumentError("models", "without bodies there is no mesh to compare models on")
-        return []
-    possible = study.models_of(scenario)
-    for name in as_names("models", choice.models or ()):
-        if name in study.MODELS and name not in possible:
-            raise ArgumentError(
-                "models",
-                f"'{name}' needs [effects.contact], which the scenario leaves out;"
-                f" known here: {', '.join(possible)}",
-            )
-    models = _named("models", "model", choice.models, possible)
-    return [study.mesh_of(scenario, model, count) for model in models for count in bodies]
-
-
-def _counts(given: int | Iterable[int]) -> tuple[int, ...]:
-    values: tuple[Any, ...] = tuple(given) if isinstance(given, Iterable) else (given,)
-    for value in values:
-        if not isinstance(value, int) or isinstance(value, bool) or value < 2:
-            raise ArgumentError("bodies", f"expected whole numbers of at least 2, got {value!r}")
-    return tuple(sorted(set(values)))
-
-
-def _ladders(kind: Any, scenario: Scenario, tolerances: tuple[float, ...]) -> list[Setting]:
-    if hasattr(kind, "ladders"):
-        found: list[Setting] = kind.ladders(scenario, tolerances)
-        return found
-    return ladder.ladders(scenario, tolerances, kind.build(scenario))
-
-
-def _references(kind: Any, scenario: Scenario, rtol: float) -> tuple[Setting, ...]:
-    if hasattr(kind, "references"):
-        found: tuple[Setting, ...] = kind.references(scenario, rtol)
-        return found
-    return ladder.references(scenario, kind.build(scenario), rtol)
-
-
-def _tolerances(given: float | Iterable[float] | None) -> tuple[float, ...]:
-    if given is None:
-        return TOLERANCES
-    values: tuple[Any, ...] = tuple(given) if isinstance(given, Iterable) else (given,)
-    try:
-        found = tuple(map(float, values))
-    except (TypeError, ValueError):
-        found = ()
-    if not found or not all(ladder.TIGHTEST <= rtol <= ladder.LOOSEST for rtol in found):
-        raise ArgumentError(
-            "tolerances",
-            f"expected numbers from {ladder.TIGHTEST:g} to {ladder.LOOSEST:g},"
-            f" got '{','.join(map(str, values))}'",
-        )
-    return tuple(sorted(set(found), reverse=True))
-
-
-def _named(
-    argument: str, what: str, given: str | Iterable[str] | None, known: tuple[str, ...]
-) -> tuple[str, ...]:
-    """Return the names that are given; all known ones if none are."""
-    if given is None:
-        return known
-    names = tuple(as_names(argument, given))
-    for name in names:
-        if name not in known:
-            raise ArgumentError(argument, unknown(what, name, list(known)))
-    return names
 
 
 def study_parts(study: WorkPrecision) -> Document:
@@ -339,7 +213,7 @@ def cost(
     repeats: int = 3,
     bodies: int | Iterable[int] | None = None,
     models: str | Iterable[str] | None = None,
-    progress: "Progress | Callable[[str], Any] | None" = None,
+    progress: Callable[[str], Any] | None = None,
 ) -> Study:
     """Measure error against run time for every friction law and method at several settings.
 
@@ -358,12 +232,12 @@ def cost(
     repeats : int
         Maximum number of timed runs of each setting.
     bodies : int or iterable of int, optional
-        Of belts only, the numbers of bodies to compare; none, ``[]``, for a study over time alone.
-        By default from 0.4 to 4 times the scenario's.
+        Of belts only, the numbers of bodies to compare; ``[]`` for time steps only. By default
+        from 0.4 to 4 times the scenario's.
     models : str or iterable of str, optional
         Of belts only, of `string`, `corrected` and `polygon`; by default all.
-    progress : callable or Progress, optional
-        Is called with the name of each setting; a `Progress` also receives every step.
+    progress : callable, optional
+        Called with the name of each setting.
 
     Raises
     ------
@@ -372,36 +246,21 @@ def cost(
     SolverError
         If all reference runs fail.
     """
-    if as_number("max_wall", max_wall, "s") == float("inf"):
-        raise ArgumentError("max_wall", "expected a number above 0 s, got inf")
-    if not isinstance(repeats, int) or repeats < 1:
-        raise ArgumentError("repeats", f"expected a number of at least 1, got {repeats!r}")
-    told = _progress(progress)
-    loaded = with_overrides(scenario, overrides)
-    wanted = StudySelection(laws, backends, tolerances, bodies, models)
-    return Study(
-        work_precision.study(
-            loaded, plan_of(loaded, wanted), max_wall, repeats, told.on_step, told.on_setting
-        )
+    options = CostOptions.of(
+        laws=laws,
+        backends=backends,
+        tolerances=TOLERANCES if tolerances is None else tolerances,
+        bodies=bodies,
+        models=models,
+        max_wall=max_wall,
+        repeats=repeats,
+        progress=progress,
     )
+    return cost_with(with_overrides(scenario, overrides), options)
 
 
-class Progress:
-    """What a study tells: each step of a run, s, and the name of each setting."""
-
-    def __init__(
-        self,
-        on_step: Callable[[float], Any] = lambda t: None,
-        on_setting: Callable[[str], Any] = lambda name: None,
-    ) -> None:
-        self.on_step, self.on_setting = on_step, on_setting
-
-
-def _progress(given: Progress | Callable[[str], Any] | None) -> Progress:
-    if given is None or isinstance(given, Progress):
-        return given or Progress()
-    if not callable(given):
-        raise ArgumentError(
-            "progress", f"expected a function of the name of a setting, got {given!r}"
-        )
-    return Progress(on_setting=given)
+def cost_with(scenario: Scenario, options: CostOptions, monitor: RunMonitor | None = None) -> Study:
+    """Run a study of a scenario, as `cost` and the command line do."""
+    show = options.progress or (lambda name: None)
+    limits = (options.max_wall, options.repeats)
+    return Study(study(scenario, options.plan(scenario), *limits, monitor or RunMonitor(), show))

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.api.arguments import as_path
 from frictionsim.api.result import Result, open
 from frictionsim.api.result_base import ResultBase
 from frictionsim.api.sweep_tables import sweep_json, sweep_parts
@@ -23,6 +22,7 @@ from frictionsim.io.sweep_table import (
     SweepTable,
 )
 from frictionsim.parameter_study.block import AUDIT_FAILED, FAILED, NOT_RUN
+from frictionsim.scenario.options import as_path
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -4,12 +4,13 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from signal import SIGINT
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from frictionsim.api.sweep_result import Sweep
-from frictionsim.errors import ArgumentError, InputError, Interrupted, OutputError
+from frictionsim.errors import InputError, Interrupted, OutputError
 from frictionsim.io.destination import whole_name
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import FAILED, Block
@@ -33,8 +34,9 @@ from frictionsim.parameter_study.sweep_files import (
     make_series_folder,
     series_folder,
 )
+from frictionsim.scenario.options import Options
 from frictionsim.scenario.toml_data import toml_tables
-from frictionsim.simulation.monitor import StopAfterStep
+from frictionsim.simulation.monitor import StopSignals
 from frictionsim.version import __version__
 
 RUNNING = (
@@ -78,44 +80,30 @@ class SweepInterrupted(Interrupted):
         return self._text
 
 
-def execution_of(workers: int | None, dask: str | None, runs: int) -> Execution:
-    """Return the executor of a sweep.
+class ExecutionOptions(Options):
+    """The processes or the cluster of Dask that a sweep runs on."""
 
-    Parameters
-    ----------
-    workers : int or None
-        Number of processes; by default as many as there are cores.
-    dask : str or None
-        Address of a scheduler, or local:N.
-    runs : int
+    workers: int | None = Field(None, gt=0)
+    dask: str | None = None
 
-    Raises
-    ------
-    InputError
-    """
-    check_workers(workers, dask)
-    if dask is not None:
-        from frictionsim.parameter_study.dask_cluster import DaskCluster
+    @model_validator(mode="after")
+    def _exclude_each_other(self) -> Self:
+        if self.workers is not None and self.dask is not None:
+            raise InputError(
+                "workers and dask exclude each other: with dask the cluster has the workers"
+            )
+        return self
 
-        return DaskCluster(dask)
-    return local_execution(available_cores() if workers is None else workers, runs)
+    def execution(self, runs: int) -> Execution:
+        """Return the executor of so many runs."""
+        if self.dask is not None:
+            from frictionsim.parameter_study.dask_cluster import DaskCluster
+
+            return DaskCluster(self.dask)
+        return local_execution(self.workers or available_cores(), runs)
 
 
-def check_workers(workers: int | None, dask: str | None) -> None:
-    """Check how a sweep is to be run, before anything else.
-
-    Raises
-    ------
-    InputError
-    """
-    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int)):
-        raise ArgumentError("workers", f"expected a whole number above 0, got {workers!r}")
-    if workers is not None and workers < 1:
-        raise ArgumentError("workers", f"expected a whole number above 0, got {workers}")
-    if workers is not None and dask is not None:
-        raise InputError(
-            "workers and dask exclude each other: with dask the cluster has the workers"
-        )
+LOCAL = ExecutionOptions()
 
 
 def run_study(
@@ -123,8 +111,7 @@ def run_study(
     target: Path | None = None,
     no_clobber: bool = False,
     progress: OnProgress | None = None,
-    workers: int | None = None,
-    dask: str | None = None,
+    execution: ExecutionOptions = LOCAL,
 ) -> Sweep:
     """Run a study.
 
@@ -137,8 +124,7 @@ def run_study(
         Do not replace an existing file.
     progress : callable, optional
         Called some times each second; it may raise `SweepInterrupted`.
-    workers, dask
-        As of `execution_of`.
+    execution : ExecutionOptions
 
     Raises
     ------
@@ -147,7 +133,6 @@ def run_study(
     SweepInterrupted, KeyboardInterrupt
         With what is done kept, if there is a target.
     """
-    check_workers(workers, dask)
     text = study_toml(study)
     files, series = None, None
     if study.keep_series and target is None:
@@ -160,7 +145,7 @@ def run_study(
             check_series_folder(series, text)
     plan = plan_of(study.scenario, study.vary, study.together, study.sampling, series)
     running = _SweepRun(plan, text, Assembly(plan.design.runs), files, progress)
-    return running.run(workers, dask)
+    return running.run(execution)
 
 
 def resume_study(
@@ -168,8 +153,7 @@ def resume_study(
     output: Path | None = None,
     no_clobber: bool = False,
     progress: OnProgress | None = None,
-    workers: int | None = None,
-    dask: str | None = None,
+    execution: ExecutionOptions = LOCAL,
 ) -> Sweep:
     """Do the runs that are left of an interrupted sweep.
 
@@ -179,7 +163,7 @@ def resume_study(
         The incomplete file.
     output : Path, optional
         The file to write when the sweep is done.
-    no_clobber, progress, workers, dask
+    no_clobber, progress, execution
         As of `run_study`.
 
     Raises
@@ -191,7 +175,6 @@ def resume_study(
     """
     from frictionsim.io.hdf5_reader import read_sweep
 
-    check_workers(workers, dask)
     _check_unfinished(path, read_sweep(path))
     files = SweepFiles(whole_name(path) if output is None else output, path)
     files.check(no_clobber)
@@ -213,7 +196,7 @@ def resume_study(
     running = _SweepRun(
         plan, table.attributes["study"], assembly, files, progress, table.attributes
     )
-    return running.run(workers, dask)
+    return running.run(execution)
 
 
 def _check_unfinished(path: Path, table: SweepTable) -> None:
@@ -279,11 +262,11 @@ class _SweepRun:
         self._failed = int(np.count_nonzero(assembly.status == FAILED))
         self._checked = self._done
 
-    def run(self, workers: int | None, dask: str | None) -> Sweep:
+    def run(self, options: ExecutionOptions) -> Sweep:
         """Run what is left, and write the files."""
         files = self._files
         try:
-            execution = execution_of(workers, dask, self._plan.design.runs)
+            execution = options.execution(self._plan.design.runs)
             with _closing(execution), self._interruptible() as beat:
                 execution.check(self._plan, self._assembly.left, self._on_checked, beat)
                 if files is None:
@@ -342,9 +325,9 @@ class _SweepRun:
     @contextmanager
     def _interruptible(self) -> Iterator[Callable[[], Any]]:
         """Return the context in which Ctrl-C waits for the next beat, if there is a file."""
-        stop: AbstractContextManager[StopAfterStep | None] = nullcontext(None)
+        stop: AbstractContextManager[StopSignals | None] = nullcontext(None)
         if self._files is not None:
-            stop = StopAfterStep()
+            stop = StopSignals()
         with stop as interruption:
 
             def beat() -> None:

@@ -1,16 +1,16 @@
 """Sweeps from Python: a scenario at many combinations of values."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.arguments import as_path
 from frictionsim.api.statics import with_overrides
 from frictionsim.api.sweep_result import Sweep
-from frictionsim.api.sweep_run import resume_study, run_study
+from frictionsim.api.sweep_run import ExecutionOptions, resume_study, run_study
 from frictionsim.errors import ArgumentError, InputError
+from frictionsim.parameter_study.design import METHODS as METHODS
 from frictionsim.parameter_study.study_file import (
     SweepStudy,
     check_not_fixed,
@@ -21,6 +21,7 @@ from frictionsim.parameter_study.study_file import (
 )
 from frictionsim.parameter_study.values import values_by_key
 from frictionsim.scenario.loading import ScenarioSource, read_toml
+from frictionsim.scenario.options import as_path
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import scenario_file
 
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
 def sweep(
     scenario: Scenario | ScenarioSource,
-    vary: Mapping[str, Any] | None = None,
+    vary: Mapping[str, Any] | Iterable[str] | None = None,
     overrides: "Overrides | None" = None,
     *,
     zip: bool = False,
@@ -101,9 +102,10 @@ def sweep(
         "keep_series": keep_series,
     }  # fmt: skip
     path = None if output is None else as_path("output", output)
+    execution = ExecutionOptions.of(workers=workers, dask=dask)
     with shown(progress) as on_progress:
         study = study_from(scenario, vary, overrides, options)
-        return run_study(study, path, no_clobber, on_progress, workers, dask)
+        return run_study(study, path, no_clobber, on_progress, execution)
 
 
 def resume_sweep(
@@ -140,8 +142,9 @@ def resume_sweep(
         If another process is running it, or the file cannot be written.
     """
     target = None if output is None else as_path("output", output)
+    execution = ExecutionOptions.of(workers=workers, dask=dask)
     with shown(progress) as on_progress:
-        return resume_study(as_path("path", path), target, no_clobber, on_progress, workers, dask)
+        return resume_study(as_path("path", path), target, no_clobber, on_progress, execution)
 
 
 @contextmanager
@@ -160,7 +163,7 @@ def shown(progress: "OnProgress | bool") -> "Iterator[OnProgress | None]":
 
 def study_from(
     scenario: Scenario | ScenarioSource,
-    vary: Mapping[str, Any] | None,
+    vary: Mapping[str, Any] | Iterable[str] | None,
     overrides: "Overrides | None",
     options: Mapping[str, Any],
 ) -> SweepStudy:
@@ -183,11 +186,27 @@ def study_from(
         _check_alone(vary, overrides, given)
         return written
     loaded = with_overrides(scenario, overrides)
-    if vary is not None and not isinstance(vary, Mapping):
-        raise ArgumentError("vary", f"expected values by key, got {type(vary).__name__}")
-    values = values_by_key((str(key), levels) for key, levels in (vary or {}).items())
+    values = values_by_key(_varied(vary or {}))
     check_not_fixed(_keys(overrides), values)
     return study_with(loaded, values, settings_of(given))
+
+
+def _varied(vary: Mapping[str, Any] | Iterable[str]) -> list[tuple[str, Any]]:
+    """Return keys and their values, of a mapping or of texts KEY=VALUES."""
+    if isinstance(vary, Mapping):
+        return [(str(key), levels) for key, levels in vary.items()]
+    if isinstance(vary, str) or not isinstance(vary, Iterable):
+        raise ArgumentError("vary", f"expected values by key, got {type(vary).__name__}")
+    values: dict[str, str] = {}
+    for text in vary:
+        key, sign, levels = str(text).partition("=")
+        key = key.strip()
+        if not sign or not key:
+            raise ArgumentError("vary", f"expected KEY=VALUES, as a.b=[1, 2], got '{text}'")
+        if key in values:
+            raise ArgumentError("vary", f"{key} is given twice; give all its values in one list")
+        values[key] = levels
+    return list(values.items())
 
 
 def _keys(overrides: "Overrides | None") -> list[str]:
@@ -209,7 +228,9 @@ def _written_study(source: Scenario | ScenarioSource) -> SweepStudy | None:
 
 
 def _check_alone(
-    vary: Mapping[str, Any] | None, overrides: "Overrides | None", options: Mapping[str, Any]
+    vary: Mapping[str, Any] | Iterable[str] | None,
+    overrides: "Overrides | None",
+    options: Mapping[str, Any],
 ) -> None:
     """Check that a study is not given in two places, of which neither would say what is run.
 

@@ -7,7 +7,7 @@ prints. Heavy imports happen when a function is called, so that --help is fast.
 from copy import copy
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -31,8 +31,6 @@ from frictionsim.cli.app import (
 from frictionsim.cli.completion import backends as backends_of
 from frictionsim.cli.ending import ending_of, printed_by_typer
 from frictionsim.cli.messages import (
-    print_beside_files,
-    print_data,
     print_error,
     print_json,
     print_text,
@@ -43,24 +41,26 @@ from frictionsim.errors import (
     EXIT_BAD_INPUT,
     EXIT_DEFECT,
     EXIT_DONE,
-    ArgumentError,
     InputError,
     ScenarioError,
 )
+
+if TYPE_CHECKING:
+    from frictionsim.api.sweep_result import Sweep
 
 MODULES = {
     "solve": "commands",
     "resume": "commands",
     "check": "commands",
     "static": "commands",
-    "cost": "commands",
+    "cost": "study_commands",
     "show": "file_commands",
     "compare": "file_commands",
     "plot": "plot_command",
     "new": "file_commands",
     "schema": "file_commands",
-    "fit": "fit_command",
-    "sweep": "sweep_command",
+    "fit": "study_commands",
+    "sweep": "study_commands",
     "report": "file_commands",
     "warm-up": "file_commands",
 }
@@ -161,8 +161,10 @@ def solve(
     verbose: Verbose = 0,
 ) -> int:
     """Simulate scenarios, write the result files and print the summaries."""
-    _check_limits(max_wall, max_steps)
-    # All are read before the first is solved: an error in the last is told at once.
+    from frictionsim.api.solving import RunOptions
+
+    RunOptions.of(max_wall=max_wall, max_steps=max_steps)  # before anything is read
+    # All are read before the first is solved, so that an error in the last is told at once.
     check_read_once(scenarios)
     loaded = [load_scenario(source, overrides, backend) for source in scenarios]
 
@@ -178,14 +180,6 @@ def solve(
         report,
     )
     return report.exit_code
-
-
-def _check_limits(max_wall: float | None, max_steps: int | None) -> None:
-    """Check the budgets of a run before anything is read."""
-    if max_steps is not None and max_steps <= 0:
-        raise ArgumentError("max_steps", f"expected a whole number above 0, got {max_steps}")
-    if max_wall is not None and not max_wall > 0.0:
-        raise ArgumentError("max_wall", f"expected a number above 0 s, got {max_wall:g}")
 
 
 @app.command()
@@ -209,25 +203,23 @@ def resume(
     An incomplete NAME.h5 is called so itself; only beside a complete NAME.h5 it is
     NAME.partial.h5, and replaces that when it is done, unless it is of another scenario.
     """
+    from frictionsim.api.solving import RunOptions
     from frictionsim.cli.job import Report, Resumption, resume_job
     from frictionsim.io.hdf5_reader import is_sweep
 
-    _check_limits(max_wall, max_steps)
+    RunOptions.of(max_wall=max_wall, max_steps=max_steps)  # before anything is read
     if is_sweep(result):
-        from frictionsim.cli.sweep_command import (
-            ExecutionOptions,
-            Files,
-            OutputOptions,
-            resume_sweep,
-        )
+        from frictionsim.api.sweep_run import ExecutionOptions, resume_study
+        from frictionsim.cli.study_commands import SweepPrinting, run_with
 
         if max_wall is not None or max_steps is not None:
             raise InputError(f"{result}: this is a sweep; --max-wall and --max-steps are of runs")
-        files, shown = (
-            Files(output, None, no_clobber),
-            OutputOptions(str(result), as_json, quiet, verbose),
-        )
-        return resume_sweep(result, files, ExecutionOptions(workers, dask), shown)
+        execution = ExecutionOptions.of(workers=workers, dask=dask)
+
+        def run(monitor: Any) -> "Sweep":
+            return resume_study(result, output, no_clobber, monitor, execution)
+
+        return run_with(run, SweepPrinting(str(result), None, as_json, quiet, verbose))
     if (workers is not None or dask is not None) and result.exists():
         raise InputError(f"{result}: expected a sweep with -j or --dask; this is the file of a run")
     report = Report(as_json, quiet, verbose)
@@ -302,65 +294,3 @@ def static(scenario: ScenarioFile, overrides: Overrides = None, as_json: AsJson 
         from frictionsim.api.statics import statics_text
 
         print_text(statics_text(quantities))
-
-
-@app.command()
-def cost(
-    scenario: ScenarioFile,
-    overrides: Overrides = None,
-    backends: Annotated[
-        str | None, typer.Option(metavar="A,B", help="Backends to use. [all that apply]")
-    ] = None,
-    laws: Annotated[
-        str | None, typer.Option(metavar="A,B", help="Friction laws to use. [all that apply]")
-    ] = None,
-    tolerances: Annotated[
-        str | None,
-        typer.Option(metavar="X,Y", help="Relative tolerances of adaptive backends."),
-    ] = None,
-    bodies: Annotated[
-        str | None,
-        typer.Option(
-            metavar="N,M", help="Belt meshes to compare (numbers of bodies); none: time steps only."
-        ),
-    ] = None,
-    models: Annotated[
-        str | None,
-        typer.Option(metavar="A,B", help="Models of a belt: string, corrected, polygon. [all]"),
-    ] = None,
-    max_wall: Annotated[
-        float, typer.Option(metavar="SECONDS", help="Limit the wall time of each run.")
-    ] = 5.0,
-    repeats: Annotated[
-        int, typer.Option(min=1, metavar="N", help="Maximum number of timed runs of each setting.")
-    ] = 3,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the table as HDF5.")
-    ] = None,
-    csv: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the table as CSV.")
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw error against work: .png, .pdf or .svg."),
-    ] = None,
-    no_clobber: NoClobber = False,
-    as_json: AsJson = False,
-) -> int:
-    """Measure error against run time for every friction law and backend at several settings."""
-    loaded = load_scenario(scenario, overrides)
-
-    from frictionsim.cli.cost_study import Files, Wanted, run_study
-
-    wanted = Wanted(backends, laws, tolerances, bodies, models, max_wall, repeats)
-    files = Files(output, csv, plot)
-    files.check(no_clobber)
-    study = run_study(loaded, wanted)
-    show = print_beside_files if any(files) else print_data
-    show(study.to_json() if as_json else study.summary())
-    files.write(study)
-    if study.status != "done":
-        print_error(
-            f"study {study.status} {study.reason} of a run; the results cover the settings before"
-        )
-    return study.exit_code

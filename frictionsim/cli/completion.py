@@ -44,7 +44,7 @@ def backends(incomplete: str) -> list[str]:
 
 def sampling_methods(incomplete: str) -> list[str]:
     """Return the ways to draw a sample that begin with a text."""
-    from frictionsim.parameter_study.design import METHODS
+    from frictionsim.api.sweeping import METHODS
 
     return _beginning(incomplete, METHODS)
 

@@ -16,7 +16,7 @@ from frictionsim.cli.messages import (
     print_text,
     warn,
 )
-from frictionsim.cli.monitor import monitor_run
+from frictionsim.cli.monitor import CommandMonitor
 from frictionsim.errors import EXIT_DIFFERENT, EXIT_DONE, InputError
 from frictionsim.io.terminal import ReaderGone, Stdout
 
@@ -66,7 +66,7 @@ def warm_up(
     from frictionsim.api.warming import warming
 
     total, found = 0.0, False
-    with monitor_run(1.0, with_progress=False, quiet=True) as monitor:
+    with CommandMonitor(1.0, with_progress=False, quiet=True) as monitor:
         for scenario, backend, seconds in warming(kind, monitor):
             total, found = total + seconds, True
             if not quiet:
@@ -221,7 +221,7 @@ def new(
 
     With FILE, the schema for editors is written beside it, as KIND.schema.json.
     """
-    from frictionsim.cli.log_lines import log_on_stderr
+    from frictionsim.cli.messages import log_on_stderr
 
     log_on_stderr(0)  # a faulty plug-in is left out of lists with a warning
     if listed:
@@ -259,7 +259,7 @@ def schema(
     ] = None,
 ) -> None:
     """Print the JSON schema of scenarios, for editors and other tools."""
-    from frictionsim.cli.log_lines import log_on_stderr
+    from frictionsim.cli.messages import log_on_stderr
 
     log_on_stderr(0)
     print_json(fs.schema(kind))

@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import frictionsim as fs
-from frictionsim.cli.log_lines import log_on_stderr
 from frictionsim.cli.messages import (
+    log_on_stderr,
     print_beside_files,
     print_error,
     warn,
     warn_of_name,
 )
-from frictionsim.cli.monitor import CommandMonitor, monitor_run
+from frictionsim.cli.monitor import CommandMonitor
 from frictionsim.cli.sources import STDIN
 from frictionsim.errors import (
     EXIT_DONE,
@@ -81,12 +81,12 @@ class Report:
         """Return the context of a run that can be stopped and shows its progress."""
         shown = not (self.quiet or self._as_json)
         with (
-            monitor_run(scenario.solver.duration, shown, quiet=self.quiet) as monitor,
+            CommandMonitor(scenario.solver.duration, shown, quiet=self.quiet) as monitor,
             monitor.limited(max_wall, self._give_up),
         ):
             yield monitor
-        if monitor.signal and self.waiting:  # one that came while the result was written
-            self.exit_code = EXIT_SIGNAL + monitor.signal
+        if monitor.signals.received and self.waiting:  # one that came while the result was written
+            self.exit_code = EXIT_SIGNAL + monitor.signals.received
 
     def _give_up(self) -> None:
         """Print what there is before the process ends in the middle of a run."""

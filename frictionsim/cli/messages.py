@@ -69,3 +69,25 @@ def print_beside_files(data: Any) -> None:
         print_data(data)
     except OutputError as error:
         print_error(f"warning: {error}; the files of this command are not affected")
+
+
+def log_on_stderr(verbose: int) -> None:
+    """Print warnings that the package logs; with -v also information, with -vv also details.
+
+    Parameters
+    ----------
+    verbose : int
+        How often -v was given.
+    """
+    import logging  # imported here: --help does without, which it would slow down by a tenth
+
+    class Lines(logging.Handler):
+        """Prints records as messages: one that cannot be printed does not end the run."""
+
+        def emit(self, record: logging.LogRecord) -> None:
+            level = "" if record.levelno <= logging.INFO else f"{record.levelname.lower()}: "
+            print_error(f"{level}{record.getMessage()}")
+
+    logger = logging.getLogger("frictionsim")
+    logger.handlers = [Lines()]
+    logger.setLevel((logging.WARNING, logging.INFO, logging.DEBUG)[min(verbose, 2)])

@@ -8,16 +8,17 @@ from contextlib import contextmanager
 from threading import Event, Thread
 from time import monotonic
 from types import FrameType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from frictionsim.cli.app import Process
-from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_SIGNAL, Interrupted
+from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_SIGNAL
 from frictionsim.io.terminal import is_terminal, print_on_stderr, visible, write_on_stderr
+from frictionsim.simulation.monitor import RunMonitor, StopSignals
 
 if TYPE_CHECKING:
     from socket import socket
 
-    from frictionsim.api.progress import ProgressBar
+    from frictionsim.api.sweep_run import SweepProgress
 
 
 # A lost connection sends SIGHUP, which Windows does not have.
@@ -26,8 +27,6 @@ STOP_SIGNALS = tuple(
 )
 NO_SIGNAL = b"\0"
 CLEAR_LINE = "\r\x1b[K"  # erases a status line that may be on the terminal
-STEPS_BETWEEN_UPDATES = 256  # of the bar; reading the clock costs a tenth of a step
-SECONDS_WITHOUT_BAR = 1.0
 # `timeout` and shells signal both the process and its group: a signal may be delivered twice.
 SECONDS_FOR_ONE_SIGNAL = 0.2
 # The limit is looked at after each step, too, which has something to keep.
@@ -35,8 +34,30 @@ SECONDS_AFTER_LIMIT = 0.1
 SECONDS_OF_A_WAIT = 1e6  # threads cannot wait for years
 
 
-class CommandMonitor:
-    """The `on_step` callback of a run: called with the simulated time after each step.
+class CommandSignals(StopSignals):
+    """Stops a command at a stop signal that the process does not ignore; a second ends it."""
+
+    NUMBERS = STOP_SIGNALS
+
+    def __enter__(self) -> Self:
+        return self  # a monitor handles them as soon as there is something to keep
+
+    def replaces(self, handler: Any) -> bool:
+        # What is ignored stays ignored, as by nohup; None is a handler that is not Python's.
+        return handler not in (signal.SIG_IGN, None)
+
+    def on_second(self, number: int) -> None:
+        if monotonic() - self._first > SECONDS_FOR_ONE_SIGNAL:
+            os._exit(EXIT_SIGNAL + number)
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        if not self.received:
+            self._first = monotonic()
+        super()._on_signal(number, frame)
+
+
+class CommandMonitor(RunMonitor):
+    """Watches the run of a command: stop signals, wall time, compilations, progress bar.
 
     Parameters
     ----------
@@ -49,56 +70,44 @@ class CommandMonitor:
 
     Attributes
     ----------
-    signal : int
-        The first stop signal since the first step; 0 if there was none.
+    signals : CommandSignals
     """
 
-    def __init__(self, duration: float, with_progress: bool, quiet: bool) -> None:
-        self._duration = duration
+    def __init__(self, duration: float, with_progress: bool, quiet: bool = False) -> None:
         self._quiet = quiet
-        self._with_progress = with_progress and is_terminal(sys.stderr)
-        self._started = monotonic()
-        # Origin of the pace shown: a resumed run does not start at t = 0.
-        self._pace_clock, self._pace_t = self._started, 0.0
-        self._last_t = 0.0
-        self._calls = 0
-        self.signal = 0
-        self._signalled = 0.0
-        self._compiling = False
+        self._bar: RunMonitor | None = None
+        if with_progress and is_terminal(sys.stderr):
+            from frictionsim.api.progress import SECONDS_WITHOUT_BAR, RunProgress
+
+            self._bar = RunProgress(duration, SECONDS_WITHOUT_BAR)
+        self._stepped = self._compiling = False
+        self.signals = CommandSignals()
         # Those of the program around it: within a run, that of `fs.solve` may be in the place.
         self._before = {number: signal.getsignal(number) for number in STOP_SIGNALS}
-        self._replaced: dict[int, Any] = {}
-        self._bar: ProgressBar | None = None
+
+    def __enter__(self) -> Self:
+        if self._bar is not None:
+            self._bar.__enter__()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Remove the progress bar; signals have their earlier action again."""
+        self.signals.restore()
+        if self._bar is not None:
+            self._bar.__exit__()
 
     def __call__(self, t: float) -> None:
-        """Update the progress bar; stop the run on a signal.
-
-        Parameters
-        ----------
-        t : float, s
-            Simulated time.
-        """
-        if self.signal:
-            raise Interrupted(self.signal, t)
-        if self._calls == 0:
-            self._handle_signals()
-            self._reset_pace(t)
-        self._calls += 1
-        if self._with_progress and self._calls % STEPS_BETWEEN_UPDATES == 0:
-            self._show(t)
-
-    def _handle_signals(self) -> None:
-        """Have the first signal wait for the end of the step, and for a result being written.
+        """Stop the run at a signal; update the progress bar.
 
         Before the first step there is nothing to keep, and the default action stands: it also
         ends what C code does for a minute, such as the assembly of a large belt.
         """
-        for number in STOP_SIGNALS:
-            before = self._before[number]
-            # What is ignored stays ignored, as by nohup; None is a handler that is not Python's.
-            if number not in self._replaced and before not in (signal.SIG_IGN, None):
-                signal.signal(number, self._on_signal)
-                self._replaced[number] = before
+        self.signals(t)
+        if not self._stepped:
+            self._stepped = True
+            self.signals.handle(self._before)
+        if self._bar is not None:
+            self._bar(t)
 
     @contextmanager
     def compiling(self, expected: float) -> Iterator[None]:
@@ -127,16 +136,16 @@ class CommandMonitor:
         previous = signal.set_wakeup_fd(writer.fileno())
         waiting = Thread(target=self._wait_for_signal, args=(reader,), daemon=True)
         waiting.start()
-        self._handle_signals()
+        self.signals.handle(self._before)
         self._compiling = True
-        if self.signal:  # received before the socket was set up
-            self._exit_now(self.signal)
+        if self.signals.received:  # before the socket was set up
+            self._exit_now(self.signals.received)
         try:
             yield
         finally:
             self._compiling = False
-            if self._calls == 0:
-                self._restore_signals()
+            if not self._stepped:
+                self.signals.restore()
             signal.set_wakeup_fd(previous)
             writer.send(NO_SIGNAL)
             waiting.join()
@@ -156,7 +165,7 @@ class CommandMonitor:
 
     @property
     def _kept(self) -> str:
-        return "files already written are kept" if self._calls else "nothing was written"
+        return "files already written are kept" if self._stepped else "nothing was written"
 
     @contextmanager
     def limited(self, seconds: float | None, before_exit: Callable[[], Any]) -> Iterator[None]:
@@ -188,7 +197,7 @@ class CommandMonitor:
     def _wait_for_limit(self, seconds: float, over: Event, before_exit: Callable[[], Any]) -> None:
         if over.wait(min(seconds + SECONDS_AFTER_LIMIT, SECONDS_OF_A_WAIT)):
             return
-        if self._calls and not self._compiling:
+        if self._stepped and not self._compiling:
             return
         where, help_ = "before the first step", "raise the limit"
         if self._compiling:
@@ -201,70 +210,40 @@ class CommandMonitor:
         before_exit()
         os._exit(EXIT_BUDGET_EXCEEDED)
 
-    def _reset_pace(self, t: float) -> None:
-        self._pace_clock, self._pace_t = monotonic(), t
 
-    def _show(self, t: float) -> None:
-        if t < self._last_t:  # a second run has started
-            self._reset_pace(t)
-        self._last_t = t
-        if self._bar is None:
-            if monotonic() - self._started < SECONDS_WITHOUT_BAR:
-                return
-            from frictionsim.api.progress import ProgressBar
+class SweepMonitor:
+    """Watches the sweep of a command: shows a bar, and ends the sweep at a stop signal.
 
-            self._bar = ProgressBar(self._duration)
-        done = t - self._pace_t
-        self._bar.show(t, (monotonic() - self._pace_clock) / done if done > 0.0 else None)
-
-    def _on_signal(self, number: int, frame: FrameType | None) -> None:
-        if self.signal:
-            if monotonic() - self._signalled > SECONDS_FOR_ONE_SIGNAL:
-                os._exit(EXIT_SIGNAL + number)  # a second signal: do not wait for the step
-            return
-        self.signal = number
-        self._signalled = monotonic()
-
-    def _restore_signals(self) -> None:
-        for number, handler in self._replaced.items():
-            signal.signal(number, handler)
-        self._replaced.clear()
-
-    def close(self) -> None:
-        """Remove the progress bar; signals have their earlier action again."""
-        self._restore_signals()
-        if self._bar is not None:
-            self._bar.close()
-
-
-@contextmanager
-def monitor_run(
-    duration: float, with_progress: bool, quiet: bool = False
-) -> Iterator[CommandMonitor]:
-    """Monitor a run: a stop signal stops it after the current step, a second ends the process.
-
-    Stop signals are SIGINT, SIGTERM and SIGHUP, unless the process ignores them. Before the first
-    step and during the compilation of kernels, the first signal ends the process.
-
-    Parameters
-    ----------
-    duration : float, s
-        Duration of the simulation.
-    with_progress : bool
-        Show a progress bar if stderr is a terminal.
-    quiet : bool
-        Do not announce compilation.
-
-    Yields
-    ------
-    CommandMonitor
-        To be called with the time after each step.
+    Until all combinations are checked there is nothing to keep: a signal ends the process at once.
     """
-    monitor = CommandMonitor(duration, with_progress, quiet)
-    try:
-        yield monitor
-    finally:
-        monitor.close()
+
+    def __init__(self, with_bar: bool) -> None:
+        self._with_bar = with_bar and is_terminal(sys.stderr)
+        self._bar: Any = None
+        self.signals = CommandSignals()
+        self._before = {number: signal.getsignal(number) for number in STOP_SIGNALS}
+
+    def __enter__(self) -> Self:
+        if self._with_bar:
+            from frictionsim.api.progress import SweepBar
+
+            self._bar = SweepBar().__enter__()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.signals.restore()
+        if self._bar is not None:
+            self._bar.__exit__()
+
+    def __call__(self, progress: "SweepProgress") -> None:
+        if progress.checked >= progress.total:
+            self.signals.handle(self._before)
+        if self.signals.received:
+            from frictionsim.api.sweep_run import SweepInterrupted
+
+            raise SweepInterrupted(self.signals.received)
+        if self._bar is not None:
+            self._bar(progress)
 
 
 class StatusLine:

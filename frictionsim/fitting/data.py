@@ -1,16 +1,29 @@
 """The measured data of a fit: time series of one run, or a table of runs and their noise."""
 
-from collections.abc import Iterable, Mapping
-from math import pi
+from collections.abc import Iterable, Iterator, Mapping
+from math import isfinite, pi
+from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.scenario.csv_columns import Column, NoSuchColumn, heading, read_columns
 from frictionsim.scenario.model_fields import unit_of_key
 from frictionsim.scenario.model_validation import MAX_NUMBER, MIN_NUMBER
+from frictionsim.scenario.options import (
+    Columns,
+    Options,
+    as_list,
+    as_path,
+    by_name,
+    columns_of,
+    function_of,
+    number_or_name,
+)
+from frictionsim.scenario.schema import inconsistent, unit_field
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -199,44 +212,113 @@ class Measured(NamedTuple):
         return sum(target.values.size for target in self.targets)
 
 
-class Source(NamedTuple):
-    """What of the data is compared with what, as it was asked for.
+BOUNDS = "KEY=LOW:HIGH or KEY=LOW:HIGH:START, as effects.shaft_friction.mu_s=0.05:0.4"
 
-    Attributes
-    ----------
-    data : path, mapping of arrays, or None
-    channels : dict
-        The column of each channel.
-    quantities : dict
-        The value of each quantity, or with `over` its column.
-    over : dict
-        The column of each key that the rows of the data set.
-    sigma : dict
-        The standard deviation of a channel or quantity, in the unit of the data, or its column.
-    units : dict
-        The unit of the data, where it is not that of the channel or quantity.
-    time : str, int or None
-        The column of the times.
-    time_unit : str
-    time_offset : float, s
-        Offset added to the times of the data.
-    """
 
-    data: Any
-    channels: dict[str, Column]
-    quantities: dict[str, Any]
-    over: dict[str, Column]
-    sigma: dict[str, Any]
-    units: dict[str, str]
-    time: Column | None
-    time_unit: str | None
-    time_offset: float
+def _file_or_columns(data: Any) -> Any:
+    if isinstance(data, str | PathLike):
+        return as_path("data", data)
+    if data is not None and not hasattr(data, "keys"):
+        raise ValueError(f"expected a CSV file or columns by name, got {type(data).__name__}")
+    return data
+
+
+def _bounds_by_key(given: Any) -> dict[Any, Any]:
+    """Return the bounds of free keys of a mapping, or of texts KEY=LOW:HIGH[:START]."""
+    if isinstance(given, Mapping):
+        return dict(given)
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise ValueError(f"expected bounds by key, as {{'drive.force': (0.0, 1.0)}}, got {given!r}")
+    return dict(map(_bounds, given))
+
+
+def _bounds(text: Any) -> tuple[str, tuple[float, ...]]:
+    key, _, value = (part.strip() for part in str(text).partition("="))
+    try:
+        numbers = tuple(float(part) for part in value.split(":"))
+    except ValueError:
+        numbers = ()
+    if not key or len(numbers) not in (2, 3):
+        raise ValueError(f"expected {BOUNDS}; a free key needs bounds, got {text!r}")
+    return ",".join(part.strip() for part in key.split(",")), numbers
+
+
+def _deviations(given: Any) -> dict[str, float | str]:
+    """Return standard deviations, or the names of their columns."""
+    values = by_name("NAME=VALUE", number_or_name)(given)
+    for name, value in values.items():
+        if not isinstance(value, str) and not _finite(name, value) > 0.0:
+            raise ValueError(f"{name}: expected a number above 0, got {value:g}")
+    return {name: v if isinstance(v, str) else _finite(name, v) for name, v in values.items()}
+
+
+def _finite(name: str, value: Any, hint: str = "") -> float:
+    number = value.item() if hasattr(value, "item") else value
+    if not isinstance(number, int | float) or isinstance(number, bool) or not isfinite(number):
+        raise ValueError(f"{name}: expected a finite number, got {value!r}{hint}")
+    return float(number)
+
+
+class FitOptions(Options):
+    """The data of a fit, what of them is compared with the scenario, and how it is fitted."""
+
+    data: Annotated[Any, BeforeValidator(_file_or_columns)] = None
+    channels: Columns = Field({})
+    over: Columns = Field({})
+    quantities: dict[str, Any] = Field({})  # values; with `over` columns
+    sigma: Annotated[dict[str, Any], BeforeValidator(_deviations)] = Field({})
+    units: Annotated[dict[str, str], BeforeValidator(by_name("NAME=UNIT", str))] = Field({})
+    time: str | int | None = None
+    time_unit: str | None = None
+    time_offset: float = unit_field("s", "Offset added to the times of the data.", 0.0)
+    free: Annotated[dict[str, Any], BeforeValidator(_bounds_by_key)] = Field({})
+    starts: int = Field(3, gt=0)
+    seed: int = Field(0, ge=0)
+    bootstrap: int = Field(0, ge=0)
+    progress: Annotated[Any, function_of("a number")] = None
+
+    @field_validator("quantities", mode="before")
+    @classmethod
+    def _values_or_columns(cls, given: Any, info: ValidationInfo) -> dict[str, Any]:
+        if info.data.get("over"):
+            return columns_of(given)
+        given = given if isinstance(given, Mapping) else as_list(given)
+        hint = "; a column needs 'over', whose rows are runs"
+        values = by_name("the measured value of each quantity, as NAME=VALUE", number_or_name)(
+            given
+        )
+        return {name: _finite(name, v, hint * isinstance(v, str)) for name, v in values.items()}
+
+    @model_validator(mode="after")
+    def _fit_together(self) -> Self:
+        for argument, fault in self._faults():
+            raise inconsistent((argument,), fault)
+        return self
+
+    def _faults(self) -> Iterator[tuple[str, str]]:
+        """Yield the options that do not go together: the argument and what is wrong."""
+        compared = [*self.channels, *self.quantities]
+        if not compared:
+            yield "channels", "expected a channel or quantity that was measured; none is given"
+        if self.over and self.channels:
+            yield (
+                "over",
+                "the rows of the data are runs, or times of channels; leave out one of them",
+            )
+        if self.data is None and (self.channels or self.over):
+            yield "data", "missing; expected a CSV file or columns by name"
+        for argument, named in (("sigma", self.sigma), ("units", self.units)):
+            for name in named.keys() - set(compared):
+                yield argument, unknown("channel or quantity", name, compared)
+        for name in (name.strip() for key in self.free for name in str(key).split(",")):
+            if name in self.over:
+                yield "over", f"'{name}' is free, too; the data give it or the fit does"
 
 
 class _Table:
     """Columns of the data, whatever they come from."""
 
-    def __init__(self, source: Source, time: Column | None) -> None:
+    def __init__(self, source: FitOptions, time: Column | None) -> None:
         self._source, self._time = source, time
         columns = [*source.channels.values(), *source.over.values()]
         if source.over:
@@ -319,7 +401,7 @@ def _too_large(value: float) -> str:
     return f"{value:.3g} is too large; the magnitude must not exceed {MAX_NUMBER:g}"
 
 
-def measured(source: Source, scenario: "Scenario") -> Measured:
+def measured(source: FitOptions, scenario: "Scenario") -> Measured:
     """Return the data to compare a scenario with, in the units of its channels."""
     if source.over:
         return _of_runs(source, scenario)
@@ -329,7 +411,7 @@ def measured(source: Source, scenario: "Scenario") -> Measured:
     return Measured(tuple(targets), ({},))
 
 
-def _time_column(source: Source) -> Column:
+def _time_column(source: FitOptions) -> Column:
     """Return the column of times: `time`, or else the first of a file."""
     if source.time is not None or not isinstance(source.data, Path):
         return DEFAULT_TIME if source.time is None else source.time
@@ -342,7 +424,7 @@ def _time_column(source: Source) -> Column:
     return DEFAULT_TIME
 
 
-def _series(source: Source, scenario: "Scenario") -> list[Target]:
+def _series(source: FitOptions, scenario: "Scenario") -> list[Target]:
     units = {name: _channel_unit(name, scenario) for name in source.channels}
     column = _time_column(source)
     table = _Table(source, column)
@@ -418,7 +500,7 @@ def _channel_unit(name: str, scenario: "Scenario") -> str:
 
 
 def _sigma(
-    source: Source, name: str, table: "_Table | None", size: float, given: Any
+    source: FitOptions, name: str, table: "_Table | None", size: float, given: Any
 ) -> "Array | None":
     """Return the standard deviations of a target; None if none are given."""
     found = source.sigma.get(name)
@@ -435,7 +517,7 @@ def _sigma(
     return values
 
 
-def _single(source: Source, name: str, value: float, unit: str) -> Target:
+def _single(source: FitOptions, name: str, value: float, unit: str) -> Target:
     """Return the target of one measured quantity."""
     if abs(value) > MAX_NUMBER:
         raise ArgumentError("quantities", f"{name}: {_too_large(value)}")
@@ -446,7 +528,7 @@ def _single(source: Source, name: str, value: float, unit: str) -> Target:
     return Target(name, "quantity", unit, values, sigma, times, runs, SHARED, scale)
 
 
-def _of_runs(source: Source, scenario: "Scenario") -> Measured:
+def _of_runs(source: FitOptions, scenario: "Scenario") -> Measured:
     """Return the data of a table each row of which is a run."""
     table = _Table(source, None)
     keys, columns = list(source.over), []
@@ -469,10 +551,3 @@ def _of_runs(source: Source, scenario: "Scenario") -> Measured:
         target = Target(name, "quantity", unit, values[given], sigma, none, places, name, scale)
         targets.append(target._replace(column=column, data_unit=unit))
     return Measured(tuple(targets), runs, tuple(keys))
-
-
-def check_names(of: str, given: Mapping[str, Any], known: list[str]) -> None:
-    """Check that sigma or units are of something that is compared."""
-    for name in given:
-        if name not in known:
-            raise ArgumentError(of, unknown("channel or quantity", name, known))

@@ -10,12 +10,12 @@ about the last runs, their derivatives, and residuals that are too large.
 """
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from frictionsim.errors import ArgumentError, counted
-from frictionsim.fitting.data import Noise
+from frictionsim.fitting.data import FitOptions, Noise
 from frictionsim.fitting.outcome import (
     DONE,
     OUT_OF_REACH,
@@ -53,29 +53,11 @@ SAME_COST = 1e-9  # relative
 MIN_SERIES = 20  # values, for a correlation of neighbours to mean something
 
 
-class Settings(NamedTuple):
-    """How a fit is done.
-
-    Attributes
-    ----------
-    starts : int
-        Local searches.
-    seed : int
-        Of the scan and of the bootstrap.
-    bootstrap : int
-        Number of bootstrap resamples.
-    """
-
-    starts: int = 3
-    seed: int = 0
-    bootstrap: int = 0
-
-
-def fit(problem: FitProblem, settings: Settings) -> Outcome:
+def fit(problem: FitProblem, options: FitOptions) -> Outcome:
     """Fit the free keys of a problem."""
     _check(problem)
     noise = Noise(problem.data.targets)
-    best, starts = search(problem, 1.0 / noise.sigma, settings.starts, settings.seed)
+    best, starts = search(problem, 1.0 / noise.sigma, options.starts, options.seed)
     if noise.is_to_be_balanced:
         best = _reweigh(problem, noise, best)
     best, found, rough = _identified(problem, noise, best)
@@ -88,8 +70,8 @@ def fit(problem: FitProblem, settings: Settings) -> Outcome:
     else:
         found, factor = _without_scatter(problem, found), 0.0
     drawn = None
-    if settings.bootstrap:
-        drawn = bootstrap(problem, noise, best, found.reasons, settings.seed, settings.bootstrap)
+    if options.bootstrap:
+        drawn = bootstrap(problem, noise, best, found.reasons, options.seed, options.bootstrap)
     found = without_jumps(found, problem.keys, rough[0])
     statistics = _statistics(problem, noise, best, degrees)
     finding = finding_of(problem, best, starts, found)

@@ -1,6 +1,6 @@
 """Comparison of a result file with a golden (reference) file, for continuous integration."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatch
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -70,7 +70,7 @@ def compare_records(
     named_result: tuple[str, "Record"],
     named_golden: tuple[str, "Record"],
     tolerances: Tolerances,
-    ignore: list[str],
+    ignore: Sequence[str],
 ) -> Comparison:
     """Compare two results channel by channel and event by event; see `frictionsim.compare`.
 
@@ -79,7 +79,7 @@ def compare_records(
     named_result, named_golden : tuple of str and Record
         With the names of their files, for messages.
     tolerances : Tolerances
-    ignore : list of str
+    ignore : sequence of str
         Names or patterns of channels to leave out.
     """
     (result_path, result), (golden_path, golden) = named_result, named_golden
@@ -145,7 +145,7 @@ def _in_short(value: Any, other: Any) -> str:
     return f"{text[:MAX_VALUE]}..."
 
 
-def _check_patterns(ignore: list[str], names: set[str]) -> None:
+def _check_patterns(ignore: Sequence[str], names: set[str]) -> None:
     """Raise InputError if a pattern matches no channel, or if the patterns match all of them."""
     names = names - {"time"}
     for pattern in ignore:

@@ -1,24 +1,28 @@
 """Monitors of a run: progress, interruption, limit of the wall time."""
 
-import logging
 import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from time import perf_counter
 from types import FrameType
-from typing import Any
+from typing import Any, Self
 
 from frictionsim.errors import BudgetExceeded, Interrupted
 
-LOG = logging.getLogger(__name__)
-
 
 class RunMonitor:
-    """Called with the simulated time, s, after each step; entered while kernels are compiled.
+    """Called with the simulated time, s, after each step; a context around the run.
 
-    Either may raise `Interrupted`, or another error that ends the run.
+    `compiling` is entered while kernels are compiled. A call and both contexts may raise
+    `Interrupted`, or another error that ends the run.
     """
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Release what the run was watched with."""
 
     def __call__(self, t: float) -> None:
         """Receive the end of a step, t in s."""
@@ -32,7 +36,16 @@ class Monitors(RunMonitor):
     """Several monitors, or functions of the time, one after the other."""
 
     def __init__(self, *parts: Callable[[float], Any]) -> None:
-        self._parts = parts
+        self._parts, self._entered = parts, ExitStack()
+
+    def __enter__(self) -> Self:
+        for part in self._parts:
+            if isinstance(part, RunMonitor):
+                self._entered.enter_context(part)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._entered.close()
 
     def __call__(self, t: float) -> None:
         for part in self._parts:
@@ -72,7 +85,9 @@ class WallTimeLimit(RunMonitor):
     ) -> None:
         self._seconds, self._duration, self._advice = seconds, duration, advice
         self._end = (perf_counter() if since is None else since) + seconds
-        LOG.debug("limit: %g s of wall time", seconds)
+        import logging  # imported here: commands that only print help do without
+
+        logging.getLogger(__name__).debug("limit: %g s of wall time", seconds)
 
     def __call__(self, t: float) -> None:
         """Check the clock."""
@@ -92,35 +107,61 @@ class WallTimeLimit(RunMonitor):
         return BudgetExceeded(f"wall-time limit --max-wall {self._seconds:g} s reached {where}")
 
 
-class StopAfterStep(RunMonitor):
-    """A context in which the first SIGINT stops a run after its current step.
+class StopSignals(RunMonitor):
+    """Stops a run after the step in which a signal is received; here Ctrl-C in Python.
 
     A second one raises KeyboardInterrupt at once. Nothing is changed outside of the main thread, or
     if the program handles SIGINT itself.
+
+    Attributes
+    ----------
+    received : int
+        The first signal; 0 if there was none.
     """
 
-    def __init__(self) -> None:
-        self.received = False
+    NUMBERS: tuple[int, ...] = (signal.SIGINT,)
 
-    def __enter__(self) -> "StopAfterStep":
-        self._installed = (
-            threading.current_thread() is threading.main_thread()
-            and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-        )
-        if self._installed:
-            signal.signal(signal.SIGINT, self._on_signal)
+    def __init__(self) -> None:
+        self.received = 0
+        self._replaced: dict[int, Any] = {}
+
+    def __enter__(self) -> Self:
+        self.handle({number: signal.getsignal(number) for number in self.NUMBERS})
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._installed:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
+        self.restore()
 
     def __call__(self, t: float) -> None:
         """Stop the run after a signal."""
         if self.received:
-            raise Interrupted(signal.SIGINT, t)
+            raise Interrupted(self.received, t)
+
+    def handle(self, before: dict[int, Any]) -> None:
+        """Handle the signals whose earlier handlers may be replaced."""
+        if threading.current_thread() is not threading.main_thread():
+            return
+        for number, handler in before.items():
+            if number not in self._replaced and self.replaces(handler):
+                signal.signal(number, self._on_signal)
+                self._replaced[number] = handler
+
+    def restore(self) -> None:
+        """Give the signals their earlier handlers again."""
+        for number, handler in self._replaced.items():
+            signal.signal(number, handler)
+        self._replaced.clear()
+
+    def replaces(self, handler: Any) -> bool:
+        """Return whether a handler may be replaced."""
+        return handler is signal.default_int_handler
+
+    def on_second(self, number: int) -> None:
+        """End the run at once."""
+        raise KeyboardInterrupt
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
         if self.received:
-            raise KeyboardInterrupt
-        self.received = True
+            self.on_second(number)
+        else:
+            self.received = number

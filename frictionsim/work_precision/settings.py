@@ -1,16 +1,29 @@
-"""The settings and references of a study for mechanisms without a mesh."""
+"""The options of a study and its plan: settings and references for mechanisms without a mesh."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from copy import deepcopy
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from frictionsim.errors import ScenarioError
+from pydantic import BeforeValidator, Field
+
+from frictionsim.errors import ArgumentError, InputError, ScenarioError, unknown
+from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import ValidationFailure, validate
-from frictionsim.scenario.methods import METHODS, REGULARISED, SET_VALUED, methods_of
+from frictionsim.scenario.methods import METHODS, REGULARISED, SET_VALUED, laws_of, methods_of
+from frictionsim.scenario.options import Names, Options, as_list, function_of
 from frictionsim.scenario.overrides import apply_override
-from frictionsim.scenario.variants import Setting, short, tolerance_overrides, with_tolerance
+from frictionsim.scenario.schema import unit_field
+from frictionsim.scenario.variants import (
+    TOLERANCES,
+    Mesh,
+    Setting,
+    short,
+    tolerance_overrides,
+    with_tolerance,
+)
 from frictionsim.solvers.mechanism import Mechanism
+from frictionsim.work_precision.outcome import Plan
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
@@ -31,6 +44,7 @@ SPEEDS_IF_IMPLICIT = (*SPEEDS, 1e-4, 1e-5)
 # The error of regularising with these speeds exceeds that of this tolerance.
 RTOL_OF_REGULARISED = 1e-6
 
+NO_MESHES = "none"  # for numbers of bodies: time steps only
 SAMPLES = 500  # of the runs for the errors
 WARM_UP_FRACTION = 1e-6  # of the duration
 # Keys that the settings of a study replace.
@@ -90,6 +104,125 @@ class ScenarioVariants:
             raise ScenarioError(failure.lines()) from None
 
 
+def _tolerances(given: Any) -> tuple[float, ...]:
+    try:
+        values = tuple(map(float, as_list(given)))
+    except (TypeError, ValueError):
+        values = ()
+    if not values or not all(TIGHTEST <= rtol <= LOOSEST for rtol in values):
+        shown = given if isinstance(given, str) else ",".join(map(str, as_list(given)))
+        raise ValueError(
+            f"expected numbers from {TIGHTEST:g} to {LOOSEST:g}, as 1e-3,1e-6, got '{shown}'"
+        )
+    return tuple(sorted(set(values), reverse=True))
+
+
+def _bodies(given: Any) -> tuple[int, ...] | None:
+    """Return numbers of bodies; none for `none`."""
+    if given is None or given == NO_MESHES:
+        return None if given is None else ()
+    counts = as_list(given)
+    if isinstance(given, str):
+        counts = [int(text) if text.isdecimal() else given for text in counts]
+    for count in counts:
+        if not isinstance(count, int) or isinstance(count, bool) or count < 2:
+            raise ValueError(
+                f"expected whole numbers of at least 2, as 60,150, or none, got {count!r}"
+            )
+    return tuple(sorted(set(counts)))
+
+
+class CostOptions(Options):
+    """The settings that a study compares; None for all that apply."""
+
+    laws: Names | None = None
+    backends: Names | None = None
+    tolerances: Annotated[tuple[float, ...], BeforeValidator(_tolerances)] = TOLERANCES
+    bodies: Annotated[tuple[int, ...] | None, BeforeValidator(_bodies)] = None
+    models: Names | None = None
+    max_wall: float = unit_field("s", "Limit of the wall time of each run.", 5.0, gt=0)
+    repeats: int = Field(3, ge=1)
+    progress: Annotated[Any, function_of("the name of a setting")] = None
+
+    def plan(self, scenario: "Scenario") -> Plan:
+        """Return the settings, references and metrics of a study of a scenario.
+
+        Raises
+        ------
+        InputError
+            If the kind has no metrics, or an option does not apply to the scenario.
+        """
+        methods = _known("backends", "backend", self.backends, methods_of(scenario.pairs))
+        laws = _known("laws", "friction law", self.laws, laws_of(scenario.pairs))
+        kind: Any = mechanism_module(scenario.kind)
+        if not hasattr(kind, "METRICS"):
+            raise InputError(f"cost: the kind '{scenario.kind}' defines no error metrics")
+
+        def of_kind(name: str, default: Callable[..., Any], argument: Any) -> Any:
+            """Return what a kind's own function returns, or else that of other kinds."""
+            if hasattr(kind, name):
+                return getattr(kind, name)(scenario, argument)
+            return default(scenario, argument, kind.build(scenario))
+
+        def over_time() -> list[Setting]:
+            settings = of_kind("ladders", ladders, self.tolerances)
+            return [s for s in settings if s.backend in methods and (not s.law or s.law in laws)]
+
+        rtol = min(self.tolerances) * REFERENCE_REFINEMENT
+        best = of_kind("references", references, rtol)
+        meshes = self._meshes(kind, scenario)
+        if not meshes:
+            return Plan(over_time(), best, kind.METRICS)
+        study, settings = kind.mesh_study, []
+        own = study.own_mesh(scenario)
+        for mesh in meshes:
+            if mesh == own:
+                settings += [setting._replace(mesh=own) for setting in over_time()]
+            else:
+                settings += study.mesh_settings(scenario, mesh, methods, laws)
+        own_references = tuple(s._replace(mesh=own) for s in best) if own in meshes else ()
+        most = max(mesh.bodies for mesh in meshes)
+        return Plan(settings, own_references, study.METRICS, study.limits(scenario, most))
+
+    def _meshes(self, kind: Any, scenario: "Scenario") -> list[Mesh]:
+        """Return the meshes to compare, one model after the other; none for time steps only."""
+        if not hasattr(kind, "mesh_study"):
+            for name in ("bodies", "models"):
+                if getattr(self, name) is not None:
+                    raise ArgumentError(
+                        name, f"the kind '{scenario.kind}' has no mesh; leave this out"
+                    )
+            return []
+        study = kind.mesh_study
+        bodies = study.default_bodies(scenario) if self.bodies is None else self.bodies
+        if not bodies:
+            if self.models is not None:
+                raise ArgumentError(
+                    "models", "without bodies there is no mesh to compare models on"
+                )
+            return []
+        possible = study.models_of(scenario)
+        for name in self.models or ():
+            if name in study.MODELS and name not in possible:
+                raise ArgumentError(
+                    "models",
+                    f"'{name}' needs [effects.contact], which the scenario leaves out;"
+                    f" known here: {', '.join(possible)}",
+                )
+        models = _known("models", "model", self.models, possible)
+        return [study.mesh_of(scenario, model, count) for model in models for count in bodies]
+
+
+def _known(
+    argument: str, what: str, given: tuple[str, ...] | None, known: tuple[str, ...]
+) -> tuple[str, ...]:
+    """Return the given names, by default all known ones."""
+    for name in given or ():
+        if name not in known:
+            raise ArgumentError(argument, unknown(what, name, list(known)))
+    return known if given is None else given
+
+
 def ladders(
     scenario: "Scenario", tolerances: Iterable[float], mechanism: "AnyMechanism"
 ) -> list[Setting]:
@@ -124,7 +257,7 @@ def ladders(
 
 
 def references(
-    scenario: "Scenario", mechanism: "AnyMechanism", rtol: float
+    scenario: "Scenario", rtol: float, mechanism: "AnyMechanism"
 ) -> tuple[Setting, Setting]:
     """Return two references with different methods for a mechanism without a mesh.
 

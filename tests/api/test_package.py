@@ -110,7 +110,7 @@ LEAVES = {
         *("ReaderGone", "Stdout", "is_terminal", "print_on_stderr", "visible", "write_on_stderr"),
     },
     # the picture of a study, in the format of its name
-    "frictionsim.plots.picture_file": {"check_picture", "save"},
+    "frictionsim.plots.picture_file": {"check_picture"},
     # options of pictures, checked
     "frictionsim.plots.style": {"appearance"},
     "frictionsim.plots.view": {"extent"},
@@ -121,7 +121,10 @@ LEAVES = {
     # what shells offer, and whose defect it is
     "frictionsim.plots": {"ALL", "VIEWS"},
     "frictionsim.scenario.methods": {"METHODS"},
-    "frictionsim.parameter_study.design": {"METHODS"},
+    # the column of times, by name or number
+    "frictionsim.scenario.options": {"column_of"},
+    # what watches a run: the command line handles more signals
+    "frictionsim.simulation.monitor": {"RunMonitor", "StopSignals"},
     "frictionsim.scenario.kinds": {"GROUP", "KINDS", "kind_names"},
     "frictionsim.scenario.shipped": {"shipped_scenarios"},
 }

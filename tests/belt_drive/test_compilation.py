@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from frictionsim.api.result import Result
-from frictionsim.cli.monitor import monitor_run
+from frictionsim.cli.monitor import CommandMonitor
 from frictionsim.errors import Interrupted
 from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
@@ -75,7 +75,7 @@ def test_it_is_said_without_a_terminal_but_not_to_the_quiet(
 ) -> None:
     before = signal.set_wakeup_fd(-1)
     signal.set_wakeup_fd(before)
-    with monitor_run(1.0, with_progress=False, quiet=quiet) as on_step, on_step.compiling(24.4):
+    with CommandMonitor(1.0, with_progress=False, quiet=quiet) as on_step, on_step.compiling(24.4):
         pass
     assert capsys.readouterr().err == ("" if quiet else f"{ANNOUNCED}24 s)\n")
     assert signal.set_wakeup_fd(before) == before

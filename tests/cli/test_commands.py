@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import tomli_w
 
+from frictionsim.api import progress
 from frictionsim.api.progress import ProgressBar
 from frictionsim.cli import commands, monitor
 from frictionsim.errors import OutputError
@@ -148,11 +149,11 @@ def test_pace_excludes_compilation_and_earlier_parts(
 ) -> None:
     """Neither the simulated time before a resume nor compilation counts for the pace."""
     clock = 100.0
-    monkeypatch.setattr(monitor, "monotonic", lambda: clock)
-    monkeypatch.setattr(monitor, "STEPS_BETWEEN_UPDATES", 1)
+    monkeypatch.setattr(progress, "monotonic", lambda: clock)
+    monkeypatch.setattr(progress, "STEPS_BETWEEN_UPDATES", 1)
     monkeypatch.setattr("frictionsim.api.progress.ProgressBar", Bar)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
-    with monitor.monitor_run(10.0, with_progress=True) as on_step:
+    with monitor.CommandMonitor(10.0, with_progress=True) as on_step:
         clock += 30.0  # to compile
         on_step(begin)
         for step in range(1, 4):
@@ -274,7 +275,7 @@ def test_a_second_signal_exits_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     left: list[int] = []
     monkeypatch.setattr("os._exit", left.append)
     monkeypatch.setattr(monitor, "SECONDS_FOR_ONE_SIGNAL", 0.01)
-    with monitor.monitor_run(1.0, with_progress=False) as on_step:
+    with monitor.CommandMonitor(1.0, with_progress=False) as on_step:
         on_step(0.0)  # before it, one signal ends the process
         signal.raise_signal(signal.SIGINT)
         time.sleep(0.02)

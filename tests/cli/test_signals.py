@@ -17,7 +17,7 @@ from frictionsim.api import solving
 from frictionsim.cli import monitor
 from frictionsim.cli.commands import run_command_line
 from frictionsim.cli.job import Report
-from frictionsim.cli.monitor import monitor_run
+from frictionsim.cli.monitor import CommandMonitor
 from frictionsim.errors import BudgetExceeded, Interrupted
 from frictionsim.io.destination import Destination
 from frictionsim.simulation.monitor import Monitors, WallTimeLimit
@@ -96,7 +96,7 @@ def test_max_wall_ends_a_compilation_and_prints_what_there_is(
 ) -> None:
     printed: list[int] = []
     with (
-        monitor_run(1.0, with_progress=False, quiet=True) as on_step,
+        CommandMonitor(1.0, with_progress=False, quiet=True) as on_step,
         on_step.limited(0.01, lambda: printed.append(1)),
         on_step.compiling(20.0),
     ):
@@ -110,7 +110,7 @@ def test_max_wall_ends_a_compilation_and_prints_what_there_is(
 
 def test_a_run_with_steps_is_not_ended_by_the_clock(left: list[int]) -> None:
     with (
-        monitor_run(1.0, with_progress=False) as on_step,
+        CommandMonitor(1.0, with_progress=False) as on_step,
         on_step.limited(0.01, lambda: None),
     ):
         on_step(0.0)
@@ -131,7 +131,7 @@ def test_signals_are_handled_from_the_first_step_to_the_end(
     number: signal.Signals, defaults: None
 ) -> None:
     signal.signal(number, signal.SIG_DFL)
-    with monitor_run(1.0, with_progress=False) as on_step:
+    with CommandMonitor(1.0, with_progress=False) as on_step:
         assert signal.getsignal(number) is signal.SIG_DFL
         on_step(0.0)
         signal.raise_signal(number)
@@ -146,7 +146,7 @@ def test_a_signal_that_the_process_ignores_stays_ignored(
     number: signal.Signals, defaults: None
 ) -> None:
     signal.signal(number, signal.SIG_IGN)
-    with monitor_run(1.0, with_progress=False, quiet=True) as on_step, on_step.compiling(1.0):
+    with CommandMonitor(1.0, with_progress=False, quiet=True) as on_step, on_step.compiling(1.0):
         on_step(0.0)
         assert signal.getsignal(number) is signal.SIG_IGN
 

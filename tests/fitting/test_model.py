@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.fitting.data import Source, measured
+from frictionsim.fitting.data import FitOptions, measured
 from frictionsim.fitting.problem import FitProblem
 from tests.fitting.measurements import PULLEY
 from tests.support.problems import BREAKAWAY, P_END, P_START, T_RAMP, SlipOnRamp
@@ -19,12 +19,8 @@ ON_RAMP = SlipOnRamp(P_START, (P_END - P_START) / T_RAMP, BREAKAWAY, 0.0, 1)
 def sampled(scenario: fs.Scenario, times: Any, *channels: str) -> dict[str, Any]:
     """Return what a scenario gives for channels at times."""
     zeros = {name: np.zeros(len(times)) for name in channels}
-    source = Source(
-        {"time": np.array(times), **zeros},
-        {name: name for name in channels},
-        *({}, {}, {}, {}, None, None, 0.0),
-    )
-    data = measured(source, scenario)
+    options = FitOptions.of(data={"time": np.array(times), **zeros}, channels=channels)
+    data = measured(options, scenario)
     values = FitProblem(scenario, (), data, lambda runs: None).at(np.empty(0)).values
     assert values is not None
     return dict(zip(channels, np.split(values, len(channels)), strict=True))

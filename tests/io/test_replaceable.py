@@ -49,7 +49,7 @@ def test_no_other_file_is_replaced(
     assert solve("-o", "r.h5") == 0
     # Refused before the run.
     monkeypatch.setattr("frictionsim.api.solving.run", None)
-    monkeypatch.setattr("frictionsim.cli.cost_study.run_study", None)
+    monkeypatch.setattr("frictionsim.api.studies.cost_with", None)
     run = ["solve", PULLEY, "-q", "-o"]
     for name, described, command in (
         ("a.h5", "result: the existing file is not a result", run),

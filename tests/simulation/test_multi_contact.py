@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.api.studies import StudySelection, plan_of
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.pulley import build
 from frictionsim.mechanisms.pulley.masses import CAR, OTHER
@@ -29,6 +28,7 @@ from frictionsim.solvers import multi_contact_solver
 from frictionsim.solvers.multi_contact import Modes, MultiContactTrajectory
 from frictionsim.solvers.multi_contact_modes import consistent_modes
 from frictionsim.work_precision.error_estimate import estimate
+from frictionsim.work_precision.settings import CostOptions
 from tests.simulation.test_resume import assert_same_when_interrupted, calls_of
 from tests.support.lifts import CORD, GRAVITY, SHAFT, events, grips, lift, ramp, solved
 from tests.support.scenarios import SCENARIOS, Scenario, scenario_run
@@ -321,7 +321,7 @@ def test_no_drawn_lift_fails_its_audit_where_a_rope_would_push_or_a_cord_turns()
 
 def test_a_study_compares_tolerances_of_events() -> None:
     scenario = validate(slipping_lift(), SCENARIOS)
-    plan = plan_of(scenario, StudySelection(tolerances=[1e-4, 1e-6]))
+    plan = CostOptions.of(tolerances=[1e-4, 1e-6]).plan(scenario)
     assert [setting.name for setting in plan.settings] == [
         "events, set-valued, rtol 1e-4",
         "events, set-valued, rtol 1e-6",

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 import frictionsim as fs
 from frictionsim.api.studies import Study as PublicStudy
-from frictionsim.cli import cost_study
+from frictionsim.cli import study_commands
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import Interrupted, SolverError
 from frictionsim.results import Metric, Quantity, Transition
@@ -59,7 +59,7 @@ def study_of(
 ) -> WorkPrecision:
     scenario = load(Path(path))
     module = mechanism_module(scenario.kind)
-    best = references or settings.references(scenario, module.build(scenario), 1e-12)
+    best = references or settings.references(scenario, 1e-12, module.build(scenario))
     return study(scenario, Plan(chosen, best, module.METRICS), 60.0, repeats, ignore, ignore)
 
 
@@ -235,7 +235,7 @@ def test_the_reference_uncertainty_is_realistic() -> None:
     scenario = validate(pulley(solver__duration=5.0), SCENARIOS)
     metrics = (Metric("final_angle", "quantity", "final_angle"),)
     benchmark = Benchmark(ScenarioVariants(scenario), metrics, 60.0, 1)
-    names = settings.references(scenario, mechanism_module("pulley").build(scenario), 1e-12)
+    names = settings.references(scenario, 1e-12, mechanism_module("pulley").build(scenario))
     reference = benchmark.reference(names, ignore)
     exact = RAMP[3][1]
     error = abs((reference.outcome.quantities["final_angle"].value or 0.0) / exact - 1.0)
@@ -290,7 +290,7 @@ def test_settings_of_a_study_override_the_scenario() -> None:
 def test_references_without_friction_use_two_methods() -> None:
     scenario = validate(pulley(effects=None), SCENARIOS)
     mechanism = mechanism_module("pulley").build(scenario)
-    names = [setting.backend for setting in settings.references(scenario, mechanism, 1e-12)]
+    names = [setting.backend for setting in settings.references(scenario, 1e-12, mechanism)]
     assert names == ["events", "dop853"]
     found = settings.ladders(scenario, (1e-4,), mechanism)
     assert [(s.line, s.label) for s in found] == [
@@ -364,7 +364,7 @@ def test_an_interrupted_study_shows_its_results(
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
 ) -> None:
-    monkeypatch.setattr(cost_study, "monitor_run", stop_after(calls))
+    monkeypatch.setattr(study_commands, "CommandMonitor", stop_after(calls))
     table = tmp_path / "table.csv"
     assert run_command_line(["cost", PULLEY, *SHORT, "--csv", str(table)]) == 130
     captured = capsys.readouterr()

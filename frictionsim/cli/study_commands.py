@@ -1,0 +1,452 @@
+"""The commands on studies of many runs: cost, fit and sweep."""
+
+import gc
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import typer
+
+from frictionsim.cli.app import (
+    AsJson,
+    NoClobber,
+    Overrides,
+    Quiet,
+    ScenarioFile,
+    Scheduler,
+    Verbose,
+    WorkerCount,
+    app,
+)
+from frictionsim.cli.completion import sampling_methods
+from frictionsim.cli.messages import (
+    log_on_stderr,
+    print_beside_files,
+    print_data,
+    print_error,
+    warn,
+    warn_of_name,
+)
+from frictionsim.cli.monitor import CommandMonitor, StatusLine, SweepMonitor
+from frictionsim.cli.sources import STDIN, load_scenario
+from frictionsim.errors import EXIT_SIGNAL, ArgumentError, InputError, OutputError, counted
+
+if TYPE_CHECKING:
+    from frictionsim.api.result_base import ResultBase
+    from frictionsim.api.sweep_result import Sweep
+
+# The option for an argument of `fs.fit` that has another name.
+OPTIONS = {"channels": "channel", "quantities": "quantity", "units": "unit"}
+SECONDS_BETWEEN_UPDATES = 0.2  # of the status line
+RESULTS = Path("results")
+MARK = "-sweep"
+
+
+class StudyFiles(NamedTuple):
+    """The files that a study writes; None for those that are not wanted."""
+
+    output: Path | None
+    csv: Path | None
+    plot: Path | None
+
+    def check(self, no_clobber: bool, output_kind: Any = None, csv_kind: Any = None) -> None:
+        """Check that the files can be written, before the study runs.
+
+        Without a kind of file to replace, the output must be a new file.
+        """
+        from frictionsim.io.atomic_write import check_no_clobber
+        from frictionsim.io.new_file import check_new
+        from frictionsim.io.replaceable import check_apart, check_target
+
+        options = ("-o", "--csv", "--plot")
+        given = {option: path for option, path in zip(options, self, strict=True) if path}
+        check_apart(given)
+        if no_clobber:
+            for option, path in given.items():
+                if output_kind or option != "-o":
+                    check_no_clobber(path)
+        if self.plot is not None:
+            from frictionsim.plots.picture_file import check_picture
+
+            check_picture(self.plot)
+        if self.output is not None and output_kind is None:
+            check_new(self.output, "scenario")
+        elif self.output is not None:
+            check_target(self.output, output_kind)
+        if self.csv is not None:
+            check_target(self.csv, csv_kind)
+
+    def print(self, result: "ResultBase", as_json: bool) -> None:
+        """Print the summary; where files are wanted, a full stdout does not end the command."""
+        show = print_beside_files if any(self) else print_data
+        show(result.to_json() if as_json else result.summary())
+
+    def write(self, writers: Mapping[str, Callable[[Path], Any]]) -> None:
+        """Write the files; one that cannot be written does not keep the others from it."""
+        errors = []
+        for name, write in writers.items():
+            path = getattr(self, name)
+            if path is not None:
+                try:
+                    write(path)
+                except OutputError as error:
+                    errors.append(str(error))
+        if errors:
+            raise OutputError("\n".join(errors))
+
+
+@app.command()
+def cost(
+    scenario: ScenarioFile,
+    overrides: Overrides = None,
+    backends: Annotated[
+        str | None, typer.Option(metavar="A,B", help="Backends to use. [all that apply]")
+    ] = None,
+    laws: Annotated[
+        str | None, typer.Option(metavar="A,B", help="Friction laws to use. [all that apply]")
+    ] = None,
+    tolerances: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y", help="Relative tolerances of adaptive backends."),
+    ] = None,
+    bodies: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N,M", help="Belt meshes to compare (numbers of bodies); none: time steps only."
+        ),
+    ] = None,
+    models: Annotated[
+        str | None,
+        typer.Option(metavar="A,B", help="Models of a belt: string, corrected, polygon. [all]"),
+    ] = None,
+    max_wall: Annotated[
+        float, typer.Option(metavar="SECONDS", help="Limit the wall time of each run.")
+    ] = 5.0,
+    repeats: Annotated[
+        int, typer.Option(min=1, metavar="N", help="Maximum number of timed runs of each setting.")
+    ] = 3,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the table as HDF5.")
+    ] = None,
+    csv: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the table as CSV.")
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw error against work: .png, .pdf or .svg."),
+    ] = None,
+    no_clobber: NoClobber = False,
+    as_json: AsJson = False,
+) -> int:
+    """Measure error against run time for every friction law and backend at several settings."""
+    from frictionsim.api.studies import CostOptions, cost_with
+    from frictionsim.io.replaceable import COSTS, COSTS_IN_HDF5
+
+    loaded = load_scenario(scenario, overrides)
+    files = StudyFiles(output, csv, plot)
+    with (
+        CommandMonitor(loaded.solver.duration, with_progress=False) as monitor,
+        StatusLine() as line,
+    ):
+        given = {"backends": backends, "laws": laws, "tolerances": tolerances, "models": models}
+        options = CostOptions.of(
+            **{name: value for name, value in given.items() if value is not None},
+            bodies=bodies,
+            max_wall=max_wall,
+            repeats=repeats,
+            progress=line,
+        )
+        files.check(no_clobber, COSTS_IN_HDF5, COSTS)
+        study = cost_with(loaded, options, monitor)
+    files.print(study, as_json)
+    files.write({"output": study.save_hdf5, "csv": study.save_csv, "plot": study.save_picture})
+    warn_of_name(output)
+    if study.status != "done":
+        print_error(
+            f"study {study.status} {study.reason} of a run; the results cover the settings before"
+        )
+    return study.exit_code
+
+
+@app.command()
+def fit(
+    scenario: ScenarioFile,
+    free: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY=LOW:HIGH[:START]",
+            help="Key to fit, with its bounds; A,B for two of one value.",
+        ),
+    ] = None,
+    data: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Measured data in CSV.", show_default=False)
+    ] = None,
+    channel: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME[=COLUMN]", help="Channel that was measured over time, and its column."
+        ),
+    ] = None,
+    quantity: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE", help="Quantity that was measured; with --over NAME[=COLUMN]."
+        ),
+    ] = None,
+    over: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY[=COLUMN]", help="Key set by each row of the data; one run per row."
+        ),
+    ] = None,
+    overrides: Overrides = None,
+    sigma: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE",
+            help="Standard deviation of a channel or quantity, in the unit of the data, or its"
+            " column. [the scatter about the fit]",
+        ),
+    ] = None,
+    unit: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=UNIT", help="Unit of the data of a channel, as deg/s or rpm."),
+    ] = None,
+    time: Annotated[
+        str | None, typer.Option(metavar="COLUMN", help="Column of the times. [time, or the first]")
+    ] = None,
+    time_unit: Annotated[
+        str | None, typer.Option(metavar="UNIT", help="Unit of the times, as ms. [s]")
+    ] = None,
+    time_offset: Annotated[
+        float, typer.Option(metavar="SECONDS", help="Offset added to the times of the data.")
+    ] = 0.0,
+    starts: Annotated[
+        int, typer.Option(min=1, metavar="N", help="Local searches, from points of a scan.")
+    ] = 3,
+    seed: Annotated[
+        int, typer.Option(min=0, metavar="N", help="Seed of the scan and of the bootstrap.")
+    ] = 0,
+    bootstrap: Annotated[
+        int, typer.Option(min=0, metavar="N", help="Number of bootstrap resamples for intervals.")
+    ] = 0,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="Write the fitted scenario; a new file."
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw data, fit and residuals: .png, .pdf or .svg."),
+    ] = None,
+    no_clobber: NoClobber = False,
+    as_json: AsJson = False,
+) -> int:
+    """Fit keys of a scenario to measured data, with standard errors."""
+    from frictionsim.api.fitting import FitOptions, fit_with
+    from frictionsim.scenario.options import column_of
+
+    with _named_by_option(), StatusLine() as line:
+        options = FitOptions.of(
+            data=data,
+            channels=channel or (),
+            over=over or (),
+            quantities=quantity or (),
+            sigma=sigma or (),
+            units=unit or (),
+            time=None if time is None else column_of(time),
+            time_unit=time_unit,
+            time_offset=time_offset,
+            free=free or (),
+            starts=starts,
+            seed=seed,
+            bootstrap=bootstrap,
+            progress=_Updates(line),
+        )
+        loaded = load_scenario(scenario, overrides)
+        files = StudyFiles(output, None, plot)
+        files.check(no_clobber)
+        result = fit_with(loaded, options)
+    files.print(result, as_json)
+    files.write({"output": result.save_toml, "plot": result.save})
+    if result.not_identified and not as_json:
+        named = ", ".join(result.not_identified)
+        keys = counted(len(result.values), "key")
+        warn([f"{len(result.not_identified)} of {keys} not identified: {named}"])
+    warn(result.warnings if as_json else result.data.warnings)
+    if result.status != "done":
+        print_error(f"fit {result.status}: {result.reason}; do not trust the estimates")
+    return result.exit_code
+
+
+@contextmanager
+def _named_by_option() -> Iterator[None]:
+    """Return the context in which errors of `fit` name options instead of arguments."""
+    try:
+        yield
+    except ArgumentError as error:
+        raise ArgumentError(OPTIONS.get(error.argument, error.argument), error.text) from None
+
+
+class _Updates:
+    """Shows the number of runs of a fit some times each second."""
+
+    def __init__(self, line: StatusLine) -> None:
+        self._line, self._shown = line, 0.0
+
+    def __call__(self, runs: int) -> None:
+        if monotonic() - self._shown > SECONDS_BETWEEN_UPDATES:
+            self._shown = monotonic()
+            self._line(f"{runs} runs")
+
+
+@app.command()
+def sweep(
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="SCENARIO",
+            help="Scenario or its shipped name, or study with what is varied, in TOML; - reads the"
+            " standard input.",
+            show_default=False,
+        ),
+    ],
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--vary",
+            metavar="KEY=VALUES",
+            help="Vary a key, or several that have one value, as A,B=...: [0.1, 0.2],"
+            " lin(a, b, n), log(a, b, n); with --sample uniform(a, b), normal(m, s),"
+            " lognormal(m, s), triangular(a, c, b).",
+        ),
+    ] = None,
+    overrides: Overrides = None,
+    together: Annotated[
+        bool, typer.Option("--zip", help="Vary the keys together, not in all combinations.")
+    ] = False,
+    sample: Annotated[
+        int | None, typer.Option(metavar="N", help="Draw a sample of N runs of distributions.")
+    ] = None,
+    method: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Sampling method: sobol, lhs or random. [sobol]",
+            autocompletion=sampling_methods,
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(metavar="S", help="Random seed of the sample. [0]")
+    ] = None,
+    indices: Annotated[
+        bool, typer.Option("--indices", help="Sample for Sobol indices: N (keys + 2) runs.")
+    ] = False,
+    workers: WorkerCount = None,
+    dask: Scheduler = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="Sweep in HDF5. [results/<name>-sweep.h5]"
+        ),
+    ] = None,
+    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a table as CSV.")] = None,
+    keep_series: Annotated[
+        bool,
+        typer.Option("--keep-series", help="Keep the result of each run in a folder FILE.series."),
+    ] = False,
+    no_clobber: NoClobber = False,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = 0,
+) -> int:
+    """Run a scenario for many combinations of values and write them to one file."""
+    from frictionsim.api.sweep_run import ExecutionOptions, run_study
+    from frictionsim.api.sweeping import study_from
+
+    execution = ExecutionOptions.of(workers=workers, dask=dask)
+    if output == Path(STDIN):
+        raise InputError("-o -: a sweep is an HDF5 file, it is not printed; give a file name")
+    given = {
+        "zip": together, "sample": sample, "method": method, "seed": seed, "indices": indices,
+        "keep_series": keep_series,
+    }  # fmt: skip
+    study = study_from(
+        source if source != STDIN else load_scenario(source, overrides), vary, overrides, given
+    )
+    printing = SweepPrinting(source, csv, as_json, quiet, verbose)
+    with _target(output, source) as target:
+        _check_csv(csv, target, no_clobber, study.sampling is not None and study.sampling.indices)
+        warn(study.scenario.warnings())
+
+        def run(monitor: Any) -> "Sweep":
+            return run_study(study, target, no_clobber, monitor, execution)
+
+        return run_with(run, printing)
+
+
+class SweepPrinting(NamedTuple):
+    """The table of a sweep to write, and what is printed: options of `sweep` and `resume`."""
+
+    source: str
+    csv: Path | None
+    as_json: bool
+    quiet: bool
+    verbose: int
+
+
+def run_with(run: "Callable[[Any], Sweep]", printing: SweepPrinting) -> int:
+    """Run a sweep with a monitor, and print its summary; return the exit code."""
+    log_on_stderr(printing.verbose)
+    gc.enable()  # off for commands that end soon; a sweep may take days
+    with SweepMonitor(not (printing.quiet or printing.as_json)) as monitor:
+        swept = run(monitor)
+        if printing.csv is not None:
+            swept.save_csv(printing.csv)
+    if printing.as_json:
+        csv = None if printing.csv is None else str(printing.csv)
+        print_beside_files(swept.to_json() | {"scenario": printing.source, "csv": csv})
+    elif not printing.quiet:
+        print_beside_files(swept.summary())
+    warn_of_name(swept.path)
+    for failures in swept.failures:
+        print_error(f"warning: {failures}")
+    received = monitor.signals.received
+    return EXIT_SIGNAL + received if received else swept.exit_code
+
+
+@contextmanager
+def _target(output: Path | None, source: str) -> Iterator[Path]:
+    """Return the context with the file to write; a folder made for it is removed if unused."""
+    if output is not None:
+        yield output
+        return
+    made = not RESULTS.is_dir()
+    try:
+        RESULTS.mkdir(exist_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"cannot create the folder '{RESULTS}' ({error.strerror}); give a file with -o"
+        ) from None
+    try:
+        yield RESULTS / f"{'stdin' if source == STDIN else Path(source).stem}{MARK}.h5"
+    finally:
+        if made:
+            with suppress(OSError):  # there is something in it
+                RESULTS.rmdir()
+
+
+def _check_csv(csv: Path | None, target: Path, no_clobber: bool, indices: bool) -> None:
+    if csv is None:
+        return
+    from frictionsim.io.atomic_write import check_no_clobber
+    from frictionsim.io.replaceable import check_apart, check_target, files_of_sweep_in_csv
+
+    check_apart({"-o": target, "--csv": csv})
+    for path, kind in files_of_sweep_in_csv(csv, indices).items():
+        if no_clobber:
+            check_no_clobber(path)
+        check_target(path, kind)

@@ -1,0 +1,160 @@
+"""Options of a function and its command: one model, whose errors name the argument or option.
+
+Lists and mappings may be given as the texts of the command line: ``"A,B"`` for names or numbers,
+``["NAME=VALUE"]`` for values by name.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from os import PathLike, fsdecode
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import BeforeValidator, model_validator
+
+from frictionsim.errors import ArgumentError
+from frictionsim.scenario.model_validation import ValidationFailure, key_text, validate_table
+from frictionsim.scenario.schema import Params
+
+
+class Options(Params):
+    """Options of a function; `of` makes them."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _numbers_of_python(cls, data: Any) -> Any:
+        """Take numbers of NumPy as numbers of Python, and whole floats as whole numbers."""
+        return {name: _plain(value) for name, value in data.items()}
+
+    @classmethod
+    def of(cls, **given: Any) -> Self:
+        """Return the options; those that are not given have their defaults.
+
+        Raises
+        ------
+        ArgumentError
+            If one is not valid.
+        """
+        try:
+            return validate_table(cls, given)
+        except ValidationFailure as failure:
+            (argument, *inner), message = failure.faults[0]
+            where = f"{key_text(tuple(inner))}: " if inner else ""
+            raise ArgumentError(str(argument), f"{where}{message}") from None
+
+
+def _plain(value: Any) -> Any:
+    if hasattr(value, "item") and getattr(value, "ndim", 1) == 0:
+        value = value.item()
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+def text_of(value: Any) -> str:
+    """Return a value for a message: text as it is written, of others the type."""
+    return repr(value) if isinstance(value, str | int | float) else type(value).__name__
+
+
+def as_path(argument: str, value: str | PathLike[str]) -> Path:
+    """Return a path; raise ArgumentError if the value is of another type."""
+    if not isinstance(value, str | PathLike):
+        raise ArgumentError(argument, f"expected a path, got {text_of(value)}")
+    path = fsdecode(value)
+    if "\0" in path:
+        raise ArgumentError(argument, f"expected a path, got one with a zero byte: {path!r:.60}")
+    return Path(path)
+
+
+def as_list(given: Any) -> list[Any]:
+    """Return the values of a list, of a text with commas, or of a single value."""
+    if isinstance(given, str):
+        return [part.strip() for part in given.split(",")]
+    return list(given) if isinstance(given, Iterable) else [given]
+
+
+def _names(given: Any) -> tuple[str, ...]:
+    names = as_list(given)
+    for name in names:
+        if not isinstance(name, str):
+            raise ValueError(f"expected names, got {text_of(name)}")
+    return tuple(names)
+
+
+Names = Annotated[tuple[str, ...], BeforeValidator(_names)]
+"""One name, or several."""
+
+
+def function_of(arguments: str, otherwise: str = "") -> BeforeValidator:
+    """Return the check that a value is a function.
+
+    Parameters
+    ----------
+    arguments : str
+        Its arguments, for the message.
+    otherwise : str
+        What may be given in its place, for the message: True and False.
+    """
+
+    def checked(value: Any) -> Any:
+        if callable(value) or (isinstance(value, bool) if otherwise else value is None):
+            return value
+        raise ValueError(f"expected {otherwise}a function of {arguments}, got {value!r}")
+
+    return BeforeValidator(checked)
+
+
+def by_name(form: str, read: Callable[[str], Any]) -> Callable[[Any], Any]:
+    """Return the reader of values by name, of a mapping or of texts NAME=VALUE.
+
+    Parameters
+    ----------
+    form : str
+        What a text looks like, for messages.
+    read : callable
+        Of the text of a value.
+    """
+
+    def values(given: Any) -> Any:
+        if isinstance(given, Mapping):
+            return dict(given)
+        if isinstance(given, str) or not isinstance(given, Iterable):
+            raise ValueError(f"expected a mapping, or texts {form}, got {text_of(given)}")
+        return dict(_pair(text, form, read) for text in given)
+
+    return values
+
+
+def _pair(text: Any, form: str, read: Callable[[str], Any]) -> tuple[str, Any]:
+    name, equals, value = (part.strip() for part in str(text).partition("="))
+    if not (isinstance(text, str) and name and equals and value):
+        raise ValueError(f"expected {form}, got {text_of(text)}")
+    return name, read(value)
+
+
+def number_or_name(text: str) -> float | str:
+    """Return a number, or else the name of a column."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def column_of(text: str) -> str | int:
+    """Return a column: digits are its number, anything else its name."""
+    return int(text) if text.isdecimal() else text
+
+
+def columns_of(given: Any) -> dict[str, str | int]:
+    """Return the column of each name, which is that of its own name if none is given."""
+    if isinstance(given, Mapping):
+        for name, column in given.items():
+            if not isinstance(column, str | int) or isinstance(column, bool):
+                raise ValueError(f"{name}: expected a column, got {column!r}")
+        return dict(given)
+    pairs = (name.partition("=") for name in ([given] if isinstance(given, str) else _names(given)))
+    return {
+        name.strip(): column_of(column.strip()) if equals else name.strip()
+        for name, equals, column in pairs
+    }
+
+
+Columns = Annotated[dict[str, str | int], BeforeValidator(columns_of)]
+"""Names that are those of their columns, too; or the column of each name."""
