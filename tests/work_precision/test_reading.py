@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 
 import frictionsim as fs
-from frictionsim.errors import InputError
-from frictionsim.io.cost_table import CostTable, is_costs_in_csv, read_csv
+from frictionsim.io.cost_table import CostTable, read_csv
 from frictionsim.io.hdf5_reader import read_costs
 from frictionsim.work_precision.outcome import Row
 from frictionsim.work_precision.recommendation import recommendations
@@ -99,24 +98,3 @@ def test_a_damaged_uncertainty_is_refused(saved: Saved, damage: str) -> None:
     table = read_csv(saved.folder / "a.csv")._replace(attributes={"reference_uncertainty": damage})
     with pytest.raises(ValueError, match="its reference uncertainty is"):
         study_of(table)
-
-
-BROKEN = {
-    "law,backend,setting,overrides\n\xff": "it is not text in UTF-8",
-    "law,backend,setting,law\n": "its heading names a column twice, or one that has a line break",
-    "law,backend,setting,status,error [1]\na,b,c\n": "line 2 has 3 cells, the heading has 5",
-    "law,backend,setting,status,error\n": "its column 'error' does not hold numbers with a unit",
-    'law,backend,setting,status\na,b,c,"': "unexpected end of data",
-    "law,backend,setting," + ",".join(map(str, range(600))): "no such table has more than 500",
-}
-
-
-@pytest.mark.parametrize("text", BROKEN)
-def test_a_damaged_csv_is_refused_in_a_sentence(text: str, tmp_path: Path) -> None:
-    path = tmp_path / "a.csv"
-    path.write_text(text, encoding="latin-1")
-    assert is_costs_in_csv(path)
-    with pytest.raises(InputError, match="cannot read this table of costs: ") as caught:
-        read_csv(path)
-    assert BROKEN[text] in str(caught.value)
-    assert "\n" not in str(caught.value)
