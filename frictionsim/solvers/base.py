@@ -52,11 +52,6 @@ class EnergyMonitor:
     def check(self, t: float, y: State) -> None:
         """Compare the energies.
 
-        Parameters
-        ----------
-        t : float, s
-        y : (n,)
-
         Raises
         ------
         Diverged
@@ -135,10 +130,7 @@ class SteppingSolver:
     def run(self, on_step: OnStep) -> None:
         """Integrate to the end, from the start or from a restored state.
 
-        Parameters
-        ----------
-        on_step : callable
-            Called with the time between steps and samples; it may raise Interrupted.
+        `on_step` is called with the time between steps and samples; it may raise Interrupted.
         """
         try:
             self._run(on_step)
@@ -193,19 +185,7 @@ class SteppingSolver:
 
 
 class Solver(SteppingSolver):
-    """Base class of the solvers for a mechanism of one coordinate.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    settings : SolverSettings
-    buffer : SampleBuffer
-        Receives samples and transitions.
-
-    Attributes
-    ----------
-    stops : StopContact or None
-    """
+    """Base class of the solvers for a mechanism of one coordinate."""
 
     def __init__(
         self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
@@ -216,26 +196,13 @@ class Solver(SteppingSolver):
         self.stops = None if mechanism.stops is None else StopContact(mechanism)
 
     def row(self, t: float, y: State, mode: int) -> Row:
-        """Return the sample of a state.
-
-        Parameters
-        ----------
-        t : float, s
-        y : (n,)
-        mode : int
-            Mode of the contact.
-        """
+        """Return the sample of a state in a mode of the contact."""
         raise NotImplementedError
 
     def advance(self, limit: float, floor: float = 0.0) -> Crossing | None:
-        """Take a step of the integrator and check its energy; return the event at its end.
+        """Take a step that ends at `limit`, s, at the latest; return the event at its end.
 
-        Parameters
-        ----------
-        limit : float, s
-            The step ends there at the latest.
-        floor : float, s
-            See `Stepper.advance`.
+        The energy of the state is checked. `floor` is that of `Stepper.advance`.
         """
         crossing = advance(self.stepper, self.mechanism, limit, floor)
         self._energy_monitor.check(self.stepper.t, self.stepper.y)
@@ -243,14 +210,7 @@ class Solver(SteppingSolver):
         return crossing
 
     def end_at_impact(self, crossing: Crossing | None, rhs: Rhs) -> Crossing | None:
-        """End the last step at its first impact on a stop; return the event that was at its end.
-
-        Parameters
-        ----------
-        crossing : Crossing or None
-        rhs : callable
-            The right-hand side of the step.
-        """
+        """End the last step at its first impact on a stop; return the event at its end."""
         if self.stops is None:
             return crossing
         t = self.stops.first_impact(self.stepper, rhs)
@@ -261,16 +221,10 @@ class Solver(SteppingSolver):
         return None
 
     def end_of_rest_on_stop(self, limit: float, rhs: Rhs) -> float:
-        """Return until when the next step may last, s: to the end of a rest on a stop.
+        """Return the latest end of the next step, s: the end of a rest on a stop, or `limit`.
 
-        Dry friction has no part in that rest: there is none, or it is regularised.
-
-        Parameters
-        ----------
-        limit : float, s
-            The signals are smooth up to there.
-        rhs : callable
-            The right-hand side of the step.
+        Dry friction has no part in that rest: it is absent or regularised. Up to `limit` the
+        signals are smooth.
         """
         t, y = self.stepper.t, self.stepper.y
         if self.stops is None or not self.stops.is_at_rest(y):
@@ -287,15 +241,7 @@ class Solver(SteppingSolver):
         """Record at t, s, that the body leaves a stop, if that is not a change of a contact."""
 
     def record_impact(self, y: State, before: int, after: int, y_after: State) -> None:
-        """Record an impact at the present time.
-
-        Parameters
-        ----------
-        y, y_after : (n,)
-            The states before and after it.
-        before, after : int
-            The modes.
-        """
+        """Record an impact at the present time: modes and states before and after it."""
         t = self.t
         transition = Transition(t, EVENT, before, after, y_after[0])
         self.buffer.record_event(transition, self.row(t, y, before), self.row(t, y_after, after))

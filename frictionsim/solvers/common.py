@@ -53,12 +53,7 @@ SAME_TIME_ULPS = 2.0
 
 
 class SampleTimes:
-    """The regular sample times: 0, interval, 2 interval, ..., duration.
-
-    Parameters
-    ----------
-    duration, interval : float, s
-    """
+    """The regular sample times: 0, interval, 2 interval, ..., duration."""
 
     # After the last sample the next one is never: inf.
     CHECKPOINT_FIELDS: ClassVar = {"_next": COUNT, "next": Values(low=0.0, finite=False)}
@@ -189,13 +184,7 @@ class ChatteringDetector:
         self._times: deque[float] = deque(maxlen=max_events)
 
     def count(self, t: float) -> None:
-        """Count an event at t, s.
-
-        Raises
-        ------
-        Chattering
-            If there are too many in the window.
-        """
+        """Count an event at t, s; raise Chattering if there are too many in the window."""
         times = self._times
         if len(times) == times.maxlen and t - times[0] < self._window:
             raise Chattering(
@@ -245,12 +234,6 @@ def monotone_segment_end(
 
     This is the next extremum of the drive, the next of the contact's `monotonicity_breaks`, or
     `end`, whichever is first.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    contact : DryFriction
-    t, end : float, s
     """
     drive = mechanism.drive
     b = min(end, drive.next_extremum(t))
@@ -311,18 +294,7 @@ def advance(
 ) -> Crossing | None:
     """Take a step that ends at `limit` or at the first switching surface that it crosses.
 
-    Parameters
-    ----------
-    stepper : Stepper
-    mechanism : Mechanism
-    limit : float, s
-    floor : float, s
-        See `Stepper.advance`.
-
-    Returns
-    -------
-    Crossing or None
-        The crossing, if it is an event.
+    Return the crossing if it is an event. `floor` is that of `Stepper.advance`.
     """
     stepper.advance(limit, floor)
     event, of_table = _cut_at_surfaces(stepper, mechanism)
@@ -341,12 +313,7 @@ def advance(
 def _cut_at_surfaces(stepper: Stepper, mechanism: "Mechanism") -> tuple[Crossing | None, bool]:
     """End the last step at the first switching surface that it crosses.
 
-    Returns
-    -------
-    crossing : Crossing or None
-        If it is an event.
-    of_table : bool
-        Whether the step ends at a surface of a table.
+    Return the crossing if it is an event, and whether the surface is of a table.
     """
     event, of_table = None, False
     for surface in mechanism.switching_surfaces:

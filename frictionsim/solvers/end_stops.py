@@ -26,13 +26,7 @@ ENERGY = "energy_impact"
 
 
 class StopContact:
-    """The end stops of a mechanism while it is solved.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        With end stops.
-    """
+    """The end stops of a mechanism while it is solved."""
 
     def __init__(self, mechanism: "Mechanism") -> None:
         assert mechanism.stops is not None  # checked by the solver
@@ -77,19 +71,9 @@ class StopContact:
         return bool(duration < ulps * ulp(t) or height < ulps * ulp(q))
 
     def impact_in_slip(self, stepper: "Stepper", s: int, until: float) -> float:
-        """Return the time of the impact in the last step, in which the body moves in direction s.
+        """Return the time, s, of the impact in the last step; inf without one.
 
-        Parameters
-        ----------
-        stepper : Stepper
-        s : int
-        until : float, s
-            Up to there the velocity has this direction.
-
-        Returns
-        -------
-        float, s
-            inf if there is none.
+        The body moves in direction s up to the time `until`.
         """
         stop = self._stops.highest if s == FORWARD else self._stops.lowest
         if s * (stepper.interpolate(until)[0] - stop) <= 0.0:
@@ -101,12 +85,6 @@ class StopContact:
 
         The velocity may change its direction within the step. Where the body may reach a stop, the
         step is divided where the velocity is extreme, so that it turns at most once in each part.
-
-        Parameters
-        ----------
-        stepper : Stepper
-        rhs : callable
-            The right-hand side of the step.
         """
         t_old, t, y_old, y = stepper.t_old, stepper.t, stepper.y_old, stepper.y
         h = t - t_old
@@ -132,18 +110,10 @@ class StopContact:
         return y[1] == 0.0 and self._stops.side(y[0]) != STICK
 
     def departure(self, q: float, t: float, end: float) -> tuple[float, int]:
-        """Return until when a body at rest on a stop stays there without dry friction.
+        """Return the time, s, up to which a body rests on a stop without dry friction.
 
-        Parameters
-        ----------
-        q : float, rad
-        t, end : float, s
-            The signals are smooth between them.
-
-        Returns
-        -------
-        float, int
-            A time, s, and the direction away from the stop if the torque turns away then, or STICK.
+        With it the direction away from the stop if the torque turns away then, else STICK. The
+        signals are smooth between t and end.
         """
         side, mechanism = self._stops.side(q), self._mechanism
 

@@ -50,13 +50,7 @@ def sign(x: float) -> int:
 
 
 def switch(applied_torque: float, static_limit: float, velocity: float) -> int:
-    """Return the factor of eq 30, 0 or 1; R x = r_s R - |M| replaces x, which has the same sign.
-
-    Parameters
-    ----------
-    applied_torque, static_limit : float, N m
-    velocity : float, rad/s
-    """
+    """Return the factor of eq 30, 0 or 1; R x = r_s R - |M| replaces x, which has the same sign."""
     x = static_limit - abs(applied_torque)
     return sign(abs(sign(abs(x) - x)) + abs(sign(velocity)))
 

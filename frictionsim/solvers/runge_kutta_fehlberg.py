@@ -217,14 +217,7 @@ class RungeKuttaFehlberg45:
         self._error_before = 1.0
 
     def start(self, rhs: Rhs, t: float, y: State) -> None:
-        """Start a segment at (t, y), with a new initial step size.
-
-        Parameters
-        ----------
-        rhs : callable
-        t : float, s
-        y : (n,)
-        """
+        """Start a segment at (t, y), with a new initial step size."""
         self._rhs = rhs
         self.t_old = self.t = t
         self.y[:] = self.y_old[:] = y

@@ -67,14 +67,7 @@ class ScipyStepper:
         self._dense: Any = None
 
     def start(self, rhs: Rhs, t: float, y: State) -> None:
-        """Start a segment at (t, y).
-
-        Parameters
-        ----------
-        rhs : callable
-        t : float, s
-        y : (n,)
-        """
+        """Start a segment at (t, y)."""
         self._rhs = rhs
         self._dy: State = [0.0] * len(y)
         self.t_old = self.t = t
