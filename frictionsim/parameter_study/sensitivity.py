@@ -108,13 +108,9 @@ def _indices_from_values(values: "Array", keys: tuple[str, ...], sampling: Sampl
 
 
 def indices_from_blocks(keys: tuple[str, ...], blocks: "Array") -> Indices:
-    """Return the indices from the values in the samples A, B and A with one column of B.
+    """Return the indices of at least two keys.
 
-    Parameters
-    ----------
-    keys : tuple of str
-        At least two.
-    blocks : (keys + 2, n)
+    `blocks`, (keys + 2, n), are the values in the samples A, B and A with one column of B.
     """
     from scipy.stats import sobol_indices
 

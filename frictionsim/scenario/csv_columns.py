@@ -143,23 +143,10 @@ class _Source(NamedTuple):
 
 
 def read_points(table: CsvTable, folder: Path) -> dict[str, list[float]]:
-    """Return the points of a signal in a CSV file.
+    """Return the points of a signal in a CSV file, which is relative to a folder.
 
-    Parameters
-    ----------
-    table : CsvTable
-    folder : Path
-        Base of a relative file name.
-
-    Returns
-    -------
-    dict
-        `time`, s, or `speed`, rad/s, strictly increasing, and `value`; all finite.
-
-    Raises
-    ------
-    PydanticCustomError
-        If the file cannot be read, or lacks a column or a number.
+    `time`, s, or `speed`, rad/s, is strictly increasing; all numbers are finite. Raises a
+    PydanticCustomError if the file cannot be read, or lacks a column or a number.
     """
     path = folder / table.csv
     text = read_text(path)
@@ -199,16 +186,7 @@ def _check_increasing(name: str, points: list[_Point], path: Path) -> None:
 def read_text(path: Path, relative_to: str = "; the path is relative to the scenario") -> str:
     """Return the text of a CSV file, with one kind of line end.
 
-    Parameters
-    ----------
-    path : Path
-    relative_to : str
-        End of the message about a file that cannot be read.
-
-    Raises
-    ------
-    PydanticCustomError
-        If it cannot be read or is too large.
+    `relative_to` ends the message about a file that cannot be read.
     """
     try:
         if path.exists() and not path.is_file() and not path.is_dir():

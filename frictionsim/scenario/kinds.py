@@ -46,13 +46,7 @@ def sound_kinds() -> tuple[str, ...]:
 
 
 def mechanism_module(kind: str) -> ModuleType:
-    """Import the module of a kind, without the other kinds.
-
-    Returns
-    -------
-    module
-        With the names that `frictionsim.mechanisms` lists.
-    """
+    """Import the module of a kind, without the other kinds; see `frictionsim.mechanisms`."""
     if kind in KINDS:
         return import_module(KINDS[kind])
     module = _module_of(kind)

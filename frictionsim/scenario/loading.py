@@ -82,14 +82,8 @@ def load_tables(
 ) -> Scenario:
     """Validate the tables of a scenario.
 
-    Parameters
-    ----------
-    source : mapping
-    folder : Path or None
-        Of the file names in it; None for tables out of a file that anyone may have made, which
-        must not name other files.
-    overrides, backend
-        As of `load`.
+    `folder` is that of the file names in it; None for tables out of a file that anyone may have
+    made, which must not name other files.
     """
     return _validated(plain(source), None, "", overrides, backend, folder)
 
@@ -162,14 +156,9 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def scenario_from_result(path: Path, attributes: Mapping[str, str]) -> Scenario:
-    """Return the scenario stored in a result file.
+    """Return the scenario stored in the attributes of a result file.
 
-    Parameters
-    ----------
-    path : Path
-        The result file, for messages.
-    attributes : mapping of str
-        The attributes of the file: the scenario as TOML, its source and overrides.
+    They are the scenario as TOML, its source and overrides; the path is for messages.
     """
     try:
         # What others write into a result is not to have files of the reader's read.
@@ -299,16 +288,8 @@ __all__ = ["ValidationFailure", "validate"]
 def validate(data: dict[str, Any], folder: Path | None) -> Scenario:
     """Return the scenario for the data of a TOML file.
 
-    Parameters
-    ----------
-    data : dict
-    folder : Path or None
-        Base of relative file names in the data; None if they may not refer to files.
-
-    Raises
-    ------
-    ValidationFailure
-        If the data is invalid.
+    `folder` is the base of relative file names in the data; None if they may not refer to files.
+    Raises a ValidationFailure if the data is invalid.
     """
     try:
         model = _model_of(data)

@@ -37,19 +37,9 @@ class _Place(NamedTuple):
 
 
 def error_message(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
-    """Return key and message for an error of pydantic.
+    """Return key and message for an error of pydantic, one of `ValidationError.errors()`.
 
-    Parameters
-    ----------
-    error : dict
-        One of ``ValidationError.errors()``.
-    model : type
-        The model that was validated.
-
-    Returns
-    -------
-    (path, text)
-        The path as in the TOML file, without pydantic's names of union branches.
+    The path is that in the TOML file, without pydantic's names of union branches.
     """
     place = _place(model, error["loc"])
     kind, context = error["type"], error.get("ctx", {})

@@ -43,20 +43,10 @@ class ValidationFailure(Exception):
 
 
 def validate_model(model: type[Table], data: dict[str, Any], folder: Path | None) -> Table:
-    """Return the scenario for the data of a TOML file.
+    """Return the instance of a model for the data of a TOML file.
 
-    Parameters
-    ----------
-    model : type
-        Of the kind of the scenario.
-    data : dict
-    folder : Path or None
-        Base of relative file names in the data; None if they may not refer to files.
-
-    Raises
-    ------
-    ValidationFailure
-        If the data is invalid.
+    `folder` is the base of relative file names in the data; None if they may not refer to files.
+    Raises a ValidationFailure if the data is invalid.
     """
     try:
         return _validated(model, data, folder)

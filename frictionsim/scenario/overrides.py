@@ -24,20 +24,10 @@ BY_TEXT, BY_MAPPING = "--set", "overrides"
 def apply_overrides(
     data: dict[str, Any], overrides: Overrides
 ) -> tuple[dict[KeyPath, str], tuple[str, ...]]:
-    """Set keys of the data of a scenario.
+    """Set keys of the data of a scenario, in place.
 
-    Parameters
-    ----------
-    data : dict
-        Changed in place.
-    overrides : mapping or iterable of str
-
-    Returns
-    -------
-    dict of str
-        By the path of each key, where the override came from, for messages.
-    tuple of str
-        The overrides as texts KEY=VALUE.
+    Returns, for messages, where each override came from by the path of its key; and the overrides
+    as texts KEY=VALUE.
     """
     if isinstance(overrides, Mapping):
         paths = {
@@ -92,20 +82,9 @@ def _is_bare_word(text: str) -> bool:
 
 
 def apply_override(data: dict[str, Any], override: str) -> KeyPath:
-    """Set one key of the data from ``a.b=VALUE``.
+    """Set one key of the data, in place, from ``a.b=VALUE``; return the path of the key.
 
     A bare word, or several with dots, is accepted as a string: no nested quotes in shells.
-
-    Parameters
-    ----------
-    data : dict
-        Changed in place.
-    override : str
-
-    Returns
-    -------
-    tuple of str or int
-        The path of the key.
     """
     key, equals, text = override.partition("=")
     where = f"{BY_TEXT} {override}"

@@ -38,12 +38,7 @@ def shipped_scenarios() -> dict[str, Path]:
 def scenario_file(source: str | PathLike[str], folder: Path = Path()) -> Path:
     """Return the file of a scenario; a shipped one also by its name, if no file has that name.
 
-    Parameters
-    ----------
-    source : path
-        A file, or a name as of `shipped_scenarios`.
-    folder : Path
-        Of a relative path.
+    `folder` is that of a relative path.
     """
     path, name = folder / fsdecode(source), Path(fsdecode(source)).as_posix()
     return path if exists(path) else _shipped_or_none().get(name, path)

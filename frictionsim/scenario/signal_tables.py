@@ -285,20 +285,11 @@ def signal_from(table: float | PiecewiseLinearTable | SineTable | SmoothStepTabl
 
 
 def period_of(signal: Any, end: float) -> float | None:
-    """Return the shortest period of a signal, s; None if it has none.
+    """Return the shortest period of a signal before a time `end`, s; None if it has none.
 
-    The period of a table of points is twice the shortest time between two extrema, or the
-    duration of the shortest pulse: from the start of its rise to the end of its fall.
-
-    Parameters
-    ----------
-    signal : number or signal table of the scenario, or a tuple of them, which add
-    end : float, s
-        Extrema after this time are ignored.
-
-    Returns
-    -------
-    float or None, s
+    The period of a table of points is twice the shortest time between two extrema, or the duration
+    of the shortest pulse: from the start of its rise to the end of its fall. A signal may be a
+    tuple of signals, which add.
     """
     if isinstance(signal, tuple):
         found = [period_of(term, end) for term in signal]
@@ -363,13 +354,7 @@ def too_long(interval: float, period: float) -> bool:
 
 
 def shorter(period: float, duration: float, max_samples: int) -> str:
-    """Return the advice on the sampling interval in a warning.
-
-    Parameters
-    ----------
-    period, duration : float, s
-    max_samples : int
-    """
+    """Return the advice on the sampling interval in a warning."""
     interval = period / SAMPLES_PER_PERIOD
     unit = 10.0 ** (floor(log10(interval)) - 1)
     digits = floor(interval / unit * (1.0 + ROUNDING))

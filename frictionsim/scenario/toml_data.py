@@ -46,21 +46,10 @@ class ExceedsLimit(NoUsableText):
 
 
 def toml_tables(text: str, parse_float: Callable[[str], Any] = float) -> dict[str, Any]:
-    """Return the tables of a TOML text.
+    """Return the tables of a TOML text; `parse_float` as of `tomllib.loads`.
 
-    Parameters
-    ----------
-    text : str
-    parse_float : callable
-        As of `tomllib.loads`.
-
-    Raises
-    ------
-    tomllib.TOMLDecodeError
-        If it is not valid.
-    NoUsableText
-        If it exceeds a limit, or a value cannot be held: an integer of thousands of digits, a
-        date that there is not.
+    Raises a TOMLDecodeError if it is not valid, and NoUsableText if it exceeds a limit or a value
+    cannot be held: an integer of thousands of digits, a date that does not exist.
     """
     if excess := _excess_of_text(text):
         raise ExceedsLimit(excess)
@@ -80,10 +69,7 @@ def toml_tables(text: str, parse_float: Callable[[str], Any] = float) -> dict[st
 def parsed_value(text: str) -> Any:
     """Return the value that a TOML text gives, as 0.3 or [1, 2].
 
-    Raises
-    ------
-    ValueError
-        If it gives none, or more than one; `NoUsableText` if it exceeds a limit.
+    Raises a ValueError if it gives none, or more than one.
     """
     data = toml_tables(f"value = {text}")
     if len(data) != 1:  # the text has further lines with keys
@@ -92,13 +78,7 @@ def parsed_value(text: str) -> Any:
 
 
 def json_value(text: str | bytes) -> Any:
-    """Return the value of a JSON text.
-
-    Raises
-    ------
-    ValueError
-        If it is not valid or nested too deeply.
-    """
+    """Return the value of a JSON text; raises a ValueError if it is invalid or too deep."""
     try:
         return json.loads(text)
     except RecursionError:
@@ -147,14 +127,10 @@ CLOSINGS = ("]", "}", '"', "'")
 
 
 def key_lines(text: str) -> dict[KeyPath, int]:
-    """Return the line of each table and key of a valid TOML text.
+    """Return the line, from 1, of each table and key of a valid TOML text, by its path.
 
-    Lines are added to a statement until tomllib can parse it.
-
-    Returns
-    -------
-    dict
-        Line, counted from 1, by path of the key; the path includes indices of arrays of tables.
+    Lines are added to a statement until tomllib can parse it. Paths include indices of arrays of
+    tables.
     """
     lines: dict[KeyPath, int] = {}
     arrays: dict[KeyPath, int] = {}
@@ -217,14 +193,8 @@ def keys_and_values(
 ) -> Iterator[tuple[str, Any]]:
     """Yield the keys of nested tables with dots, as of --set, with their values.
 
-    Parameters
-    ----------
-    value : object
-    path : str
-        Key of the value.
-    lists : {"whole", "tables", "all"}
-        Which lists are entered: none; those of tables, which have their name in the key where each
-        has its own, else their number; all, by number.
+    `lists` are those that are entered: none; those of tables, which have their name in the key
+    where each has its own, else their number; all, by number.
     """
     entries: Iterable[tuple[Any, Any]] = ()
     if isinstance(value, Mapping):
@@ -249,11 +219,7 @@ def _are_tables(rows: Sequence[Any]) -> bool:
 def plain(value: Any, where: str = "scenario") -> Any:
     """Return a value as TOML has it: numbers of numpy, arrays, tuples and paths are converted.
 
-    Parameters
-    ----------
-    value : object
-    where : str
-        For the message.
+    `where` begins the message of a value of another type.
     """
     try:
         return _plain(value, where)
@@ -287,14 +253,7 @@ def _below(where: str) -> str:
 
 
 def toml_value(value: Any, number: Callable[[float], str] = repr) -> str:
-    """Return a plain value as TOML in one line.
-
-    Parameters
-    ----------
-    value : bool, int, float, str, list or dict
-    number : callable
-        Returns the text of a number.
-    """
+    """Return a plain value as TOML in one line, numbers as the function `number` writes them."""
     if isinstance(value, dict):
         pairs = (f"{_key(key)} = {toml_value(inner, number)}" for key, inner in value.items())
         return f"{{ {', '.join(pairs)} }}" if value else "{}"
@@ -323,14 +282,7 @@ def scenario_of(result: "Record") -> dict[str, Any]:
 
 
 def scenario_value(result: "Record", *keys: str | int) -> Any:
-    """Return a value of the scenario of a result.
-
-    Parameters
-    ----------
-    result : Record
-    *keys : str or int
-        Path of the value.
-    """
+    """Return the value at a path of keys of the scenario of a result."""
     value: Any = scenario_of(result)
     for key in keys:
         try:
@@ -344,10 +296,7 @@ def scenario_value(result: "Record", *keys: str | int) -> Any:
 def differing_keys(results: "Sequence[Record]") -> dict[str, list[Any]]:
     """Return the keys, as of --set, in which the scenarios of results differ.
 
-    Returns
-    -------
-    dict of list
-        The value of each result; None where it has no such key.
+    Each has the values of all results; None for a result without the key.
     """
     found = [dict(keys_and_values(scenario_of(result))) for result in results]
     names = dict.fromkeys(name for values in found for name in values)

@@ -74,12 +74,7 @@ def count_cusps(
 def cusp_angles(sun_radius: float, planet_radius: float, point: TracerPoint, angle: Any) -> Any:
     """Return the angles of the crank, (m,), rad, at which a path has cusps; none off the rim.
 
-    Parameters
-    ----------
-    sun_radius, planet_radius : float, m
-    point : TracerPoint
-    angle : (n,), rad
-        phi, of the crank; cusps are between its smallest and its largest value.
+    Cusps are between the smallest and the largest of the given angles, (n,), rad.
     """
     import numpy as np
 
@@ -96,18 +91,9 @@ def cusp_angles(sun_radius: float, planet_radius: float, point: TracerPoint, ang
 
 
 def pace(length: float, turns: float, point: TracerPoint, angle: Any, velocity: Any) -> Any:
-    """Return the speed of a point of the planet, |phi'| times the derivative of its position.
+    """Return the speed of a point of the planet, m/s: |phi'| times the derivative of its position.
 
-    Parameters
-    ----------
-    length, turns, point, angle
-        As in `tracer_position`.
-    velocity : float or (n,), rad/s
-        phi', of the crank.
-
-    Returns
-    -------
-    float or (n,), m/s
+    `velocity` is phi', rad/s; the rest as in `tracer_position`.
     """
     own = radians(point.angle_deg) + (turns - 1.0) * angle
     lever = turns * point.radius

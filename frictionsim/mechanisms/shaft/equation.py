@@ -203,14 +203,8 @@ def first_excess_of(
 ) -> Callable[[float, float, float], float]:
     """Return first_excess(q, a, b): until when the torque at rest exceeds its limit at most once.
 
-    Parameters
-    ----------
-    scenario : ShaftScenario
-    terms : EquationTerms
-    r_s : float, m
-        Friction radius; 0 without dry friction.
-    directions : callable
-        Of the angle: the directions in which the body can move.
+    r_s is the friction radius, m, 0 without dry friction; `directions` gives the directions in
+    which the body can move at an angle.
     """
     loads, across, up, roundoff = terms.loads, terms.across, terms.up, _roundoff(scenario, terms)
     curvatures = [(load, largest_curvature(load.size)) for load in loads.over_time]

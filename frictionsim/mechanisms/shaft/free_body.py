@@ -124,12 +124,8 @@ def channels_needed(scenario: "ShaftScenario") -> tuple[str, ...]:
 def free_body(scenario: "ShaftScenario", motion: "tuple[Array, Array, Array, Array]") -> FreeBody:
     """Return the forces on the body.
 
-    Parameters
-    ----------
-    scenario : ShaftScenario
-    motion : four arrays (n,)
-        Time, s, angle, rad, and its first and second derivative; the derivatives count where
-        `channels_needed` names them.
+    The motion is time, s, angle, rad, and its first and second derivative, (n,) each; the
+    derivatives count where `channels_needed` names them.
     """
     time, angle, velocity, acceleration = (np.asarray(values, dtype=float) for values in motion)
     zero = np.zeros_like(time)

@@ -50,12 +50,7 @@ Function = Callable[[float], float]
 
 
 def check_unknown(scenario: ShaftScenario) -> None:
-    """Check that eq 24 can be solved for the unknown of a scenario.
-
-    Raises
-    ------
-    PydanticCustomError
-    """
+    """Raise an error if eq 24 cannot be solved for the unknown of a scenario."""
     if scenario.statics is None or scenario.statics.unknown is None:
         return
     unknown = unknown_of(scenario, scenario.statics.unknown)

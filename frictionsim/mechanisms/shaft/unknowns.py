@@ -74,13 +74,7 @@ def unknowns_of(scenario: "ShaftScenario") -> Iterator[Unknown]:
 
 
 def unknown_of(scenario: "ShaftScenario", key: str) -> Unknown:
-    """Return the unknown of a key.
-
-    Raises
-    ------
-    PydanticCustomError
-        If eq 24 of the scenario cannot be solved for it.
-    """
+    """Return the unknown of a key; raises an error if eq 24 cannot be solved for it."""
     known = {unknown.key: unknown for unknown in unknowns_of(scenario)}
     if key not in known:
         raise inconsistent(WHERE, _why_not(scenario, key, list(known)))
