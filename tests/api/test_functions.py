@@ -1,6 +1,7 @@
 """static, cost, compare, plot, new, schema, kinds and scenarios from Python."""
 
 import tomllib
+from inspect import isfunction, signature
 from pathlib import Path
 
 import jsonschema
@@ -147,3 +148,29 @@ def test_shipped_scenarios_have_names() -> None:
     text = fs.new("belt_verification")
     assert "#:schema" not in text
     assert fs.loads(text) == fs.load(found["belt_verification"])
+
+
+def test_quantities_are_numbers_with_a_unit() -> None:
+    quantities = fs.static(PULLEY)
+    lift, radius = quantities["force_to_lift"], quantities["friction_radius_static"]
+    assert float(lift) == lift.value
+    assert f"{lift:.1f}" == "2707.7 N"
+    assert np.isnan(float(fs.Quantity(None, "s")))
+    for operation in (
+        lambda: lift * 2,
+        lambda: 2 * lift,
+        lambda: lift + radius,
+        lambda: lift < radius,
+        lambda: sorted([lift, radius]),
+    ):
+        with pytest.raises(TypeError, match=r"calculate with quantity\.value"):
+            operation()
+
+
+@pytest.mark.parametrize("name", [n for n in fs.__all__ if isfunction(getattr(fs, n))])
+def test_no_function_ignores_an_unknown_keyword(name: str) -> None:
+    function = getattr(fs, name)
+    named = signature(function).parameters.values()
+    needed = [p.name for p in named if p.default is p.empty and p.kind is not p.VAR_KEYWORD]
+    with pytest.raises((TypeError, fs.InputError), match="'wrokers'"):
+        function(**dict.fromkeys(needed), wrokers=1)

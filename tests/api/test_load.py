@@ -194,3 +194,19 @@ def test_faults_are_listed_with_the_lines_of_a_file(tmp_path: Path) -> None:
     assert len(caught.value.faults) > 1
     assert str(caught.value) == "\n".join(caught.value.faults)
     assert caught.value.exit_code == 2
+
+
+def test_an_effect_is_taken_out_by_none() -> None:
+    mapping = fs.load(PULLEY, {"effects.viscous_damping": None})
+    text = fs.load(PULLEY, ["effects.viscous_damping=none"])
+    assert mapping.effect_names == text.effect_names == ("shaft_friction",)
+    assert mapping.origin == text.origin
+    assert mapping.origin.command.endswith("--set effects.viscous_damping=none")
+    # A key that is not there may be taken out as well.
+    assert fs.load(PULLEY, {"solver.max_step": None}) == fs.load(PULLEY)
+
+
+def test_a_shipped_scenario_with_a_csv_file_stands_alone(tmp_path: Path) -> None:
+    scenario = fs.loads(fs.new("hard/jump_from_csv"))
+    shipped = fs.load(SCENARIOS / "hard" / "jump_from_csv.toml")
+    assert (scenario.drive, scenario.effects) == (shipped.drive, shipped.effects)

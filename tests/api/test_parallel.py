@@ -180,3 +180,14 @@ def test_threads_draw_the_pictures_of_one() -> None:
     expected = [drawn(result) for result in results]
     with ThreadPoolExecutor(4) as pool:
         assert list(pool.map(drawn, results)) == expected
+
+
+@pytest.mark.quick
+def test_threads_write_results_at_once(tmp_path: Path) -> None:
+    whole, source = tmp_path / "whole.h5", SCENARIOS / "pulley.toml"
+    fs.solve(source, output=whole)
+    files = [tmp_path / f"{number}.h5" for number in range(24)]
+    with ThreadPoolExecutor(4) as pool:
+        results = list(pool.map(lambda file: fs.solve(source, output=file), files))
+    assert {result.status for result in results} == {"done"}
+    assert {file.read_bytes() for file in files} == {whole.read_bytes()}

@@ -385,3 +385,10 @@ def test_names_of_digits_stay_names(tmp_path: Path) -> None:
         assert found.dataset["pulley"].values.tolist() == ["1", "0"]
     with h5py.File(tmp_path / "a.h5") as file:
         assert file["pulley"].asstr()[...].tolist() == ["1", "0"]
+
+
+@quick
+def test_a_run_without_events_has_the_variables_of_events() -> None:
+    still, moving = (fs.solve(PULLEY, {"drive.force": force}) for force in (2000.0, 3000.0))
+    assert (still.events.sizes["event"], moving.events.sizes["event"]) == (0, 1)
+    assert set(still.events.variables) == set(moving.events.variables)

@@ -328,3 +328,29 @@ def test_each_command_is_in_the_module_that_is_imported_for_it() -> None:
         for command in commands.app.registered_commands
     }
     assert found == {name: f"frictionsim.cli.{one}" for name, one in commands.MODULES.items()}
+
+
+def test_static_says_below_the_table_what_the_roots_mean(told: Run) -> None:
+    out, err = told("static", "shaft", "--set", "statics.unknown=forces.effort.size")
+    assert err == ""
+    # A key with dots needs no quotes, and may have them.
+    assert told("static", "shaft", "--set", 'statics.unknown="forces.effort.size"') == (out, "")
+    lines = out.splitlines()
+    row = next(line.split() for line in lines if line.startswith("effort_counter_clockwise "))
+    assert row == ["effort_counter_clockwise", "208.4430034", "N"]
+    assert lines[-2:] == [
+        "at 0 deg and 0 s, the body rests",
+        "at 0 deg, the body rests with forces.effort.size from 191.689 N to 208.443 N",
+    ]
+
+
+def test_static_as_json_has_the_sentences_as_notes(told: Run) -> None:
+    found = strict_json(
+        told("static", "shaft", "--set", "statics.unknown=mechanism.mass", "--json")[0]
+    )
+    assert found.keys() == {"scenario", "overrides", "kind", "quantities", "notes"}
+    assert found["quantities"]["mass_clockwise"] == {"value": None, "unit": "kg"}
+    assert found["notes"][:2] == [
+        "at 0 deg and 0 s, the body rests",
+        "at 0 deg, no mechanism.mass makes the body move: the friction exceeds the moment with any",
+    ]
