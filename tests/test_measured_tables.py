@@ -168,7 +168,7 @@ def test_the_page_has_the_meshes_of_the_cost_table() -> None:
         if row["backend"] == "moreau" and row["status"] == "done":
             measured.setdefault((row["model"], f"{float(row['bodies [1]']):.0f}"), row)
     shown = page_rows("| model | bodies | slip |", "../accuracy")
-    assert {(row[0], row[1]) for row in shown} == set(measured)
+    assert {row[0] for row in shown} == {model for model, _ in measured}
     names = ("slip", "tension_tight", "tension_slack", "driven_speed")
     for model, bodies, *cells in shown:
         found = measured[model, bodies]
