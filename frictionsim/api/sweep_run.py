@@ -15,16 +15,15 @@ from frictionsim.io.destination import whole_name
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import FAILED, Block
 from frictionsim.parameter_study.design import SAMPLE, Design
+from frictionsim.parameter_study.dispatch import Executor, check_combinations, run_sweep
+from frictionsim.parameter_study.executors import available_cores, local_executor
 from frictionsim.parameter_study.journal import remove_left_over
-from frictionsim.parameter_study.process_pool import available_cores, local_execution
 from frictionsim.parameter_study.study_file import SweepStudy, study_of, study_toml
 from frictionsim.parameter_study.sweep import (
     Assembly,
-    Execution,
     SweepPlan,
     coordinates_of,
     plan_of,
-    run_sweep,
 )
 from frictionsim.parameter_study.sweep_files import (
     SweepFiles,
@@ -94,13 +93,13 @@ class ExecutionOptions(Options):
             )
         return self
 
-    def execution(self, runs: int) -> Execution:
+    def executor(self, runs: int) -> Executor:
         """Return the executor of so many runs."""
         if self.dask is not None:
             from frictionsim.parameter_study.dask_cluster import DaskCluster
 
             return DaskCluster(self.dask)
-        return local_execution(self.workers or available_cores(), runs)
+        return local_executor(self.workers or available_cores(), runs)
 
 
 LOCAL = ExecutionOptions()
@@ -266,29 +265,31 @@ class _SweepRun:
         """Run what is left, and write the files."""
         files = self._files
         try:
-            execution = options.execution(self._plan.design.runs)
-            with _closing(execution), self._interruptible() as beat:
-                execution.check(self._plan, self._assembly.left, self._on_checked, beat)
+            executor = options.executor(self._plan.design.runs)
+            with _closing(executor), self._interruptible() as on_tick:
+                check_combinations(
+                    executor, self._plan, self._assembly.left, self._on_checked, on_tick
+                )
                 if files is None:
-                    run_sweep(self._plan, self._assembly, execution, self._on_block, beat)
+                    run_sweep(self._plan, self._assembly, executor, self._on_block, on_tick)
                     return Sweep(self._table(), None)
                 if self._plan.series is not None:
                     make_series_folder(self._plan.series, self._study)
                 files.begin(self._table(RUNNING))
-                self._run_and_keep(execution, files, beat)
+                self._run_and_keep(executor, files, on_tick)
             return Sweep(self._table(), files.whole)
         finally:
             if files is not None:
                 files.close()
 
     def _run_and_keep(
-        self, execution: Execution, files: SweepFiles, beat: Callable[[], Any]
+        self, executor: Executor, files: SweepFiles, on_tick: Callable[[], Any]
     ) -> None:
         """Run the remaining combinations; completed rows are saved on any exit."""
         try:
-            run_sweep(self._plan, self._assembly, execution, self._on_block, beat)
+            run_sweep(self._plan, self._assembly, executor, self._on_block, on_tick)
         except BaseException as error:
-            execution.close()
+            executor.close()
             with files.resumable():
                 if not self._assembly.left:  # the last ones came after the signal
                     files.write_whole(self._table())
@@ -324,27 +325,27 @@ class _SweepRun:
 
     @contextmanager
     def _interruptible(self) -> Iterator[Callable[[], Any]]:
-        """Return the context in which Ctrl-C waits for the next beat, if there is a file."""
+        """Return the context in which Ctrl-C waits for a tick, if there is a file."""
         stop: AbstractContextManager[StopSignals | None] = nullcontext(None)
         if self._files is not None:
             stop = StopSignals()
         with stop as interruption:
 
-            def beat() -> None:
+            def on_tick() -> None:
                 if interruption is not None and interruption.received:
                     raise KeyboardInterrupt
                 if self._progress is not None:
                     total = self._plan.design.runs
                     self._progress(SweepProgress(self._done, total, self._failed, self._checked))
 
-            yield beat
+            yield on_tick
 
     def _on_checked(self, count: int) -> None:
         self._checked += count
 
-    def _on_block(self, image: bytes, block: Block) -> None:
+    def _on_block(self, block: Block) -> None:
         if self._files is not None:
-            self._files.keep(image)
+            self._files.keep(block)
         self._done += block.runs
         self._failed += int(np.count_nonzero(block.status == FAILED))
 
@@ -353,8 +354,8 @@ class _SweepRun:
 
 
 @contextmanager
-def _closing(execution: Execution) -> Iterator[None]:
+def _closing(executor: Executor) -> Iterator[None]:
     try:
         yield
     finally:
-        execution.close()
+        executor.close()

@@ -1,13 +1,11 @@
-"""The outcomes of some runs of a sweep, and their form as bytes for files and other processes."""
+"""The outcomes of some runs of a sweep."""
 
-import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from frictionsim.results import Flags, Quantities
-from frictionsim.scenario.toml_data import json_value
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
@@ -21,8 +19,6 @@ STATUSES: Flags = (
 )
 TEXTS = ("failure", "reason", "warnings")
 OUTCOMES = (DONE, FAILED, AUDIT_FAILED)
-LENGTH_BYTES, NUMBER_BYTES = 4, 8
-MAX_NUMBER = 2**53
 
 
 class Outcome(NamedTuple):
@@ -73,70 +69,6 @@ class Block(NamedTuple):
     def runs(self) -> int:
         """The number of runs."""
         return len(self.status)
-
-    def to_bytes(self) -> bytes:
-        """Return the block as bytes, which `from_bytes` reads."""
-        head = json.dumps(
-            {
-                "first": self.first,
-                "count": self.runs,
-                "units": self.units,
-                "texts": [
-                    [name, number, text]
-                    for name, texts in self.texts.items()
-                    for number, text in texts.items()
-                ],
-            }
-        ).encode()
-        length = len(head).to_bytes(LENGTH_BYTES, "big")
-        values = np.ascontiguousarray(self.values, dtype="<f8")
-        return length + head + self.status.tobytes() + values.tobytes()
-
-    @classmethod
-    def from_bytes(cls, image: bytes) -> "Block":
-        """Return the block that bytes hold, which may come from anyone.
-
-        Raises
-        ------
-        ValueError
-            If they hold none.
-        """
-        try:
-            return cls._parsed(image)
-        except (KeyError, TypeError, AttributeError, OverflowError) as error:
-            raise ValueError(f"not a block of runs: {error}") from None
-
-    @classmethod
-    def _parsed(cls, image: bytes) -> "Block":
-        end = LENGTH_BYTES + int.from_bytes(image[:LENGTH_BYTES], "big")
-        if end > len(image):
-            raise ValueError("a block is cut off")
-        head = json_value(image[LENGTH_BYTES:end])
-        first, count, units = _whole(head["first"]), _whole(head["count"]), head["units"]
-        if not (count and isinstance(units, dict) and all(map(_is_text, units.values()))):
-            raise ValueError("a block without runs or units")
-        if len(image) != end + count * (1 + NUMBER_BYTES * len(units)):
-            raise ValueError("a block of another length")
-        status = np.frombuffer(image, np.int8, count, end)
-        if not np.isin(status, OUTCOMES).all():
-            raise ValueError("a status that there is not")
-        values = np.frombuffer(image, "<f8", offset=end + count).reshape(len(units), count)
-        texts: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
-        for name, number, text in head["texts"]:
-            if not (first <= _whole(number) < first + count and _is_text(text)):
-                raise ValueError("a text of no run")
-            texts[name][number] = text
-        return cls(first, status, units, values.astype(np.float64, copy=False), texts)
-
-
-def _whole(number: Any) -> int:
-    if type(number) is not int or not 0 <= number <= MAX_NUMBER:
-        raise ValueError("not a number of runs")
-    return number
-
-
-def _is_text(text: Any) -> bool:
-    return isinstance(text, str)
 
 
 def block_of(first: int, outcomes: Sequence[Outcome]) -> Block:

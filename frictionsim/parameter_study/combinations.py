@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 from pydantic import ValidationError
@@ -50,6 +51,10 @@ class Combinations:
         # For numbers: data to change, where in them the keys are, and the number of the value.
         self._changed: dict[str, Any] = {}
         self._places: list[tuple[Any, Any, int]] = []
+        self._lock = Lock()  # a worker of Dask may have several threads
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Combinations, (self.base, self.keys)
 
     @cached_property
     def in_lockstep(self) -> bool:
@@ -66,17 +71,19 @@ class Combinations:
         """Return the scenario in which the keys have these values."""
         if not all(map(_is_ordinary, values)):
             return self._validated(values)
-        if not self._places:
-            found = self._validated(values)
-            self._find_places(values)
-            return found
-        for table, key, number in self._places:
-            table[key] = values[number]
-        try:
-            # The limits of magnitude of all other numbers were checked the first time.
-            return type(self.base).model_validate(self._changed, context={"folder": self._folder})
-        except (ValidationError, OverflowError):
-            return self._validated(values)  # which says what is wrong
+        with self._lock:
+            if not self._places:
+                found = self._validated(values)
+                self._find_places(values)
+                return found
+            for table, key, number in self._places:
+                table[key] = values[number]
+            try:
+                # The limits of magnitude of all other numbers were checked the first time.
+                context = {"folder": self._folder}
+                return type(self.base).model_validate(self._changed, context=context)
+            except (ValidationError, OverflowError):
+                return self._validated(values)  # which says what is wrong
 
     def _find_places(self, values: Sequence[Any]) -> None:
         self._changed = _copied(self._data)

@@ -1,26 +1,25 @@
 """Runs the parts of a sweep on a cluster of Dask, which has its own scheduler.
 
-Blocks are tasks, and their outcomes come back as bytes: nothing is read from or written to the
-disks of the workers, but the results of the runs where these are wanted. Dask gives the blocks of a
-worker that died to others; those that have killed several are taken one run at a time (`dispatch`).
+Nothing is read from or written to the disks of the workers, but the results of the runs where these
+are wanted. Dask gives the blocks of a worker that died to others; those that have killed several
+are run one at a time (`dispatch`).
 """
 
 import logging
-import pickle
 import signal
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
+from concurrent.futures import CancelledError, Future
 from contextlib import suppress
 from pathlib import Path
-from queue import Empty, SimpleQueue
 from threading import Thread
 from time import monotonic
 from typing import Any
 
 from frictionsim.errors import InputError, SolverError
-from frictionsim.parameter_study import dispatch
 from frictionsim.parameter_study.combinations import Combinations
-from frictionsim.parameter_study.dispatch import CHECK, RUN, Answer, Job
-from frictionsim.parameter_study.single_run import Task, run_task
+from frictionsim.parameter_study.dispatch import Done, do_job
+from frictionsim.parameter_study.executors import use_one_thread_of_linear_algebra
+from frictionsim.parameter_study.single_run import Task
 from frictionsim.parameter_study.sweep import SweepPlan
 from frictionsim.version import __version__
 
@@ -28,11 +27,11 @@ LOCAL = "local:"
 SECONDS_TO_ANSWER = 10.0  # of a scheduler
 SECONDS_TO_END = 5.0
 SECONDS_BETWEEN_COUNTS = 2.0
-LOUD = ("distributed", "tornado", "asyncio")  # loggers; what matters is said by us
+LOGGERS = ("distributed", "tornado", "asyncio")  # silenced: errors are reported by this program
 
 
 class DaskCluster:
-    """An `Execution` on a cluster of Dask.
+    """An `Executor` on a cluster of Dask.
 
     Parameters
     ----------
@@ -40,7 +39,8 @@ class DaskCluster:
         Of a scheduler, as tcp://host:8786; or local:N for one of N workers on this machine.
     """
 
-    seconds_of_a_block = 0.8  # the scheduler takes some hundredths for each
+    seconds_of_a_block, ahead = 0.8, 2  # the scheduler takes some hundredths for each
+    deaths = 2  # it has tried a job on several workers
 
     def __init__(self, address: str) -> None:
         self._address = address
@@ -49,9 +49,7 @@ class DaskCluster:
         self._levels = _silence()
         self._client: Any = None
         self._cluster: Any = None
-        self._done: SimpleQueue[Any] = SimpleQueue()
-        self._jobs: dict[str, Job] = {}
-        self._futures: dict[str, Any] = {}
+        self._executor: Any = None
         self._plan: SweepPlan | None = None
         self._combinations: Any = None
         self._count, self._counted = 0, 0.0
@@ -66,63 +64,50 @@ class DaskCluster:
 
     @property
     def count(self) -> int:
-        """How many runs the workers do at the same time; workers may come and go."""
+        """The number of runs that the workers do at the same time; workers may come and go."""
         if monotonic() - self._counted > SECONDS_BETWEEN_COUNTS:
-            with suppress(Exception):  # the scheduler is busy, or has gone: `answers` says so
+            with suppress(Exception):  # the scheduler is busy, or lost, which `watch` finds
                 self._count = sum(self._client.nthreads().values())
             self._counted = monotonic()
         return max(self._count, 1)
 
-    def check(
-        self,
-        plan: SweepPlan,
-        left: Iterable[range],
-        on_checked: Callable[[int], Any],
-        beat: Callable[[], Any],
-    ) -> None:
-        """Check the combinations of runs."""
-        self._start(plan)
-        dispatch.check_all(self, list(left), on_checked, beat)
+    def start(self, plan: SweepPlan, on_tick: Callable[[], Any]) -> None:
+        """Prepare for the runs of a sweep."""
+        if self._plan is plan:
+            return
+        self._plan = plan
+        # A task, not data sent beforehand: if its worker dies, the scheduler has it done again.
+        self._combinations = self._client.submit(
+            Combinations, plan.scenario, plan.design.keys, pure=False
+        )
 
-    def blocks(
-        self, plan: SweepPlan, left: Iterable[range], beat: Callable[[], Any]
-    ) -> Iterator[bytes]:
-        """Yield the outcomes of runs."""
-        self._start(plan)
-        yield from dispatch.run_blocks(self, left, beat, plan.together)
-
-    def submit(self, job: Job) -> None:
+    def submit(self, kind: str, task: Task) -> "Future[Done]":
         """Have the scheduler give a job to a worker."""
         assert self._plan is not None
-        values = self._plan.design.combinations(job.first, job.stop)
-        task = Task(job.first, values)
-        series = None if self._plan.series is None else str(self._plan.series.absolute())
-        future = self._client.submit(
-            answer_to, job.kind, self._combinations, task, series, pure=False
+        series = None if self._plan.series is None else self._plan.series.absolute()
+        future: Future[Done] = self._executor.submit(
+            do_job_there, __version__, self._combinations, kind, task, series
         )
-        self._jobs[future.key], self._futures[future.key] = job, future
-        future.add_done_callback(self._done.put)
+        return future
 
-    def answers(self, seconds: float) -> list[Answer]:
-        """Return answers as soon as there are some, at the latest after some seconds."""
-        found: list[Answer] = []
-        try:
-            while True:
-                found.append(self._answer(self._done.get(timeout=0.0 if found else seconds)))
-        except Empty:
-            if not found and self._client.status in ("closed", "closing"):
-                raise self._gone() from None
-            return found
+    def watch(self) -> None:
+        """Check that the scheduler is connected."""
+        if self._client.status in ("closed", "closing"):
+            raise self._lost()
+
+    def crash(self, error: Exception) -> str:
+        """Return how a worker died, as far as the scheduler reports it."""
+        if isinstance(error, CancelledError):  # lost with its scheduler
+            raise self._lost() from None
+        return "reported by the Dask scheduler" if type(error).__name__ == "KilledWorker" else ""
 
     def close(self) -> None:
         """Leave the cluster; end one that was started for this sweep."""
-        futures = list(self._futures.values())
-        self._futures, self._jobs, self._plan, self._combinations = {}, {}, None, None
-        client, cluster = self._client, self._cluster
-        self._client = self._cluster = None
-        with suppress(Exception):  # a scheduler that has gone
-            if client is not None and futures:
-                client.cancel(futures, force=True)
+        executor, client, cluster = self._executor, self._client, self._cluster
+        self._executor = self._client = self._cluster = self._plan = self._combinations = None
+        with suppress(Exception):  # the scheduler is lost
+            if executor is not None:
+                executor.shutdown(wait=False)
         for end in (client, cluster):
             with suppress(Exception):
                 if end is not None:
@@ -130,30 +115,7 @@ class DaskCluster:
         for name, level in self._levels.items():
             logging.getLogger(name).setLevel(level)
 
-    def _start(self, plan: SweepPlan) -> None:
-        if self._plan is plan:
-            return
-        self._plan = plan
-        # A task, not data sent beforehand: if its worker dies, the scheduler has it done again.
-        image = pickle.dumps((plan.scenario, plan.design.keys))
-        self._combinations = self._client.submit(_combinations, image, pure=False)
-
-    def _answer(self, future: Any) -> Answer:
-        job = self._jobs.pop(future.key)
-        del self._futures[future.key]
-        if future.status == "finished":
-            version, seconds, image, error = future.result()
-            if version != __version__:
-                raise InputError(_other_version(self._address, version))
-            return Answer(job, seconds, image, error)
-        if future.status != "error":  # cancelled, or lost with its scheduler
-            raise self._gone()
-        error = future.exception()
-        if type(error).__name__ == "KilledWorker":
-            return Answer(job, lost="as the scheduler of Dask reports")
-        return Answer(job, error=error)
-
-    def _gone(self) -> SolverError:
+    def _lost(self) -> SolverError:
         return SolverError(f"dask {self._address}: lost the connection to the scheduler")
 
     def _connect(self, distributed: Any, workers: int | None) -> None:
@@ -197,49 +159,22 @@ class DaskCluster:
                 f"dask {self._address}: the scheduler has no workers; start some with"
                 f" 'dask worker {self._address}'"
             ) from None
+        self._executor = self._client.get_executor(pure=False)
         found = self._client.run(_probe(), on_error="return")
         for worker, version in found.items():
             if version != __version__:
-                raise InputError(_other_version(f"{self._address}, worker {worker}", version))
+                where = f"{self._address}, worker {worker}"
+                raise InputError(_other_version(where, version, __version__))
 
 
-def answer_to(
-    kind: str, combinations: Combinations, task: Task, series: str | None
-) -> tuple[str, float, bytes, Exception | None]:
-    """Do a job on a worker.
-
-    Returns
-    -------
-    str
-        The version of the worker.
-    float, s
-        The time it took.
-    bytes
-        The outcomes.
-    Exception or None
-        What ended it.
-    """
-    from time import perf_counter
-
-    from frictionsim.parameter_study.worker_process import use_one_thread_of_linear_algebra
-
-    started = perf_counter()
-    image, error = b"", None
-    try:
-        use_one_thread_of_linear_algebra()
-        if kind == CHECK:
-            for values in task.values:
-                combinations.scenario(values)
-        elif kind == RUN:
-            folder = None if series is None else Path(series)
-            image = run_task(combinations, task, folder).to_bytes()
-    except Exception as found:
-        error = found
-    return __version__, perf_counter() - started, image, error
-
-
-def _combinations(image: bytes) -> Combinations:
-    return Combinations(*pickle.loads(image))
+def do_job_there(
+    version: str, combinations: Combinations, kind: str, task: Task, series: Path | None
+) -> Done:
+    """Do a job on a worker, which must have the version of the program that asks for it."""
+    if version != __version__:  # it has come after the workers were checked
+        raise InputError(_other_version("worker", __version__, version))
+    use_one_thread_of_linear_algebra()
+    return do_job(combinations, kind, task, series)
 
 
 def _probe() -> Callable[[], str]:
@@ -272,9 +207,9 @@ def _deaf_to_ctrl_c(distributed: Any) -> Any:
     return Deaf()
 
 
-def _other_version(where: str, version: Any) -> str:
+def _other_version(where: str, version: Any, here: str) -> str:
     has = f"has frictionsim {version}" if isinstance(version, str) and version else "has none"
-    return f"dask {where}: {has}; this is frictionsim {__version__}: install the same there"
+    return f"dask {where}: {has}; this is frictionsim {here}: install the same there"
 
 
 def _count_of(address: str) -> int | None:
@@ -313,9 +248,9 @@ def _silence() -> dict[str, int]:
     names = [
         name
         for name in logging.root.manager.loggerDict
-        if name.split(".")[0] in LOUD and isinstance(logging.getLogger(name), logging.Logger)
+        if name.split(".")[0] in LOGGERS and isinstance(logging.getLogger(name), logging.Logger)
     ]
-    levels = {name: logging.getLogger(name).level for name in {*names, *LOUD}}
+    levels = {name: logging.getLogger(name).level for name in {*names, *LOGGERS}}
     for name in levels:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     return levels

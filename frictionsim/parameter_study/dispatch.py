@@ -1,228 +1,382 @@
-"""Dispatches the runs of a sweep to workers, and survives the crash of a worker.
+"""Gives the runs of a sweep to an executor in blocks, and repeats those whose worker died.
 
-Runs go out in blocks of some tenths of a second, two for each worker. The runs of a worker that
-crashed are repeated one by one, as nobody knows which of them it was. A run that crashes a worker
-alone is repeated last, with the machine for itself; if its worker crashes again, it has failed.
+Blocks take some tenths of a second. When a worker dies, nobody knows which of the blocks in
+progress did it: they are run again, and if they are lost again, their runs one by one. A run that
+is lost once more comes last, with the machine for itself; if its worker dies then, it has failed.
 """
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from time import monotonic
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from math import ceil
+from pathlib import Path
+from time import monotonic, perf_counter
 from typing import Any, NamedTuple, Protocol
 
 from frictionsim.errors import InputError, Interrupted
-from frictionsim.parameter_study.block import FAILED, Outcome, block_of
-from frictionsim.parameter_study.block_sizes import BlockSizes
+from frictionsim.parameter_study.block import FAILED, Block, Outcome, block_of
+from frictionsim.parameter_study.combinations import Combinations
+from frictionsim.parameter_study.single_run import NO_MONITOR, Task, run_task
+from frictionsim.parameter_study.sweep import Assembly, SweepPlan
 
 CHECK, RUN = "check", "run"
 MIN_CHECKED = 64  # combinations, which take some milliseconds
-SECONDS_BETWEEN_BEATS = 0.1
-SECONDS_FOR_THE_LAST = 1.0  # for blocks in flight when a sweep is interrupted
+SECONDS_HERE = 0.1  # of checks in this process, before workers are started
+SECONDS_BETWEEN_TICKS = 0.1
+SECONDS_FOR_THE_LAST = 1.0  # for blocks in progress when a sweep is interrupted
+MAX_DEATHS = 3  # of workers: in a block, in the same block again, alone
 WORKER_DIED = "worker_died"
 
+MAX_RUNS_OF_A_BLOCK = 4096
+# More runs in lockstep do not fit into the cache of a processor.
+MAX_IN_LOCKSTEP = 2000
+GROWTH = 4
+# Of a run: longer ones go alone, so that a block of the fewest that go together takes seconds only.
+MAX_SECONDS_TOGETHER = 0.06
 
-class Job(NamedTuple):
-    """Runs for a worker: to CHECK or to RUN, from `first` up to `stop`."""
-
-    kind: str
-    first: int
-    stop: int
-
-    @property
-    def runs(self) -> range:
-        """Their numbers."""
-        return range(self.first, self.stop)
+Done = tuple[float, Block | None]
+"""The seconds that a job took, and the outcomes of its runs; None of a check."""
 
 
-class Answer(NamedTuple):
-    """What a worker says of a job.
+class Executor(Protocol):
+    """Does jobs in this process or in others: `concurrent.futures`, and what a sweep needs besides.
 
     Attributes
     ----------
-    job : Job
-    seconds : float, s
-        That it took.
-    image : bytes
-        Of a block of outcomes.
-    error : Exception, optional
-        That ended it.
-    lost : str
-        How the worker died; empty if it did not.
+    seconds_of_a_block : float, s
+        Wanted length of a block; 0 for single runs.
+    ahead : int
+        Jobs for each worker while blocks are short: one in progress, the others queued.
+    deaths : int
+        How many deaths of a worker one `crash` stands for.
     """
 
-    job: Job
-    seconds: float = 0.0
-    image: bytes = b""
-    error: Exception | None = None
-    lost: str = ""
-
-
-class Workers(Protocol):
-    """Processes here or elsewhere that take jobs."""
+    seconds_of_a_block: float
+    ahead: int
+    deaths: int
 
     @property
     def count(self) -> int:
-        """How many work at the same time."""
+        """The number of jobs that are done at the same time."""
 
-    @property
-    def seconds_of_a_block(self) -> float:
-        """Long beside what a block costs to send, short beside what a sweep takes."""
+    def start(self, plan: SweepPlan, on_tick: Callable[[], Any]) -> None:
+        """Prepare for the jobs of a sweep; `on_tick` is for jobs that are done in `submit`."""
 
-    def submit(self, job: Job) -> None:
-        """Give a job to one of them."""
+    def submit(self, kind: str, task: Task) -> "Future[Done]":
+        """Have `do_job` called."""
 
-    def answers(self, seconds: float) -> list[Answer]:
-        """Return answers as soon as there are some, at the latest after some seconds."""
+    def watch(self) -> None:
+        """Check that the workers are still there; called some times each second."""
 
+    def crash(self, error: Exception) -> str:
+        """Return how the worker died whose job ended with an error; empty if none did."""
 
-class _Queue:
-    """The jobs that are left, in order."""
-
-    def __init__(
-        self, kind: str, left: Iterable[range], sizes: BlockSizes, workers: Workers
-    ) -> None:
-        self._kind, self._ranges, self._sizes = kind, deque(left), sizes
-        self._workers = workers
-        self._single: deque[Job] = deque()
-        self._last: deque[Job] = deque()
-
-    def next(self, idle: bool) -> Job | None:
-        """Return the next job; None if there is none now. The last ones go one at a time."""
-        if self._ranges:
-            found = self._ranges.popleft()
-            stop = min(found.start + self._sizes.next(self._workers.count), found.stop)
-            if stop < found.stop:
-                self._ranges.appendleft(range(stop, found.stop))
-            self._sizes.took(stop - found.start)
-            return Job(self._kind, found.start, stop)
-        if self._single:
-            return self._single.popleft()
-        return self._last.popleft() if self._last and idle else None
-
-    def retry(self, job: Job) -> None:
-        """Take back the job of a worker that died."""
-        if len(job.runs) > 1:
-            self._single += [Job(job.kind, n, n + 1) for n in job.runs]
-        else:
-            self._last.append(job)
-
-    def stop(self) -> None:
-        """Give out no more."""
-        for jobs in (self._ranges, self._single, self._last):
-            jobs.clear()
+    def close(self) -> None:
+        """End the workers, whatever they do."""
 
 
-class _Dispatch:
-    """Gives jobs to workers and collects the answers."""
-
-    def __init__(self, workers: Workers, kind: str, left: list[range], together: int) -> None:
-        self._workers = workers
-        self._sizes = BlockSizes(workers.seconds_of_a_block, sum(map(len, left)), together)
-        self._queue = _Queue(kind, left, self._sizes, workers)
-        self._out = 0
-        self._died: dict[int, int] = {}
-
-    def stop(self) -> None:
-        """Give out no more jobs."""
-        self._queue.stop()
-
-    def answers(self, beat: Callable[[], Any]) -> Iterator[Answer]:
-        """Yield the answers; of a run that has killed its workers, how they died."""
-        beaten = monotonic()
-        while True:
-            self._fill()
-            if not self._out:
-                return
-            yield from self._collected(SECONDS_BETWEEN_BEATS)
-            if monotonic() - beaten > SECONDS_BETWEEN_BEATS:
-                beat()
-                beaten = monotonic()
-
-    def rest(self, seconds: float) -> Iterator[Answer]:
-        """Yield the answers of jobs that are out, as far as they come within some seconds."""
-        self.stop()
-        latest = monotonic() + seconds
-        while self._out and monotonic() < latest:
-            yield from self._collected(max(latest - monotonic(), 0.0))
-            self.stop()
-
-    def _fill(self) -> None:
-        # A long one should not wait behind another long one.
-        while self._out < self._workers.count * (2 if self._sizes.are_short else 1):
-            job = self._queue.next(idle=not self._out)
-            if job is None:
-                return
-            self._workers.submit(job)
-            self._out += 1
-
-    def _collected(self, seconds: float) -> Iterator[Answer]:
-        for answer in self._workers.answers(seconds):
-            self._out -= 1
-            if not answer.lost:
-                self._sizes.learn(len(answer.job.runs), answer.seconds)
-                yield answer
-            elif self._is_hopeless(answer.job):
-                yield answer
-            else:
-                self._queue.retry(answer.job)
-
-    def _is_hopeless(self, job: Job) -> bool:
-        if len(job.runs) > 1:
-            return False
-        self._died[job.first] = self._died.get(job.first, 0) + 1
-        return self._died[job.first] > 1
+def do_job(
+    combinations: Combinations,
+    kind: str,
+    task: Task,
+    series: Path | None,
+    on_step: Callable[[float], Any] = NO_MONITOR,
+) -> Done:
+    """Check the combinations of a task, or run them."""
+    started, block = perf_counter(), None
+    if kind == CHECK:
+        for values in task.values:
+            combinations.scenario(values)
+    else:
+        block = run_task(combinations, task, series, on_step)
+    return perf_counter() - started, block
 
 
-def run_blocks(
-    workers: Workers, left: Iterable[range], beat: Callable[[], Any], together: int = 1
-) -> Iterator[bytes]:
-    """Yield the outcomes of runs as `Block.to_bytes`, as they come.
+class BlockSizes:
+    """The size of the next block, by how long runs took.
 
     Parameters
     ----------
-    workers : Workers
-    left : iterable of range
-    beat : callable
-        Called some times each second. If it raises `Interrupted` or KeyboardInterrupt, the blocks
-        that come within a second are yielded before that goes on.
+    seconds : float, s
+        Wanted length of a block: long enough that sending it costs little, short against a sweep.
+    left : int
+        Number of runs.
     together : int
-        As of `BlockSizes`.
+        The fewest runs that are faster together than one after the other; 1 if none are.
     """
-    dispatch = _Dispatch(workers, RUN, list(left), together)
+
+    def __init__(self, seconds: float, left: int, together: int = 1) -> None:
+        self._block, self._left, self._together = seconds, left, together
+        self._runs, self._seconds = 0, 0.0  # of the last block that counts, and of a run in it
+
+    def learn(self, runs: int, seconds: float) -> None:
+        """Take note of how long a block took."""
+        if self._together > 1 and 2 * runs < self._runs:
+            return  # of a few runs each costs more
+        self._runs, self._seconds = runs, max(seconds / runs, 1e-7)
+
+    def next(self, workers: int) -> int:
+        """Return the size of the next block, which is one for the first ones."""
+        if not self._seconds:
+            return 1
+        wanted = int(self._block / self._seconds)
+        if self._together > 1 and self._seconds <= MAX_SECONDS_TOGETHER:
+            return self._next_together(wanted, workers)
+        return max(1, min(wanted, self._fair(workers), MAX_RUNS_OF_A_BLOCK))
+
+    def _next_together(self, wanted: int, workers: int) -> int:
+        # The more go together, the less each costs: four times as many take less than four times
+        # as long.
+        if self._runs * self._seconds < 2.0 * self._block:
+            wanted = max(wanted, GROWTH * self._runs)
+        fair = max(self._fair(workers), GROWTH * self._together)  # small ones do not pay
+        size = max(self._together, min(wanted, fair, MAX_IN_LOCKSTEP))
+        return size if self._left - size >= self._together else max(self._left, 1)
+
+    def _fair(self, workers: int) -> int:
+        """Return a size that gets smaller, so that all workers are done at the same time."""
+        return ceil(self._left / (2 * workers)) if workers > 1 else self._left
+
+    def took(self, runs: int) -> None:
+        """Take note of runs that go out."""
+        self._left -= runs
+
+    @property
+    def are_short(self) -> bool:
+        """Whether blocks run close to the target time, so that one may be queued ahead."""
+        return 0.0 < self._seconds < 2.0 * self._block
+
+
+class Ticker:
+    """Calls a function at most every `SECONDS_BETWEEN_TICKS`."""
+
+    def __init__(self, on_tick: Callable[[], Any]) -> None:
+        self._on_tick, self._last = on_tick, monotonic()
+
+    def __call__(self) -> None:
+        now = monotonic()
+        if now - self._last >= SECONDS_BETWEEN_TICKS:
+            self._last = now
+            self._on_tick()
+
+
+class _Job(NamedTuple):
+    """Runs from `first` up to `stop`, and how many workers have died while they did it."""
+
+    first: int
+    stop: int
+    deaths: int = 0
+
+
+class _Answer(NamedTuple):
+    """The outcomes of a job, the error that ended it, or how its worker died each time."""
+
+    job: _Job
+    block: Block | None = None
+    error: Exception | None = None
+    crash: str = ""
+
+
+class _Dispatch:
+    """The jobs of a sweep: those that are left, and those in progress."""
+
+    def __init__(
+        self, executor: Executor, plan: SweepPlan, kind: str, left: Iterable[range], together: int
+    ) -> None:
+        self._executor, self._plan, self._kind = executor, plan, kind
+        self._ranges = deque(left)
+        self._sizes = BlockSizes(executor.seconds_of_a_block, sum(map(len, self._ranges)), together)
+        self._again: deque[_Job] = deque()
+        self._last: deque[_Job] = deque()
+        self._out: dict[Future[Done], _Job] = {}
+
+    def stop(self) -> None:
+        """Give out no more jobs."""
+        for jobs in (self._ranges, self._again, self._last):
+            jobs.clear()
+
+    def answers(self, ticker: Ticker) -> Iterator[_Answer]:
+        """Yield the answers to all jobs, in any order."""
+        while self._fill():
+            wait(self._out, SECONDS_BETWEEN_TICKS, FIRST_COMPLETED)
+            yield from self._collected()
+            self._executor.watch()
+            ticker()
+
+    def rest(self, seconds: float) -> Iterator[_Answer]:
+        """Yield the answers to the jobs in progress that come within some seconds."""
+        self.stop()
+        latest = monotonic() + seconds
+        while self._out and monotonic() < latest:
+            wait(self._out, max(latest - monotonic(), 0.0), FIRST_COMPLETED)
+            yield from self._collected()
+
+    def _fill(self) -> bool:
+        """Submit jobs while workers are free; return whether any are in progress."""
+        # A long one should not wait behind another long one.
+        ahead = self._executor.ahead if self._sizes.are_short else 1
+        while len(self._out) < self._executor.count * ahead:
+            job = self._next()
+            if job is None:
+                break
+            values = self._plan.design.combinations(job.first, job.stop)
+            self._out[self._executor.submit(self._kind, Task(job.first, values))] = job
+        return bool(self._out)
+
+    def _next(self) -> _Job | None:
+        """Return the next job; None if there is none now. The last ones go one at a time."""
+        if self._ranges:
+            runs = self._ranges.popleft()
+            stop = min(runs.start + self._sizes.next(self._executor.count), runs.stop)
+            if stop < runs.stop:
+                self._ranges.appendleft(range(stop, runs.stop))
+            self._sizes.took(stop - runs.start)
+            return _Job(runs.start, stop)
+        if self._again:
+            return self._again.popleft()
+        return self._last.popleft() if self._last and not self._out else None
+
+    def _collected(self) -> Iterator[_Answer]:
+        # Until none is done: all jobs of a pool that broke, before the next pool is opened.
+        while done := [future for future in self._out if future.done()]:
+            alone = len(self._out) == 1
+            for future in done:
+                job = self._out.pop(future)
+                try:
+                    seconds, block = future.result()
+                except Exception as error:
+                    crash = self._executor.crash(error)
+                    if not crash:
+                        yield _Answer(job, error=error)
+                    elif not self._retry(job, alone):
+                        yield _Answer(job, crash=crash)
+                else:
+                    self._sizes.learn(job.stop - job.first, seconds)
+                    yield _Answer(job, block)
+
+    def _retry(self, job: _Job, alone: bool) -> bool:
+        """Repeat a job whose worker died; return False if there is no hope for it."""
+        deaths = job.deaths + self._executor.deaths
+        if deaths < 2:
+            self._again.append(job._replace(deaths=deaths))
+        elif job.stop - job.first > 1:
+            self._again += [_Job(n, n + 1, deaths) for n in range(job.first, job.stop)]
+        elif alone and deaths >= MAX_DEATHS:
+            return False
+        else:
+            self._last.append(job._replace(deaths=deaths))
+        return True
+
+
+def run_blocks(
+    executor: Executor, plan: SweepPlan, left: Iterable[range], on_tick: Callable[[], Any]
+) -> Iterator[Block]:
+    """Yield the outcomes of runs, in any order.
+
+    Parameters
+    ----------
+    executor : Executor
+    plan : SweepPlan
+    left : iterable of range
+        In ascending order.
+    on_tick : callable
+        Called some times each second. If it raises `Interrupted` or KeyboardInterrupt, the blocks
+        that end within a second are yielded before that is raised again.
+    """
+    executor.start(plan, on_tick)
+    dispatch = _Dispatch(executor, plan, RUN, left, plan.together)
     try:
-        for answer in dispatch.answers(beat):
-            yield _image(answer)
+        for answer in dispatch.answers(Ticker(on_tick)):
+            yield _block(answer)
     except (Interrupted, KeyboardInterrupt):
-        yield from map(_image, dispatch.rest(SECONDS_FOR_THE_LAST))
+        yield from map(_block, dispatch.rest(SECONDS_FOR_THE_LAST))
         raise
 
 
-def _image(answer: Answer) -> bytes:
+def _block(answer: _Answer) -> Block:
     if answer.error is not None:
-        raise answer.error
-    if not answer.lost:
-        return answer.image
-    reason = f"the worker process died in this run each time, {answer.lost}"
-    return block_of(answer.job.first, [Outcome(FAILED, {}, WORKER_DIED, reason)]).to_bytes()
+        raise answer.error from None
+    if answer.block is not None:
+        return answer.block
+    reason = f"the worker process crashed in this run every time ({answer.crash})"
+    return block_of(answer.job.first, [Outcome(FAILED, {}, WORKER_DIED, reason)])
 
 
-def check_all(
-    workers: Workers, left: list[range], on_checked: Callable[[int], Any], beat: Callable[[], Any]
+def run_sweep(
+    plan: SweepPlan,
+    assembly: Assembly,
+    executor: Executor,
+    on_block: Callable[[Block], Any],
+    on_tick: Callable[[], Any],
 ) -> None:
-    """Check combinations."""
-    dispatch = _Dispatch(workers, CHECK, left, MIN_CHECKED)
+    """Run the remaining combinations of a sweep.
+
+    Parameters
+    ----------
+    plan : SweepPlan
+    assembly : Assembly
+        With what is done; receives the rest.
+    executor : Executor
+    on_block : callable
+        Called with each block before it is added; whatever it raises ends the sweep.
+    on_tick : callable
+        As of `run_blocks`.
+    """
+    on_tick()
+    for block in run_blocks(executor, plan, assembly.left, on_tick):
+        on_block(block)
+        assembly.add(block)
+
+
+def check_combinations(
+    executor: Executor,
+    plan: SweepPlan,
+    left: Iterable[range],
+    on_checked: Callable[[int], Any],
+    on_tick: Callable[[], Any],
+) -> None:
+    """Check the combinations of runs: the first ones here, as most sweeps are small.
+
+    Parameters
+    ----------
+    executor : Executor
+    plan : SweepPlan
+    left : iterable of range
+        In ascending order.
+    on_checked : callable
+        Called with the number of combinations checked since.
+    on_tick : callable
+        Called some times each second; it may raise what ends the sweep.
+    """
+    ranges, combinations, ticker = deque(left), plan.combinations, Ticker(on_tick)
+    latest = monotonic() + SECONDS_HERE
+    while ranges and monotonic() < latest:
+        ticker()
+        runs = ranges.popleft()
+        if len(runs) > MIN_CHECKED:
+            ranges.appendleft(runs[MIN_CHECKED:])
+            runs = runs[:MIN_CHECKED]
+        for values in plan.design.combinations(runs.start, runs.stop):
+            combinations.scenario(values)
+        on_checked(len(runs))
+    if ranges:
+        executor.start(plan, on_tick)
+        _check_the_rest(_Dispatch(executor, plan, CHECK, ranges, MIN_CHECKED), on_checked, ticker)
+
+
+def _check_the_rest(dispatch: _Dispatch, on_checked: Callable[[int], Any], ticker: Ticker) -> None:
     faults: dict[int, Exception] = {}
-    for answer in dispatch.answers(beat):
-        if answer.lost:
+    for answer in dispatch.answers(ticker):
+        if answer.crash:
             raise InputError(
-                f"run {answer.job.first}: the worker process died while its values were checked,"
-                f" {answer.lost}"
+                f"run {answer.job.first}: the worker process crashed while its values were checked"
+                f" ({answer.crash})"
             )
         if answer.error is not None:
-            # Those before it are out already: the first of all is among their answers.
+            # Those before it are in progress already: the first fault is among their answers.
             faults[answer.job.first] = answer.error
             dispatch.stop()
         else:
-            on_checked(len(answer.job.runs))
+            on_checked(answer.job.stop - answer.job.first)
     if faults:
-        raise faults[min(faults)]
+        raise faults[min(faults)] from None

@@ -1,37 +1,47 @@
-"""The journal of a sweep: the outcomes of its runs, appended as they come.
+"""The journal of a sweep: the outcomes of its runs, a record for each block as it comes.
 
-    frictionsim runs 1\\n       then 32 bytes: the SHA-256 digest of the study
-    length, CRC-32, block       again and again; two numbers of 4 bytes, then `Block.to_bytes`
+An SQLite database beside the file of the sweep, as FILE.h5.runs, while that is not whole. A process
+that is killed leaves it, with FILE.h5.runs-wal, in which the records of the last second are.
+Whoever writes the sweep holds a lock on it.
 
-It stands beside the file of the sweep, as FILE.h5.runs, while that is not whole. A process that is
-killed leaves it; its last block may be torn. Whoever writes the sweep holds a lock on it.
+A record has plain numbers and texts: the number of the first run, the status of each run (bytes),
+names and units of the quantities (JSON), their values (doubles), texts (JSON), and a CRC-32 of all.
 """
 
 import os
+import sqlite3
 from collections.abc import Iterator
 from contextlib import suppress
+from json import dumps
 from pathlib import Path
 from stat import S_ISREG
-from struct import Struct
 from time import monotonic
+from typing import Any
 from zlib import crc32
 
+import numpy as np
+
 from frictionsim.errors import OutputError
-from frictionsim.parameter_study.block import Block
+from frictionsim.parameter_study.block import OUTCOMES, TEXTS, Block
+from frictionsim.scenario.toml_data import json_value
 
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None  # type: ignore[assignment]
-
-SUFFIX = ".runs"
-MARK = b"frictionsim runs 1\n"
-DIGEST_LENGTH = 32
-LENGTH_OF_START = len(MARK) + DIGEST_LENGTH
-HEAD = Struct("<II")
-MAX_BLOCK = 64 * 2**20  # bytes; one of 4096 runs has less than 1 MB
+SUFFIX, LOG_SUFFIX = ".runs", "-wal"
+FOREIGN_SUFFIXES = ("-journal", "-shm")  # which SQLite would take for those of the journal
+APPLICATION = int.from_bytes(b"fric", "big")
+TABLES = (
+    "CREATE TABLE study (digest BLOB)",
+    "CREATE TABLE blocks (first INTEGER PRIMARY KEY,"
+    " status BLOB, units TEXT, numbers BLOB, texts TEXT, checksum INTEGER)",
+)
+OLDER = b"frictionsim runs 1\n"
+DAMAGED = (sqlite3.Error, UnicodeError)  # the latter of a message about damaged names
+MAX_RECORD = 64 * 2**20  # bytes; one of 4096 runs has less than 1 MB
 SECONDS_BETWEEN_SYNCS = 1.0
-PLACE_OF_LOCK = 2**30  # on Windows what is locked cannot be read
+SETTINGS = (
+    *("trusted_schema = OFF", "cell_size_check = ON", "mmap_size = 0"),
+    # With the lock nobody else needs an index of the log in shared memory.
+    *("locking_mode = EXCLUSIVE", "synchronous = NORMAL", "wal_autocheckpoint = 0"),
+)
 
 
 def journal_name(path: Path) -> Path:
@@ -57,137 +67,210 @@ class Journal:
 
     def __init__(self, path: Path) -> None:
         self.path, self._of = journal_name(path), path
-        self._synced = monotonic()
-        try:
-            self._descriptor = self._locked()
-        except OSError as error:
-            raise self._failed(error) from None
+        self._log = self.path.with_name(self.path.name + LOG_SUFFIX)
+        self._synced, self._begun = monotonic(), False
+        self._check_files()
+        self._database: sqlite3.Connection | None = self._opened()
 
-    def _locked(self) -> int:
-        flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
-        while True:
-            descriptor = os.open(self.path, flags | getattr(os, "O_NONBLOCK", 0), 0o666)
-            try:
-                if not S_ISREG(os.fstat(descriptor).st_mode):
+    def _check_files(self) -> None:
+        """Check that SQLite opens no link, and no file of its own that somebody else made."""
+        names = [self._log, *(self.path.with_name(self.path.name + s) for s in FOREIGN_SUFFIXES)]
+        for path in (self.path, *names):
+            with suppress(FileNotFoundError):
+                if not S_ISREG(path.lstat().st_mode):
                     raise OutputError(
-                        f"{self.path}: the sweep needs this name, and it is no file; remove it"
+                        f"{path}: the sweep needs this name, and it is no file; remove it"
                     )
-                _lock(descriptor)
-                self._check_ours(descriptor)
-            except BlockingIOError:
-                os.close(descriptor)
+        for path in names:
+            if os.path.lexists(path) and (path != self._log or not self.path.exists()):
                 raise OutputError(
-                    f"{self._of}: another process is running this sweep now; wait for its end, or"
-                    " stop it"
-                ) from None
-            except BaseException:
-                os.close(descriptor)
-                raise
-            if os.fstat(descriptor).st_nlink:
-                return descriptor
-            os.close(descriptor)  # the other process has finished and removed it
+                    f"{path}: the sweep needs this name, and the file is not one of a sweep; move"
+                    " it"
+                )
 
-    def _check_ours(self, descriptor: int) -> None:
-        start = os.read(descriptor, len(MARK))
-        if start and start != MARK[: len(start)]:
-            raise OutputError(
-                f"{self.path}: the sweep needs this name, and the file is not one of a sweep; move"
-                " it"
-            )
+    def _opened(self) -> sqlite3.Connection:
+        while True:
+            database = None
+            try:
+                database = sqlite3.connect(self.path, timeout=0.0, isolation_level=None)
+                self._lock(database)
+            except BaseException as error:
+                if database is not None:
+                    database.close()
+                if not isinstance(error, DAMAGED):
+                    raise
+                raise self._refused(error) from None
+            if self.path.exists():
+                return database
+            database.close()  # another process has finished the sweep and removed it
+
+    def _lock(self, database: sqlite3.Connection) -> None:
+        database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_RECORD)
+        for setting in SETTINGS:
+            database.execute(f"PRAGMA {setting}")
+        tables = database.execute("SELECT sql FROM sqlite_schema").fetchmany(len(TABLES) + 1)
+        (application,) = database.execute("PRAGMA application_id").fetchone()
+        if tables and (application != APPLICATION or tables != [(sql,) for sql in TABLES]):
+            raise self._not_ours()
+        self._begun = bool(tables)
+        if not tables:  # no -journal is left where the process is killed now
+            database.execute("PRAGMA journal_mode = MEMORY")
+        database.execute("PRAGMA journal_mode = WAL")
+        database.execute("BEGIN IMMEDIATE")
+        database.execute("COMMIT")
 
     def start(self, digest: bytes) -> None:
-        """Begin anew, for a study."""
+        """Begin again, for a study."""
+        self._begun = True
+        self._execute("BEGIN")
+        for table in ("study", "blocks"):
+            self._execute(f"DROP TABLE IF EXISTS {table}")
+        for sql in TABLES:
+            self._execute(sql)
+        self._execute(f"PRAGMA application_id = {APPLICATION}")
+        self._execute("INSERT INTO study VALUES (?)", digest)
+        self._execute("COMMIT")
+        self._execute("PRAGMA wal_checkpoint(TRUNCATE)")
+
+    def append(self, block: Block) -> None:
+        """Append a block; a kill of this process does not lose it, nor does a power cut later."""
+        record = _record(block)
+        self._execute("INSERT INTO blocks VALUES (?, ?, ?, ?, ?, ?)", *record, _checksum(record))
+        if monotonic() - self._synced > SECONDS_BETWEEN_SYNCS:
+            self._execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            self._synced = monotonic()
+
+    def _execute(self, sql: str, *values: Any) -> None:
+        assert self._database is not None
         try:
-            os.ftruncate(self._descriptor, 0)
-            os.lseek(self._descriptor, 0, os.SEEK_SET)
-            self._write(MARK + digest)
-            os.fsync(self._descriptor)
-        except OSError as error:
+            self._database.execute(sql, values)
+        except sqlite3.Error as error:
             raise self._failed(error) from None
 
-    def append(self, image: bytes) -> None:
-        """Append a block; it is kept when this process is killed, some seconds later always."""
-        try:
-            self._write(HEAD.pack(len(image), crc32(image)) + image)
-            if monotonic() - self._synced > SECONDS_BETWEEN_SYNCS:
-                os.fsync(self._descriptor)
-                self._synced = monotonic()
-        except OSError as error:
-            raise self._failed(error) from None
-
-    def _write(self, content: bytes) -> None:
-        left = memoryview(content)
-        while left:
-            left = left[os.write(self._descriptor, left) :]
+    @property
+    def has_runs(self) -> bool:
+        """Whether there are records."""
+        assert self._database is not None
+        with suppress(sqlite3.Error):
+            return self._begun and bool(
+                self._database.execute("SELECT 1 FROM blocks LIMIT 1").fetchone()
+            )
+        return False
 
     def blocks(self, digest: bytes) -> Iterator[Block]:
-        """Yield the blocks of a study, up to the first that is not whole; none of another study."""
-        with open(os.dup(self._descriptor), "rb") as file:
-            size = os.fstat(file.fileno()).st_size
-            file.seek(0)
-            if file.read(LENGTH_OF_START) != MARK + digest:
+        """Yield the whole blocks of a study; none of another study."""
+        if not self._begun or self._database is None:
+            return
+        with suppress(*DAMAGED):  # what is damaged is run again
+            if self._database.execute("SELECT digest FROM study").fetchmany(2) != [(digest,)]:
                 return
-            while len(head := file.read(HEAD.size)) == HEAD.size:
-                length, checksum = HEAD.unpack(head)
-                if length > min(MAX_BLOCK, size - file.tell()):
+            first = -1
+            for *record, checksum in self._database.execute("SELECT * FROM blocks ORDER BY first"):
+                block = _block(record, checksum)
+                if block is None:
+                    continue
+                if block.first <= first:
                     return
-                image = file.read(length)
-                if len(image) < length or crc32(image) != checksum:
-                    return
-                try:
-                    block = Block.from_bytes(image)
-                except ValueError:
-                    return
+                first = block.first
                 yield block
 
     def close(self, remove: bool) -> None:
-        """Give the lock up, and remove the file if it is not needed any more, or empty."""
-        if self._descriptor < 0:
+        """Release the lock, and remove the files if they are not needed any more, or empty."""
+        database, self._database = self._database, None
+        if database is None:
             return
-        remove = remove or not os.fstat(self._descriptor).st_size
-        if remove and fcntl is not None:
-            with suppress(OSError):
-                self.path.unlink()
-        os.close(self._descriptor)
-        self._descriptor = -1
-        if remove and fcntl is None:  # Windows does not remove what is open
-            with suppress(OSError):
-                self.path.unlink()
+        remove = remove or not self._begun
+        if remove and os.name != "nt":  # another process may begin as soon as the lock is released
+            self._remove()
+        with suppress(sqlite3.Error):
+            database.close()
+        if remove and os.name == "nt":  # Windows does not remove what is open
+            self._remove()
 
-    def _failed(self, error: OSError) -> OutputError:
+    def _remove(self) -> None:
+        for path in (self._log, self.path):
+            with suppress(OSError):
+                path.unlink()
+
+    def _refused(self, error: Exception) -> OutputError:
+        """Return why a journal cannot be opened."""
+        code = getattr(error, "sqlite_errorcode", 0) & 0xFF
+        if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
+            return OutputError(
+                f"{self._of}: another process is running this sweep now; wait for its end, or"
+                " stop it"
+            )
+        damaged = (sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_ERROR)
+        if code in damaged or isinstance(error, UnicodeError):
+            return self._not_ours()
+        return self._failed(error)
+
+    def _not_ours(self) -> OutputError:
+        with suppress(OSError), self.path.open("rb") as file:
+            if file.read(len(OLDER)) == OLDER:
+                return OutputError(
+                    f"{self.path}: this journal was written by an earlier version of frictionsim;"
+                    f" resume the sweep with that version, or remove {self.path.name}: the runs in"
+                    " it are then run again"
+                )
         return OutputError(
-            f"{self._of}: cannot write the sweep: {self.path.name}: {error.strerror or error}"
+            f"{self.path}: the sweep needs this name, and the file is not one of a sweep; move it"
         )
 
+    def _failed(self, error: Exception) -> OutputError:
+        return OutputError(f"{self._of}: cannot write the sweep: {self.path.name}: {error}")
 
-def _lock(descriptor: int) -> None:
-    """Lock a file for this process, where the system can.
+
+def _record(block: Block) -> tuple[int, bytes, str, bytes, str]:
+    texts = [
+        [name, number, text]
+        for name, of_runs in block.texts.items()
+        for number, text in of_runs.items()
+    ]
+    numbers = np.ascontiguousarray(block.values, dtype="<f8").tobytes()
+    units = dumps(list(block.units.items()))
+    return block.first, block.status.tobytes(), units, numbers, dumps(texts)
+
+
+def _checksum(record: Any) -> int:
+    first, status, units, numbers, texts = record
+    found = 0
+    for part in (b"%d" % first, status, units.encode(), numbers, texts.encode()):
+        found = crc32(part, found)
+    return found
+
+
+def _block(record: list[Any], checksum: Any) -> Block | None:
+    """Return the block of a record, which may come from anyone; None if it is not whole."""
+    with suppress(ValueError, TypeError, KeyError, AttributeError, OverflowError):
+        first, status, units, numbers, texts = record
+        if checksum == _checksum(record):
+            return _parsed(first, status, json_value(units), numbers, json_value(texts))
+    return None
+
+
+def _parsed(first: int, status: bytes, units: Any, numbers: bytes, texts: Any) -> Block:
+    """Return the block of the columns of a record.
 
     Raises
     ------
-    BlockingIOError
-        If another process has locked it.
+    ValueError, TypeError, KeyError
+        If they do not fit together.
     """
-    if fcntl is None:
-        _lock_on_windows(descriptor)
-        return
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise
-    except OSError:  # a file system without locks
-        pass
+    found = np.frombuffer(status, np.int8)
+    names = {_text(name): _text(unit) for name, unit in units}
+    if not found.size or len(names) != len(units) or not np.isin(found, OUTCOMES).all():
+        raise ValueError
+    values = np.frombuffer(numbers, "<f8").reshape(len(names), found.size)
+    of_runs: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
+    for name, number, text in texts:
+        if type(number) is not int or not first <= number < first + found.size:
+            raise ValueError
+        of_runs[name][number] = _text(text)
+    return Block(first, found, names, values.astype(np.float64, copy=False), of_runs)
 
 
-def _lock_on_windows(descriptor: int) -> None:
-    try:
-        import msvcrt
-    except ImportError:
-        return
-    try:
-        os.lseek(descriptor, PLACE_OF_LOCK, os.SEEK_SET)
-        msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined,unused-ignore]
-    except OSError:
-        raise BlockingIOError from None
-    finally:
-        os.lseek(descriptor, 0, os.SEEK_SET)
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError
+    return value

@@ -16,14 +16,12 @@ from frictionsim.parameter_study.block import (
 from frictionsim.parameter_study.combinations import MIN_IN_LOCKSTEP, Combinations
 from frictionsim.results import Record, SimulationResult, defined, failures
 from frictionsim.scenario.settings import Scenario
+from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.simulate import run
 
 INTERNAL = "internal_error"
 DIGITS = 7  # of the number in the name of a result
-
-
-def _nothing(t: float) -> None:
-    pass
+NO_MONITOR = RunMonitor()
 
 
 class Task(NamedTuple):
@@ -45,7 +43,7 @@ def run_task(
     combinations: Combinations,
     task: Task,
     series: Path | None = None,
-    on_step: Callable[[float], Any] = _nothing,
+    on_step: Callable[[float], Any] = NO_MONITOR,
 ) -> Block:
     """Run some combinations, in lockstep where that can be.
 
@@ -71,7 +69,7 @@ def run_task(
 def outcomes_in_lockstep(
     combinations: Combinations,
     values: Sequence[tuple[Any, ...]],
-    on_step: Callable[[float], Any] = _nothing,
+    on_step: Callable[[float], Any] = NO_MONITOR,
 ) -> list[Outcome | None]:
     """Run many combinations at once; None for each that has to be run alone.
 
@@ -114,7 +112,7 @@ def outcome_of(
     combinations: Combinations,
     values: tuple[Any, ...],
     target: Path | None = None,
-    on_step: Callable[[float], Any] = _nothing,
+    on_step: Callable[[float], Any] = NO_MONITOR,
 ) -> Outcome:
     """Run one combination; a run that fails has an outcome, too.
 

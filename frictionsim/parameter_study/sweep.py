@@ -1,9 +1,9 @@
 """A sweep: its plan, its runs, and the table that they make."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from json import dumps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -74,55 +74,6 @@ def plan_of(
     series : Path, optional
     """
     return SweepPlan(scenario, vary, design_of(vary, together, sampling), sampling, series)
-
-
-class Execution(Protocol):
-    """Runs the parts of a sweep, here or elsewhere."""
-
-    def check(
-        self,
-        plan: SweepPlan,
-        left: Iterable[range],
-        on_checked: Callable[[int], Any],
-        beat: Callable[[], Any],
-    ) -> None:
-        """Check the combinations of runs.
-
-        Parameters
-        ----------
-        plan : SweepPlan
-        left : iterable of range
-            The runs that are left, in ascending order.
-        on_checked : callable
-            Called with the number of those checked since.
-        beat : callable
-            Called some times each second; it may raise what ends the sweep.
-        """
-
-    def blocks(
-        self, plan: SweepPlan, left: Iterable[range], beat: Callable[[], Any]
-    ) -> Iterator[bytes]:
-        """Yield the outcomes of runs as `Block.to_bytes`, in any order.
-
-        Parameters
-        ----------
-        plan : SweepPlan
-        left : iterable of range
-            The runs that are left, in ascending order.
-        beat : callable
-            As of `check`. If it raises `Interrupted` or KeyboardInterrupt, what is done within a
-            second is yielded before that goes on.
-        """
-
-    def close(self) -> None:
-        """End what was started for it."""
-
-
-def check_combinations(plan: SweepPlan, runs: range) -> None:
-    """Check some combinations."""
-    combinations = plan.combinations
-    for values in plan.design.combinations(runs.start, runs.stop):
-        combinations.scenario(values)
 
 
 class Assembly:
@@ -279,31 +230,3 @@ def typed_values(values: Any, unit: str) -> Any:
     if kinds <= {int, float}:
         return np.array(values, dtype=np.float64)
     return [value if isinstance(value, str) else toml_value(value) for value in values]
-
-
-def run_sweep(
-    plan: SweepPlan,
-    assembly: Assembly,
-    execution: Execution,
-    on_block: Callable[[bytes, Block], Any],
-    beat: Callable[[], Any],
-) -> None:
-    """Run what is left of a sweep.
-
-    Parameters
-    ----------
-    plan : SweepPlan
-    assembly : Assembly
-        With what is done; receives the rest.
-    execution : Execution
-    on_block : callable
-        Called with the bytes of each block and what they hold, before it is added; whatever it
-        raises ends the sweep.
-    beat : callable
-        As of `Execution.blocks`.
-    """
-    beat()
-    for image in execution.blocks(plan, assembly.left, beat):
-        block = Block.from_bytes(image)
-        on_block(image, block)
-        assembly.add(block)

@@ -18,15 +18,11 @@ from frictionsim.io.destination import partial_name, whole_name
 from frictionsim.io.replaceable import SWEEP, check_target
 from frictionsim.io.segment_file import open_regular
 from frictionsim.io.sweep_file import write_sweep
-from frictionsim.parameter_study.journal import (
-    LENGTH_OF_START,
-    Journal,
-    journal_name,
-    remove_left_over,
-)
+from frictionsim.parameter_study.journal import Journal, journal_name, remove_left_over
 
 if TYPE_CHECKING:
     from frictionsim.io.sweep_table import SweepTable
+    from frictionsim.parameter_study.block import Block
     from frictionsim.parameter_study.sweep import Assembly
 
 SERIES, STUDY = ".series", "study.toml"
@@ -51,7 +47,6 @@ class SweepFiles:
         self.whole, self._resumed = whole, resumed
         self.place = _place_of(whole) if resumed is None else resumed
         self._journal: Journal | None = None
-        self._digest = b""
 
     def check(self, no_clobber: bool = False) -> None:
         """Check that the files can be written."""
@@ -64,16 +59,17 @@ class SweepFiles:
 
     def _check_nothing_is_lost(self) -> None:
         """Check that no interrupted sweep with runs that are done would be replaced."""
-        place, journal = self.place, journal_name(self.place)
+        place = self.place
         if not (place.is_file() and place.stat().st_size and hdf5_reader.is_sweep(place)):
             return
-        begun = journal.is_file() and journal.stat().st_size > LENGTH_OF_START
+        journal = Journal(place)  # raises if a process is running it
         try:
-            begun = begun or bool(hdf5_reader.read_sweep(place).status.any())
+            begun = journal.has_runs or bool(hdf5_reader.read_sweep(place).status.any())
         except InputError:  # it is damaged
             return
+        finally:
+            journal.close(remove=False)
         if begun:
-            Journal(place).close(remove=False)  # says so if a process is running it
             raise OutputError(
                 f"{place}: this is an interrupted sweep, of which runs are done:"
                 f" 'frictionsim resume {place}' goes on with it; give another name, or remove it"
@@ -111,10 +107,10 @@ class SweepFiles:
             write_sweep(table, self.place)
             self._journal.start(digest)
 
-    def keep(self, image: bytes) -> None:
+    def keep(self, block: "Block") -> None:
         """Keep a block."""
         assert self._journal is not None
-        self._journal.append(image)
+        self._journal.append(block)
 
     @contextmanager
     def resumable(self) -> Iterator[None]:

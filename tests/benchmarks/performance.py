@@ -22,11 +22,11 @@ from typing import Any
 import numpy as np
 
 import frictionsim as fs
-from frictionsim.parameter_study.block import Block
 from frictionsim.parameter_study.dask_cluster import DaskCluster
-from frictionsim.parameter_study.in_process import InProcess
-from frictionsim.parameter_study.process_pool import ProcessPool
-from frictionsim.parameter_study.sweep import Execution, SweepPlan, plan_of
+from frictionsim.parameter_study.dispatch import CHECK, Executor, run_blocks
+from frictionsim.parameter_study.executors import InProcess, ProcessPool
+from frictionsim.parameter_study.single_run import Task
+from frictionsim.parameter_study.sweep import SweepPlan, plan_of
 from frictionsim.parameter_study.values import values_of
 from frictionsim.results import Record
 from tests.benchmarks.results_common import SCENARIOS, say, solve
@@ -234,12 +234,13 @@ def plan(runs: int, rtol: float, alone: bool = False) -> SweepPlan:
     return plan_of(scenario, {LOAD: values_of(LOAD, f"lin(2000.0, 2400.0, {runs})")})
 
 
-def seconds_of(execution: Execution, what: SweepPlan) -> float:
+def seconds_of(executor: Executor, what: SweepPlan) -> float:
     """Return the time of running a sweep, without that of checking and of starting workers."""
-    execution.check(what, [range(what.design.runs)], _nothing, _nothing)
+    executor.start(what, _nothing)
+    executor.submit(CHECK, Task(0, ())).result()
     started = time.perf_counter()
-    images = execution.blocks(what, [range(what.design.runs)], _nothing)
-    assert sum(Block.from_bytes(image).runs for image in images) == what.design.runs
+    blocks = run_blocks(executor, what, [range(what.design.runs)], _nothing)
+    assert sum(block.runs for block in blocks) == what.design.runs
     return time.perf_counter() - started
 
 
@@ -287,8 +288,7 @@ units = {f"quantity_{n}": "1" for n in range(15)}
 for first in range(0, runs, size):
     texts = {"failure": {first: "diverged"}, "reason": {first: "it left" * 10},
              "warnings": {first + 1: "a warning"}}
-    block = Block(first, np.ones(size, np.int8), units, rng.random((15, size)), texts)
-    assembly.add(Block.from_bytes(block.to_bytes()))
+    assembly.add(Block(first, np.ones(size, np.int8), units, rng.random((15, size)), texts))
 added = peak()
 write_sweep(assembly.table(plan, study_toml(study)), path)
 print(json.dumps([before, added, peak(), time.process_time() - started]))

@@ -13,7 +13,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.api.sweep_run import SweepProgress
-from frictionsim.parameter_study import block_sizes, dask_cluster, dispatch
+from frictionsim.parameter_study import dask_cluster, dispatch
 from frictionsim.parameter_study.dask_cluster import DaskCluster
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
 
@@ -40,8 +40,8 @@ def test_a_worker_that_is_killed_costs_nothing(
 ) -> None:
     # Many blocks, so that some are done and some are not, however fast the machine is.
     monkeypatch.setattr(DaskCluster, "seconds_of_a_block", 0.01)
-    monkeypatch.setattr(block_sizes, "MAX_IN_LOCKSTEP", 10)
-    monkeypatch.setattr(dispatch, "SECONDS_BETWEEN_BEATS", 0.0)
+    monkeypatch.setattr(dispatch, "MAX_IN_LOCKSTEP", 10)
+    monkeypatch.setattr(dispatch, "SECONDS_BETWEEN_TICKS", 0.0)
     killed: list[int] = []
 
     def kill_one(found: SweepProgress) -> None:

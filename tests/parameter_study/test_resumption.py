@@ -16,8 +16,8 @@ import frictionsim as fs
 from frictionsim.api import sweep_run
 from frictionsim.api.sweep_run import SweepInterrupted, SweepProgress
 from frictionsim.io.checksum import LENGTH, append_trailer
-from frictionsim.parameter_study import in_process, sweep_files, worker_process
-from frictionsim.parameter_study.journal import HEAD, MARK, Journal, journal_name
+from frictionsim.parameter_study import dispatch, executors, sweep_files
+from frictionsim.parameter_study.journal import Journal, journal_name
 from frictionsim.parameter_study.sweep_files import SweepFiles
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
 
@@ -26,9 +26,9 @@ SAMPLE = {LOAD: "normal(2200.0, 50.0)", "effects.shaft_friction.mu_s": "uniform(
 
 
 @pytest.fixture(autouse=True)
-def beats(monkeypatch: pytest.MonkeyPatch) -> None:
+def ticks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Progress is told as often as can be."""
-    monkeypatch.setattr(in_process, "SECONDS_BETWEEN_BEATS", 0.0)
+    monkeypatch.setattr(dispatch, "SECONDS_BETWEEN_TICKS", 0.0)
 
 
 def sweep(path: Path, **options: Any) -> Any:
@@ -120,16 +120,18 @@ def test_a_complete_sweep_of_another_study_is_not_replaced(tmp_path: Path) -> No
 def killed(path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Leave the files of a sweep that was killed after some runs; return its journal."""
 
-    def close(journal: Any, remove: bool) -> None:
-        if journal._descriptor >= 0:
-            os.close(journal._descriptor)
-        journal._descriptor = -1
+    journal = journal_name(path)
+    kept: dict[Path, bytes] = {}
+
+    def keep(*_: Any) -> None:
+        kept.update({file: file.read_bytes() for file in (journal, Path(f"{journal}-wal"))})
 
     with monkeypatch.context() as patch:
-        patch.setattr(SweepFiles, "write_incomplete", lambda *_: None)
-        patch.setattr(Journal, "close", close)
+        patch.setattr(SweepFiles, "write_incomplete", keep)
         interrupted(path)
-    return journal_name(path)
+    for file, content in kept.items():
+        file.write_bytes(content)
+    return journal
 
 
 def test_the_journal_of_a_killed_sweep_has_its_runs(
@@ -155,28 +157,21 @@ def test_a_torn_or_damaged_end_of_a_journal_is_run_again(
 ) -> None:
     path = tmp_path / "s.h5"
     journal = killed(path, monkeypatch)
-    content, incomplete = journal.read_bytes(), path.read_bytes()
-    frames, place = [], len(MARK) + 32
-    while place < len(content):
-        frames.append(place)
-        place += HEAD.size + HEAD.unpack_from(content, place)[0]
-    last, flipped = frames[-1], bytearray(content)
-    flipped[last + 30] ^= 1
-    another_value = content[:-1] + bytes([content[-1] ^ 1])
-    huge = HEAD.pack(2**32 - 1, 0)
-    for bad, kept in (
-        (content[:-1], 4),
-        (content[: last + 3], 4),
-        (bytes(flipped), 4),
-        (another_value, 4),
-        (content[:last] + huge, 4),
-        (content + b"\0" * 100, 5),
-        (content[: len(MARK) + 5], 0),
-        (MARK + bytes(32) + content[len(MARK) + 32 :], 0),  # of another study
-        (b"", 0),
+    log, incomplete = Path(f"{journal}-wal"), path.read_bytes()
+    content, records = journal.read_bytes(), log.read_bytes()
+    flipped = bytearray(records)
+    flipped[-100] ^= 1
+    for bad, last, kept in (
+        (content, records[:-1], 4),
+        (content, bytes(flipped), 4),
+        (content, records + b"\0" * 100, 5),
+        (content, b"", 0),
+        (content[:-1], b"", 0),
+        (b"", b"", 0),
     ):
         path.write_bytes(incomplete)
         journal.write_bytes(bad)
+        log.write_bytes(last)
         ran: list[int] = []
         fs.resume_sweep(path, workers=1, progress=lambda found, ran=ran: ran.append(found.done))
         assert min(ran) == kept
@@ -192,7 +187,7 @@ def test_a_file_that_is_no_journal_is_not_touched(tmp_path: Path) -> None:
     assert beside.read_text() == "my notes"
     beside.unlink()
     beside.mkdir()
-    with pytest.raises(fs.OutputError, match=r"s\.h5: cannot write the sweep"):
+    with pytest.raises(fs.OutputError, match="the sweep needs this name, and it is no file"):
         sweep(path)
     assert os.listdir(tmp_path) == ["s.h5.runs"]
 
@@ -215,7 +210,9 @@ def test_two_sweeps_do_not_write_one_file(tmp_path: Path) -> None:
 def test_what_cannot_be_resumed_is_refused(whole: bytes, tmp_path: Path) -> None:
     path = tmp_path / "s.h5"
     path.write_bytes(whole)
-    journal_name(path).write_bytes(MARK + bytes(32))  # of a process that was killed at its end
+    left = Journal(path)  # of a process that was killed at its end
+    left.start(bytes(32))
+    left.close(remove=False)
     with pytest.raises(fs.InputError, match="this sweep is done; there is nothing to resume"):
         fs.resume_sweep(path)
     assert not journal_name(path).exists()
@@ -348,8 +345,8 @@ def test_a_long_run_is_left_when_a_sweep_is_interrupted(
         if found.checked == found.total:
             raise SweepInterrupted(signal.SIGTERM)
 
-    monkeypatch.setattr(worker_process, "may_fork", lambda: True)
-    monkeypatch.setattr(worker_process, "run_task", lambda *_: time.sleep(600.0))
+    monkeypatch.setattr(executors, "may_fork", lambda: True)
+    monkeypatch.setattr(dispatch, "run_task", lambda *_: time.sleep(600.0))
     begun = time.monotonic()
     with pytest.raises(SweepInterrupted, match="0 of 2 runs are done"):
         sweep(tmp_path / "s.h5", vary={LOAD: [2000.0, 2100.0]}, workers=2, progress=stop)
@@ -393,10 +390,11 @@ def test_an_interrupted_sweep_is_not_replaced(
 ) -> None:
     path = tmp_path / "s.h5"
     journal = killed(path, monkeypatch)
-    before = path.read_bytes(), journal.read_bytes()
+    before = path.read_bytes()
     with pytest.raises(fs.OutputError, match="this is an interrupted sweep, of which runs"):
         sweep(path, vary={LOAD: [2000.0]})
-    assert (path.read_bytes(), journal.read_bytes()) == before
+    assert path.read_bytes() == before
+    assert journal.exists()
     fs.resume_sweep(path, workers=1)
     sweep(path, vary={LOAD: [2000.0]})
     assert fs.open_sweep(path).sizes == {LOAD: 1}

@@ -13,7 +13,7 @@ import frictionsim as fs
 from frictionsim.api import sweep_run
 from frictionsim.api.sweep_result import Sweep
 from frictionsim.io.hdf5_reader import read_sweep
-from frictionsim.parameter_study import in_process, single_run
+from frictionsim.parameter_study import executors, single_run
 from frictionsim.parameter_study.combinations import MIN_IN_LOCKSTEP, Combinations
 from tests.support.scenarios import SCENARIOS
 
@@ -212,7 +212,7 @@ def test_lockstep_is_used_where_it_can_be(monkeypatch: pytest.MonkeyPatch) -> No
         return found
 
     monkeypatch.setattr(single_run, "outcomes_in_lockstep", counted)
-    monkeypatch.setattr(in_process, "SECONDS_OF_A_BLOCK", 1e6)  # however slow the machine is
+    monkeypatch.setattr(executors, "SECONDS_OF_A_BLOCK", 1e6)  # however slow the machine is
     many = {LOAD: "lin(2000.0, 2100.0, 60)"}
     fs.sweep(PULLEY, many, LOOSE)
     assert seen == [59]  # after one that tells how long a run takes

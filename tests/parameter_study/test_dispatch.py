@@ -2,7 +2,7 @@
 
 import pytest
 
-from frictionsim.parameter_study.block_sizes import BlockSizes
+from frictionsim.parameter_study.dispatch import BlockSizes
 
 pytestmark = pytest.mark.quick
 

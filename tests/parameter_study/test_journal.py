@@ -1,0 +1,172 @@
+"""The journal of a sweep, which may come from anyone: what is not whole is left out."""
+
+import os
+import sqlite3
+from json import dumps
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import frictionsim as fs
+from frictionsim.parameter_study import journal
+from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, Outcome, block_of
+from frictionsim.parameter_study.journal import Journal, journal_name
+from frictionsim.results import Quantity
+
+DIGEST = b"d" * 32
+BLOCK = block_of(
+    7,
+    [
+        Outcome(DONE, {"a": Quantity(1.5, "m"), "b": Quantity(None, "s")}),
+        Outcome(FAILED, {"c": Quantity(-0.0, "1")}, "diverged", "it left", "one\ntwo"),
+        Outcome(AUDIT_FAILED, {"a": Quantity(2.5, "m")}),
+    ],
+)
+RECORD = dict(
+    zip(("first", "status", "units", "numbers", "texts"), journal._record(BLOCK), strict=True)
+)
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    """The name of a sweep's file, with a journal that has one block."""
+    path = tmp_path / "s.h5"
+    written = Journal(path)
+    written.start(DIGEST)
+    written.append(BLOCK)
+    written.close(remove=False)
+    return path
+
+
+def blocks(path: Path, digest: bytes = DIGEST) -> list[Any]:
+    found = Journal(path)
+    try:
+        return list(found.blocks(digest))
+    finally:
+        found.close(remove=False)
+
+
+def crafted(path: Path, *statements: str, values: Any = ()) -> None:
+    """Change a journal as another program would."""
+    database = sqlite3.connect(journal_name(path), isolation_level=None)
+    for statement in statements:
+        database.execute(statement, values)
+    database.close()
+
+
+def test_a_block_comes_back(path: Path) -> None:
+    (found,) = blocks(path)
+    assert (found.first, found.units, found.texts) == (7, BLOCK.units, BLOCK.texts)
+    assert list(found.units) == list(BLOCK.units)
+    assert found.texts["failure"] == {8: "diverged"}
+    assert np.array_equal(found.status, BLOCK.status)
+    assert found.values.tobytes() == BLOCK.values.tobytes()
+    assert blocks(path, b"e" * 32) == []
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        *({"status": value} for value in (b"", b"\1", b"\0\1\1", b"\7\1\1", "text", None, 1.5)),
+        *({"numbers": value} for value in (b"", RECORD["numbers"] + b"\0", "x", None)),
+        *(
+            {"units": value}
+            for value in (
+                *("", "[" * 100_000, "{}", '[["a", "m"]]', '[["a", 1], ["b", 2], ["c", 3]]'),
+                dumps([["a", "m"]] * 3),
+            )
+        ),
+        *({"texts": dumps([["failure", *more]])} for more in ((6, "x"), (10, "x"), (8, 9), ())),
+        *({"texts": value} for value in ('[["elsewhere", 8, "x"]]', "5", "[[1]]", b"\xff", 5)),
+    ],
+)
+def test_a_record_that_does_not_fit_is_left_out(path: Path, changed: dict[str, Any]) -> None:
+    record = tuple({**RECORD, **changed}.values())
+    try:
+        checksum = journal._checksum(record)
+    except (TypeError, AttributeError):  # a column of another type has none
+        checksum = 0
+    crafted(path, "DELETE FROM blocks")
+    crafted(
+        path, "INSERT INTO blocks VALUES (?, ?, ?, ?, ?, ?)", values=(*record, checksum)
+    )  # with a checksum that fits
+    assert blocks(path) == []
+
+
+def test_a_changed_bit_is_found(path: Path) -> None:
+    content = bytearray(journal_name(path).read_bytes())
+    place = content.index(RECORD["numbers"])
+    content[place] ^= 1
+    journal_name(path).write_bytes(content)
+    assert blocks(path) == []
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "CREATE TABLE more (a)",
+        "CREATE VIEW more AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i FROM n)"
+        " SELECT * FROM n",
+        "CREATE TRIGGER more INSERT ON blocks BEGIN DELETE FROM study; END",
+        "ALTER TABLE blocks ADD COLUMN more INTEGER DEFAULT 1",
+        "DROP TABLE study",
+        "PRAGMA application_id = 7",
+    ],
+)
+def test_a_database_with_something_else_is_not_touched(path: Path, statement: str) -> None:
+    crafted(path, statement)
+    before = journal_name(path).read_bytes()
+    with pytest.raises(fs.OutputError, match="the file is not one of a sweep; move it"):
+        Journal(path)
+    assert journal_name(path).read_bytes() == before
+
+
+def test_damaged_pages_end_the_reading(path: Path) -> None:
+    whole = journal_name(path).read_bytes()
+    rng = np.random.default_rng(1)
+    for _ in range(200):
+        content = bytearray(whole)
+        for place in rng.integers(100, len(whole), 20):
+            content[place] = int(rng.integers(256))
+        journal_name(path).write_bytes(content[: int(rng.integers(50, len(whole) + 1))])
+        try:
+            found = blocks(path)
+        except fs.OutputError:
+            found = []
+        assert [block.values.tobytes() for block in found] in ([], [BLOCK.values.tobytes()])
+        for name in os.listdir(path.parent):
+            (path.parent / name).unlink()
+
+
+@pytest.mark.parametrize("suffix", ["", "-wal", "-journal", "-shm"])
+def test_no_link_is_followed(path: Path, suffix: str) -> None:
+    other = path.parent / "other"
+    other.write_text("precious")
+    name = path.parent / (journal_name(path).name + suffix)
+    name.unlink(missing_ok=True)
+    name.symlink_to(other)
+    with pytest.raises(fs.OutputError, match="the sweep needs this name, and it is no file"):
+        Journal(path)
+    assert other.read_text() == "precious"
+
+
+@pytest.mark.parametrize("suffix", ["-journal", "-shm"])
+def test_files_that_sqlite_would_play_back_are_not_taken(path: Path, suffix: str) -> None:
+    name = path.parent / (journal_name(path).name + suffix)
+    name.write_bytes(b"from elsewhere")
+    with pytest.raises(fs.OutputError, match=f"{suffix}: the sweep needs this name"):
+        Journal(path)
+    assert name.read_bytes() == b"from elsewhere"
+
+
+def test_a_journal_of_an_earlier_version_is_refused_with_the_way_out(path: Path) -> None:
+    journal_name(path).write_bytes(b"frictionsim runs 1\n" + DIGEST + b"\0" * 100)
+    with pytest.raises(fs.OutputError) as refused:
+        Journal(path)
+    assert str(refused.value) == (
+        f"{journal_name(path)}: this journal was written by an earlier version of frictionsim;"
+        " resume the sweep with that version, or remove s.h5.runs: the runs in it are then run"
+        " again"
+    )
