@@ -1,4 +1,4 @@
-"""Sweeps: values and studies that are damaged, and files of sweeps that others have changed."""
+"""Sweeps: values and studies that are damaged, files and journals that others have changed."""
 
 import random
 import tempfile
@@ -7,6 +7,7 @@ from pathlib import Path
 
 import frictionsim as fs
 from frictionsim.io.checksum import LENGTH
+from tests.attacks import journals
 from tests.attacks.hdf5_bytes import damaged, sealed
 from tests.attacks.promise import outcome
 from tests.attacks.toml import TOKENS, edited
@@ -41,8 +42,8 @@ def originals() -> tuple[bytes, ...]:
 
 
 def attack(rng: random.Random, folder: Path) -> str:
-    """Give values or a study that are damaged, or use a file that is."""
-    return rng.choice([_values, _study, _file, _file])(rng, folder)
+    """Give values or a study that are damaged, or use a file or journal that is."""
+    return rng.choice([_values, _study, _file, _file, journals.attack])(rng, folder)
 
 
 def _values(rng: random.Random, folder: Path) -> str:
@@ -79,4 +80,7 @@ def _file(rng: random.Random, folder: Path) -> str:
     return outcome(arguments, f"{way}, checksum {seal}")
 
 
-warm_up = originals
+def warm_up() -> None:
+    """Make what the cases change."""
+    originals()
+    journals.original()

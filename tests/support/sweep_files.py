@@ -35,13 +35,11 @@ def started(arguments: list[str], folder: Path) -> "subprocess.Popen[bytes]":
 
 def journal_grows(path: Path, process: "subprocess.Popen[bytes]", most: float = 30.0) -> None:
     """Wait until some runs are in a journal."""
-    log, latest, grown = path.with_name(f"{path.name}-wal"), time.monotonic() + most, 0
-    while time.monotonic() < latest and process.poll() is None and grown < 5:
-        # The log has the records of the last second, and at the start the empty tables.
-        grown = grown + 1 if log.exists() and log.stat().st_size else 0
+    log, latest = path.with_name(f"{path.name}-wal"), time.monotonic() + most
+    while time.monotonic() < latest and process.poll() is None:
+        if any(b"final_angle" in file.read_bytes() for file in (path, log) if file.exists()):
+            return
         time.sleep(0.005)
-    if grown == 5:
-        return
     raise AssertionError(f"{path} did not grow: {process.stderr and process.stderr.read()!r}")
 
 

@@ -1,0 +1,124 @@
+"""Journals of sweeps that are damaged or crafted: a resumed sweep has the runs of a whole one."""
+
+import random
+import sqlite3
+import tempfile
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import frictionsim as fs
+from frictionsim.parameter_study import dispatch
+from frictionsim.parameter_study.journal import Journal, journal_name
+from tests.attacks.hdf5_bytes import damaged
+from tests.attacks.promise import BrokenPromise, outcome
+from tests.support.sweep_files import LOAD, LOOSE, PULLEY
+
+TARGET, RUNS, LOG = "sweep.h5", 8, "-wal"
+# What another program can do to a database; the checksums of records do not fit any more.
+STATEMENTS = [
+    *("UPDATE blocks SET first = first + {n}", "UPDATE blocks SET first = -first - {n}"),
+    *("UPDATE blocks SET status = x'0{n}'", "UPDATE blocks SET status = zeroblob({n}000000)"),
+    *("UPDATE blocks SET numbers = zeroblob({n} * 8)", "UPDATE blocks SET numbers = NULL"),
+    *('UPDATE blocks SET units = \'[["a", "m"]]\'', "UPDATE blocks SET texts = 5"),
+    "UPDATE blocks SET units = replace(hex(zeroblob({n}0000)), '0', '[')",
+    *("UPDATE blocks SET checksum = {n}", "DELETE FROM blocks WHERE first = {n}"),
+    *("UPDATE study SET digest = x'00'", "DELETE FROM study", "DROP TABLE blocks"),
+    *("PRAGMA application_id = {n}", "PRAGMA journal_mode = DELETE", "PRAGMA user_version = {n}"),
+    "CREATE TABLE more (a)",
+    "CREATE TRIGGER more INSERT ON blocks BEGIN DELETE FROM study; END",
+    "ALTER TABLE blocks ADD COLUMN more DEFAULT 1",
+    "DROP TABLE blocks; CREATE VIEW blocks AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i"
+    " FROM n) SELECT i AS first, x'01' AS status, '' AS units, x'' AS numbers, '' AS texts, 0 AS"
+    " checksum FROM n",
+    "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = {n}",
+]
+
+
+class Killed(NamedTuple):
+    """The file, journal and log of a sweep that was killed, and the file of the whole sweep."""
+
+    file: bytes
+    journal: bytes
+    log: bytes
+    whole: bytes
+
+
+@cache
+def original() -> Killed:
+    """Return a sweep that was killed after half of its runs."""
+    found: list[bytes] = []
+    with tempfile.TemporaryDirectory() as name:
+        target, often = Path(name) / TARGET, dispatch.SECONDS_BETWEEN_TICKS
+        files = target, journal_name(target), Path(f"{journal_name(target)}{LOG}")
+
+        def copy(progress: Any) -> None:
+            if progress.done == RUNS // 2:
+                found[:] = [path.read_bytes() for path in files]
+
+        dispatch.SECONDS_BETWEEN_TICKS = 0.0
+        try:
+            vary = {LOAD: f"lin(2000, 2400, {RUNS})"}
+            fs.sweep(PULLEY, vary, LOOSE, output=target, workers=1, progress=copy)
+        finally:
+            dispatch.SECONDS_BETWEEN_TICKS = often
+        file, journal, log = found
+        return Killed(file, journal, log, target.read_bytes())
+
+
+def attack(rng: random.Random, folder: Path) -> str:
+    """Resume a sweep with a journal that is damaged or crafted."""
+    target = folder / TARGET
+    journal, log = journal_name(target), Path(f"{journal_name(target)}{LOG}")
+    target.write_bytes(original().file)
+    journal.write_bytes(original().journal)
+    log.write_bytes(original().log)
+    way = rng.choice([_bytes, _bytes, _statements, _files])(rng, journal, log)
+    said = outcome(["resume", TARGET, "-q", "-j", "1"], way)
+    if said == "exit 0" and target.read_bytes() != original().whole:
+        raise BrokenPromise(f"the resumed sweep has other runs than a whole one\n{way}")
+    return said
+
+
+def _bytes(rng: random.Random, journal: Path, log: Path) -> str:
+    if rng.random() < 0.5:  # the records in the journal itself
+        _checkpoint(journal)
+    path = rng.choice([journal, log]) if log.exists() else journal
+    content = bytearray(path.read_bytes())
+    way = damaged(rng, content)
+    path.write_bytes(content)
+    return f"{path.name}: {way}"
+
+
+def _checkpoint(journal: Path) -> None:
+    Journal(journal.with_name(TARGET)).close(remove=False)
+
+
+def _statements(rng: random.Random, journal: Path, log: Path) -> str:
+    done = []
+    database = sqlite3.connect(journal, isolation_level=None)
+    for _ in range(rng.randint(1, 3)):
+        statement = rng.choice(STATEMENTS).format(n=rng.randrange(10))
+        done.append(statement)
+        try:
+            database.executescript(statement)
+        except sqlite3.Error as error:
+            done.append(str(error))
+    database.close()
+    return "; ".join(done)
+
+
+def _files(rng: random.Random, journal: Path, log: Path) -> str:
+    suffix = rng.choice(["", LOG, "-journal", "-shm"])
+    path = Path(f"{journal}{suffix}")
+    path.unlink(missing_ok=True)
+    way = rng.choice(["missing", "link", "folder", "other"])
+    secret = journal.with_name("secret")
+    if way == "link":
+        secret.write_text("precious")
+        path.symlink_to(secret)
+    elif way == "folder":
+        path.mkdir()
+    elif way == "other":
+        path.write_bytes(rng.choice([b"", b"frictionsim runs 1\n" + b"\0" * 99, rng.randbytes(99)]))
+    return f"{path.name}: {way}"
