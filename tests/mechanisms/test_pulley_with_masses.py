@@ -227,9 +227,8 @@ def test_slack_and_impacts_of_a_car_alone_are_those_of_the_reference(restitution
     assert result.channels["energy_impact"][-1] == pytest.approx(lost, rel=1e-9)
     if not restitution:
         assert result.warnings == (
-            "the rope of the car falls slack once, at 0.67848 s; where it is taken up, the impact"
-            " is that of a rigid rope: its force has no value, and the energy lost depends on"
-            " restitution",
+            "the car rope goes slack once, at 0.67848 s; retightening is modelled as the impact of"
+            " a rigid rope: its force is undefined, and the energy lost depends on restitution",
         )
 
 
@@ -299,7 +298,7 @@ def test_slack_of_both_ropes_is_a_warning_of_each() -> None:
     }
     assert [len(times) for times in taken.values()] == [3, 2]
     assert [text.partition(";")[0] for text in result.warnings if "slack" in text] == [
-        f"the rope of the car falls slack 3 times, first at {taken['car_rope'][0]:.6g} s",
-        "the rope of the counterweight falls slack 2 times, first at"
+        f"the car rope goes slack 3 times, first at {taken['car_rope'][0]:.6g} s",
+        "the counterweight rope goes slack 2 times, first at"
         f" {taken['counterweight_rope'][0]:.6g} s",
     ]

@@ -104,14 +104,14 @@ def outputs(
     """
     names = [contact.name for contact in contacts]
     n = scenario.lift_parameters
-    weights = n.weight_1 + n.weight_2 + _largest_force(scenario)
+    weights = n.weight_1 + n.weight_2 + _largest_magnitude(scenario.drive.force, scenario)
 
     def channels(trajectory: "MultiContactTrajectory") -> dict[str, Any]:
         q, v, a = trajectory.position, trajectory.velocity, trajectory.acceleration
         forces, modes = trajectory.forces, dict(zip(names, trajectory.modes, strict=True))
         x1, x2 = heights(_from_start(q, scenario))
         v1, v2 = heights(v)
-        found = {
+        values = {
             "angle": q[0],
             "angular_velocity": v[0],
             "angular_acceleration": a[0],
@@ -126,16 +126,16 @@ def outputs(
             "counterweight_velocity": v2,
         }
         if CONTACT_NAME in modes:
-            found |= {"friction_torque": forces[TORQUE], "mode": modes[CONTACT_NAME]}
+            values |= {"friction_torque": forces[TORQUE], "mode": modes[CONTACT_NAME]}
         if CORD in modes:
-            found |= {"cord_slip": q[SLIP], "cord_mode": modes[CORD]}
+            values |= {"cord_slip": q[SLIP], "cord_mode": modes[CORD]}
         else:
             ropes = [mode == SLACK for name, mode in modes.items() if name != CONTACT_NAME]
-            found["slack"] = sum(side << i for i, side in enumerate(np.asarray(ropes, dtype=int)))
-        return found
+            values["slack"] = sum(side << i for i, side in enumerate(np.asarray(ropes, dtype=int)))
+        return values
 
     def quantities(trajectory: "MultiContactTrajectory") -> Quantities:
-        return impending_motion_of_lift(scenario) | _of_samples(
+        return impending_motion_of_lift(scenario) | _sample_quantities(
             trajectory, channels(trajectory), names
         )
 
@@ -148,11 +148,7 @@ def outputs(
     def run_warnings(trajectory: "MultiContactTrajectory") -> list[str]:
         return _run_warnings(trajectory.transitions)
 
-    torque = (
-        max(map(abs, extremes(scenario.drive.torque, scenario.solver.duration)))
-        if (n.by_torque)
-        else 0.0
-    )
+    torque = _largest_magnitude(scenario.drive.torque, scenario) if n.by_torque else 0.0
     speed = scenario.mechanism.initial_angular_velocity
     inertia = n.inertia + (n.m1 + n.m2) * n.r**2
     return {
@@ -164,12 +160,11 @@ def outputs(
     }
 
 
-def _largest_force(scenario: PulleyScenario) -> float:
-    """Return the largest magnitude of the force on the cord, N."""
-    force = scenario.drive.force
-    if force is None:
+def _largest_magnitude(signal: Any, scenario: PulleyScenario) -> float:
+    """Return the largest magnitude of a signal during the run; 0 without a signal."""
+    if signal is None:
         return 0.0
-    return max(map(abs, extremes(force, scenario.solver.duration)))
+    return max(map(abs, extremes(signal, scenario.solver.duration)))
 
 
 def _from_start(q: Any, scenario: PulleyScenario) -> Any:
@@ -179,28 +174,28 @@ def _from_start(q: Any, scenario: PulleyScenario) -> Any:
     return moved
 
 
-def _of_samples(
+def _sample_quantities(
     trajectory: "MultiContactTrajectory", channels: dict[str, Any], names: Sequence[str]
 ) -> Quantities:
     """Return the quantities of samples and events; none without a sample."""
     if not trajectory.time.size:
         return {}
-    found = {}
+    quantities = {}
     for name in ("rope_tension_car", "rope_tension_counterweight"):
-        found[f"{name}_max"] = Quantity(float(np.max(channels[name])), "N")
-        found[f"{name}_min"] = Quantity(float(np.min(channels[name])), "N")
+        quantities[f"{name}_max"] = Quantity(float(np.max(channels[name])), "N")
+        quantities[f"{name}_min"] = Quantity(float(np.min(channels[name])), "N")
     largest = float(np.max(np.abs(channels["car_acceleration"])))
-    found["car_acceleration_max"] = Quantity(largest, "m/s^2")
-    found["car_travel"] = Quantity(float(channels["car_position"][-1]), "m")
+    quantities["car_acceleration_max"] = Quantity(largest, "m/s^2")
+    quantities["car_travel"] = Quantity(float(channels["car_position"][-1]), "m")
     if CORD in names:
         slip = float(np.max(np.abs(channels["cord_slip"])))
-        found["cord_slip_max"] = Quantity(slip, "m")
-        found["cord_slip_time"] = Quantity(
+        quantities["cord_slip_max"] = Quantity(slip, "m")
+        quantities["cord_slip_time"] = Quantity(
             _first(trajectory, lambda e: e.contact == CORD and e.mode_from == STICK), "s"
         )
     else:
-        found["slack_time"] = Quantity(_first(trajectory, lambda e: e.mode_to == SLACK), "s")
-    return found
+        quantities["slack_time"] = Quantity(_first(trajectory, lambda e: e.mode_to == SLACK), "s")
+    return quantities
 
 
 def _first(
@@ -213,7 +208,7 @@ def _first(
 
 def _run_warnings(transitions: Sequence[Transition]) -> list[str]:
     """Return a warning for each rope that fell slack: the model has no elasticity."""
-    found = []
+    warnings = []
     for contact, body in ROPES.items():
         slack = [
             e for e in transitions if e.contact == contact and e.mode_to == SLACK != e.mode_from
@@ -222,11 +217,11 @@ def _run_warnings(transitions: Sequence[Transition]) -> list[str]:
             continue
         first = f"{slack[0].time:.6g} s"
         when = f"once, at {first}" if len(slack) == 1 else f"{len(slack)} times, first at {first}"
-        found.append(
-            f"the rope of the {body} falls slack {when}; where it is taken up, the impact is that"
-            " of a rigid rope: its force has no value, and the energy lost depends on restitution"
+        warnings.append(
+            f"the {body} rope goes slack {when}; retightening is modelled as the impact of a rigid"
+            " rope: its force is undefined, and the energy lost depends on restitution"
         )
-    return found
+    return warnings
 
 
 class Shock(NamedTuple):

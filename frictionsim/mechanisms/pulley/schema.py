@@ -34,7 +34,7 @@ class HangingMasses(Params):
     """Masses on the cord: a car in place of the load, a counterweight on the side of the force.
 
     The tensions depend on the acceleration, and the load of the shaft with them. A side whose
-    tension would be negative falls slack, and is taken up with an impact. Half of the rope hangs on
+    tension would be negative goes slack, and becomes taut with an impact. Half of the rope hangs on
     each side, and its weight is compensated: it does not shift with the travel.
     """
 
@@ -55,7 +55,7 @@ class HangingMasses(Params):
         lt=1,
     )
     capture_speed: float = unit_field(
-        "m/s", "A rope that is taken up more slowly does not bounce.", 1e-3, gt=0
+        "m/s", "A rope that becomes taut more slowly does not bounce.", 1e-3, gt=0
     )
 
     @property
