@@ -20,20 +20,20 @@ if TYPE_CHECKING:
     from frictionsim.api.reporting import report as report
     from frictionsim.api.result import Result as Result
     from frictionsim.api.result import open as open
+    from frictionsim.api.scenarios import WarmedUp as WarmedUp
+    from frictionsim.api.scenarios import kinds as kinds
+    from frictionsim.api.scenarios import new as new
+    from frictionsim.api.scenarios import scenarios as scenarios
+    from frictionsim.api.scenarios import static as static
+    from frictionsim.api.scenarios import warm_up as warm_up
     from frictionsim.api.solving import resume as resume
     from frictionsim.api.solving import solve as solve
-    from frictionsim.api.starting import kinds as kinds
-    from frictionsim.api.starting import new as new
-    from frictionsim.api.starting import scenarios as scenarios
-    from frictionsim.api.statics import static as static
     from frictionsim.api.studies import Study as Study
     from frictionsim.api.studies import cost as cost
     from frictionsim.api.sweep_result import Sweep as Sweep
     from frictionsim.api.sweep_result import open_sweep as open_sweep
     from frictionsim.api.sweeping import resume_sweep as resume_sweep
     from frictionsim.api.sweeping import sweep as sweep
-    from frictionsim.api.warming import WarmedUp as WarmedUp
-    from frictionsim.api.warming import warm_up as warm_up
     from frictionsim.errors import ArgumentError as ArgumentError
     from frictionsim.errors import AuditError as AuditError
     from frictionsim.errors import FrictionsimError as FrictionsimError
@@ -57,7 +57,7 @@ _MODULES = {
     "Scenario": "scenario.settings",
     "solve": "api.solving",
     "resume": "api.solving",
-    "static": "api.statics",
+    "static": "api.scenarios",
     "open": "api.result",
     "Result": "api.result",
     "cost": "api.studies",
@@ -73,12 +73,12 @@ _MODULES = {
     "plot": "api.pictures",
     "animate": "api.pictures",
     "report": "api.reporting",
-    "new": "api.starting",
-    "scenarios": "api.starting",
+    "new": "api.scenarios",
+    "scenarios": "api.scenarios",
     "schema": "scenario.authoring",
-    "kinds": "api.starting",
-    "warm_up": "api.warming",
-    "WarmedUp": "api.warming",
+    "kinds": "api.scenarios",
+    "warm_up": "api.scenarios",
+    "WarmedUp": "api.scenarios",
     "Quantity": "results",
     "Check": "results",
     "FrictionsimError": "errors",

@@ -1,19 +1,18 @@
 """The functions and classes behind `import frictionsim`, which the command line uses as well.
 
+    scenarios     static, new, kinds, scenarios, warm_up
     solving       solve and resume
-    statics       static
     result        Result and open
-    result_base   what all results have
+    result_base   the base of all results
+    sweeping      sweep and resume_sweep
     sweep_result  Sweep and open_sweep
     studies       cost and Study
     fitting       fit and Fit
     comparing     compare
-    pictures      plot
-    arguments     checks of arguments
-    warming       warm_up
+    pictures      plot and animate
+    reporting     report
     dataset       results as xarray.Dataset
-    tables        results as text and HTML
-    progress      the progress bar
+    progress      progress bars
 
 They return values and raise the exceptions of `frictionsim.errors`; only `progress` prints.
 """

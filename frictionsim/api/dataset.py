@@ -1,4 +1,4 @@
-"""Results as xarray.Dataset."""
+"""Results of runs and sweeps as xarray.Dataset."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -7,7 +7,9 @@ import xarray
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
+from frictionsim.errors import InputError
 from frictionsim.io.result_format import is_numbered
+from frictionsim.io.sweep_table import NAMES_OF_SOBOL, RUN, STATUS, TEXTS, Coordinate, SweepTable
 from frictionsim.results import Channel
 from frictionsim.simulation.stored_channel import StoredChannel
 
@@ -128,3 +130,115 @@ def _attributes(channel: Channel) -> dict[str, Any]:
         found["flag_values"] = [value for value, _ in channel.flags]
         found["flag_meanings"] = " ".join(meaning for _, meaning in channel.flags)
     return found
+
+
+SWEEP_ATTRIBUTES = ("study", "scenario", "source", "kind", "title", "design", "status", "reason")
+
+
+def sweep_dataset(table: SweepTable) -> xarray.Dataset:
+    """Return a sweep as a dataset, with the data and attributes of its file."""
+    dimensions, shape = tuple(table.dimensions), table.shape
+    coordinates: dict[str, Any] = {
+        key: (coordinate.dimension, _key_values(coordinate), _key_attributes(coordinate))
+        for key, coordinate in table.coordinates.items()
+    }
+    if RUN in table.dimensions:
+        of_run = {"units": "1", "long_name": "number of the run, from 0"}
+        coordinates[RUN] = (RUN, np.arange(table.runs), of_run)
+    variables: dict[str, Any] = {
+        name: (
+            dimensions,
+            values.reshape(shape),
+            {"units": table.units[name], "long_name": name.replace("_", " ")},
+        )
+        for name, values in table.values.items()
+    }
+    numbers, meanings = zip(*table.statuses, strict=True)
+    variables[STATUS] = (
+        dimensions,
+        table.status.reshape(shape),
+        {
+            "units": "1",
+            "long_name": "outcome of the run",
+            "flag_values": list(numbers),
+            "flag_meanings": " ".join(meanings),
+        },
+    )
+    for name, words in TEXTS.items():
+        variables[name] = (dimensions, table.text_array(name), {"long_name": words})
+    of_sobol = {} if table.sobol is None else table.sobol.datasets
+    for name, (along, values, words) in of_sobol.items():
+        attributes = {"long_name": words} | ({} if isinstance(values, list) else {"units": "1"})
+        (coordinates if name in along else variables)[name] = (along, values, attributes)
+    return xarray.Dataset(variables, coordinates, dict(table.attributes))
+
+
+def _key_values(coordinate: Coordinate) -> Any:
+    values = coordinate.values
+    return np.array(values, dtype=str) if isinstance(values, list) else values
+
+
+def _key_attributes(coordinate: Coordinate) -> dict[str, str]:
+    words = {"long_name": coordinate.long_name}
+    return (
+        words if isinstance(coordinate.values, list) else words | {"units": coordinate.unit or "1"}
+    )
+
+
+def sweep_table(dataset: Any) -> SweepTable:
+    """Return the table of a dataset of `sweep` or `open_sweep`, or of a part of one.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Keys of a grid to which one value was given (`sel`, `isel`) are no longer varied.
+
+    Raises
+    ------
+    InputError
+        If it is no dataset of a sweep.
+    """
+    attributes = {str(name): str(text) for name, text in dataset.attrs.items()}
+    missing = [name for name in SWEEP_ATTRIBUTES if name not in attributes]
+    missing += [name for name in (STATUS, *TEXTS) if name not in dataset.data_vars]
+    if missing:
+        raise InputError(
+            "expected a dataset as fs.sweep and fs.open_sweep return it; this one has no"
+            f" '{missing[0]}', which a reduction as mean() leaves out"
+        )
+    status = dataset[STATUS]
+    dimensions = {
+        str(name): int(size) for name, size in zip(status.dims, status.shape, strict=True)
+    }
+    if not dimensions or status.size == 0:
+        raise InputError("expected a dataset of several runs, got one run or none of a sweep")
+    coordinates = {
+        str(key): _coordinate(str(key), values)
+        for key, values in dataset.coords.items()
+        if key not in (RUN, *NAMES_OF_SOBOL) and values.ndim == 1
+    }
+    others = {STATUS, *TEXTS, *NAMES_OF_SOBOL}
+    names = [str(n) for n in dataset.data_vars if n not in others]
+    for name in (*names, *TEXTS):
+        if dataset[name].dims != status.dims:
+            raise InputError(f"'{name}' of this dataset does not have a value for each run")
+    flags = zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True)
+    texts = {name: dataset[name].values.reshape(-1).tolist() for name in TEXTS}
+    return SweepTable(
+        attributes=attributes,
+        dimensions=dimensions,
+        coordinates=coordinates,
+        units={name: str(dataset[name].attrs.get("units", "1")) for name in names},
+        values={n: np.asarray(dataset[n].values, dtype=np.float64).reshape(-1) for n in names},
+        status=np.asarray(status.values, dtype=np.int8).reshape(-1),
+        statuses=tuple((int(number), word) for number, word in flags),
+        texts={name: {i: t for i, t in enumerate(found) if t} for name, found in texts.items()},
+    )
+
+
+def _coordinate(key: str, found: Any) -> Coordinate:
+    values, words = found.values, str(found.attrs.get("long_name", key))
+    dimension = str(found.dims[0])
+    if values.dtype.kind in "OUST":
+        return Coordinate(dimension, [str(value) for value in values], "", words)
+    return Coordinate(dimension, values, str(found.attrs.get("units", "1")), words)

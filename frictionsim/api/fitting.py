@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.api.result_base import ResultBase
-from frictionsim.api.statics import with_overrides
+from frictionsim.api.scenarios import with_overrides
 from frictionsim.display import number_text, study_text
 from frictionsim.document import Document, Table
 from frictionsim.errors import counted

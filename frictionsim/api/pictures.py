@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.api import result as results
-from frictionsim.api.sweep_result import Sweep, quantities_of, result_or_sweep, table_of
+from frictionsim.api.sweep_result import Sweep, quantities_of, result_or_sweep
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.atomic_write import check_no_clobber
 from frictionsim.io.replaceable import check_apart
@@ -416,7 +416,9 @@ def _one(source: Any) -> "results.Result | SweepTable":
     if isinstance(source, Sweep):
         return source.table
     if hasattr(source, "data_vars"):
-        return table_of(source)
+        from frictionsim.api.dataset import sweep_table
+
+        return sweep_table(source)
     opened = result_or_sweep(as_path("result", source))
     return opened if isinstance(opened, results.Result) else opened.table
 

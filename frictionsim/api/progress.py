@@ -2,16 +2,13 @@
 
 from contextlib import AbstractContextManager, nullcontext
 from time import monotonic
-from typing import IO, TYPE_CHECKING, Self, cast
+from typing import IO, Self, cast
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn
 
 from frictionsim.io.terminal import Stderr, print_on_stderr
-from frictionsim.simulation.monitor import RunMonitor
-
-if TYPE_CHECKING:
-    from frictionsim.api.sweep_run import SweepProgress
+from frictionsim.simulation.monitor import RunMonitor, SweepProgress
 
 STEPS_BETWEEN_UPDATES = 256  # reading the clock costs a tenth of a step
 SECONDS_WITHOUT_BAR = 1.0  # a short run or sweep shows none
@@ -117,7 +114,7 @@ class SweepBar:
         if self._bar is not None:
             self._bar.stop()
 
-    def __call__(self, progress: "SweepProgress") -> None:
+    def __call__(self, progress: SweepProgress) -> None:
         """Update the bar."""
         now = monotonic()
         if self._bar is None:
@@ -142,7 +139,7 @@ class SweepBar:
         self._bar.refresh()
 
 
-def _text_of_sweep(progress: "SweepProgress", seconds: float, first: int) -> str:
+def _text_of_sweep(progress: SweepProgress, seconds: float, first: int) -> str:
     """Return the rate and the time left, after so many seconds from the first runs on."""
     text, done = "runs", progress.done - first
     if done and seconds > 0.0:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from frictionsim.api import result as results
 from frictionsim.api.studies import Study
-from frictionsim.api.sweep_result import Sweep, open_sweep, table_of
+from frictionsim.api.sweep_result import Sweep, open_sweep
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.atomic_write import check_no_clobber, write_atomically
 from frictionsim.io.replaceable import REPORT, check_target
@@ -43,7 +43,9 @@ def study_html(source: Any) -> str | None:
     if isinstance(source, Sweep):
         return _sweep_html(source)
     if hasattr(source, "data_vars"):
-        return _sweep_html(Sweep(table_of(source)))
+        from frictionsim.api.dataset import sweep_table
+
+        return _sweep_html(Sweep(sweep_table(source)))
     return _of_file(Path(source)) if isinstance(source, (str, os.PathLike)) else None
 
 

@@ -1,10 +1,11 @@
 """The result of a run, whether it was just solved or read from a file."""
 
 import logging
+from collections.abc import Iterator
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 from frictionsim.api.result_base import ResultBase, quantities_table
 from frictionsim.display import number_text, short_text
@@ -40,6 +41,13 @@ LOG = logging.getLogger(__name__)
 MODE_NAMES = {0: "stick", 1: "slip +", -1: "slip -", 2: "open", 3: "taut", 4: "slack"}
 # Of more events, the table shows the first ones and the last.
 MAX_EVENTS = 20
+
+
+class Writable(Protocol):
+    """What text can be written to."""
+
+    def write(self, text: str, /) -> object:
+        """Write text."""
 
 
 class Result(ResultBase):
@@ -427,3 +435,39 @@ def _event_json(e: Transition) -> dict[str, Any]:
         "mode_to": e.mode_to,
     }
     return event if e.position is None else {**event, "angle": e.position}
+
+
+BYTES_OF_NUMBER = 40  # with its place in a list
+
+
+def write_channels(record: Record, file: Writable) -> None:
+    """Write one line for each sample; the first line has the names with their units.
+
+    A channel with columns has one for each member of its axis: ``pulley_speed.driver [rad/s]``.
+    Numbers have as many digits as they need to be read back exactly.
+    """
+    import csv
+
+    from frictionsim.simulation.stored_channel import blocks_of
+
+    headings, row_bytes = [], 0
+    # A file of format version 1 has its channels in the order of their names.
+    names = ["time", *(name for name in record.channels if name != "time")]
+    for name in names:
+        axis = record.axes[name]
+        unit = f" [{record.units[name]}]"
+        members = [f".{member}" for member in record.members[axis]] if axis else [""]
+        headings += [f"{name}{member}{unit}" for member in members]
+        row_bytes += BYTES_OF_NUMBER * len(members)
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(headings)
+    for start, stop in blocks_of(len(record.channels["time"]), row_bytes):
+        parts = (record.channels[name][start:stop] for name in names)
+        columns = (column for part in parts for column in _columns(part))
+        writer.writerows(zip(*columns, strict=True))
+
+
+def _columns(values: Any) -> Iterator[list[Any]]:
+    """Yield the numbers of each column."""
+    for column in values.reshape(len(values), -1).T:
+        yield column.tolist()

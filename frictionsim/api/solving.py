@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field
 
 from frictionsim.api.result import Result, open
-from frictionsim.api.statics import with_overrides
+from frictionsim.api.scenarios import with_overrides
 from frictionsim.errors import FrictionsimError, InputError, OutputError
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.options import Options, as_path, function_of

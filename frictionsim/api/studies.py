@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.api.result_base import ResultBase
-from frictionsim.api.statics import with_overrides
+from frictionsim.api.scenarios import with_overrides
 from frictionsim.document import Document, Table
 from frictionsim.errors import InputError
 from frictionsim.scenario.loading import ScenarioSource

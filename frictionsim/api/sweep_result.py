@@ -10,19 +10,28 @@ import numpy as np
 
 from frictionsim.api.result import Result, open
 from frictionsim.api.result_base import ResultBase
-from frictionsim.api.sweep_tables import sweep_json, sweep_parts
-from frictionsim.document import Document
+from frictionsim.display import study_text
+from frictionsim.document import Document, Table
 from frictionsim.errors import EXIT_DONE, EXIT_SOLVER_FAILED, InputError
-from frictionsim.io.sweep_table import (
-    NAMES_OF_SOBOL,
-    RUN,
-    STATUS,
-    TEXTS,
-    Coordinate,
-    SweepTable,
+from frictionsim.io.sweep_table import SOBOL, SobolIndices, SweepTable
+from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
+from frictionsim.parameter_study.design import SAMPLE, Sampling
+from frictionsim.parameter_study.statistics import (
+    Extremes,
+    Group,
+    Statistics,
+    counts,
+    extremes,
+    grouped,
+    independent_runs,
+    sample_statistics,
+    variation,
+    varied_values,
 )
-from frictionsim.parameter_study.block import AUDIT_FAILED, FAILED, NOT_RUN
+from frictionsim.results import finite
+from frictionsim.scenario.loading import origin_of
 from frictionsim.scenario.options import as_path
+from frictionsim.scenario.toml_data import toml_value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -33,7 +42,6 @@ if TYPE_CHECKING:
 
     from frictionsim.parameter_study.report import Writable
 
-ATTRIBUTES = ("study", "scenario", "source", "kind", "title", "design", "status", "reason")
 CSV, HDF5 = ".csv", (".h5", ".hdf5", ".nc")
 
 
@@ -60,7 +68,9 @@ class Sweep(ResultBase):
 
         `status`, `failure`, `reason` and `warnings` of the runs are beside the quantities.
         """
-        return dataset_of(self.table)
+        from frictionsim.api.dataset import sweep_dataset
+
+        return sweep_dataset(self.table)
 
     @property
     def status(self) -> str:
@@ -255,112 +265,280 @@ def quantities_of(view: str | None) -> list[str]:
     return [] if view is None else [name.strip() for name in view.split(",")]
 
 
-def dataset_of(table: SweepTable) -> "xarray.Dataset":
-    """Return a sweep as a dataset, with the data and attributes of its file."""
-    import xarray
-
-    dimensions, shape = tuple(table.dimensions), table.shape
-    coordinates: dict[str, Any] = {
-        key: (coordinate.dimension, _values(coordinate), _attributes(coordinate))
-        for key, coordinate in table.coordinates.items()
-    }
-    if RUN in table.dimensions:
-        of_run = {"units": "1", "long_name": "number of the run, from 0"}
-        coordinates[RUN] = (RUN, np.arange(table.runs), of_run)
-    variables: dict[str, Any] = {
-        name: (
-            dimensions,
-            values.reshape(shape),
-            {"units": table.units[name], "long_name": name.replace("_", " ")},
-        )
-        for name, values in table.values.items()
-    }
-    numbers, meanings = zip(*table.statuses, strict=True)
-    variables[STATUS] = (
-        dimensions,
-        table.status.reshape(shape),
-        {
-            "units": "1",
-            "long_name": "outcome of the run",
-            "flag_values": list(numbers),
-            "flag_meanings": " ".join(meanings),
-        },
-    )
-    for name, words in TEXTS.items():
-        variables[name] = (dimensions, table.text_array(name), {"long_name": words})
-    of_sobol = {} if table.sobol is None else table.sobol.datasets
-    for name, (along, values, words) in of_sobol.items():
-        attributes = {"long_name": words} | ({} if isinstance(values, list) else {"units": "1"})
-        (coordinates if name in along else variables)[name] = (along, values, attributes)
-    return xarray.Dataset(variables, coordinates, dict(table.attributes))
+MAX_GROUPS = 5  # of reasons, and of warnings
+MAX_VALUES = 3  # of a key in a line
+DESIGNS = {
+    "grid": "all combinations of these keys",
+    "zip": "these keys varied together",
+    "sample": "a sample of these keys",
+}
+WORDS = {
+    DONE: "done",
+    FAILED: "failed",
+    AUDIT_FAILED: "with a failed audit",
+    NOT_RUN: "not run",
+}
 
 
-def _values(coordinate: Coordinate) -> Any:
-    values = coordinate.values
-    return np.array(values, dtype=str) if isinstance(values, list) else values
-
-
-def _attributes(coordinate: Coordinate) -> dict[str, str]:
-    words = {"long_name": coordinate.long_name}
-    return (
-        words if isinstance(coordinate.values, list) else words | {"units": coordinate.unit or "1"}
-    )
-
-
-def table_of(dataset: Any) -> SweepTable:
-    """Return the table of a dataset of `sweep` or `open_sweep`, or of a part of one.
+def sweep_parts(table: SweepTable, path: Path | None = None) -> Document:
+    """Yield the summary of a sweep.
 
     Parameters
     ----------
-    dataset : xarray.Dataset
-        Keys of a grid to which one value was given (`sel`, `isel`) are no longer varied.
+    table : SweepTable
+    path : Path, optional
+        Its file.
 
     Raises
     ------
     InputError
-        If it is no dataset of a sweep.
+        If the study in it is not valid.
     """
-    attributes = {str(name): str(text) for name, text in dataset.attrs.items()}
-    missing = [name for name in ATTRIBUTES if name not in attributes]
-    missing += [name for name in (STATUS, *TEXTS) if name not in dataset.data_vars]
-    if missing:
-        raise InputError(
-            "expected a dataset as fs.sweep and fs.open_sweep return it; this one has no"
-            f" '{missing[0]}', which a reduction as mean() leaves out"
-        )
-    status = dataset[STATUS]
-    dimensions = {
-        str(name): int(size) for name, size in zip(status.dims, status.shape, strict=True)
-    }
-    if not dimensions or status.size == 0:
-        raise InputError("expected a dataset of several runs, got one run or none of a sweep")
-    coordinates = {
-        str(key): _coordinate(str(key), values)
-        for key, values in dataset.coords.items()
-        if key not in (RUN, *NAMES_OF_SOBOL) and values.ndim == 1
-    }
-    others = {STATUS, *TEXTS, *NAMES_OF_SOBOL}
-    names = [str(n) for n in dataset.data_vars if n not in others]
-    for name in (*names, *TEXTS):
-        if dataset[name].dims != status.dims:
-            raise InputError(f"'{name}' of this dataset does not have a value for each run")
-    flags = zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True)
-    texts = {name: dataset[name].values.reshape(-1).tolist() for name in TEXTS}
-    return SweepTable(
-        attributes=attributes,
-        dimensions=dimensions,
-        coordinates=coordinates,
-        units={name: str(dataset[name].attrs.get("units", "1")) for name in names},
-        values={n: np.asarray(dataset[n].values, dtype=np.float64).reshape(-1) for n in names},
-        status=np.asarray(status.values, dtype=np.int8).reshape(-1),
-        statuses=tuple((int(number), word) for number, word in flags),
-        texts={name: {i: t for i, t in enumerate(found) if t} for name, found in texts.items()},
+    attributes = table.attributes
+    yield f"{attributes['title'] or attributes['kind']}: sweep {attributes['status']}"
+    distributions, sampling = variation(table)
+    texts = {key: d.text for key, d in distributions.items()}
+    yield f"kind {attributes['kind']}, {DESIGNS.get(attributes['design'], attributes['design'])}"
+    yield Table(
+        ("key", ">values", "unit"),
+        [
+            (key, texts.get(key) or _range_text(coordinate.values), coordinate.unit)
+            for key, coordinate in table.coordinates.items()
+        ],
     )
+    yield _counts_text(table)
+    if attributes["design"] == SAMPLE:
+        yield _statistics_table(table)
+        yield from _sample_lines(table, sampling)
+        yield from _sobol_parts(table)
+    else:
+        yield _extremes_table(table)
+    yield from _group_lines("failed", grouped(_reasons(table)))
+    yield from _group_lines("warnings", grouped(table.texts["warnings"]))
+    if attributes["reason"]:
+        yield f"stopped: {attributes['reason']}"
+    yield f"sweep: {path or 'none'}"
 
 
-def _coordinate(key: str, found: Any) -> Coordinate:
-    values, words = found.values, str(found.attrs.get("long_name", key))
-    dimension = str(found.dims[0])
-    if values.dtype.kind in "OUST":
-        return Coordinate(dimension, [str(value) for value in values], "", words)
-    return Coordinate(dimension, values, str(found.attrs.get("units", "1")), words)
+def sweep_json(table: SweepTable, path: Path | None = None) -> dict[str, Any]:
+    """Return the JSON object of a sweep.
+
+    Parameters
+    ----------
+    table : SweepTable
+    path : Path, optional
+        Its file.
+
+    Raises
+    ------
+    InputError
+        If the study in it is not valid.
+    """
+    attributes = table.attributes
+    number = counts(table)
+    distributions, sampling = variation(table)
+    is_sample = attributes["design"] == SAMPLE
+    return {
+        "scenario": attributes["source"] or None,
+        "overrides": origin_of(attributes).values,
+        "kind": attributes["kind"],
+        "title": attributes["title"],
+        "design": attributes["design"],
+        "status": attributes["status"],
+        "reason": attributes["reason"],
+        "runs": {"all": table.runs}
+        | {word: number[status] for status, word in table.statuses if status in number},
+        "varied": {
+            key: {
+                "unit": coordinate.unit or None,
+                "distribution": distributions[key].text if key in distributions else None,
+                "values": None if is_sample else list(map(plain, coordinate.values)),
+            }
+            for key, coordinate in table.coordinates.items()
+        },
+        "independent_runs": independent_runs(table, sampling).stop if is_sample else None,
+        "quantities": _sample_json(table) if is_sample else _extremes_json(table),
+        "sobol_indices": _sobol_json(table),
+        "failures": _groups_json(grouped(_reasons(table))),
+        "warnings": _groups_json(grouped(table.texts["warnings"])),
+        "output": None if path is None else str(path),
+    }
+
+
+def plain(value: Any) -> Any:
+    """Return a value of a key as one of Python."""
+    return value.item() if hasattr(value, "item") else value
+
+
+def _reasons(table: SweepTable) -> dict[int, str]:
+    """Return why runs failed or are not to be trusted, by run; in one line each."""
+    failures, reasons = table.texts["failure"], table.texts["reason"]
+    found = {}
+    for run in sorted({*failures, *reasons}):
+        text = " ".join(reasons.get(run, "").split())
+        kind = failures.get(run, "")
+        found[run] = f"{kind}: {text}" if kind and text else kind or text
+    return found
+
+
+def _counts_text(table: SweepTable) -> str:
+    number = counts(table)
+    parts = [f"{number[s]} {WORDS[s]}" for s in (FAILED, AUDIT_FAILED, NOT_RUN) if number[s]]
+    runs = "run is" if table.runs == 1 else "runs are"
+    text = f"{number[DONE]} of {table.runs} {runs} done"
+    return f"{text}; {', '.join(parts)}: not in the table below" if parts else text
+
+
+def _sample_lines(table: SweepTable, sampling: Sampling | None) -> list[str]:
+    if sampling is None or not sampling.indices:
+        return []
+    count = independent_runs(table, sampling).stop
+    return [
+        f"the first {count} runs are independent and make these numbers; the others are for Sobol"
+        " indices"
+    ]
+
+
+def _sobol_parts(table: SweepTable) -> Document:
+    """Yield the Sobol indices, and why quantities have none."""
+    found = table.sobol
+    if found is None:
+        return
+    rows = []
+    for number, (name, basis) in enumerate(zip(found.quantities, found.basis, strict=True)):
+        values = np.array([found.columns[column][number] for column in SOBOL])
+        if np.isnan(values[0]).all():
+            yield f"{name}: {basis}"
+            continue
+        rows += [
+            (name, key, *(f"{value:.3f}" if value == value else "" for value in column), basis)
+            for key, column in zip(found.keys, values.T, strict=True)
+        ]
+    ends = (">95 % from", ">to")
+    yield Table(("Sobol indices of", "key", ">first-order", *ends, ">total", *ends, ""), rows)
+
+
+def _range_text(values: Any) -> str:
+    """Return the values of a key in short."""
+    shown = [_value_text(plain(value)) for value in values]
+    if len(shown) <= MAX_VALUES + 1:
+        return ", ".join(shown)
+    return f"{', '.join(shown[: MAX_VALUES - 1])} ... {shown[-1]} ({len(shown)} values)"
+
+
+def _value_text(value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    return f"{value:.6g}" if isinstance(value, float) else toml_value(value)
+
+
+def _statistics_table(table: SweepTable) -> Table:
+    headings = ("quantity", ">mean", ">standard deviation", ">5 %", ">50 %", ">95 %", "unit")
+    rows = [
+        (
+            name,
+            *(study_text(v) for v in (s.mean, s.deviation, s.low, s.median, s.high)),
+            table.units[name],
+            str(s.runs),
+        )
+        for name, s in sample_statistics(table).items()
+    ]
+    return Table((*headings, ">defined in runs"), rows)
+
+
+def _extremes_table(table: SweepTable) -> Table:
+    headings = ("quantity", ">least", ">in run", ">largest", ">in run", "unit", ">defined in runs")
+    found = extremes(table)
+    rows = []
+    for name in table.values:
+        e = found.get(name)
+        if e is None:
+            rows.append((name, "none", "", "none", "", table.units[name], "0"))
+            continue
+        places = (str(e.least_run), str(e.largest_run))
+        least, largest = study_text(e.least), study_text(e.largest)
+        if e.least == e.largest:
+            places = ("", "")
+        rows.append((name, least, places[0], largest, places[1], table.units[name], str(e.runs)))
+    return Table(headings, rows)
+
+
+def _group_lines(word: str, groups: list[Group]) -> list[str]:
+    lines = [
+        f"{word}, {group.runs} runs: {group.text} (run {group.first_run})"
+        if group.runs > 1
+        else f"{word}, run {group.first_run}: {group.text}"
+        for group in groups[:MAX_GROUPS]
+    ]
+    rest = groups[MAX_GROUPS:]
+    if rest:
+        lines.append(f"{word}: {len(rest)} more kinds, in {sum(g.runs for g in rest)} runs")
+    return lines
+
+
+def _sample_json(table: SweepTable) -> dict[str, Any]:
+    return {
+        name: _statistics_json(s, table.units[name]) for name, s in sample_statistics(table).items()
+    }
+
+
+def _sobol_json(table: SweepTable) -> dict[str, Any] | None:
+    found = table.sobol
+    if found is None:
+        return None
+    return {
+        name: {
+            "basis": found.basis[i],
+            "keys": {
+                key: {
+                    "first": finite(found.columns["sobol_first"][i, j]),
+                    "first_interval": _interval_json(found, "sobol_first", i, j),
+                    "total": finite(found.columns["sobol_total"][i, j]),
+                    "total_interval": _interval_json(found, "sobol_total", i, j),
+                }
+                for j, key in enumerate(found.keys)
+            },
+        }
+        for i, name in enumerate(found.quantities)
+    }
+
+
+def _interval_json(found: SobolIndices, name: str, i: int, j: int) -> list[Any] | None:
+    ends = [finite(found.columns[f"{name}_{end}"][i, j]) for end in ("low", "high")]
+    return None if None in ends else ends
+
+
+def _statistics_json(s: Statistics, unit: str) -> dict[str, Any]:
+    return {
+        "unit": unit,
+        "runs": s.runs,
+        "mean": finite(s.mean),
+        "standard_deviation": finite(s.deviation),
+        "quantile_5": finite(s.low),
+        "quantile_50": finite(s.median),
+        "quantile_95": finite(s.high),
+    }
+
+
+def _extremes_json(table: SweepTable) -> dict[str, Any]:
+    found = extremes(table)
+    return {name: _extreme_json(table, found.get(name), name) for name in table.values}
+
+
+def _extreme_json(table: SweepTable, e: Extremes | None, name: str) -> dict[str, Any]:
+    data: dict[str, Any] = {"unit": table.units[name], "runs": e.runs if e else 0}
+    for word, value, run in (
+        ("least", e.least if e else None, e.least_run if e else None),
+        ("largest", e.largest if e else None, e.largest_run if e else None),
+    ):
+        at = None
+        if run is not None:
+            at = {key: plain(given) for key, given in varied_values(table, run).items()}
+        data[word] = {"value": finite(value), "run": run, "at": at}
+    return data
+
+
+def _groups_json(groups: list[Group]) -> list[dict[str, Any]]:
+    return [
+        {"runs": group.runs, "first_run": group.first_run, "text": group.text} for group in groups
+    ]

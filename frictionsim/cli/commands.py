@@ -27,6 +27,9 @@ from frictionsim.cli.app import (
     Verbose,
     WorkerCount,
     app,
+    check_read_once,
+    load_scenario,
+    scenarios_in,
 )
 from frictionsim.cli.completion import backends as backends_of
 from frictionsim.cli.ending import ending_of, printed_by_typer
@@ -36,7 +39,6 @@ from frictionsim.cli.messages import (
     print_text,
     warn,
 )
-from frictionsim.cli.sources import check_read_once, load_scenario, scenarios_in
 from frictionsim.errors import (
     EXIT_BAD_INPUT,
     EXIT_DEFECT,
@@ -209,7 +211,7 @@ def resume(
 
     RunOptions.of(max_wall=max_wall, max_steps=max_steps)  # before anything is read
     if is_sweep(result):
-        from frictionsim.api.sweep_run import ExecutionOptions, resume_study
+        from frictionsim.api.sweeping import ExecutionOptions, resume_study
         from frictionsim.cli.study_commands import SweepPrinting, run_with
 
         if max_wall is not None or max_steps is not None:
@@ -291,6 +293,6 @@ def static(scenario: ScenarioFile, overrides: Overrides = None, as_json: AsJson 
             }
         )
     else:
-        from frictionsim.api.statics import statics_text
+        from frictionsim.api.scenarios import statics_text
 
         print_text(statics_text(quantities))

@@ -63,7 +63,7 @@ def warm_up(
     quiet: Quiet = False,
 ) -> None:
     """Compile the kernels of the shipped scenarios ahead of their use, for containers and CI."""
-    from frictionsim.api.warming import warming
+    from frictionsim.api.scenarios import warming
 
     total, found = 0.0, False
     with CommandMonitor(1.0, with_progress=False, quiet=True) as monitor:
@@ -134,7 +134,7 @@ def show(
     if as_json:
         print_json(found.to_json())
     elif as_csv:
-        from frictionsim.api.channel_csv import write_channels
+        from frictionsim.api.result import write_channels
 
         stdout = Stdout()
         with suppress(ReaderGone):
@@ -227,7 +227,7 @@ def new(
     if listed:
         if kind is not None:
             raise InputError(f"new: expected no argument beside --list, got '{kind}'")
-        from frictionsim.api.starting import list_of_scenarios
+        from frictionsim.api.scenarios import list_of_scenarios
 
         print_text(list_of_scenarios())
         return
@@ -242,7 +242,7 @@ def new(
     if file is None:
         print_text(text.rstrip("\n"))
         return
-    from frictionsim.api.starting import write_with_schema
+    from frictionsim.api.scenarios import write_with_schema
 
     files, warnings = write_with_schema(file, text)
     warn(warnings)

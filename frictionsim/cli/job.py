@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import frictionsim as fs
+from frictionsim.cli.app import STDIN
 from frictionsim.cli.messages import (
     log_on_stderr,
     print_beside_files,
@@ -15,7 +16,6 @@ from frictionsim.cli.messages import (
     warn_of_name,
 )
 from frictionsim.cli.monitor import CommandMonitor
-from frictionsim.cli.sources import STDIN
 from frictionsim.errors import (
     EXIT_DONE,
     EXIT_SIGNAL,

@@ -13,12 +13,10 @@ from typing import TYPE_CHECKING, Any, Self
 from frictionsim.cli.app import Process
 from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_SIGNAL
 from frictionsim.io.terminal import is_terminal, print_on_stderr, visible, write_on_stderr
-from frictionsim.simulation.monitor import RunMonitor, StopSignals
+from frictionsim.simulation.monitor import RunMonitor, StopSignals, SweepProgress
 
 if TYPE_CHECKING:
     from socket import socket
-
-    from frictionsim.api.sweep_run import SweepProgress
 
 
 # A lost connection sends SIGHUP, which Windows does not have.
@@ -235,11 +233,11 @@ class SweepMonitor:
         if self._bar is not None:
             self._bar.__exit__()
 
-    def __call__(self, progress: "SweepProgress") -> None:
+    def __call__(self, progress: SweepProgress) -> None:
         if progress.checked >= progress.total:
             self.signals.handle(self._before)
         if self.signals.received:
-            from frictionsim.api.sweep_run import SweepInterrupted
+            from frictionsim.api.sweeping import SweepInterrupted
 
             raise SweepInterrupted(self.signals.received)
         if self._bar is not None:

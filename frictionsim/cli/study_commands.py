@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from frictionsim.cli.app import (
+    STDIN,
     AsJson,
     NoClobber,
     Overrides,
@@ -19,6 +20,7 @@ from frictionsim.cli.app import (
     Verbose,
     WorkerCount,
     app,
+    load_scenario,
 )
 from frictionsim.cli.completion import sampling_methods
 from frictionsim.cli.messages import (
@@ -30,7 +32,6 @@ from frictionsim.cli.messages import (
     warn_of_name,
 )
 from frictionsim.cli.monitor import CommandMonitor, StatusLine, SweepMonitor
-from frictionsim.cli.sources import STDIN, load_scenario
 from frictionsim.errors import EXIT_SIGNAL, ArgumentError, InputError, OutputError, counted
 
 if TYPE_CHECKING:
@@ -364,8 +365,7 @@ def sweep(
     verbose: Verbose = 0,
 ) -> int:
     """Run a scenario for many combinations of values and write them to one file."""
-    from frictionsim.api.sweep_run import ExecutionOptions, run_study
-    from frictionsim.api.sweeping import study_from
+    from frictionsim.api.sweeping import ExecutionOptions, run_study, study_from
 
     execution = ExecutionOptions.of(workers=workers, dask=dask)
     if output == Path(STDIN):

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from time import perf_counter
 from types import FrameType
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 from frictionsim.errors import BudgetExceeded, Interrupted
 
@@ -165,3 +165,23 @@ class StopSignals(RunMonitor):
             self.on_second(number)
         else:
             self.received = number
+
+
+class SweepProgress(NamedTuple):
+    """How far a sweep is.
+
+    Attributes
+    ----------
+    done : int
+        Number of runs that have an outcome, whatever it is.
+    total : int
+    failed : int
+        Of those that are done.
+    checked : int
+        Number of combinations that were validated; before the runs begin, all are.
+    """
+
+    done: int
+    total: int
+    failed: int
+    checked: int

@@ -7,7 +7,7 @@ import pytest
 
 from frictionsim.api import progress
 from frictionsim.api.progress import SweepBar
-from frictionsim.api.sweep_run import SweepProgress
+from frictionsim.simulation.monitor import SweepProgress
 
 pytestmark = pytest.mark.quick
 

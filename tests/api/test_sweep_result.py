@@ -11,8 +11,8 @@ from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 
 import frictionsim as fs
+from frictionsim.api.dataset import sweep_table
 from frictionsim.api.result_base import ResultBase
-from frictionsim.api.sweep_result import table_of
 from frictionsim.io.hdf5_reader import read_sweep
 from tests.support.scenarios import SCENARIOS
 
@@ -82,7 +82,7 @@ def grid(tmp_path_factory: pytest.TempPathFactory) -> tuple[xarray.Dataset, Path
 
 def test_the_table_of_a_dataset_is_that_of_its_file(grid: tuple[xarray.Dataset, Path]) -> None:
     dataset, path = grid
-    found, read = table_of(dataset), read_sweep(path)
+    found, read = sweep_table(dataset), read_sweep(path)
     assert found.dimensions == read.dimensions
     assert found.units == read.units
     assert found.statuses == read.statuses

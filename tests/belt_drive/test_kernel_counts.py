@@ -111,7 +111,7 @@ def test_warm_up_names_combinations_and_compiles_nothing_twice(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     name, only = "belt_drive", SCENARIOS / "belt_drive.toml"
-    monkeypatch.setattr("frictionsim.api.warming.shipped_scenarios", lambda: {name: only})
+    monkeypatch.setattr("frictionsim.api.scenarios.shipped_scenarios", lambda: {name: only})
     first = fs.warm_up()
     assert [(found.scenario, found.backend) for found in first] == [
         (name, "rkf45"),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.api.channel_csv import write_channels
+from frictionsim.api.result import write_channels
 from frictionsim.errors import InputError
 from frictionsim.io import hdf5_writer
 from frictionsim.plots import plot

@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 
 import frictionsim as fs
-from frictionsim.api.sweep_run import SweepProgress
 from frictionsim.parameter_study import dask_cluster, dispatch
 from frictionsim.parameter_study.dask_cluster import DaskCluster
+from frictionsim.simulation.monitor import SweepProgress
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
 
 RUNS = 300

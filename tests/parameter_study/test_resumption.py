@@ -13,12 +13,13 @@ import pytest
 import tomli_w
 
 import frictionsim as fs
-from frictionsim.api import sweep_run
-from frictionsim.api.sweep_run import SweepInterrupted, SweepProgress
+from frictionsim.api import sweeping
+from frictionsim.api.sweeping import SweepInterrupted
 from frictionsim.io.checksum import LENGTH, append_trailer
 from frictionsim.parameter_study import dispatch, executors, sweep_files
 from frictionsim.parameter_study.journal import Journal, journal_name
 from frictionsim.parameter_study.sweep_files import SweepFiles
+from frictionsim.simulation.monitor import SweepProgress
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
 
 VARY = {LOAD: "lin(2000, 2400, 12)"}
@@ -382,7 +383,7 @@ def test_a_series_that_cannot_be_written_ends_the_sweep(
     with pytest.raises(fs.OutputError, match="no space"):
         sweep(path, keep_series=True)
     assert not fs.open_sweep(path)["status"].any()
-    assert sweep_run.RUNNING not in fs.open_sweep(path).attrs["reason"]
+    assert sweeping.RUNNING not in fs.open_sweep(path).attrs["reason"]
 
 
 def test_an_interrupted_sweep_is_not_replaced(

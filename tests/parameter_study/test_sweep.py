@@ -10,7 +10,7 @@ import pytest
 import xarray
 
 import frictionsim as fs
-from frictionsim.api import sweep_run
+from frictionsim.api import sweeping
 from frictionsim.api.sweep_result import Sweep
 from frictionsim.io.hdf5_reader import read_sweep
 from frictionsim.parameter_study import executors, single_run
@@ -27,7 +27,7 @@ LOOSE = {"solver.rtol": 1e-6}
 @pytest.fixture(autouse=True)
 def one_core(monkeypatch: pytest.MonkeyPatch) -> None:
     """All runs are in this process, with what a test changes in it, however slow they are."""
-    monkeypatch.setattr(sweep_run, "available_cores", lambda: 1)
+    monkeypatch.setattr(sweeping, "available_cores", lambda: 1)
 
 
 def assert_as_single(at: xarray.Dataset, single: fs.Result) -> None:

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
+from frictionsim.api.dataset import sweep_table
 from frictionsim.api.reporting import MAX_PICTURES
-from frictionsim.api.sweep_result import table_of
 from frictionsim.parameter_study.statistics import extremes
 from frictionsim.plots.picture_file import save
 from frictionsim.reports import sweep_report
@@ -160,7 +160,7 @@ def large(shape: tuple[int, int]) -> Any:
 
 
 def test_a_large_sweep_is_thinned_and_keeps_extremes_and_failures(tmp_path: Path) -> None:
-    table = table_of(large((1000, 300)))
+    table = sweep_table(large((1000, 300)))
     kept = sweep_report.kept_of(table)
     assert kept.runs.size * 8 < 1.1 * sweep_report.MAX_CELLS
     assert {77 * 300 + 123, 5 * 300 + 3} <= set(kept.runs.tolist())

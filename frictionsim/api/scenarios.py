@@ -1,0 +1,231 @@
+"""Scenarios before a run: their statics, files to start from, and kernels compiled in advance.
+
+Less is imported than for `solve`.
+"""
+
+from collections.abc import Callable, Iterator
+from json import dumps
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from frictionsim.api.result_base import quantities_table
+from frictionsim.document import as_text
+from frictionsim.errors import InputError, overflow_refused, unknown
+from frictionsim.results import Quantities, StaticQuantities, defined
+from frictionsim.scenario import methods
+from frictionsim.scenario.kinds import KINDS, kind_names, mechanism_module
+from frictionsim.scenario.loading import ScenarioSource, load
+from frictionsim.scenario.settings import Scenario
+from frictionsim.scenario.shipped import shipped_scenarios
+from frictionsim.scenario.toml_data import toml_tables
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from frictionsim.scenario.overrides import Overrides
+
+
+def static(
+    scenario: Scenario | ScenarioSource, overrides: "Overrides | None" = None
+) -> StaticQuantities:
+    """Return the forces and torques of impending motion; of a belt its equilibrium.
+
+    Parameters
+    ----------
+    scenario, overrides
+        As of `solve`.
+
+    Returns
+    -------
+    dict of Quantity
+        By name, each with `value` and `unit`. Its attribute `notes`, a tuple of texts, says what
+        they mean, and why a value is none.
+
+    Raises
+    ------
+    InputError, ScenarioError
+    """
+    loaded = with_overrides(scenario, overrides)
+    with overflow_refused():
+        found: Quantities = mechanism_module(loaded.kind).statics(loaded)
+    quantities = StaticQuantities(defined(found))
+    quantities.notes = getattr(found, "notes", ())
+    return quantities
+
+
+def statics_text(quantities: StaticQuantities) -> str:
+    """Return the quantities of impending motion, as the command line prints them."""
+    return as_text([quantities_table(quantities), *quantities.notes])
+
+
+def with_overrides(source: Scenario | ScenarioSource, overrides: "Overrides | None") -> Scenario:
+    """Return the scenario of a source, as of `solve`; errors of it name the overrides."""
+    if not isinstance(source, Scenario):
+        return load(source, overrides)
+    return source.replace(overrides) if overrides else source
+
+
+def new(kind: str) -> str:
+    """Return the text of a scenario to start from.
+
+    Parameters
+    ----------
+    kind : str
+        A kind of mechanism, for a commented scenario with all its keys; or the name of a shipped
+        scenario, as ``belt_verification`` or ``hard/jump``.
+
+    Returns
+    -------
+    str
+        TOML.
+
+    Raises
+    ------
+    InputError
+        If there is no such kind or scenario.
+    """
+    from frictionsim.scenario.authoring import new_scenario
+
+    if kind in KINDS or kind in kind_names():
+        return new_scenario(kind)
+    shipped = shipped_scenarios()
+    if kind not in shipped:
+        raise InputError(
+            unknown(
+                "kind or shipped scenario", kind, list(dict.fromkeys((*kind_names(), *shipped)))
+            )
+        )
+    text = shipped[kind].read_text(encoding="utf-8")
+    if "csv" in text:  # the file would not stand beside the copy
+        text = load(shipped[kind]).to_toml()
+    lines = text.splitlines()
+    # The schema stands beside the shipped file, but not beside its copy.
+    return "\n".join(line for line in lines if not line.startswith("#:schema")) + "\n"
+
+
+def write_with_schema(file: "Path", text: str) -> "tuple[list[Path], list[str]]":
+    """Write a scenario, and beside it the schema that its first line names for editors.
+
+    Returns
+    -------
+    list of Path
+        The files that were written.
+    list of str
+        A warning if another schema is there, which is kept.
+
+    Raises
+    ------
+    OutputError
+        If a file cannot be written, or the scenario is there already.
+    """
+    from frictionsim.io.new_file import check_new, write_new
+    from frictionsim.scenario.authoring import schema, schema_file
+
+    check_new(file, "scenario")
+    kind = toml_tables(text)["kind"]
+    beside, content = file.parent / schema_file(kind), f"{dumps(schema(kind), indent=2)}\n"
+    files, warnings = [file], []
+    if not beside.is_file():
+        write_new(beside, content, "schema")
+        files.append(beside)
+    elif beside.read_text(encoding="utf-8", errors="replace") != content:
+        warnings = [
+            f"{beside}: kept, but it differs from the schema of this version;"
+            f" 'frictionsim schema {kind} > {beside}' replaces it"
+        ]
+    write_new(file, f"#:schema ./{beside.name}\n{text}", "scenario")
+    return files, warnings
+
+
+def kinds() -> tuple[str, ...]:
+    """Return the kinds of mechanism: the built-in ones, then those of installed packages."""
+    return kind_names()
+
+
+def scenarios() -> "dict[str, Path]":
+    """Return the files of the shipped scenarios by name."""
+    return shipped_scenarios()
+
+
+def list_of_scenarios() -> str:
+    """Return the kinds and the shipped scenarios with their titles, as text."""
+    from frictionsim.document import Table
+
+    kinds = Table(("kind",), [(kind,) for kind in kind_names()])
+    rows = []
+    for name, path in shipped_scenarios().items():
+        scenario = load(path)
+        rows.append((name, scenario.kind, scenario.title))
+    return as_text([kinds, "", Table(("shipped scenario", "kind", "title"), rows)])
+
+
+COMPILED_KINDS = ("belt_drive",)  # mechanisms of one coordinate are plain Python
+
+
+class WarmedUp(NamedTuple):
+    """A combination of effects and method whose kernels are on the disk now.
+
+    Attributes
+    ----------
+    scenario : str
+        The name of a shipped scenario with this combination.
+    backend : str
+        The method.
+    seconds : float, s
+        What the compilation took; 0 where the kernels were there already.
+    """
+
+    scenario: str
+    backend: str
+    seconds: float
+
+
+def warm_up(kind: str | None = None) -> tuple[WarmedUp, ...]:
+    """Compile the kernels of the shipped scenarios, with each compiled method.
+
+    Another scenario compiles again if it has another set of effects.
+
+    Parameters
+    ----------
+    kind : str or None
+        A kind of mechanism; by default all that have kernels.
+
+    Returns
+    -------
+    tuple of WarmedUp
+        Empty for a kind without kernels.
+
+    Raises
+    ------
+    InputError
+        If there is no such kind.
+    """
+    return tuple(warming(kind, lambda t: None))
+
+
+def warming(kind: str | None, on_step: Callable[[float], Any]) -> Iterator[WarmedUp]:
+    """Do what `warm_up` does, one combination at a time.
+
+    Parameters
+    ----------
+    kind : str or None
+    on_step : callable
+        As of `Simulation.prepare`.
+    """
+    if kind is not None and kind not in KINDS and kind not in kind_names():
+        raise InputError(unknown("kind", kind, list(kind_names())))
+    for name, path in shipped_scenarios().items():
+        if "/" in name:  # no example
+            continue
+        scenario = load(path)
+        if scenario.kind not in COMPILED_KINDS or kind not in (None, scenario.kind):
+            continue
+        for backend in _compiled_methods(scenario):
+            chosen = load(path, backend=backend)
+            simulation = mechanism_module(chosen.kind).simulation(chosen)
+            yield WarmedUp(name, backend, simulation.prepare(on_step))
+
+
+def _compiled_methods(scenario: Scenario) -> tuple[str, ...]:
+    """Return our methods for the scenario's friction law: SciPy's are there for comparison."""
+    found = methods.methods_of(scenario.pairs, scenario.law)
+    return tuple(name for name in found if not methods.METHODS[name].scipy_class)
