@@ -27,6 +27,7 @@ from frictionsim.errors import InputError, OutputError
 from frictionsim.plots import VIEWS, draw, plot, save, views_of
 from frictionsim.plots import time_history as over_time
 from frictionsim.plots.picture_file import png
+from frictionsim.plots.view import Extent, View
 from frictionsim.results import OPEN, SLACK, STICK, TAUT, Record
 from frictionsim.simulation.record import with_jumps
 from tests.plots.test_plots import MAX_BYTES
@@ -291,13 +292,18 @@ def test_a_kind_may_bring_views_of_its_own(monkeypatch: pytest.MonkeyPatch) -> N
 
     with pytest.raises(InputError, match="unknown kind 'clock'; known: pulley, marble_machine"):
         draw(of_kind("clock"))
+    views = {"dial": dial, "late": View(dial, instant=True)}
     modules: dict[str, Callable[[], Any]] = {
-        "clock": cache(lambda: type("Module", (), {"VIEWS": {"dial": dial}})),
+        "clock": cache(lambda: type("Module", (), {"VIEWS": views})),
         "bare": lambda: type("Module", (), {}),
     }
     for room in ("frictionsim.plots", "frictionsim.plots.time_history"):
         monkeypatch.setattr(f"{room}.mechanism_module", lambda kind: modules[kind]())
-    assert list(views_of("clock")) == ["response", "dial"]
+    assert list(views_of("clock")) == ["response", "dial", "late"]
     assert draw(of_kind("clock"), "dial").get_suptitle() == "dial"
+    at_an_instant = Extent(time=1.0)
+    assert draw(of_kind("clock"), "late", shown=at_an_instant).get_suptitle() == "dial"
+    with pytest.raises(InputError, match="the view 'dial' shows no single instant"):
+        draw(of_kind("clock"), "dial", shown=at_an_instant)
     assert list(views_of("bare")) == ["response"]
     assert draw(of_kind("bare")).axes[0].get_ylabel().endswith("rad")
