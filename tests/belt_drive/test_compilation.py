@@ -18,10 +18,9 @@ import pytest
 from frictionsim.api.result import Result
 from frictionsim.cli.monitor import CommandMonitor
 from frictionsim.errors import Interrupted
-from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
-from frictionsim.mechanisms.belt_drive.guided_string import moreau as string_moreau
 from frictionsim.mechanisms.belt_drive.kernels.jit import Kernel, announce_compilation
+from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45, scipy
 from tests.support.belt_scenarios import COMPILED, STEPS, every_effect, pair, scenario_of
 from tests.support.old_results import old_result
@@ -98,8 +97,7 @@ class Calls:
 
     ENTRIES: ClassVar = {
         rkf45: ("advance",),
-        moreau: ("evaluate_forces", "integrate"),
-        string_moreau: ("integrate_string",),
+        moreau: ("evaluate_start", "integrate"),
         scipy: ("rhs_with_candidates", "update_contact_modes"),
     }
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.mechanisms.belt_drive.quantities import equilibrium_quantities
 from frictionsim.results import Record
 from tests.support.belt_closed_forms import SECTION_4, two_pulley_mode

@@ -9,9 +9,8 @@ of nb + np degrees of freedom. The model is in
     geometry          the line of an ideal belt round its pulleys
     equilibrium       the belt at rest: equilibrium_energy is what it minimises
     composition       from a scenario to arrays
-    assembly          the belt at rest, ready to be stepped
-    guided_string     the belt without motion across itself
-    kernels           one system of arrays, the search for contacts, the equations of motion
+    model             the belt at rest, ready to be stepped: its energies and limits
+    kernels           one system of arrays; the equations of motion, in the plane and on a line
     steppers          the integration methods
     stability_limits  the highest frequency and decay, which bound the steps
     belt_simulation   from step to step

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.errors import BudgetExceeded, Diverged, InputError
-from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.kernels import jit
-from frictionsim.mechanisms.belt_drive.sampling import Observer
+from frictionsim.mechanisms.belt_drive.model import assemble
+from frictionsim.mechanisms.belt_drive.sampling import observer_of
 from frictionsim.mechanisms.belt_drive.schema import channels_of
 from frictionsim.results import SimulationResult
 from frictionsim.simulation.checkpoint import (
@@ -24,7 +24,6 @@ from frictionsim.solvers.common import GivenTimes, SampleTimes
 from frictionsim.solvers.state_values import unfit
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.composition import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.results import Channel
 
@@ -177,15 +176,6 @@ class BeltDrive:
     def observe_channels(self) -> SimulationResult:
         """Return the samples so far."""
         return self._observer.observe_channels()
-
-
-def observer_of(scenario: "BeltDriveScenario", model: "BeltModel") -> Observer:
-    """Return the sampler of a belt drive, in the plane or guided."""
-    if scenario.guided:
-        from frictionsim.mechanisms.belt_drive.guided_string.observer import StringObserver
-
-        return StringObserver(scenario, model)
-    return Observer(scenario, model)
 
 
 def _kinks(scenario: "BeltDriveScenario") -> list[float]:

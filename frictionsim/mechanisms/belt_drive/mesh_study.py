@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
+
 STRING, CORRECTED, POLYGON = "string", "corrected", "polygon"
 MODELS = (STRING, CORRECTED, POLYGON)
 # Without a contact there is nothing to press on a pulley: such a scenario is a string only.

@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.assembly import solve_equilibrium
 from frictionsim.mechanisms.belt_drive.kernels.layout import INERTIA, PULLEY_RADIUS
+from frictionsim.mechanisms.belt_drive.model import solve_equilibrium
 from frictionsim.mechanisms.belt_drive.slip import (
     ends_of,
     mean_power,
@@ -38,11 +38,11 @@ from frictionsim.simulation.averages import BATCHES, last_part, smooth_mean, tim
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.composition import BeltModel
+    from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium
+    from frictionsim.mechanisms.belt_drive.model import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Array = npt.NDArray[np.float64]
-    from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium
 
 # Of the largest force: bodies press some hundredths of a radius deep, where their friction has
 # another lever than the rim; 0.8 % in the belt of the paper.

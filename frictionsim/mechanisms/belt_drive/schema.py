@@ -21,12 +21,9 @@ from frictionsim.results import Channel
 from frictionsim.scenario.methods import (
     BELT,
     CREEP,
-    GUIDED_BELT,
     PUBLISHED,
     REGULARISED,
-    Pair,
     Pairs,
-    pair_of,
 )
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario, SolverSettings
@@ -295,12 +292,6 @@ class BeltDriveScenario(Scenario):
     def guided(self) -> bool:
         """Whether the belt is guided on its pitch line: no effect asks for motion across it."""
         return self.effects.contact is None
-
-    @property
-    def pair(self) -> Pair:
-        """The pair of friction law and method."""
-        pairs = GUIDED_BELT if self.guided else self.PAIRS
-        return pair_of(pairs, self.law, self.solver.backend)
 
     @model_validator(mode="after")
     def _effects_suit_a_guided_belt(self) -> Self:

@@ -36,7 +36,7 @@ from frictionsim.results import BACKWARD, FORWARD, OPEN, SLACK, STICK, TAUT, Tra
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.composition import BeltModel
+    from frictionsim.mechanisms.belt_drive.model import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Array = npt.NDArray[np.float64]

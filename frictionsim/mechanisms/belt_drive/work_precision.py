@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from frictionsim.results import ENERGY_BALANCE, Metric
-from frictionsim.scenario.methods import BELT, GUIDED_BELT, REGULARISED, SCIPY, SET_VALUED
+from frictionsim.scenario.methods import BELT, REGULARISED, SCIPY, SET_VALUED
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
@@ -90,9 +90,8 @@ def _with_step(step_limit: float, part: int) -> "Setting":
 
 def _default_step(scenario: "BeltDriveScenario") -> float:
     """Return the step that `moreau` takes by itself: just short of unstable, s."""
-    from frictionsim.mechanisms.belt_drive.assembly import assemble
+    from frictionsim.mechanisms.belt_drive.model import assemble
 
-    pairs = GUIDED_BELT if scenario.guided else BELT
-    module = import_module(pairs[SET_VALUED, "moreau"].module)
+    module = import_module(BELT[SET_VALUED, "moreau"].module)
     settings = scenario.solver.model_copy(update={"backend": "moreau", "step": None})
     return float(1.0 / module.BeltStepper(assemble(scenario), settings).force_per_impulse)

@@ -36,8 +36,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from frictionsim.mechanisms.belt_drive.effects.base import Array, Belt, BeltEffect, Stage
-from frictionsim.mechanisms.belt_drive.kernels.candidate_list import run_end
-from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
+from frictionsim.mechanisms.belt_drive.kernels.contacts import run_end
+from frictionsim.mechanisms.belt_drive.kernels.jit import KernelChoice, inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
     BACKWARD_LIMIT,
@@ -55,24 +55,15 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ContactRows,
     contact_rows,
 )
-from frictionsim.mechanisms.belt_drive.kernels.wrap import (
-    mass_ratio,
-    times_factor,
-    wrap_rate,
-)
+from frictionsim.mechanisms.belt_drive.kernels.system import PitchLine, Plane
+from frictionsim.mechanisms.belt_drive.kernels.wrap import mass_ratio, times_factor, wrap_rate
 from frictionsim.scenario.schema import CoefficientsOfFriction, inconsistent, unit_field
 from frictionsim.solvers import friction_curve as curve
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.effects.contact import ContactParameters
-    from frictionsim.mechanisms.belt_drive.kernels.system import (
-        Contacts,
-        PitchLine,
-        Pulleys,
-        System,
-    )
+    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
 
     Bodies = npt.NDArray[np.uint64]
 
@@ -255,52 +246,6 @@ def slip_velocities(contacts: "Contacts", pulleys: "Pulleys") -> None:
 
 
 @inline_kernel
-def solve_sticking(
-    set_valued: SetValuedFriction | None,
-    system: "System",
-    ax: Array,
-    ay: Array,
-) -> None:
-    """Solve for set-valued friction, and for what free pulleys do: write FRICTION and ALPHA."""
-    if set_valued is not None:
-        contacts, pulleys, mass = system.contacts, system.pulleys, system.chain.mass
-        rate = 1.0 / set_valued.relaxation_time
-        plane_sticking(system.effects.contact, rate, system, ax, ay)
-        line_sticking(system.line, rate, contacts, ax)
-        alpha, torque = pulleys.table[ALPHA], pulleys.table[TORQUE]
-        for j in pulleys.free:
-            alpha[j] = solve_pulley_motion(j, alpha[j], torque[j], contacts, pulleys, mass)
-        project_friction(contacts, pulleys, mass, alpha)
-
-
-@inline_kernel
-def plane_sticking(
-    contact: "ContactParameters | None", rate: float, system: "System", ax: Array, ay: Array
-) -> None:
-    """Write STICK_BIAS and the limits of the friction of bodies in the plane, N; reads BEND_RATE.
-
-    Slip relaxes at a rate, 1/s.
-    """
-    if contact is not None:
-        contacts, workspace = system.contacts, system.workspace
-        bend, bend_rate = workspace[BEND], workspace[BEND_RATE]
-        sticking_rows(rate, contacts, contact_rows(contacts.table), ax, ay, bend, bend_rate)
-
-
-@inline_kernel
-def line_sticking(
-    line: "PitchLine | None", rate: float, contacts: "Contacts", acceleration: Array
-) -> None:
-    """Write STICK_BIAS and the limits of the friction of a guided string, N."""
-    if line is not None:
-        rows = contact_rows(contacts.table)
-        ny, slip, bias = rows.ny, rows.slip, rows.stick_bias
-        for s in range(contacts.offsets[-1]):
-            bias[s] = slip[s] * rate + acceleration[contacts.body[s]] * ny[s]
-        friction_limits(contacts, 1.0)
-
-
-@inline_kernel
 def friction_limits(contacts: "Contacts", duration: float) -> None:
     """Write the limits of the friction, N; or of its impulse in a duration, s, N s."""
     rows, count = contact_rows(contacts.table), contacts.offsets[-1]
@@ -310,6 +255,45 @@ def friction_limits(contacts: "Contacts", duration: float) -> None:
         forward_limit[s] = duration * forward[s] * normal[s]
     for s in range(count):
         backward_limit[s] = duration * backward[s] * normal[s]
+
+
+@inline_kernel
+def plane_sticking(plane: "Plane", rate: float, system: "System", ax: Array, ay: Array) -> None:
+    """Write STICK_BIAS and the limits of the friction of bodies in the plane; reads BEND_RATE."""
+    contacts, workspace = system.contacts, system.workspace
+    bend, bend_rate = workspace[BEND], workspace[BEND_RATE]
+    sticking_rows(rate, contacts, contact_rows(contacts.table), ax, ay, bend, bend_rate)
+
+
+@inline_kernel
+def string_sticking(
+    line: "PitchLine", rate: float, system: "System", along: Array, across: Array
+) -> None:
+    """Write STICK_BIAS and the limits of the friction of points on a line."""
+    contacts = system.contacts
+    rows = contact_rows(contacts.table)
+    ny, slip, bias = rows.ny, rows.slip, rows.stick_bias
+    for s in range(contacts.offsets[-1]):
+        bias[s] = slip[s] * rate + along[contacts.body[s]] * ny[s]
+    friction_limits(contacts, 1.0)
+
+
+# stick(kinematics, rate, system, ax, ay): slip relaxes at the rate, 1/s; limits are in N.
+stick = KernelChoice({Plane: plane_sticking, PitchLine: string_sticking})
+
+
+@inline_kernel
+def solve_sticking(
+    set_valued: SetValuedFriction | None, system: "System", ax: Array, ay: Array
+) -> None:
+    """Solve for set-valued friction, and for what free pulleys do: write FRICTION and ALPHA."""
+    if set_valued is not None:
+        contacts, pulleys, mass = system.contacts, system.pulleys, system.chain.mass
+        stick(system.kinematics, 1.0 / set_valued.relaxation_time, system, ax, ay)
+        alpha, torque = pulleys.table[ALPHA], pulleys.table[TORQUE]
+        for j in pulleys.free:
+            alpha[j] = solve_pulley_motion(j, alpha[j], torque[j], contacts, pulleys, mass)
+        project_friction(contacts, pulleys, mass, alpha)
 
 
 @inline_kernel

@@ -26,16 +26,9 @@ from frictionsim.mechanisms.belt_drive.effects.base import (
     Stiffness,
     Waves,
 )
-from frictionsim.mechanisms.belt_drive.kernels.candidate_list import run_end
+from frictionsim.mechanisms.belt_drive.kernels.contacts import run_end
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
-    VX,
-    VY,
-    ContactRows,
-    X,
-    Y,
-    contact_rows,
-)
+from frictionsim.mechanisms.belt_drive.kernels.layout import VX, VY, ContactRows, X, Y, contact_rows
 from frictionsim.mechanisms.belt_drive.kernels.wrap import update_wrap_factors
 from frictionsim.scenario.schema import Params, unit_field
 
@@ -195,22 +188,20 @@ def add_normal_rows(
 
 @inline_kernel
 def add_contacts(
-    contact: ContactParameters | None,
+    contact: ContactParameters,
     system: "System",
     kinematics: Array,
     ax: Array,
     ay: Array,
     aphi: Array,
 ) -> float:
-    """Add the normal forces; return the power that their dampers take, W."""
-    if contact is not None:
-        contacts = system.contacts
-        contact_forces(kinematics, contacts, contact)
-        update_wrap_factors(contacts.wrap, contacts, system.workspace)
-        power = add_contact_damping(contacts, contact.damping)
-        add_normal_forces(contacts, 1.0 / system.chain.mass, ax, ay)
-        return power
-    return 0.0
+    """Add the normal forces, which bodies in the plane have; return the power damped, W."""
+    contacts = system.contacts
+    contact_forces(kinematics, contacts, contact)
+    update_wrap_factors(contacts.wrap, contacts, system.workspace)
+    power = add_contact_damping(contacts, contact.damping)
+    add_normal_forces(contacts, 1.0 / system.chain.mass, ax, ay)
+    return power
 
 
 def mesh_scale(table: ContactTable, bodies: int) -> float:

@@ -69,8 +69,14 @@ class FrictionCoefficients(NamedTuple):
     kinetic: "Array"
 
 
+class Plane(NamedTuple):
+    """Bodies that move in the plane: those nearer to a rim than `skin`, m, may touch it."""
+
+    skin: float
+
+
 class PitchLine(NamedTuple):
-    """The line of a guided string.
+    """The line that a guided string moves along.
 
     Attributes
     ----------
@@ -81,7 +87,7 @@ class PitchLine(NamedTuple):
     senses : (pulleys,)
         +1 where the belt passes a pulley counter-clockwise, else -1.
     runs : (4, runs)
-        Runs of candidates, with the rows of `kernels.contacts`.
+        Runs of candidates, with the rows of `kernels.string`.
     run_count : (1,)
     """
 
@@ -107,11 +113,11 @@ class System(NamedTuple):
     friction : FrictionCoefficients or None
     signals : Signals
         What drives the pulleys.
-    workspace : (8, width)
+    workspace : (8, width), of a guided string (3, width)
     contacts : Contacts
     pulleys : Pulleys
-    line : PitchLine or None
-        What a guided string moves along; None for bodies that move in the plane.
+    kinematics : Plane or PitchLine
+        How the belt can move: kernels of this argument differ by its class.
     """
 
     layout: StateLayout
@@ -122,4 +128,4 @@ class System(NamedTuple):
     workspace: "Array"
     contacts: Contacts
     pulleys: Pulleys
-    line: PitchLine | None = None
+    kinematics: Any

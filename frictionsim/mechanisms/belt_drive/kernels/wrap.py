@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.kernels.candidate_list import run_end
+from frictionsim.mechanisms.belt_drive.kernels.contacts import run_end
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ANGLE,
@@ -34,12 +34,13 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     aligned_zeros,
     full_vectors,
 )
-from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, WrapFactors
+from frictionsim.mechanisms.belt_drive.kernels.system import WrapFactors
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.mechanisms.belt_drive.effects.base import Chain
+    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts
 
     Array = npt.NDArray[np.float64]
     Bodies = npt.NDArray[np.uint64]

@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import NonFinite, StepUnderflow
-from frictionsim.mechanisms.belt_drive.kernels.contacts import (
+from frictionsim.mechanisms.belt_drive.kernels.contacts import update_contact_modes
+from frictionsim.mechanisms.belt_drive.kernels.equations import (
     find_contact_candidates,
-    update_contact_modes,
+    prescribed_speeds,
+    rhs,
 )
-from frictionsim.mechanisms.belt_drive.kernels.equations import prescribed_speeds, rhs
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel, shared_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
@@ -28,6 +29,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     kinematics_of,
     zero_state,
 )
+from frictionsim.mechanisms.belt_drive.steppers.base import Stepper
 from frictionsim.solvers import runge_kutta_fehlberg, stepper
 from frictionsim.solvers.runge_kutta_fehlberg import (
     B1,
@@ -59,8 +61,8 @@ from frictionsim.solvers.stepper import MIN_ERROR_NORM
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.composition import BeltModel
     from frictionsim.mechanisms.belt_drive.kernels.system import System
+    from frictionsim.mechanisms.belt_drive.model import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
 
     Array = npt.NDArray[np.float64]
@@ -326,15 +328,13 @@ def max_stable_step(eigenvalues: "npt.NDArray[np.complex128]") -> float:
     return float(products[first_unstable - 1]) / fastest
 
 
-class BeltStepper:
-    """A belt drive on its way, as the run of it sees it."""
+class BeltStepper(Stepper):
+    """A belt drive between two adaptive steps."""
 
-    force_per_impulse = 1.0  # the contacts hold forces
-    resumable = True
     compile_seconds = COMPILE_SECONDS
-    prepared = True  # once `prepare` was called: all steps are alike
 
     def __init__(self, model: "BeltModel", settings: "BeltSolverSettings") -> None:
+        super().__init__(model)
         self._system = system = model.system
         stable = STABILITY_MARGIN * max_stable_step(model.eigenvalues)
         max_step = min(stable, settings.max_step or np.inf)
@@ -358,7 +358,6 @@ class BeltStepper:
             counts=np.zeros(4, dtype=np.int64),
         )
         self._state.y[:] = self._state.y_old[:] = model.state
-        self._model = model
         self._contacts: Array | None = None  # as the last step left them, while a sample is seen
 
     @property
@@ -421,18 +420,15 @@ class BeltStepper:
             self._system.contacts.table[[SLIP, FRICTION, STICKING]] = self._contacts
             self._contacts = None
 
-    def checkpoint_arrays(self) -> dict[str, "Array"]:
-        """Return all that the next steps depend on, by name; written to, it is taken up."""
+    def _own_arrays(self) -> dict[str, Any]:
         self._restore_contacts()
         s = self._state
-        own = {"y": s.y, "f": s.f, "clock": s.clock, "counts": s.counts}
-        return {**own, **self._model.contact_state()}
+        return {"y": s.y, "f": s.f, "clock": s.clock, "counts": s.counts}
 
-    def checkpoint_values(self, duration: float) -> "dict[str, Expected]":
-        """Return the valid values of the arrays of a checkpoint, by name."""
-        return {**STATE_VALUES, **self._model.contact_values()}
+    def _own_values(self, duration: float) -> dict[str, Expected]:
+        return STATE_VALUES
 
     def restored_fault(self) -> str:
-        """Return the array of a checkpoint that does not go with the others; empty if all do."""
+        """Return the array of a checkpoint that contradicts the others; empty if none does."""
         in_order = self._state.clock[T_OLD] <= self._state.clock[T]
-        return self._model.contact_fault() if in_order else "clock"
+        return super().restored_fault() if in_order else "clock"

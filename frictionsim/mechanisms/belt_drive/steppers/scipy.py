@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.kernels.contacts import (
+from frictionsim.mechanisms.belt_drive.kernels.contacts import update_contact_modes
+from frictionsim.mechanisms.belt_drive.kernels.equations import (
     find_contact_candidates,
-    update_contact_modes,
+    prescribed_speeds,
+    rhs,
 )
-from frictionsim.mechanisms.belt_drive.kernels.equations import prescribed_speeds, rhs
 from frictionsim.mechanisms.belt_drive.kernels.jit import kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import SPEED, zero_state
 from frictionsim.scenario import methods
@@ -22,8 +23,8 @@ from frictionsim.solvers.scipy_stepper import ScipyStepper
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.composition import BeltModel
     from frictionsim.mechanisms.belt_drive.kernels.system import System
+    from frictionsim.mechanisms.belt_drive.model import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
     from frictionsim.solvers.state_values import Expected
 

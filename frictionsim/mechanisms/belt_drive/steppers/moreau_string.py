@@ -1,8 +1,4 @@
-"""Midpoint steps of a fixed length with exact impulses of friction, for a guided string.
-
-Moreau's scheme, as in `steppers.moreau_kernels` for bodies in the plane: half a step with the old
-velocities, the forces there, the impulses of friction together with the speeds of the pulleys, half
-a step with the new velocities.
+"""A midpoint step of a guided string: forces, impulses of friction and of dampers.
 
 Dampers along the belt that would shorten the steps are solved for together with the friction, by
 the equations of `steppers.moreau_damping` with all joints along one line. Their impulses D are part
@@ -10,7 +6,7 @@ of the tension T + D/h that presses a point on its arc, so that the limits of th
 them: both are corrected in turn until they agree.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,27 +15,10 @@ from frictionsim.mechanisms.belt_drive.effects.belt_friction import (
     project_friction,
     solve_pulley_motion,
 )
-from frictionsim.mechanisms.belt_drive.kernels.contacts import (
-    COUNT,
-    FIRST_CANDIDATE,
-    FIRST_POINT,
-    PULLEY,
-    assign_friction_coefficients,
-    line_candidates,
-    update_contact_modes,
-)
-from frictionsim.mechanisms.belt_drive.kernels.equations import (
-    add_damping,
-    normal_forces,
-    prescribed_speeds,
-    tensions,
-)
-from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
 from frictionsim.mechanisms.belt_drive.kernels.layout import (
     ALPHA,
-    DAMPING_HEAT,
     FRICTION,
-    FRICTION_HEAT,
     INERTIA,
     POSITION,
     PULLEY_RADIUS,
@@ -47,21 +26,19 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     SPEED_OLD,
     STICK_BIAS,
     STICKING,
-    STRING_ROWS,
     TENSION,
     VELOCITY,
-    aligned_zeros,
     copy,
-    kinematics_of,
-    zero_state,
 )
-from frictionsim.mechanisms.belt_drive.steppers.fixed_steps import FixedSteps
-from frictionsim.mechanisms.belt_drive.steppers.moreau import (
-    DEFAULT_STEP_RATIO,
-    MAX_OMEGA_H,
-    stable_step,
+from frictionsim.mechanisms.belt_drive.kernels.string import (
+    COUNT,
+    FIRST_CANDIDATE,
+    FIRST_POINT,
+    PULLEY,
+    add_damping,
+    string_normal_forces,
+    tensions,
 )
-from frictionsim.mechanisms.belt_drive.steppers.moreau_contacts import free_pulley_speeds
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
     DAMPING_DVX,
     EX,
@@ -76,55 +53,20 @@ from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
     store_new_speeds,
     update_active_set,
 )
-from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
-    ENDED,
-    NOT_FINITE,
-    SINCE_SEARCH,
-    STEPS,
-    finish_pulleys,
-    predict_pulleys,
-)
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.composition import BeltModel
     from frictionsim.mechanisms.belt_drive.kernels.system import PitchLine, System
-    from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
-    from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import StiffDamping
+    from frictionsim.mechanisms.belt_drive.steppers.fixed_steps import MoreauState
 
     Array = npt.NDArray[np.float64]
-    Indices = npt.NDArray[np.int64]
 
-
-CANDIDATE_UPDATE_INTERVAL = 16  # steps from one search for candidates to the next
 
 # Row of the dampers' table: their impulses that the tensions have, N s, in the place of what they
 # do to velocities in the plane.
 IMPULSE = DAMPING_DVX
 TENSION_TOLERANCE = 1e-8  # of a correction of the tensions, over their mean
-
-
-class StringState(NamedTuple):
-    """An integration between two steps, in arrays that its kernels write to.
-
-    Attributes
-    ----------
-    y_old, y : (size,)
-        The states at the start and the end of the last step.
-    new : (2, width)
-        The kinematics that y begins with: a view.
-    middle : (2, width)
-        Positions and velocities in the middle of a step.
-    counts : (2,)
-        STEPS, SINCE_SEARCH.
-    """
-
-    y_old: "Array"
-    y: "Array"
-    new: "Array"
-    middle: "Array"
-    counts: "Indices"
 
 
 def string_damping(coefficient: float, width: int, pulleys: int) -> StiffDamping:
@@ -134,87 +76,83 @@ def string_damping(coefficient: float, width: int, pulleys: int) -> StiffDamping
     return damping
 
 
-@kernel
-def integrate_string(
-    steps: int,
-    h: float,
-    state: StringState,
-    distinct_static_friction: bool,
-    stiff: StiffDamping | None,
-    line: "PitchLine",
-    system: "System",
-) -> int:
-    """Take so many steps of length h, s; return ENDED or NOT_FINITE.
-
-    With no step it evaluates the forces without friction. With `stiff` the dampers along the belt
-    are solved for, and `system` has none.
-    """
-    counts = state.counts
-    if counts[STEPS] == 0 and steps == 0:
-        prescribed_speeds(0.0, system)
-        find_candidates(line, state.new, system)
-        axial = system.effects.axial_damping
-        tensions(line.length, axial, system.chain, state.new[POSITION], system.workspace)
-        normal_forces(line, state.new[VELOCITY], system)
-    for _ in range(steps):
-        if counts[SINCE_SEARCH] == 0:
-            find_candidates(line, state.new, system)
-        step_string(counts[STEPS] * h, h, state, stiff, line, system)
-        if distinct_static_friction:
-            update_contact_modes(system.contacts)
-        counts[STEPS] += 1
-        counts[SINCE_SEARCH] = (counts[SINCE_SEARCH] + 1) % CANDIDATE_UPDATE_INTERVAL
-    total = 0.0
-    for i in range(len(state.y)):
-        total += abs(state.y[i])
-    return ENDED if total < np.inf else NOT_FINITE
+@inline_kernel
+def initial_string_forces(line: "PitchLine", state: "MoreauState", system: "System") -> None:
+    """Evaluate the forces without friction at the start."""
+    axial = system.effects.axial_damping
+    tensions(line.length, axial, system.chain, state.new[POSITION], system.workspace)
+    string_normal_forces(line, state.new[VELOCITY], system)
 
 
 @inline_kernel
-def find_candidates(line: "PitchLine", kinematics: "Array", system: "System") -> None:
-    """Make candidates of the points near the arcs, with their coefficients of friction."""
-    line_candidates(line, system, kinematics)
-    assign_friction_coefficients(system.contacts, system.pulleys.table.shape[1], system.friction)
+def string_form_changes(
+    line: "PitchLine",
+    state: "MoreauState",
+    max_obliquity: float,
+    stiff: StiffDamping | None,
+    system: "System",
+) -> bool:
+    """Return that dampers are solved for throughout, or never: no joint turns a point."""
+    return False
 
 
 @inline_kernel
-def step_string(
-    t: float,
-    h: float,
-    state: StringState,
-    stiff: StiffDamping | None,
-    line: "PitchLine",
-    system: "System",
-) -> None:
-    """Take one step from time t."""
-    layout, chain, axial = system.layout, system.chain, system.effects.axial_damping
-    y_old, y, n = state.y_old, state.y, system.chain.bodies
+def predict_string(line: "PitchLine", h: float, state: "MoreauState", system: "System") -> None:
+    """Write the middle of a step: positions half a step on, velocities by extrapolation."""
+    half, n, y = system.layout.velocities, system.chain.bodies, state.y
     position, velocity = state.middle[POSITION], state.middle[VELOCITY]
-    half = layout.velocities
-    old, before = y[half : layout.angles], y_old[half : layout.angles]
+    old, before = y[half : system.layout.angles], state.y_old[half : system.layout.angles]
     for i in range(n):
         position[i] = y[i] + 0.5 * h * old[i]
     for i in range(n):
         velocity[i] = old[i] + 0.5 * (old[i] - before[i])
+
+
+@inline_kernel
+def string_forces(
+    line: "PitchLine",
+    h: float,
+    state: "MoreauState",
+    stiff: StiffDamping | None,
+    system: "System",
+) -> float:
+    """Write tensions and normal forces in the middle, and the new velocities without friction."""
+    layout, chain, axial = system.layout, system.chain, system.effects.axial_damping
+    position, velocity = state.middle[POSITION], state.middle[VELOCITY]
     tension = system.workspace[TENSION]
     tensions(line.length, axial, chain, position, system.workspace)
     add_damping(axial.damping, velocity, tension, chain)
-    normal_forces(line, velocity, system)
-    predict_pulleys(t, h, y, y_old, system)
-    prescribed_speeds(t + h, system)
-    copy(y, y_old)
-    new, gain = y[half : layout.angles], h / chain.mass
-    for k in range(n):
+    string_normal_forces(line, velocity, system)
+    copy(state.y, state.y_old)
+    before, new = state.y_old[layout.velocities : layout.angles], state.new[VELOCITY]
+    gain = h / chain.mass
+    for k in range(chain.bodies):
         new[k] = before[k] + gain * (tension[k + 1] - tension[k])
-    free_pulley_speeds(h, system.pulleys)
+    return 0.0
+
+
+@inline_kernel
+def move_string(
+    line: "PitchLine",
+    h: float,
+    state: "MoreauState",
+    stiff: StiffDamping | None,
+    system: "System",
+) -> tuple[float, float]:
+    """Solve for the impulses and move on by them; return the heat of friction and of dampers."""
+    layout, n, damping = system.layout, system.chain.bodies, system.effects.axial_damping.damping
+    position, velocity = state.middle[POSITION], state.middle[VELOCITY]
+    before, new = state.y_old[layout.velocities : layout.angles], state.new[VELOCITY]
     taken = solve_dampers(h, velocity, before, new, stiff, line, system)
     rubbed = solve_friction_impulses(h, before, new, stiff, line, system)
     for i in range(n):
-        y[i] = position[i] + 0.5 * h * new[i]
-    finish_pulleys(h, y, system)
-    y[layout.energies + FRICTION_HEAT] += rubbed
-    taken += h * damping_power(axial.damping, n, velocity, before, new)
-    y[layout.energies + DAMPING_HEAT] += taken
+        state.y[i] = position[i] + 0.5 * h * new[i]
+    return rubbed, taken + h * damping_power(damping, n, velocity, before, new)
+
+
+@inline_kernel
+def finish_string(line: "PitchLine", h: float, state: "MoreauState", system: "System") -> None:
+    """Do nothing: y_old has the start of the last step."""
 
 
 @inline_kernel
@@ -296,7 +234,7 @@ def solve_dampers(
             rate[k] = old[k] + new[k] - old[b] - new[b]
         stick_biases(new, line, contacts.table)
         add_impulses(1.0 / h, stiff.table[IMPULSE], system.workspace[TENSION], n)
-        normal_forces(line, middle, system)
+        string_normal_forces(line, middle, system)
         friction_limits(contacts, h)
         initial_friction(contacts, pulleys)
         for i in range(MAX_ACTIVE_SET_ITERATIONS):
@@ -343,7 +281,7 @@ def update_tensions(
         tension[k] += (impulse[k] - used[k]) / h
         used[k] = impulse[k]
     tension[n] = tension[0]
-    normal_forces(line, middle, system)
+    string_normal_forces(line, middle, system)
     friction_limits(contacts, h)
     for s in range(contacts.offsets[-1]):
         if table[STICKING, s] == 0.0:
@@ -368,69 +306,3 @@ def damping_power(
         force = damping * (middle[0] - middle[n - 1])
         power += 0.5 * force * (old[0] + new[0] - old[n - 1] - new[n - 1])
     return power
-
-
-COMPILE_SECONDS, COMPILE_SECONDS_STIFF = 5.0, 9.0
-# Dampers that would shorten the steps by more than this are solved for; a step that does takes
-# about as much longer. The others are extrapolated.
-SHORTENED = 4.0
-
-
-class BeltStepper(FixedSteps):
-    """A guided string on its way, as the run of it sees it.
-
-    Parameters
-    ----------
-    model : BeltModel
-    settings : BeltSolverSettings
-        `step` is the length of a step, s; left out, it is near the longest stable one.
-    """
-
-    prepared = True  # once `prepare` was called: all steps are alike
-
-    def __init__(self, model: "BeltModel", settings: "BeltSolverSettings") -> None:
-        system, layout = model.system, model.system.layout
-        frequency, _ = model.max_frequency_and_decay
-        axial = system.effects.axial_damping
-        max_step = stable_step(frequency, 4.0 * (axial.damping or 0.0) / system.chain.mass)
-        self._system = system
-        self._stiff: StiffDamping | None = None
-        if axial.damping and (settings.step or MAX_OMEGA_H / frequency / SHORTENED) >= max_step:
-            max_step = MAX_OMEGA_H / frequency
-            self._stiff = string_damping(axial.damping, layout.width, system.pulleys.table.shape[1])
-            undamped = system.effects._replace(axial_damping=axial._replace(damping=None))
-            self._system = system._replace(effects=undamped)
-        h = settings.step or min(DEFAULT_STEP_RATIO * max_step, settings.max_step or np.inf)
-        super().__init__(model, h, max_step)
-        y_old, y = zero_state(layout), zero_state(layout)
-        y_old[:] = y[:] = model.state
-        middle, counts = aligned_zeros(STRING_ROWS, layout.width), np.zeros(2, dtype=np.int64)
-        self._state = StringState(y_old, y, kinematics_of(y, layout), middle, counts)
-
-    @property
-    def compile_seconds(self) -> float:
-        """What the compilation of its kernels is expected to take, s."""
-        return COMPILE_SECONDS if self._stiff is None else COMPILE_SECONDS_STIFF
-
-    def start(self) -> None:
-        """Evaluate the start."""
-        self._integrate(0)
-
-    def prepare(self) -> None:
-        """Have the kernel of a step compiled, by taking none."""
-        self._integrate(0)
-
-    def advance(self, limit: float, sample: float, max_steps: int) -> None:
-        """Step until a limit or a sample time, s, is reached or passed, or so many steps."""
-        self._integrate(self._steps_to(limit, sample, max_steps))
-
-    def _take_steps(self, steps: int) -> int:
-        stiff, system, distinct = self._stiff, self._system, self._model.distinct_static_friction
-        line, state = system.line, self._state
-        assert line is not None
-        ended: int = integrate_string(steps, self._h, state, distinct, stiff, line, system)
-        return ended
-
-    @property
-    def _dampers(self) -> "Array | None":
-        return None if self._stiff is None else self._stiff.table[IMPULSE]
