@@ -100,10 +100,7 @@ EVENTS_ONLY: Pairs = {(SET_VALUED, "events"): Pair(_SOLVERS + "multi_contact_sol
 BELT: Pairs = {
     (SET_VALUED, "rkf45"): Pair(_STEPPERS + "rkf45"),
     (SET_VALUED, "moreau"): Pair(_STEPPERS + "moreau", fixed_step=True),
-    **{(SET_VALUED, name): Pair(_STEPPERS + "scipy") for name in SCIPY},
     (REGULARISED, "rkf45"): Pair(_STEPPERS + "rkf45"),
-    **{(REGULARISED, name): Pair(_STEPPERS + "scipy") for name in SCIPY},
-    # Its creep is slip times the length of a step, which a right-hand side for SciPy is not told.
     (CREEP, "rkf45"): Pair(_STEPPERS + "rkf45"),
 }
 

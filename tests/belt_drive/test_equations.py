@@ -11,7 +11,7 @@ from frictionsim.mechanisms.belt_drive.effects.axial import turn_bodies
 from frictionsim.mechanisms.belt_drive.effects.base import Chain
 from frictionsim.mechanisms.belt_drive.kernels.contacts import update_contact_modes
 from frictionsim.mechanisms.belt_drive.kernels.equations import find_contact_candidates, rhs
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
     FORCE_X,
     FORCE_Y,
@@ -22,12 +22,10 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     SPEED,
     STICKING,
     TORQUE,
-    kinematics_of,
-    padded_width,
-)
-from frictionsim.mechanisms.belt_drive.kernels.signals import (
     TORQUE_OVER_TIME,
     derivative,
+    kinematics_of,
+    padded_width,
     stack_signals,
     value,
 )

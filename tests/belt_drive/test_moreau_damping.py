@@ -9,7 +9,7 @@ import pytest
 from frictionsim.mechanisms.belt_drive.effects.axial import joint_forces
 from frictionsim.mechanisms.belt_drive.effects.contact import contact_forces
 from frictionsim.mechanisms.belt_drive.kernels.equations import find_contact_candidates
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
     BACKWARD_LIMIT,
     FORWARD_LIMIT,

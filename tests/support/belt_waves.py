@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionsim.mechanisms.belt_drive.kernels.equations import find_contact_candidates, rhs
-from frictionsim.mechanisms.belt_drive.kernels.layout import kinematics_of
+from frictionsim.mechanisms.belt_drive.kernels.system import kinematics_of
 from frictionsim.mechanisms.belt_drive.model import BeltModel
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ EFFECTS.append(FoundationEffect())
 
 from frictionsim.mechanisms.belt_drive.kernels import equations  # noqa: E402
 from frictionsim.mechanisms.belt_drive.kernels.jit import Kernel  # noqa: E402
-from frictionsim.mechanisms.belt_drive.kernels.layout import kinematics_of  # noqa: E402
+from frictionsim.mechanisms.belt_drive.kernels.system import kinematics_of  # noqa: E402
 from frictionsim.mechanisms.belt_drive.model import assemble  # noqa: E402
 from tests.support.belt_scenarios import pair, scenario_of  # noqa: E402
 from tests.support.scenarios import Scenario, simulate  # noqa: E402

@@ -123,8 +123,8 @@ class BeltDrive:
         return steps, rejected, evaluations
 
     def state(self) -> Arrays | None:
-        """Return all that the rest of the run depends on; None where nothing could be saved."""
-        if not (self._stepper.resumable and self._started):
+        """Return all that the rest of the run depends on; None before the start."""
+        if not self._started:
             return None
         parts = {f"stepping.{k}": v for k, v in self._stepper.checkpoint_arrays().items()}
         numbers = {name: np.array(v, dtype=np.float64) for name, v in parts.items()}
@@ -165,9 +165,9 @@ class BeltDrive:
         state.setdefault("stepping.release", np.zeros(1))
 
     @property
-    def samples(self) -> SampleStore | None:
-        """The samples so far; None where no segments of them could be resumed."""
-        return self._observer.samples if self._stepper.resumable else None
+    def samples(self) -> SampleStore:
+        """The samples so far."""
+        return self._observer.samples
 
     def observe(self) -> SimulationResult:
         """Return the samples so far, with the quantities and checks that follow from them."""

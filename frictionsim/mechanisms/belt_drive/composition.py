@@ -8,33 +8,29 @@ import numpy as np
 from frictionsim.mechanisms.belt_drive.effects import EFFECTS
 from frictionsim.mechanisms.belt_drive.effects.base import Belt, Chain
 from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.string import RUN_ROWS
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     CONTACT_ROWS,
     KINEMATIC_ROWS,
     PULLEY_ROWS,
     SIMD_WIDTH,
+    SPEED_OVER_TIME,
     STRING_ROWS,
     STRING_WORKSPACE_ROWS,
-    WORKSPACE_ROWS,
-    StateLayout,
-    aligned_zeros,
-    state_layout,
-)
-from frictionsim.mechanisms.belt_drive.kernels.signals import (
-    SPEED_OVER_TIME,
     TORQUE_OVER_SPEED,
     TORQUE_OVER_TIME,
-    Signals,
-    stack_signals,
-)
-from frictionsim.mechanisms.belt_drive.kernels.string import RUN_ROWS
-from frictionsim.mechanisms.belt_drive.kernels.system import (
+    WORKSPACE_ROWS,
     Contacts,
     FrictionCoefficients,
     PitchLine,
     Plane,
     Pulleys,
+    Signals,
+    StateLayout,
     System,
+    aligned_zeros,
+    stack_signals,
+    state_layout,
 )
 from frictionsim.mechanisms.belt_drive.kernels.wrap import wrap_factors
 from frictionsim.scenario.signal_tables import SpeedTable, signal_from

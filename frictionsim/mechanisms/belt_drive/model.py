@@ -20,7 +20,7 @@ from frictionsim.mechanisms.belt_drive.equilibrium import (
     NoEquilibrium,
     find_equilibrium,
 )
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ANGLE,
     BACKWARD,
     CENTRE_X,
@@ -41,12 +41,13 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     VELOCITY,
     VX,
     VY,
+    PitchLine,
+    System,
     X,
     Y,
     kinematics_of,
     zero_state,
 )
-from frictionsim.mechanisms.belt_drive.kernels.system import PitchLine, System
 from frictionsim.mechanisms.belt_drive.stability_limits import (
     FRICTION_MARGIN,
     damping_rates,

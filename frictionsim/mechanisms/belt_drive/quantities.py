@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.kernels.layout import INERTIA, PULLEY_RADIUS
+from frictionsim.mechanisms.belt_drive.kernels.system import INERTIA, PULLEY_RADIUS
 from frictionsim.mechanisms.belt_drive.model import solve_equilibrium
 from frictionsim.mechanisms.belt_drive.slip import (
     ends_of,

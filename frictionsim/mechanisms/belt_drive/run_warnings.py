@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
-from frictionsim.mechanisms.belt_drive.kernels.layout import PULLEY_RADIUS
+from frictionsim.mechanisms.belt_drive.kernels.system import PULLEY_RADIUS
 from frictionsim.mechanisms.belt_drive.quantities import min_rim_speed
 from frictionsim.mechanisms.belt_drive.transitions import full_slip, slack_spans
 from frictionsim.simulation.averages import (

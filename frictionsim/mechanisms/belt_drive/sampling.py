@@ -7,7 +7,7 @@ import numpy as np
 
 from frictionsim.errors import BeltOffPulleys, Diverged
 from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ANGLE,
     ARC_LENGTH,
     ARC_START,
@@ -427,7 +427,7 @@ def utilisation(contacts: "Array", friction: "Array") -> "Array":
     Parameters
     ----------
     contacts : (21, n)
-        Rows of `kernels.layout`.
+        Rows of `kernels.system`.
     friction : (n,), N
     """
     coefficient = np.where(contacts[STICKING] > 0.0, contacts[STATIC], contacts[KINETIC])

@@ -35,7 +35,7 @@ from frictionsim.mechanisms.belt_drive.effects.base import (
     Waves,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ANGLE,
     BEND,
     COS,

@@ -38,7 +38,7 @@ from pydantic import Field, model_validator
 from frictionsim.mechanisms.belt_drive.effects.base import Array, Belt, BeltEffect, Stage
 from frictionsim.mechanisms.belt_drive.kernels.contacts import run_end
 from frictionsim.mechanisms.belt_drive.kernels.jit import KernelChoice, inline_kernel, loop_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
     BACKWARD_LIMIT,
     BEND,
@@ -53,9 +53,10 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     STICK_BIAS,
     TORQUE,
     ContactRows,
+    PitchLine,
+    Plane,
     contact_rows,
 )
-from frictionsim.mechanisms.belt_drive.kernels.system import PitchLine, Plane
 from frictionsim.mechanisms.belt_drive.kernels.wrap import mass_ratio, times_factor, wrap_rate
 from frictionsim.scenario.schema import CoefficientsOfFriction, inconsistent, unit_field
 from frictionsim.solvers import friction_curve as curve

@@ -24,7 +24,7 @@ from frictionsim.mechanisms.belt_drive.effects.base import (
     Waves,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import BEND, BEND_RATE, full_vectors
+from frictionsim.mechanisms.belt_drive.kernels.system import BEND, BEND_RATE, full_vectors
 from frictionsim.mechanisms.belt_drive.kernels.wrap import bend_rates
 from frictionsim.scenario.schema import Params, unit_field
 

@@ -28,7 +28,7 @@ from frictionsim.mechanisms.belt_drive.effects.base import (
 )
 from frictionsim.mechanisms.belt_drive.kernels.contacts import run_end
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import VX, VY, ContactRows, X, Y, contact_rows
+from frictionsim.mechanisms.belt_drive.kernels.system import VX, VY, ContactRows, X, Y, contact_rows
 from frictionsim.mechanisms.belt_drive.kernels.wrap import update_wrap_factors
 from frictionsim.scenario.schema import Params, unit_field
 

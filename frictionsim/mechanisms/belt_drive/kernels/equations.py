@@ -5,24 +5,23 @@ from typing import TYPE_CHECKING
 from frictionsim.mechanisms.belt_drive.effects.belt_friction import friction_power, total_friction
 from frictionsim.mechanisms.belt_drive.kernels.contacts import assign_friction_coefficients
 from frictionsim.mechanisms.belt_drive.kernels.jit import KernelChoice, inline_kernel, shared_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.plane import plane_accelerations, search_plane
+from frictionsim.mechanisms.belt_drive.kernels.string import search_line, string_accelerations
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
     DAMPING_HEAT,
     FRICTION_HEAT,
     INERTIA,
     PULLEY_RADIUS,
     SPEED,
-    TORQUE,
-)
-from frictionsim.mechanisms.belt_drive.kernels.plane import plane_accelerations, search_plane
-from frictionsim.mechanisms.belt_drive.kernels.signals import (
     SPEED_OVER_TIME,
+    TORQUE,
     TORQUE_OVER_TIME,
+    PitchLine,
+    Plane,
     derivative,
     value,
 )
-from frictionsim.mechanisms.belt_drive.kernels.string import search_line, string_accelerations
-from frictionsim.mechanisms.belt_drive.kernels.system import PitchLine, Plane
 
 if TYPE_CHECKING:
     import numpy as np

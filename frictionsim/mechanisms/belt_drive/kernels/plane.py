@@ -17,7 +17,7 @@ from frictionsim.mechanisms.belt_drive.kernels.contacts import (
     set_initial_mode,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, sum_of
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     CENTRE_X,
     CENTRE_Y,
     KINEMATIC_ROWS,

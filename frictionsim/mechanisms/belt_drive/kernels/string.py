@@ -40,7 +40,7 @@ from frictionsim.mechanisms.belt_drive.kernels.contacts import (
     set_initial_mode,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ACROSS,
     ARC_LENGTH,
     ARC_START,

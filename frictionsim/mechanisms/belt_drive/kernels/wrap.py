@@ -26,15 +26,15 @@ import numpy as np
 
 from frictionsim.mechanisms.belt_drive.kernels.contacts import run_end
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ANGLE,
     BEND,
     BEND_RATE,
     SPIN,
+    WrapFactors,
     aligned_zeros,
     full_vectors,
 )
-from frictionsim.mechanisms.belt_drive.kernels.system import WrapFactors
 
 if TYPE_CHECKING:
     import numpy.typing as npt

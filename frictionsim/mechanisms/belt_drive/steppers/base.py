@@ -25,7 +25,6 @@ class Stepper:
         The kernels of the next step are compiled, once `prepare` was called.
     """
 
-    resumable = True
     force_per_impulse = 1.0
     compile_seconds: float
     prepared = True

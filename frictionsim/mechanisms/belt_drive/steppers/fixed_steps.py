@@ -7,7 +7,7 @@ import numpy as np
 from frictionsim.mechanisms.belt_drive.effects.belt_friction import total_friction
 from frictionsim.mechanisms.belt_drive.kernels.equations import prescribed_speeds, pulley_torques
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
     INERTIA,
     PULLEY_RADIUS,

@@ -37,16 +37,18 @@ from frictionsim.mechanisms.belt_drive.kernels.equations import (
     prescribed_speeds,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import KernelChoice, inline_kernel, kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
     DAMPING_HEAT,
     FRICTION_HEAT,
     SPEED,
     SPEED_OLD,
+    FrictionCoefficients,
+    PitchLine,
+    Plane,
     kinematics_of,
     zero_state,
 )
-from frictionsim.mechanisms.belt_drive.kernels.system import FrictionCoefficients, PitchLine, Plane
 from frictionsim.mechanisms.belt_drive.stability_limits import explicit_decay
 from frictionsim.mechanisms.belt_drive.steppers.base import Stepper
 from frictionsim.mechanisms.belt_drive.steppers.fixed_steps import (

@@ -25,7 +25,7 @@ import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects.axial import TINY
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, shared_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
     BACKWARD_LIMIT,
     COS,

@@ -28,7 +28,8 @@ from frictionsim.mechanisms.belt_drive.effects.contact import (
 )
 from frictionsim.mechanisms.belt_drive.kernels.contacts import run_end
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.plane import contactless_accelerations
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
     BEND,
     BEND_RATE,
@@ -52,7 +53,6 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     contact_rows,
     full_vectors,
 )
-from frictionsim.mechanisms.belt_drive.kernels.plane import contactless_accelerations
 from frictionsim.mechanisms.belt_drive.kernels.wrap import (
     mass_ratio,
     times_factor,

@@ -16,7 +16,16 @@ from frictionsim.mechanisms.belt_drive.effects.belt_friction import (
     solve_pulley_motion,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.string import (
+    COUNT,
+    FIRST_CANDIDATE,
+    FIRST_POINT,
+    PULLEY,
+    add_damping,
+    string_normal_forces,
+    tensions,
+)
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
     FRICTION,
     INERTIA,
@@ -29,15 +38,6 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     TENSION,
     VELOCITY,
     copy,
-)
-from frictionsim.mechanisms.belt_drive.kernels.string import (
-    COUNT,
-    FIRST_CANDIDATE,
-    FIRST_POINT,
-    PULLEY,
-    add_damping,
-    string_normal_forces,
-    tensions,
 )
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
     DAMPING_DVX,

@@ -20,7 +20,7 @@ from frictionsim.mechanisms.belt_drive.kernels.equations import (
     rhs,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel, shared_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
     FRICTION,
     SLIP,
