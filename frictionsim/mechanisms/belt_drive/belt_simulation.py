@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.results import Channel
 
-# Some hundredths of a second, in which nobody is told anything: fewer steps of more bodies.
+# Some hundredths of a second without a call of `on_step`: fewer steps of more bodies.
 STEPS_BETWEEN_CALLS = 2000
 BODIES_FOR_ALL_STEPS = 400
 MAX_ENERGY_GAIN = 1.0  # of the energy that was stored at the start or put in since

@@ -32,7 +32,7 @@ AXIAL = AxialEffect()
 
 
 class Belt(NamedTuple):
-    """What stays the same while the equilibrium is sought.
+    """The data of a search for the equilibrium.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Configuration(NamedTuple):
 
 
 class HeldParameters(NamedTuple):
-    """What is held while the energy is minimised.
+    """Parameters that stay fixed while the energy is minimised.
 
     Attributes
     ----------

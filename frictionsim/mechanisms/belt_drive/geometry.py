@@ -26,12 +26,12 @@ MIN_BODIES = 4
 # A belt that turns further than this round one pulley does not come from its neighbours.
 MAX_WRAP_ANGLE = 1.8 * pi
 
-# Directions carry a few roundings: a smaller sweep is none.
+# Directions carry a few roundings: a smaller angle counts as zero.
 MIN_WRAP_ANGLE = 1e-9
 
 
 class PathError(ValueError):
-    """No belt passes the pulleys in this order; `pulley` is the index of the culprit."""
+    """No belt passes the pulleys in this order; `pulley` is the index of the faulty one."""
 
     def __init__(self, message: str, pulley: int) -> None:
         super().__init__(message)

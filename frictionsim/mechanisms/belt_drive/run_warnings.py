@@ -1,4 +1,4 @@
-"""What a user should know before trusting the summary of a belt drive: its warnings."""
+"""Warnings about the run of a belt drive."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -87,7 +87,7 @@ def _slack_spans(
     for i, span in enumerate(_spans(scenario)):
         if slack[:, i].any():
             consequence = (
-                "a belt without effects.contact does not sag, but is pressed together; add"
+                "without effects.contact a slack span goes into compression instead of sagging; add"
                 " [effects.contact], or give more mechanism.belt.pretension"
                 if scenario.guided
                 else "a slack belt is chaotic, so that its motion depends on rounding; trust means"

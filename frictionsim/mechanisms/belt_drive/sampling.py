@@ -1,4 +1,4 @@
-"""What is seen of a belt drive: channels to record, the quantities of the summary, the audit."""
+"""Samples of a belt drive: channels, and what the summary and the audit need."""
 
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -200,7 +200,7 @@ class Observer:
         return {"x": kinematics[X], "y": kinematics[Y], "angle": kinematics[ANGLE]}
 
     def _tension(self, kinematics: "Array") -> "Array":
-        """Return the tension of every joint; negative where the bodies are pressed together."""
+        """Return the tension of every joint; negative in compression."""
         force_x = self._system.workspace[FORCE_X, : self._bodies]
         force_y = self._system.workspace[FORCE_Y, : self._bodies]
         angle = kinematics[ANGLE]
@@ -364,8 +364,9 @@ class StringObserver(Observer):
         if np.min(spacing) <= 0.0:
             raise Diverged(
                 f"bodies {int(np.argmin(spacing))} and the next have passed each other at"
-                f" t = {stepper.t:.9g} s: a belt without effects.contact does not sag, but is"
-                " pressed together; raise mechanism.belt.pretension, or add [effects.contact]"
+                f" t = {stepper.t:.9g} s: without effects.contact a slack span goes into"
+                " compression instead of sagging; raise mechanism.belt.pretension, or add"
+                " [effects.contact]"
             )
 
     def _places(self, kinematics: "Array") -> dict[str, "Array"]:

@@ -1,4 +1,4 @@
-"""The scenario of a belt drive: what its tables hold, and what does not go together in them."""
+"""The scenario of a belt drive: its tables and their consistency."""
 
 from collections.abc import Collection, Mapping, Sequence
 from math import ceil, pi
@@ -352,7 +352,7 @@ class BeltDriveScenario(Scenario):
 
 
 def _missing_bodies(path: Path, pulleys: "Sequence[PulleyTable]", bodies: int) -> str | None:
-    """Return why so many bodies cannot follow the curve of a pulley; None if they can."""
+    """Return why a number of bodies cannot follow the curve of a pulley; None if they can."""
     smallest = min(pulleys, key=lambda pulley: pulley.radius)
     needed = ceil(path.length / (MAX_BODY_OVER_RADIUS * smallest.radius))
     if bodies >= needed:
@@ -375,13 +375,13 @@ def channels_of(scenario: BeltDriveScenario) -> dict[str, Channel]:
 
 ENOUGH = 4  # times as many as are needed: quantities depend little on their number then
 
-ROUNDING = 1e-12  # of the belt's length: what is shorter is lost in the sums of lengths
+ROUNDING = 1e-12  # of the belt's length: shorter pieces vanish in sums of lengths
 
 
 def missing_points(
     path: Path, names: Sequence[str], driven: Collection[str], points: int
 ) -> str | None:
-    """Return why a guided belt of so many points cannot follow its line; None if it can.
+    """Return why a number of points cannot follow the pitch line; None if they can.
 
     A point stands for the belt half way to its neighbours. None is to be on two pulleys at once:
     no span is shorter than their distance. The arcs of pulleys in `driven`, which carry a load,
@@ -390,8 +390,9 @@ def missing_points(
     length, what = min(_pieces(path, names, driven))
     if length <= path.length * ROUNDING:
         return (
-            f"no number of bodies is enough for {what}, which is too short ({length:.3g} m) beside"
-            f" the belt's {path.length:.3g} m; change the centers and radii of the pulleys"
+            f"no number of bodies is enough for {what}, which is too short ({length:.3g} m)"
+            f" compared with the belt, {path.length:.3g} m; change the centers and radii of the"
+            " pulleys"
         )
     needed = ceil(path.length / length)
     if points >= needed:

@@ -23,7 +23,7 @@ and lies within one `output.interval` before it. It is a transition if the new s
 SAMPLES_TO_LEAVE samples where STICK or TAUT is left, for SAMPLES_TO_RETURN where another state is.
 That a belt grips takes one body that sticks, and single bodies do so now and then while it slips
 as a whole, as they land on the pulley; bodies that all slide by chance are rarer. The state of a
-load at the very limit differs in every sample: of 30 000 samples, each with either state by chance,
+load at the very limit differs in every sample: of 30 000 samples with random states
 some 30 are transitions (one for each 2^4 - 2 and 2^11 - 2 samples by turns).
 """
 
@@ -78,9 +78,9 @@ def full_slip(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> "Bools
     if law is None:
         return np.zeros(seen["_touching"].shape, dtype=np.bool_)
     can_slip = [name in scenario.drive and law.pulleys.get(name, law).mu_s > 0.0 for name in names]
-    nobody_sticks = (seen["_touching"] > 0.0) & (seen["_sticking"] == 0.0)
+    none_sticks = (seen["_touching"] > 0.0) & (seen["_sticking"] == 0.0)
     at_limit = np.abs(seen["_friction"]) >= FULL_SLIP * seen["_capacity"]
-    full: Bools = nobody_sticks & at_limit & np.array(can_slip)
+    full: Bools = none_sticks & at_limit & np.array(can_slip)
     return full
 
 

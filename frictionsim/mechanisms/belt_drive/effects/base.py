@@ -1,4 +1,4 @@
-"""What an effect on the bodies of a belt consists of."""
+"""The parts of an effect on the bodies of a belt."""
 
 from enum import IntEnum
 from functools import cached_property
@@ -14,7 +14,7 @@ Indices = NDArray[np.intp]
 
 
 class Chain(NamedTuple):
-    """What the bodies and joints have in common.
+    """The data that all bodies and joints share.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Chain(NamedTuple):
 
 
 class Belt(NamedTuple):
-    """What the parameters of an effect are computed from, beside its table.
+    """The data that an effect computes its parameters from, with its table.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Belt(NamedTuple):
 
 
 class Shape:
-    """Where the bodies are, and what the energies of the effects are functions of.
+    """The configuration of the bodies, of which energies are functions.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ class Waves:
     ----------
     chain : Chain
     tension, normal_force : float, N
-        The largest that are reckoned with.
+        Upper bounds.
     shift : (m,)
         1 - exp(-i kappa): the difference of neighbours.
     lever : (m,), m
@@ -172,14 +172,14 @@ class Waves:
 
 
 class Decay(NamedTuple):
-    """How fast dampers take velocities away, 1/s: of bodies that move, and of bodies that turn."""
+    """Decay rates by dampers, 1/s: of velocities and of angular velocities."""
 
     moving: float = 0.0
     turning: float = 0.0
 
 
 class Stage(IntEnum):
-    """What the force of an effect is on, in the order in which forces are added."""
+    """What a force acts on, in the order in which forces are added."""
 
     JOINT = 0
     BODY = 1
@@ -188,7 +188,7 @@ class Stage(IntEnum):
 
 
 class BeltEffect:
-    """An effect; one that lacks a part has nothing to say there.
+    """An effect; the defaults are those of an effect without that part.
 
     Attributes
     ----------
@@ -202,7 +202,7 @@ class BeltEffect:
         bodies, m/s^2 and rad/s^2, (width,) each, and return the power that is damped, W. Where the
         parameters are None it is compiled to nothing.
     on_guided_string : bool
-        It acts on a belt that is guided along its pitch line, too.
+        A belt that is guided along its pitch line can have it.
     solved_for_in_fixed_steps : bool
         Its dampers do not bound the steps of `moreau`, which solves for them.
     """

@@ -19,7 +19,7 @@ acceleration alpha,
 with a limit for each direction of the force. A body that has no slip is held by the static
 coefficient, in either direction; at the limit it sticks. One that slides is braked by the kinetic
 coefficient and never driven; where its slip comes to zero, the static coefficient decides whether
-it sticks. Where both coefficients are equal no memory of who slides is needed.
+it sticks. With equal coefficients no mode has to be remembered.
 
 The left side rises with alpha and the right side falls. Both are piecewise linear: Newton's method
 from the last alpha ends in two or three iterations. With velocities in the place of accelerations

@@ -1,4 +1,4 @@
-"""The list of candidates for a contact, bodies near pulleys, and who of them sticks.
+"""The list of candidates for a contact, bodies near pulleys, and their friction modes.
 
 Only candidates are looked at in the steps between two searches, of which each kinematics has its
 own. No body passes the skin round a pulley meanwhile, which is as thick as a body is long, unless
@@ -130,10 +130,10 @@ def select_friction_coefficients(contacts: "Contacts") -> bool:
 
 @inline_kernel
 def update_contact_modes(contacts: "Contacts") -> bool:
-    """Take over from the last step who sticks and who slides where to.
+    """Write MODE from the last step.
 
-    A body that sticks lets go in the direction of its friction. One that slides goes on until its
-    slip has come to zero. Reads STICKING, SLIP, FRICTION and its limits; writes MODE, the
+    A body that sticks starts to slide in the direction of its friction; one that slides keeps its
+    mode until its slip is zero. Reads STICKING, SLIP, FRICTION and its limits; writes MODE, the
     coefficients in force, and how far below its limit a body let go. Return whether that changes a
     limit.
     """

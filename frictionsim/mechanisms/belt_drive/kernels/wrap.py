@@ -1,10 +1,10 @@
-"""The wrap factor of each body in contact: what bending round a pulley does to its velocity.
+"""The wrap factor of each body in contact: the effect of bending round a pulley on its velocity.
 
 A belt of the pitch l that lies on a rim follows an arc; a chain of rigid bodies follows its chords.
 Joints that turn by dphi bring the centres of their bodies closer together, by dphi^2/8 of half a
 body on either side, but the arc that these halves stand for is longer than its chord by dphi^2/24:
 bodies that wrap slow down by dphi^2/12 against the material line. Friction that compares the rim
-with the velocity v_t of a body so meets a slip that no belt has. With the factor of its own joints,
+with the velocity v_t of a body sees a slip that no belt has. With the factor of its own joints,
 
     kappa = 1 + (dphi_before^2 + dphi_after^2)/24,
 
@@ -16,8 +16,6 @@ corner where it begins, it is that of the same material. The slip is
 and the force that has the power -T s acts with kappa T on the body and with -R T on the pulley: the
 energy closes for any kappa. Where the slip is given a body yields to T with the mass m/kappa^2.
 Without factors, None, the slip is that of the body's centre, as published.
-
-Other formulas were rejected: `docs/mechanisms/belt-drive.md`, "Number of bodies".
 """
 
 from typing import TYPE_CHECKING
@@ -47,7 +45,7 @@ if TYPE_CHECKING:
 
 
 def wrap_factors(contacts: int) -> WrapFactors:
-    """Return arrays for the factors of so many candidates."""
+    """Return arrays for the factors of a number of candidates."""
     factor, mass_ratio = aligned_zeros(2, contacts)
     return WrapFactors(factor, mass_ratio)
 
@@ -77,7 +75,7 @@ def bend_rates(chain: "Chain", kinematics: "Array", workspace: "Array") -> None:
 
 @loop_kernel
 def factor_rows(body: "Bodies", count: int, bend: "Array", factor: "Array", ratio: "Array") -> None:
-    """Write the factors, and the ratios of masses, of so many candidates."""
+    """Write the factors and the mass ratios of the first `count` candidates."""
     start = 0
     while start < count:
         end = run_end(body, start, count)

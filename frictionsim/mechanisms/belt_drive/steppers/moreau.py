@@ -105,14 +105,14 @@ finish = KernelChoice({Plane: finish_plane, PitchLine: finish_string})
 
 
 class StepTreatment(NamedTuple):
-    """What is not left to the forces in the middle of a step.
+    """Treatment of dampers and of friction beyond the forces in the middle of a step.
 
     Attributes
     ----------
     max_obliquity : float
         Dampers along the belt are solved for where a body is more oblique to its joints.
     distinct_static_friction : bool
-        Static and kinetic friction differ: who sticks has to be remembered.
+        Static and kinetic friction differ: modes have to be remembered.
     """
 
     max_obliquity: float
@@ -296,7 +296,7 @@ class BeltStepper(Stepper):
         self._ready: set[bool] = set()  # the forms of a step that are compiled
         system, layout = model.system, model.system.layout
         if plan.stiff is not None and system.friction is None and not on_line:
-            # Who sticks is part of that solution: nobody does.
+            # The set of sticking bodies is part of that solution: it is empty.
             none = np.zeros((system.pulleys.table.shape[1], layout.bodies))
             system = system._replace(friction=FrictionCoefficients(none, none))
         axial = system.effects.axial_damping._replace(damping=None)

@@ -8,9 +8,9 @@ old and new velocities, each joint meets its two neighbours only, through the bo
 
 is a cyclic tridiagonal system [1]_. A body that sticks cannot give way along t: its inverse mass
 is n n^T/m, and its velocity along t that of the rim, R omega+. The pulleys' omega+ stand in the
-right-hand side, each with a column of its own, and follow from their own equations. Who sticks is
-guessed from the step before and corrected until it agrees with |P| <= mu N h and with the
-direction of the slip. Implicit midpoint rule: of second order, stable at any stiffness.
+right-hand side, one column each, and follow from the equations of the pulleys. The set of sticking
+bodies starts as that of the step before and is corrected until it agrees with |P| <= mu N h and
+with the direction of the slip. Implicit midpoint rule: of second order, stable at any stiffness.
 
 References
 ----------
@@ -56,8 +56,8 @@ if TYPE_CHECKING:
 
     Array = npt.NDArray[np.float64]
 
-# Of who sticks; one or two are the rule. To change all that are wrong at once may go round in
-# circles; to change the first one only, Murty's rule, ends [2]_.
+# Iterations of the sticking set, usually one or two. Changing all wrong bodies at once may cycle;
+# changing only the first one, Murty's rule, terminates [2]_.
 MAX_BLOCK_ITERATIONS, MAX_ACTIVE_SET_ITERATIONS = 10, 1000
 
 # Rows over joints: direction, levers of the ends about the bodies before and after, the matrix,
@@ -116,7 +116,7 @@ def solve_damping_and_friction(
 def solve_with_active_set(
     h: float, chain: "Chain", contacts: "Contacts", pulleys: "Pulleys", damping: StiffDamping
 ) -> None:
-    """Solve for the impulses of dampers and the speeds of pulleys, given who sticks.
+    """Solve for the impulses of dampers and the speeds of pulleys, given the sticking set.
 
     Reads RATE, directions and levers of the joints. Writes the impulses into the first row of the
     columns, the speeds into the last column of the matrix.
@@ -146,7 +146,7 @@ def expected_damping(damping: StiffDamping | None, i: int) -> tuple[float, float
 
 @inline_kernel
 def reset_damping_prediction(damping: StiffDamping | None) -> None:
-    """Expect nothing of the dampers."""
+    """Reset the expected damping to zero."""
     if damping is not None:
         damping.table[DAMPING_DVX, :] = 0.0
         damping.table[DAMPING_DVY, :] = 0.0

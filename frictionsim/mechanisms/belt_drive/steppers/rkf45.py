@@ -4,7 +4,7 @@ The stages, the error estimate and the choice of steps are those of
 `frictionsim.solvers.runge_kutta_fehlberg`; the loop around them works on arrays without allocation.
 The solution that is propagated is y5 + s (y5 - y4), s = DISSIPATION, of order 4: it takes energy
 out of every wave that a step resolves, where Fehlberg's solution of order 5 puts energy in
-(`stability.md`, beside this file). A step is never longer than the waves in the belt allow: error
+(`stability.md` in this folder). A step is never longer than the waves in the belt allow: error
 control alone would hover at the stability limit, rejecting every other step.
 """
 
@@ -113,7 +113,7 @@ class RKF45State(NamedTuple):
     counts: "Indices"
 
 
-# What the arrays of `BeltStepper.checkpoint_arrays` may hold, besides those of the contacts.
+# Valid values of the arrays of a checkpoint, without those of the contacts.
 STATE_VALUES: dict[str, Expected] = {
     "y": NUMBER,
     # Beyond the range of double precision in a state that a step may end at; the next step fails
@@ -142,7 +142,7 @@ next_step_size = inline_kernel(stepper.next_step_size)
 FIRST_STEP_RATIO = 0.01  # of the longest step
 
 # Seconds on one core at about 3 GHz, with contact, damping, bending and friction; less with fewer
-# effects. Only for whoever waits.
+# effects; shown to users only.
 COMPILE_SECONDS = 12.0
 
 RUNNING, NOT_FINITE, TOO_SHORT = 0, 1, 2
@@ -166,7 +166,7 @@ class StepControl(NamedTuple):
     ----------
     max_step : float, s
     distinct_static_friction : bool
-        Static and kinetic friction differ: who sticks has to be remembered.
+        Static and kinetic friction differ: modes have to be remembered.
     """
 
     max_step: float
@@ -186,14 +186,14 @@ def advance(
     """Evaluate the start, take steps, or look at a time in the last step.
 
     Each kernel that calls `rhs` holds a copy of it, which takes seconds to compile: so this one
-    has all the tasks. START finds who is near a pulley, and evaluates the rates at the start. STEP
-    steps until the limit, s, is reached, or a sample time passed, or so many steps are tried; it
-    returns RUNNING, or why no further step could be taken from (t, y). LOOK writes the state at
+    has all the tasks. START searches for candidates and evaluates the rates at the start. STEP
+    steps until the limit, s, is reached, or a sample time passed, or `max_trials` steps are tried;
+    it returns RUNNING, or why no further step could be taken from (t, y). LOOK writes the state at
     the time `sample` in the last step, that of a shorter step; the system has the forces there.
     """
     clock, counts = state.clock, state.counts
     if task == START:
-        prescribed_speeds(clock[T], system)  # who has slip depends on it
+        prescribed_speeds(clock[T], system)  # initial modes depend on them
         find_contact_candidates(system, state.kinematics)
         rhs(clock[T], clock[H], state.y, state.f, system)
         return RUNNING
@@ -248,7 +248,7 @@ def stages(
     """Write the solution at the end of a step, and the rates k of its stages.
 
     As `runge_kutta_fehlberg.stages`; but a kernel that were given the rates as an argument would
-    have to be compiled anew in every process.
+    be compiled in every process.
     """
     stage_2(h, y, k[0], stage)
     rhs(t + C2 * h, h, stage, k[1], system)
@@ -372,7 +372,7 @@ class BeltStepper(Stepper):
         return int(counts[STEPS]), int(counts[REJECTED]), int(counts[NFEV])
 
     def start(self) -> None:
-        """Find who is near a pulley, and evaluate the rates at the start."""
+        """Search for candidates and evaluate the rates at the start."""
         self._run(START, self.t, self.t, 0)
         self._state.counts[NFEV] += 1
 
@@ -385,7 +385,7 @@ class BeltStepper(Stepper):
         return advance(task, state, control, float(limit), float(sample), max_steps, self._system)
 
     def advance(self, limit: float, sample: float, max_steps: int) -> None:
-        """Step until a limit, s, at which a step ends, or past a sample time, or so many steps."""
+        """Step until a limit, s, at which a step ends, or past a sample time, or `max_steps`."""
         self._restore_contacts()
         trouble = self._run(STEP, limit, sample, max_steps)
         if trouble == NOT_FINITE:
