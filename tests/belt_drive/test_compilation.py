@@ -97,7 +97,7 @@ class Calls:
 
     ENTRIES: ClassVar = {
         rkf45: ("advance",),
-        moreau: ("evaluate_start", "integrate"),
+        moreau: ("integrate",),
     }
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:

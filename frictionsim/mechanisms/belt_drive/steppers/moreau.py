@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import InputError, NonFinite
-from frictionsim.mechanisms.belt_drive.effects.axial import MAX_OBLIQUITY, TINY
+from frictionsim.mechanisms.belt_drive.effects.axial import MAX_OBLIQUITY, TINY, has_oblique_joints
 from frictionsim.mechanisms.belt_drive.kernels.contacts import update_contact_modes
 from frictionsim.mechanisms.belt_drive.kernels.equations import (
     find_contact_candidates,
@@ -50,6 +50,8 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     zero_state,
 )
 from frictionsim.mechanisms.belt_drive.stability_limits import explicit_decay
+from frictionsim.mechanisms.belt_drive.steppers import moreau_plane as plane
+from frictionsim.mechanisms.belt_drive.steppers import moreau_string as string
 from frictionsim.mechanisms.belt_drive.steppers.base import Stepper
 from frictionsim.mechanisms.belt_drive.steppers.fixed_steps import (
     IMPLICIT_NOW,
@@ -61,24 +63,10 @@ from frictionsim.mechanisms.belt_drive.steppers.fixed_steps import (
     free_pulley_speeds,
     predict_pulleys,
 )
-from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import StiffDamping, stiff_damping
-from frictionsim.mechanisms.belt_drive.steppers.moreau_plane import (
-    finish_plane,
-    initial_plane_forces,
-    move_plane,
-    plane_forces,
-    plane_form_changes,
-    predict_plane,
-)
-from frictionsim.mechanisms.belt_drive.steppers.moreau_string import (
-    IMPULSE,
-    finish_string,
-    initial_string_forces,
-    move_string,
-    predict_string,
-    string_damping,
-    string_forces,
-    string_form_changes,
+from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
+    StiffDamping,
+    reset_damping_prediction,
+    stiff_damping,
 )
 from frictionsim.solvers.state_values import COUNT, NUMBER, Rows, Values
 
@@ -91,40 +79,16 @@ if TYPE_CHECKING:
     from frictionsim.solvers.state_values import Expected
 
     Array = npt.NDArray[np.float64]
+    Indices = npt.NDArray[np.int64]
 
 CANDIDATE_UPDATE_INTERVAL = 16  # steps from one search for contact candidates to the next
 ENDED, NOT_FINITE, OTHER_FORM = range(3)  # why steps end
 
 # The parts of a step, each for bodies in the plane and for points on a line.
-initial_forces = KernelChoice({Plane: initial_plane_forces, PitchLine: initial_string_forces})
-form_changes = KernelChoice({Plane: plane_form_changes, PitchLine: string_form_changes})
-predict = KernelChoice({Plane: predict_plane, PitchLine: predict_string})
-forces = KernelChoice({Plane: plane_forces, PitchLine: string_forces})
-move = KernelChoice({Plane: move_plane, PitchLine: move_string})
-finish = KernelChoice({Plane: finish_plane, PitchLine: finish_string})
-
-
-class StepTreatment(NamedTuple):
-    """Treatment of dampers and of friction beyond the forces in the middle of a step.
-
-    Attributes
-    ----------
-    max_obliquity : float
-        Dampers along the belt are solved for where a body is more oblique to its joints.
-    distinct_static_friction : bool
-        Static and kinetic friction differ: modes have to be remembered.
-    """
-
-    max_obliquity: float
-    distinct_static_friction: bool
-
-
-@kernel
-def evaluate_start(state: MoreauState, system: "System") -> None:
-    """Evaluate the forces without friction at the start."""
-    prescribed_speeds(0.0, system)
-    find_contact_candidates(system, state.new)
-    initial_forces(system.kinematics, state, system)
+initial_forces = KernelChoice({Plane: plane.initial_forces, PitchLine: string.initial_forces})
+forces = KernelChoice({Plane: plane.forces, PitchLine: string.forces})
+move = KernelChoice({Plane: plane.move, PitchLine: string.move})
+finish = KernelChoice({Plane: plane.finish, PitchLine: string.finish})
 
 
 @kernel
@@ -132,7 +96,8 @@ def integrate(
     steps: int,
     h: float,
     state: MoreauState,
-    treatment: StepTreatment,
+    max_obliquity: float | None,
+    distinct_static_friction: bool,
     stiff: StiffDamping | None,
     system: "System",
 ) -> int:
@@ -140,18 +105,31 @@ def integrate(
 
     There are two forms, each compiled when it is first needed: with `stiff` the dampers along the
     belt are solved for, and `system` has none; else `system` has them. Where a search for
-    candidates finds that the other form is due, this one stops before the step.
+    candidates finds a body that is more oblique to its joints than `max_obliquity`, or no more,
+    the other form is due, and this one stops before the step; None: the form never changes. With
+    distinct static friction the modes of contacts are updated after each step. With no step at
+    the start it evaluates the forces there, without friction.
     """
     counts, end = state.counts, ENDED
     before = counts[STEPS]
-    while counts[STEPS] < before + steps:
+    starts = before == 0 and steps == 0
+    if starts:
+        prescribed_speeds(0.0, system)
+    while starts or counts[STEPS] < before + steps:
         if counts[SINCE_SEARCH] == 0:
             find_contact_candidates(system, state.new)
-            if form_changes(system.kinematics, state, treatment.max_obliquity, stiff, system):
-                end = OTHER_FORM
+            if starts:
+                initial_forces(system.kinematics, state, system)
                 break
+            if max_obliquity is not None:
+                implicit = has_oblique_joints(system.workspace, system.chain, max_obliquity)
+                if implicit != counts[IMPLICIT_NOW]:
+                    counts[IMPLICIT_NOW] = implicit
+                    reset_damping_prediction(stiff)
+                    end = OTHER_FORM
+                    break
         step(counts[STEPS] * h, h, state, stiff, system)
-        if treatment.distinct_static_friction:
+        if distinct_static_friction:
             update_contact_modes(system.contacts)
         counts[IMPLICIT_STEPS] += counts[IMPLICIT_NOW]
         counts[STEPS] += 1
@@ -170,7 +148,6 @@ def step(
 ) -> None:
     """Take one step from time t."""
     y, kinematics, energies = state.y, system.kinematics, system.layout.energies
-    predict(kinematics, h, state, system)
     predict_pulleys(t, h, y, state.y_old, system)
     damped = forces(kinematics, h, state, stiff, system)
     prescribed_speeds(t + h, system)
@@ -219,8 +196,10 @@ class StepPlan(NamedTuple):
         The length of a step, and that below which steps are stable.
     stiff : StiffDamping or None
         The dampers along the belt, where steps may solve for them.
-    max_obliquity : float
-        Of `StepTreatment`; below zero they are solved for throughout.
+    implicit : bool
+        They do so at the start.
+    max_obliquity : float or None
+        Of `integrate`.
     dampers : array or None
         What the next step depends on of them.
     compile_seconds : (2,), s
@@ -230,7 +209,8 @@ class StepPlan(NamedTuple):
     h: float
     max_step: float
     stiff: StiffDamping | None
-    max_obliquity: float
+    implicit: bool
+    max_obliquity: float | None
     dampers: "Array | None"
     compile_seconds: tuple[float, float]
 
@@ -253,7 +233,7 @@ def plane_plan(model: "BeltModel", settings: "BeltSolverSettings") -> StepPlan:
         obliquity = -1.0 if h * along > STIFF else max(spare, 0.0) / turning
     dampers = None if stiff is None else stiff.table
     seconds = COMPILE_SECONDS, COMPILE_SECONDS_STIFF
-    return StepPlan(h, max_step, stiff, obliquity, dampers, seconds)
+    return StepPlan(h, max_step, stiff, obliquity < 0.0, obliquity, dampers, seconds)
 
 
 def string_plan(model: "BeltModel", settings: "BeltSolverSettings") -> StepPlan:
@@ -261,14 +241,14 @@ def string_plan(model: "BeltModel", settings: "BeltSolverSettings") -> StepPlan:
     system = model.system
     damping, (frequency, _) = system.effects.axial_damping.damping, model.max_frequency_and_decay
     max_step = stable_step(frequency, 4.0 * (damping or 0.0) / system.chain.mass)
-    stiff, obliquity = None, MAX_OBLIQUITY
+    stiff = None
     if damping and (settings.step or MAX_OMEGA_H / frequency / SHORTENED) >= max_step:
-        max_step, obliquity = MAX_OMEGA_H / frequency, -1.0
-        stiff = string_damping(damping, system.layout.width, system.pulleys.table.shape[1])
+        max_step = MAX_OMEGA_H / frequency
+        stiff = string.string_damping(damping, system.layout.width, system.pulleys.table.shape[1])
     h = settings.step or min(DEFAULT_STEP_RATIO * max_step, settings.max_step or np.inf)
-    dampers = None if stiff is None else stiff.table[IMPULSE]
+    dampers = None if stiff is None else stiff.table[string.IMPULSE]
     seconds = STRING_COMPILE_SECONDS, STRING_COMPILE_SECONDS_STIFF
-    return StepPlan(h, max_step, stiff, obliquity, dampers, seconds)
+    return StepPlan(h, max_step, stiff, stiff is not None, None, dampers, seconds)
 
 
 class BeltStepper(Stepper):
@@ -292,7 +272,7 @@ class BeltStepper(Stepper):
                 " bodies"
             )
         self.force_per_impulse = 1.0 / plan.h
-        self._treatment = StepTreatment(plan.max_obliquity, model.distinct_static_friction)
+        self._distinct_static_friction = model.distinct_static_friction
         self._ready: set[bool] = set()  # the forms of a step that are compiled
         system, layout = model.system, model.system.layout
         if plan.stiff is not None and system.friction is None and not on_line:
@@ -301,12 +281,12 @@ class BeltStepper(Stepper):
             system = system._replace(friction=FrictionCoefficients(none, none))
         axial = system.effects.axial_damping._replace(damping=None)
         undamped = system._replace(effects=system.effects._replace(axial_damping=axial))
-        # The dampers that are solved for, and the system with the others, by the form of a step.
+        # The dampers that are solved for and the system with the others, by the form of a step.
         self._forms = {False: (None, system), True: (plan.stiff, undamped)}
         y_old, y, rate = (zero_state(layout) for _ in range(3))
         middle = kinematics_of(rate if on_line else y_old, layout)
         counts = np.zeros(4, dtype=np.int64)
-        counts[IMPLICIT_NOW] = plan.max_obliquity < 0.0
+        counts[IMPLICIT_NOW] = plan.implicit
         self._state = MoreauState(y_old, y, rate, kinematics_of(y, layout), middle, counts)
         self._saved_counts = counts[: IMPLICIT_NOW if on_line else len(counts)]
         y_old[:] = y[:] = model.state
@@ -329,7 +309,7 @@ class BeltStepper(Stepper):
 
     def start(self) -> None:
         """Evaluate the start."""
-        evaluate_start(self._state, self._forms[False][1])
+        self._integrate(0)
 
     def prepare(self) -> None:
         """Have the kernels of a step compiled, in the form that is due, by taking none."""
@@ -360,8 +340,10 @@ class BeltStepper(Stepper):
                 return
 
     def _integrate(self, steps: int) -> None:
-        before, h, (stiff, system) = self.t, self._plan.h, self._forms[self._form]
-        if integrate(steps, h, self._state, self._treatment, stiff, system) == NOT_FINITE:
+        before, h, obliquity = self.t, self._plan.h, self._plan.max_obliquity
+        distinct, (stiff, system) = self._distinct_static_friction, self._forms[self._form]
+        ended = integrate(steps, h, self._state, obliquity, distinct, stiff, system)
+        if ended == NOT_FINITE:
             raise NonFinite(
                 f"the state is not finite after t = {before:.9g} s; is a stiffness, a torque or a"
                 f" speed of the scenario too large, or solver.step = {h:.3g} s too long?"

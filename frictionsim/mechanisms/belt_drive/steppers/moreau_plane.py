@@ -13,7 +13,6 @@ from frictionsim.mechanisms.belt_drive.effects.axial import (
     JointForces,
     damper_power,
     directions_of,
-    has_oblique_joints,
     joint_forces_of,
 )
 from frictionsim.mechanisms.belt_drive.effects.belt_friction import (
@@ -60,11 +59,9 @@ from frictionsim.mechanisms.belt_drive.kernels.wrap import (
     update_wrap_factors,
     wrap_rate,
 )
-from frictionsim.mechanisms.belt_drive.steppers.fixed_steps import IMPLICIT_NOW
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
     StiffDamping,
     expected_damping,
-    reset_damping_prediction,
     solve_damping_and_friction,
 )
 
@@ -99,7 +96,7 @@ class MovingBodies(NamedTuple):
 
 
 @inline_kernel
-def initial_plane_forces(plane: "Plane", state: "MoreauState", system: "System") -> None:
+def initial_forces(plane: "Plane", state: "MoreauState", system: "System") -> None:
     """Evaluate the forces without friction at the start."""
     a = accelerations_of(state, system)
     contactless_accelerations(system, state.new, a.x, a.y, a.angle)
@@ -107,44 +104,24 @@ def initial_plane_forces(plane: "Plane", state: "MoreauState", system: "System")
     update_wrap_factors(system.contacts.wrap, system.contacts, system.workspace)
 
 
-@inline_kernel
-def plane_form_changes(
-    plane: "Plane",
-    state: "MoreauState",
-    max_obliquity: float,
-    stiff: StiffDamping | None,
-    system: "System",
-) -> bool:
-    """Return whether dampers along the belt are now to be solved for, or no more; note it."""
-    counts = state.counts
-    implicit = has_oblique_joints(system.workspace, system.chain, max_obliquity)
-    if implicit == counts[IMPLICIT_NOW]:
-        return False
-    counts[IMPLICIT_NOW] = implicit
-    reset_damping_prediction(stiff)
-    return True
-
-
-@inline_kernel
-def predict_plane(plane: "Plane", h: float, state: "MoreauState", system: "System") -> None:
-    """Write the middle of a step: positions half a step on, velocities by extrapolation."""
-    predict_bodies(h, state.y, state.y_old, system.layout.velocities)
-
-
 @loop_kernel
 def predict_bodies(h: float, y: "Array", middle: "Array", size: int) -> None:
-    """Make of the state before, which `middle` has, the one in the middle of the step."""
+    """Write the middle of a step: positions half a step on, velocities by extrapolation.
+
+    At the start `middle` has the state before.
+    """
     for i in range(full_vectors(size)):
         middle[i] = y[i] + 0.5 * h * y[size + i]
         middle[size + i] = y[size + i] + 0.5 * (y[size + i] - middle[size + i])
 
 
 @inline_kernel
-def plane_forces(
+def forces(
     plane: "Plane", h: float, state: "MoreauState", stiff: StiffDamping | None, system: "System"
 ) -> float:
-    """Write the forces in the middle but friction; return the power damped, W."""
+    """Write the middle of a step and the forces there but friction; return the power damped, W."""
     layout, y_old, y = system.layout, state.y_old, state.y
+    predict_bodies(h, y, y_old, layout.velocities)
     for k in range(layout.angles, layout.end):
         y_old[k] = y[k]
     a = accelerations_of(state, system)
@@ -243,7 +220,7 @@ def midpoint_contacts(
 
 
 @inline_kernel
-def move_plane(
+def move(
     plane: "Plane", h: float, state: "MoreauState", stiff: StiffDamping | None, system: "System"
 ) -> tuple[float, float]:
     """Solve for the impulses and move on by them; return the heat of friction and of dampers.
@@ -436,7 +413,7 @@ def finish_positions(h: float, state: "MoreauState", size: int) -> None:
 
 
 @inline_kernel
-def finish_plane(plane: "Plane", h: float, state: "MoreauState", system: "System") -> None:
+def finish(plane: "Plane", h: float, state: "MoreauState", system: "System") -> None:
     """Write into y_old the positions at the start of the last step, from those in its middle."""
     size = system.layout.velocities
     for i in range(size):

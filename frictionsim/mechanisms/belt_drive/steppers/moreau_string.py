@@ -77,7 +77,7 @@ def string_damping(coefficient: float, width: int, pulleys: int) -> StiffDamping
 
 
 @inline_kernel
-def initial_string_forces(line: "PitchLine", state: "MoreauState", system: "System") -> None:
+def initial_forces(line: "PitchLine", state: "MoreauState", system: "System") -> None:
     """Evaluate the forces without friction at the start."""
     axial = system.effects.axial_damping
     tensions(line.length, axial, system.chain, state.new[POSITION], system.workspace)
@@ -85,40 +85,24 @@ def initial_string_forces(line: "PitchLine", state: "MoreauState", system: "Syst
 
 
 @inline_kernel
-def string_form_changes(
-    line: "PitchLine",
-    state: "MoreauState",
-    max_obliquity: float,
-    stiff: StiffDamping | None,
-    system: "System",
-) -> bool:
-    """Return that dampers are solved for throughout, or never: no joint turns a point."""
-    return False
-
-
-@inline_kernel
-def predict_string(line: "PitchLine", h: float, state: "MoreauState", system: "System") -> None:
-    """Write the middle of a step: positions half a step on, velocities by extrapolation."""
-    half, n, y = system.layout.velocities, system.chain.bodies, state.y
-    position, velocity = state.middle[POSITION], state.middle[VELOCITY]
-    old, before = y[half : system.layout.angles], state.y_old[half : system.layout.angles]
-    for i in range(n):
-        position[i] = y[i] + 0.5 * h * old[i]
-    for i in range(n):
-        velocity[i] = old[i] + 0.5 * (old[i] - before[i])
-
-
-@inline_kernel
-def string_forces(
+def forces(
     line: "PitchLine",
     h: float,
     state: "MoreauState",
     stiff: StiffDamping | None,
     system: "System",
 ) -> float:
-    """Write tensions and normal forces in the middle, and the new velocities without friction."""
+    """Write the middle of a step and the forces there, and the new velocities without friction.
+
+    Positions are half a step on, velocities extrapolated.
+    """
     layout, chain, axial = system.layout, system.chain, system.effects.axial_damping
     position, velocity = state.middle[POSITION], state.middle[VELOCITY]
+    old, earlier = state.new[VELOCITY], state.y_old[layout.velocities : layout.angles]
+    for i in range(chain.bodies):
+        position[i] = state.y[i] + 0.5 * h * old[i]
+    for i in range(chain.bodies):
+        velocity[i] = old[i] + 0.5 * (old[i] - earlier[i])
     tension = system.workspace[TENSION]
     tensions(line.length, axial, chain, position, system.workspace)
     add_damping(axial.damping, velocity, tension, chain)
@@ -132,7 +116,7 @@ def string_forces(
 
 
 @inline_kernel
-def move_string(
+def move(
     line: "PitchLine",
     h: float,
     state: "MoreauState",
@@ -151,7 +135,7 @@ def move_string(
 
 
 @inline_kernel
-def finish_string(line: "PitchLine", h: float, state: "MoreauState", system: "System") -> None:
+def finish(line: "PitchLine", h: float, state: "MoreauState", system: "System") -> None:
     """Do nothing: y_old has the start of the last step."""
 
 
