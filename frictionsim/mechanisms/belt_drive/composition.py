@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects import EFFECTS
-from frictionsim.mechanisms.belt_drive.effects.base import Belt, Chain
+from frictionsim.mechanisms.belt_drive.effects.base import Belt
 from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
 from frictionsim.mechanisms.belt_drive.kernels.string import RUN_ROWS
 from frictionsim.mechanisms.belt_drive.kernels.system import (
@@ -20,6 +20,8 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     TORQUE_OVER_SPEED,
     TORQUE_OVER_TIME,
     WORKSPACE_ROWS,
+    Array,
+    Chain,
     Contacts,
     FrictionCoefficients,
     PitchLine,
@@ -42,9 +44,7 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.geometry import Path
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
-    Array = npt.NDArray[np.float64]
     ComplexArray = npt.NDArray[np.complex128]
-    Indices = npt.NDArray[np.int64]
 
 
 # The parameters of each effect, by its name.

@@ -30,7 +30,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionsim.mechanisms.belt_drive.effects.base import Array, Chain
 from frictionsim.mechanisms.belt_drive.effects.contact import (
     depth_under,
     normal_forces,
@@ -54,6 +53,7 @@ from frictionsim.mechanisms.belt_drive.geometry import (
     Pulley,
     belt_path,
 )
+from frictionsim.mechanisms.belt_drive.kernels.system import Array, Chain
 
 Indices = NDArray[np.intp]
 

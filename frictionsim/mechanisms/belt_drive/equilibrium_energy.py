@@ -17,16 +17,10 @@ from frictionsim.mechanisms.belt_drive.effects.axial import (
     length_gradient,
     length_stiffness,
 )
-from frictionsim.mechanisms.belt_drive.effects.base import (
-    Array,
-    BeltEffect,
-    Chain,
-    Shape,
-    Stage,
-    Stiffness,
-)
+from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect, Shape, Stage, Stiffness
 from frictionsim.mechanisms.belt_drive.effects.contact import ContactParameters
 from frictionsim.mechanisms.belt_drive.geometry import Path, Pulley
+from frictionsim.mechanisms.belt_drive.kernels.system import Array, Chain
 
 AXIAL = AxialEffect()
 

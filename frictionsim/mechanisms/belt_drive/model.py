@@ -41,6 +41,8 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     VELOCITY,
     VX,
     VY,
+    Array,
+    Indices,
     PitchLine,
     System,
     X,
@@ -71,9 +73,7 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.geometry import Path
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
-    Array = npt.NDArray[np.float64]
     ComplexArray = npt.NDArray[np.complex128]
-    Indices = npt.NDArray[np.int64]
 
 
 # The error of a body's rotation counts a tenth of that of its place over its length: the ends that
@@ -94,7 +94,7 @@ class BeltModel(NamedTuple):
 
     system: System
     equilibrium: Equilibrium
-    state: "Array"
+    state: Array
 
     @property
     def distinct_static_friction(self) -> bool:
@@ -110,7 +110,7 @@ class BeltModel(NamedTuple):
         found = ((effect, getattr(self.system.effects, effect.key)) for effect in in_order())
         return [(effect, parameters) for effect, parameters in found if parameters is not None]
 
-    def kinetic_energy(self, kinematics: "Array", speeds: "Array") -> float:
+    def kinetic_energy(self, kinematics: Array, speeds: Array) -> float:
         """Return the kinetic energy of bodies and pulleys, J.
 
         Of the `kinematics` of the bodies, (6, n), and the speeds of all pulleys, (pulleys,), rad/s.
@@ -120,7 +120,7 @@ class BeltModel(NamedTuple):
         turning = chain.inertia * np.sum(kinematics[SPIN] ** 2) + np.sum(inertia * speeds**2)
         return float(0.5 * (linear + turning))
 
-    def potential_energy(self, kinematics: "Array") -> float:
+    def potential_energy(self, kinematics: Array) -> float:
         """Return the energy of all effects that store one, J, for the kinematics (6, n)."""
         pulley = self.system.pulleys.table
         shape = Shape(
@@ -149,7 +149,7 @@ class BeltModel(NamedTuple):
         return stiffness_under(self.system.effects.contact, force)
 
     @property
-    def error_scales(self) -> "Array":
+    def error_scales(self) -> Array:
         """The scale of the error of each state, (size,); infinite for energies."""
         # The smaller of stretch and depth decides how exactly positions have to be known.
         stretch, speed = self._stretch_and_speed
@@ -167,7 +167,7 @@ class BeltModel(NamedTuple):
         stretch = float(np.mean(self.equilibrium.tension)) / stiffness
         return stretch, stretch * float(np.sqrt(stiffness / self.system.chain.mass))
 
-    def _scales(self, *rows: float) -> "Array":
+    def _scales(self, *rows: float) -> Array:
         """Return the scales of a state from those of the rows of its kinematics, x and vx first."""
         layout, radius = self.system.layout, self.system.pulleys.table[PULLEY_RADIUS]
         scales = np.full(layout.size, np.inf)
@@ -258,13 +258,13 @@ class StringModel(BeltModel):
         waves = oscillator_eigenvalues(frequency**2, damping_rates(system).moving)
         return np.append(waves, -FRICTION_MARGIN * friction_rate(system))
 
-    def kinetic_energy(self, kinematics: "Array", speeds: "Array") -> float:
+    def kinetic_energy(self, kinematics: Array, speeds: Array) -> float:
         """Return the kinetic energy of points, with the kinematics (2, n), and pulleys, J."""
         inertia = self.system.pulleys.table[INERTIA]
         linear = self.system.chain.mass * np.sum(kinematics[VELOCITY] ** 2)
         return float(0.5 * (linear + np.sum(inertia * speeds**2)))
 
-    def potential_energy(self, kinematics: "Array") -> float:
+    def potential_energy(self, kinematics: Array) -> float:
         """Return the energy of the springs along the belt, J, for the kinematics (2, n)."""
         position, chain = kinematics[POSITION], self.system.chain
         behind = position[-1] - self.system.kinematics.length
@@ -273,7 +273,7 @@ class StringModel(BeltModel):
         return float(0.5 * stiffness * np.sum(stretch**2))
 
     @property
-    def error_scales(self) -> "Array":
+    def error_scales(self) -> Array:
         """The scale of the error of each state, (size,); infinite for energies."""
         return self._scales(*self._stretch_and_speed)
 
@@ -323,7 +323,7 @@ class StringModel(BeltModel):
         return "" if np.array_equal(radius, np.repeat(radii[pulleys], counts)) else "contacts"
 
 
-def _counted_from(starts: "Indices", counts: "Indices") -> "Indices":
+def _counted_from(starts: Indices, counts: Indices) -> Indices:
     """Return start, start + 1, ... of each run, one behind the other."""
     before = np.cumsum(counts) - counts
     numbers: Indices = np.repeat(starts - before, counts) + np.arange(int(np.sum(counts)))
@@ -362,7 +362,7 @@ def solve_equilibrium(scenario: "BeltDriveScenario") -> Equilibrium:
         raise ScenarioError([f"mechanism.belt: {error}"]) from None
 
 
-def initial_positions(path: "Path", points: int) -> "Array":
+def initial_positions(path: "Path", points: int) -> Array:
     """Return where the points are at the start, m, from where the belt leaves the first pulley."""
     positions: Array = (np.arange(points, dtype=np.float64) + 0.5) * (path.length / points)
     return positions
@@ -395,7 +395,7 @@ def string_at_rest(scenario: "BeltDriveScenario") -> Equilibrium:
     )
 
 
-def arc_shares(line: PitchLine, points: int, spacing: float) -> "Array":
+def arc_shares(line: PitchLine, points: int, spacing: float) -> Array:
     """Return the length of each point's part of the belt on each arc, (pulleys, n), m, at rest."""
     along = np.arange(points + 1) * spacing - line.starts[:, None]
     shares: Array = np.diff(np.minimum(np.maximum(along, 0.0), line.arcs[:, None]), axis=1)

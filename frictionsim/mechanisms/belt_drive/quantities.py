@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.kernels.system import INERTIA, PULLEY_RADIUS
+from frictionsim.mechanisms.belt_drive.kernels.system import INERTIA, PULLEY_RADIUS, Array
 from frictionsim.mechanisms.belt_drive.model import solve_equilibrium
 from frictionsim.mechanisms.belt_drive.slip import (
     ends_of,
@@ -36,13 +36,10 @@ from frictionsim.scenario.methods import SET_VALUED
 from frictionsim.simulation.averages import BATCHES, last_part, smooth_mean, time_mean
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
     from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium
     from frictionsim.mechanisms.belt_drive.model import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
-    Array = npt.NDArray[np.float64]
 
 # Of the largest force: bodies press some hundredths of a radius deep, where their friction has
 # another lever than the rim; 0.8 % in the belt of the paper.
@@ -62,12 +59,12 @@ MIN_ROUND_TRIPS = 4.0
 class ForceDifference(NamedTuple):
     """The difference of two ways to one force at each pulley, and its uncertainty, N."""
 
-    off: "Array"
-    uncertain: "Array"
+    off: Array
+    uncertain: Array
 
 
 def torque_balance(
-    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", model: "BeltModel", time: Array, seen: dict[str, Array]
 ) -> Check:
     """Return the difference of the two ways at the pulley where it is most, and its limit.
 
@@ -95,7 +92,7 @@ def torque_balance(
 
 
 def _difference_of_spans(
-    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", model: "BeltModel", time: Array, seen: dict[str, Array]
 ) -> ForceDifference:
     """Return the difference between the spans of each pulley and the torque on it.
 
@@ -135,7 +132,7 @@ def _difference_of_spans(
     )
 
 
-def _difference(time: "Array", force: "Array", momentum: "Array") -> ForceDifference:
+def _difference(time: Array, force: Array, momentum: Array) -> ForceDifference:
     """Return the mean of forces less the gain of momentum; their scatter makes it uncertain.
 
     Parameters
@@ -155,7 +152,7 @@ def _difference(time: "Array", force: "Array", momentum: "Array") -> ForceDiffer
     return ForceDifference(np.abs(np.average(off, axis=0, weights=weights)), chance)
 
 
-def _moments(scenario: "BeltDriveScenario", straight: "Array", spans: "Array") -> "Array":
+def _moments(scenario: "BeltDriveScenario", straight: Array, spans: Array) -> Array:
     """Return the forces at the rim that moments in the middle of the spans could stand for, N."""
     if scenario.effects.bending is None:
         return np.zeros(len(straight))
@@ -232,7 +229,7 @@ POWER_LIMIT = 1e-3
 
 
 def quantities_of(
-    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", model: "BeltModel", time: Array, seen: dict[str, Array]
 ) -> Quantities:
     """Return the summary's quantities; means are over the last fifth of the run.
 
@@ -287,25 +284,25 @@ def quantities_of(
     return found
 
 
-def min_rim_speed(scenario: "BeltDriveScenario", time: "Array", seen: dict[str, "Array"]) -> float:
+def min_rim_speed(scenario: "BeltDriveScenario", time: Array, seen: dict[str, Array]) -> float:
     """Return the speed below which a rim is at rest, m/s: it may vibrate."""
     last = last_part(time)
     tension = float(np.mean(seen["_span_tension"][last]))
     return speed_at_rest(tension, scenario.mechanism.belt.mass_per_length)
 
 
-def _unused_energy(seen: dict[str, "Array"]) -> float:
+def _unused_energy(seen: dict[str, Array]) -> float:
     """Return an energy, J, that is negligible against the energy stored."""
     return UNUSED * float(abs(seen["energy_potential"][0]))
 
 
-def losses(seen: dict[str, "Array"], last: Any) -> float:
+def losses(seen: dict[str, Array], last: Any) -> float:
     """Return the heat of friction and dampers in a part of a run, J."""
     heats = (seen[name][last] for name in ("energy_friction", "energy_damping") if name in seen)
     return float(sum(heat[-1] - heat[0] for heat in heats))
 
 
-def efficiency(time: "Array", power: "Array", lost: float, least: float) -> float | None:
+def efficiency(time: Array, power: Array, lost: float, least: float) -> float | None:
     """Return the work taken out, over the sum of it and the losses.
 
     That is the work put in less what the drive stores meanwhile, in motion and springs. None where
@@ -326,7 +323,7 @@ def efficiency(time: "Array", power: "Array", lost: float, least: float) -> floa
 
 
 def checks_of(
-    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", model: "BeltModel", time: Array, seen: dict[str, Array]
 ) -> dict[str, Check]:
     """Return the audit: energies over the largest of them, forces over their limits."""
     if not time.size:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
-from frictionsim.mechanisms.belt_drive.kernels.system import PULLEY_RADIUS
+from frictionsim.mechanisms.belt_drive.kernels.system import PULLEY_RADIUS, Array
 from frictionsim.mechanisms.belt_drive.quantities import min_rim_speed
 from frictionsim.mechanisms.belt_drive.transitions import full_slip, slack_spans
 from frictionsim.simulation.averages import (
@@ -18,13 +18,10 @@ from frictionsim.simulation.averages import (
 )
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
     from frictionsim.mechanisms.belt_drive.model import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.results import Quantities
 
-    Array = npt.NDArray[np.float64]
 
 MIN_SAMPLES = 10  # for a mean
 UNSTEADY = 0.01  # of the largest: what the means of the two halves of a steady part differ by
@@ -40,8 +37,8 @@ CORRECTED_DIVISOR = 72
 def warnings_of(
     scenario: "BeltDriveScenario",
     model: "BeltModel",
-    time: "Array",
-    seen: dict[str, "Array"],
+    time: Array,
+    seen: dict[str, Array],
     quantities: "Quantities",
 ) -> tuple[str, ...]:
     """Return warnings about a run.
@@ -80,7 +77,7 @@ def _spans(scenario: "BeltDriveScenario") -> list[str]:
 
 
 def _slack_spans(
-    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", tension: "Array"
+    scenario: "BeltDriveScenario", model: "BeltModel", time: Array, tension: Array
 ) -> Iterator[str]:
     """Say which spans went slack, and when first."""
     slack = slack_spans(model, tension)
@@ -100,7 +97,7 @@ def _slack_spans(
 
 
 def _pushed_off(
-    scenario: "BeltDriveScenario", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", time: Array, seen: dict[str, Array]
 ) -> Iterator[str]:
     """Say where a guided belt would leave its pulleys, on which it is kept without a force."""
     for j, name in enumerate(scenario.mechanism.names if scenario.guided else ()):
@@ -115,9 +112,7 @@ def _pushed_off(
             )
 
 
-def _full_slip(
-    scenario: "BeltDriveScenario", time: "Array", seen: dict[str, "Array"]
-) -> Iterator[str]:
+def _full_slip(scenario: "BeltDriveScenario", time: Array, seen: dict[str, Array]) -> Iterator[str]:
     """Say on which pulleys all bodies slide one way, with all the friction that there is."""
     full = full_slip(scenario, seen)
     for j, name in enumerate(scenario.mechanism.names):
@@ -132,7 +127,7 @@ def _full_slip(
 
 
 def _untouched_patch(
-    scenario: "BeltDriveScenario", model: "BeltModel", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", model: "BeltModel", seen: dict[str, Array]
 ) -> Iterator[str]:
     """Say that a patch of the belt was never on a pulley."""
     if scenario.effects.patch is None:
@@ -150,7 +145,7 @@ def _untouched_patch(
 
 
 def _unsteady_means(
-    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", model: "BeltModel", time: Array, seen: dict[str, Array]
 ) -> Iterator[str]:
     """Say that the means of the summary are of too few samples, or of a motion that changes."""
     last = last_part(time)
@@ -188,9 +183,7 @@ def _unsteady_means(
         )
 
 
-def _changes(
-    time: "Array", values: "Array", size: float, names: list[str]
-) -> list[tuple[float, str]]:
+def _changes(time: Array, values: Array, size: float, names: list[str]) -> list[tuple[float, str]]:
     """Return by how much means of two halves differ, of those that change, over their size."""
     middle = len(time) // 2
     halves = (slice(None, middle + 1), slice(middle, None))
@@ -258,12 +251,12 @@ def _no_efficiency(quantities: "Quantities") -> Iterator[str]:
         )
 
 
-def _radii(model: "BeltModel") -> "Array":
+def _radii(model: "BeltModel") -> Array:
     radii: Array = model.system.pulleys.table[PULLEY_RADIUS]
     return radii
 
 
-def _created_energy(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> Iterator[str]:
+def _created_energy(scenario: "BeltDriveScenario", seen: dict[str, Array]) -> Iterator[str]:
     """Say that the steps have put energy into the belt.
 
     Where the pulleys turn fast, the energy of the belt is so small a part that the audit does not

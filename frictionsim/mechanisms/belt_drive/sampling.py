@@ -33,6 +33,8 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     VELOCITY,
     VX,
     VY,
+    Array,
+    Indices,
     X,
     Y,
     kinematics_of,
@@ -47,13 +49,8 @@ from frictionsim.simulation.record import stored_type
 from frictionsim.simulation.sample_store import SampleStore
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
     from frictionsim.mechanisms.belt_drive.model import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
-
-    Array = npt.NDArray[np.float64]
-    Indices = npt.NDArray[np.int64]
 
 
 # Of the pretension: a belt whose tension is above mass_per_length times speed squared by less than
@@ -133,7 +130,7 @@ class Observer:
                 " the tension"
             )
 
-    def _kinematics(self, state: "Array") -> "Array":
+    def _kinematics(self, state: Array) -> Array:
         rows: Array = kinematics_of(state, self._system.layout)
         return rows[:, : self._bodies]
 
@@ -144,7 +141,7 @@ class Observer:
         rows = layout.angles // layout.width
         return rows * self._bodies + layout.energies - layout.angles + len(self._energies)
 
-    def sample(self, t: float, state: "Array") -> None:
+    def sample(self, t: float, state: Array) -> None:
         """Add the sample of time t."""
         self.samples.append(self._seen(t, state))
         self._check_energy()
@@ -153,7 +150,7 @@ class Observer:
         """Return a sample of the start as a template, whatever the forces are."""
         return self._seen(0.0, self._model.state)
 
-    def _seen(self, t: float, state: "Array") -> dict[str, Any]:
+    def _seen(self, t: float, state: Array) -> dict[str, Any]:
         kinematics = self._kinematics(state)
         channels = {**self._of_bodies(kinematics), **self._of_pulleys(state)}
         seen = {name: channels[name] for name in self._wanted}
@@ -170,7 +167,7 @@ class Observer:
         stored = abs(float(samples.first("energy_potential"))) + abs(put_in)
         self.energy_gain = (has - put_in) / stored if stored > 0.0 else 0.0
 
-    def _of_bodies(self, kinematics: "Array") -> dict[str, "Array"]:
+    def _of_bodies(self, kinematics: Array) -> dict[str, Array]:
         contacts = self._system.contacts
         count = contacts.offsets[-1]
         # A body may be a candidate of two pulleys, and is pressed on one.
@@ -196,10 +193,10 @@ class Observer:
         found["tension"] = self._tension(kinematics)
         return found
 
-    def _places(self, kinematics: "Array") -> dict[str, "Array"]:
+    def _places(self, kinematics: Array) -> dict[str, Array]:
         return {"x": kinematics[X], "y": kinematics[Y], "angle": kinematics[ANGLE]}
 
-    def _tension(self, kinematics: "Array") -> "Array":
+    def _tension(self, kinematics: Array) -> Array:
         """Return the tension of every joint; negative in compression."""
         force_x = self._system.workspace[FORCE_X, : self._bodies]
         force_y = self._system.workspace[FORCE_Y, : self._bodies]
@@ -208,7 +205,7 @@ class Observer:
         along = force_x * (cos + cos[self._before]) + force_y * (sin + sin[self._before])
         return np.copysign(np.hypot(force_x, force_y), along)
 
-    def _of_pulleys(self, state: "Array") -> dict[str, "Array"]:
+    def _of_pulleys(self, state: Array) -> dict[str, Array]:
         layout = self._system.layout
         return {
             "pulley_angle": state[layout.angles : layout.speeds],
@@ -216,7 +213,7 @@ class Observer:
             "pulley_torque": self._system.pulleys.table[TORQUE],
         }
 
-    def _speeds(self, state: "Array") -> "Array":
+    def _speeds(self, state: Array) -> Array:
         """Return the speeds of all pulleys; the free ones have theirs in the state."""
         pulleys = self._system.pulleys
         speeds = pulleys.table[SPEED].copy()
@@ -225,7 +222,7 @@ class Observer:
         return speeds
 
     def _quantities(
-        self, state: "Array", kinematics: "Array", channels: dict[str, "Array"]
+        self, state: Array, kinematics: Array, channels: dict[str, Array]
     ) -> dict[str, Any]:
         """Return the values of a sample that quantities and audit need, whatever is recorded."""
         table, layout = self._system.pulleys.table, self._system.layout
@@ -251,7 +248,7 @@ class Observer:
             "_power": friction_power(channels),
         }
 
-    def _contact_counts(self, channels: dict[str, "Array"]) -> dict[str, "Array"]:
+    def _contact_counts(self, channels: dict[str, Array]) -> dict[str, Array]:
         """Return how many bodies touch each pulley, and on how many lengths of them it sticks."""
         members = range(self._system.pulleys.table.shape[1])
         on = [np.flatnonzero(channels["pulley_index"] == j) for j in members]
@@ -260,10 +257,10 @@ class Observer:
             "_sticking": np.array([adhesion(channels, i, np.ones(len(i))) for i in on]),
         }
 
-    def _belt_speed(self, kinematics: "Array") -> float:
+    def _belt_speed(self, kinematics: Array) -> float:
         return belt_speed(kinematics)
 
-    def _friction_on_pulleys(self) -> dict[str, "Array"]:
+    def _friction_on_pulleys(self) -> dict[str, Array]:
         """Return the sum of the friction on the belt, N, and what it could be in full slip.
 
         And the sum of N s, whose sign is the direction of the slip.
@@ -281,7 +278,7 @@ class Observer:
             "_slip": np.array([slip[of].sum() for of in ranges]),
         }
 
-    def _friction_excess(self) -> "Array":
+    def _friction_excess(self) -> Array:
         """Return by how much a friction is off its limits, N, and the largest limit, N.
 
         Above the one that holds it; or below that at rest, of a body that has no slip but does not
@@ -305,7 +302,7 @@ class Observer:
             self._note_release((table[STICKING] == 0.0) & ~turning, limit - size, limit)
         return np.array([np.max(off, initial=0.0), np.max(at_rest, initial=0.0)])
 
-    def _note_release(self, sliding: Any, missing: "Array", limit: "Array") -> None:
+    def _note_release(self, sliding: Any, missing: Array, limit: Array) -> None:
         """Note by how much the friction of a body that slides is below its limit, N, over it.
 
         Where static and kinetic friction differ, the steps note it when a body lets go.
@@ -369,7 +366,7 @@ class StringObserver(Observer):
                 " [effects.contact]"
             )
 
-    def _places(self, kinematics: "Array") -> dict[str, "Array"]:
+    def _places(self, kinematics: Array) -> dict[str, Array]:
         rounds = np.floor(kinematics[POSITION] / self._path.length)
         within = kinematics[POSITION] - rounds * self._path.length
         points = self._path.at(np.minimum(within, np.nextafter(self._path.length, 0.0)))
@@ -379,14 +376,14 @@ class StringObserver(Observer):
             "angle": points.angle + rounds * self._path.total_turning,
         }
 
-    def _tension(self, kinematics: "Array") -> "Array":
+    def _tension(self, kinematics: Array) -> Array:
         tension: Array = self._system.workspace[TENSION, : self._bodies].copy()
         return tension
 
-    def _belt_speed(self, kinematics: "Array") -> float:
+    def _belt_speed(self, kinematics: Array) -> float:
         return float(np.mean(kinematics[VELOCITY]))
 
-    def _contact_counts(self, channels: dict[str, "Array"]) -> dict[str, "Array"]:
+    def _contact_counts(self, channels: dict[str, Array]) -> dict[str, Array]:
         """Return how many bodies' lengths are on each pulley, and on how many of them it sticks.
 
         They are exact: parts of lengths count as such. And over which angle, rad, they are hardly
@@ -416,13 +413,13 @@ def observer_of(scenario: "BeltDriveScenario", model: "BeltModel") -> Observer:
     return (StringObserver if scenario.guided else Observer)(scenario, model)
 
 
-def belt_speed(kinematics: "Array") -> float:
+def belt_speed(kinematics: Array) -> float:
     """Return the mean velocity of the bodies along the belt, m/s."""
     along = kinematics[VX] * np.cos(kinematics[ANGLE]) + kinematics[VY] * np.sin(kinematics[ANGLE])
     return float(np.mean(along))
 
 
-def utilisation(contacts: "Array", friction: "Array") -> "Array":
+def utilisation(contacts: Array, friction: Array) -> Array:
     """Return the friction of contacts over what they can have, from -1 to 1.
 
     Parameters
@@ -437,7 +434,7 @@ def utilisation(contacts: "Array", friction: "Array") -> "Array":
     return np.clip(share, -1.0, 1.0)
 
 
-def adhesion(channels: dict[str, "Array"], bodies: "Indices", length: "Array") -> float:
+def adhesion(channels: dict[str, Array], bodies: Indices, length: Array) -> float:
     """Return the length on which the belt sticks to a pulley; zero where no body sticks.
 
     The friction is at its limit on the sliding arc and zero on the arc of adhesion, but for waves,
@@ -458,7 +455,7 @@ def adhesion(channels: dict[str, "Array"], bodies: "Indices", length: "Array") -
     return max(float(np.sum(length)) - sliding, 0.0)
 
 
-def friction_power(channels: dict[str, "Array"]) -> "Array":
+def friction_power(channels: dict[str, Array]) -> Array:
     """Return the power with which friction drives bodies that slide, and that of all of it, W."""
     power = channels["friction_force"] * channels["slip_velocity"]
     sliding = channels["sticking"] == 0.0

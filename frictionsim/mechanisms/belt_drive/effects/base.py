@@ -7,29 +7,8 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionsim.mechanisms.belt_drive.kernels.system import Array, Chain
 from frictionsim.scenario.schema import Params
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
-
-
-class Chain(NamedTuple):
-    """The data that all bodies and joints share.
-
-    Attributes
-    ----------
-    bodies : int
-    length, mass, inertia : float, m, kg, kg m^2
-        Of a body.
-    total_turning : float, rad
-        By which the belt turns in one round, 2 pi or -2 pi.
-    """
-
-    bodies: int
-    length: float
-    mass: float
-    inertia: float
-    total_turning: float
 
 
 class Belt(NamedTuple):
@@ -118,7 +97,7 @@ class Rim(NamedTuple):
     where there is no contact.
     """
 
-    pulley: Indices
+    pulley: NDArray[np.intp]
     normal: Array
     distance: Array
     depth: Array

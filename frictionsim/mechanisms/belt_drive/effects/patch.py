@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from pydantic import model_validator
 
-from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect, Chain
+from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect
+from frictionsim.mechanisms.belt_drive.kernels.system import Chain
 from frictionsim.scenario.schema import CoefficientsOfFriction, inconsistent, unit_field
 
 if TYPE_CHECKING:

@@ -6,8 +6,6 @@ it is faster than a sixteenth of the waves along the belt, or an eighth, by how 
 searches. A run is a part of the list in which neighbours are neighbours on the belt.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
@@ -26,18 +24,14 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     STATIC,
     STICK_BIAS,
     STICKING,
+    Bodies,
+    Contacts,
+    FrictionCoefficients,
 )
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, FrictionCoefficients
-
-    Bodies = npt.NDArray[np.uint64]
 
 
 @inline_kernel
-def run_end(body: "Bodies", start: int, count: int) -> int:
+def run_end(body: Bodies, start: int, count: int) -> int:
     """Return the end of the run that starts at a candidate: a loop over it needs no list.
 
     Candidates come in blocks of `SIMD_WIDTH` neighbours. Loops over a run count without a sign: an
@@ -53,7 +47,7 @@ NEW_CONTACT = 2.0  # in the place of a mode: the body was no candidate
 
 
 @inline_kernel
-def save_modes(contacts: "Contacts") -> None:
+def save_modes(contacts: Contacts) -> None:
     """Save mode and sticking of the candidates by their bodies; NEW_CONTACT for all others."""
     table, body = contacts.table, contacts.body
     radius, mode, sticking = table[RADIUS], table[MODE], table[STICKING]
@@ -65,7 +59,7 @@ def save_modes(contacts: "Contacts") -> None:
 
 
 @inline_kernel
-def add_candidate(contacts: "Contacts", s: int, body: int, radius: float) -> None:
+def add_candidate(contacts: Contacts, s: int, body: int, radius: float) -> None:
     """Write the candidate number s, with the mode that the body had.
 
     One of no radius touches nothing, and has no mode.
@@ -79,7 +73,7 @@ def add_candidate(contacts: "Contacts", s: int, body: int, radius: float) -> Non
 
 
 @inline_kernel
-def fill_up(contacts: "Contacts", first: int, s: int) -> int:
+def fill_up(contacts: Contacts, first: int, s: int) -> int:
     """Fill the candidates of a pulley, first to s - 1, up to full vectors; return their end."""
     table = contacts.table
     end = s + -(s - first) % SIMD_WIDTH
@@ -90,7 +84,7 @@ def fill_up(contacts: "Contacts", first: int, s: int) -> int:
 
 
 @inline_kernel
-def set_initial_mode(contacts: "Contacts", s: int, slip: float) -> None:
+def set_initial_mode(contacts: Contacts, s: int, slip: float) -> None:
     """Have a body that is new at a pulley stick if it has no slip, else slide."""
     table = contacts.table
     if table[MODE, s] == NEW_CONTACT:
@@ -100,7 +94,7 @@ def set_initial_mode(contacts: "Contacts", s: int, slip: float) -> None:
 
 @inline_kernel
 def assign_friction_coefficients(
-    contacts: "Contacts", pulleys: int, friction: "FrictionCoefficients | None"
+    contacts: Contacts, pulleys: int, friction: FrictionCoefficients | None
 ) -> None:
     """Write STATIC and KINETIC of each candidate, and the coefficients in force."""
     if friction is not None:
@@ -113,7 +107,7 @@ def assign_friction_coefficients(
 
 
 @inline_kernel
-def select_friction_coefficients(contacts: "Contacts") -> bool:
+def select_friction_coefficients(contacts: Contacts) -> bool:
     """Write FORWARD and BACKWARD, by MODE; return whether that changes a limit."""
     table = contacts.table
     changed = 0.0
@@ -129,7 +123,7 @@ def select_friction_coefficients(contacts: "Contacts") -> bool:
 
 
 @inline_kernel
-def update_contact_modes(contacts: "Contacts") -> bool:
+def update_contact_modes(contacts: Contacts) -> bool:
     """Write MODE from the last step.
 
     A body that sticks starts to slide in the direction of its friction; one that slides keeps its

@@ -1,7 +1,5 @@
 """The equations of motion of a belt drive: pulleys, energies, and a belt of either kinematics."""
 
-from typing import TYPE_CHECKING
-
 from frictionsim.mechanisms.belt_drive.effects.belt_friction import friction_power, total_friction
 from frictionsim.mechanisms.belt_drive.kernels.contacts import assign_friction_coefficients
 from frictionsim.mechanisms.belt_drive.kernels.jit import KernelChoice, inline_kernel, shared_kernel
@@ -17,19 +15,15 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     SPEED_OVER_TIME,
     TORQUE,
     TORQUE_OVER_TIME,
+    Array,
+    Contacts,
     PitchLine,
     Plane,
+    Pulleys,
+    System,
     derivative,
     value,
 )
-
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
-    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
-
-    Array = npt.NDArray[np.float64]
 
 # search(kinematics, system, rows): make candidates of what is near a pulley.
 search = KernelChoice({Plane: search_plane, PitchLine: search_line})
@@ -38,7 +32,7 @@ belt_accelerations = KernelChoice({Plane: plane_accelerations, PitchLine: string
 
 
 @inline_kernel
-def find_contact_candidates(system: "System", kinematics: "Array") -> None:
+def find_contact_candidates(system: System, kinematics: Array) -> None:
     """Make candidates of the bodies near a rim, with their coefficients of friction.
 
     Reads the kinematics, MODE and STICKING; writes all of the contacts but their forces.
@@ -49,7 +43,7 @@ def find_contact_candidates(system: "System", kinematics: "Array") -> None:
 
 
 @inline_kernel
-def pulley_torques(t: float, system: "System") -> None:
+def pulley_torques(t: float, system: System) -> None:
     """Write TORQUE, on the pulleys from outside; reads SPEED."""
     signals = system.signals
     speed, torque = system.pulleys.table[SPEED], system.pulleys.table[TORQUE]
@@ -63,7 +57,7 @@ def pulley_torques(t: float, system: "System") -> None:
 
 
 @inline_kernel
-def prescribed_speeds(t: float, system: "System") -> None:
+def prescribed_speeds(t: float, system: System) -> None:
     """Write SPEED and ALPHA of the pulleys whose speeds are prescribed."""
     signals = system.signals
     speed, alpha = system.pulleys.table[SPEED], system.pulleys.table[ALPHA]
@@ -77,7 +71,7 @@ def prescribed_speeds(t: float, system: "System") -> None:
 
 
 @inline_kernel
-def reaction_torques(contacts: "Contacts", pulleys: "Pulleys") -> None:
+def reaction_torques(contacts: Contacts, pulleys: Pulleys) -> None:
     """Write the TORQUE that it takes to keep a prescribed speed."""
     table = pulleys.table
     for j in pulleys.prescribed:
@@ -86,7 +80,7 @@ def reaction_torques(contacts: "Contacts", pulleys: "Pulleys") -> None:
 
 
 @shared_kernel
-def rhs(t: float, h: float, state: "Array", rate: "Array", system: "System") -> None:
+def rhs(t: float, h: float, state: Array, rate: Array, system: System) -> None:
     """Write the rate of a state, both as `StateLayout` has them.
 
     h is the length of the step, s, that the published creep law asks for. The system's workspace,

@@ -28,6 +28,11 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     SPEED,
     VX,
     VY,
+    Array,
+    Contacts,
+    Plane,
+    Pulleys,
+    System,
     X,
     Y,
     clear_padding,
@@ -42,16 +47,11 @@ from frictionsim.mechanisms.belt_drive.kernels.wrap import (
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    import numpy.typing as npt
-
     from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect
-    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Plane, Pulleys, System
-
-    Array = npt.NDArray[np.float64]
 
 
 @inline_kernel
-def search_plane(plane: "Plane", system: "System", kinematics: "Array") -> None:
+def search_plane(plane: Plane, system: System, kinematics: Array) -> None:
     """Make candidates of the bodies within the skin of a rim."""
     contacts, pulleys, chain = system.contacts, system.pulleys, system.chain
     search_bodies(contacts, pulleys, chain.bodies, plane.skin, kinematics)
@@ -62,7 +62,7 @@ def search_plane(plane: "Plane", system: "System", kinematics: "Array") -> None:
 
 @inline_kernel
 def search_bodies(
-    contacts: "Contacts", pulleys: "Pulleys", bodies: int, skin: float, kinematics: "Array"
+    contacts: Contacts, pulleys: Pulleys, bodies: int, skin: float, kinematics: Array
 ) -> None:
     """Write the candidates, with the modes that they had, or NEW_CONTACT."""
     x, y, table, count = kinematics[X], kinematics[Y], pulleys.table, pulleys.table.shape[1]
@@ -90,7 +90,7 @@ def search_bodies(
 
 
 @inline_kernel
-def initial_contact_modes(kinematics: "Array", contacts: "Contacts", pulleys: "Pulleys") -> None:
+def initial_contact_modes(kinematics: Array, contacts: Contacts, pulleys: Pulleys) -> None:
     """Have bodies that are new at a pulley stick if they have no slip, else slide."""
     table, pulley = contacts.table, pulleys.table
     for j in range(pulley.shape[1]):
@@ -121,9 +121,7 @@ contactless_accelerations = sum_of_forces(e for e in in_order() if e.stage is no
 
 
 @inline_kernel
-def plane_accelerations(
-    plane: "Plane", h: float, state: "Array", rate: "Array", system: "System"
-) -> float:
+def plane_accelerations(plane: Plane, h: float, state: Array, rate: Array, system: System) -> float:
     """Write the accelerations of the bodies; return the power damped, W."""
     layout, contacts, chain = system.layout, system.contacts, system.chain
     width, half = layout.width, layout.velocities

@@ -58,16 +58,15 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     SPEED,
     TENSION,
     VELOCITY,
+    Array,
+    Chain,
+    Contacts,
+    PitchLine,
+    System,
 )
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
     from frictionsim.mechanisms.belt_drive.effects.axial import AxialParameters
-    from frictionsim.mechanisms.belt_drive.effects.base import Chain
-    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, PitchLine, System
-
-    Array = npt.NDArray[np.float64]
 
 
 # A point is a candidate this many body lengths before its arc and after it: half a length, or more
@@ -81,7 +80,7 @@ RUN_ROWS = 4
 
 
 @inline_kernel
-def search_line(line: "PitchLine", system: "System", kinematics: "Array") -> None:
+def search_line(line: PitchLine, system: System, kinematics: Array) -> None:
     """Make candidates of the points on the arcs, and near their ends.
 
     NX and NY are the normal in the frame of the belt, whose first axis is along it.
@@ -119,7 +118,7 @@ def search_line(line: "PitchLine", system: "System", kinematics: "Array") -> Non
 
 @inline_kernel
 def string_accelerations(
-    line: "PitchLine", h: float, state: "Array", rate: "Array", system: "System"
+    line: PitchLine, h: float, state: Array, rate: Array, system: System
 ) -> float:
     """Write the accelerations of the points; return the power their dampers take, W."""
     layout, axial = system.layout, system.effects.axial_damping
@@ -142,7 +141,7 @@ def string_accelerations(
 
 
 @inline_kernel
-def add_friction(inv_mass: float, contacts: "Contacts", acceleration: "Array") -> None:
+def add_friction(inv_mass: float, contacts: Contacts, acceleration: Array) -> None:
     """Add what the friction accelerates along the line."""
     friction, ny, body = contacts.table[FRICTION], contacts.table[NY], contacts.body
     for s in range(contacts.offsets[-1]):
@@ -151,7 +150,7 @@ def add_friction(inv_mass: float, contacts: "Contacts", acceleration: "Array") -
 
 @inline_kernel
 def tensions(
-    length: float, axial: "AxialParameters", chain: "Chain", position: "Array", workspace: "Array"
+    length: float, axial: "AxialParameters", chain: Chain, position: Array, workspace: Array
 ) -> None:
     """Write the TENSION of the joints' springs, and the MIDDLE of each joint.
 
@@ -169,9 +168,7 @@ def tensions(
 
 
 @inline_kernel
-def add_damping(
-    damping: float | None, velocity: "Array", tension: "Array", chain: "Chain"
-) -> float:
+def add_damping(damping: float | None, velocity: Array, tension: Array, chain: Chain) -> float:
     """Add the forces of the dampers to the tensions; return the power that they take, W."""
     power = 0.0
     if damping is not None:
@@ -188,7 +185,7 @@ def add_damping(
 
 
 @inline_kernel
-def string_normal_forces(line: "PitchLine", velocity: "Array", system: "System") -> None:
+def string_normal_forces(line: PitchLine, velocity: Array, system: System) -> None:
     """Write NORMAL; reads TENSION and MIDDLE."""
     table, mass = system.contacts.table, system.chain.mass
     tension, middle = system.workspace[TENSION], system.workspace[MIDDLE]

@@ -9,17 +9,16 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from frictionsim.mechanisms.belt_drive.effects.base import Chain
     from frictionsim.scenario.signals import Signal
 
-    Array = npt.NDArray[np.float64]
-    Indices = npt.NDArray[np.int64]
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Bodies = NDArray[np.uint64]  # an index that is never negative needs no check
 
 SIMD_WIDTH = 8  # numbers of double precision in the widest vector
 
@@ -71,16 +70,16 @@ N_ENERGIES = 3
 class BodyRows(NamedTuple):
     """The rows of the kinematics by name, (width,) each: m, rad, m/s, rad/s."""
 
-    x: "Array"
-    y: "Array"
-    angle: "Array"
-    vx: "Array"
-    vy: "Array"
-    spin: "Array"
+    x: Array
+    y: Array
+    angle: Array
+    vx: Array
+    vy: Array
+    spin: Array
 
 
 @inline_kernel
-def body_rows(kinematics: "Array") -> BodyRows:
+def body_rows(kinematics: Array) -> BodyRows:
     """Return the rows of the kinematics by name."""
     return BodyRows(
         kinematics[X],
@@ -95,9 +94,9 @@ def body_rows(kinematics: "Array") -> BodyRows:
 class Accelerations(NamedTuple):
     """The accelerations of bodies, (width,) each: m/s^2 and rad/s^2."""
 
-    x: "Array"
-    y: "Array"
-    angle: "Array"
+    x: Array
+    y: Array
+    angle: Array
 
 
 class ContactRows(NamedTuple):
@@ -106,31 +105,31 @@ class ContactRows(NamedTuple):
     Loops take rows one by one: that these do not overlap is known, of parts of a table it is not.
     """
 
-    centre_x: "Array"
-    centre_y: "Array"
-    radius: "Array"
-    static: "Array"
-    kinetic: "Array"
-    forward: "Array"
-    backward: "Array"
-    nx: "Array"
-    ny: "Array"
-    inv_distance: "Array"
-    vx: "Array"
-    vy: "Array"
-    normal: "Array"
-    forward_limit: "Array"
-    backward_limit: "Array"
-    slip: "Array"
-    stick_bias: "Array"
-    friction: "Array"
-    sticking: "Array"
-    mode: "Array"
-    rim_turn: "Array"
+    centre_x: Array
+    centre_y: Array
+    radius: Array
+    static: Array
+    kinetic: Array
+    forward: Array
+    backward: Array
+    nx: Array
+    ny: Array
+    inv_distance: Array
+    vx: Array
+    vy: Array
+    normal: Array
+    forward_limit: Array
+    backward_limit: Array
+    slip: Array
+    stick_bias: Array
+    friction: Array
+    sticking: Array
+    mode: Array
+    rim_turn: Array
 
 
 @inline_kernel
-def contact_rows(table: "Array") -> ContactRows:
+def contact_rows(table: Array) -> ContactRows:
     """Return the rows of the table of contacts by name."""
     return ContactRows(
         table[CENTRE_X],
@@ -207,20 +206,20 @@ def padded_width(bodies: int) -> int:
     return (-(-bodies // SIMD_WIDTH) + 1) * SIMD_WIDTH
 
 
-def aligned_zeros(rows: int, width: int) -> "Array":
+def aligned_zeros(rows: int, width: int) -> Array:
     """Return zeros that begin where the widest vector is loaded fastest."""
     spare = np.zeros(rows * width + SIMD_WIDTH)
     offset = -spare.ctypes.data // spare.itemsize % SIMD_WIDTH
     return spare[offset : offset + rows * width].reshape(rows, width)
 
 
-def zero_state(layout: StateLayout) -> "Array":
+def zero_state(layout: StateLayout) -> Array:
     """Return a state vector of zeros, or a rate."""
     zeros: Array = aligned_zeros(1, layout.size)[0]
     return zeros
 
 
-def kinematics_of(state: "Array", layout: StateLayout) -> "Array":
+def kinematics_of(state: Array, layout: StateLayout) -> Array:
     """Return the kinematics that a state, or its rate, begins with: a view, (rows, width)."""
     return state[: layout.angles].reshape(-1, layout.width)
 
@@ -236,14 +235,14 @@ def full_vectors(size: int) -> int:
 
 
 @inline_kernel
-def clear_padding(bodies: int, ax: "Array", ay: "Array", aphi: "Array") -> None:
+def clear_padding(bodies: int, ax: Array, ay: Array, aphi: Array) -> None:
     """Clear the accelerations behind the last body, so that nothing there ever moves."""
     for k in range(bodies, full_vectors(bodies)):
         ax[k] = ay[k] = aphi[k] = 0.0
 
 
 @inline_kernel
-def copy(source: "Array", target: "Array") -> None:
+def copy(source: Array, target: Array) -> None:
     """Copy an array; a slice would be looked at for overlaps first, which takes longer."""
     for i in range(len(source)):
         target[i] = source[i]
@@ -273,11 +272,11 @@ class Signals(NamedTuple):
         Amplitude, angular frequency, rad/s, and phase, rad.
     """
 
-    pulleys: "Indices"
-    kinds: "Indices"
-    offsets: "Indices"
-    pieces: "Array"
-    harmonics: "Array"
+    pulleys: Indices
+    kinds: Indices
+    offsets: Indices
+    pieces: Array
+    harmonics: Array
 
 
 def stack_signals(rows: "Sequence[tuple[int, int, Signal]]") -> Signals:
@@ -334,15 +333,34 @@ def derivative(signals: Signals, k: int, u: float) -> float:
 # --- the system ---------------------------------------------------------------------------------
 
 
+class Chain(NamedTuple):
+    """The data that all bodies and joints share.
+
+    Attributes
+    ----------
+    bodies : int
+    length, mass, inertia : float, m, kg, kg m^2
+        Of a body.
+    total_turning : float, rad
+        By which the belt turns in one round, 2 pi or -2 pi.
+    """
+
+    bodies: int
+    length: float
+    mass: float
+    inertia: float
+    total_turning: float
+
+
 class Pulleys(NamedTuple):
     """The pulleys: the indices of those whose speed is free, and of those where it is prescribed.
 
     `table` is (8, pulleys).
     """
 
-    free: "Indices"
-    prescribed: "Indices"
-    table: "Array"
+    free: Indices
+    prescribed: Indices
+    table: Array
 
 
 class WrapFactors(NamedTuple):
@@ -356,8 +374,8 @@ class WrapFactors(NamedTuple):
         1/kappa^2, of the mass that yields to friction over that of the body.
     """
 
-    factor: "Array"
-    mass_ratio: "Array"
+    factor: Array
+    mass_ratio: Array
 
 
 class Contacts(NamedTuple):
@@ -373,19 +391,19 @@ class Contacts(NamedTuple):
     `wrap` has the wrap factors, None where the slip is that of the bodies' centres.
     """
 
-    offsets: "Indices"
-    body: "npt.NDArray[np.uint64]"
-    table: "Array"
-    saved_modes: "Array"
-    release: "Array"
+    offsets: Indices
+    body: Bodies
+    table: Array
+    saved_modes: Array
+    release: Array
     wrap: WrapFactors | None
 
 
 class FrictionCoefficients(NamedTuple):
     """Coefficients of friction of every body at every pulley, (pulleys, n): static and kinetic."""
 
-    static: "Array"
-    kinetic: "Array"
+    static: Array
+    kinetic: Array
 
 
 class Plane(NamedTuple):
@@ -411,11 +429,11 @@ class PitchLine(NamedTuple):
     """
 
     length: float
-    starts: "Array"
-    arcs: "Array"
-    senses: "Array"
-    runs: "Indices"
-    run_count: "Indices"
+    starts: Array
+    arcs: Array
+    senses: Array
+    runs: Indices
+    run_count: Indices
 
 
 class System(NamedTuple):
@@ -440,11 +458,11 @@ class System(NamedTuple):
     """
 
     layout: StateLayout
-    chain: "Chain"
+    chain: Chain
     effects: Any
     friction: FrictionCoefficients | None
-    signals: "Signals"
-    workspace: "Array"
+    signals: Signals
+    workspace: Array
     contacts: Contacts
     pulleys: Pulleys
     kinematics: Any

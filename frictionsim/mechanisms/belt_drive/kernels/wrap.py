@@ -18,8 +18,6 @@ energy closes for any kappa. Where the slip is given a body yields to T with the
 Without factors, None, the slip is that of the body's centre, as published.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.kernels.contacts import run_end
@@ -29,19 +27,14 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     BEND,
     BEND_RATE,
     SPIN,
+    Array,
+    Bodies,
+    Chain,
+    Contacts,
     WrapFactors,
     aligned_zeros,
     full_vectors,
 )
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from frictionsim.mechanisms.belt_drive.effects.base import Chain
-    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts
-
-    Array = npt.NDArray[np.float64]
-    Bodies = npt.NDArray[np.uint64]
 
 
 def wrap_factors(contacts: int) -> WrapFactors:
@@ -51,14 +44,14 @@ def wrap_factors(contacts: int) -> WrapFactors:
 
 
 @loop_kernel
-def differences(bodies: int, of_bodies: "Array", of_joints: "Array") -> None:
+def differences(bodies: int, of_bodies: Array, of_joints: Array) -> None:
     """Write the difference of the bodies before and behind each joint but the first."""
     for k in range(full_vectors(bodies)):
         of_joints[k] = of_bodies[k + 1] - of_bodies[k]
 
 
 @inline_kernel
-def bend_joints(chain: "Chain", kinematics: "Array", workspace: "Array") -> None:
+def bend_joints(chain: Chain, kinematics: Array, workspace: Array) -> None:
     """Write BEND, by how much each joint is bent."""
     n, bend, angle = chain.bodies, workspace[BEND], kinematics[ANGLE]
     differences(n, angle, bend[1:])
@@ -66,7 +59,7 @@ def bend_joints(chain: "Chain", kinematics: "Array", workspace: "Array") -> None
 
 
 @inline_kernel
-def bend_rates(chain: "Chain", kinematics: "Array", workspace: "Array") -> None:
+def bend_rates(chain: Chain, kinematics: Array, workspace: Array) -> None:
     """Write BEND_RATE: how fast each joint is bent."""
     n, bend_rate, spin = chain.bodies, workspace[BEND_RATE], kinematics[SPIN]
     differences(n, spin, bend_rate[1:])
@@ -74,7 +67,7 @@ def bend_rates(chain: "Chain", kinematics: "Array", workspace: "Array") -> None:
 
 
 @loop_kernel
-def factor_rows(body: "Bodies", count: int, bend: "Array", factor: "Array", ratio: "Array") -> None:
+def factor_rows(body: Bodies, count: int, bend: Array, factor: Array, ratio: Array) -> None:
     """Write the factors and the mass ratios of the first `count` candidates."""
     start = 0
     while start < count:
@@ -88,7 +81,7 @@ def factor_rows(body: "Bodies", count: int, bend: "Array", factor: "Array", rati
 
 
 @inline_kernel
-def update_wrap_factors(wrap: WrapFactors | None, contacts: "Contacts", workspace: "Array") -> None:
+def update_wrap_factors(wrap: WrapFactors | None, contacts: Contacts, workspace: Array) -> None:
     """Write the factors of all candidates; reads BEND."""
     if wrap is not None:
         count, bend = contacts.offsets[-1], workspace[BEND]
@@ -97,7 +90,7 @@ def update_wrap_factors(wrap: WrapFactors | None, contacts: "Contacts", workspac
 
 @inline_kernel
 def update_bend_rates(
-    wrap: WrapFactors | None, chain: "Chain", kinematics: "Array", workspace: "Array"
+    wrap: WrapFactors | None, chain: Chain, kinematics: Array, workspace: Array
 ) -> None:
     """Write BEND_RATE where the rates of factors depend on it."""
     if wrap is not None:
@@ -105,7 +98,7 @@ def update_bend_rates(
 
 
 @inline_kernel
-def wrap_rate(wrap: WrapFactors | None, i: int, bend: "Array", bend_rate: "Array") -> float:
+def wrap_rate(wrap: WrapFactors | None, i: int, bend: Array, bend_rate: Array) -> float:
     """Return the rate of kappa of body i, 1/s."""
     if wrap is not None:
         after = i + np.uint64(1)

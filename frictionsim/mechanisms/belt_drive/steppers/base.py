@@ -2,14 +2,11 @@
 
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
+from frictionsim.mechanisms.belt_drive.kernels.system import Array
 
+if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.model import BeltModel
     from frictionsim.solvers.state_values import Expected
-
-    Array = npt.NDArray[np.float64]
 
 
 class Stepper:
@@ -54,7 +51,7 @@ class Stepper:
         """Step until a limit or a sample time, s, is reached, or `max_steps` steps are taken."""
         raise NotImplementedError
 
-    def interpolate(self, t: float) -> "Array":
+    def interpolate(self, t: float) -> Array:
         """Return the state at a time in the last step; the system has the forces there."""
         raise NotImplementedError
 

@@ -1,8 +1,6 @@
 """The state of a midpoint step of fixed length, and the motion of pulleys in it."""
 
-from typing import TYPE_CHECKING, NamedTuple
-
-import numpy as np
+from typing import NamedTuple
 
 from frictionsim.mechanisms.belt_drive.effects.belt_friction import total_friction
 from frictionsim.mechanisms.belt_drive.kernels.equations import prescribed_speeds, pulley_torques
@@ -14,15 +12,12 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     SPEED,
     SPEED_OLD,
     TORQUE,
+    Array,
+    Contacts,
+    Indices,
+    Pulleys,
+    System,
 )
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
-
-    Array = npt.NDArray[np.float64]
-    Indices = npt.NDArray[np.int64]
 
 # The numbers in `counts`: steps, steps since the search for candidates, 1 if dampers along the belt
 # are solved for now, and how many steps were taken so.
@@ -46,16 +41,16 @@ class MoreauState(NamedTuple):
         STEPS, SINCE_SEARCH, IMPLICIT_NOW, IMPLICIT_STEPS.
     """
 
-    y_old: "Array"
-    y: "Array"
-    rate: "Array"
-    new: "Array"
-    middle: "Array"
-    counts: "Indices"
+    y_old: Array
+    y: Array
+    rate: Array
+    new: Array
+    middle: Array
+    counts: Indices
 
 
 @inline_kernel
-def predict_pulleys(t: float, h: float, y: "Array", y_old: "Array", system: "System") -> None:
+def predict_pulleys(t: float, h: float, y: Array, y_old: Array, system: System) -> None:
     """Write SPEED_OLD at the start of a step, and SPEED and TORQUE in its middle.
 
     The speeds of free pulleys there are extrapolated from `y_old`, of the start of the step before.
@@ -74,7 +69,7 @@ def predict_pulleys(t: float, h: float, y: "Array", y_old: "Array", system: "Sys
 
 
 @inline_kernel
-def free_pulley_speeds(h: float, pulleys: "Pulleys") -> None:
+def free_pulley_speeds(h: float, pulleys: Pulleys) -> None:
     """Write into ALPHA the speeds after the step, without friction where they are free."""
     pulley = pulleys.table
     for j in range(pulley.shape[1]):
@@ -84,7 +79,7 @@ def free_pulley_speeds(h: float, pulleys: "Pulleys") -> None:
 
 
 @inline_kernel
-def finish_pulleys(h: float, y: "Array", system: "System") -> None:
+def finish_pulleys(h: float, y: Array, system: System) -> None:
     """Write the state of the pulleys after a step and the energy that was put in; reads ALPHA."""
     pulley, free, layout = system.pulleys.table, system.pulleys.free, system.layout
     for k in range(len(free)):
@@ -98,7 +93,7 @@ def finish_pulleys(h: float, y: "Array", system: "System") -> None:
 
 
 @inline_kernel
-def mean_reaction_torques(h: float, contacts: "Contacts", pulleys: "Pulleys") -> None:
+def mean_reaction_torques(h: float, contacts: Contacts, pulleys: Pulleys) -> None:
     """Write the mean TORQUE that it took to keep a prescribed speed."""
     pulley = pulleys.table
     for j in pulleys.prescribed:

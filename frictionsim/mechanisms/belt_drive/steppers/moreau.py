@@ -43,9 +43,11 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     FRICTION_HEAT,
     SPEED,
     SPEED_OLD,
+    Array,
     FrictionCoefficients,
     PitchLine,
     Plane,
+    System,
     kinematics_of,
     zero_state,
 )
@@ -71,15 +73,10 @@ from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
 from frictionsim.solvers.state_values import COUNT, NUMBER, Rows, Values
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from frictionsim.mechanisms.belt_drive.kernels.system import System
     from frictionsim.mechanisms.belt_drive.model import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
     from frictionsim.solvers.state_values import Expected
 
-    Array = npt.NDArray[np.float64]
-    Indices = npt.NDArray[np.int64]
 
 CANDIDATE_UPDATE_INTERVAL = 16  # steps from one search for contact candidates to the next
 ENDED, NOT_FINITE, OTHER_FORM = range(3)  # why steps end
@@ -99,7 +96,7 @@ def integrate(
     max_obliquity: float | None,
     distinct_static_friction: bool,
     stiff: StiffDamping | None,
-    system: "System",
+    system: System,
 ) -> int:
     """Take at most `steps` steps of length h, s; return ENDED, NOT_FINITE or OTHER_FORM.
 
@@ -144,7 +141,7 @@ def integrate(
 
 @inline_kernel
 def step(
-    t: float, h: float, state: MoreauState, stiff: StiffDamping | None, system: "System"
+    t: float, h: float, state: MoreauState, stiff: StiffDamping | None, system: System
 ) -> None:
     """Take one step from time t."""
     y, kinematics, energies = state.y, system.kinematics, system.layout.energies
@@ -211,7 +208,7 @@ class StepPlan(NamedTuple):
     stiff: StiffDamping | None
     implicit: bool
     max_obliquity: float | None
-    dampers: "Array | None"
+    dampers: Array | None
     compile_seconds: tuple[float, float]
 
 
@@ -363,7 +360,7 @@ class BeltStepper(Stepper):
         own: dict[str, Expected] = {"y_old": NUMBER, "y": NUMBER, "counts": Rows(counts)}
         return own if self._plan.dampers is None else {**own, "dampers": NUMBER}
 
-    def interpolate(self, t: float) -> "Array":
+    def interpolate(self, t: float) -> Array:
         """Return the state at a time in the last step; the forces are those of the step."""
         ratio = min(max((t - self.t) / self._plan.h + 1.0, 0.0), 1.0)
         s = self._state

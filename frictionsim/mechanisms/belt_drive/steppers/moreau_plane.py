@@ -45,8 +45,14 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     VX,
     VY,
     Accelerations,
+    Array,
     BodyRows,
+    Chain,
     ContactRows,
+    Contacts,
+    Plane,
+    Pulleys,
+    System,
     body_rows,
     clear_padding,
     contact_rows,
@@ -66,13 +72,7 @@ from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
 )
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from frictionsim.mechanisms.belt_drive.effects.base import Chain
-    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Plane, Pulleys, System
     from frictionsim.mechanisms.belt_drive.steppers.fixed_steps import MoreauState
-
-    Array = npt.NDArray[np.float64]
 
 
 class MovingBodies(NamedTuple):
@@ -88,15 +88,15 @@ class MovingBodies(NamedTuple):
         How far and how fast the joints are bent in the middle of the step.
     """
 
-    velocities: "Array"
-    ax: "Array"
-    ay: "Array"
-    bend: "Array"
-    bend_rate: "Array"
+    velocities: Array
+    ax: Array
+    ay: Array
+    bend: Array
+    bend_rate: Array
 
 
 @inline_kernel
-def initial_forces(plane: "Plane", state: "MoreauState", system: "System") -> None:
+def initial_forces(plane: Plane, state: "MoreauState", system: System) -> None:
     """Evaluate the forces without friction at the start."""
     a = accelerations_of(state, system)
     contactless_accelerations(system, state.new, a.x, a.y, a.angle)
@@ -105,7 +105,7 @@ def initial_forces(plane: "Plane", state: "MoreauState", system: "System") -> No
 
 
 @loop_kernel
-def predict_bodies(h: float, y: "Array", middle: "Array", size: int) -> None:
+def predict_bodies(h: float, y: Array, middle: Array, size: int) -> None:
     """Write the middle of a step: positions half a step on, velocities by extrapolation.
 
     At the start `middle` has the state before.
@@ -117,7 +117,7 @@ def predict_bodies(h: float, y: "Array", middle: "Array", size: int) -> None:
 
 @inline_kernel
 def forces(
-    plane: "Plane", h: float, state: "MoreauState", stiff: StiffDamping | None, system: "System"
+    plane: Plane, h: float, state: "MoreauState", stiff: StiffDamping | None, system: System
 ) -> float:
     """Write the middle of a step and the forces there but friction; return the power damped, W."""
     layout, y_old, y = system.layout, state.y_old, state.y
@@ -132,7 +132,7 @@ def forces(
 
 
 @inline_kernel
-def accelerations_of(state: "MoreauState", system: "System") -> Accelerations:
+def accelerations_of(state: "MoreauState", system: System) -> Accelerations:
     """Return the accelerations of the bodies: views of the workspace of a step."""
     rate, half, width = state.rate, system.layout.velocities, system.layout.width
     ax, ay = rate[half : half + width], rate[half + width : half + 2 * width]
@@ -143,9 +143,9 @@ def accelerations_of(state: "MoreauState", system: "System") -> Accelerations:
 def midpoint_rows(
     h: float,
     j: int,
-    chain: "Chain",
+    chain: Chain,
     bodies: MovingBodies,
-    contacts: "Contacts",
+    contacts: Contacts,
     rows: ContactRows,
     damping: ContactDamping | None,
     stiff: StiffDamping | None,
@@ -192,11 +192,11 @@ def midpoint_rows(
 @inline_kernel
 def midpoint_contacts(
     h: float,
-    kinematics: "Array",
-    velocities: "Array",
-    a: "Accelerations",
+    kinematics: Array,
+    velocities: Array,
+    a: Accelerations,
     stiff: StiffDamping | None,
-    system: "System",
+    system: System,
 ) -> float:
     """Write what the contacts do in a step before friction is solved for; return the power, W.
 
@@ -221,7 +221,7 @@ def midpoint_contacts(
 
 @inline_kernel
 def move(
-    plane: "Plane", h: float, state: "MoreauState", stiff: StiffDamping | None, system: "System"
+    plane: Plane, h: float, state: "MoreauState", stiff: StiffDamping | None, system: System
 ) -> tuple[float, float]:
     """Solve for the impulses and move on by them; return the heat of friction and of dampers.
 
@@ -244,7 +244,7 @@ def move(
 
 
 @inline_kernel
-def solve_impulses(h: float, a: "Accelerations", system: "System") -> float:
+def solve_impulses(h: float, a: Accelerations, system: System) -> float:
     """Solve for the impulses of friction; add all forces of contacts to a; return the heat.
 
     Writes the new speeds into ALPHA, FRICTION, and SLIP as it is afterwards.
@@ -267,7 +267,7 @@ def solve_impulses(h: float, a: "Accelerations", system: "System") -> float:
 
 
 @inline_kernel
-def apply_friction_law(contacts: "Contacts", pulleys: "Pulleys", mass: float) -> float:
+def apply_friction_law(contacts: Contacts, pulleys: Pulleys, mass: float) -> float:
     """Write FRICTION, STICKING and SLIP at the speeds in ALPHA; return the heat."""
     pulley, rows, rubbed = pulleys.table, contact_rows(contacts.table), 0.0
     for j in range(pulley.shape[1]):
@@ -279,12 +279,7 @@ def apply_friction_law(contacts: "Contacts", pulleys: "Pulleys", mass: float) ->
 
 @loop_kernel
 def friction_rows(
-    j: int,
-    before: float,
-    after: float,
-    mass: float,
-    contacts: "Contacts",
-    rows: ContactRows,
+    j: int, before: float, after: float, mass: float, contacts: Contacts, rows: ContactRows
 ) -> float:
     """Write the rows of `apply_friction_law` of pulley j, by the velocities of its rim, m/s."""
     bias, slip, rubbed = rows.stick_bias, rows.slip, 0.0
@@ -304,10 +299,10 @@ def friction_rows(
 def add_contact_rows(
     inv_mass: float,
     acceleration_per_impulse: float,
-    contacts: "Contacts",
+    contacts: Contacts,
     rows: ContactRows,
-    ax: "Array",
-    ay: "Array",
+    ax: Array,
+    ay: Array,
 ) -> None:
     """Add what normal forces and impulses of friction do in a step to the accelerations.
 
@@ -328,7 +323,7 @@ def add_contact_rows(
 
 @inline_kernel
 def solve_with_stiff_damping(
-    h: float, old: "Array", new: "Array", stiff: StiffDamping, system: "System"
+    h: float, old: Array, new: Array, stiff: StiffDamping, system: System
 ) -> tuple[float, float]:
     """Solve for the impulses of friction and of stiff dampers, and add them to new velocities.
 
@@ -350,7 +345,7 @@ def solve_with_stiff_damping(
 
 
 @inline_kernel
-def tangential_velocities(vx: "Array", vy: "Array", contacts: "Contacts", along: "Array") -> None:
+def tangential_velocities(vx: Array, vy: Array, contacts: Contacts, along: Array) -> None:
     """Write the velocities along t of the candidates, with their wrap factors."""
     nx, ny, body = contacts.table[NX], contacts.table[NY], contacts.body
     for s in range(contacts.offsets[-1]):
@@ -360,11 +355,7 @@ def tangential_velocities(vx: "Array", vy: "Array", contacts: "Contacts", along:
 
 @inline_kernel
 def end_step(
-    h: float,
-    state: "MoreauState",
-    a: Accelerations,
-    damping: float | None,
-    system: "System",
+    h: float, state: "MoreauState", a: Accelerations, damping: float | None, system: System
 ) -> float:
     """Move on by the accelerations a; return the heat that dampers were not expected to take.
 
@@ -378,7 +369,7 @@ def end_step(
 @loop_kernel
 def move_bodies(
     h: float,
-    chain: "Chain",
+    chain: Chain,
     old: BodyRows,
     new: BodyRows,
     a: Accelerations,
@@ -413,7 +404,7 @@ def finish_positions(h: float, state: "MoreauState", size: int) -> None:
 
 
 @inline_kernel
-def finish(plane: "Plane", h: float, state: "MoreauState", system: "System") -> None:
+def finish(plane: Plane, h: float, state: "MoreauState", system: System) -> None:
     """Write into y_old the positions at the start of the last step, from those in its middle."""
     size = system.layout.velocities
     for i in range(size):

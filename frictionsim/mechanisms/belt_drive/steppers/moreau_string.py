@@ -8,8 +8,6 @@ them: both are corrected in turn until they agree.
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from frictionsim.mechanisms.belt_drive.effects.belt_friction import (
     friction_limits,
     project_friction,
@@ -37,6 +35,9 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     STICKING,
     TENSION,
     VELOCITY,
+    Array,
+    PitchLine,
+    System,
     copy,
 )
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
@@ -55,12 +56,7 @@ from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
 )
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from frictionsim.mechanisms.belt_drive.kernels.system import PitchLine, System
     from frictionsim.mechanisms.belt_drive.steppers.fixed_steps import MoreauState
-
-    Array = npt.NDArray[np.float64]
 
 
 # Row of the dampers' table: their impulses that the tensions have, N s, in the place of what they
@@ -77,7 +73,7 @@ def string_damping(coefficient: float, width: int, pulleys: int) -> StiffDamping
 
 
 @inline_kernel
-def initial_forces(line: "PitchLine", state: "MoreauState", system: "System") -> None:
+def initial_forces(line: PitchLine, state: "MoreauState", system: System) -> None:
     """Evaluate the forces without friction at the start."""
     axial = system.effects.axial_damping
     tensions(line.length, axial, system.chain, state.new[POSITION], system.workspace)
@@ -86,11 +82,7 @@ def initial_forces(line: "PitchLine", state: "MoreauState", system: "System") ->
 
 @inline_kernel
 def forces(
-    line: "PitchLine",
-    h: float,
-    state: "MoreauState",
-    stiff: StiffDamping | None,
-    system: "System",
+    line: PitchLine, h: float, state: "MoreauState", stiff: StiffDamping | None, system: System
 ) -> float:
     """Write the middle of a step and the forces there, and the new velocities without friction.
 
@@ -117,11 +109,7 @@ def forces(
 
 @inline_kernel
 def move(
-    line: "PitchLine",
-    h: float,
-    state: "MoreauState",
-    stiff: StiffDamping | None,
-    system: "System",
+    line: PitchLine, h: float, state: "MoreauState", stiff: StiffDamping | None, system: System
 ) -> tuple[float, float]:
     """Solve for the impulses and move on by them; return the heat of friction and of dampers."""
     layout, n, damping = system.layout, system.chain.bodies, system.effects.axial_damping.damping
@@ -135,18 +123,13 @@ def move(
 
 
 @inline_kernel
-def finish(line: "PitchLine", h: float, state: "MoreauState", system: "System") -> None:
+def finish(line: PitchLine, h: float, state: "MoreauState", system: System) -> None:
     """Do nothing: y_old has the start of the last step."""
 
 
 @inline_kernel
 def solve_friction_impulses(
-    h: float,
-    old: "Array",
-    new: "Array",
-    stiff: StiffDamping | None,
-    line: "PitchLine",
-    system: "System",
+    h: float, old: Array, new: Array, stiff: StiffDamping | None, line: PitchLine, system: System
 ) -> float:
     """Solve for the friction, unless that was done together with the dampers; return its heat, J.
 
@@ -184,7 +167,7 @@ def solve_friction_impulses(
 
 
 @inline_kernel
-def stick_biases(new: "Array", line: "PitchLine", table: "Array") -> None:
+def stick_biases(new: Array, line: PitchLine, table: Array) -> None:
     """Write STICK_BIAS of the new velocities without friction."""
     runs = line.runs
     for run in range(line.run_count[0]):
@@ -197,12 +180,12 @@ def stick_biases(new: "Array", line: "PitchLine", table: "Array") -> None:
 @inline_kernel
 def solve_dampers(
     h: float,
-    middle: "Array",
-    old: "Array",
-    new: "Array",
+    middle: Array,
+    old: Array,
+    new: Array,
     stiff: StiffDamping | None,
-    line: "PitchLine",
-    system: "System",
+    line: PitchLine,
+    system: System,
 ) -> float:
     """Solve for the impulses of stiff dampers and of friction; return the heat of the dampers, J.
 
@@ -237,7 +220,7 @@ def solve_dampers(
 
 
 @inline_kernel
-def add_impulses(rate: float, impulse: "Array", tension: "Array", n: int) -> None:
+def add_impulses(rate: float, impulse: Array, tension: Array, n: int) -> None:
     """Add the impulses of dampers in a step to the tensions; `rate` is one over its length, 1/s."""
     for k in range(n):
         tension[k] += rate * impulse[k]
@@ -246,7 +229,7 @@ def add_impulses(rate: float, impulse: "Array", tension: "Array", n: int) -> Non
 
 @inline_kernel
 def update_tensions(
-    h: float, middle: "Array", stiff: StiffDamping, line: "PitchLine", system: "System"
+    h: float, middle: Array, stiff: StiffDamping, line: PitchLine, system: System
 ) -> bool:
     """Correct tensions, normal forces and limits by the impulses of the dampers that were found.
 
@@ -274,9 +257,7 @@ def update_tensions(
 
 
 @inline_kernel
-def damping_power(
-    damping: float | None, n: int, middle: "Array", old: "Array", new: "Array"
-) -> float:
+def damping_power(damping: float | None, n: int, middle: Array, old: Array, new: Array) -> float:
     """Return the power that the dampers along the belt take in a step, W.
 
     Their forces are those of the velocities `middle`, which are extrapolated; what they take goes

@@ -25,6 +25,9 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     FRICTION,
     SLIP,
     STICKING,
+    Array,
+    Indices,
+    System,
     copy,
     kinematics_of,
     zero_state,
@@ -61,12 +64,9 @@ from frictionsim.solvers.stepper import MIN_ERROR_NORM
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.kernels.system import System
     from frictionsim.mechanisms.belt_drive.model import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
 
-    Array = npt.NDArray[np.float64]
-    Indices = npt.NDArray[np.int64]
 
 CANDIDATE_UPDATE_INTERVAL = 8  # steps from one search for contact candidates to the next
 
@@ -100,17 +100,17 @@ class RKF45State(NamedTuple):
         STEPS, REJECTED, NFEV, SINCE_SEARCH.
     """
 
-    y_old: "Array"
-    y: "Array"
-    k: tuple["Array", ...]
-    f: "Array"
-    kinematics: "Array"
-    stage: "Array"
-    error: "Array"
-    inside: "Array"
-    inv_error_scale: "Array"
-    clock: "Array"
-    counts: "Indices"
+    y_old: Array
+    y: Array
+    k: tuple[Array, ...]
+    f: Array
+    kinematics: Array
+    stage: Array
+    error: Array
+    inside: Array
+    inv_error_scale: Array
+    clock: Array
+    counts: Indices
 
 
 # Valid values of the arrays of a checkpoint, without those of the contacts.
@@ -181,7 +181,7 @@ def advance(
     limit: float,
     sample: float,
     max_trials: int,
-    system: "System",
+    system: System,
 ) -> int:
     """Evaluate the start, take steps, or look at a time in the last step.
 
@@ -237,13 +237,7 @@ def advance(
 
 @shared_kernel
 def stages(
-    t: float,
-    h: float,
-    y: "Array",
-    k: tuple["Array", ...],
-    stage: "Array",
-    y_new: "Array",
-    system: "System",
+    t: float, h: float, y: Array, k: tuple[Array, ...], stage: Array, y_new: Array, system: System
 ) -> None:
     """Write the solution at the end of a step, and the rates k of its stages.
 
@@ -264,7 +258,7 @@ def stages(
 
 
 @inline_kernel
-def dissipative_solution(h: float, y: "Array", k: tuple["Array", ...], y_new: "Array") -> None:
+def dissipative_solution(h: float, y: Array, k: tuple[Array, ...], y_new: Array) -> None:
     """Write y5 + s (y5 - y4) at t + h, of order 4."""
     for i in range(len(y)):
         y_new[i] = y[i] + h * (D1 * k[0][i] + D3 * k[2][i] + D4 * k[3][i])
@@ -340,7 +334,7 @@ class BeltStepper(Stepper):
         max_step = min(stable, settings.max_step or np.inf)
         self._control = StepControl(max_step, model.distinct_static_friction)
 
-        def vector() -> "Array":
+        def vector() -> Array:
             return zero_state(system.layout)
 
         y = vector()
@@ -400,7 +394,7 @@ class BeltStepper(Stepper):
                 " below what double precision resolves; give a larger solver.rtol"
             )
 
-    def interpolate(self, t: float) -> "Array":
+    def interpolate(self, t: float) -> Array:
         """Return the state at a time in the last step; the system has the forces there.
 
         It is that of a shorter step. Whatever the next steps depend on is left as it is: samples do
