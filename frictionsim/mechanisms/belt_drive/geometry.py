@@ -76,7 +76,7 @@ class Path:
     Attributes
     ----------
     length : float, m
-    turn : float, rad
+    total_turning : float, rad
         2 pi where the loop is passed counter-clockwise, -2 pi where clockwise.
     arcs : tuple of Arc, rad
         One for each pulley, in its order.
@@ -110,18 +110,18 @@ class Path:
 
         Returns
         -------
-        Line
-            Position in m; tangent angle in rad, continuous along the belt, so that it has
-            changed by `turn` at the end; pulley under the belt, -1 on a span.
+        PathPoints
+            Positions, m; tangent angles, rad, continuous along the belt; the pulley under the belt,
+            -1 on a span.
         """
         piece = np.searchsorted(self._starts, s, side="right") - 1
         along = s - self._starts[piece]
-        start, add_bending = self._angles[piece], self._curvatures[piece] * along
+        start, bend = self._angles[piece], self._curvatures[piece] * along
         # The chord of an arc: along sin(bend/2)/(bend/2), half the bend off the first tangent.
-        chord = along * np.sinc(add_bending / tau)
-        direction = start + 0.5 * add_bending
+        chord = along * np.sinc(bend / tau)
+        direction = start + 0.5 * bend
         step = chord[:, None] * np.column_stack([np.cos(direction), np.sin(direction)])
-        return PathPoints(self._points[piece] + step, start + add_bending, self._pulleys[piece])
+        return PathPoints(self._points[piece] + step, start + bend, self._pulleys[piece])
 
 
 def belt_path(pulleys: Sequence[Pulley]) -> Path:

@@ -159,12 +159,12 @@ def _unsteady_means(
     tension = float(np.mean(seen["_span_tension"]))
     at_rest = min_rim_speed(scenario, time, seen)
     rim = seen["_speed"][last] * _radii(model)
-    max_frequency_and_decay = max(at_rest, float(np.max(np.abs(np.mean(rim, axis=0)))))
+    fastest = max(at_rest, float(np.max(np.abs(np.mean(rim, axis=0)))))
     changing = [
         *_changes(
             time[last],
             rim,
-            max_frequency_and_decay,
+            fastest,
             [f"speed of '{n}'" for n in scenario.mechanism.names],
         ),
         *_changes(
