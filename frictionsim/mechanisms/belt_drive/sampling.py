@@ -11,29 +11,20 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     ANGLE,
     ARC_LENGTH,
     ARC_START,
-    BACKWARD_LIMIT,
-    CENTRE_X,
-    CENTRE_Y,
     FORCE_X,
     FORCE_Y,
-    FORWARD_LIMIT,
-    FRICTION,
-    KINETIC,
     MIDDLE,
-    NORMAL,
     POSITION,
     PULLEY_RADIUS,
     RADIUS,
-    SLIP,
     SPEED,
-    STATIC,
-    STICKING,
     TENSION,
     TORQUE,
     VELOCITY,
     VX,
     VY,
     Array,
+    ContactRows,
     Indices,
     X,
     Y,
@@ -116,12 +107,10 @@ class Observer:
                 " low, or a torque too high?"
             )
         kinematics = self._kinematics(stepper.interpolate(stepper.t))
-        radius = contacts.table[RADIUS, :count]
-        filled = np.flatnonzero(radius > 0.0)
-        body = contacts.body[filled].astype(np.int64)
-        x, y = kinematics[X], kinematics[Y]
-        centre_x, centre_y = contacts.table[CENTRE_X, filled], contacts.table[CENTRE_Y, filled]
-        share = 1.0 - np.hypot(x[body] - centre_x, y[body] - centre_y) / radius[filled]
+        filled = np.flatnonzero(contacts.table[RADIUS, :count] > 0.0)
+        body, near = contacts.body[filled].astype(np.int64), ContactRows(*contacts.table[:, filled])
+        x, y = kinematics[X, body] - near.centre_x, kinematics[Y, body] - near.centre_y
+        share = 1.0 - np.hypot(x, y) / near.radius
         deepest = int(np.argmax(share))
         if share[deepest] > MAX_PENETRATION:
             raise BeltOffPulleys(
@@ -171,25 +160,25 @@ class Observer:
         contacts = self._system.contacts
         count = contacts.offsets[-1]
         # A body may be a candidate of two pulleys, and is pressed on one.
-        pressed = (contacts.table[RADIUS, :count] > 0.0) & (contacts.table[NORMAL, :count] > 0.0)
-        filled = np.flatnonzero(pressed)
-        body = contacts.body[filled].astype(np.int64)
+        candidates = ContactRows(*contacts.table[:, :count])
+        filled = np.flatnonzero((candidates.radius > 0.0) & (candidates.normal > 0.0))
+        body, pressed = (
+            contacts.body[filled].astype(np.int64),
+            ContactRows(*contacts.table[:, filled]),
+        )
+        friction = pressed.friction * self.force_per_impulse
         found = self._places(kinematics)
-        for name, row in (
-            ("normal_force", NORMAL),
-            ("friction_force", FRICTION),
-            ("slip_velocity", SLIP),
-            ("sticking", STICKING),
-        ):
-            found[name] = np.zeros(self._bodies)
-            found[name][body] = contacts.table[row, filled]
-        found["friction_force"] *= self.force_per_impulse
         found["pulley_index"] = np.full(self._bodies, -1.0)
         found["pulley_index"][body] = np.searchsorted(contacts.offsets, filled, side="right") - 1.0
-        found["_utilisation"] = np.zeros(self._bodies)
-        found["_utilisation"][body] = utilisation(
-            contacts.table[:, filled], found["friction_force"][body]
-        )
+        for name, values in (
+            ("normal_force", pressed.normal),
+            ("friction_force", friction),
+            ("slip_velocity", pressed.slip),
+            ("sticking", pressed.sticking),
+            ("_utilisation", utilisation(pressed, friction)),
+        ):
+            found[name] = np.zeros(self._bodies)
+            found[name][body] = values
         found["tension"] = self._tension(kinematics)
         return found
 
@@ -269,13 +258,14 @@ class Observer:
         if self._system.friction is None:
             return {}
         ranges = [slice(*ends) for ends in pairwise(contacts.offsets)]
-        friction = contacts.table[FRICTION] * self.force_per_impulse
-        kinetic = contacts.table[KINETIC] * contacts.table[NORMAL]
-        slip = contacts.table[NORMAL] * contacts.table[SLIP]
+        rows = ContactRows(*contacts.table)
+        found = {
+            "_friction": rows.friction * self.force_per_impulse,
+            "_capacity": rows.kinetic * rows.normal,
+            "_slip": rows.normal * rows.slip,
+        }
         return {
-            "_friction": np.array([friction[of].sum() for of in ranges]),
-            "_capacity": np.array([kinetic[of].sum() for of in ranges]),
-            "_slip": np.array([slip[of].sum() for of in ranges]),
+            name: np.array([values[of].sum() for of in ranges]) for name, values in found.items()
         }
 
     def _friction_excess(self) -> Array:
@@ -287,19 +277,19 @@ class Observer:
         contacts = self._system.contacts
         if self._system.friction is None:
             return np.zeros(2)
-        table = contacts.table[:, : contacts.offsets[-1]]
-        friction, at_rest = table[FRICTION] * self.force_per_impulse, table[STATIC] * table[NORMAL]
+        rows = ContactRows(*contacts.table[:, : contacts.offsets[-1]])
+        friction, at_rest = rows.friction * self.force_per_impulse, rows.static * rows.normal
         size, limit = np.abs(friction), at_rest
         off = size - at_rest
         law = self._system.effects.belt_friction
         if law is not None and law.set_valued is not None:
-            limits = table[FORWARD_LIMIT], table[BACKWARD_LIMIT]
+            limits = rows.forward_limit, rows.backward_limit
             limit = np.where(friction > 0.0, *limits) * self.force_per_impulse
-            let_go = (table[SLIP] == 0.0) & (table[STICKING] == 0.0)
+            let_go = (rows.slip == 0.0) & (rows.sticking == 0.0)
             off = np.maximum(size - limit, np.where(let_go, at_rest - size, 0.0))
             # A body that slides one way has no friction the other way, until its slip has ended.
             turning = (friction == 0.0) & (np.minimum(*limits) == 0.0)
-            self._note_release((table[STICKING] == 0.0) & ~turning, limit - size, limit)
+            self._note_release((rows.sticking == 0.0) & ~turning, limit - size, limit)
         return np.array([np.max(off, initial=0.0), np.max(at_rest, initial=0.0)])
 
     def _note_release(self, sliding: Any, missing: Array, limit: Array) -> None:
@@ -419,17 +409,10 @@ def belt_speed(kinematics: Array) -> float:
     return float(np.mean(along))
 
 
-def utilisation(contacts: Array, friction: Array) -> Array:
-    """Return the friction of contacts over what they can have, from -1 to 1.
-
-    Parameters
-    ----------
-    contacts : (21, n)
-        Rows of `kernels.system`.
-    friction : (n,), N
-    """
-    coefficient = np.where(contacts[STICKING] > 0.0, contacts[STATIC], contacts[KINETIC])
-    limit = coefficient * contacts[NORMAL]
+def utilisation(rows: ContactRows, friction: Array) -> Array:
+    """Return the friction of contacts, N, over its limit, from -1 to 1."""
+    coefficient = np.where(rows.sticking > 0.0, rows.static, rows.kinetic)
+    limit = coefficient * rows.normal
     share = np.divide(friction, limit, out=np.zeros_like(limit), where=limit > 0.0)
     return np.clip(share, -1.0, 1.0)
 
