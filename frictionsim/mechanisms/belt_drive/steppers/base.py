@@ -16,18 +16,22 @@ class Stepper:
     ----------
     force_per_impulse : float, 1/s
         Makes a force of what the contacts hold as friction; 1 where they hold forces.
-    compile_seconds : float, s
-        What the compilation of its kernels is expected to take.
-    prepared : bool
-        The kernels of the next step are compiled, once `prepare` was called.
     """
 
     force_per_impulse = 1.0
-    compile_seconds: float
-    prepared = True
 
     def __init__(self, model: "BeltModel") -> None:
         self._model = model
+
+    @property
+    def compile_seconds(self) -> float:
+        """The expected time of the compilation of its kernels, s."""
+        raise NotImplementedError
+
+    @property
+    def prepared(self) -> bool:
+        """Whether the kernels of the next step are compiled, once `prepare` was called."""
+        return True
 
     @property
     def t(self) -> float:

@@ -289,8 +289,8 @@ class BeltStepper(Stepper):
         y_old[:] = y[:] = model.state
 
     @property
-    def compile_seconds(self) -> float:  # type: ignore[override]
-        """What the compilation of its kernels is expected to take, s."""
+    def compile_seconds(self) -> float:
+        """The expected time of the compilation of its kernels, s."""
         return self._plan.compile_seconds[self._form]
 
     @property
@@ -314,7 +314,7 @@ class BeltStepper(Stepper):
         self._integrate(0)
 
     @property
-    def prepared(self) -> bool:  # type: ignore[override]
+    def prepared(self) -> bool:
         """Whether the kernels of the next step are compiled."""
         return self._form in self._ready
 

@@ -325,8 +325,6 @@ def max_stable_step(eigenvalues: "npt.NDArray[np.complex128]") -> float:
 class BeltStepper(Stepper):
     """A belt drive between two adaptive steps."""
 
-    compile_seconds = COMPILE_SECONDS
-
     def __init__(self, model: "BeltModel", settings: "BeltSolverSettings") -> None:
         super().__init__(model)
         self._system = system = model.system
@@ -353,6 +351,11 @@ class BeltStepper(Stepper):
         )
         self._state.y[:] = self._state.y_old[:] = model.state
         self._contacts: Array | None = None  # as the last step left them, while a sample is seen
+
+    @property
+    def compile_seconds(self) -> float:
+        """The expected time of the compilation of its kernel, s."""
+        return COMPILE_SECONDS
 
     @property
     def t(self) -> float:
