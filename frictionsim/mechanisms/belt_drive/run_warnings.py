@@ -41,16 +41,7 @@ def warnings_of(
     seen: dict[str, Array],
     quantities: "Quantities",
 ) -> tuple[str, ...]:
-    """Return warnings about a run.
-
-    Parameters
-    ----------
-    time : (n,), s
-    seen : dict of (n, ...)
-        What the observer keeps of each sample.
-    quantities : Quantities
-        Of the summary.
-    """
+    """Return warnings about a run: its times, (n,), s, samples, (n, ...), and summary."""
     if not time.size:
         return ()
     found = [

@@ -53,13 +53,8 @@ MAX_PENETRATION = 0.5  # of a radius: a body that gets further into a pulley doe
 class Observer:
     """Samples of a belt drive, in a `SampleStore`.
 
-    Only the channels that are wanted are kept whole; of the others what the quantities need.
-
-    Parameters
-    ----------
-    scenario : BeltDriveScenario
-    model : BeltModel
-        Its system holds the forces of the state that a sample is taken of.
+    Only the channels that are wanted are kept whole; of the others what the quantities need. The
+    system of the model holds the forces of the state that a sample is taken of.
     """
 
     def __init__(self, scenario: "BeltDriveScenario", model: "BeltModel") -> None:
@@ -93,12 +88,7 @@ class Observer:
         self.energy_gain = 0.0  # energy that came from nowhere, over what was stored and put in
 
     def check_belt(self, stepper: Any) -> None:
-        """Stop where the belt has left its pulleys, or is pressed through one.
-
-        Raises
-        ------
-        BeltOffPulleys
-        """
+        """Stop where the belt has left its pulleys, or is pressed through one."""
         contacts = self._system.contacts
         count = contacts.offsets[-1]
         if count == 0:
@@ -340,12 +330,7 @@ class StringObserver(Observer):
         self._path = scenario.mechanism.path()
 
     def check_belt(self, stepper: Any) -> None:
-        """Stop where points have passed each other.
-
-        Raises
-        ------
-        Diverged
-        """
+        """Stop where points have passed each other."""
         position = self._kinematics(stepper.interpolate(stepper.t))[POSITION]
         spacing = np.diff(position, append=position[0] + self._path.length)
         if np.min(spacing) <= 0.0:

@@ -51,28 +51,15 @@ SAMPLES_TO_RETURN = 10
 
 
 def slack_spans(model: "BeltModel", span_tension: "Array") -> "Bools":
-    """Return which spans are slack, (n, spans).
-
-    Parameters
-    ----------
-    model : BeltModel
-    span_tension : (n, spans), N
-        The mean tension of each span, in every sample.
-    """
+    """Return which spans are slack, (n, spans), from their mean tensions, (n, spans), N."""
     slack: Bools = span_tension < SLACK_TENSION * float(np.mean(model.equilibrium.tension))
     return slack
 
 
 def full_slip(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> "Bools":
-    """Return on which pulleys all bodies slide, with all the friction that there is, (n, pulleys).
+    """Return on which pulleys all bodies slide at the limit of friction, (n, pulleys).
 
-    Never on a pulley without a drive or without friction.
-
-    Parameters
-    ----------
-    scenario : BeltDriveScenario
-    seen : dict of (n, ...)
-        What the observer keeps of each sample.
+    Never on a pulley without a drive or without friction; `seen` is what the observer keeps.
     """
     law, names = scenario.effects.belt_friction, scenario.mechanism.names
     if law is None:
@@ -127,13 +114,7 @@ def transitions_of(
 ) -> list[Transition]:
     """Return the transitions of pulleys and spans, in the order of time.
 
-    Parameters
-    ----------
-    scenario : BeltDriveScenario
-    model : BeltModel
-    time : (n,), s
-    seen : dict of (n, ...)
-        What the observer keeps of each sample.
+    `time` is (n,), s; `seen` is what the observer keeps of each sample, (n, ...).
     """
     if not time.size:
         return []
