@@ -186,7 +186,7 @@ def test_errors_of_a_progress_function_are_its_own(tmp_path: Path) -> None:
 
 
 def test_a_method_without_checkpoints_takes_none(tmp_path: Path) -> None:
-    path = write_original("belt rkf45", tmp_path)
+    path = write_original("pulley regularised", tmp_path)
     with h5py.File(path, "r+") as file:
         file.attrs["scenario"] = file.attrs["scenario"].replace('"rkf45"', '"radau"')
         group = file["checkpoint"]
