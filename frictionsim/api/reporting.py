@@ -51,7 +51,9 @@ def study_html(source: Any) -> str | None:
 
 def _of_file(path: Path) -> str | None:
     from frictionsim.io.hdf5_reader import identity_of, read_costs
+    from frictionsim.io.unfinished import existing_name
 
+    path = existing_name(path)
     if _is_hdf5(path):
         identity = identity_of(path)
         if identity.is_sweep:

@@ -136,8 +136,13 @@ class Sweep(ResultBase):
         if target.suffix == CSV:
             self.save_csv(target)
         elif target.suffix in HDF5:
+            from frictionsim.io.replaceable import SWEEP, check_replaceable
             from frictionsim.io.sweep_file import write_sweep
+            from frictionsim.io.unfinished import partial_name, whole_name
 
+            target = whole_name(target)
+            target = target if self.status == "done" else partial_name(target)
+            check_replaceable(target, SWEEP)
             write_sweep(self.table, target)
         else:
             raise InputError(f"{target}: expected a name that ends in {', '.join(HDF5)} or {CSV}")
@@ -237,8 +242,9 @@ def open_sweep(path: str | PathLike[str]) -> Sweep:
         If it does not exist or is not a sweep.
     """
     from frictionsim.io.hdf5_reader import read_sweep
+    from frictionsim.io.unfinished import existing_name
 
-    found = as_path("path", path)
+    found = existing_name(as_path("path", path))
     return Sweep(read_sweep(found), found)
 
 
@@ -250,6 +256,9 @@ def result_or_sweep(path: Path) -> Result | Sweep:
     InputError
         If it is neither the result of a run nor a sweep.
     """
+    from frictionsim.io.unfinished import existing_name
+
+    path = existing_name(path)
     try:
         return open(path)
     except InputError:

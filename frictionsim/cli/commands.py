@@ -34,6 +34,7 @@ from frictionsim.cli.app import (
 from frictionsim.cli.completion import backends as backends_of
 from frictionsim.cli.ending import ending_of, printed_by_typer
 from frictionsim.cli.messages import (
+    log_on_stderr,
     print_error,
     print_json,
     print_text,
@@ -202,13 +203,15 @@ def resume(
 ) -> int:
     """Resume an interrupted run or sweep; the file is bit-identical to an uninterrupted one.
 
-    An incomplete NAME.h5 is called so itself; only beside a complete NAME.h5 it is
-    NAME.partial.h5, and replaces that when it is done, unless it is of another scenario.
+    Until it is done it is in NAME.partial.h5, also where NAME.h5 is given.
     """
     from frictionsim.api.solving import RunOptions
     from frictionsim.cli.job import Report, Resumption, resume_job
     from frictionsim.io.hdf5_reader import is_sweep
+    from frictionsim.io.unfinished import existing_name
 
+    log_on_stderr(verbose)
+    result = existing_name(result)
     RunOptions.of(max_wall=max_wall, max_steps=max_steps)  # before anything is read
     if is_sweep(result):
         from frictionsim.api.sweeping import ExecutionOptions, resume_study

@@ -23,7 +23,8 @@ from frictionsim.errors import (
     InputError,
     OutputError,
 )
-from frictionsim.io.destination import Destination, whole_name
+from frictionsim.io.destination import Destination
+from frictionsim.io.unfinished import whole_name
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
@@ -187,7 +188,9 @@ def resume_job(job: Resumption, report: Report) -> None:
             max_steps=job.max_steps,
             progress=monitor,
         )
-    report.add(result, str(job.source), known, job.output or whole_name(job.source))
+    report.add(
+        result, str(job.source), known, job.output or whole_name(incomplete.path or job.source)
+    )
 
 
 def targets_of(sources: Sequence[str], output: Path | None, no_clobber: bool) -> list[Path]:

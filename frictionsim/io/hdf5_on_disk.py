@@ -39,8 +39,7 @@ def write_on_disk(part: Path, least: int, fill: Callable[[Any], None]) -> None:
     """
     if disk_usage(part).free < least:
         raise OSError(ENOSPC, strerror(ENOSPC))
-    # Who writes a part has a lock on it, which a second one of HDF5 would not get past.
-    file = h5py.File(part, "w", track_order=True, locking=False)
+    file = h5py.File(part, "w", track_order=True)
     try:
         fill(file)
         file.flush()

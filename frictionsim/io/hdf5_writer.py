@@ -81,8 +81,8 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
-from frictionsim.io.atomic_write import replaced_atomically, write_atomically
-from frictionsim.io.checksum import append_trailer, checksum_trailer
+from frictionsim.io.atomic_write import Part, write_atomically
+from frictionsim.io.checksum import COSTS, append_trailer, checksum_trailer
 from frictionsim.io.chunks import (
     CHUNK_BYTES,
     COMPRESSION,
@@ -116,24 +116,36 @@ TEXT_TYPE, SCALAR = h5py.h5t.py_create(TEXT, logical=True), h5py.h5s.create(h5py
 OK: "Flags" = ((0, "failed"), (1, "ok"))
 
 
-def write(run: "Record", path: Path) -> None:
+def write(run: "Record", path: Path, part: Part | None = None) -> None:
     """Write the result file of a run atomically: on any error the existing file is kept.
 
     If the run can be resumed, samples in segments stay there, and the file refers to them.
+
+    Parameters
+    ----------
+    run : Record
+    path : Path
+    part : Part, optional
+        Of this file, if it is locked already.
     """
     stored = run.stored
     if stored is None or run.checkpoint is None:
-        write_record(run, path, run.checkpoint)
+        write_record(run, path, run.checkpoint, part)
         return
     before = stored.number * stored.rows
     tail = {name: values[before:] for name, values in run.channels.items()}
     numbers = stored.number, stored.rows, stored.segments.checksum
     reference = {SEGMENTS: " ".join([stored.segments.name, *map(str, numbers)])}
-    part = run._replace(channels=tail, attributes=run.attributes | reference)
-    write_record(part, path, run.checkpoint)
+    rest = run._replace(channels=tail, attributes=run.attributes | reference)
+    write_record(rest, path, run.checkpoint, part)
 
 
-def write_record(record: Record, path: Path, checkpoint: dict[str, Any] | None = None) -> None:
+def write_record(
+    record: Record,
+    path: Path,
+    checkpoint: dict[str, Any] | None = None,
+    part: Part | None = None,
+) -> None:
     """Write a result file atomically: on any error the existing file is kept.
 
     Parameters
@@ -142,16 +154,25 @@ def write_record(record: Record, path: Path, checkpoint: dict[str, Any] | None =
     path : Path
     checkpoint : dict of arrays, optional
         State to resume from.
+    part : Part, optional
+        As of `write`.
     """
-    check_replaceable(path, RESULT)
-    if is_long(record.channels):
-        with replaced_atomically(path) as part, reported(path):
-            least = sum(values.nbytes for values in record.channels.values() if values.ndim < 2)
-            write_on_disk(part, least, lambda file: _fill(file, record, checkpoint))
-            append_trailer(part)
-        return
-    image = _image(record, checkpoint)
-    write_atomically(image + checksum_trailer(image), path)
+    part = part or Part(path)
+    try:
+        check_replaceable(path, RESULT)
+        with part.opened() as opened:
+            if is_long(record.channels):
+                with reported(path), part.unlocked():
+                    least = sum(v.nbytes for v in record.channels.values() if v.ndim < 2)
+                    write_on_disk(part.content, least, lambda f: _fill(f, record, checkpoint))
+                append_trailer(part.content)
+            else:
+                image = _image(record, checkpoint)
+                opened.write(image + checksum_trailer(image))
+        part.rename()
+    except BaseException:
+        part.discard()
+        raise
 
 
 def write_table(
@@ -189,7 +210,7 @@ def write_table(
         file.flush()
         image = bytes(file.id.get_file_image())
     check_replaceable(path, COSTS_IN_HDF5)
-    write_atomically(image + checksum_trailer(image), path, "table")
+    write_atomically(image + checksum_trailer(image, COSTS), path, "table")
 
 
 def _image(record: Record, checkpoint: dict[str, Any] | None) -> bytes:

@@ -32,7 +32,6 @@ import numpy as np
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io.atomic_write import write_atomically
 from frictionsim.io.checksum import checksum_of, checksum_trailer
-from frictionsim.io.part_file import START as PART
 from frictionsim.io.segment_file import SegmentFile, is_folder, open_regular, segment_image
 
 MARK = ".samples-"
@@ -40,6 +39,7 @@ DIGITS = 8  # hexadecimal, after the mark
 FOLDER_NAME = re.compile(rf".+{re.escape(MARK)}[0-9a-f]{{{DIGITS}}}", re.DOTALL)
 SUFFIX = ".segment"
 FILE_NAME = re.compile(rf"[0-9]{{6,}}{re.escape(SUFFIX)}")
+PART = ".frictionsim-"
 MAX_STEM_LENGTH = 200  # bytes
 OWNER = "run"
 MAX_SEGMENTS = 10**9  # segments, and samples of each

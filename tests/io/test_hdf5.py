@@ -314,17 +314,14 @@ def test_every_flipped_bit_is_detected(tmp_path: Path) -> None:
     assert hdf5_reader.read(path).attributes["status"] == "done"
 
 
-@pytest.mark.parametrize(("place", "name"), [(os, "fsync"), (Path, "replace"), (Path, "open")])
+@pytest.mark.parametrize(("place", "name"), [(os, "fsync"), (Path, "replace")])
 def test_a_failed_write_keeps_the_old_result_and_leaves_no_part(
     place: Any, name: str, done: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "a.h5"
     path.write_bytes(old_result())
-    unpatched = getattr(place, name)
 
     def fail(*arguments: Any) -> Any:
-        if arguments[-1] == "rb":  # to look at the old one
-            return unpatched(*arguments)
         raise OSError(errno.ENOSPC, "No space left on device")
 
     with monkeypatch.context() as patched:
