@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
-from frictionsim.api.result import Result, open
+from frictionsim.api.result import Result
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.errors import FrictionsimError, InputError, OutputError
 from frictionsim.scenario.loading import ScenarioSource
@@ -132,14 +132,16 @@ def resume(
     SolverError, AuditError
         Only with `check`.
     """
-    from frictionsim.io.hdf5_reader import is_sweep
-    from frictionsim.io.unfinished import existing_name, whole_name
+    from frictionsim.api.sweep_result import result_or_sweep  # a run needs none of it
+    from frictionsim.io.unfinished import whole_name
 
     since = perf_counter()
     options = RunOptions.of(max_wall=max_wall, max_steps=max_steps, progress=progress)
-    if not isinstance(result, Result) and is_sweep(existing_name(as_path("result", result))):
+    incomplete = (
+        result if isinstance(result, Result) else result_or_sweep(as_path("result", result))
+    )
+    if not isinstance(incomplete, Result):
         raise InputError(f"{result}: this is a sweep; frictionsim.resume_sweep continues it")
-    incomplete = result if isinstance(result, Result) else open(as_path("result", result))
     state = incomplete.load_checkpoint()
     scenario, path = incomplete.scenario, incomplete.path
     if output is None and path is not None:

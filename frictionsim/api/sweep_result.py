@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.api.result import Result, open
+from frictionsim.api.result import Result
 from frictionsim.api.result_base import ResultBase
 from frictionsim.display import study_text
 from frictionsim.document import Document, Table
@@ -256,17 +256,16 @@ def result_or_sweep(path: Path) -> Result | Sweep:
     InputError
         If it is neither the result of a run nor a sweep.
     """
+    from frictionsim.io.hdf5_reader import read_any, result_of
     from frictionsim.io.unfinished import existing_name
 
     path = existing_name(path)
-    try:
-        return open(path)
-    except InputError:
-        from frictionsim.io.hdf5_reader import is_sweep
-
-        if not is_sweep(path):
-            raise
-        return open_sweep(path)
+    found = read_any(path)
+    return (
+        Sweep(found, path)
+        if isinstance(found, SweepTable)
+        else Result(result_of(found, path), path)
+    )
 
 
 def quantities_of(view: str | None) -> list[str]:

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import IO
 from zlib import crc32
 
-RESULT, SWEEP, COSTS = MARKS = tuple(
-    b"\nfrictionsim %s " % word for word in (b"crc32", b"sweep", b"costs")
+RESULT, SWEEP, COSTS, SEGMENT = MARKS = tuple(
+    b"\nfrictionsim %s " % word for word in (b"crc32", b"sweep", b"costs", b"segm.")
 )
 LENGTH = len(RESULT) + len(b"01234567\n")
 BLOCK = 1 << 20
@@ -52,9 +52,10 @@ def append_trailer(path: Path, mark: bytes = RESULT) -> None:
         file.write(mark + b"%08x\n" % checksum)
 
 
-def checksum_of(trailer: bytes) -> int:
-    """Return the checksum that a trailer states."""
-    return int(trailer[len(RESULT) :], 16)
+def stated_checksum(file: IO[bytes]) -> int:
+    """Return the checksum that the trailer of an open file states."""
+    mark_of(file)
+    return int(file.read(), 16)
 
 
 def _crc32_of(file: IO[bytes], length: int) -> int:

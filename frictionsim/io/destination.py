@@ -8,33 +8,16 @@ from typing import TYPE_CHECKING
 
 from frictionsim.errors import OutputError
 from frictionsim.io import hdf5_writer
-from frictionsim.io.atomic_write import (
-    SUFFIXES,
-    KeptBeside,
-    Part,
-    check_no_clobber,
-    name_beside,
-)
+from frictionsim.io.atomic_write import KeptBeside, Part, check_no_clobber, name_beside
 from frictionsim.io.replaceable import RESULT, check_target
-from frictionsim.io.sample_segments import SampleSegments, in_use, segment_folders
+from frictionsim.io.sample_segments import SampleSegments
+from frictionsim.io.segments import SegmentFiles
 from frictionsim.io.unfinished import partial_name, whole_name
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
 
 LOG = logging.getLogger(__name__)
-
-
-def _folder_of_segments(path: Path) -> Path | None:
-    """Return the folder of the segments of a result; None without one.
-
-    What reads files is imported where there is one to read: most runs write a new file.
-    """
-    if not os.path.lexists(path):
-        return None
-    from frictionsim.io.hdf5_reader import folder_of_segments
-
-    return folder_of_segments(path)
 
 
 def check_whole_name(path: Path) -> None:
@@ -101,21 +84,19 @@ class Destination:
             an earlier unfinished result.
         """
         if run.status == "done":
-            replaced = _folder_of_segments(self.partial)
             hdf5_writer.write(run, self.whole, self._part)
             LOG.info("result written: %s", self.whole)
             with suppress(OSError):
                 self.partial.unlink()
                 LOG.info("unfinished result removed: %s", self.partial)
-            self._drop_segments(replaced)
+            self.segments().remove()
             return self.whole
         nothing = run.time.size <= 1 and not run.transitions
         if nothing and self.partial.exists() and self.partial != self._resumed:
             return None
-        replaced = _folder_of_segments(self.partial)
         self.lock()
         hdf5_writer.write(run, self.partial)
-        self._drop_segments(replaced)
+        self.segments().remove(run.stored.number if run.stored else 0)
         LOG.info("unfinished result written: %s (%s)", self.partial, run.reason)
         self._has_written = True
         if self._resumed == self.whole:  # an unfinished result of an earlier version
@@ -182,47 +163,27 @@ class Destination:
         )
 
     def segments(self) -> SampleSegments:
-        """Return where the run may put samples; those of the run that is resumed if it is its own.
+        """Return where the run may put samples.
 
         A run that is resumed into another file has its segments linked or copied to there.
         """
         if self._segments is None:
-            self._segments = SampleSegments.beside(self.whole)
-            before = None if self._resumed is None else _folder_of_segments(self._resumed)
-            if before is not None and self._is_resumed:
-                self._segments = SampleSegments(before)
-            elif before is not None:
-                self._segments.inherit(before)
+            inherited = None
+            if self._resumed is not None and not self._is_resumed:
+                inherited = SegmentFiles(whole_name(self._resumed))
+            self._segments = SampleSegments(self.whole, self._begin_segments, inherited)
         return self._segments
 
+    def _begin_segments(self) -> None:
+        """Have no other process write, and no earlier unfinished result refer to, the segments."""
+        self.lock()
+        if not (self._is_resumed or self._has_written):
+            self.partial.unlink(missing_ok=True)
+
     def close(self) -> None:
-        """Let others write these files; remove the segments that no file refers to."""
+        """Let others write these files."""
         if self._part is not None:
             self._part.discard()
         self._part = None
-        if self._segments is None:
-            return
-        self._segments.close()
-        folder = self._segments.folder
-        # Also those of runs that were killed before their first checkpoint.
-        unused = [
-            found for found in segment_folders(self.whole) if found == folder or not in_use(found)
-        ]
-        if not unused:
-            return
-        kept = set(map(_folder_of_segments, self._results_beside()))
-        for found in unused:
-            if found not in kept:
-                SampleSegments(found).remove()
-
-    def _results_beside(self) -> set[Path]:
-        """Return the files that may refer to segments here, by whatever name they have now."""
-        folder = Path(os.path.realpath(self.whole)).parent
-        beside = {path for path in folder.iterdir() if path.suffix in SUFFIXES and path.is_file()}
-        return {self.whole, self.partial, *beside}
-
-    def _drop_segments(self, replaced: Path | None) -> None:
-        """Remove the segments of the result that was replaced, unless its run goes on."""
-        own = None if self._segments is None else self._segments.folder
-        if replaced is not None and replaced != own and not in_use(replaced):
-            SampleSegments(replaced).remove()
+        if self._segments is not None and not os.path.lexists(self.partial):
+            self._segments.remove()  # of a run that has failed before its first checkpoint

@@ -60,6 +60,7 @@ class Kind(NamedTuple):
 HDF5 = re.escape(HDF5_SIGNATURE)
 RESULT = Kind("result", "a result", HDF5, checksum.RESULT)
 SWEEP = Kind("sweep", "a sweep", HDF5, checksum.SWEEP)
+SEGMENT = Kind("segment", "a segment of a run", HDF5, checksum.SEGMENT)
 COSTS_IN_HDF5 = Kind("table", "a table of costs", HDF5, checksum.COSTS)
 COSTS = Kind("table", "a table of costs", rb"law,backend,setting,")
 SWEEP_IN_CSV = Kind(

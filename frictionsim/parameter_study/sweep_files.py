@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io.atomic_write import check_no_clobber, check_place
 from frictionsim.io.destination import check_whole_name
+from frictionsim.io.regular_file import open_regular
 from frictionsim.io.replaceable import SWEEP, check_replaceable
-from frictionsim.io.segment_file import open_regular
 from frictionsim.io.sweep_file import write_sweep
 from frictionsim.io.unfinished import partial_name
 from frictionsim.parameter_study.journal import Journal, journal_name, remove_left_over

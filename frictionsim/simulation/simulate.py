@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 from math import inf
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
@@ -25,7 +26,7 @@ from frictionsim.simulation.checkpoint import (
     of_checkpoint,
     require_same_arrays,
 )
-from frictionsim.simulation.record import recorded
+from frictionsim.simulation.record import recorded, segment_record
 from frictionsim.simulation.sample_store import check_space
 from frictionsim.solvers.state_values import NON_NEGATIVE
 
@@ -150,8 +151,8 @@ def run(
     check_space(scenario, simulation, segments)
     if sample_times is not None:
         simulation.sample_at(sample_times)
-    if samples is not None:
-        samples.segments = segments
+    if samples is not None and segments is not None:
+        samples.put_into(segments, partial(segment_record, scenario, simulation))
     doubted: Callable[[], AbstractContextManager[None]] = (
         nullcontext if checkpoint is None else of_checkpoint
     )

@@ -98,14 +98,12 @@ CLI = sorted((ROOT / "frictionsim" / "cli").glob("*.py"))
 LEAVES = {
     # check before a run, and say where its result went
     "frictionsim.io.destination": {"Destination"},
-    "frictionsim.io.unfinished": {"existing_name", "whole_name"},
+    "frictionsim.io.unfinished": {"whole_name"},
     "frictionsim.io.atomic_write": {"SUFFIXES", "check_no_clobber"},
     "frictionsim.io.new_file": {"check_new"},
     "frictionsim.io.replaceable": {
         *("COSTS", "COSTS_IN_HDF5", "files_of_sweep_in_csv", "check_apart", "check_target"),
     },
-    # what a file to resume holds
-    "frictionsim.io.hdf5_reader": {"is_sweep"},
     # text of others on streams that may fail
     "frictionsim.io.terminal": {
         *("ReaderGone", "Stdout", "is_terminal", "print_on_stderr", "visible", "write_on_stderr"),
