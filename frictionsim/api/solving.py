@@ -250,18 +250,20 @@ class _ProgressFunction(RunMonitor):
 
 def _checkpoint_writer(
     destination: "Destination | None",
-) -> "Callable[[Record], None] | None":
+) -> "Callable[[Record], bool] | None":
     """Return the callback that writes checkpoints; a failed write only warns, once."""
     if destination is None:
         return None
     reported: set[str] = set()
 
-    def write(part: "Record") -> None:
+    def write(part: "Record") -> bool:
         try:
             destination.write_checkpoint(part)
         except OutputError as error:
             if str(error) not in reported:
                 LOG.warning("checkpoint not written: %s", error)
             reported.add(str(error))
+            return False
+        return True
 
     return write

@@ -12,9 +12,16 @@ from pydantic import Field, model_validator
 
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.api.sweep_result import Sweep
-from frictionsim.errors import ArgumentError, InputError, Interrupted, OutputError
+from frictionsim.errors import (
+    EXIT_BUDGET_EXCEEDED,
+    ArgumentError,
+    InputError,
+    Interrupted,
+    OutputError,
+    SolverError,
+)
 from frictionsim.io.sweep_table import SweepTable
-from frictionsim.io.unfinished import existing_name, whole_name
+from frictionsim.io.unfinished import existing_name, partial_name, whole_name
 from frictionsim.parameter_study.block import FAILED, Block
 from frictionsim.parameter_study.design import METHODS as METHODS
 from frictionsim.parameter_study.design import SAMPLE, Design
@@ -410,7 +417,8 @@ def resume_study(
 
 def _check_unfinished(path: Path, table: SweepTable) -> None:
     if table.attributes["status"] != "interrupted":
-        remove_left_over(path)
+        if not partial_name(path).exists():
+            remove_left_over(partial_name(path))
         raise InputError(f"{path}: this sweep is done; there is nothing to resume")
     version = table.attributes["frictionsim_version"]
     if version != __version__:
@@ -513,6 +521,10 @@ class _SweepRun:
                 raise KeyboardInterrupt(str(told)) from None
             if isinstance(error, OutputError):
                 raise OutputError(f"{error}. {self._kept(files, error)}") from None
+            if isinstance(error, SolverError):  # the scheduler of Dask is lost
+                lost = SolverError(f"{error}. {self._kept(files, error)}")
+                lost.exit_code = EXIT_BUDGET_EXCEEDED
+                raise lost from None
             raise
         with files.resumable():
             files.write_whole(self._table())

@@ -17,7 +17,7 @@ from frictionsim.io.regular_file import open_regular
 from frictionsim.io.replaceable import SWEEP, check_replaceable
 from frictionsim.io.sweep_file import write_sweep
 from frictionsim.io.unfinished import partial_name
-from frictionsim.parameter_study.journal import Journal, journal_name, remove_left_over
+from frictionsim.parameter_study.journal import Journal, journal_name
 
 if TYPE_CHECKING:
     from frictionsim.io.sweep_table import SweepTable
@@ -137,7 +137,6 @@ class SweepFiles:
         self._write(table, self.whole)
         self.partial.unlink(missing_ok=True)
         self._journal.close(remove=True)
-        remove_left_over(self.whole)
 
     def close(self) -> None:
         """Give the locks up; what is in a journal is kept, unless nothing is."""

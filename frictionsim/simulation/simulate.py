@@ -111,7 +111,7 @@ class _Termination(NamedTuple):
 def run(
     scenario: "Scenario",
     on_step: "Callable[[float], Any]",
-    on_checkpoint: "Callable[[Record], Any] | None" = None,
+    on_checkpoint: "Callable[[Record], bool] | None" = None,
     checkpoint: "dict[str, Any] | None" = None,
     segments: "Segments | None" = None,
     max_steps: int | None = None,
@@ -125,7 +125,8 @@ def run(
     on_step : callable
         Called with the time after each step; it may show progress, or raise Interrupted.
     on_checkpoint : callable, optional
-        Called with the results so far every `output.checkpoint` seconds of wall time.
+        Called with the results so far every `output.checkpoint` seconds of wall time, and before
+        kernels are compiled in the middle of a run; returns whether they are written.
     checkpoint : dict of arrays, optional
         State of an earlier run of the scenario to resume from.
     segments : Segments, optional
@@ -160,11 +161,13 @@ def run(
         LOG.info("the run is resumed")
         with doubted():
             _restore(simulation, clock, checkpoint, scenario)
-    monitor = on_step
+    monitor, keep = on_step, _keep_nothing
     if on_checkpoint is not None:
-        on_step = _with_checkpoints(scenario, simulation, on_step, on_checkpoint, clock)
+        keep = partial(_keep, scenario, simulation, on_checkpoint, clock)
+        on_step = _with_checkpoints(scenario, simulation, on_step, keep, clock)
     with doubted():
-        done = _run_of(scenario, simulation, _solve(simulation, monitor, on_step, clock), clock)
+        outcome = _solve(simulation, monitor, on_step, keep, clock)
+        done = _run_of(scenario, simulation, outcome, clock)
     log_end(done)
     return done
 
@@ -188,14 +191,32 @@ def _restore(
     require_same_arrays(checkpoint, _checkpoint(simulation, clock) or {})
 
 
+def _keep_nothing(t: float) -> bool:
+    """Return that nothing of the run is on the disk."""
+    return False
+
+
+def _keep(
+    scenario: "Scenario",
+    simulation: "Simulation",
+    on_checkpoint: "Callable[[Record], bool]",
+    clock: _Clock,
+    t: float,
+) -> bool:
+    """Write a checkpoint at a time of the run, and return whether it is written."""
+    reason = f"checkpoint at t = {t:.9g} s"
+    outcome = _Termination("interrupted", reason, resumable=True)
+    return on_checkpoint(_run_of(scenario, simulation, outcome, clock, at_checkpoint=True))
+
+
 def _with_checkpoints(
     scenario: "Scenario",
     simulation: "Simulation",
     on_step: "Callable[[float], Any]",
-    on_checkpoint: "Callable[[Record], Any]",
+    keep: "Callable[[float], bool]",
     clock: _Clock,
 ) -> "Callable[[float], Any]":
-    """Return an `on_step` that also calls `on_checkpoint`.
+    """Return an `on_step` that also writes checkpoints.
 
     Every `output.checkpoint` seconds, and after each segment of samples.
     """
@@ -211,9 +232,7 @@ def _with_checkpoints(
         if stored != before or perf_counter() - last >= seconds:
             before = stored
             clock.stop()  # do not count the writing of the checkpoint
-            reason = f"checkpoint at t = {t:.9g} s"
-            outcome = _Termination("interrupted", reason, resumable=True)
-            on_checkpoint(_run_of(scenario, simulation, outcome, clock, at_checkpoint=True))
+            keep(t)
             last = perf_counter()
             clock.start()
 
@@ -228,20 +247,29 @@ def _solve(
     simulation: "Simulation",
     monitor: "Callable[[float], Any]",
     on_step: "Callable[[float], Any]",
+    keep: "Callable[[float], bool]",
     clock: _Clock,
 ) -> _Termination:
+    latest = 0.0
+
+    def step(t: float) -> None:
+        nonlocal latest
+        latest = t
+        on_step(t)
+
     try:
         unprepared: bool | None = True
         while unprepared:
             clock.compiling += simulation.prepare(monitor)
-            # A later compilation is not interrupted: there are samples to keep.
-            monitor = _wait
             LOG.info("the run starts")
             clock.start()
             try:
-                unprepared = simulation.solve(on_step)
+                unprepared = simulation.solve(step)
             finally:
                 clock.stop()
+            # A signal or a limit ends a compilation, and all, at once.
+            if unprepared and not keep(latest):
+                monitor = _wait
     except Interrupted as stop:
         return _Termination("interrupted", str(stop), resumable=True)
     except SolverError as error:

@@ -230,12 +230,12 @@ def test_two_sweeps_do_not_write_one_file(tmp_path: Path) -> None:
 def test_what_cannot_be_resumed_is_refused(whole: bytes, tmp_path: Path) -> None:
     path = tmp_path / "s.h5"
     path.write_bytes(whole)
-    left = Journal(path)  # of a process that was killed at its end
+    left = Journal(partial_name(path))  # of a process that was killed at its end
     left.start(bytes(32))
     left.close(remove=False)
     with pytest.raises(fs.InputError, match="this sweep is done; there is nothing to resume"):
         fs.resume_sweep(path)
-    assert not journal_name(path).exists()
+    assert not journal_name(partial_name(path)).exists()
     interrupted(tmp_path / "t.h5")
     for name, value, message in (
         ("frictionsim_version", "0.0.9", "it was started with frictionsim 0.0.9, this is"),
@@ -343,6 +343,41 @@ def test_an_error_in_a_sweep_keeps_what_is_done(
     )
     fs.resume_sweep(path, workers=1)
     assert path.read_bytes() == whole
+
+
+def test_a_lost_scheduler_ends_a_sweep_that_can_be_resumed(whole: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "s.h5"
+
+    def lose(found: SweepProgress) -> None:
+        if found.done == 3:
+            raise fs.SolverError("dask tcp://there: lost the connection to the scheduler")
+
+    with pytest.raises(fs.SolverError) as lost:
+        sweep(path, progress=lose)
+    assert lost.value.exit_code == 5
+    assert str(lost.value) == (
+        "dask tcp://there: lost the connection to the scheduler. sweep interrupted: 3 of 12 runs"
+        f" are done and kept in {partial_name(path)};"
+        f" 'frictionsim resume {partial_name(path)}' goes on"
+    )
+    fs.resume_sweep(path, workers=1)
+    assert path.read_bytes() == whole
+
+
+def test_a_sweep_that_another_program_has_changed_is_resumed_elsewhere(
+    whole: bytes, tmp_path: Path
+) -> None:
+    interrupted(tmp_path / "s.h5")
+    path = partial_name(tmp_path / "s.h5")
+    path.write_bytes(path.read_bytes()[:-LENGTH])
+    with pytest.raises(fs.OutputError) as refused:
+        fs.resume_sweep(path, workers=1)
+    assert str(refused.value) == (
+        f"{path}: cannot write the sweep: the existing file was changed or made by another program"
+        " (it has no checksum) and is not overwritten; give another name"
+    )
+    fs.resume_sweep(path, workers=1, output=tmp_path / "t.h5")
+    assert (tmp_path / "t.h5").read_bytes() == whole
 
 
 def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
