@@ -11,6 +11,8 @@ PARTIAL = ".partial"
 
 def partial_name(path: Path) -> Path:
     """Return the name of the unfinished result of a file: a.partial.h5 for a.h5."""
+    if not path.name:  # a folder, which is refused
+        return path
     return path.with_name(f"{path.stem}{PARTIAL}{path.suffix}")
 
 
