@@ -103,7 +103,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 ANSWER_OF = child_process.answer_of
 
 
-def _answered_here(question: str, *arguments: str | int) -> Any:
+def _answered_here(question: str, *arguments: str | int, size: int = 0) -> Any:
     """Answer a question in this process."""
     return decoded(answer(question, *map(str, arguments)))
 

@@ -15,8 +15,8 @@ from typing import Any
 
 from frictionsim.errors import InputError
 
-SECONDS = 8.0  # of an answer; most take some hundredths
-SECONDS_TO_START = 20.0  # of a new interpreter on a busy machine
+SECONDS = 8.0  # of an answer about a small file, which takes some hundredths
+BYTES_PER_SECOND = 20e6  # of a large one, on a busy machine
 MEMORY = 2 << 30  # bytes of address space, where the system can limit them
 OUT_OF_MEMORY = 3  # exit code
 SEPARATOR = b"\0"
@@ -46,8 +46,8 @@ def start(count: int) -> None:
         _waiting.extend(_started() for _ in range(count))
 
 
-def answer_of(question: str, *arguments: str | int) -> Any:
-    """Return the answer to a question about a file.
+def answer_of(question: str, *arguments: str | int, size: int = 0) -> Any:
+    """Return the answer to a question about a file of some size in bytes.
 
     Raises
     ------
@@ -58,7 +58,8 @@ def answer_of(question: str, *arguments: str | int) -> Any:
     """
     from frictionsim.io.child_answer import decoded
 
-    text = SEPARATOR.join(os.fsencode(str(part)) for part in (question, *arguments))
+    seconds = SECONDS + size / BYTES_PER_SECOND
+    text = SEPARATOR.join(os.fsencode(str(part)) for part in (seconds, question, *arguments))
     try:
         process = _waiting.pop() if _waiting else _started()
     except OSError as error:
@@ -66,10 +67,10 @@ def answer_of(question: str, *arguments: str | int) -> Any:
         raise ChildFailed(f"no process can be started to read it in: {reason}") from None
     with process:
         try:
-            answer, _ = process.communicate(text, timeout=SECONDS)
+            answer, _ = process.communicate(text, timeout=seconds)
         except subprocess.TimeoutExpired:
             raise ChildFailed(
-                f"HDF5 did not come to an end within {SECONDS:.0f} s: the file is corrupt or"
+                f"HDF5 did not come to an end within {seconds:.0f} s: the file is corrupt or"
                 " malicious, or its disk does not answer"
             ) from None
         finally:

@@ -16,7 +16,7 @@ import h5py
 
 from frictionsim.errors import InputError
 from frictionsim.io.child_answer import Refusal, encoded
-from frictionsim.io.child_process import MEMORY, OUT_OF_MEMORY, SECONDS, SEPARATOR
+from frictionsim.io.child_process import MEMORY, OUT_OF_MEMORY, SEPARATOR
 from frictionsim.io.cost_content import COST, costs
 from frictionsim.io.hdf5_content import channels, checkpoint, record, rows
 from frictionsim.io.sweep_content import sweep
@@ -48,13 +48,13 @@ def serve() -> NoReturn:
     try:
         gc.disable()
         _limit_resources()
-        question, *arguments = map(os.fsdecode, sys.stdin.buffer.read().split(SEPARATOR))
+        seconds, question, *arguments = map(os.fsdecode, sys.stdin.buffer.read().split(SEPARATOR))
         answer_to = os.dup(1)
         nowhere = os.open(os.devnull, os.O_RDWR)
         for stream in (0, 1, 2):  # what a library prints is no answer
             os.dup2(nowhere, stream)
         if hasattr(signal, "alarm"):  # where its parent is gone
-            signal.alarm(ceil(SECONDS) + 1)
+            signal.alarm(ceil(float(seconds)) + 1)
         with open(answer_to, "wb") as file:
             file.write(answer(question, *arguments))
         code = 0

@@ -123,7 +123,7 @@ def _answer(question: str, path: Path) -> Any:
         key = os.path.realpath(path), _stamp_of(path)
         if key not in _failures:
             try:
-                return child_process.answer_of(question, str(path))
+                return child_process.answer_of(question, str(path), size=os.path.getsize(path))
             except EndedFromOutside:
                 raise
             except ChildFailed as failed:

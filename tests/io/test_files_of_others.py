@@ -104,9 +104,9 @@ def test_one_byte_on_which_hdf5_never_returns_is_an_error_after_one_try(
     result.write_bytes(raw)
     tries, ask = [], child_process.answer_of
 
-    def tried(*arguments: Any) -> Any:
+    def tried(*arguments: Any, size: int = 0) -> Any:
         tries.append(arguments)
-        return ask(*arguments)
+        return ask(*arguments, size=size)
 
     monkeypatch.setattr(child_process, "answer_of", tried)
     assert run_command_line([command, "a.h5"]) == 2
@@ -356,7 +356,7 @@ def test_a_child_that_was_ended_from_outside_is_asked_again(
 ) -> None:
     with monkeypatch.context() as patched:
 
-        def ended(*_: Any) -> None:
+        def ended(*_: Any, size: int = 0) -> None:
             raise EndedFromOutside("ended")
 
         patched.setattr(child_process, "answer_of", ended)
