@@ -60,12 +60,7 @@ def answer_of(question: str, *arguments: str | int, size: int = 0) -> Any:
 
     seconds = SECONDS + size / BYTES_PER_SECOND
     text = SEPARATOR.join(os.fsencode(str(part)) for part in (seconds, question, *arguments))
-    try:
-        process = _waiting.pop() if _waiting else _started()
-    except OSError as error:
-        reason = error.strerror or error
-        raise ChildFailed(f"no process can be started to read it in: {reason}") from None
-    with process:
+    with _next() as process:
         try:
             answer, _ = process.communicate(text, timeout=seconds)
         except subprocess.TimeoutExpired:
@@ -83,6 +78,17 @@ def answer_of(question: str, *arguments: str | int, size: int = 0) -> Any:
         raise
     except Exception:  # whatever numpy says of the answer of a child that HDF5 has damaged
         raise _failed(1) from None
+
+
+def _next() -> "subprocess.Popen[bytes]":
+    """Return a child that waits for a question."""
+    with suppress(IndexError):  # another thread may take the last one
+        return _waiting.pop()
+    try:
+        return _started()
+    except OSError as error:
+        reason = error.strerror or error
+        raise ChildFailed(f"no process can be started to read it in: {reason}") from None
 
 
 def _started() -> "subprocess.Popen[bytes]":

@@ -111,7 +111,7 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
 CHUNK_BYTES = 128 * 1024
-COMPRESSION = {"compression": "gzip", "compression_opts": 4}
+LEVEL, QUICK_LEVEL = 4, 1  # of compression; the latter of segments, which are merged
 REASON = re.compile(r"error message = '([^']*)'")  # in a message of HDF5 of many lines
 WITHOUT_COORDINATES = "This is a netCDF dimension but not a netCDF variable."  # of netCDF-4
 TEXT = h5py.string_dtype()
@@ -179,7 +179,7 @@ def write_record(
 def write_segment(record: Record, path: Path) -> int:
     """Write a segment of a long run; return its checksum."""
     check_segment(path)
-    image = _image(record, None)
+    image = _image(record, None, QUICK_LEVEL)
     trailer = checksum_trailer(image, checksum.SEGMENT)
     write_atomically(image + trailer, path, SEGMENT.word)
     return int(trailer[len(checksum.SEGMENT) :], 16)
@@ -269,16 +269,20 @@ def write_table(
     write_atomically(image + checksum_trailer(image, checksum.COSTS), path, "table")
 
 
-def _image(record: Record, checkpoint: dict[str, Any] | None) -> bytes:
+def _image(record: Record, checkpoint: dict[str, Any] | None, level: int = LEVEL) -> bytes:
     """Return the bytes of a result file."""
     with file_in_memory() as file:
-        _fill(file, record, checkpoint)
+        _fill(file, record, checkpoint, level)
         file.flush()
         return bytes(file.id.get_file_image())
 
 
 def _fill(
-    file: Any, record: Record, checkpoint: dict[str, Any] | None, rows: int | None = None
+    file: Any,
+    record: Record,
+    checkpoint: dict[str, Any] | None,
+    level: int = LEVEL,
+    rows: int | None = None,
 ) -> None:
     """Add all that a result holds to a new file; samples by so many rows at once, if given."""
     _add_attributes(file, record.attributes)
@@ -290,9 +294,9 @@ def _fill(
         axis = record.axes[name]
         scale = (scales[""], scales[axis]) if axis else (scales[""],)
         if rows is None:
-            dataset = file.create_dataset(name, data=values, **_storage(values))
+            dataset = file.create_dataset(name, data=values, **_storage(values, level))
         else:
-            storage = _storage(values, rows)
+            storage = _storage(values, level, rows)
             dataset = file.create_dataset(name, values.shape, values.dtype, **storage)
         _describe(dataset, _channel(record, name), *scale)
     if rows is not None:  # all channels of a segment before the next one, which is read once
@@ -439,7 +443,7 @@ def _set_text(owner: Any, name: str, text: str) -> None:
     attribute.write(np.array(text, dtype=TEXT))
 
 
-def _storage(values: Any, segment: int | None = None) -> dict[str, Any]:
+def _storage(values: Any, level: int = LEVEL, segment: int | None = None) -> dict[str, Any]:
     """Return the storage options: contiguous for one dimension, else compressed chunks of rows.
 
     A segment of a long run has whole chunks.
@@ -449,7 +453,8 @@ def _storage(values: Any, segment: int | None = None) -> dict[str, Any]:
     row_bytes = values.dtype.itemsize * values.shape[1]
     rows = max(1, CHUNK_BYTES // row_bytes)
     rows = min(len(values), rows) if segment is None else min(segment, power_of_two(rows))
-    return {"chunks": (rows, values.shape[1]), "shuffle": True, **COMPRESSION}
+    chunks = rows, values.shape[1]
+    return {"chunks": chunks, "shuffle": True, "compression": "gzip", "compression_opts": level}
 
 
 def _is_long(channels: dict[str, Any]) -> bool:

@@ -32,10 +32,11 @@ def pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[fs.Result, fs
     monkeypatch.setattr(sample_store, "SEGMENT_BYTES", 50_000)
     monkeypatch.setattr(hdf5_content, "LONG_BYTES", 50_000)
     monkeypatch.setattr(hdf5_content, "LONG_CHANNEL_BYTES", 1000)
-    # A child would have other limits.
-    monkeypatch.setattr(
-        child_process, "answer_of", lambda *asked: decoded(answer(*map(str, asked)))
-    )
+
+    def in_this_process(*asked: Any, size: int = 0) -> Any:
+        return decoded(answer(*map(str, asked)))
+
+    monkeypatch.setattr(child_process, "answer_of", in_this_process)  # a child has other limits
     monkeypatch.setattr(stored_channel, "BLOCK_BYTES", 10_000)
     hdf5_writer.write(run, tmp_path / "long.h5")
     long = fs.open(tmp_path / "long.h5")
