@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from frictionsim.errors import OutputError
 from frictionsim.io import hdf5_writer
 from frictionsim.io.atomic_write import KeptBeside, Part, check_no_clobber, name_beside
-from frictionsim.io.replaceable import RESULT, check_target
+from frictionsim.io.replaceable import RESULT, check_replaceable, check_target
 from frictionsim.io.sample_segments import SampleSegments
 from frictionsim.io.segments import SegmentFiles
 from frictionsim.io.unfinished import partial_name, whole_name
@@ -86,7 +86,8 @@ class Destination:
         if run.status == "done":
             hdf5_writer.write(run, self.whole, self._part)
             LOG.info("result written: %s", self.whole)
-            with suppress(OSError):
+            with suppress(OSError, OutputError):
+                check_replaceable(self.partial, RESULT)  # it may be of others by now
                 self.partial.unlink()
                 LOG.info("unfinished result removed: %s", self.partial)
             self.segments().remove()

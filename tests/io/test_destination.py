@@ -17,7 +17,7 @@ from frictionsim.io.unfinished import partial_name, whole_name
 from frictionsim.results import Record
 from frictionsim.scenario.loading import validate
 from frictionsim.simulation.simulate import run
-from tests.support.scenarios import SCENARIOS, pulley
+from tests.support.scenarios import SCENARIOS, pulley, simulate
 
 PULLEY = str(SCENARIOS / "pulley.toml")
 # The limit is reached at the first step: the run has one sample and can be resumed.
@@ -148,6 +148,15 @@ def test_a_file_that_is_no_unfinished_result_is_kept(capsys: pytest.CaptureFixtu
     assert solve("-o", "a.h5") == 4
     assert "a.partial.h5: cannot write the result: the existing" in capsys.readouterr().err
     assert files() == {"a.partial.h5"}
+
+
+def test_what_was_put_in_the_place_of_the_unfinished_result_stays() -> None:
+    place = Destination(Path("a.h5"))
+    place.check()
+    Path("a.partial.h5").write_bytes(b"precious")
+    assert place.write(simulate(pulley())) == Path("a.h5")
+    place.close()
+    assert Path("a.partial.h5").read_bytes() == b"precious"
 
 
 def test_a_run_without_samples_replaces_no_samples() -> None:
