@@ -73,7 +73,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 # Where results are read as users read them; elsewhere an interpreter for each would take minutes.
-READ_IN_A_CHILD = ("tests/io/", "tests/robustness/", "tests/api/test_parallel.py")
+READ_IN_A_CHILD = (
+    *("tests/io/test_child_process.py", "tests/io/test_files_of_others.py"),
+    *("tests/io/test_sample_segments.py", "tests/robustness/", "tests/api/test_parallel.py"),
+)
 
 
 def pytest_collection_finish() -> None:

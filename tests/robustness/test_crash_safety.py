@@ -203,7 +203,8 @@ def test_two_runs_into_one_file_leave_one_complete_result(here: Path) -> None:
         # One that writes while the other does is told.
         assert {process.exitcode for process in at_once} in ({0}, {0, 4})
         assert Path("a.h5").read_bytes() in expected
-    assert {path.name for path in here.iterdir()} <= {"a.h5", "a.new.h5"}
+    # The result of one that was told is beside it.
+    assert all(path.name.startswith(("a.h5", "a.new")) for path in here.iterdir())
 
 
 SURROUNDINGS: list[dict[str, str]] = [
