@@ -13,7 +13,6 @@ import numpy as np
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.solvers.common import SAME_TIME_ULPS
-from frictionsim.solvers.event_driven import CHATTERING_EVENTS, CHATTERING_WINDOW, NEVER, slip_rhs
 from frictionsim.solvers.lockstep_functions import selected
 from frictionsim.solvers.lockstep_roots import bracket_roots
 from frictionsim.solvers.lockstep_sliding import (
@@ -26,7 +25,8 @@ from frictionsim.solvers.lockstep_sliding import (
     StepInside,
     monotone_segment_ends,
 )
-from frictionsim.solvers.lockstep_stepper import LockstepStepper, Tolerances
+from frictionsim.solvers.lockstep_stepper import LockstepStepper, Tolerances, slip_rhs
+from frictionsim.solvers.one_contact_state import CHATTERING_EVENTS, CHATTERING_WINDOW, NEVER
 
 if TYPE_CHECKING:
     from frictionsim.solvers.mechanism import Mechanism

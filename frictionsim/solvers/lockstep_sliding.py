@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.solvers.base import MAX_ENERGY_RATIO, EnergyMonitor
-from frictionsim.solvers.event_driven import RESOLUTION, slip_rhs
 from frictionsim.solvers.lockstep_roots import bracket_roots
 from frictionsim.solvers.lockstep_signals import SignalOfRuns
 from frictionsim.solvers.lockstep_stepper import (
@@ -14,7 +13,9 @@ from frictionsim.solvers.lockstep_stepper import (
     clipped_steps,
     controlled_error,
     reduced_steps,
+    slip_rhs,
 )
+from frictionsim.solvers.one_contact import RESOLUTION
 
 if TYPE_CHECKING:
     from frictionsim.solvers.mechanism import Mechanism

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from frictionsim.solvers.common import rhs_with_friction
 from frictionsim.solvers.runge_kutta_fehlberg import MIN_TRIAL_STEP, stages
 from frictionsim.solvers.stepper import (
     MAX_FACTOR,
@@ -23,6 +24,7 @@ from frictionsim.solvers.stepper import (
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
+    from frictionsim.solvers.mechanism import DryFriction, Mechanism
 
 
 class Tolerances(NamedTuple):
@@ -147,3 +149,13 @@ def clipped_steps(h: Any, left: Any) -> Any:
     """Return the lengths of the next steps, at most `left`, s."""
     halved = np.where(h > 0.5 * left, 0.5 * left, h)
     return np.where(h >= left * STEP_END_TOLERANCE, left, halved)
+
+
+def slip_rhs(mechanism: "Mechanism", contact: "DryFriction", s: Any) -> Rhs:
+    """Return the right-hand side while the contact slides in direction s."""
+    kinetic_limit = contact.kinetic_limit
+
+    def friction(u: float, q: float, v: float, applied_torque: float) -> float:
+        return -s * kinetic_limit(u, q, v, s)
+
+    return rhs_with_friction(mechanism, friction)

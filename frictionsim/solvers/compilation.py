@@ -1,0 +1,208 @@
+"""Compilation of plain functions on named tuples of numbers; numba is imported here, when needed.
+
+Functions that may be compiled are marked with `compilable`, and stay as they are for Python. An
+argument may be a named tuple of numbers, arrays (`array.array` of doubles) and other such tuples;
+its class may have methods, which compiled code calls as Python does. `reason_against` says before
+anything is compiled what an argument has that cannot be.
+
+Compiled code is kept on the disk. numba compares the time stamp of one file only, so the folder of
+a build carries a digest of all sources: of the marked functions, of the classes of the arguments,
+and of all modules beside them.
+"""
+
+import logging
+import sys
+from array import array
+from bisect import bisect_right
+from collections.abc import Callable, Iterator
+from functools import cache
+from hashlib import sha256
+from importlib import import_module
+from math import inf, ulp
+from pathlib import Path
+from types import FunctionType
+from typing import Any, TypeVar
+
+LOG = logging.getLogger(__name__)
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+# Without contraction of products and sums compiled arithmetic has the bits of Python's, and a
+# division by zero ends compiled code as it ends Python's. Nothing here makes arrays (`_nrt`).
+OPTIONS: dict[str, Any] = {
+    "error_model": "python",
+    "fastmath": False,
+    "_nrt": False,
+    "no_cfunc_wrapper": True,
+}
+# Modules whose constants and methods go into compiled code, beside those of marked functions.
+SHARED = ("mechanisms/*.py", "scenario/signals.py", "solvers/*.py")
+
+_marked: list[Any] = []
+_replaced: list[tuple[Any, Any]] = []
+_alive: list[Any] = []  # numba knows a marked function by its dispatcher, as long as that lives
+_methods: set[str] = set()
+
+
+def compilable(function: Function) -> Function:
+    """Mark a function that compiled functions call: numbers and tuples of them in and out."""
+    _marked.append(function)
+    return function
+
+
+def compiled_as(replacement: Callable[..., Any]) -> Callable[[Function], Function]:
+    """Mark a function in whose place compiled code calls another of the same parameters."""
+
+    def marked(function: Function) -> Function:
+        _replaced.append((function, replacement))
+        return function
+
+    return marked
+
+
+def reason_against(value: Any, above: tuple[type, ...] = ()) -> str:
+    """Return why an argument cannot be compiled for; empty if it can."""
+    kind = type(value)
+    if kind in (float, int, bool, str):
+        return ""
+    if kind is array:
+        return "" if value.typecode == "d" else f"an array of type '{value.typecode}'"
+    if not isinstance(value, tuple):
+        return f"a value of type {kind.__name__}"
+    if kind is not tuple:
+        if not value:
+            return f"{kind.__name__} has no fields"
+        if kind in above:
+            return f"{kind.__name__} is nested in itself"
+    return next(filter(None, (reason_against(inner, (*above, kind)) for inner in value)), "")
+
+
+def classes_of(value: Any) -> Iterator[type]:
+    """Yield the classes of named tuples in an argument."""
+    if isinstance(value, tuple):
+        if type(value) is not tuple:
+            yield type(value)
+        for inner in value:
+            yield from classes_of(inner)
+
+
+def as_argument(value: Any) -> Any:
+    """Return an argument as compiled code takes it: its arrays share their memory."""
+    if isinstance(value, array):
+        import numpy as np
+
+        return np.frombuffer(value) if len(value) else np.empty(0)
+    if isinstance(value, tuple):
+        parts = map(as_argument, value)
+        return tuple(parts) if type(value) is tuple else type(value)(*parts)
+    return value
+
+
+@cache
+def has_compiler() -> bool:
+    """Return whether numba can be imported; if not, a warning says so once."""
+    try:
+        _prepare()
+    except Exception as error:
+        LOG.warning(
+            "numba cannot be used, so that runs take the time of Python (%s: %s)",
+            type(error).__name__,
+            error,
+        )
+        return False
+    return True
+
+
+def build_name(classes: frozenset[type]) -> str:
+    """Return the name of the build for some classes: another one when a source changes."""
+    package = Path(__file__).parents[1]
+    files: set[Path] = set()
+    for pattern in SHARED:
+        files.update(package.glob(pattern))
+    for name in {found.__module__ for found in classes}:
+        file = Path(sys.modules[name].__file__ or "")
+        # Equations may call functions of the modules beside them.
+        beside = file.parent.rglob("*.py") if sys.modules[name].__package__ else ()
+        files.update({file, *beside})
+    digest = sha256()
+    for path in sorted(files):
+        digest.update(str(path).encode() + path.read_bytes())
+    return f"kernels-{digest.hexdigest()[:16]}"
+
+
+@cache
+def folder_of(classes: frozenset[type]) -> Path | None:
+    """Return the folder that keeps the code for some classes; None if it cannot be kept."""
+    from frictionsim.solvers.kernel_folder import usable_folder
+
+    if not all(getattr(sys.modules.get(one.__module__), "__file__", None) for one in classes):
+        return None  # without a source no change of it would be noticed
+    return usable_folder(build_name(classes))
+
+
+@cache
+def compiled(function: Callable[..., Any], classes: frozenset[type]) -> Any:
+    """Return a marked function as numba compiles it, for arguments of some classes."""
+    numba = _prepare()
+    for one in classes:
+        _register_methods(one)
+    folder, options = folder_of(classes), {}
+    if folder is not None:
+        # Each time anew: numba takes it from the environment again when that changes.
+        numba.config.CACHE_DIR, numba.config.CACHE_LOCATOR_CLASSES = str(folder), ""
+        options = {"cache": True}
+    return numba.njit(function, **OPTIONS, **options)
+
+
+@cache
+def _prepare() -> Any:
+    """Import numba; tell it of the marked functions, and of those of Python that it lacks."""
+    import numpy as np
+
+    numba: Any = import_module("numba")  # whose types lack some options
+
+    def ulp_of(x: float) -> float:
+        return np.nextafter(abs(x), inf) - abs(x)
+
+    for function in _marked:
+        dispatcher = numba.njit(function, **OPTIONS, no_cpython_wrapper=True)
+        _alive.append(dispatcher)
+        function._numba_type_ = dispatcher._numba_type_
+
+    for function, replacement in (*_replaced, (ulp, ulp_of), (bisect_right, _bisect_right)):
+        chosen = _typing_function(replacement, "replacement", replacement=replacement)
+        numba.extending.overload(function, jit_options=OPTIONS, strict=False)(chosen)
+    return numba
+
+
+def _typing_function(function: Any, choice: str, **names: Any) -> Any:
+    """Return what numba asks which function it is to compile for the types of the arguments.
+
+    It has as many parameters as the function, whatever their names in another class.
+    """
+    parameters = ", ".join(f"x{i}" for i in range(function.__code__.co_argcount))
+    return eval(f"lambda {parameters}: {choice}", names)
+
+
+def _bisect_right(values: Any, x: float) -> int:
+    low, high = 0, len(values)
+    while low < high:
+        middle = (low + high) // 2
+        if x < values[middle]:
+            high = middle
+        else:
+            low = middle + 1
+    return low
+
+
+def _register_methods(kind: type) -> None:
+    """Let compiled code call the methods of a class of named tuples."""
+    numba = _prepare()
+    known_as: dict[str, Any] = {"jit_options": OPTIONS, "strict": False}
+    for name, method in vars(kind).items():
+        if isinstance(method, FunctionType) and not name.startswith("_") and name not in _methods:
+            _methods.add(name)
+
+            chosen = _typing_function(method, f"getattr(x0.instance_class, '{name}', None)")
+            named_tuple = numba.types.BaseNamedTuple
+            numba.extending.overload_method(named_tuple, name, **known_as)(chosen)
