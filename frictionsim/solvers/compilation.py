@@ -15,7 +15,7 @@ import sys
 from array import array
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
-from functools import cache
+from functools import cache, cached_property
 from hashlib import sha256
 from importlib import import_module
 from math import inf, ulp
@@ -41,7 +41,9 @@ SHARED = ("mechanisms/*.py", "scenario/signals.py", "solvers/*.py")
 _marked: list[Any] = []
 _replaced: list[tuple[Any, Any]] = []
 _alive: list[Any] = []  # numba knows a marked function by its dispatcher, as long as that lives
-_methods: set[str] = set()
+_methods: dict[str, int] = {}  # the number of parameters by name
+_registered: set[str] = set()
+_compiled_forms: set[str] = set()  # in this process; "" where the compiler is missing or broken
 
 
 def compilable(function: Function) -> Function:
@@ -98,19 +100,95 @@ def as_argument(value: Any) -> Any:
     return value
 
 
-@cache
-def has_compiler() -> bool:
-    """Return whether numba can be imported; if not, a warning says so once."""
-    try:
-        _prepare()
-    except Exception as error:
-        LOG.warning(
-            "numba cannot be used, so that runs take the time of Python (%s: %s)",
-            type(error).__name__,
-            error,
+def form_of(value: Any) -> str:
+    """Return the types of an argument as text: compiled code is for one form."""
+    if isinstance(value, tuple):
+        name = (
+            "" if type(value) is tuple else f"{type(value).__module__}.{type(value).__qualname__}"
         )
-        return False
-    return True
+        return f"{name}({', '.join(map(form_of, value))})"
+    return type(value).__name__
+
+
+class Kernel:
+    """A marked function for arguments of one form.
+
+    Parameters
+    ----------
+    function : callable
+    arguments : tuple
+        Its first arguments, named tuples.
+
+    Attributes
+    ----------
+    form : str
+        Function and types; equal kernels have one form.
+    reason : str
+        Why it cannot be compiled; empty if it can.
+    """
+
+    def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+        self._function, self._arguments = function, arguments
+
+    @cached_property
+    def reason(self) -> str:
+        return reason_against(self._arguments)
+
+    @cached_property
+    def form(self) -> str:
+        return f"{self._function.__qualname__}{form_of(self._arguments)}"
+
+    @cached_property
+    def _classes(self) -> frozenset[type]:
+        return frozenset(classes_of(self._arguments))
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether it is compiled in this process."""
+        return not self.reason and self.form in _compiled_forms
+
+    @property
+    def is_at_hand(self) -> bool:
+        """Whether it is compiled, in this process or on the disk."""
+        if self.form in _compiled_forms:
+            return True
+        folder = folder_of(self._classes) if not self.reason else None
+        return folder is not None and (folder / self._mark).exists()
+
+    @property
+    def _mark(self) -> str:
+        return f"{sha256(self.form.encode()).hexdigest()[:16]}.form"
+
+    def compiled(self, call: Callable[[Any], Any]) -> Any:
+        """Return the function as numba compiles it; None if it cannot be, which a warning says.
+
+        Parameters
+        ----------
+        call : callable
+            Calls the function that it is given once, which compiles it.
+        """
+        if self.reason or "" in _compiled_forms:
+            LOG.info("not compiled: %s", self.reason or "there is no compiler")
+            return None
+        try:
+            function = _dispatcher(self._function, self._classes)
+            if self.form not in _compiled_forms:
+                call(function)
+        except Exception as error:  # whatever is wrong with a compiler, the run takes its time
+            _compiled_forms.add("")
+            LOG.warning(
+                "the equation of motion is not compiled, so that long runs and sweeps take the time"
+                " of Python (%s: %s)",
+                type(error).__name__,
+                str(error).partition("\n")[0],
+            )
+            return None
+        if self.form not in _compiled_forms:
+            _compiled_forms.add(self.form)
+            folder = folder_of(self._classes)
+            if folder is not None:
+                (folder / self._mark).touch()
+        return function
 
 
 def build_name(classes: frozenset[type]) -> str:
@@ -141,7 +219,7 @@ def folder_of(classes: frozenset[type]) -> Path | None:
 
 
 @cache
-def compiled(function: Callable[..., Any], classes: frozenset[type]) -> Any:
+def _dispatcher(function: Callable[..., Any], classes: frozenset[type]) -> Any:
     """Return a marked function as numba compiles it, for arguments of some classes."""
     numba = _prepare()
     for one in classes:
@@ -154,7 +232,6 @@ def compiled(function: Callable[..., Any], classes: frozenset[type]) -> Any:
     return numba.njit(function, **OPTIONS, **options)
 
 
-@cache
 def _prepare() -> Any:
     """Import numba; tell it of the marked functions, and of those of Python that it lacks."""
     import numpy as np
@@ -164,12 +241,15 @@ def _prepare() -> Any:
     def ulp_of(x: float) -> float:
         return np.nextafter(abs(x), inf) - abs(x)
 
-    for function in _marked:
+    if not _alive:
+        _replaced.extend(((ulp, ulp_of), (bisect_right, _bisect_right)))
+    while _marked:  # modules that were imported since the last time may have more
+        function = _marked.pop()
         dispatcher = numba.njit(function, **OPTIONS, no_cpython_wrapper=True)
         _alive.append(dispatcher)
         function._numba_type_ = dispatcher._numba_type_
-
-    for function, replacement in (*_replaced, (ulp, ulp_of), (bisect_right, _bisect_right)):
+    while _replaced:
+        function, replacement = _replaced.pop()
         chosen = _typing_function(replacement, "replacement", replacement=replacement)
         numba.extending.overload(function, jit_options=OPTIONS, strict=False)(chosen)
     return numba
@@ -200,9 +280,16 @@ def _register_methods(kind: type) -> None:
     numba = _prepare()
     known_as: dict[str, Any] = {"jit_options": OPTIONS, "strict": False}
     for name, method in vars(kind).items():
-        if isinstance(method, FunctionType) and not name.startswith("_") and name not in _methods:
-            _methods.add(name)
-
+        if not isinstance(method, FunctionType) or name.startswith("_"):
+            continue
+        count = method.__code__.co_argcount
+        if _methods.setdefault(name, count) != count:  # numba asks the first of a name only
+            raise TypeError(
+                f"the method '{name}' of {kind.__name__} has {count} parameters, one of another"
+                f" class {_methods[name]}; give it another name"
+            )
+        if name not in _registered:
+            _registered.add(name)
             chosen = _typing_function(method, f"getattr(x0.instance_class, '{name}', None)")
             named_tuple = numba.types.BaseNamedTuple
             numba.extending.overload_method(named_tuple, name, **known_as)(chosen)

@@ -1,9 +1,10 @@
 """The event-driven solver: keeps the state of a run, and has `one_contact` integrate it."""
 
 from array import array
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from math import copysign, inf
+from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import BudgetExceeded, Diverged, FrictionsimError, NonFinite
@@ -14,8 +15,9 @@ from frictionsim.solvers.common import (
     chattering_error,
     subject_of,
 )
+from frictionsim.solvers.compilation import Kernel, as_argument
 from frictionsim.solvers.end_stops import ENERGY, EVENT
-from frictionsim.solvers.one_contact import DONE, integrate
+from frictionsim.solvers.one_contact import DONE, PAUSED, integrate
 from frictionsim.solvers.one_contact_state import (
     CHATTERING_EVENTS,
     EVENT_COLUMNS,
@@ -23,6 +25,7 @@ from frictionsim.solvers.one_contact_state import (
     ROW_COLUMNS,
     Failure,
     Run,
+    sample_time,
 )
 from frictionsim.solvers.root_finding import hidden_event
 from frictionsim.solvers.state_values import (
@@ -42,7 +45,17 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.mechanism import Mechanism
 
-BUFFERED_ROWS, BUFFERED_EVENTS = 64, 4  # between two calls of `on_step`
+# Samples and events between two calls of `on_step`, as Python and compiled.
+PYTHON_BUFFERS = 64, 4
+COMPILED_BUFFERS = 4096, 512
+SECONDS_OF_A_CALL = 0.1  # of compiled code, which is not interrupted
+FIRST_CALL = 1000.0  # steps
+STEPS_OF_A_CALL = 500_000.0  # of many runs
+# After so many steps as Python, a run that has as many left is compiled: code on the disk takes
+# half a second, a compilation some twelve, a step as Python 20 us.
+PATIENCE = 2000
+STEPS_THAT_PAY, STEPS_THAT_PAY_COMPILING = 40_000.0, 600_000.0
+_python_steps: Counter[str] = Counter()  # of this process, by the form of the kernel
 
 
 class Field(NamedTuple):
@@ -165,6 +178,8 @@ class EventDrivenSolver:
     ----------
     stepper : StatePart
         With `steps`, `rejected` and `nfev`.
+    is_to_be_compiled : bool
+        Whether it pays to compile the rest of the run.
     """
 
     def __init__(
@@ -173,17 +188,14 @@ class EventDrivenSolver:
         self._mechanism, self._settings, self._buffer = mechanism, settings, buffer
         self._system = system_of(mechanism)
         self._run = run_of(mechanism, settings, buffer)
-        self._state = array("d", bytes(8 * layout.LENGTH))
-        initial = mechanism.initial_state
-        self._state[layout.Y : layout.Y + len(initial)] = array("d", initial)
-        if mechanism.velocity != 0.0:
-            self._state[layout.MODE] = copysign(1.0, mechanism.velocity)
-        self._state[layout.HELD] = NEVER
-        self._state[layout.ERROR_BEFORE] = 1.0
-        surfaces = [surface.event for surface in mechanism.switching_surfaces]
-        contact = mechanism.contact
-        assert contact is not None  # else another solver takes it
-        self._event_names = (contact.name, EVENT, *surfaces)
+        self._state = initial_state(mechanism)
+        self._event_names = event_names(mechanism)
+        self._kernel = Kernel(integrate, (self._system, self._run))
+        self._compiled: Any = None
+        self._compiled_buffers: tuple[array[float], array[float]] | None = None
+        self._steps_of_a_call = FIRST_CALL
+        self._patience = PATIENCE
+        self.is_to_be_compiled = False
         self._solver = StatePart(self._state, SOLVER_FIELDS, self._run)
         self.stepper = StepperPart(self._state, STEPPER_FIELDS, self._run)
 
@@ -208,13 +220,18 @@ class EventDrivenSolver:
         if self._solver.mode and not self.stepper._h > 0.0:
             raise unfit("stepper._h", "is not a length of a step")
 
-    def run(self, on_step: Callable[[float], object]) -> None:
-        """Integrate to the end, from the start or from a restored state.
+    def run(self, on_step: Callable[[float], object]) -> bool:
+        """Integrate to the end, from the start or from where the last call ended.
 
         `on_step` is called with the time between steps; it may raise Interrupted.
+
+        Returns
+        -------
+        bool
+            True if the rest is so long that it pays to `compile` first.
         """
         try:
-            self._integrate(on_step)
+            return self._integrate(on_step)
         except Failure as failure:
             raise self._error(failure) from None
         except ArithmeticError:
@@ -224,20 +241,89 @@ class EventDrivenSolver:
                 " large or too small"
             ) from None
 
-    def _integrate(self, on_step: Callable[[float], object]) -> None:
+    def compile(self) -> None:
+        """Have the rest of the run compiled, if that is possible."""
+
+        def call(function: Any) -> None:
+            self._piece_compiled(function, 0.0)
+
+        self.is_to_be_compiled = False
+        self._patience = -1
+        self._compiled = self._kernel.compiled(call)
+
+    def _integrate(self, on_step: Callable[[float], object]) -> bool:
         s, times = self._state, self._buffer.times
-        run = self._run = self._run._replace(times=array("d", times.given))
+        self._run = self._run._replace(times=array("d", times.given))
         s[layout.NEXT_SAMPLE], s[layout.NEXT_TIME] = times.taken, times.next
-        width = ROW_COLUMNS + run.states - 2
-        rows = array("d", bytes(8 * BUFFERED_ROWS * width))
-        events = array("d", bytes(8 * BUFFERED_EVENTS * (EVENT_COLUMNS + 2 * width)))
-        status = None
-        while status != DONE:
+        if self._pays_already():
+            self.compile()
+        start, buffers, steps = s[layout.TIME], buffers_of(self._run, *PYTHON_BUFFERS), 0
+        while True:
             on_step(s[layout.TIME])
-            try:
-                status = integrate(self._system, run, s, rows, events, 1.0)
-            finally:
-                self._take(rows, events)
+            if self._compiled is not None:
+                status = self._piece_of_a_call()
+            else:
+                steps += 1
+                try:
+                    status = integrate(self._system, self._run, s, *buffers, 1.0)
+                finally:
+                    self._take(*buffers)
+                if steps == self._patience:
+                    self.is_to_be_compiled = self._pays(s[layout.TIME] - start)
+                    if self.is_to_be_compiled:
+                        return True
+            if status == DONE:
+                if not self._kernel.reason:
+                    _python_steps[self._kernel.form] += steps
+                return False
+
+    def _pays_already(self) -> bool:
+        """Return whether this process ran as long without compiled code as it takes to have it.
+
+        What was run often, as in a sweep or a fit, will be run again.
+        """
+        kernel = self._kernel
+        if self._compiled is not None or self._patience < 0 or kernel.reason:
+            return False
+        steps = _python_steps[kernel.form]
+        return (
+            kernel.is_loaded
+            or steps > STEPS_THAT_PAY_COMPILING
+            or (steps > STEPS_THAT_PAY and kernel.is_at_hand)
+        )
+
+    def _pays(self, done: float) -> bool:
+        """Return whether it pays to compile the rest after PATIENCE steps for so many s."""
+        left = self._run.end - self._state[layout.TIME]
+        if not PATIENCE * left > STEPS_THAT_PAY * done or self._kernel.reason:
+            return False
+        return PATIENCE * left > STEPS_THAT_PAY_COMPILING * done or self._kernel.is_at_hand
+
+    def _piece_of_a_call(self) -> int:
+        """Integrate for a call of compiled code; if that fails, up to the step before."""
+        before, started = self._state[:], perf_counter()
+        try:
+            status = self._piece_compiled(self._compiled, self._steps_of_a_call)
+        except (ArithmeticError, RuntimeError, ValueError):
+            steps = self._state[layout.TURNS]
+            self._state[:] = before
+            status = PAUSED
+            if steps > 1.0:
+                status = self._piece_compiled(self._compiled, steps - 1.0)
+            self._compiled = None  # Python says what is wrong
+        seconds = max(perf_counter() - started, 1e-6)
+        growth = min(SECONDS_OF_A_CALL / seconds, 10.0)
+        self._steps_of_a_call = max(1.0, self._steps_of_a_call * growth)
+        return status
+
+    def _piece_compiled(self, function: Any, steps: float) -> int:
+        if self._compiled_buffers is None:
+            self._compiled_buffers = buffers_of(self._run, *COMPILED_BUFFERS)
+            self._arguments = as_argument((self._system, self._run))
+        arguments = as_argument((self._state, *self._compiled_buffers))
+        status: int = function(*self._arguments, *arguments, steps)
+        self._take(*self._compiled_buffers)
+        return status
 
     def _take(self, rows: "array[float]", events: "array[float]") -> None:
         """Add the samples and events in the buffers to those of the run."""
@@ -304,3 +390,79 @@ def run_of(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuf
         input=2 + names.index("energy_input"),
         impact=2 + names.index(ENERGY) if ENERGY in names else 0,
     )
+
+
+def initial_state(mechanism: "Mechanism") -> "array[float]":
+    """Return the state of a run that has not begun."""
+    s, y = array("d", bytes(8 * layout.LENGTH)), mechanism.initial_state
+    s[layout.Y : layout.Y + len(y)] = array("d", y)
+    if mechanism.velocity != 0.0:
+        s[layout.MODE] = copysign(1.0, mechanism.velocity)
+    s[layout.HELD], s[layout.ERROR_BEFORE] = NEVER, 1.0
+    return s
+
+
+def event_names(mechanism: "Mechanism") -> tuple[str, ...]:
+    """Return the names of events by their numbers."""
+    surfaces = [surface.event for surface in mechanism.switching_surfaces]
+    assert mechanism.contact is not None  # else another solver takes it
+    return (mechanism.contact.name, EVENT, *surfaces)
+
+
+def buffers_of(run: Run, rows: int, events: int) -> "tuple[array[float], array[float]]":
+    """Return buffers for so many samples and events."""
+    width = ROW_COLUMNS + run.states - 2
+    size = events * (EVENT_COLUMNS + 2 * width)
+    return array("d", bytes(8 * rows * width)), array("d", bytes(8 * size))
+
+
+class CompiledRuns:
+    """Integrates many runs of one form, one after the other.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    on_call : callable
+        Called between calls of compiled code; it may raise Interrupted.
+    """
+
+    def __init__(self, kernel: Kernel, on_call: Callable[[], object]) -> None:
+        self.form = kernel.form
+        self._kernel, self._on_call = kernel, on_call
+        self._function: Any = None
+        self._is_tried = False
+        self._buffers: Any = None
+
+    def recorded(
+        self, mechanism: "Mechanism", run: Run
+    ) -> "tuple[array[float], array[float]] | None":
+        """Return the samples and events of a run, as `integrate` writes them; None if it fails."""
+        s = initial_state(mechanism)
+        s[layout.NEXT_TIME] = sample_time(run, 0.0)
+        if self._buffers is None:
+            self._buffers = buffers_of(run, *COMPILED_BUFFERS)
+        buffers = self._buffers
+        arguments = as_argument((mechanism.system, run, s, *buffers))
+        if not self._is_tried:
+            self._is_tried = True
+            self._function = self._kernel.compiled(lambda function: function(*arguments, 0.0))
+            return self.recorded(mechanism, run)
+        if self._function is None:
+            return None
+        rows, events = array("d"), array("d")
+        width = ROW_COLUMNS + run.states - 2
+        status = PAUSED
+        while status != DONE:
+            self._on_call()
+            try:
+                status = self._function(*arguments, STEPS_OF_A_CALL)
+            except (ArithmeticError, RuntimeError, ValueError):
+                return None
+            rows.extend(buffers[0][: int(s[layout.ROWS]) * width])
+            events.extend(buffers[1][: int(s[layout.EVENTS]) * (EVENT_COLUMNS + 2 * width)])
+        return rows, events
+
+
+def kernel_of(mechanism: "Mechanism", run: Run) -> Kernel:
+    """Return the kernel for the runs of a form."""
+    return Kernel(integrate, (mechanism.system, run))

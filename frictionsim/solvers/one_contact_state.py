@@ -84,7 +84,7 @@ class Run(NamedTuple):
     impact: int
 
 
-class Failure(Exception):
+class Failure(RuntimeError):
     """A run cannot continue.
 
     Attributes

@@ -112,6 +112,8 @@ class FunctionSystem(NamedTuple):
 
 def system_of(mechanism: "Mechanism") -> Any:
     """Return the system of a mechanism with dry friction."""
+    if mechanism.system is not None:
+        return mechanism.system
     contact = mechanism.contact
     assert contact is not None  # checked by the solver
     return FunctionSystem(
