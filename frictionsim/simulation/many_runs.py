@@ -38,6 +38,7 @@ from frictionsim.simulation.single_dof import (
     trajectory_of,
 )
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
+from frictionsim.solvers.compilation import form_of
 from frictionsim.solvers.event_driven import CompiledRuns, event_names, kernel_of, run_of
 from frictionsim.solvers.mechanism import Mechanism, Trajectory, equation_of, friction_of
 from frictionsim.solvers.one_contact_state import EVENT_COLUMNS, ROW_COLUMNS, Run
@@ -58,24 +59,23 @@ def kernel_for(scenario: "Scenario") -> "Kernel | None":
     """Return the kernel for runs like that of a scenario; None if they have to be run alone."""
     build = getattr(mechanism_module(scenario.kind), "build", None)
     mechanism = None if build is None else build(scenario)
-    if not isinstance(mechanism, Mechanism):  # of several coordinates
+    # One of several coordinates is no `Mechanism`.
+    if not isinstance(mechanism, Mechanism) or not _goes_together(scenario, mechanism):
         return None
-    return _kernel(scenario, mechanism, _run(scenario, mechanism))
-
-
-def _kernel(scenario: "Scenario", mechanism: Mechanism, run: Run) -> "Kernel | None":
-    contact = mechanism.contact
-    if (
-        scenario.solver.backend != BACKEND
-        or mechanism.system is None
-        or contact is None
-        or contact.law != SET_VALUED
-        or mechanism.prescribed
-        or mechanism.stops is not None
-    ):
-        return None
-    kernel = kernel_of(mechanism, run)
+    kernel = kernel_of(mechanism, _run(scenario, mechanism))
     return None if kernel.reason else kernel
+
+
+def _goes_together(scenario: "Scenario", mechanism: Mechanism) -> bool:
+    contact = mechanism.contact
+    return (
+        scenario.solver.backend == BACKEND
+        and mechanism.system is not None
+        and contact is not None
+        and contact.law == SET_VALUED
+        and not mechanism.prescribed
+        and mechanism.stops is None
+    )
 
 
 def _run(scenario: "Scenario", mechanism: Mechanism) -> Run:
@@ -148,19 +148,19 @@ class _Recorded(NamedTuple):
 
 def _recorded(scenarios: "Sequence[Scenario]", on_run: Callable[[], object]) -> list[_Recorded]:
     """Return the runs that are like the first and come to their end."""
-    build = mechanism_module(scenarios[0].kind).build
+    build, found, form = mechanism_module(scenarios[0].kind).build, [], ""
     runs: CompiledRuns | None = None
-    found = []
     for number, scenario in enumerate(scenarios):
         mechanism = build(scenario)
-        if not isinstance(mechanism, Mechanism):
+        if not isinstance(mechanism, Mechanism) or not _goes_together(scenario, mechanism):
             continue
         run = _run(scenario, mechanism)
-        kernel = _kernel(scenario, mechanism, run)
-        if kernel is None:
-            continue
-        runs = runs or CompiledRuns(kernel, on_run)
-        if kernel.form == runs.form and (recorded := runs.recorded(mechanism, run)):
+        if runs is None:
+            kernel, form = kernel_of(mechanism, run), form_of(mechanism.system)
+            if kernel.reason:
+                break
+            runs = CompiledRuns(kernel, on_run)
+        if form_of(mechanism.system) == form and (recorded := runs.recorded(mechanism, run)):
             found.append(_Recorded(number, scenario, mechanism, *recorded))
     return found
 

@@ -43,7 +43,7 @@ _replaced: list[tuple[Any, Any]] = []
 _alive: list[Any] = []  # numba knows a marked function by its dispatcher, as long as that lives
 _methods: dict[str, int] = {}  # the number of parameters by name
 _registered: set[str] = set()
-_compiled_forms: set[str] = set()  # in this process; "" where the compiler is missing or broken
+_compiled_forms: set[tuple[Any, ...]] = set()  # in this process; () without a compiler
 
 
 def compilable(function: Function) -> Function:
@@ -90,24 +90,24 @@ def classes_of(value: Any) -> Iterator[type]:
 
 def as_argument(value: Any) -> Any:
     """Return an argument as compiled code takes it: its arrays share their memory."""
-    if isinstance(value, array):
+    kind = type(value)
+    if kind is float or kind is int:
+        return value
+    if kind is array:
         import numpy as np
 
         return np.frombuffer(value) if len(value) else np.empty(0)
     if isinstance(value, tuple):
-        parts = map(as_argument, value)
-        return tuple(parts) if type(value) is tuple else type(value)(*parts)
+        parts = [as_argument(inner) for inner in value]
+        return tuple(parts) if kind is tuple else kind(*parts)
     return value
 
 
-def form_of(value: Any) -> str:
-    """Return the types of an argument as text: compiled code is for one form."""
+def form_of(value: Any) -> Any:
+    """Return the types of an argument: compiled code is for one form."""
     if isinstance(value, tuple):
-        name = (
-            "" if type(value) is tuple else f"{type(value).__module__}.{type(value).__qualname__}"
-        )
-        return f"{name}({', '.join(map(form_of, value))})"
-    return type(value).__name__
+        return (type(value), *[form_of(inner) for inner in value])
+    return type(value)
 
 
 class Kernel:
@@ -121,7 +121,7 @@ class Kernel:
 
     Attributes
     ----------
-    form : str
+    form : tuple
         Function and types; equal kernels have one form.
     reason : str
         Why it cannot be compiled; empty if it can.
@@ -135,8 +135,8 @@ class Kernel:
         return reason_against(self._arguments)
 
     @cached_property
-    def form(self) -> str:
-        return f"{self._function.__qualname__}{form_of(self._arguments)}"
+    def form(self) -> tuple[Any, ...]:
+        return (self._function, form_of(self._arguments))
 
     @cached_property
     def _classes(self) -> frozenset[type]:
@@ -157,7 +157,8 @@ class Kernel:
 
     @property
     def _mark(self) -> str:
-        return f"{sha256(self.form.encode()).hexdigest()[:16]}.form"
+        text = f"{self._function.__qualname__}{form_of(self._arguments)}"
+        return f"{sha256(text.encode()).hexdigest()[:16]}.form"
 
     def compiled(self, call: Callable[[Any], Any]) -> Any:
         """Return the function as numba compiles it; None if it cannot be, which a warning says.
@@ -167,7 +168,7 @@ class Kernel:
         call : callable
             Calls the function that it is given once, which compiles it.
         """
-        if self.reason or "" in _compiled_forms:
+        if self.reason or () in _compiled_forms:
             LOG.info("not compiled: %s", self.reason or "there is no compiler")
             return None
         try:
@@ -175,7 +176,7 @@ class Kernel:
             if self.form not in _compiled_forms:
                 call(function)
         except Exception as error:  # whatever is wrong with a compiler, the run takes its time
-            _compiled_forms.add("")
+            _compiled_forms.add(())
             LOG.warning(
                 "the equation of motion is not compiled, so that long runs and sweeps take the time"
                 " of Python (%s: %s)",

@@ -55,7 +55,7 @@ STEPS_OF_A_CALL = 500_000.0  # of many runs
 # half a second, a compilation some twelve, a step as Python 20 us.
 PATIENCE = 2000
 STEPS_THAT_PAY, STEPS_THAT_PAY_COMPILING = 40_000.0, 600_000.0
-_python_steps: Counter[str] = Counter()  # of this process, by the form of the kernel
+_python_steps: Counter[Any] = Counter()  # of this process, by the form of the kernel
 
 
 class Field(NamedTuple):
@@ -427,7 +427,6 @@ class CompiledRuns:
     """
 
     def __init__(self, kernel: Kernel, on_call: Callable[[], object]) -> None:
-        self.form = kernel.form
         self._kernel, self._on_call = kernel, on_call
         self._function: Any = None
         self._is_tried = False

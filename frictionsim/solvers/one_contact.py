@@ -14,7 +14,10 @@ from there.
 from math import inf, ulp
 from typing import Any
 
+from frictionsim.solvers.base import MAX_ENERGY_RATIO
+from frictionsim.solvers.common import SAME_TIME_ULPS
 from frictionsim.solvers.compilation import compilable
+from frictionsim.solvers.end_stops import HIDDEN_ULPS
 from frictionsim.solvers.one_contact_location import (
     ACCELERATION,
     DRIVE,
@@ -83,13 +86,6 @@ DONE, PAUSED, FULL = range(3)
 
 # Resolution of the end of a slip phase, relative to the step.
 RESOLUTION = 1e-12
-# A root search stops at an interval of two units in the last place of the time.
-SAME_TIME_ULPS = 2.0
-# A flight shorter than this number of units in the last place of time or position, over 1 - e, is
-# ignored: rounding would give the body as much speed as an impact takes.
-HIDDEN_ULPS = 16.0
-# Kinetic energy above this multiple of the energy input indicates an unstable integration.
-MAX_ENERGY_RATIO = 100.0
 
 
 @compilable
