@@ -165,6 +165,8 @@ class _Job(NamedTuple):
     first: int
     stop: int
     deaths: int = 0
+    alone: bool = False
+    """Whether nothing else is in progress, so that nothing else can have killed its worker."""
 
 
 class _Answer(NamedTuple):
@@ -233,12 +235,13 @@ class _Dispatch:
             return _Job(runs.start, stop)
         if self._again:
             return self._again.popleft()
-        return self._last.popleft() if self._last and not self._out else None
+        if self._last and not self._out:
+            return self._last.popleft()._replace(alone=True)
+        return None
 
     def _collected(self) -> Iterator[_Answer]:
         # Until none is done: all jobs of a pool that broke, before the next pool is opened.
         while done := [future for future in self._out if future.done()]:
-            alone = len(self._out) == 1
             for future in done:
                 job = self._out.pop(future)
                 try:
@@ -247,20 +250,20 @@ class _Dispatch:
                     crash = self._executor.crash(error)
                     if not crash:
                         yield _Answer(job, error=error)
-                    elif not self._retry(job, alone):
+                    elif not self._retry(job):
                         yield _Answer(job, crash=crash)
                 else:
                     self._sizes.learn(job.stop - job.first, seconds)
                     yield _Answer(job, block)
 
-    def _retry(self, job: _Job, alone: bool) -> bool:
+    def _retry(self, job: _Job) -> bool:
         """Repeat a job whose worker died; return False if there is no hope for it."""
         deaths = job.deaths + self._executor.deaths
         if deaths < 2:
             self._again.append(job._replace(deaths=deaths))
         elif job.stop - job.first > 1:
             self._again += [_Job(n, n + 1, deaths) for n in range(job.first, job.stop)]
-        elif alone and deaths >= MAX_DEATHS:
+        elif job.alone and deaths >= MAX_DEATHS:
             return False
         else:
             self._last.append(job._replace(deaths=deaths))

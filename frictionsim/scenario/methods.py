@@ -85,7 +85,6 @@ Pairs = Mapping[tuple[str, str], Pair]
 
 _SOLVERS = "frictionsim.solvers."
 _STEPPERS = "frictionsim.mechanisms.belt_drive.steppers."
-_GUIDED_STRING = "frictionsim.mechanisms.belt_drive.guided_string."
 
 SINGLE_DOF: Pairs = {
     (SET_VALUED, "events"): Pair(_SOLVERS + "event_driven"),
@@ -101,17 +100,8 @@ EVENTS_ONLY: Pairs = {(SET_VALUED, "events"): Pair(_SOLVERS + "multi_contact_sol
 BELT: Pairs = {
     (SET_VALUED, "rkf45"): Pair(_STEPPERS + "rkf45"),
     (SET_VALUED, "moreau"): Pair(_STEPPERS + "moreau", fixed_step=True),
-    **{(SET_VALUED, name): Pair(_STEPPERS + "scipy") for name in SCIPY},
     (REGULARISED, "rkf45"): Pair(_STEPPERS + "rkf45"),
-    **{(REGULARISED, name): Pair(_STEPPERS + "scipy") for name in SCIPY},
-    # Its creep is slip times the length of a step, which a right-hand side for SciPy is not told.
     (CREEP, "rkf45"): Pair(_STEPPERS + "rkf45"),
-}
-
-# A belt without motion across itself has steps of its own; the rest it shares.
-GUIDED_BELT: Pairs = {
-    **BELT,
-    (SET_VALUED, "moreau"): Pair(_GUIDED_STRING + "moreau", fixed_step=True),
 }
 
 

@@ -435,6 +435,8 @@ def _has_law(effect: type) -> bool:
 
 def _may_be_implausible(value: Any) -> bool:
     """Return whether a table has an implausible value in it, without the key of that value."""
+    if isinstance(value, Mapping):
+        value = list(value.values())
     if isinstance(value, list | tuple):
         return any(map(_may_be_implausible, value))
     if not isinstance(value, Params):

@@ -10,9 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionsim as fs
-from frictionsim.mechanisms.belt_drive.assembly import assemble
-from frictionsim.mechanisms.belt_drive.composition import BeltModel
-from frictionsim.mechanisms.belt_drive.kernels.layout import kinematics_of
+from frictionsim.mechanisms.belt_drive.kernels.system import kinematics_of
+from frictionsim.mechanisms.belt_drive.model import BeltModel, assemble
 from frictionsim.mechanisms.belt_drive.steppers import rkf45
 from frictionsim.mechanisms.belt_drive.steppers.rkf45 import (
     DISSIPATION,

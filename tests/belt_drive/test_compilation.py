@@ -18,12 +18,11 @@ import pytest
 from frictionsim.api.result import Result
 from frictionsim.cli.monitor import CommandMonitor
 from frictionsim.errors import Interrupted
-from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
-from frictionsim.mechanisms.belt_drive.guided_string import moreau as string_moreau
 from frictionsim.mechanisms.belt_drive.kernels.jit import Kernel, announce_compilation
-from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45, scipy
-from tests.support.belt_scenarios import COMPILED, STEPS, every_effect, pair, scenario_of
+from frictionsim.mechanisms.belt_drive.model import assemble
+from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
+from tests.support.belt_scenarios import COMPILED, STEPS, pair, scenario_of
 from tests.support.old_results import old_result
 from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, pulley, simulate
 
@@ -98,9 +97,7 @@ class Calls:
 
     ENTRIES: ClassVar = {
         rkf45: ("advance",),
-        moreau: ("evaluate_forces", "integrate"),
-        string_moreau: ("integrate_string",),
-        scipy: ("rhs_with_candidates", "update_contact_modes"),
+        moreau: ("integrate",),
     }
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -117,11 +114,7 @@ class Calls:
 
 
 @pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize(
-    "data",
-    [*COMPILED.values(), every_effect(solver__backend="rk45")],
-    ids=[*COMPILED, "rk45, every effect"],
-)
+@pytest.mark.parametrize("data", COMPILED.values(), ids=COMPILED.keys())
 def test_all_kernels_are_compiled_before_the_first_step(
     data: Scenario, monkeypatch: pytest.MonkeyPatch
 ) -> None:

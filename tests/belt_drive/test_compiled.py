@@ -2,16 +2,57 @@
 
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.assembly import assemble
-from frictionsim.mechanisms.belt_drive.kernels.jit import kernel_sources
+from frictionsim.mechanisms.belt_drive.kernels.jit import (
+    KernelChoice,
+    inline_kernel,
+    kernel,
+    kernel_sources,
+)
+from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
 from tests.support.belt_scenarios import COMPILED, STEPS, scenario_of
 from tests.support.scenarios import Scenario, run_anew
+
+
+class Line(NamedTuple):
+    """A kinematics of one number."""
+
+    rise: float
+
+
+class Circle(NamedTuple):
+    """Another, with a field of the same type."""
+
+    radius: float
+
+
+@inline_kernel
+def on_line(line: Line, x: float) -> float:
+    return line.rise * x
+
+
+@inline_kernel
+def on_circle(circle: Circle, x: float) -> float:
+    return circle.radius + x
+
+
+height = KernelChoice({Line: on_line, Circle: on_circle})
+
+
+@kernel
+def heights(at: tuple[Line | Circle, float], x: float) -> float:
+    return at[1] * height(at[0], x)
+
+
+@pytest.mark.parametrize(("curve", "expected"), [(Line(3.0), 24.0), (Circle(3.0), 20.0)])
+def test_the_class_of_a_named_tuple_chooses_a_kernel(curve: Line | Circle, expected: float) -> None:
+    assert heights((curve, 4.0), 2.0) == expected
+    assert heights.py_func((curve, 4.0), 2.0) == expected
 
 
 def ends(data: Scenario) -> dict[str, Any]:

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.effects.contact import ContactEffect
+from frictionsim.mechanisms.belt_drive.model import assemble
 from tests.support.belt_reference import accelerations, potential
 from tests.support.belt_scenarios import (
     NO_FRICTION,

@@ -7,16 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.assembly import assemble
-from frictionsim.mechanisms.belt_drive.composition import BeltModel
 from frictionsim.mechanisms.belt_drive.effects.axial import turn_bodies
 from frictionsim.mechanisms.belt_drive.effects.base import Chain
-from frictionsim.mechanisms.belt_drive.kernels.contacts import (
-    find_contact_candidates,
-    update_contact_modes,
-)
-from frictionsim.mechanisms.belt_drive.kernels.equations import rhs
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.contacts import update_contact_modes
+from frictionsim.mechanisms.belt_drive.kernels.equations import find_contact_candidates, rhs
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
     FORCE_X,
     FORCE_Y,
@@ -27,15 +22,14 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     SPEED,
     STICKING,
     TORQUE,
-    kinematics_of,
-    padded_width,
-)
-from frictionsim.mechanisms.belt_drive.kernels.signals import (
     TORQUE_OVER_TIME,
     derivative,
+    kinematics_of,
+    padded_width,
     stack_signals,
     value,
 )
+from frictionsim.mechanisms.belt_drive.model import BeltModel, assemble
 from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.scenario.signal_tables import signal_from
 from tests.support.belt_reference import NO_PULLEY, Accelerations, accelerations, corners

@@ -372,7 +372,7 @@ REFUSED: dict[str, tuple[Drive, dict[str, Any], str]] = {
         "the belt is slack: it is 1.1 m long unstretched, its path 1.01651 m, and ... m as a"
         " polygon of 12 bodies. Shorten it or move the pulleys apart",
     ),
-    "a belt of 10 N that hangs through": (
+    "a belt of 10 N that sags without limit": (
         heavy(12),
         {"pretension": 0.5, "gravity": WEIGHT},
         "...Raise the pretension...",

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.mechanisms.belt_drive.quantities import equilibrium_quantities
 from frictionsim.results import Record
 from tests.support.belt_closed_forms import SECTION_4, two_pulley_mode
@@ -334,4 +334,6 @@ def test_the_effects_of_the_summary_say_what_is_simulated() -> None:
 def test_a_slack_span_is_warned_of() -> None:
     much = {"mu_s": 10.0, "mu_k": 10.0}
     done = simulate(string(mechanism__belt__pretension=100.0, effects__belt_friction=much))
-    assert any("does not sag, but is pressed together" in text for text in done.warnings)
+    assert any(
+        "a slack span goes into compression instead of sagging" in text for text in done.warnings
+    )

@@ -14,14 +14,14 @@ import frictionsim as fs
 from frictionsim.cli.commands import run_command_line
 from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 from frictionsim.mechanisms.belt_drive.steppers import moreau
-from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import IMPLICIT_NOW, IMPLICIT_STEPS
+from frictionsim.mechanisms.belt_drive.steppers.fixed_steps import IMPLICIT_NOW, IMPLICIT_STEPS
 from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import pair, scenario_of
 from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed
 
 # A large function more is 0.15 s more on one core; seven make a second. Loops over vectors are
 # functions of a few lines, of which many take less time than a few with versions for overlaps.
-MOST = {"moreau": 78, "rkf45": 94}
+MOST = {"moreau": 84, "rkf45": 94}
 
 COUNT = """
 import json, sys
@@ -64,14 +64,12 @@ def joints_turn(**changes: Any) -> Scenario:
 @pytest.fixture
 def oblique_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have dampers solved for where a body is oblique to its joints by the least angle."""
-    choose = moreau.BeltStepper._choose_damping_treatment
+    plan = moreau.plane_plan
 
-    def lower(stepper: moreau.BeltStepper, max_step: float) -> None:
-        choose(stepper, max_step)
-        treatment = stepper._treatment
-        stepper._treatment = treatment._replace(max_obliquity=OBLIQUITY)
+    def lower(*arguments: Any) -> moreau.StepPlan:
+        return plan(*arguments)._replace(max_obliquity=OBLIQUITY)
 
-    monkeypatch.setattr(moreau.BeltStepper, "_choose_damping_treatment", lower)
+    monkeypatch.setattr(moreau, "plane_plan", lower)
 
 
 OBLIQUITY = 0.2

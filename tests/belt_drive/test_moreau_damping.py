@@ -6,12 +6,10 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.assembly import assemble
-from frictionsim.mechanisms.belt_drive.composition import BeltModel
 from frictionsim.mechanisms.belt_drive.effects.axial import joint_forces
 from frictionsim.mechanisms.belt_drive.effects.contact import contact_forces
-from frictionsim.mechanisms.belt_drive.kernels.contacts import find_contact_candidates
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.equations import find_contact_candidates
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
     BACKWARD_LIMIT,
     FORWARD_LIMIT,
@@ -25,6 +23,7 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     STICKING,
     kinematics_of,
 )
+from frictionsim.mechanisms.belt_drive.model import BeltModel, assemble
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
     StiffDamping,
     solve_damping_and_friction,
@@ -282,7 +281,7 @@ def test_backends_agree_on_the_published_drive_with_damping_of_the_section() -> 
     mass = exact.model.system.chain.mass
     coefficient = exact.model.system.effects.axial_damping.damping
     assert share_solved(found) == 1.0
-    assert found.stepper._h * 4.0 * coefficient / mass > 10.0
+    assert found.stepper._plan.h * 4.0 * coefficient / mass > 10.0
     # In sizes of the states: the stretch of the pretension, the speed of a wave of that size.
     assert distance(found, exact) <= 1e-4
     width = exact.model.system.layout.width

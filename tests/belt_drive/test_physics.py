@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.mechanisms.belt_drive.stability_limits import max_frequency_and_decay
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
 from tests.support.belt_scenarios import (

@@ -7,7 +7,7 @@ import pytest
 
 from frictionsim.mechanisms.belt_drive.belt_simulation import observer_of
 from frictionsim.mechanisms.belt_drive.kernels.contacts import update_contact_modes
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     BACKWARD_LIMIT,
     FORWARD_LIMIT,
     FRICTION,

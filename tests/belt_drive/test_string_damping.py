@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 import frictionsim as fs
 from frictionsim.errors import Interrupted
-from frictionsim.mechanisms.belt_drive.assembly import assemble
-from frictionsim.mechanisms.belt_drive.composition import BeltModel
-from frictionsim.mechanisms.belt_drive.guided_string import moreau
+from frictionsim.mechanisms.belt_drive.model import BeltModel, assemble
+from frictionsim.mechanisms.belt_drive.steppers import moreau
 from tests.support.belt_scenarios import (
     Disturb,
     changed_step,

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.results import Record
 from frictionsim.scenario.model_validation import ValidationFailure
 from tests.benchmarks.results_belts import IDLE, LOAD, RECORDED

@@ -9,8 +9,7 @@ only the worst that a screen holds. A folder has a JSON file for each part:
 
     channels  each shipped scenario by every law and method: channels, events, quantities, audit,
               warnings, or why the pair is refused. A channel is some samples, its extremes
-              and means, and a hash of all its bytes. Runs end after some steps; implicit
-              methods have few bodies of a belt and few steps.
+              and means, and a hash of all its bytes. Runs end after some steps.
     commands  exit code, stdout (JSON as data), stderr and files of sequences of commands
     faults    the same of 300 faulty scenarios, options and files
     reports   the data and the text inside each report of those commands

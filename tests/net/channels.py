@@ -14,10 +14,7 @@ PARAMETERS: dict[str, dict[str, float]] = {
     "regularised": {"transition_speed": 0.1},
     "creep": {"transition_speed": 0.1, "maximum_creep": 1e-6},
 }
-STEPS, STEPS_OF_OWN, STEPS_OF_SCIPY = 3000, 8000, 400
-# Each step of theirs has the Jacobian of a belt by differences.
-IMPLICIT, IMPLICIT_STEPS, IMPLICIT_BODIES = ("radau", "bdf", "lsoda"), 10, 36
-COMPILED = ("rkf45", "moreau")
+STEPS, STEPS_OF_OWN = 3000, 8000
 
 
 def names() -> list[str]:
@@ -36,8 +33,8 @@ def of_scenario(name: str, folder: Path) -> Iterator[tuple[str, Any]]:
     for law in choices(schema, "law"):
         for method in choices(schema, "backend"):
             if (law, method) != own:
-                overrides, steps = _changes(scenario, law, method)
-                yield f"{name} {law} {method}", _run(path, overrides, steps, folder)
+                overrides = _changes(scenario, law, method)
+                yield f"{name} {law} {method}", _run(path, overrides, STEPS, folder)
 
 
 def choices(schema: Any, key: str) -> list[str]:
@@ -52,8 +49,8 @@ def choices(schema: Any, key: str) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def _changes(scenario: fs.Scenario, law: str, method: str) -> tuple[dict[str, Any], int]:
-    """Return the overrides for a law and a method, and a limit of steps."""
+def _changes(scenario: fs.Scenario, law: str, method: str) -> dict[str, Any]:
+    """Return the overrides for a law and a method."""
     found = tomllib.loads(scenario.to_toml())
     changes: dict[str, Any] = {"solver.backend": method}
     changes |= {f"solver.{key}": None for key in ("step", "max_step") if key in found["solver"]}
@@ -63,11 +60,7 @@ def _changes(scenario: fs.Scenario, law: str, method: str) -> tuple[dict[str, An
             left = {key for key in PARAMETERS["creep"] if key in keys and key not in wanted}
             changes |= {f"effects.{effect}.{key}": None for key in left}
             changes |= {f"effects.{effect}.{key}": value for key, value in wanted.items()}
-    if scenario.kind != BELT or method in COMPILED:
-        return changes, STEPS
-    if method not in IMPLICIT:
-        return changes, STEPS_OF_SCIPY
-    return changes | {"mechanism.belt.bodies": IMPLICIT_BODIES}, IMPLICIT_STEPS
+    return changes
 
 
 def _run(path: Path, overrides: dict[str, Any], steps: int, folder: Path) -> Any:

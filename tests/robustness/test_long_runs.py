@@ -14,7 +14,7 @@ import frictionsim as fs
 from frictionsim.errors import InputError, Interrupted, OutputError
 from frictionsim.io import hdf5_writer, sample_segments
 from frictionsim.io.checksum import append_trailer
-from frictionsim.simulation import sample_store, space
+from frictionsim.simulation import sample_store
 from tests.support.belt_scenarios import pair
 from tests.support.stopped_runs import stopped_at
 
@@ -230,7 +230,7 @@ WHAT = r"1000001 samples of all recorded channels take 1\.\d+ GB before compress
 
 
 def test_refuses_a_run_that_the_memory_does_not_hold(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(space, "available_memory", lambda: 10**9)
+    monkeypatch.setattr(sample_store, "available_memory", lambda: 10**9)
     with pytest.raises(InputError) as refused:
         fs.solve(LONG, HUGE)
     assert str(refused.value).startswith("cannot start this run: 1000001 samples of all recorded")
@@ -244,7 +244,7 @@ def test_refuses_a_run_that_the_disk_does_not_hold_and_says_of_others_what_they_
 ) -> None:
     fs.solve(LONG, HUGE, output=tmp_path / "a.h5", progress=stopping(0.0))
     assert "1000001 samples of all recorded channels take" in caplog.text
-    assert "they go to" in caplog.text
+    assert "they are stored in" in caplog.text
     (tmp_path / "a.h5").unlink(missing_ok=True)
     free = shutil.disk_usage(tmp_path)._replace(free=10**8)
     monkeypatch.setattr(shutil, "disk_usage", lambda path: free)

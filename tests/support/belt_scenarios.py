@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionsim.mechanisms.belt_drive.assembly import assemble
-from frictionsim.mechanisms.belt_drive.composition import BeltModel
+from frictionsim.mechanisms.belt_drive.model import BeltModel, assemble
 from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.scenario.loading import validate
 from frictionsim.scenario.signal_tables import SpeedTable, signal_from

@@ -3,10 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionsim.mechanisms.belt_drive.composition import BeltModel
-from frictionsim.mechanisms.belt_drive.kernels.contacts import find_contact_candidates
-from frictionsim.mechanisms.belt_drive.kernels.equations import rhs
-from frictionsim.mechanisms.belt_drive.kernels.layout import kinematics_of
+from frictionsim.mechanisms.belt_drive.kernels.equations import find_contact_candidates, rhs
+from frictionsim.mechanisms.belt_drive.kernels.system import kinematics_of
+from frictionsim.mechanisms.belt_drive.model import BeltModel
 
 Array = NDArray[np.float64]
 CHANGE = 1e-8  # m

@@ -18,7 +18,7 @@ from frictionsim.mechanisms.belt_drive.effects.base import (
     Waves,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import VX, VY, X, Y
+from frictionsim.mechanisms.belt_drive.kernels.system import VX, VY, X, Y
 from frictionsim.scenario.schema import Params, unit_field
 
 

@@ -12,11 +12,10 @@ from tests.support.foundation_effect import FoundationEffect
 
 EFFECTS.append(FoundationEffect())
 
-from frictionsim.mechanisms.belt_drive.assembly import assemble  # noqa: E402
-from frictionsim.mechanisms.belt_drive.kernels.contacts import find_contact_candidates  # noqa: E402
-from frictionsim.mechanisms.belt_drive.kernels.equations import rhs  # noqa: E402
+from frictionsim.mechanisms.belt_drive.kernels import equations  # noqa: E402
 from frictionsim.mechanisms.belt_drive.kernels.jit import Kernel  # noqa: E402
-from frictionsim.mechanisms.belt_drive.kernels.layout import kinematics_of  # noqa: E402
+from frictionsim.mechanisms.belt_drive.kernels.system import kinematics_of  # noqa: E402
+from frictionsim.mechanisms.belt_drive.model import assemble  # noqa: E402
 from tests.support.belt_scenarios import pair, scenario_of  # noqa: E402
 from tests.support.scenarios import Scenario, simulate  # noqa: E402
 
@@ -36,12 +35,12 @@ def at_rest(foundation: bool) -> dict[str, Any]:
     model = assemble(scenario_of(belt(foundation)))
     layout, system, rate = model.system.layout, model.system, np.zeros_like(model.state)
     n, kinematics = layout.bodies, kinematics_of(model.state, layout)
-    find_contact_candidates(system, kinematics)
-    rhs(0.0, 0.0, model.state, rate, system)
+    equations.find_contact_candidates(system, kinematics)
+    equations.rhs(0.0, 0.0, model.state, rate, system)
     moving = model.state.copy()
     kinematics_of(moving, layout)[3:5, :n] = [[1.0], [2.0]]
     moved = np.zeros_like(rate)
-    rhs(0.0, 0.0, moving, moved, system)
+    equations.rhs(0.0, 0.0, moving, moved, system)
     frequency, decay = model.max_frequency_and_decay
     return {
         "x": kinematics[0, :n].tolist(),

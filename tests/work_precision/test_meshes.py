@@ -13,7 +13,7 @@ import pytest
 import frictionsim as fs
 from frictionsim.errors import ArgumentError, SolverError
 from frictionsim.mechanisms.belt_drive import mesh_study
-from frictionsim.mechanisms.belt_drive.assembly import assemble
+from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.plots.studies import cheapest_of_meshes
 from frictionsim.results import Metric, Quantity
 from frictionsim.scenario.loading import load

@@ -9,19 +9,18 @@ of nb + np degrees of freedom. The model is in
     geometry          the line of an ideal belt round its pulleys
     equilibrium       the belt at rest: equilibrium_energy is what it minimises
     composition       from a scenario to arrays
-    assembly          the belt at rest, ready to be stepped
-    guided_string     the belt without motion across itself
-    kernels           one system of arrays, the search for contacts, the equations of motion
-    steppers          the integration methods
+    model             the belt at rest, ready to be stepped: its energies and limits
+    kernels           the arrays (system), both kinematics (plane, string), the equations of motion
+    steppers          the methods rkf45 and moreau, the latter with a step for each kinematics
     stability_limits  the highest frequency and decay, which bound the steps
     belt_simulation   from step to step
-    sampling          what is recorded
+    sampling          the channels, and what summary and audit need of each sample
     slip              the slip of the drive, and the tensions of its spans
     quantities        the summary and the audit, at rest too
     transitions       full slip and grip, lift-off, slack spans
-    run_warnings      what to know before trusting them
-    work_precision    what the cost of accuracy is judged by, and the settings to compare
-    mesh_study        models and numbers of bodies to compare
+    run_warnings      the warnings of a run
+    work_precision    metrics and settings of a study of cost and accuracy
+    mesh_study        models and numbers of bodies in such a study
 
 References
 ----------

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.errors import BudgetExceeded, Diverged, InputError
-from frictionsim.mechanisms.belt_drive.assembly import assemble
 from frictionsim.mechanisms.belt_drive.kernels import jit
-from frictionsim.mechanisms.belt_drive.sampling import Observer
+from frictionsim.mechanisms.belt_drive.model import assemble
+from frictionsim.mechanisms.belt_drive.sampling import observer_of
 from frictionsim.mechanisms.belt_drive.schema import channels_of
 from frictionsim.results import SimulationResult
 from frictionsim.simulation.checkpoint import (
@@ -24,11 +24,10 @@ from frictionsim.solvers.common import GivenTimes, SampleTimes
 from frictionsim.solvers.state_values import unfit
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.composition import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.results import Channel
 
-# Some hundredths of a second, in which nobody is told anything: fewer steps of more bodies.
+# Some hundredths of a second without a call of `on_step`: fewer steps of more bodies.
 STEPS_BETWEEN_CALLS = 2000
 BODIES_FOR_ALL_STEPS = 400
 MAX_ENERGY_GAIN = 1.0  # of the energy that was stored at the start or put in since
@@ -43,7 +42,7 @@ class BeltDrive:
         self._scenario = scenario
         self._model = assemble(scenario)
         self._times = SampleTimes(scenario.solver.duration, scenario.interval)
-        self._kinks = _kinks(scenario)
+        self._discontinuities = _discontinuities(scenario)
         self._observer = observer_of(scenario, self._model)
         module = import_module(scenario.pair.module)
         self._stepper = module.BeltStepper(self._model, scenario.solver)
@@ -87,7 +86,7 @@ class BeltDrive:
                 return True
             on_step(stepper.t)
             steps = min(self._steps_left(stepper.t), between_calls)
-            limit = min((kink for kink in self._kinks if kink > stepper.t), default=end)
+            limit = min((t for t in self._discontinuities if t > stepper.t), default=end)
             stepper.advance(min(limit, end), times.next, steps)
             self._observer.check_belt(stepper)
 
@@ -124,8 +123,8 @@ class BeltDrive:
         return steps, rejected, evaluations
 
     def state(self) -> Arrays | None:
-        """Return all that the rest of the run depends on; None where nothing could be saved."""
-        if not (self._stepper.resumable and self._started):
+        """Return all that the rest of the run depends on; None before the start."""
+        if not self._started:
             return None
         parts = {f"stepping.{k}": v for k, v in self._stepper.checkpoint_arrays().items()}
         numbers = {name: np.array(v, dtype=np.float64) for name, v in parts.items()}
@@ -166,9 +165,9 @@ class BeltDrive:
         state.setdefault("stepping.release", np.zeros(1))
 
     @property
-    def samples(self) -> SampleStore | None:
-        """The samples so far; None where no segments of them could be resumed."""
-        return self._observer.samples if self._stepper.resumable else None
+    def samples(self) -> SampleStore:
+        """The samples so far."""
+        return self._observer.samples
 
     def observe(self) -> SimulationResult:
         """Return the samples so far, with the quantities and checks that follow from them."""
@@ -179,17 +178,8 @@ class BeltDrive:
         return self._observer.observe_channels()
 
 
-def observer_of(scenario: "BeltDriveScenario", model: "BeltModel") -> Observer:
-    """Return the sampler of a belt drive, in the plane or guided."""
-    if scenario.guided:
-        from frictionsim.mechanisms.belt_drive.guided_string.observer import StringObserver
-
-        return StringObserver(scenario, model)
-    return Observer(scenario, model)
-
-
-def _kinks(scenario: "BeltDriveScenario") -> list[float]:
-    """Return the times at which a drive has a kink, s: a step ends there."""
+def _discontinuities(scenario: "BeltDriveScenario") -> list[float]:
+    """Return the times at which a drive or its derivative jumps, s: a step ends there."""
     from frictionsim.scenario.signal_tables import SpeedTable, signal_from
 
     found = set()

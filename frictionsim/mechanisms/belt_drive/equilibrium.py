@@ -17,7 +17,7 @@ loop corrects m, EI/l and the T of this sum.
 Newton's method for the equilibrium of a belt, with a banded Hessian.
 
 The exact Hessian is a ring of 3 x 3 blocks, which folded flat (bodies 0, n - 1, 1, n - 2, ...) is a
-band of 8 diagonals beside the main one; the length borders it. Where it is not positive definite it
+band of 8 subdiagonals; the length borders it. Where it is not positive definite it
 is shifted until a step lowers the energy.
 """
 
@@ -30,7 +30,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionsim.mechanisms.belt_drive.effects.base import Array, Chain
 from frictionsim.mechanisms.belt_drive.effects.contact import (
     depth_under,
     normal_forces,
@@ -54,6 +53,7 @@ from frictionsim.mechanisms.belt_drive.geometry import (
     Pulley,
     belt_path,
 )
+from frictionsim.mechanisms.belt_drive.kernels.system import Array, Chain
 
 Indices = NDArray[np.intp]
 
@@ -285,7 +285,7 @@ MAX_LENGTH_RATIO = 5.0
 # Bodies from the middle of the first arc to a centre: mirror images of themselves, and not.
 SYMMETRIC_PHASES, ASYMMETRIC_PHASE = (0.0, 0.5), 0.25
 
-# What a first guess of the tension in a belt of given length is at least, over EA.
+# Least first guess of the tension in a belt of given length, over EA.
 MIN_STRAIN_GUESS = 1e-4
 MAX_LENGTH_ITERATIONS = 8
 
@@ -487,7 +487,7 @@ def _minimum(
 
 
 def _check_length(belt: Belt, length: float) -> None:
-    """Refuse a belt that has contracted off its pulleys, or hangs through without end."""
+    """Refuse a belt that has contracted off its pulleys, or sags without limit."""
     if length < belt.scale / MAX_LENGTH_RATIO:
         shortest = float(np.min(belt.radii * [abs(arc.wrap_angle) for arc in belt.path.arcs]))
         raise NoEquilibrium(
@@ -497,8 +497,8 @@ def _check_length(belt: Belt, length: float) -> None:
         )
     if length > belt.scale * MAX_LENGTH_RATIO:
         raise NoEquilibrium(
-            "the belt hangs through: its weight or its bending carries it further than the "
-            "pretension can hold. Raise the pretension"
+            "the belt sags without limit: its weight or its bending exceeds what the pretension "
+            "can carry. Raise the pretension"
         )
 
 
@@ -513,7 +513,7 @@ def _residual(slope: Array) -> float:
 
 
 def _force_tolerance(belt: Belt, at: Evaluation, tension: float) -> float:
-    """Return the force to get below: what is sought, or what rounded coordinates leave."""
+    """Return the allowed residual force: the target, or the rounding error of coordinates."""
     unit = float(np.spacing(np.max(np.abs(at.configuration.position))))
     stiffness = 2.0 * belt.axial_rigidity / at.configuration.length
     stiffness += float(np.max(radial_stiffness(belt.contact, at.shape)))

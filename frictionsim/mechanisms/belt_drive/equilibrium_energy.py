@@ -17,22 +17,16 @@ from frictionsim.mechanisms.belt_drive.effects.axial import (
     length_gradient,
     length_stiffness,
 )
-from frictionsim.mechanisms.belt_drive.effects.base import (
-    Array,
-    BeltEffect,
-    Chain,
-    Shape,
-    Stage,
-    Stiffness,
-)
+from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect, Shape, Stage, Stiffness
 from frictionsim.mechanisms.belt_drive.effects.contact import ContactParameters
 from frictionsim.mechanisms.belt_drive.geometry import Path, Pulley
+from frictionsim.mechanisms.belt_drive.kernels.system import Array, Chain
 
 AXIAL = AxialEffect()
 
 
 class Belt(NamedTuple):
-    """What stays the same while the equilibrium is sought.
+    """The data of a search for the equilibrium.
 
     Attributes
     ----------
@@ -71,7 +65,7 @@ class Configuration(NamedTuple):
 
 
 class HeldParameters(NamedTuple):
-    """What is held while the energy is minimised.
+    """Parameters that stay fixed while the energy is minimised.
 
     Attributes
     ----------

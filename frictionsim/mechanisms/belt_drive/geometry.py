@@ -26,12 +26,12 @@ MIN_BODIES = 4
 # A belt that turns further than this round one pulley does not come from its neighbours.
 MAX_WRAP_ANGLE = 1.8 * pi
 
-# Directions carry a few roundings: a smaller sweep is none.
+# Directions carry a few roundings: a smaller angle counts as zero.
 MIN_WRAP_ANGLE = 1e-9
 
 
 class PathError(ValueError):
-    """No belt passes the pulleys in this order; `pulley` is the index of the culprit."""
+    """No belt passes the pulleys in this order; `pulley` is the index of the faulty one."""
 
     def __init__(self, message: str, pulley: int) -> None:
         super().__init__(message)
@@ -76,7 +76,7 @@ class Path:
     Attributes
     ----------
     length : float, m
-    turn : float, rad
+    total_turning : float, rad
         2 pi where the loop is passed counter-clockwise, -2 pi where clockwise.
     arcs : tuple of Arc, rad
         One for each pulley, in its order.
@@ -110,18 +110,18 @@ class Path:
 
         Returns
         -------
-        Line
-            Position in m; tangent angle in rad, continuous along the belt, so that it has
-            changed by `turn` at the end; pulley under the belt, -1 on a span.
+        PathPoints
+            Positions, m; tangent angles, rad, continuous along the belt; the pulley under the belt,
+            -1 on a span.
         """
         piece = np.searchsorted(self._starts, s, side="right") - 1
         along = s - self._starts[piece]
-        start, add_bending = self._angles[piece], self._curvatures[piece] * along
+        start, bend = self._angles[piece], self._curvatures[piece] * along
         # The chord of an arc: along sin(bend/2)/(bend/2), half the bend off the first tangent.
-        chord = along * np.sinc(add_bending / tau)
-        direction = start + 0.5 * add_bending
+        chord = along * np.sinc(bend / tau)
+        direction = start + 0.5 * bend
         step = chord[:, None] * np.column_stack([np.cos(direction), np.sin(direction)])
-        return PathPoints(self._points[piece] + step, start + add_bending, self._pulleys[piece])
+        return PathPoints(self._points[piece] + step, start + bend, self._pulleys[piece])
 
 
 def belt_path(pulleys: Sequence[Pulley]) -> Path:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
+
 STRING, CORRECTED, POLYGON = "string", "corrected", "polygon"
 MODELS = (STRING, CORRECTED, POLYGON)
 # Without a contact there is nothing to press on a pulley: such a scenario is a string only.
@@ -75,17 +76,7 @@ def mesh_of(scenario: "BeltDriveScenario", model: str, bodies: int) -> Mesh:
 def mesh_settings(
     scenario: "BeltDriveScenario", mesh: Mesh, backends: "Iterable[str]", laws: "Iterable[str]"
 ) -> list[Setting]:
-    """Return the setting of a mesh: of the methods and laws that are asked for the fastest.
-
-    None is returned if none of them is of meshes.
-
-    Parameters
-    ----------
-    scenario : BeltDriveScenario
-    mesh : Mesh
-    backends, laws : iterable of str
-        What to compare.
-    """
+    """Return the setting of a mesh, by the fastest of the methods and laws asked for, if any."""
     rtol = scenario.solver.rtol
     adaptive = Setting("rkf45", f"rtol {short(rtol)}", (f"solver.rtol={rtol:.6g}",), mesh=mesh)
     found = [_longest_step(scenario, mesh), adaptive.with_law(SET_VALUED, scenario)]
@@ -99,11 +90,7 @@ def mesh_settings(
 def limits(scenario: "BeltDriveScenario", most: int) -> tuple[Limit, ...]:
     """Return the limit of fine meshes of the scenario's own model, and one to compare it with.
 
-    Parameters
-    ----------
-    scenario : BeltDriveScenario
-    most : int
-        Bodies of the finest mesh that is compared.
+    `most` is the number of bodies of the finest mesh that is compared.
     """
     own = own_mesh(scenario).model
     if own == STRING:

@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.assembly import solve_equilibrium
-from frictionsim.mechanisms.belt_drive.kernels.layout import INERTIA, PULLEY_RADIUS
+from frictionsim.mechanisms.belt_drive.kernels.system import INERTIA, PULLEY_RADIUS, Array
+from frictionsim.mechanisms.belt_drive.model import solve_equilibrium
 from frictionsim.mechanisms.belt_drive.slip import (
     ends_of,
     mean_power,
@@ -36,13 +36,10 @@ from frictionsim.scenario.methods import SET_VALUED
 from frictionsim.simulation.averages import BATCHES, last_part, smooth_mean, time_mean
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from frictionsim.mechanisms.belt_drive.composition import BeltModel
+    from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium
+    from frictionsim.mechanisms.belt_drive.model import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
-    Array = npt.NDArray[np.float64]
-    from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium
 
 # Of the largest force: bodies press some hundredths of a radius deep, where their friction has
 # another lever than the rim; 0.8 % in the belt of the paper.
@@ -55,19 +52,19 @@ MIN_BODIES = 10.0  # that pass while corners even out
 # Forces of less than this share of the tension are what corners and contacts make at random.
 MIN_FORCE = 0.05
 STANDARD_ERRORS = 4.0  # by which a mean of samples may be off
-# A mean that is over less than so many times of a wave along the belt and back says nothing.
+# Least duration of a mean, in times of a wave once along the belt and back.
 MIN_ROUND_TRIPS = 4.0
 
 
-class Misfit(NamedTuple):
-    """What two ways to one force differ by at each pulley, and what they may beside LIMIT, N."""
+class ForceDifference(NamedTuple):
+    """The difference of two ways to one force at each pulley, and its uncertainty, N."""
 
-    off: "Array"
-    uncertain: "Array"
+    off: Array
+    uncertain: Array
 
 
 def torque_balance(
-    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", model: "BeltModel", time: Array, seen: dict[str, Array]
 ) -> Check:
     """Return the difference of the two ways at the pulley where it is most, and its limit.
 
@@ -83,20 +80,20 @@ def torque_balance(
     means = [time_mean(time, torque), time_mean(time[last], fall[last])]
     least = MIN_FORCE * float(np.mean(seen["_span_tension"]))
     largest = max(least, float(np.max(np.abs(means))))
-    belt, misfits = scenario.mechanism.belt, [_misfit(time, rim, turned)]
+    belt, differences = scenario.mechanism.belt, [_difference(time, rim, turned)]
     wave = np.sqrt(belt.axial_rigidity / belt.mass_per_length)
     if np.ptp(time[last]) * wave > MIN_ROUND_TRIPS * scenario.mechanism.path().length:
         of_last = {name: values[last] for name, values in seen.items()}
-        misfits.append(_misfit_of_spans(scenario, model, time[last], of_last))
-    off, uncertain = (np.concatenate(parts) / largest for parts in zip(*misfits, strict=True))
+        differences.append(_difference_of_spans(scenario, model, time[last], of_last))
+    off, uncertain = (np.concatenate(parts) / largest for parts in zip(*differences, strict=True))
     limit = LIMIT + uncertain
     worst = int(np.argmax(off / limit))
     return Check(float(off[worst]), float(limit[worst]))
 
 
-def _misfit_of_spans(
-    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
-) -> Misfit:
+def _difference_of_spans(
+    scenario: "BeltDriveScenario", model: "BeltModel", time: Array, seen: dict[str, Array]
+) -> ForceDifference:
     """Return the difference between the spans of each pulley and the torque on it.
 
     Zero where bodies do not touch the pulley all the time, or no other: it has not two spans then.
@@ -118,7 +115,7 @@ def _misfit_of_spans(
     gained = np.sign(wrap_angle) * seen["_speed"] * inertia / radius + np.outer(
         seen["_belt_speed"], mass
     )
-    off, chance = _misfit(time, force, -gained)
+    off, chance = _difference(time, force, -gained)
     length = model.system.chain.length
     passed = np.max(np.abs(time_mean(time, seen["_speed"]))) * radius * np.ptp(time) / length
     moving = CORNER * (length / radius) ** 2 * np.max(np.abs(time_mean(time, fall)))
@@ -130,12 +127,12 @@ def _misfit_of_spans(
         corners = np.zeros_like(corners)
     touched = np.all(seen["_touching"] > 0.0, axis=0)
     judged = touched & (np.sum(touched) > 1)
-    return Misfit(
+    return ForceDifference(
         np.where(judged, off, 0.0), chance + corners + _moments(scenario, straight, spans)
     )
 
 
-def _misfit(time: "Array", force: "Array", momentum: "Array") -> Misfit:
+def _difference(time: Array, force: Array, momentum: Array) -> ForceDifference:
     """Return the mean of forces less the gain of momentum; their scatter makes it uncertain.
 
     Parameters
@@ -146,16 +143,16 @@ def _misfit(time: "Array", force: "Array", momentum: "Array") -> Misfit:
     """
     ends = np.unique(np.linspace(0, len(time) - 1, BATCHES + 1).astype(int))
     if len(ends) < 3:  # nothing is told of the scatter
-        return Misfit(np.zeros(force.shape[1]), np.zeros(force.shape[1]))
+        return ForceDifference(np.zeros(force.shape[1]), np.zeros(force.shape[1]))
     batches = [slice(a, b + 1) for a, b in pairwise(ends)]
     forces = np.array([time_mean(time[of], force[of]) for of in batches])
     weights = np.diff(time[ends])
     off = forces - np.diff(momentum[ends], axis=0) / weights[:, None]
     chance = STANDARD_ERRORS * off.std(axis=0, ddof=1) / np.sqrt(len(batches))
-    return Misfit(np.abs(np.average(off, axis=0, weights=weights)), chance)
+    return ForceDifference(np.abs(np.average(off, axis=0, weights=weights)), chance)
 
 
-def _moments(scenario: "BeltDriveScenario", straight: "Array", spans: "Array") -> "Array":
+def _moments(scenario: "BeltDriveScenario", straight: Array, spans: Array) -> Array:
     """Return the forces at the rim that moments in the middle of the spans could stand for, N."""
     if scenario.effects.bending is None:
         return np.zeros(len(straight))
@@ -219,7 +216,7 @@ def _shaft_loads(scenario: "BeltDriveScenario", equilibrium: "Equilibrium") -> l
     return found
 
 
-UNUSED = 1e-6  # of what the springs store: less work than that is none
+UNUSED = 1e-6  # of the energy in the springs: less work counts as zero
 
 # A fixed step closes the energies to second order, the adaptive one to its tolerance; both see
 # the jumps of contacts that open, which neither locates.
@@ -232,7 +229,7 @@ POWER_LIMIT = 1e-3
 
 
 def quantities_of(
-    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", model: "BeltModel", time: Array, seen: dict[str, Array]
 ) -> Quantities:
     """Return the summary's quantities; means are over the last fifth of the run.
 
@@ -287,26 +284,26 @@ def quantities_of(
     return found
 
 
-def min_rim_speed(scenario: "BeltDriveScenario", time: "Array", seen: dict[str, "Array"]) -> float:
+def min_rim_speed(scenario: "BeltDriveScenario", time: Array, seen: dict[str, Array]) -> float:
     """Return the speed below which a rim is at rest, m/s: it may vibrate."""
     last = last_part(time)
     tension = float(np.mean(seen["_span_tension"][last]))
     return speed_at_rest(tension, scenario.mechanism.belt.mass_per_length)
 
 
-def _unused_energy(seen: dict[str, "Array"]) -> float:
-    """Return an energy, J, that is nothing beside what the belt stores."""
+def _unused_energy(seen: dict[str, Array]) -> float:
+    """Return an energy, J, that is negligible against the energy stored."""
     return UNUSED * float(abs(seen["energy_potential"][0]))
 
 
-def losses(seen: dict[str, "Array"], last: Any) -> float:
+def losses(seen: dict[str, Array], last: Any) -> float:
     """Return the heat of friction and dampers in a part of a run, J."""
     heats = (seen[name][last] for name in ("energy_friction", "energy_damping") if name in seen)
     return float(sum(heat[-1] - heat[0] for heat in heats))
 
 
-def efficiency(time: "Array", power: "Array", lost: float, least: float) -> float | None:
-    """Return the work that pulleys take out, over that and what is lost on the way.
+def efficiency(time: Array, power: Array, lost: float, least: float) -> float | None:
+    """Return the work taken out, over the sum of it and the losses.
 
     That is the work put in less what the drive stores meanwhile, in motion and springs. None where
     nothing is taken out or lost.
@@ -326,7 +323,7 @@ def efficiency(time: "Array", power: "Array", lost: float, least: float) -> floa
 
 
 def checks_of(
-    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", model: "BeltModel", time: Array, seen: dict[str, Array]
 ) -> dict[str, Check]:
     """Return the audit: energies over the largest of them, forces over their limits."""
     if not time.size:

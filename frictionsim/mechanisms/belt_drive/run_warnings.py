@@ -1,4 +1,4 @@
-"""What a user should know before trusting the summary of a belt drive: its warnings."""
+"""Warnings about the run of a belt drive."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
-from frictionsim.mechanisms.belt_drive.kernels.layout import PULLEY_RADIUS
+from frictionsim.mechanisms.belt_drive.kernels.system import PULLEY_RADIUS, Array
 from frictionsim.mechanisms.belt_drive.quantities import min_rim_speed
 from frictionsim.mechanisms.belt_drive.transitions import full_slip, slack_spans
 from frictionsim.simulation.averages import (
@@ -18,13 +18,10 @@ from frictionsim.simulation.averages import (
 )
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from frictionsim.mechanisms.belt_drive.composition import BeltModel
+    from frictionsim.mechanisms.belt_drive.model import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.results import Quantities
 
-    Array = npt.NDArray[np.float64]
 
 MIN_SAMPLES = 10  # for a mean
 UNSTEADY = 0.01  # of the largest: what the means of the two halves of a steady part differ by
@@ -40,20 +37,11 @@ CORRECTED_DIVISOR = 72
 def warnings_of(
     scenario: "BeltDriveScenario",
     model: "BeltModel",
-    time: "Array",
-    seen: dict[str, "Array"],
+    time: Array,
+    seen: dict[str, Array],
     quantities: "Quantities",
 ) -> tuple[str, ...]:
-    """Return warnings about a run.
-
-    Parameters
-    ----------
-    time : (n,), s
-    seen : dict of (n, ...)
-        What the observer keeps of each sample.
-    quantities : Quantities
-        Of the summary.
-    """
+    """Return warnings about a run: its times, (n,), s, samples, (n, ...), and summary."""
     if not time.size:
         return ()
     found = [
@@ -80,14 +68,14 @@ def _spans(scenario: "BeltDriveScenario") -> list[str]:
 
 
 def _slack_spans(
-    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", tension: "Array"
+    scenario: "BeltDriveScenario", model: "BeltModel", time: Array, tension: Array
 ) -> Iterator[str]:
     """Say which spans went slack, and when first."""
     slack = slack_spans(model, tension)
     for i, span in enumerate(_spans(scenario)):
         if slack[:, i].any():
             consequence = (
-                "a belt without effects.contact does not sag, but is pressed together; add"
+                "without effects.contact a slack span goes into compression instead of sagging; add"
                 " [effects.contact], or give more mechanism.belt.pretension"
                 if scenario.guided
                 else "a slack belt is chaotic, so that its motion depends on rounding; trust means"
@@ -100,7 +88,7 @@ def _slack_spans(
 
 
 def _pushed_off(
-    scenario: "BeltDriveScenario", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", time: Array, seen: dict[str, Array]
 ) -> Iterator[str]:
     """Say where a guided belt would leave its pulleys, on which it is kept without a force."""
     for j, name in enumerate(scenario.mechanism.names if scenario.guided else ()):
@@ -115,9 +103,7 @@ def _pushed_off(
             )
 
 
-def _full_slip(
-    scenario: "BeltDriveScenario", time: "Array", seen: dict[str, "Array"]
-) -> Iterator[str]:
+def _full_slip(scenario: "BeltDriveScenario", time: Array, seen: dict[str, Array]) -> Iterator[str]:
     """Say on which pulleys all bodies slide one way, with all the friction that there is."""
     full = full_slip(scenario, seen)
     for j, name in enumerate(scenario.mechanism.names):
@@ -132,7 +118,7 @@ def _full_slip(
 
 
 def _untouched_patch(
-    scenario: "BeltDriveScenario", model: "BeltModel", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", model: "BeltModel", seen: dict[str, Array]
 ) -> Iterator[str]:
     """Say that a patch of the belt was never on a pulley."""
     if scenario.effects.patch is None:
@@ -150,7 +136,7 @@ def _untouched_patch(
 
 
 def _unsteady_means(
-    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
+    scenario: "BeltDriveScenario", model: "BeltModel", time: Array, seen: dict[str, Array]
 ) -> Iterator[str]:
     """Say that the means of the summary are of too few samples, or of a motion that changes."""
     last = last_part(time)
@@ -164,12 +150,12 @@ def _unsteady_means(
     tension = float(np.mean(seen["_span_tension"]))
     at_rest = min_rim_speed(scenario, time, seen)
     rim = seen["_speed"][last] * _radii(model)
-    max_frequency_and_decay = max(at_rest, float(np.max(np.abs(np.mean(rim, axis=0)))))
+    fastest = max(at_rest, float(np.max(np.abs(np.mean(rim, axis=0)))))
     changing = [
         *_changes(
             time[last],
             rim,
-            max_frequency_and_decay,
+            fastest,
             [f"speed of '{n}'" for n in scenario.mechanism.names],
         ),
         *_changes(
@@ -188,9 +174,7 @@ def _unsteady_means(
         )
 
 
-def _changes(
-    time: "Array", values: "Array", size: float, names: list[str]
-) -> list[tuple[float, str]]:
+def _changes(time: Array, values: Array, size: float, names: list[str]) -> list[tuple[float, str]]:
     """Return by how much means of two halves differ, of those that change, over their size."""
     middle = len(time) // 2
     halves = (slice(None, middle + 1), slice(middle, None))
@@ -258,12 +242,12 @@ def _no_efficiency(quantities: "Quantities") -> Iterator[str]:
         )
 
 
-def _radii(model: "BeltModel") -> "Array":
+def _radii(model: "BeltModel") -> Array:
     radii: Array = model.system.pulleys.table[PULLEY_RADIUS]
     return radii
 
 
-def _created_energy(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> Iterator[str]:
+def _created_energy(scenario: "BeltDriveScenario", seen: dict[str, Array]) -> Iterator[str]:
     """Say that the steps have put energy into the belt.
 
     Where the pulleys turn fast, the energy of the belt is so small a part that the audit does not

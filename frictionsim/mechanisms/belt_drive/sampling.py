@@ -1,31 +1,31 @@
-"""What is seen of a belt drive: channels to record, the quantities of the summary, the audit."""
+"""Samples of a belt drive: channels, and what the summary and the audit need."""
 
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.errors import BeltOffPulleys
+from frictionsim.errors import BeltOffPulleys, Diverged
 from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ANGLE,
-    BACKWARD_LIMIT,
-    CENTRE_X,
-    CENTRE_Y,
+    ARC_LENGTH,
+    ARC_START,
     FORCE_X,
     FORCE_Y,
-    FORWARD_LIMIT,
-    FRICTION,
-    KINETIC,
-    NORMAL,
+    MIDDLE,
+    POSITION,
+    PULLEY_RADIUS,
     RADIUS,
-    SLIP,
     SPEED,
-    STATIC,
-    STICKING,
+    TENSION,
     TORQUE,
+    VELOCITY,
     VX,
     VY,
+    Array,
+    ContactRows,
+    Indices,
     X,
     Y,
     kinematics_of,
@@ -40,28 +40,21 @@ from frictionsim.simulation.record import stored_type
 from frictionsim.simulation.sample_store import SampleStore
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from frictionsim.mechanisms.belt_drive.composition import BeltModel
+    from frictionsim.mechanisms.belt_drive.model import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
-    Array = npt.NDArray[np.float64]
-    Indices = npt.NDArray[np.int64]
 
-
+# Of the pretension: a belt whose tension is above mass_per_length times speed squared by less than
+# that is about to lift off. Its friction fades before it does.
+LIGHT = 0.02
 MAX_PENETRATION = 0.5  # of a radius: a body that gets further into a pulley does not come out again
 
 
 class Observer:
     """Samples of a belt drive, in a `SampleStore`.
 
-    Only the channels that are wanted are kept whole; of the others what the quantities need.
-
-    Parameters
-    ----------
-    scenario : BeltDriveScenario
-    model : BeltModel
-        Its system holds the forces of the state that a sample is taken of.
+    Only the channels that are wanted are kept whole; of the others what the quantities need. The
+    system of the model holds the forces of the state that a sample is taken of.
     """
 
     def __init__(self, scenario: "BeltDriveScenario", model: "BeltModel") -> None:
@@ -95,12 +88,7 @@ class Observer:
         self.energy_gain = 0.0  # energy that came from nowhere, over what was stored and put in
 
     def check_belt(self, stepper: Any) -> None:
-        """Stop where the belt has left its pulleys, or is pressed through one.
-
-        Raises
-        ------
-        BeltOffPulleys
-        """
+        """Stop where the belt has left its pulleys, or is pressed through one."""
         contacts = self._system.contacts
         count = contacts.offsets[-1]
         if count == 0:
@@ -109,12 +97,10 @@ class Observer:
                 " low, or a torque too high?"
             )
         kinematics = self._kinematics(stepper.interpolate(stepper.t))
-        radius = contacts.table[RADIUS, :count]
-        filled = np.flatnonzero(radius > 0.0)
-        body = contacts.body[filled].astype(np.int64)
-        x, y = kinematics[X], kinematics[Y]
-        centre_x, centre_y = contacts.table[CENTRE_X, filled], contacts.table[CENTRE_Y, filled]
-        share = 1.0 - np.hypot(x[body] - centre_x, y[body] - centre_y) / radius[filled]
+        filled = np.flatnonzero(contacts.table[RADIUS, :count] > 0.0)
+        body, near = contacts.body[filled].astype(np.int64), ContactRows(*contacts.table[:, filled])
+        x, y = kinematics[X, body] - near.centre_x, kinematics[Y, body] - near.centre_y
+        share = 1.0 - np.hypot(x, y) / near.radius
         deepest = int(np.argmax(share))
         if share[deepest] > MAX_PENETRATION:
             raise BeltOffPulleys(
@@ -123,7 +109,7 @@ class Observer:
                 " the tension"
             )
 
-    def _kinematics(self, state: "Array") -> "Array":
+    def _kinematics(self, state: Array) -> Array:
         rows: Array = kinematics_of(state, self._system.layout)
         return rows[:, : self._bodies]
 
@@ -134,7 +120,7 @@ class Observer:
         rows = layout.angles // layout.width
         return rows * self._bodies + layout.energies - layout.angles + len(self._energies)
 
-    def sample(self, t: float, state: "Array") -> None:
+    def sample(self, t: float, state: Array) -> None:
         """Add the sample of time t."""
         self.samples.append(self._seen(t, state))
         self._check_energy()
@@ -143,7 +129,7 @@ class Observer:
         """Return a sample of the start as a template, whatever the forces are."""
         return self._seen(0.0, self._model.state)
 
-    def _seen(self, t: float, state: "Array") -> dict[str, Any]:
+    def _seen(self, t: float, state: Array) -> dict[str, Any]:
         kinematics = self._kinematics(state)
         channels = {**self._of_bodies(kinematics), **self._of_pulleys(state)}
         seen = {name: channels[name] for name in self._wanted}
@@ -160,37 +146,37 @@ class Observer:
         stored = abs(float(samples.first("energy_potential"))) + abs(put_in)
         self.energy_gain = (has - put_in) / stored if stored > 0.0 else 0.0
 
-    def _of_bodies(self, kinematics: "Array") -> dict[str, "Array"]:
+    def _of_bodies(self, kinematics: Array) -> dict[str, Array]:
         contacts = self._system.contacts
         count = contacts.offsets[-1]
         # A body may be a candidate of two pulleys, and is pressed on one.
-        pressed = (contacts.table[RADIUS, :count] > 0.0) & (contacts.table[NORMAL, :count] > 0.0)
-        filled = np.flatnonzero(pressed)
-        body = contacts.body[filled].astype(np.int64)
+        candidates = ContactRows(*contacts.table[:, :count])
+        filled = np.flatnonzero((candidates.radius > 0.0) & (candidates.normal > 0.0))
+        body, pressed = (
+            contacts.body[filled].astype(np.int64),
+            ContactRows(*contacts.table[:, filled]),
+        )
+        friction = pressed.friction * self.force_per_impulse
         found = self._places(kinematics)
-        for name, row in (
-            ("normal_force", NORMAL),
-            ("friction_force", FRICTION),
-            ("slip_velocity", SLIP),
-            ("sticking", STICKING),
-        ):
-            found[name] = np.zeros(self._bodies)
-            found[name][body] = contacts.table[row, filled]
-        found["friction_force"] *= self.force_per_impulse
         found["pulley_index"] = np.full(self._bodies, -1.0)
         found["pulley_index"][body] = np.searchsorted(contacts.offsets, filled, side="right") - 1.0
-        found["_utilisation"] = np.zeros(self._bodies)
-        found["_utilisation"][body] = utilisation(
-            contacts.table[:, filled], found["friction_force"][body]
-        )
+        for name, values in (
+            ("normal_force", pressed.normal),
+            ("friction_force", friction),
+            ("slip_velocity", pressed.slip),
+            ("sticking", pressed.sticking),
+            ("_utilisation", utilisation(pressed, friction)),
+        ):
+            found[name] = np.zeros(self._bodies)
+            found[name][body] = values
         found["tension"] = self._tension(kinematics)
         return found
 
-    def _places(self, kinematics: "Array") -> dict[str, "Array"]:
+    def _places(self, kinematics: Array) -> dict[str, Array]:
         return {"x": kinematics[X], "y": kinematics[Y], "angle": kinematics[ANGLE]}
 
-    def _tension(self, kinematics: "Array") -> "Array":
-        """Return the tension of every joint; negative where the bodies are pressed together."""
+    def _tension(self, kinematics: Array) -> Array:
+        """Return the tension of every joint; negative in compression."""
         force_x = self._system.workspace[FORCE_X, : self._bodies]
         force_y = self._system.workspace[FORCE_Y, : self._bodies]
         angle = kinematics[ANGLE]
@@ -198,7 +184,7 @@ class Observer:
         along = force_x * (cos + cos[self._before]) + force_y * (sin + sin[self._before])
         return np.copysign(np.hypot(force_x, force_y), along)
 
-    def _of_pulleys(self, state: "Array") -> dict[str, "Array"]:
+    def _of_pulleys(self, state: Array) -> dict[str, Array]:
         layout = self._system.layout
         return {
             "pulley_angle": state[layout.angles : layout.speeds],
@@ -206,7 +192,7 @@ class Observer:
             "pulley_torque": self._system.pulleys.table[TORQUE],
         }
 
-    def _speeds(self, state: "Array") -> "Array":
+    def _speeds(self, state: Array) -> Array:
         """Return the speeds of all pulleys; the free ones have theirs in the state."""
         pulleys = self._system.pulleys
         speeds = pulleys.table[SPEED].copy()
@@ -215,7 +201,7 @@ class Observer:
         return speeds
 
     def _quantities(
-        self, state: "Array", kinematics: "Array", channels: dict[str, "Array"]
+        self, state: Array, kinematics: Array, channels: dict[str, Array]
     ) -> dict[str, Any]:
         """Return the values of a sample that quantities and audit need, whatever is recorded."""
         table, layout = self._system.pulleys.table, self._system.layout
@@ -241,7 +227,7 @@ class Observer:
             "_power": friction_power(channels),
         }
 
-    def _contact_counts(self, channels: dict[str, "Array"]) -> dict[str, "Array"]:
+    def _contact_counts(self, channels: dict[str, Array]) -> dict[str, Array]:
         """Return how many bodies touch each pulley, and on how many lengths of them it sticks."""
         members = range(self._system.pulleys.table.shape[1])
         on = [np.flatnonzero(channels["pulley_index"] == j) for j in members]
@@ -250,10 +236,10 @@ class Observer:
             "_sticking": np.array([adhesion(channels, i, np.ones(len(i))) for i in on]),
         }
 
-    def _belt_speed(self, kinematics: "Array") -> float:
+    def _belt_speed(self, kinematics: Array) -> float:
         return belt_speed(kinematics)
 
-    def _friction_on_pulleys(self) -> dict[str, "Array"]:
+    def _friction_on_pulleys(self) -> dict[str, Array]:
         """Return the sum of the friction on the belt, N, and what it could be in full slip.
 
         And the sum of N s, whose sign is the direction of the slip.
@@ -262,16 +248,17 @@ class Observer:
         if self._system.friction is None:
             return {}
         ranges = [slice(*ends) for ends in pairwise(contacts.offsets)]
-        friction = contacts.table[FRICTION] * self.force_per_impulse
-        kinetic = contacts.table[KINETIC] * contacts.table[NORMAL]
-        slip = contacts.table[NORMAL] * contacts.table[SLIP]
+        rows = ContactRows(*contacts.table)
+        found = {
+            "_friction": rows.friction * self.force_per_impulse,
+            "_capacity": rows.kinetic * rows.normal,
+            "_slip": rows.normal * rows.slip,
+        }
         return {
-            "_friction": np.array([friction[of].sum() for of in ranges]),
-            "_capacity": np.array([kinetic[of].sum() for of in ranges]),
-            "_slip": np.array([slip[of].sum() for of in ranges]),
+            name: np.array([values[of].sum() for of in ranges]) for name, values in found.items()
         }
 
-    def _friction_excess(self) -> "Array":
+    def _friction_excess(self) -> Array:
         """Return by how much a friction is off its limits, N, and the largest limit, N.
 
         Above the one that holds it; or below that at rest, of a body that has no slip but does not
@@ -280,22 +267,22 @@ class Observer:
         contacts = self._system.contacts
         if self._system.friction is None:
             return np.zeros(2)
-        table = contacts.table[:, : contacts.offsets[-1]]
-        friction, at_rest = table[FRICTION] * self.force_per_impulse, table[STATIC] * table[NORMAL]
+        rows = ContactRows(*contacts.table[:, : contacts.offsets[-1]])
+        friction, at_rest = rows.friction * self.force_per_impulse, rows.static * rows.normal
         size, limit = np.abs(friction), at_rest
         off = size - at_rest
         law = self._system.effects.belt_friction
         if law is not None and law.set_valued is not None:
-            limits = table[FORWARD_LIMIT], table[BACKWARD_LIMIT]
+            limits = rows.forward_limit, rows.backward_limit
             limit = np.where(friction > 0.0, *limits) * self.force_per_impulse
-            let_go = (table[SLIP] == 0.0) & (table[STICKING] == 0.0)
+            let_go = (rows.slip == 0.0) & (rows.sticking == 0.0)
             off = np.maximum(size - limit, np.where(let_go, at_rest - size, 0.0))
             # A body that slides one way has no friction the other way, until its slip has ended.
             turning = (friction == 0.0) & (np.minimum(*limits) == 0.0)
-            self._note_release((table[STICKING] == 0.0) & ~turning, limit - size, limit)
+            self._note_release((rows.sticking == 0.0) & ~turning, limit - size, limit)
         return np.array([np.max(off, initial=0.0), np.max(at_rest, initial=0.0)])
 
-    def _note_release(self, sliding: Any, missing: "Array", limit: "Array") -> None:
+    def _note_release(self, sliding: Any, missing: Array, limit: Array) -> None:
         """Note by how much the friction of a body that slides is below its limit, N, over it.
 
         Where static and kinetic friction differ, the steps note it when a body lets go.
@@ -334,28 +321,88 @@ class Observer:
         )
 
 
-def belt_speed(kinematics: "Array") -> float:
+class StringObserver(Observer):
+    """Samples of a guided string."""
+
+    def __init__(self, scenario: "BeltDriveScenario", model: "BeltModel") -> None:
+        super().__init__(scenario, model)
+        self._pretension = float(np.mean(model.equilibrium.tension))
+        self._path = scenario.mechanism.path()
+
+    def check_belt(self, stepper: Any) -> None:
+        """Stop where points have passed each other."""
+        position = self._kinematics(stepper.interpolate(stepper.t))[POSITION]
+        spacing = np.diff(position, append=position[0] + self._path.length)
+        if np.min(spacing) <= 0.0:
+            raise Diverged(
+                f"bodies {int(np.argmin(spacing))} and the next have passed each other at"
+                f" t = {stepper.t:.9g} s: without effects.contact a slack span goes into"
+                " compression instead of sagging; raise mechanism.belt.pretension, or add"
+                " [effects.contact]"
+            )
+
+    def _places(self, kinematics: Array) -> dict[str, Array]:
+        rounds = np.floor(kinematics[POSITION] / self._path.length)
+        within = kinematics[POSITION] - rounds * self._path.length
+        points = self._path.at(np.minimum(within, np.nextafter(self._path.length, 0.0)))
+        return {
+            "x": points.position[:, 0],
+            "y": points.position[:, 1],
+            "angle": points.angle + rounds * self._path.total_turning,
+        }
+
+    def _tension(self, kinematics: Array) -> Array:
+        tension: Array = self._system.workspace[TENSION, : self._bodies].copy()
+        return tension
+
+    def _belt_speed(self, kinematics: Array) -> float:
+        return float(np.mean(kinematics[VELOCITY]))
+
+    def _contact_counts(self, channels: dict[str, Array]) -> dict[str, Array]:
+        """Return how many bodies' lengths are on each pulley, and on how many of them it sticks.
+
+        They are exact: parts of lengths count as such. And over which angle, rad, they are hardly
+        pressed on it.
+        """
+        middle, normal = self._system.workspace[MIDDLE], channels["normal_force"]
+        contacts, length = self._system.contacts, self._system.chain.length
+        radius = self._system.pulleys.table[PULLEY_RADIUS]
+        touching, stuck, unpressed = np.zeros((3, len(radius)))
+        for j, ends in enumerate(pairwise(contacts.offsets)):
+            table = contacts.table[:, slice(*ends)]
+            filled = table[RADIUS] > 0.0
+            body = contacts.body[slice(*ends)][filled].astype(np.int64)
+            start, arc = table[ARC_START, filled], table[ARC_LENGTH, filled]
+            part = np.clip(middle[body + 1] - start, 0.0, arc)
+            part -= np.clip(middle[body] - start, 0.0, arc)
+            on = channels["pulley_index"][body] == j
+            light = normal[body] * radius[j] < LIGHT * self._pretension * part
+            touching[j] = np.sum(part[on]) / length
+            stuck[j] = adhesion(channels, body[on], part[on]) / length
+            unpressed[j] = np.sum(part[light]) / radius[j]
+        return {"_touching": touching, "_sticking": stuck, "_unpressed": unpressed}
+
+
+def observer_of(scenario: "BeltDriveScenario", model: "BeltModel") -> Observer:
+    """Return the sampler of a belt drive, in the plane or guided."""
+    return (StringObserver if scenario.guided else Observer)(scenario, model)
+
+
+def belt_speed(kinematics: Array) -> float:
     """Return the mean velocity of the bodies along the belt, m/s."""
     along = kinematics[VX] * np.cos(kinematics[ANGLE]) + kinematics[VY] * np.sin(kinematics[ANGLE])
     return float(np.mean(along))
 
 
-def utilisation(contacts: "Array", friction: "Array") -> "Array":
-    """Return the friction of contacts over what they can have, from -1 to 1.
-
-    Parameters
-    ----------
-    contacts : (21, n)
-        Rows of `kernels.layout`.
-    friction : (n,), N
-    """
-    coefficient = np.where(contacts[STICKING] > 0.0, contacts[STATIC], contacts[KINETIC])
-    limit = coefficient * contacts[NORMAL]
+def utilisation(rows: ContactRows, friction: Array) -> Array:
+    """Return the friction of contacts, N, over its limit, from -1 to 1."""
+    coefficient = np.where(rows.sticking > 0.0, rows.static, rows.kinetic)
+    limit = coefficient * rows.normal
     share = np.divide(friction, limit, out=np.zeros_like(limit), where=limit > 0.0)
     return np.clip(share, -1.0, 1.0)
 
 
-def adhesion(channels: dict[str, "Array"], bodies: "Indices", length: "Array") -> float:
+def adhesion(channels: dict[str, Array], bodies: Indices, length: Array) -> float:
     """Return the length on which the belt sticks to a pulley; zero where no body sticks.
 
     The friction is at its limit on the sliding arc and zero on the arc of adhesion, but for waves,
@@ -376,7 +423,7 @@ def adhesion(channels: dict[str, "Array"], bodies: "Indices", length: "Array") -
     return max(float(np.sum(length)) - sliding, 0.0)
 
 
-def friction_power(channels: dict[str, "Array"]) -> "Array":
+def friction_power(channels: dict[str, Array]) -> Array:
     """Return the power with which friction drives bodies that slide, and that of all of it, W."""
     power = channels["friction_force"] * channels["slip_velocity"]
     sliding = channels["sticking"] == 0.0

@@ -1,4 +1,4 @@
-"""The scenario of a belt drive: what its tables hold, and what does not go together in them."""
+"""The scenario of a belt drive: its tables and their consistency."""
 
 from collections.abc import Collection, Mapping, Sequence
 from math import ceil, pi
@@ -21,12 +21,9 @@ from frictionsim.results import Channel
 from frictionsim.scenario.methods import (
     BELT,
     CREEP,
-    GUIDED_BELT,
     PUBLISHED,
     REGULARISED,
-    Pair,
     Pairs,
-    pair_of,
 )
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario, SolverSettings
@@ -140,12 +137,7 @@ class Geometry(Params):
         return [Pulley(p.name, p.center, p.radius, p.side) for p in self.pulleys]
 
     def path(self) -> Path:
-        """Return the ideal line of the belt.
-
-        Raises
-        ------
-        PathError
-        """
+        """Return the ideal line of the belt."""
         return belt_path(self.circles)
 
     @model_validator(mode="after")
@@ -296,12 +288,6 @@ class BeltDriveScenario(Scenario):
         """Whether the belt is guided on its pitch line: no effect asks for motion across it."""
         return self.effects.contact is None
 
-    @property
-    def pair(self) -> Pair:
-        """The pair of friction law and method."""
-        pairs = GUIDED_BELT if self.guided else self.PAIRS
-        return pair_of(pairs, self.law, self.solver.backend)
-
     @model_validator(mode="after")
     def _effects_suit_a_guided_belt(self) -> Self:
         if not self.guided:
@@ -361,7 +347,7 @@ class BeltDriveScenario(Scenario):
 
 
 def _missing_bodies(path: Path, pulleys: "Sequence[PulleyTable]", bodies: int) -> str | None:
-    """Return why so many bodies cannot follow the curve of a pulley; None if they can."""
+    """Return why a number of bodies cannot follow the curve of a pulley; None if they can."""
     smallest = min(pulleys, key=lambda pulley: pulley.radius)
     needed = ceil(path.length / (MAX_BODY_OVER_RADIUS * smallest.radius))
     if bodies >= needed:
@@ -384,13 +370,13 @@ def channels_of(scenario: BeltDriveScenario) -> dict[str, Channel]:
 
 ENOUGH = 4  # times as many as are needed: quantities depend little on their number then
 
-ROUNDING = 1e-12  # of the belt's length: what is shorter is lost in the sums of lengths
+ROUNDING = 1e-12  # of the belt's length: shorter pieces vanish in sums of lengths
 
 
 def missing_points(
     path: Path, names: Sequence[str], driven: Collection[str], points: int
 ) -> str | None:
-    """Return why a guided belt of so many points cannot follow its line; None if it can.
+    """Return why a number of points cannot follow the pitch line; None if they can.
 
     A point stands for the belt half way to its neighbours. None is to be on two pulleys at once:
     no span is shorter than their distance. The arcs of pulleys in `driven`, which carry a load,
@@ -399,8 +385,9 @@ def missing_points(
     length, what = min(_pieces(path, names, driven))
     if length <= path.length * ROUNDING:
         return (
-            f"no number of bodies is enough for {what}, which is too short ({length:.3g} m) beside"
-            f" the belt's {path.length:.3g} m; change the centers and radii of the pulleys"
+            f"no number of bodies is enough for {what}, which is too short ({length:.3g} m)"
+            f" compared with the belt, {path.length:.3g} m; change the centers and radii of the"
+            " pulleys"
         )
     needed = ceil(path.length / length)
     if points >= needed:

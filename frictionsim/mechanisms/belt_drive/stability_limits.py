@@ -1,4 +1,4 @@
-"""The fastest that a belt can do: its highest frequency, its fastest decay, its eigenvalues.
+"""Bounds on the motion of a belt: highest frequency, fastest decay, eigenvalues.
 
 In a long straight chain every motion is a sum of waves P_k, phi_k ~ exp(i kappa k). Across the
 belt, with the displacement y and the rotation phi of a body, a joint of stiffness c is stretched by
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     ComplexArray = npt.NDArray[np.complex128]
 
 WAVES = 65  # wave numbers from 0 to pi; the highest frequency is at an end or between two of them
-CONTACT_LOAD_FACTOR = 2.0  # tensions and normal forces may be so many times those at rest
+CONTACT_LOAD_FACTOR = 2.0  # largest tensions and normal forces over those at rest
 # A step has at most twice the relaxation time of friction, where 3.96 times is stable: a body whose
 # friction changes between stick and slip inside the steps could go round its limit for ever.
 FRICTION_MARGIN = 2.0
@@ -105,7 +105,7 @@ def max_transverse_square(waves: Waves) -> float:
 
 
 def max_normal_force(equilibrium: "Equilibrium") -> float:
-    """Return the largest normal force that is reckoned with, N."""
+    """Return the upper bound of a normal force, N."""
     return CONTACT_LOAD_FACTOR * float(np.max(equilibrium.normal_force, initial=0.0))
 
 

@@ -23,7 +23,7 @@ and lies within one `output.interval` before it. It is a transition if the new s
 SAMPLES_TO_LEAVE samples where STICK or TAUT is left, for SAMPLES_TO_RETURN where another state is.
 That a belt grips takes one body that sticks, and single bodies do so now and then while it slips
 as a whole, as they land on the pulley; bodies that all slide by chance are rarer. The state of a
-load at the very limit differs in every sample: of 30 000 samples, each with either state by chance,
+load at the very limit differs in every sample: of 30 000 samples with random states
 some 30 are transitions (one for each 2^4 - 2 and 2^11 - 2 samples by turns).
 """
 
@@ -36,7 +36,7 @@ from frictionsim.results import BACKWARD, FORWARD, OPEN, SLACK, STICK, TAUT, Tra
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.composition import BeltModel
+    from frictionsim.mechanisms.belt_drive.model import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Array = npt.NDArray[np.float64]
@@ -51,36 +51,23 @@ SAMPLES_TO_RETURN = 10
 
 
 def slack_spans(model: "BeltModel", span_tension: "Array") -> "Bools":
-    """Return which spans are slack, (n, spans).
-
-    Parameters
-    ----------
-    model : BeltModel
-    span_tension : (n, spans), N
-        The mean tension of each span, in every sample.
-    """
+    """Return which spans are slack, (n, spans), from their mean tensions, (n, spans), N."""
     slack: Bools = span_tension < SLACK_TENSION * float(np.mean(model.equilibrium.tension))
     return slack
 
 
 def full_slip(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> "Bools":
-    """Return on which pulleys all bodies slide, with all the friction that there is, (n, pulleys).
+    """Return on which pulleys all bodies slide at the limit of friction, (n, pulleys).
 
-    Never on a pulley without a drive or without friction.
-
-    Parameters
-    ----------
-    scenario : BeltDriveScenario
-    seen : dict of (n, ...)
-        What the observer keeps of each sample.
+    Never on a pulley without a drive or without friction; `seen` is what the observer keeps.
     """
     law, names = scenario.effects.belt_friction, scenario.mechanism.names
     if law is None:
         return np.zeros(seen["_touching"].shape, dtype=np.bool_)
     can_slip = [name in scenario.drive and law.pulleys.get(name, law).mu_s > 0.0 for name in names]
-    nobody_sticks = (seen["_touching"] > 0.0) & (seen["_sticking"] == 0.0)
+    none_sticks = (seen["_touching"] > 0.0) & (seen["_sticking"] == 0.0)
     at_limit = np.abs(seen["_friction"]) >= FULL_SLIP * seen["_capacity"]
-    full: Bools = nobody_sticks & at_limit & np.array(can_slip)
+    full: Bools = none_sticks & at_limit & np.array(can_slip)
     return full
 
 
@@ -127,13 +114,7 @@ def transitions_of(
 ) -> list[Transition]:
     """Return the transitions of pulleys and spans, in the order of time.
 
-    Parameters
-    ----------
-    scenario : BeltDriveScenario
-    model : BeltModel
-    time : (n,), s
-    seen : dict of (n, ...)
-        What the observer keeps of each sample.
+    `time` is (n,), s; `seen` is what the observer keeps of each sample, (n, ...).
     """
     if not time.size:
         return []

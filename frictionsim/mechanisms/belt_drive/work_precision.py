@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from frictionsim.results import ENERGY_BALANCE, Metric
-from frictionsim.scenario.methods import BELT, GUIDED_BELT, REGULARISED, SCIPY, SET_VALUED
+from frictionsim.scenario.methods import BELT, REGULARISED, SET_VALUED
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
@@ -30,7 +30,6 @@ REFERENCE_TOLERANCE = 1e-9
 SMOOTHED_TOLERANCE = 1e-4
 PARTS = (1, 2, 4)  # of the longest stable step
 REFERENCE_PART = 16
-SCIPY_TOLERANCES = (1e-2, 1e-3)
 SPEEDS = (1.0, 0.1, 0.01)  # m/s; smaller ones take minutes for tenths of a second
 
 
@@ -39,7 +38,6 @@ def ladders(scenario: "BeltDriveScenario", tolerances: Iterable[float]) -> "list
     from frictionsim.scenario.variants import Setting, short
 
     found = [_with_rtol("rkf45", rtol) for rtol in _suiting(tolerances)]
-    found += [_with_rtol(name, rtol) for name in SCIPY for rtol in SCIPY_TOLERANCES]
     step_limit = _default_step(scenario)
     found += [_with_step(step_limit, part) for part in PARTS]
     found = [setting.with_law(SET_VALUED, scenario) for setting in found]
@@ -90,9 +88,8 @@ def _with_step(step_limit: float, part: int) -> "Setting":
 
 def _default_step(scenario: "BeltDriveScenario") -> float:
     """Return the step that `moreau` takes by itself: just short of unstable, s."""
-    from frictionsim.mechanisms.belt_drive.assembly import assemble
+    from frictionsim.mechanisms.belt_drive.model import assemble
 
-    pairs = GUIDED_BELT if scenario.guided else BELT
-    module = import_module(pairs[SET_VALUED, "moreau"].module)
+    module = import_module(BELT[SET_VALUED, "moreau"].module)
     settings = scenario.solver.model_copy(update={"backend": "moreau", "step": None})
     return float(1.0 / module.BeltStepper(assemble(scenario), settings).force_per_impulse)

@@ -18,16 +18,14 @@ References
 """
 
 from math import pi
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
 
 from frictionsim.mechanisms.belt_drive.effects.base import (
-    Array,
     Belt,
     BeltEffect,
-    Chain,
     Decay,
     Shape,
     Stage,
@@ -35,7 +33,7 @@ from frictionsim.mechanisms.belt_drive.effects.base import (
     Waves,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ANGLE,
     BEND,
     COS,
@@ -47,14 +45,14 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     SPIN,
     VX,
     VY,
+    Array,
+    Chain,
+    System,
     X,
     Y,
     full_vectors,
 )
 from frictionsim.scenario.schema import Params, unit_field
-
-if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.kernels.system import System
 
 TINY = 1e-300  # a joint of no length has no force
 
@@ -159,12 +157,7 @@ def turn_bodies(chain: Chain, angle: Array, cos: Array, sin: Array, bend: Array)
 
 @inline_kernel
 def joint_force(
-    chain: Chain,
-    axial: AxialParameters,
-    kinematics: Array,
-    directions: Directions,
-    a: int,
-    b: int,
+    chain: Chain, axial: AxialParameters, kinematics: Array, directions: Directions, a: int, b: int
 ) -> JointForce:
     """Return the force of the joint between bodies a and b.
 
@@ -245,12 +238,7 @@ def joint_forces(
 
 @loop_kernel
 def body_accelerations(
-    chain: Chain,
-    directions: Directions,
-    forces: JointForces,
-    ax: Array,
-    ay: Array,
-    aphi: Array,
+    chain: Chain, directions: Directions, forces: JointForces, ax: Array, ay: Array, aphi: Array
 ) -> None:
     """Write the accelerations of the bodies under the forces of their joints."""
     cos, sin, force_x, force_y = directions.cos, directions.sin, forces.x, forces.y
@@ -265,12 +253,7 @@ def body_accelerations(
 
 @inline_kernel
 def add_axial_forces(
-    axial: AxialParameters,
-    system: "System",
-    kinematics: Array,
-    ax: Array,
-    ay: Array,
-    aphi: Array,
+    axial: AxialParameters, system: System, kinematics: Array, ax: Array, ay: Array, aphi: Array
 ) -> float:
     """Write the accelerations under the joints' springs and dampers: the first of all forces."""
     chain, workspace = system.chain, system.workspace

@@ -1,4 +1,4 @@
-"""What an effect on the bodies of a belt consists of."""
+"""The parts of an effect on the bodies of a belt."""
 
 from enum import IntEnum
 from functools import cached_property
@@ -7,33 +7,12 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionsim.mechanisms.belt_drive.kernels.system import Array, Chain
 from frictionsim.scenario.schema import Params
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
-
-
-class Chain(NamedTuple):
-    """What the bodies and joints have in common.
-
-    Attributes
-    ----------
-    bodies : int
-    length, mass, inertia : float, m, kg, kg m^2
-        Of a body.
-    total_turning : float, rad
-        By which the belt turns in one round, 2 pi or -2 pi.
-    """
-
-    bodies: int
-    length: float
-    mass: float
-    inertia: float
-    total_turning: float
 
 
 class Belt(NamedTuple):
-    """What the parameters of an effect are computed from, beside its table.
+    """The data that an effect computes its parameters from, with its table.
 
     Attributes
     ----------
@@ -49,7 +28,7 @@ class Belt(NamedTuple):
 
 
 class Shape:
-    """Where the bodies are, and what the energies of the effects are functions of.
+    """The configuration of the bodies, of which energies are functions.
 
     Parameters
     ----------
@@ -118,7 +97,7 @@ class Rim(NamedTuple):
     where there is no contact.
     """
 
-    pulley: Indices
+    pulley: NDArray[np.intp]
     normal: Array
     distance: Array
     depth: Array
@@ -150,7 +129,7 @@ class Waves:
     ----------
     chain : Chain
     tension, normal_force : float, N
-        The largest that are reckoned with.
+        Upper bounds.
     shift : (m,)
         1 - exp(-i kappa): the difference of neighbours.
     lever : (m,), m
@@ -172,14 +151,14 @@ class Waves:
 
 
 class Decay(NamedTuple):
-    """How fast dampers take velocities away, 1/s: of bodies that move, and of bodies that turn."""
+    """Decay rates by dampers, 1/s: of velocities and of angular velocities."""
 
     moving: float = 0.0
     turning: float = 0.0
 
 
 class Stage(IntEnum):
-    """What the force of an effect is on, in the order in which forces are added."""
+    """What a force acts on, in the order in which forces are added."""
 
     JOINT = 0
     BODY = 1
@@ -188,7 +167,7 @@ class Stage(IntEnum):
 
 
 class BeltEffect:
-    """An effect; one that lacks a part has nothing to say there.
+    """An effect; the defaults are those of an effect without that part.
 
     Attributes
     ----------
@@ -202,7 +181,7 @@ class BeltEffect:
         bodies, m/s^2 and rad/s^2, (width,) each, and return the power that is damped, W. Where the
         parameters are None it is compiled to nothing.
     on_guided_string : bool
-        It acts on a belt that is guided along its pitch line, too.
+        A belt that is guided along its pitch line can have it.
     solved_for_in_fixed_steps : bool
         Its dampers do not bound the steps of `moreau`, which solves for them.
     """

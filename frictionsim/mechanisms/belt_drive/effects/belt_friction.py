@@ -19,7 +19,7 @@ acceleration alpha,
 with a limit for each direction of the force. A body that has no slip is held by the static
 coefficient, in either direction; at the limit it sticks. One that slides is braked by the kinetic
 coefficient and never driven; where its slip comes to zero, the static coefficient decides whether
-it sticks. Where both coefficients are equal no memory of who slides is needed.
+it sticks. With equal coefficients no mode has to be remembered.
 
 The left side rises with alpha and the right side falls. Both are piecewise linear: Newton's method
 from the last alpha ends in two or three iterations. With velocities in the place of accelerations
@@ -30,15 +30,15 @@ References
 .. [1] K. Kubas, Archive of Mechanical Engineering 61(4), 2014.
 """
 
-from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Self
+from typing import ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from frictionsim.mechanisms.belt_drive.effects.base import Array, Belt, BeltEffect, Stage
-from frictionsim.mechanisms.belt_drive.kernels.candidate_list import run_end
-from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.effects.base import Belt, BeltEffect, Stage
+from frictionsim.mechanisms.belt_drive.kernels.contacts import run_end
+from frictionsim.mechanisms.belt_drive.kernels.jit import KernelChoice, inline_kernel, loop_kernel
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
     BACKWARD_LIMIT,
     BEND,
@@ -52,35 +52,24 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     SPEED,
     STICK_BIAS,
     TORQUE,
+    Array,
     ContactRows,
+    Contacts,
+    PitchLine,
+    Plane,
+    Pulleys,
+    System,
     contact_rows,
 )
-from frictionsim.mechanisms.belt_drive.kernels.wrap import (
-    mass_ratio,
-    times_factor,
-    wrap_rate,
-)
+from frictionsim.mechanisms.belt_drive.kernels.wrap import mass_ratio, times_factor, wrap_rate
 from frictionsim.scenario.schema import CoefficientsOfFriction, inconsistent, unit_field
 from frictionsim.solvers import friction_curve as curve
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from frictionsim.mechanisms.belt_drive.effects.contact import ContactParameters
-    from frictionsim.mechanisms.belt_drive.kernels.system import (
-        Contacts,
-        PitchLine,
-        Pulleys,
-        System,
-    )
-
-    Bodies = npt.NDArray[np.uint64]
 
 
 @loop_kernel
 def sticking_rows(
     inv_relaxation_time: float,
-    contacts: "Contacts",
+    contacts: Contacts,
     rows: ContactRows,
     ax: Array,
     ay: Array,
@@ -105,7 +94,7 @@ def sticking_rows(
 
 
 @loop_kernel
-def project_rows(j: int, rim: float, mass: float, contacts: "Contacts", rows: ContactRows) -> None:
+def project_rows(j: int, rim: float, mass: float, contacts: Contacts, rows: ContactRows) -> None:
     """Write the rows of `project_friction` of pulley j, whose rim has a velocity, m/s."""
     for block in range(contacts.offsets[j], contacts.offsets[j + 1], SIMD_WIDTH):
         for s in range(block, block + SIMD_WIDTH):
@@ -116,7 +105,7 @@ def project_rows(j: int, rim: float, mass: float, contacts: "Contacts", rows: Co
 
 @loop_kernel
 def add_friction_rows(
-    contacts: "Contacts", rows: ContactRows, inv_mass: float, ax: Array, ay: Array
+    contacts: Contacts, rows: ContactRows, inv_mass: float, ax: Array, ay: Array
 ) -> None:
     """Write the rows of `add_friction_forces`."""
     body, wrap, friction, nx, ny = contacts.body, contacts.wrap, rows.friction, rows.nx, rows.ny
@@ -244,7 +233,7 @@ class FrictionEffect(BeltEffect):
 
 
 @inline_kernel
-def slip_velocities(contacts: "Contacts", pulleys: "Pulleys") -> None:
+def slip_velocities(contacts: Contacts, pulleys: Pulleys) -> None:
     """Write SLIP."""
     rows = contact_rows(contacts.table)
     nx, ny, vx, vy, slip = rows.nx, rows.ny, rows.vx, rows.vy, rows.slip
@@ -255,53 +244,7 @@ def slip_velocities(contacts: "Contacts", pulleys: "Pulleys") -> None:
 
 
 @inline_kernel
-def solve_sticking(
-    set_valued: SetValuedFriction | None,
-    system: "System",
-    ax: Array,
-    ay: Array,
-) -> None:
-    """Solve for set-valued friction, and for what free pulleys do: write FRICTION and ALPHA."""
-    if set_valued is not None:
-        contacts, pulleys, mass = system.contacts, system.pulleys, system.chain.mass
-        rate = 1.0 / set_valued.relaxation_time
-        plane_sticking(system.effects.contact, rate, system, ax, ay)
-        line_sticking(system.line, rate, contacts, ax)
-        alpha, torque = pulleys.table[ALPHA], pulleys.table[TORQUE]
-        for j in pulleys.free:
-            alpha[j] = solve_pulley_motion(j, alpha[j], torque[j], contacts, pulleys, mass)
-        project_friction(contacts, pulleys, mass, alpha)
-
-
-@inline_kernel
-def plane_sticking(
-    contact: "ContactParameters | None", rate: float, system: "System", ax: Array, ay: Array
-) -> None:
-    """Write STICK_BIAS and the limits of the friction of bodies in the plane, N; reads BEND_RATE.
-
-    Slip relaxes at a rate, 1/s.
-    """
-    if contact is not None:
-        contacts, workspace = system.contacts, system.workspace
-        bend, bend_rate = workspace[BEND], workspace[BEND_RATE]
-        sticking_rows(rate, contacts, contact_rows(contacts.table), ax, ay, bend, bend_rate)
-
-
-@inline_kernel
-def line_sticking(
-    line: "PitchLine | None", rate: float, contacts: "Contacts", acceleration: Array
-) -> None:
-    """Write STICK_BIAS and the limits of the friction of a guided string, N."""
-    if line is not None:
-        rows = contact_rows(contacts.table)
-        ny, slip, bias = rows.ny, rows.slip, rows.stick_bias
-        for s in range(contacts.offsets[-1]):
-            bias[s] = slip[s] * rate + acceleration[contacts.body[s]] * ny[s]
-        friction_limits(contacts, 1.0)
-
-
-@inline_kernel
-def friction_limits(contacts: "Contacts", duration: float) -> None:
+def friction_limits(contacts: Contacts, duration: float) -> None:
     """Write the limits of the friction, N; or of its impulse in a duration, s, N s."""
     rows, count = contact_rows(contacts.table), contacts.offsets[-1]
     normal, forward, backward = rows.normal, rows.forward, rows.backward
@@ -313,8 +256,47 @@ def friction_limits(contacts: "Contacts", duration: float) -> None:
 
 
 @inline_kernel
+def plane_sticking(plane: Plane, rate: float, system: System, ax: Array, ay: Array) -> None:
+    """Write STICK_BIAS and the limits of the friction of bodies in the plane; reads BEND_RATE."""
+    contacts, workspace = system.contacts, system.workspace
+    bend, bend_rate = workspace[BEND], workspace[BEND_RATE]
+    sticking_rows(rate, contacts, contact_rows(contacts.table), ax, ay, bend, bend_rate)
+
+
+@inline_kernel
+def string_sticking(
+    line: PitchLine, rate: float, system: System, along: Array, across: Array
+) -> None:
+    """Write STICK_BIAS and the limits of the friction of points on a line."""
+    contacts = system.contacts
+    rows = contact_rows(contacts.table)
+    ny, slip, bias = rows.ny, rows.slip, rows.stick_bias
+    for s in range(contacts.offsets[-1]):
+        bias[s] = slip[s] * rate + along[contacts.body[s]] * ny[s]
+    friction_limits(contacts, 1.0)
+
+
+# stick(kinematics, rate, system, ax, ay): slip relaxes at the rate, 1/s; limits are in N.
+stick = KernelChoice({Plane: plane_sticking, PitchLine: string_sticking})
+
+
+@inline_kernel
+def solve_sticking(
+    set_valued: SetValuedFriction | None, system: System, ax: Array, ay: Array
+) -> None:
+    """Solve for set-valued friction, and for what free pulleys do: write FRICTION and ALPHA."""
+    if set_valued is not None:
+        contacts, pulleys, mass = system.contacts, system.pulleys, system.chain.mass
+        stick(system.kinematics, 1.0 / set_valued.relaxation_time, system, ax, ay)
+        alpha, torque = pulleys.table[ALPHA], pulleys.table[TORQUE]
+        for j in pulleys.free:
+            alpha[j] = solve_pulley_motion(j, alpha[j], torque[j], contacts, pulleys, mass)
+        project_friction(contacts, pulleys, mass, alpha)
+
+
+@inline_kernel
 def solve_pulley_motion(
-    j: int, guess: float, external: float, contacts: "Contacts", pulleys: "Pulleys", mass: float
+    j: int, guess: float, external: float, contacts: Contacts, pulleys: Pulleys, mass: float
 ) -> float:
     """Return the x with I x = external - R sum clip(m (R x + g_i)), for pulley j.
 
@@ -350,7 +332,7 @@ def solve_pulley_motion(
 
 
 @inline_kernel
-def project_friction(contacts: "Contacts", pulleys: "Pulleys", mass: float, x: Array) -> None:
+def project_friction(contacts: Contacts, pulleys: Pulleys, mass: float, x: Array) -> None:
     """Write FRICTION and STICKING: what sticking needs with the x of each pulley, within limits."""
     for j in range(pulleys.table.shape[1]):
         rim = pulleys.table[PULLEY_RADIUS, j] * x[j]
@@ -358,7 +340,7 @@ def project_friction(contacts: "Contacts", pulleys: "Pulleys", mass: float, x: A
 
 
 @inline_kernel
-def add_friction_forces(contacts: "Contacts", inv_mass: float, ax: Array, ay: Array) -> None:
+def add_friction_forces(contacts: Contacts, inv_mass: float, ax: Array, ay: Array) -> None:
     """Add what the friction accelerates, or its impulses to velocities."""
     add_friction_rows(contacts, contact_rows(contacts.table), inv_mass, ax, ay)
 
@@ -373,8 +355,8 @@ friction_curve = inline_kernel(curve.friction_curve)
 def regularised_friction(
     law: RegularisedFriction | None,
     creep: CreepFriction | None,
-    contacts: "Contacts",
-    pulleys: "Pulleys",
+    contacts: Contacts,
+    pulleys: Pulleys,
     elementary_time: float,
 ) -> None:
     """Write FRICTION, STICKING and ALPHA as a regularised law has them for the slip.
@@ -406,7 +388,7 @@ def creep_coefficient(creep: CreepFriction | None, x: float, way: float, static:
 
 @inline_kernel
 def solve_friction(
-    law: FrictionLaw | None, system: "System", ax: Array, ay: Array, elementary_time: float
+    law: FrictionLaw | None, system: System, ax: Array, ay: Array, elementary_time: float
 ) -> None:
     """Write the friction on the bodies and the accelerations of free pulleys.
 
@@ -425,7 +407,7 @@ def solve_friction(
 
 
 @inline_kernel
-def pulley_accelerations(contacts: "Contacts", pulleys: "Pulleys") -> None:
+def pulley_accelerations(contacts: Contacts, pulleys: Pulleys) -> None:
     """Write ALPHA of free pulleys under a friction that is known."""
     table = pulleys.table
     for j in pulleys.free:
@@ -434,7 +416,7 @@ def pulley_accelerations(contacts: "Contacts", pulleys: "Pulleys") -> None:
 
 
 @inline_kernel
-def total_friction(j: int, contacts: "Contacts") -> float:
+def total_friction(j: int, contacts: Contacts) -> float:
     """Return the sum of the friction on the bodies at pulley j, N."""
     force = 0.0
     for s in range(contacts.offsets[j], contacts.offsets[j + 1]):
@@ -443,7 +425,7 @@ def total_friction(j: int, contacts: "Contacts") -> float:
 
 
 @inline_kernel
-def friction_power(contacts: "Contacts") -> float:
+def friction_power(contacts: Contacts) -> float:
     """Return the power that the friction takes, W."""
     friction, slip = contacts.table[FRICTION], contacts.table[SLIP]
     power = 0.0

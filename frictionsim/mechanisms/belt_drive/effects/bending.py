@@ -8,15 +8,13 @@ References
 .. [1] K. Kubas, Archive of Mechanical Engineering 61(4), 2014.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects.base import (
-    Array,
     Belt,
     BeltEffect,
-    Chain,
     Decay,
     Shape,
     Stage,
@@ -24,12 +22,16 @@ from frictionsim.mechanisms.belt_drive.effects.base import (
     Waves,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import BEND, BEND_RATE, full_vectors
+from frictionsim.mechanisms.belt_drive.kernels.system import (
+    BEND,
+    BEND_RATE,
+    Array,
+    Chain,
+    System,
+    full_vectors,
+)
 from frictionsim.mechanisms.belt_drive.kernels.wrap import bend_rates
 from frictionsim.scenario.schema import Params, unit_field
-
-if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.kernels.system import System
 
 
 class BendingTable(Params):
@@ -53,7 +55,7 @@ class BendingParameters(NamedTuple):
 @inline_kernel
 def add_bending(
     bending: "BendingParameters | None",
-    system: "System",
+    system: System,
     kinematics: Array,
     ax: Array,
     ay: Array,

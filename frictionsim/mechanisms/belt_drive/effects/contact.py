@@ -10,43 +10,36 @@ References
 .. [1] K. Kubas, Archive of Mechanical Engineering 61(4), 2014.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from pydantic import Field
 
 from frictionsim.mechanisms.belt_drive.effects.base import (
-    Array,
     Belt,
     BeltEffect,
-    Chain,
     Decay,
     Shape,
     Stage,
     Stiffness,
     Waves,
 )
-from frictionsim.mechanisms.belt_drive.kernels.candidate_list import run_end
+from frictionsim.mechanisms.belt_drive.kernels.contacts import run_end
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     VX,
     VY,
+    Array,
+    Chain,
     ContactRows,
+    Contacts,
+    System,
     X,
     Y,
     contact_rows,
 )
 from frictionsim.mechanisms.belt_drive.kernels.wrap import update_wrap_factors
 from frictionsim.scenario.schema import Params, unit_field
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, System
-
-    Bodies = npt.NDArray[np.uint64]
-    Offsets = npt.NDArray[np.int64]
-
 
 TINY = 1e-300  # what fills a block up may stand in the centre of a pulley
 
@@ -107,10 +100,7 @@ class ContactParameters(NamedTuple):
 
 @loop_kernel
 def press_bodies(
-    kinematics: Array,
-    contacts: "Contacts",
-    rows: ContactRows,
-    contact: ContactParameters,
+    kinematics: Array, contacts: Contacts, rows: ContactRows, contact: ContactParameters
 ) -> None:
     """Write the rows of `contact_forces`."""
     body, offsets = contacts.body, contacts.offsets
@@ -132,7 +122,7 @@ def press_bodies(
 
 
 @inline_kernel
-def contact_forces(kinematics: Array, contacts: "Contacts", contact: ContactParameters) -> None:
+def contact_forces(kinematics: Array, contacts: Contacts, contact: ContactParameters) -> None:
     """Write where the bodies are on their pulleys, how they move, and the spring's part of N.
 
     Reads X, Y, VX, VY; writes NX, NY, INV_DISTANCE, BODY_VX, BODY_VY, NORMAL.
@@ -148,7 +138,7 @@ def damper_share(share: float) -> float:
 
 
 @inline_kernel
-def add_contact_damping(contacts: "Contacts", damping: ContactDamping | None) -> float:
+def add_contact_damping(contacts: Contacts, damping: ContactDamping | None) -> float:
     """Add the damping's part of NORMAL, which never pulls; return the power it takes, W."""
     power = 0.0
     if damping is not None:
@@ -168,18 +158,14 @@ def add_contact_damping(contacts: "Contacts", damping: ContactDamping | None) ->
 
 
 @inline_kernel
-def add_normal_forces(contacts: "Contacts", inv_mass: float, ax: Array, ay: Array) -> None:
+def add_normal_forces(contacts: Contacts, inv_mass: float, ax: Array, ay: Array) -> None:
     """Add what the normal forces accelerate."""
     add_normal_rows(contacts, contact_rows(contacts.table), inv_mass, ax, ay)
 
 
 @loop_kernel
 def add_normal_rows(
-    contacts: "Contacts",
-    rows: ContactRows,
-    inv_mass: float,
-    ax: Array,
-    ay: Array,
+    contacts: Contacts, rows: ContactRows, inv_mass: float, ax: Array, ay: Array
 ) -> None:
     """Write the rows of `add_normal_forces`."""
     body, normal, nx, ny = contacts.body, rows.normal, rows.nx, rows.ny
@@ -195,22 +181,15 @@ def add_normal_rows(
 
 @inline_kernel
 def add_contacts(
-    contact: ContactParameters | None,
-    system: "System",
-    kinematics: Array,
-    ax: Array,
-    ay: Array,
-    aphi: Array,
+    contact: ContactParameters, system: System, kinematics: Array, ax: Array, ay: Array, aphi: Array
 ) -> float:
-    """Add the normal forces; return the power that their dampers take, W."""
-    if contact is not None:
-        contacts = system.contacts
-        contact_forces(kinematics, contacts, contact)
-        update_wrap_factors(contacts.wrap, contacts, system.workspace)
-        power = add_contact_damping(contacts, contact.damping)
-        add_normal_forces(contacts, 1.0 / system.chain.mass, ax, ay)
-        return power
-    return 0.0
+    """Add the normal forces, which bodies in the plane have; return the power damped, W."""
+    contacts = system.contacts
+    contact_forces(kinematics, contacts, contact)
+    update_wrap_factors(contacts.wrap, contacts, system.workspace)
+    power = add_contact_damping(contacts, contact.damping)
+    add_normal_forces(contacts, 1.0 / system.chain.mass, ax, ay)
+    return power
 
 
 def mesh_scale(table: ContactTable, bodies: int) -> float:

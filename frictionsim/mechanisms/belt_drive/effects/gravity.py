@@ -1,22 +1,13 @@
 """The weight of the bodies, m g."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.effects.base import (
-    Array,
-    Belt,
-    BeltEffect,
-    Chain,
-    Shape,
-    Stage,
-)
+from frictionsim.mechanisms.belt_drive.effects.base import Belt, BeltEffect, Shape, Stage
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
+from frictionsim.mechanisms.belt_drive.kernels.system import Array, Chain, System
 from frictionsim.mechanisms.effects import Gravity
-
-if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.kernels.system import System
 
 
 class GravityParameters(NamedTuple):
@@ -29,7 +20,7 @@ class GravityParameters(NamedTuple):
 @inline_kernel
 def add_gravity(
     gravity: "GravityParameters | None",
-    system: "System",
+    system: System,
     kinematics: Array,
     ax: Array,
     ay: Array,

@@ -1,11 +1,12 @@
-"""A part of the belt, dirty or oily, with a friction of its own."""
+"""A dirty or oily part of the belt with other coefficients of friction."""
 
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from pydantic import model_validator
 
-from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect, Chain
+from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect
+from frictionsim.mechanisms.belt_drive.kernels.system import Chain
 from frictionsim.scenario.schema import CoefficientsOfFriction, inconsistent, unit_field
 
 if TYPE_CHECKING:
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class PatchTable(CoefficientsOfFriction):
-    """`[effects.patch]`: a part of the belt with a friction of its own, by its unstretched length.
+    """`[effects.patch]`: a part of the belt, by unstretched length, with other friction.
 
     Measured from where the belt leaves the first pulley at the start, in its direction.
     """
@@ -36,7 +37,7 @@ class PatchTable(CoefficientsOfFriction):
 
 
 class PatchEffect(BeltEffect):
-    """`[effects.patch]`: it changes coefficients of friction, and has no force of its own."""
+    """`[effects.patch]`: it changes coefficients of friction and adds no force."""
 
     key = "patch"
     table = PatchTable

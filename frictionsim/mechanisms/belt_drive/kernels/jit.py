@@ -23,6 +23,13 @@ LOG = logging.getLogger(__name__)
 # All that lets sums be reordered into vectors; but a state that is not finite stays noticed.
 FASTMATH_FLAGS = {"reassoc", "contract", "arcp", "nsz", "afn"}
 
+OPTIONS: dict[str, Any] = {
+    "fastmath": FASTMATH_FLAGS,
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,  # C calls no kernel
+    "_nrt": False,
+}
+
 # Plain Python for one coordinate, and compiled for belts.
 SHARED = ("solvers/runge_kutta_fehlberg.py", "solvers/friction_curve.py")
 
@@ -79,15 +86,45 @@ class Kernel:
         return self.part._numba_type_
 
 
+class KernelChoice:
+    """Kernels of one signature; the class of the first argument, a named tuple, chooses.
+
+    Kernels that call it are compiled with the one for the type that they have: nothing is asked
+    while they run.
+
+    Parameters
+    ----------
+    kernels : mapping of type to Kernel
+    """
+
+    def __init__(self, kernels: Mapping[type, Kernel]) -> None:
+        self._kernels = kernels
+
+    def __call__(self, first: Any, *arguments: Any) -> Any:
+        return self._kernels[type(first)](first, *arguments)
+
+    @cached_property
+    def _numba_type_(self) -> Any:
+        """What numba takes it for where a kernel calls it."""
+        _numba()
+        from numba.core.registry import cpu_target
+        from numba.extending import overload
+
+        def choice(*arguments: Any) -> Any:
+            """Stand for all of the kernels."""
+
+        options: Any = {**OPTIONS, **COPIED, "pipeline_class": _compiler("PartCompiler")}
+
+        @overload(choice, jit_options=options, strict=False)
+        def chosen(first: Any, *arguments: Any) -> Any:
+            return self._kernels[first.instance_class].py_func
+
+        cpu_target.typing_context.refresh()
+        return cpu_target.typing_context.resolve_value_type(choice)
+
+
 def _compiled(function: Callable[..., Any], **options: Any) -> Any:
-    return _numba().njit(
-        function,
-        fastmath=FASTMATH_FLAGS,
-        error_model="numpy",
-        no_cfunc_wrapper=True,  # nor does C call it
-        _nrt=False,
-        **options,
-    )
+    return _numba().njit(function, **OPTIONS, **options)
 
 
 def _compiler(name: str) -> Any:

@@ -1,10 +1,10 @@
-"""The wrap factor of each body in contact: what bending round a pulley does to its velocity.
+"""The wrap factor of each body in contact: the effect of bending round a pulley on its velocity.
 
 A belt of the pitch l that lies on a rim follows an arc; a chain of rigid bodies follows its chords.
 Joints that turn by dphi bring the centres of their bodies closer together, by dphi^2/8 of half a
 body on either side, but the arc that these halves stand for is longer than its chord by dphi^2/24:
 bodies that wrap slow down by dphi^2/12 against the material line. Friction that compares the rim
-with the velocity v_t of a body so meets a slip that no belt has. With the factor of its own joints,
+with the velocity v_t of a body sees a slip that no belt has. With the factor of its own joints,
 
     kappa = 1 + (dphi_before^2 + dphi_after^2)/24,
 
@@ -16,50 +16,42 @@ corner where it begins, it is that of the same material. The slip is
 and the force that has the power -T s acts with kappa T on the body and with -R T on the pulley: the
 energy closes for any kappa. Where the slip is given a body yields to T with the mass m/kappa^2.
 Without factors, None, the slip is that of the body's centre, as published.
-
-Other formulas were rejected: `docs/mechanisms/belt-drive.md`, "Number of bodies".
 """
-
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.kernels.candidate_list import run_end
+from frictionsim.mechanisms.belt_drive.kernels.contacts import run_end
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ANGLE,
     BEND,
     BEND_RATE,
     SPIN,
+    Array,
+    Bodies,
+    Chain,
+    Contacts,
+    WrapFactors,
     aligned_zeros,
     full_vectors,
 )
-from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, WrapFactors
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from frictionsim.mechanisms.belt_drive.effects.base import Chain
-
-    Array = npt.NDArray[np.float64]
-    Bodies = npt.NDArray[np.uint64]
 
 
 def wrap_factors(contacts: int) -> WrapFactors:
-    """Return arrays for the factors of so many candidates."""
+    """Return arrays for the factors of a number of candidates."""
     factor, mass_ratio = aligned_zeros(2, contacts)
     return WrapFactors(factor, mass_ratio)
 
 
 @loop_kernel
-def differences(bodies: int, of_bodies: "Array", of_joints: "Array") -> None:
+def differences(bodies: int, of_bodies: Array, of_joints: Array) -> None:
     """Write the difference of the bodies before and behind each joint but the first."""
     for k in range(full_vectors(bodies)):
         of_joints[k] = of_bodies[k + 1] - of_bodies[k]
 
 
 @inline_kernel
-def bend_joints(chain: "Chain", kinematics: "Array", workspace: "Array") -> None:
+def bend_joints(chain: Chain, kinematics: Array, workspace: Array) -> None:
     """Write BEND, by how much each joint is bent."""
     n, bend, angle = chain.bodies, workspace[BEND], kinematics[ANGLE]
     differences(n, angle, bend[1:])
@@ -67,7 +59,7 @@ def bend_joints(chain: "Chain", kinematics: "Array", workspace: "Array") -> None
 
 
 @inline_kernel
-def bend_rates(chain: "Chain", kinematics: "Array", workspace: "Array") -> None:
+def bend_rates(chain: Chain, kinematics: Array, workspace: Array) -> None:
     """Write BEND_RATE: how fast each joint is bent."""
     n, bend_rate, spin = chain.bodies, workspace[BEND_RATE], kinematics[SPIN]
     differences(n, spin, bend_rate[1:])
@@ -75,8 +67,8 @@ def bend_rates(chain: "Chain", kinematics: "Array", workspace: "Array") -> None:
 
 
 @loop_kernel
-def factor_rows(body: "Bodies", count: int, bend: "Array", factor: "Array", ratio: "Array") -> None:
-    """Write the factors, and the ratios of masses, of so many candidates."""
+def factor_rows(body: Bodies, count: int, bend: Array, factor: Array, ratio: Array) -> None:
+    """Write the factors and the mass ratios of the first `count` candidates."""
     start = 0
     while start < count:
         end = run_end(body, start, count)
@@ -89,7 +81,7 @@ def factor_rows(body: "Bodies", count: int, bend: "Array", factor: "Array", rati
 
 
 @inline_kernel
-def update_wrap_factors(wrap: WrapFactors | None, contacts: "Contacts", workspace: "Array") -> None:
+def update_wrap_factors(wrap: WrapFactors | None, contacts: Contacts, workspace: Array) -> None:
     """Write the factors of all candidates; reads BEND."""
     if wrap is not None:
         count, bend = contacts.offsets[-1], workspace[BEND]
@@ -98,7 +90,7 @@ def update_wrap_factors(wrap: WrapFactors | None, contacts: "Contacts", workspac
 
 @inline_kernel
 def update_bend_rates(
-    wrap: WrapFactors | None, chain: "Chain", kinematics: "Array", workspace: "Array"
+    wrap: WrapFactors | None, chain: Chain, kinematics: Array, workspace: Array
 ) -> None:
     """Write BEND_RATE where the rates of factors depend on it."""
     if wrap is not None:
@@ -106,7 +98,7 @@ def update_bend_rates(
 
 
 @inline_kernel
-def wrap_rate(wrap: WrapFactors | None, i: int, bend: "Array", bend_rate: "Array") -> float:
+def wrap_rate(wrap: WrapFactors | None, i: int, bend: Array, bend_rate: Array) -> float:
     """Return the rate of kappa of body i, 1/s."""
     if wrap is not None:
         after = i + np.uint64(1)

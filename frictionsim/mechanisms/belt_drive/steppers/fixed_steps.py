@@ -1,116 +1,101 @@
-"""What integrations with steps of a fixed length have in common."""
+"""The state of a midpoint step of fixed length, and the motion of pulleys in it."""
 
-from typing import TYPE_CHECKING, Any
+from typing import NamedTuple
 
-import numpy as np
-
-from frictionsim.errors import InputError, NonFinite
-from frictionsim.mechanisms.belt_drive.kernels.layout import ALPHA, SPEED, SPEED_OLD
-from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
-    CANDIDATE_UPDATE_INTERVAL,
-    NOT_FINITE,
-    SINCE_SEARCH,
-    STEPS,
+from frictionsim.mechanisms.belt_drive.effects.belt_friction import total_friction
+from frictionsim.mechanisms.belt_drive.kernels.equations import prescribed_speeds, pulley_torques
+from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
+from frictionsim.mechanisms.belt_drive.kernels.system import (
+    ALPHA,
+    INERTIA,
+    PULLEY_RADIUS,
+    SPEED,
+    SPEED_OLD,
+    TORQUE,
+    Array,
+    Contacts,
+    Indices,
+    Pulleys,
+    System,
 )
-from frictionsim.solvers.state_values import COUNT, NUMBER, Rows
 
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from frictionsim.mechanisms.belt_drive.composition import BeltModel
-    from frictionsim.solvers.state_values import Expected, Values
-
-    Array = npt.NDArray[np.float64]
-
-LAST_STEP = CANDIDATE_UPDATE_INTERVAL - 1  # after a search, before the next one
+# The numbers in `counts`: steps, steps since the search for candidates, 1 if dampers along the belt
+# are solved for now, and how many steps were taken so.
+STEPS, SINCE_SEARCH, IMPLICIT_NOW, IMPLICIT_STEPS = range(4)
 
 
-class FixedSteps:
-    """An integration with steps of the length h, s, of which `state` has the last one.
+class MoreauState(NamedTuple):
+    """An integration between two steps, in arrays that its kernels write to.
 
-    Parameters
+    Attributes
     ----------
-    model : BeltModel
-    h, max_step : float, s
-        The length of a step, and that below which steps are stable.
+    y_old, y : (size,)
+        The states at the start and the end of the last step.
+    rate : (size,)
+        Workspace.
+    new : (rows, width)
+        The kinematics that y begins with: a view.
+    middle : (rows, width)
+        The kinematics in the middle of a step: a view of y_old in the plane, of rate on a line.
+    counts : (4,)
+        STEPS, SINCE_SEARCH, IMPLICIT_NOW, IMPLICIT_STEPS.
     """
 
-    resumable = True
+    y_old: Array
+    y: Array
+    rate: Array
+    new: Array
+    middle: Array
+    counts: Indices
 
-    def __init__(self, model: "BeltModel", h: float, max_step: float) -> None:
-        if h >= max_step:
-            raise InputError(
-                f"solver.step: {h:.4g} s is too large for the waves in the belt: 'moreau' is"
-                f" stable below {max_step:.4g} s here; give a smaller solver.step, or fewer bodies"
-            )
-        self._model, self._h = model, h
-        self._state: Any = None  # y_old, y and counts are used here
-        self.force_per_impulse = 1.0 / h
 
-    @property
-    def t(self) -> float:
-        """The end of the last step, s."""
-        return float(self._state.counts[STEPS] * self._h)
+@inline_kernel
+def predict_pulleys(t: float, h: float, y: Array, y_old: Array, system: System) -> None:
+    """Write SPEED_OLD at the start of a step, and SPEED and TORQUE in its middle.
 
-    @property
-    def statistics(self) -> tuple[int, int, int]:
-        """Steps, rejected steps, right-hand sides."""
-        steps = int(self._state.counts[STEPS])
-        return steps, 0, steps
+    The speeds of free pulleys there are extrapolated from `y_old`, of the start of the step before.
+    """
+    pulley, free, speeds = system.pulleys.table, system.pulleys.free, system.layout.speeds
+    prescribed_speeds(t, system)
+    for k in range(len(free)):
+        pulley[SPEED, free[k]] = y[speeds + k]
+    for j in range(pulley.shape[1]):
+        pulley[SPEED_OLD, j] = pulley[SPEED, j]
+    for k in range(len(free)):
+        speed, before = y[speeds + k], y_old[speeds + k]
+        pulley[SPEED, free[k]] = speed + 0.5 * (speed - before)
+    prescribed_speeds(t + 0.5 * h, system)
+    pulley_torques(t + 0.5 * h, system)
 
-    def _steps_to(self, limit: float, sample: float, max_steps: int) -> int:
-        """Return how many steps reach or pass a limit or a sample time, s, at least one."""
-        ahead = (min(limit, sample) - self.t) / self._h
-        # A step that would be left over from rounding is none.
-        return min(max_steps, max(1, int(np.ceil(ahead - 1e-6))))
 
-    def _integrate(self, steps: int) -> None:
-        before = self.t
-        if self._take_steps(steps) == NOT_FINITE:
-            raise NonFinite(
-                f"the state is not finite after t = {before:.9g} s; is a stiffness, a torque or a"
-                f" speed of the scenario too large, or solver.step = {self._h:.3g} s too long?"
-            )
+@inline_kernel
+def free_pulley_speeds(h: float, pulleys: Pulleys) -> None:
+    """Write into ALPHA the speeds after the step, without friction where they are free."""
+    pulley = pulleys.table
+    for j in range(pulley.shape[1]):
+        pulley[ALPHA, j] = pulley[SPEED, j]
+    for j in pulleys.free:
+        pulley[ALPHA, j] = pulley[SPEED_OLD, j] + h * pulley[TORQUE, j] / pulley[INERTIA, j]
 
-    def _take_steps(self, steps: int) -> int:
-        """Take at most so many steps; return why they end."""
-        raise NotImplementedError
 
-    @property
-    def _dampers(self) -> "Array | None":
-        """What the next step depends on of the dampers that are solved for, if any are."""
-        raise NotImplementedError
+@inline_kernel
+def finish_pulleys(h: float, y: Array, system: System) -> None:
+    """Write the state of the pulleys after a step and the energy that was put in; reads ALPHA."""
+    pulley, free, layout = system.pulleys.table, system.pulleys.free, system.layout
+    for k in range(len(free)):
+        y[layout.speeds + k] = pulley[ALPHA, free[k]]
+    mean_reaction_torques(h, system.contacts, system.pulleys)
+    for j in range(pulley.shape[1]):
+        mean = 0.5 * (pulley[SPEED_OLD, j] + pulley[ALPHA, j])
+        y[layout.angles + j] += h * mean
+        y[layout.energies] += h * pulley[TORQUE, j] * mean
+        pulley[SPEED, j] = pulley[ALPHA, j]
 
-    def checkpoint_arrays(self) -> "dict[str, Any]":
-        """Return all that the next steps depend on, by name; written to, it is taken up."""
-        s, dampers = self._state, self._dampers
-        own = {"y_old": s.y_old, "y": s.y, "counts": s.counts}
-        solved_for = {} if dampers is None else {"dampers": dampers}
-        return {**own, **solved_for, **self._model.contact_state()}
 
-    def checkpoint_values(self, duration: float) -> "dict[str, Expected]":
-        """Return the valid values of the arrays of a checkpoint, by name."""
-        counts = Rows(self.count_values(duration))
-        own: dict[str, Expected] = {"y_old": NUMBER, "y": NUMBER, "counts": counts}
-        solved_for = {} if self._dampers is None else {"dampers": NUMBER}
-        return {**own, **solved_for, **self._model.contact_values()}
-
-    def count_values(self, duration: float) -> "dict[int, Values]":
-        """Return the valid values of `counts`."""
-        most = float(np.ceil(duration / self._h) + 1.0)  # the last step may go past the end
-        return {STEPS: COUNT._replace(high=most), SINCE_SEARCH: COUNT._replace(high=LAST_STEP)}
-
-    def restored_fault(self) -> str:
-        """Return the array of a checkpoint that does not go with the others; empty if all do."""
-        return self._model.contact_fault()
-
-    def interpolate(self, t: float) -> "Array":
-        """Return the state at a time in the last step; the forces are those of the step."""
-        ratio = min(max((t - self.t) / self._h + 1.0, 0.0), 1.0)
-        s = self._state
-        inside: Array = s.y_old + ratio * (s.y - s.y_old)
-        if s.counts[STEPS]:  # before the first step there is no speed but that of the start
-            _, prescribed, table = self._model.system.pulleys  # prescribed speeds are in no state
-            start, end = table[SPEED_OLD, prescribed], table[ALPHA, prescribed]
-            table[SPEED, prescribed] = start + ratio * (end - start)
-        return inside
+@inline_kernel
+def mean_reaction_torques(h: float, contacts: Contacts, pulleys: Pulleys) -> None:
+    """Write the mean TORQUE that it took to keep a prescribed speed."""
+    pulley = pulleys.table
+    for j in pulleys.prescribed:
+        gained = pulley[INERTIA, j] * (pulley[ALPHA, j] - pulley[SPEED_OLD, j])
+        pulley[TORQUE, j] = (gained + pulley[PULLEY_RADIUS, j] * total_friction(j, contacts)) / h

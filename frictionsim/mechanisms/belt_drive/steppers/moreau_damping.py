@@ -8,9 +8,9 @@ old and new velocities, each joint meets its two neighbours only, through the bo
 
 is a cyclic tridiagonal system [1]_. A body that sticks cannot give way along t: its inverse mass
 is n n^T/m, and its velocity along t that of the rim, R omega+. The pulleys' omega+ stand in the
-right-hand side, each with a column of its own, and follow from their own equations. Who sticks is
-guessed from the step before and corrected until it agrees with |P| <= mu N h and with the
-direction of the slip. Implicit midpoint rule: of second order, stable at any stiffness.
+right-hand side, one column each, and follow from the equations of the pulleys. The set of sticking
+bodies starts as that of the step before and is corrected until it agrees with |P| <= mu N h and
+with the direction of the slip. Implicit midpoint rule: of second order, stable at any stiffness.
 
 References
 ----------
@@ -19,13 +19,13 @@ References
    11, 1974.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects.axial import TINY
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, shared_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
     BACKWARD_LIMIT,
     COS,
@@ -44,20 +44,17 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     STICKING,
     VX,
     VY,
+    Array,
+    Chain,
+    Contacts,
+    Pulleys,
+    System,
     aligned_zeros,
 )
 from frictionsim.mechanisms.belt_drive.kernels.wrap import mass_ratio, over_factor, times_factor
 
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from frictionsim.mechanisms.belt_drive.effects.base import Chain
-    from frictionsim.mechanisms.belt_drive.kernels.system import Contacts, Pulleys, System
-
-    Array = npt.NDArray[np.float64]
-
-# Of who sticks; one or two are the rule. To change all that are wrong at once may go round in
-# circles; to change the first one only, Murty's rule, ends [2]_.
+# Iterations of the sticking set, usually one or two. Changing all wrong bodies at once may cycle;
+# changing only the first one, Murty's rule, terminates [2]_.
 MAX_BLOCK_ITERATIONS, MAX_ACTIVE_SET_ITERATIONS = 10, 1000
 
 # Rows over joints: direction, levers of the ends about the bodies before and after, the matrix,
@@ -77,9 +74,9 @@ class StiffDamping(NamedTuple):
     """
 
     coefficient: float
-    table: "Array"
-    columns: "Array"
-    matrix: "Array"
+    table: Array
+    columns: Array
+    matrix: Array
 
 
 def stiff_damping(coefficient: float, width: int, pulleys: int) -> StiffDamping:
@@ -94,7 +91,7 @@ def stiff_damping(coefficient: float, width: int, pulleys: int) -> StiffDamping:
 
 @shared_kernel
 def solve_damping_and_friction(
-    h: float, old: "Array", new: "Array", damping: StiffDamping, system: "System"
+    h: float, old: Array, new: Array, damping: StiffDamping, system: System
 ) -> float:
     """Solve for the impulses of dampers and friction; add those of dampers to the new velocities.
 
@@ -114,9 +111,9 @@ def solve_damping_and_friction(
 
 @inline_kernel
 def solve_with_active_set(
-    h: float, chain: "Chain", contacts: "Contacts", pulleys: "Pulleys", damping: StiffDamping
+    h: float, chain: Chain, contacts: Contacts, pulleys: Pulleys, damping: StiffDamping
 ) -> None:
-    """Solve for the impulses of dampers and the speeds of pulleys, given who sticks.
+    """Solve for the impulses of dampers and the speeds of pulleys, given the sticking set.
 
     Reads RATE, directions and levers of the joints. Writes the impulses into the first row of the
     columns, the speeds into the last column of the matrix.
@@ -129,7 +126,7 @@ def solve_with_active_set(
 
 
 @inline_kernel
-def store_new_speeds(pulleys: "Pulleys", damping: StiffDamping) -> None:
+def store_new_speeds(pulleys: Pulleys, damping: StiffDamping) -> None:
     """Write the speeds of the solution into ALPHA."""
     count = pulleys.table.shape[1]
     for j in range(count):
@@ -146,7 +143,7 @@ def expected_damping(damping: StiffDamping | None, i: int) -> tuple[float, float
 
 @inline_kernel
 def reset_damping_prediction(damping: StiffDamping | None) -> None:
-    """Expect nothing of the dampers."""
+    """Reset the expected damping to zero."""
     if damping is not None:
         damping.table[DAMPING_DVX, :] = 0.0
         damping.table[DAMPING_DVY, :] = 0.0
@@ -154,7 +151,7 @@ def reset_damping_prediction(damping: StiffDamping | None) -> None:
 
 @inline_kernel
 def joint_kinematics(
-    before: "Array", after: "Array", chain: "Chain", workspace: "Array", damping: StiffDamping
+    before: Array, after: Array, chain: Chain, workspace: Array, damping: StiffDamping
 ) -> None:
     """Write directions, levers and rates of stretch of the joints."""
     n, half, table = chain.bodies, 0.5 * chain.length, damping.table
@@ -178,7 +175,7 @@ def joint_kinematics(
 
 
 @inline_kernel
-def initial_friction(contacts: "Contacts", pulleys: "Pulleys") -> None:
+def initial_friction(contacts: Contacts, pulleys: Pulleys) -> None:
     """Write the friction of the bodies that slide: at its limit, against the slip so far.
 
     A contact without load does not stick.
@@ -193,20 +190,20 @@ def initial_friction(contacts: "Contacts", pulleys: "Pulleys") -> None:
 
 
 @inline_kernel
-def is_loaded(contact: "Array", s: int) -> bool:
+def is_loaded(contact: Array, s: int) -> bool:
     """Return whether a contact can have friction; a body may be a candidate of two pulleys."""
     return contact[FORWARD_LIMIT, s] + contact[BACKWARD_LIMIT, s] > 0.0
 
 
 @inline_kernel
-def limit_towards(contact: "Array", s: int, direction: float) -> float:
+def limit_towards(contact: Array, s: int, direction: float) -> float:
     """Return the limit of the friction of a contact that has the sign of a direction."""
     return contact[FORWARD_LIMIT, s] if direction > 0.0 else -contact[BACKWARD_LIMIT, s]
 
 
 @inline_kernel
 def assemble_contact_rows(
-    contacts: "Contacts", count: int, chain: "Chain", damping: StiffDamping
+    contacts: Contacts, count: int, chain: Chain, damping: StiffDamping
 ) -> None:
     """Write for every body whether it sticks, where t is, and its impulse over its mass."""
     table, contact = damping.table, contacts.table
@@ -227,7 +224,7 @@ def assemble_contact_rows(
 
 @inline_kernel
 def assemble_system(
-    h: float, chain: "Chain", contacts: "Contacts", pulleys: "Pulleys", damping: StiffDamping
+    h: float, chain: Chain, contacts: Contacts, pulleys: Pulleys, damping: StiffDamping
 ) -> None:
     """Write the system: its matrix, and a right-hand side for the rest and one for each pulley."""
     n, table, columns = chain.bodies, damping.table, damping.columns
@@ -295,7 +292,7 @@ def solve_cyclic(n: int, count: int, damping: StiffDamping) -> None:
 
 
 @inline_kernel
-def tangential_impulse(i: int, n: int, table: "Array", x: "Array") -> float:
+def tangential_impulse(i: int, n: int, table: Array, x: Array) -> float:
     """Return the change of body i along t by the impulses x of its two joints."""
     a = i + 1 if i < n - 1 else 0
     return x[a] * (table[EX, a] * table[TX, i] + table[EY, a] * table[TY, i]) - x[i] * (
@@ -305,7 +302,7 @@ def tangential_impulse(i: int, n: int, table: "Array", x: "Array") -> float:
 
 @inline_kernel
 def solve_pulley_speeds(
-    chain: "Chain", contacts: "Contacts", pulleys: "Pulleys", damping: StiffDamping
+    chain: Chain, contacts: Contacts, pulleys: Pulleys, damping: StiffDamping
 ) -> None:
     """Solve for the new speeds of the free pulleys, and gather the impulses of the dampers."""
     n, table, columns, matrix = chain.bodies, damping.table, damping.columns, damping.matrix
@@ -345,11 +342,7 @@ def solve_pulley_speeds(
 
 @inline_kernel
 def update_active_set(
-    iteration: int,
-    chain: "Chain",
-    contacts: "Contacts",
-    pulleys: "Pulleys",
-    damping: StiffDamping,
+    iteration: int, chain: Chain, contacts: Contacts, pulleys: Pulleys, damping: StiffDamping
 ) -> bool:
     """Write the friction, release or hold bodies where it contradicts its law.
 
@@ -387,7 +380,7 @@ def update_active_set(
 
 @inline_kernel
 def apply_impulses(
-    h: float, after: "Array", chain: "Chain", workspace: "Array", damping: StiffDamping
+    h: float, after: Array, chain: Chain, workspace: Array, damping: StiffDamping
 ) -> float:
     """Add the impulses of the dampers to velocities and pull; return their heat."""
     n, table, impulse = chain.bodies, damping.table, damping.columns[0]

@@ -4,7 +4,7 @@ The stages, the error estimate and the choice of steps are those of
 `frictionsim.solvers.runge_kutta_fehlberg`; the loop around them works on arrays without allocation.
 The solution that is propagated is y5 + s (y5 - y4), s = DISSIPATION, of order 4: it takes energy
 out of every wave that a step resolves, where Fehlberg's solution of order 5 puts energy in
-(`stability.md`, beside this file). A step is never longer than the waves in the belt allow: error
+(`stability.md` in this folder). A step is never longer than the waves in the belt allow: error
 control alone would hover at the stability limit, rejecting every other step.
 """
 
@@ -13,21 +13,26 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import NonFinite, StepUnderflow
-from frictionsim.mechanisms.belt_drive.kernels.contacts import (
+from frictionsim.mechanisms.belt_drive.kernels.contacts import update_contact_modes
+from frictionsim.mechanisms.belt_drive.kernels.equations import (
     find_contact_candidates,
-    update_contact_modes,
+    prescribed_speeds,
+    rhs,
 )
-from frictionsim.mechanisms.belt_drive.kernels.equations import prescribed_speeds, rhs
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel, shared_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
     FRICTION,
     SLIP,
     STICKING,
+    Array,
+    Indices,
+    System,
     copy,
     kinematics_of,
     zero_state,
 )
+from frictionsim.mechanisms.belt_drive.steppers.base import Stepper
 from frictionsim.solvers import runge_kutta_fehlberg, stepper
 from frictionsim.solvers.runge_kutta_fehlberg import (
     B1,
@@ -59,12 +64,9 @@ from frictionsim.solvers.stepper import MIN_ERROR_NORM
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.composition import BeltModel
-    from frictionsim.mechanisms.belt_drive.kernels.system import System
+    from frictionsim.mechanisms.belt_drive.model import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
 
-    Array = npt.NDArray[np.float64]
-    Indices = npt.NDArray[np.int64]
 
 CANDIDATE_UPDATE_INTERVAL = 8  # steps from one search for contact candidates to the next
 
@@ -98,20 +100,20 @@ class RKF45State(NamedTuple):
         STEPS, REJECTED, NFEV, SINCE_SEARCH.
     """
 
-    y_old: "Array"
-    y: "Array"
-    k: tuple["Array", ...]
-    f: "Array"
-    kinematics: "Array"
-    stage: "Array"
-    error: "Array"
-    inside: "Array"
-    inv_error_scale: "Array"
-    clock: "Array"
-    counts: "Indices"
+    y_old: Array
+    y: Array
+    k: tuple[Array, ...]
+    f: Array
+    kinematics: Array
+    stage: Array
+    error: Array
+    inside: Array
+    inv_error_scale: Array
+    clock: Array
+    counts: Indices
 
 
-# What the arrays of `BeltStepper.checkpoint_arrays` may hold, besides those of the contacts.
+# Valid values of the arrays of a checkpoint, without those of the contacts.
 STATE_VALUES: dict[str, Expected] = {
     "y": NUMBER,
     # Beyond the range of double precision in a state that a step may end at; the next step fails
@@ -140,7 +142,7 @@ next_step_size = inline_kernel(stepper.next_step_size)
 FIRST_STEP_RATIO = 0.01  # of the longest step
 
 # Seconds on one core at about 3 GHz, with contact, damping, bending and friction; less with fewer
-# effects. Only for whoever waits.
+# effects; shown to users only.
 COMPILE_SECONDS = 12.0
 
 RUNNING, NOT_FINITE, TOO_SHORT = 0, 1, 2
@@ -164,7 +166,7 @@ class StepControl(NamedTuple):
     ----------
     max_step : float, s
     distinct_static_friction : bool
-        Static and kinetic friction differ: who sticks has to be remembered.
+        Static and kinetic friction differ: modes have to be remembered.
     """
 
     max_step: float
@@ -179,19 +181,19 @@ def advance(
     limit: float,
     sample: float,
     max_trials: int,
-    system: "System",
+    system: System,
 ) -> int:
     """Evaluate the start, take steps, or look at a time in the last step.
 
     Each kernel that calls `rhs` holds a copy of it, which takes seconds to compile: so this one
-    has all the tasks. START finds who is near a pulley, and evaluates the rates at the start. STEP
-    steps until the limit, s, is reached, or a sample time passed, or so many steps are tried; it
-    returns RUNNING, or why no further step could be taken from (t, y). LOOK writes the state at
+    has all the tasks. START searches for candidates and evaluates the rates at the start. STEP
+    steps until the limit, s, is reached, or a sample time passed, or `max_trials` steps are tried;
+    it returns RUNNING, or why no further step could be taken from (t, y). LOOK writes the state at
     the time `sample` in the last step, that of a shorter step; the system has the forces there.
     """
     clock, counts = state.clock, state.counts
     if task == START:
-        prescribed_speeds(clock[T], system)  # who has slip depends on it
+        prescribed_speeds(clock[T], system)  # initial modes depend on them
         find_contact_candidates(system, state.kinematics)
         rhs(clock[T], clock[H], state.y, state.f, system)
         return RUNNING
@@ -235,18 +237,12 @@ def advance(
 
 @shared_kernel
 def stages(
-    t: float,
-    h: float,
-    y: "Array",
-    k: tuple["Array", ...],
-    stage: "Array",
-    y_new: "Array",
-    system: "System",
+    t: float, h: float, y: Array, k: tuple[Array, ...], stage: Array, y_new: Array, system: System
 ) -> None:
     """Write the solution at the end of a step, and the rates k of its stages.
 
     As `runge_kutta_fehlberg.stages`; but a kernel that were given the rates as an argument would
-    have to be compiled anew in every process.
+    be compiled in every process.
     """
     stage_2(h, y, k[0], stage)
     rhs(t + C2 * h, h, stage, k[1], system)
@@ -262,7 +258,7 @@ def stages(
 
 
 @inline_kernel
-def dissipative_solution(h: float, y: "Array", k: tuple["Array", ...], y_new: "Array") -> None:
+def dissipative_solution(h: float, y: Array, k: tuple[Array, ...], y_new: Array) -> None:
     """Write y5 + s (y5 - y4) at t + h, of order 4."""
     for i in range(len(y)):
         y_new[i] = y[i] + h * (D1 * k[0][i] + D3 * k[2][i] + D4 * k[3][i])
@@ -326,21 +322,17 @@ def max_stable_step(eigenvalues: "npt.NDArray[np.complex128]") -> float:
     return float(products[first_unstable - 1]) / fastest
 
 
-class BeltStepper:
-    """A belt drive on its way, as the run of it sees it."""
-
-    force_per_impulse = 1.0  # the contacts hold forces
-    resumable = True
-    compile_seconds = COMPILE_SECONDS
-    prepared = True  # once `prepare` was called: all steps are alike
+class BeltStepper(Stepper):
+    """A belt drive between two adaptive steps."""
 
     def __init__(self, model: "BeltModel", settings: "BeltSolverSettings") -> None:
+        super().__init__(model)
         self._system = system = model.system
         stable = STABILITY_MARGIN * max_stable_step(model.eigenvalues)
         max_step = min(stable, settings.max_step or np.inf)
         self._control = StepControl(max_step, model.distinct_static_friction)
 
-        def vector() -> "Array":
+        def vector() -> Array:
             return zero_state(system.layout)
 
         y = vector()
@@ -358,8 +350,12 @@ class BeltStepper:
             counts=np.zeros(4, dtype=np.int64),
         )
         self._state.y[:] = self._state.y_old[:] = model.state
-        self._model = model
         self._contacts: Array | None = None  # as the last step left them, while a sample is seen
+
+    @property
+    def compile_seconds(self) -> float:
+        """The expected time of the compilation of its kernel, s."""
+        return COMPILE_SECONDS
 
     @property
     def t(self) -> float:
@@ -373,7 +369,7 @@ class BeltStepper:
         return int(counts[STEPS]), int(counts[REJECTED]), int(counts[NFEV])
 
     def start(self) -> None:
-        """Find who is near a pulley, and evaluate the rates at the start."""
+        """Search for candidates and evaluate the rates at the start."""
         self._run(START, self.t, self.t, 0)
         self._state.counts[NFEV] += 1
 
@@ -386,7 +382,7 @@ class BeltStepper:
         return advance(task, state, control, float(limit), float(sample), max_steps, self._system)
 
     def advance(self, limit: float, sample: float, max_steps: int) -> None:
-        """Step until a limit, s, at which a step ends, or past a sample time, or so many steps."""
+        """Step until a limit, s, at which a step ends, or past a sample time, or `max_steps`."""
         self._restore_contacts()
         trouble = self._run(STEP, limit, sample, max_steps)
         if trouble == NOT_FINITE:
@@ -401,7 +397,7 @@ class BeltStepper:
                 " below what double precision resolves; give a larger solver.rtol"
             )
 
-    def interpolate(self, t: float) -> "Array":
+    def interpolate(self, t: float) -> Array:
         """Return the state at a time in the last step; the system has the forces there.
 
         It is that of a shorter step. Whatever the next steps depend on is left as it is: samples do
@@ -421,18 +417,15 @@ class BeltStepper:
             self._system.contacts.table[[SLIP, FRICTION, STICKING]] = self._contacts
             self._contacts = None
 
-    def checkpoint_arrays(self) -> dict[str, "Array"]:
-        """Return all that the next steps depend on, by name; written to, it is taken up."""
+    def _own_arrays(self) -> dict[str, Any]:
         self._restore_contacts()
         s = self._state
-        own = {"y": s.y, "f": s.f, "clock": s.clock, "counts": s.counts}
-        return {**own, **self._model.contact_state()}
+        return {"y": s.y, "f": s.f, "clock": s.clock, "counts": s.counts}
 
-    def checkpoint_values(self, duration: float) -> "dict[str, Expected]":
-        """Return the valid values of the arrays of a checkpoint, by name."""
-        return {**STATE_VALUES, **self._model.contact_values()}
+    def _own_values(self, duration: float) -> dict[str, Expected]:
+        return STATE_VALUES
 
     def restored_fault(self) -> str:
-        """Return the array of a checkpoint that does not go with the others; empty if all do."""
+        """Return the array of a checkpoint that contradicts the others; empty if none does."""
         in_order = self._state.clock[T_OLD] <= self._state.clock[T]
-        return self._model.contact_fault() if in_order else "clock"
+        return super().restored_fault() if in_order else "clock"

@@ -1,4 +1,4 @@
-"""What the contacts do in a midpoint step of fixed length: their dampers, and impulses of friction.
+"""A midpoint step of bodies in the plane: forces, contacts, impulses of friction and of dampers.
 
 Each contact meets one body. So its damper is solved for, and so is the velocity that friction
 leaves: sums over contacts are done first, and the bodies are touched once, at the end.
@@ -8,6 +8,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from frictionsim.mechanisms.belt_drive.effects.axial import (
+    Directions,
+    JointForces,
+    damper_power,
+    directions_of,
+    joint_forces_of,
+)
 from frictionsim.mechanisms.belt_drive.effects.belt_friction import (
     add_friction_forces,
     solve_pulley_motion,
@@ -18,9 +25,10 @@ from frictionsim.mechanisms.belt_drive.effects.contact import (
     contact_forces,
     damper_share,
 )
-from frictionsim.mechanisms.belt_drive.kernels.candidate_list import run_end
+from frictionsim.mechanisms.belt_drive.kernels.contacts import run_end
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
-from frictionsim.mechanisms.belt_drive.kernels.layout import (
+from frictionsim.mechanisms.belt_drive.kernels.plane import contactless_accelerations
+from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
     BEND,
     BEND_RATE,
@@ -32,15 +40,23 @@ from frictionsim.mechanisms.belt_drive.kernels.layout import (
     RIM_TURN,
     SIMD_WIDTH,
     SLIP,
-    SPEED,
     SPEED_OLD,
     STICK_BIAS,
-    TORQUE,
     VX,
     VY,
     Accelerations,
+    Array,
+    BodyRows,
+    Chain,
     ContactRows,
+    Contacts,
+    Plane,
+    Pulleys,
+    System,
+    body_rows,
+    clear_padding,
     contact_rows,
+    full_vectors,
 )
 from frictionsim.mechanisms.belt_drive.kernels.wrap import (
     mass_ratio,
@@ -56,17 +72,7 @@ from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
 )
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from frictionsim.mechanisms.belt_drive.effects.base import Chain
-    from frictionsim.mechanisms.belt_drive.kernels.system import (
-        Contacts,
-        Pulleys,
-        System,
-    )
-
-    Array = npt.NDArray[np.float64]
-    Bodies = npt.NDArray[np.uint64]
+    from frictionsim.mechanisms.belt_drive.steppers.fixed_steps import MoreauState
 
 
 class MovingBodies(NamedTuple):
@@ -82,20 +88,64 @@ class MovingBodies(NamedTuple):
         How far and how fast the joints are bent in the middle of the step.
     """
 
-    velocities: "Array"
-    ax: "Array"
-    ay: "Array"
-    bend: "Array"
-    bend_rate: "Array"
+    velocities: Array
+    ax: Array
+    ay: Array
+    bend: Array
+    bend_rate: Array
+
+
+@inline_kernel
+def initial_forces(plane: Plane, state: "MoreauState", system: System) -> None:
+    """Evaluate the forces without friction at the start."""
+    a = accelerations_of(state, system)
+    contactless_accelerations(system, state.new, a.x, a.y, a.angle)
+    contact_forces(state.new, system.contacts, system.effects.contact)
+    update_wrap_factors(system.contacts.wrap, system.contacts, system.workspace)
+
+
+@loop_kernel
+def predict_bodies(h: float, y: Array, middle: Array, size: int) -> None:
+    """Write the middle of a step: positions half a step on, velocities by extrapolation.
+
+    At the start `middle` has the state before.
+    """
+    for i in range(full_vectors(size)):
+        middle[i] = y[i] + 0.5 * h * y[size + i]
+        middle[size + i] = y[size + i] + 0.5 * (y[size + i] - middle[size + i])
+
+
+@inline_kernel
+def forces(
+    plane: Plane, h: float, state: "MoreauState", stiff: StiffDamping | None, system: System
+) -> float:
+    """Write the middle of a step and the forces there but friction; return the power damped, W."""
+    layout, y_old, y = system.layout, state.y_old, state.y
+    predict_bodies(h, y, y_old, layout.velocities)
+    for k in range(layout.angles, layout.end):
+        y_old[k] = y[k]
+    a = accelerations_of(state, system)
+    damped = contactless_accelerations(system, state.middle, a.x, a.y, a.angle)
+    clear_padding(system.chain.bodies, a.x, a.y, a.angle)
+    damped += midpoint_contacts(h, state.middle, state.new, a, stiff, system)
+    return damped
+
+
+@inline_kernel
+def accelerations_of(state: "MoreauState", system: System) -> Accelerations:
+    """Return the accelerations of the bodies: views of the workspace of a step."""
+    rate, half, width = state.rate, system.layout.velocities, system.layout.width
+    ax, ay = rate[half : half + width], rate[half + width : half + 2 * width]
+    return Accelerations(ax, ay, rate[half + 2 * width : half + 3 * width])
 
 
 @loop_kernel
 def midpoint_rows(
     h: float,
     j: int,
-    chain: "Chain",
+    chain: Chain,
     bodies: MovingBodies,
-    contacts: "Contacts",
+    contacts: Contacts,
     rows: ContactRows,
     damping: ContactDamping | None,
     stiff: StiffDamping | None,
@@ -142,11 +192,11 @@ def midpoint_rows(
 @inline_kernel
 def midpoint_contacts(
     h: float,
-    kinematics: "Array",
-    velocities: "Array",
-    a: "Accelerations",
+    kinematics: Array,
+    velocities: Array,
+    a: Accelerations,
     stiff: StiffDamping | None,
-    system: "System",
+    system: System,
 ) -> float:
     """Write what the contacts do in a step before friction is solved for; return the power, W.
 
@@ -170,17 +220,31 @@ def midpoint_contacts(
 
 
 @inline_kernel
-def free_pulley_speeds(h: float, pulleys: "Pulleys") -> None:
-    """Write into ALPHA the speeds after the step, without friction where they are free."""
-    pulley = pulleys.table
-    for j in range(pulley.shape[1]):
-        pulley[ALPHA, j] = pulley[SPEED, j]
-    for j in pulleys.free:
-        pulley[ALPHA, j] = pulley[SPEED_OLD, j] + h * pulley[TORQUE, j] / pulley[INERTIA, j]
+def move(
+    plane: Plane, h: float, state: "MoreauState", stiff: StiffDamping | None, system: System
+) -> tuple[float, float]:
+    """Solve for the impulses and move on by them; return the heat of friction and of dampers.
+
+    Of the dampers along the belt it is what they take beyond what was expected of them, or all of
+    it where they are solved for.
+    """
+    chain, damping, a = (
+        system.chain,
+        system.effects.axial_damping.damping,
+        accelerations_of(state, system),
+    )
+    if stiff is None:
+        rubbed = solve_impulses(h, a, system)
+        return rubbed, end_step(h, state, a, damping, system)
+    add_normal_forces(system.contacts, 1.0 / chain.mass, a.x, a.y)
+    end_step(h, state, a, None, system)
+    heat = solve_with_stiff_damping(h, state.middle, state.new, stiff, system)
+    finish_positions(h, state, system.layout.velocities)
+    return heat
 
 
 @inline_kernel
-def solve_impulses(h: float, a: "Accelerations", system: "System") -> float:
+def solve_impulses(h: float, a: Accelerations, system: System) -> float:
     """Solve for the impulses of friction; add all forces of contacts to a; return the heat.
 
     Writes the new speeds into ALPHA, FRICTION, and SLIP as it is afterwards.
@@ -203,7 +267,7 @@ def solve_impulses(h: float, a: "Accelerations", system: "System") -> float:
 
 
 @inline_kernel
-def apply_friction_law(contacts: "Contacts", pulleys: "Pulleys", mass: float) -> float:
+def apply_friction_law(contacts: Contacts, pulleys: Pulleys, mass: float) -> float:
     """Write FRICTION, STICKING and SLIP at the speeds in ALPHA; return the heat."""
     pulley, rows, rubbed = pulleys.table, contact_rows(contacts.table), 0.0
     for j in range(pulley.shape[1]):
@@ -215,12 +279,7 @@ def apply_friction_law(contacts: "Contacts", pulleys: "Pulleys", mass: float) ->
 
 @loop_kernel
 def friction_rows(
-    j: int,
-    before: float,
-    after: float,
-    mass: float,
-    contacts: "Contacts",
-    rows: ContactRows,
+    j: int, before: float, after: float, mass: float, contacts: Contacts, rows: ContactRows
 ) -> float:
     """Write the rows of `apply_friction_law` of pulley j, by the velocities of its rim, m/s."""
     bias, slip, rubbed = rows.stick_bias, rows.slip, 0.0
@@ -240,10 +299,10 @@ def friction_rows(
 def add_contact_rows(
     inv_mass: float,
     acceleration_per_impulse: float,
-    contacts: "Contacts",
+    contacts: Contacts,
     rows: ContactRows,
-    ax: "Array",
-    ay: "Array",
+    ax: Array,
+    ay: Array,
 ) -> None:
     """Add what normal forces and impulses of friction do in a step to the accelerations.
 
@@ -264,7 +323,7 @@ def add_contact_rows(
 
 @inline_kernel
 def solve_with_stiff_damping(
-    h: float, old: "Array", new: "Array", stiff: StiffDamping, system: "System"
+    h: float, old: Array, new: Array, stiff: StiffDamping, system: System
 ) -> tuple[float, float]:
     """Solve for the impulses of friction and of stiff dampers, and add them to new velocities.
 
@@ -286,9 +345,67 @@ def solve_with_stiff_damping(
 
 
 @inline_kernel
-def tangential_velocities(vx: "Array", vy: "Array", contacts: "Contacts", along: "Array") -> None:
+def tangential_velocities(vx: Array, vy: Array, contacts: Contacts, along: Array) -> None:
     """Write the velocities along t of the candidates, with their wrap factors."""
     nx, ny, body = contacts.table[NX], contacts.table[NY], contacts.body
     for s in range(contacts.offsets[-1]):
         i = body[s]
         along[s] = times_factor(contacts.wrap, s, vy[i] * nx[s] - vx[i] * ny[s])
+
+
+@inline_kernel
+def end_step(
+    h: float, state: "MoreauState", a: Accelerations, damping: float | None, system: System
+) -> float:
+    """Move on by the accelerations a; return the heat that dampers were not expected to take.
+
+    Velocities in `middle` become those at the start.
+    """
+    old, new = body_rows(state.middle), body_rows(state.new)
+    directions, forces = directions_of(system.workspace), joint_forces_of(system.workspace)
+    return h * move_bodies(h, system.chain, old, new, a, damping, directions, forces)
+
+
+@loop_kernel
+def move_bodies(
+    h: float,
+    chain: Chain,
+    old: BodyRows,
+    new: BodyRows,
+    a: Accelerations,
+    damping: float | None,
+    directions: Directions,
+    forces: JointForces,
+) -> float:
+    """Write the rows of `end_step`; return the power, W."""
+    power, half = 0.0, 0.5 * chain.length
+    for k in range(full_vectors(chain.bodies)):
+        vx, vy, spin = new.vx[k], new.vy[k], new.spin[k]
+        new_vx, new_vy, new_spin = vx + h * a.x[k], vy + h * a.y[k], spin + h * a.angle[k]
+        if damping is not None:
+            missed_x = 0.5 * (vx + new_vx) - old.vx[k]
+            missed_y = 0.5 * (vy + new_vy) - old.vy[k]
+            missed_spin = 0.5 * (spin + new_spin) - old.spin[k]
+            taken = damper_power(half, directions, forces, k, missed_x, missed_y, missed_spin)
+            power += taken if k < chain.bodies else 0.0
+        old.vx[k], old.vy[k], old.spin[k] = vx, vy, spin
+        new.vx[k], new.vy[k], new.spin[k] = new_vx, new_vy, new_spin
+        new.x[k] = old.x[k] + 0.5 * h * new_vx
+        new.y[k] = old.y[k] + 0.5 * h * new_vy
+        new.angle[k] = old.angle[k] + 0.5 * h * new_spin
+    return power
+
+
+@inline_kernel
+def finish_positions(h: float, state: "MoreauState", size: int) -> None:
+    """Write the positions at the end of a step, from those in the middle."""
+    for i in range(size):
+        state.y[i] = state.y_old[i] + 0.5 * h * state.y[size + i]
+
+
+@inline_kernel
+def finish(plane: Plane, h: float, state: "MoreauState", system: System) -> None:
+    """Write into y_old the positions at the start of the last step, from those in its middle."""
+    size = system.layout.velocities
+    for i in range(size):
+        state.y_old[i] -= 0.5 * h * state.y_old[size + i]

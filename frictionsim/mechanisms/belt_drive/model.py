@@ -1,0 +1,402 @@
+"""A belt drive at rest, ready to be stepped, in the plane or guided on its pitch line."""
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from frictionsim.errors import ScenarioError
+from frictionsim.mechanisms.belt_drive import stability_limits
+from frictionsim.mechanisms.belt_drive.composition import (
+    chain_of,
+    compose,
+    effect_parameters,
+    pitch_line,
+)
+from frictionsim.mechanisms.belt_drive.effects import in_order
+from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect, Shape
+from frictionsim.mechanisms.belt_drive.effects.contact import stiffness_under
+from frictionsim.mechanisms.belt_drive.equilibrium import (
+    Equilibrium,
+    NoEquilibrium,
+    find_equilibrium,
+)
+from frictionsim.mechanisms.belt_drive.kernels.system import (
+    ANGLE,
+    BACKWARD,
+    CENTRE_X,
+    CENTRE_Y,
+    FORWARD,
+    INERTIA,
+    KINETIC,
+    MODE,
+    POSITION,
+    PULLEY_RADIUS,
+    PULLEY_X,
+    PULLEY_Y,
+    RADIUS,
+    SIMD_WIDTH,
+    SPIN,
+    STATIC,
+    STICKING,
+    VELOCITY,
+    VX,
+    VY,
+    Array,
+    Indices,
+    PitchLine,
+    System,
+    X,
+    Y,
+    kinematics_of,
+    zero_state,
+)
+from frictionsim.mechanisms.belt_drive.stability_limits import (
+    FRICTION_MARGIN,
+    damping_rates,
+    friction_rate,
+    max_decay_rate,
+    oscillator_eigenvalues,
+)
+from frictionsim.solvers.state_values import (
+    DIRECTION,
+    FLAG,
+    NON_NEGATIVE,
+    Expected,
+    FixedRows,
+    Rows,
+    Values,
+)
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from frictionsim.mechanisms.belt_drive.geometry import Path
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+
+    ComplexArray = npt.NDArray[np.complex128]
+
+
+# The error of a body's rotation counts a tenth of that of its place over its length: the ends that
+# it moves across a joint change the joint's length, and so its tension, in second order only.
+ROTATION_TOLERANCE = 10.0
+
+
+class BeltModel(NamedTuple):
+    """A belt drive ready to be stepped, whose bodies move in the plane.
+
+    Attributes
+    ----------
+    system : System
+    equilibrium : Equilibrium
+    state : (size,)
+        At the start: at rest, no friction yet.
+    """
+
+    system: System
+    equilibrium: Equilibrium
+    state: Array
+
+    @property
+    def distinct_static_friction(self) -> bool:
+        """Whether static and kinetic friction differ and the law tells them apart."""
+        law, friction = self.system.effects.belt_friction, self.system.friction
+        if friction is None or law.set_valued is None:
+            return False
+        return not np.array_equal(friction.static, friction.kinetic)
+
+    @property
+    def present_effects(self) -> list[tuple[BeltEffect, Any]]:
+        """The effects that the scenario has, in the order of their forces, with parameters."""
+        found = ((effect, getattr(self.system.effects, effect.key)) for effect in in_order())
+        return [(effect, parameters) for effect, parameters in found if parameters is not None]
+
+    def kinetic_energy(self, kinematics: Array, speeds: Array) -> float:
+        """Return the kinetic energy of bodies and pulleys, J.
+
+        Of the `kinematics` of the bodies, (6, n), and the speeds of all pulleys, (pulleys,), rad/s.
+        """
+        chain, inertia = self.system.chain, self.system.pulleys.table[INERTIA]
+        linear = chain.mass * np.sum(kinematics[VX] ** 2 + kinematics[VY] ** 2)
+        turning = chain.inertia * np.sum(kinematics[SPIN] ** 2) + np.sum(inertia * speeds**2)
+        return float(0.5 * (linear + turning))
+
+    def potential_energy(self, kinematics: Array) -> float:
+        """Return the energy of all effects that store one, J, for the kinematics (6, n)."""
+        pulley = self.system.pulleys.table
+        shape = Shape(
+            self.system.chain,
+            kinematics[[X, Y]].T,
+            kinematics[ANGLE],
+            pulley[[PULLEY_X, PULLEY_Y]].T,
+            pulley[PULLEY_RADIUS],
+        )
+        return float(sum(np.sum(e.energies(found, shape)) for e, found in self.present_effects))
+
+    @property
+    def max_frequency_and_decay(self) -> tuple[float, float]:
+        """The highest angular frequency and decay rate of the belt, rad/s and 1/s."""
+        return stability_limits.max_frequency_and_decay(self.system, self.equilibrium)
+
+    @property
+    def eigenvalues(self) -> "ComplexArray":
+        """The eigenvalues of its waves and of its friction, (m,), 1/s."""
+        return stability_limits.eigenvalues(self.system, self.equilibrium)
+
+    @property
+    def contact_stiffness(self) -> float:
+        """dN/dp of a contact that is pressed deeper than any is at rest, N/m."""
+        force = stability_limits.max_normal_force(self.equilibrium)
+        return stiffness_under(self.system.effects.contact, force)
+
+    @property
+    def error_scales(self) -> Array:
+        """The scale of the error of each state, (size,); infinite for energies."""
+        # The smaller of stretch and depth decides how exactly positions have to be known.
+        stretch, speed = self._stretch_and_speed
+        stiffness = self.contact_stiffness
+        depth = float(np.max(self.equilibrium.normal_force, initial=0.0)) / stiffness
+        contact_speed = depth * float(np.sqrt(stiffness / self.system.chain.mass))
+        stretch, speed = min(stretch, depth), min(speed, contact_speed)
+        turning = ROTATION_TOLERANCE / self.system.chain.length
+        return self._scales(stretch, stretch, turning * stretch, speed, speed, turning * speed)
+
+    @property
+    def _stretch_and_speed(self) -> tuple[float, float]:
+        """The stretch of a joint under the pretension, m, and the speed at which it swings, m/s."""
+        stiffness = self.system.effects.axial_damping.stiffness
+        stretch = float(np.mean(self.equilibrium.tension)) / stiffness
+        return stretch, stretch * float(np.sqrt(stiffness / self.system.chain.mass))
+
+    def _scales(self, *rows: float) -> Array:
+        """Return the scales of a state from those of the rows of its kinematics, x and vx first."""
+        layout, radius = self.system.layout, self.system.pulleys.table[PULLEY_RADIUS]
+        scales = np.full(layout.size, np.inf)
+        kinematics_of(scales, layout)[:] = np.array([rows]).T
+        stretch, speed = rows[0], rows[len(rows) // 2]
+        scales[layout.angles : layout.speeds] = stretch / float(np.min(radius))
+        scales[layout.speeds : layout.energies] = speed / float(np.min(radius))
+        return scales
+
+    def contact_state(self) -> dict[str, Any]:
+        """Return the state of the contacts between steps, by name."""
+        contacts, pulleys = self.system.contacts, self.system.pulleys
+        return {
+            "contact_offsets": contacts.offsets,
+            "contact_bodies": contacts.body,
+            "contacts": contacts.table,
+            "release": contacts.release,
+            "pulleys": pulleys.table,
+        }
+
+    def contact_values(self) -> dict[str, Expected]:
+        """Return the valid values of the arrays of `contact_state`, by name."""
+        system = self.system
+        capacity, width = len(system.contacts.body), system.layout.width
+        largest = float(np.max(system.pulleys.table[PULLEY_RADIUS]))
+        coefficients = dict.fromkeys((STATIC, KINETIC, FORWARD, BACKWARD), NON_NEGATIVE)
+        candidates = {RADIUS: Values(0.0, largest), MODE: DIRECTION, STICKING: FLAG}
+        return {
+            "contact_offsets": Values(0.0, capacity, whole=True, ascending=True),
+            "contact_bodies": Values(0.0, width - SIMD_WIDTH - 1, whole=True),
+            "contacts": Rows({**candidates, **coefficients}),
+            "release": NON_NEGATIVE,
+            "pulleys": FixedRows(system.pulleys.table[: INERTIA + 1].copy()),
+        }
+
+    def contact_fault(self) -> str:
+        """Return the array of `contact_state` that contradicts the others; empty if none does.
+
+        Offsets divide the candidates by pulleys, in full vectors. Those of a pulley are blocks of
+        neighbours, each at most once, and some of each block are near it: their radius is its own.
+        """
+        contacts, pulleys = self.system.contacts, self.system.pulleys.table
+        bodies, count = self.system.layout.bodies, int(contacts.offsets[-1])
+        if self._offsets_are_wrong:
+            return "contact_offsets"
+        pulley = np.repeat(np.arange(pulleys.shape[1]), np.diff(contacts.offsets))
+        blocks = contacts.body[:count].astype(np.int64).reshape(-1, SIMD_WIDTH)
+        first = blocks[:, 0]
+        neighbours = np.array_equal(blocks, first[:, None] + np.arange(SIMD_WIDTH))
+        again = (np.diff(first) <= 0) & (np.diff(pulley[::SIMD_WIDTH]) == 0)
+        if not neighbours or np.any(first % SIMD_WIDTH) or np.any(first >= bodies) or again.any():
+            return "contact_bodies"
+        table = contacts.table[:, :count]
+        near = table[RADIUS] > 0.0
+        of_pulley = (
+            (table[RADIUS] == pulleys[PULLEY_RADIUS, pulley])
+            & (table[CENTRE_X] == pulleys[PULLEY_X, pulley])
+            & (table[CENTRE_Y] == pulleys[PULLEY_Y, pulley])
+            & (blocks.ravel() < bodies)
+        )
+        some = near.reshape(-1, SIMD_WIDTH).any(axis=1)
+        return "" if np.all(of_pulley[near]) and some.all() else "contacts"
+
+    @property
+    def _offsets_are_wrong(self) -> bool:
+        offsets = self.system.contacts.offsets
+        return bool(offsets[0] != 0 or np.any(offsets % SIMD_WIDTH))
+
+
+class StringModel(BeltModel):
+    """A guided string ready to be stepped."""
+
+    @property
+    def max_frequency_and_decay(self) -> tuple[float, float]:
+        """The highest angular frequency and decay rate of the belt, rad/s and 1/s.
+
+        The shortest waves along it have 2 sqrt(c/m).
+        """
+        stiffness = self.system.effects.axial_damping.stiffness
+        frequency = 2.0 * float(np.sqrt(stiffness / self.system.chain.mass))
+        return frequency, max_decay_rate(self.system)
+
+    @property
+    def eigenvalues(self) -> "ComplexArray":
+        """The eigenvalues of the shortest waves along the belt and of its friction, (m,), 1/s."""
+        system = self.system
+        frequency, _ = self.max_frequency_and_decay
+        waves = oscillator_eigenvalues(frequency**2, damping_rates(system).moving)
+        return np.append(waves, -FRICTION_MARGIN * friction_rate(system))
+
+    def kinetic_energy(self, kinematics: Array, speeds: Array) -> float:
+        """Return the kinetic energy of points, with the kinematics (2, n), and pulleys, J."""
+        inertia = self.system.pulleys.table[INERTIA]
+        linear = self.system.chain.mass * np.sum(kinematics[VELOCITY] ** 2)
+        return float(0.5 * (linear + np.sum(inertia * speeds**2)))
+
+    def potential_energy(self, kinematics: Array) -> float:
+        """Return the energy of the springs along the belt, J, for the kinematics (2, n)."""
+        position, chain = kinematics[POSITION], self.system.chain
+        behind = position[-1] - self.system.kinematics.length
+        stretch = np.diff(position, prepend=behind) - chain.length
+        stiffness = self.system.effects.axial_damping.stiffness
+        return float(0.5 * stiffness * np.sum(stretch**2))
+
+    @property
+    def error_scales(self) -> Array:
+        """The scale of the error of each state, (size,); infinite for energies."""
+        return self._scales(*self._stretch_and_speed)
+
+    def contact_state(self) -> dict[str, Any]:
+        """Return the state of the contacts between steps, by name."""
+        line = self.system.kinematics
+        return {**super().contact_state(), "runs": line.runs, "run_count": line.run_count}
+
+    def contact_values(self) -> "dict[str, Expected]":
+        """Return the valid values of the arrays of `contact_state`, by name."""
+        system, runs = self.system, self.system.kinematics.runs
+        capacity = max(len(system.contacts.body), system.layout.bodies)
+        return {
+            **super().contact_values(),
+            "runs": Values(0.0, capacity, whole=True),
+            "run_count": Values(0.0, runs.shape[1], whole=True),
+        }
+
+    def contact_fault(self) -> str:
+        """Return the array of `contact_state` that contradicts the others; empty if none does.
+
+        A run lists candidates of one pulley and points that follow each other; each candidate that
+        is near a pulley is in one run.
+        """
+        system, line = self.system, self.system.kinematics
+        if self._offsets_are_wrong:
+            return "contact_offsets"
+        contacts, radii = system.contacts, system.pulleys.table[PULLEY_RADIUS]
+        points, candidates, counts, pulleys = line.runs[:, : int(line.run_count[0])]
+        if np.any(counts < 1) or np.any(pulleys >= len(radii)):
+            return "runs"
+        low, high = contacts.offsets[pulleys], contacts.offsets[pulleys + 1]
+        inside = (candidates >= low) & (candidates + counts <= high)
+        if not np.all(inside & (points + counts <= system.layout.bodies)):
+            return "runs"
+        near = np.flatnonzero(contacts.table[RADIUS, : contacts.offsets[-1]] > 0.0)
+        if np.sum(counts) != len(near):
+            return "runs"
+        listed = _counted_from(candidates, counts)
+        if not np.array_equal(listed, near):
+            return "runs"
+        if not np.array_equal(
+            contacts.body[listed].astype(np.int64), _counted_from(points, counts)
+        ):
+            return "contact_bodies"
+        radius = contacts.table[RADIUS, listed]
+        return "" if np.array_equal(radius, np.repeat(radii[pulleys], counts)) else "contacts"
+
+
+def _counted_from(starts: Indices, counts: Indices) -> Indices:
+    """Return start, start + 1, ... of each run, one behind the other."""
+    before = np.cumsum(counts) - counts
+    numbers: Indices = np.repeat(starts - before, counts) + np.arange(int(np.sum(counts)))
+    return numbers
+
+
+def assemble(scenario: "BeltDriveScenario") -> BeltModel:
+    """Find the belt's equilibrium and compose its equations of the effects of the scenario."""
+    equilibrium = solve_equilibrium(scenario)
+    system = compose(scenario, equilibrium.body_length)
+    state, bodies = zero_state(system.layout), system.layout.bodies
+    kinematics = kinematics_of(state, system.layout)
+    if scenario.guided:
+        kinematics[POSITION, :bodies] = initial_positions(scenario.mechanism.path(), bodies)
+        return StringModel(system, equilibrium, state)
+    kinematics[:3, :bodies] = equilibrium.x, equilibrium.y, equilibrium.angle
+    return BeltModel(system, equilibrium, state)
+
+
+def solve_equilibrium(scenario: "BeltDriveScenario") -> Equilibrium:
+    """Return the belt at rest, without friction."""
+    if scenario.guided:
+        return string_at_rest(scenario)
+    belt = scenario.mechanism.belt
+    try:
+        return find_equilibrium(
+            scenario.mechanism.path(),
+            scenario.mechanism.circles,
+            belt.axial_rigidity,
+            lambda length: chain_of(scenario, length),
+            lambda chain: effect_parameters(scenario, chain),
+            pretension=belt.pretension,
+            length=belt.length,
+        )
+    except NoEquilibrium as error:
+        raise ScenarioError([f"mechanism.belt: {error}"]) from None
+
+
+def initial_positions(path: "Path", points: int) -> Array:
+    """Return where the points are at the start, m, from where the belt leaves the first pulley."""
+    positions: Array = (np.arange(points, dtype=np.float64) + 0.5) * (path.length / points)
+    return positions
+
+
+def string_at_rest(scenario: "BeltDriveScenario") -> Equilibrium:
+    """Return a guided string at rest without friction: one tension throughout."""
+    belt, path = scenario.mechanism.belt, scenario.mechanism.path()
+    spacing = path.length / belt.bodies
+    if belt.length is not None:
+        length = belt.length / belt.bodies
+        tension = belt.axial_rigidity * (path.length / belt.length - 1.0)
+    else:
+        assert belt.pretension is not None
+        tension = belt.pretension
+        length = spacing / (1.0 + tension / belt.axial_rigidity)
+    points = path.at(initial_positions(path, belt.bodies))
+    on_arc = arc_shares(pitch_line(path, belt.bodies), belt.bodies, spacing)
+    curvature = np.array([1.0 / pulley.radius for pulley in scenario.mechanism.pulleys])
+    pulley = np.where(on_arc.any(axis=0), np.argmax(on_arc, axis=0), -1)
+    return Equilibrium(
+        length,
+        points.position[:, 0],
+        points.position[:, 1],
+        points.angle,
+        np.full(belt.bodies, tension),
+        tension * (curvature @ on_arc),
+        pulley,
+        0.0,
+    )
+
+
+def arc_shares(line: PitchLine, points: int, spacing: float) -> Array:
+    """Return the length of each point's part of the belt on each arc, (pulleys, n), m, at rest."""
+    along = np.arange(points + 1) * spacing - line.starts[:, None]
+    shares: Array = np.diff(np.minimum(np.maximum(along, 0.0), line.arcs[:, None]), axis=1)
+    return shares
