@@ -443,9 +443,9 @@ def _may_be_implausible(value: Any) -> bool:
         return False
     for name, inner in value.__dict__.items():
         if type(inner) is float:
-            if inner > MAX_PLAUSIBLE_MU or inner < -MAX_PLAUSIBLE_RADIUS:
-                if name.endswith("radius") or name in ("mu_s", "mu_k"):
-                    return True
+            is_large = inner > MAX_PLAUSIBLE_MU or inner < -MAX_PLAUSIBLE_RADIUS
+            if is_large and name.endswith(("radius", "mu_s", "mu_k")):
+                return True
         elif _may_be_implausible(inner):
             return True
     return False
