@@ -101,6 +101,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     `on_step` after each step.
     """
     compilation._compiled_forms.clear()
+    compilation._failed_forms.clear()
     event_driven._python_steps.clear()
     scenarios.program_is_patched = "monkeypatch" in getattr(item, "fixturenames", ())
     in_a_child = item.nodeid.startswith(READ_IN_A_CHILD)

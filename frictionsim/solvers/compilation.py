@@ -36,14 +36,17 @@ OPTIONS: dict[str, Any] = {
     "no_cfunc_wrapper": True,
 }
 # Modules whose constants and methods go into compiled code, beside those of marked functions.
-SHARED = ("mechanisms/*.py", "scenario/signals.py", "solvers/*.py")
+SHARED = ("mechanisms/*.py", "solvers/*.py")
 
 _marked: list[Any] = []
 _replaced: list[tuple[Any, Any]] = []
 _alive: list[Any] = []  # numba knows a marked function by its dispatcher, as long as that lives
 _methods: dict[str, int] = {}  # the number of parameters by name
 _registered: set[str] = set()
-_compiled_forms: set[tuple[Any, ...]] = set()  # in this process; () without a compiler
+# In this process; a form that failed once is not tried again, none without a compiler.
+_compiled_forms: set[tuple[Any, ...]] = set()
+_failed_forms: set[tuple[Any, ...]] = set()
+ANY_FORM: tuple[Any, ...] = ()
 
 
 def compilable(function: Function) -> Function:
@@ -166,17 +169,17 @@ class Kernel:
         Parameters
         ----------
         call : callable
-            Calls the function that it is given once, which compiles it.
+            Calls the function that it is given, which compiles it, and evaluates no equation.
         """
-        if self.reason or () in _compiled_forms:
-            LOG.info("not compiled: %s", self.reason or "there is no compiler")
+        if self.reason or _failed_forms & {self.form, ANY_FORM}:
+            LOG.info("not compiled: %s", self.reason or "it failed before")
             return None
         try:
             function = _dispatcher(self._function, self._classes)
             if self.form not in _compiled_forms:
                 call(function)
         except Exception as error:  # whatever is wrong with a compiler, the run takes its time
-            _compiled_forms.add(())
+            _failed_forms.add(ANY_FORM if isinstance(error, ImportError) else self.form)
             LOG.warning(
                 "the equation of motion is not compiled, so that long runs and sweeps take the time"
                 " of Python (%s: %s)",
@@ -201,7 +204,7 @@ def build_name(classes: frozenset[type]) -> str:
     for name in {found.__module__ for found in classes}:
         file = Path(sys.modules[name].__file__ or "")
         # Equations may call functions of the modules beside them.
-        beside = file.parent.rglob("*.py") if sys.modules[name].__package__ else ()
+        beside = file.parent.glob("*.py") if sys.modules[name].__package__ else ()
         files.update({file, *beside})
     digest = sha256()
     for path in sorted(files):

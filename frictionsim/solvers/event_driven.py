@@ -243,13 +243,9 @@ class EventDrivenSolver:
 
     def compile(self) -> None:
         """Have the rest of the run compiled, if that is possible."""
-
-        def call(function: Any) -> None:
-            self._piece_compiled(function, 0.0)
-
         self.is_to_be_compiled = False
         self._patience = -1
-        self._compiled = self._kernel.compiled(call)
+        self._compiled = compiled_for(self._kernel, self._system, self._run)
 
     def _integrate(self, on_step: Callable[[float], object]) -> bool:
         s, times = self._state, self._buffer.times
@@ -444,8 +440,7 @@ class CompiledRuns:
         arguments = as_argument((mechanism.system, run, s, *buffers))
         if not self._is_tried:
             self._is_tried = True
-            self._function = self._kernel.compiled(lambda function: function(*arguments, 0.0))
-            return self.recorded(mechanism, run)
+            self._function = compiled_for(self._kernel, mechanism.system, run)
         if self._function is None:
             return None
         rows, events = array("d"), array("d")
@@ -460,6 +455,14 @@ class CompiledRuns:
             rows.extend(buffers[0][: int(s[layout.ROWS]) * width])
             events.extend(buffers[1][: int(s[layout.EVENTS]) * (EVENT_COLUMNS + 2 * width)])
         return rows, events
+
+
+def compiled_for(kernel: Kernel, system: Any, run: Run) -> Any:
+    """Return the compiled loop for systems and runs of one form; None if there is none."""
+    s = array("d", bytes(8 * layout.LENGTH))
+    s[layout.STARTED] = 1.0  # no step follows, so that nothing is evaluated
+    arguments = as_argument((system, run, s, *buffers_of(run, 1, 1)))
+    return kernel.compiled(lambda function: function(*arguments, 0.0))
 
 
 def kernel_of(mechanism: "Mechanism", run: Run) -> Kernel:

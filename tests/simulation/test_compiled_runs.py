@@ -132,7 +132,6 @@ def test_a_broken_compiler_is_one_warning(
         raise ImportError("no module named numba")
 
     monkeypatch.setattr(compilation, "_dispatcher", broken)
-    monkeypatch.setattr(compilation, "_compiled_forms", set())
     scenario = validate(SWINGS, Path())
     for _ in range(2):
         simulation = simulation_of(scenario)
