@@ -7,13 +7,15 @@ others. It is no sandbox: it has all rights of the user. It contains crashes and
 
 import os
 import signal
-import subprocess
 import sys
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from frictionsim.errors import InputError
+
+if TYPE_CHECKING:
+    import subprocess
 
 SECONDS = 8.0  # of an answer about a small file, which takes some hundredths
 BYTES_PER_SECOND = 20e6  # of a large one, on a busy machine
@@ -56,6 +58,8 @@ def answer_of(question: str, *arguments: str | int, size: int = 0) -> Any:
     ChildFailed
         If it crashed, took too long or too much memory, or was ended (`EndedFromOutside`).
     """
+    from subprocess import TimeoutExpired
+
     from frictionsim.io.child_answer import decoded
 
     seconds = SECONDS + size / BYTES_PER_SECOND
@@ -63,7 +67,7 @@ def answer_of(question: str, *arguments: str | int, size: int = 0) -> Any:
     with _next() as process:
         try:
             answer, _ = process.communicate(text, timeout=seconds)
-        except subprocess.TimeoutExpired:
+        except TimeoutExpired:
             raise ChildFailed(
                 f"HDF5 did not come to an end within {seconds:.0f} s: the file is corrupt or"
                 " malicious, or its disk does not answer"
@@ -92,7 +96,9 @@ def _next() -> "subprocess.Popen[bytes]":
 
 
 def _started() -> "subprocess.Popen[bytes]":
-    path = [PATH, *(entry for entry in sys.path if isinstance(entry, str))]
+    import subprocess  # which takes some ms, and no command that only writes needs it
+
+    path = [*(entry for entry in sys.path if isinstance(entry, str)), PATH]
     options = ["-I", "-S", "-W", "ignore", *(["-B"] if sys.dont_write_bytecode else [])]
     return subprocess.Popen(
         [sys.executable, *options, "-c", CODE.format(path=path)],

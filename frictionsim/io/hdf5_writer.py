@@ -1,73 +1,16 @@
-"""Write result files in HDF5.
+"""Write result files in HDF5, in the format that docs/result-files.md specifies.
 
-A result file, format version 2, is a file of HDF5 that is also one of netCDF-4. It holds
+The group /checkpoint holds the state of the solver to resume from: arrays of float64 or bytes whose
+names and meaning are internal to the solver, and the run time so far in s, clock.solving and
+clock.compiling; its attribute `digest` is the SHA-256 of these, the scenario and the version, and
+is checked on resuming. Groups without content are left out.
 
-    /                    attributes, all of text but the first:
-                         format_version      2
-                         Conventions         CF-1.11
-                         frictionsim_version
-                         scenario            TOML with overrides, defaults and CSV data filled in
-                         source              name of the scenario's file; empty if it is of none
-                         overrides           KEY=VALUE, one per line
-                         command             that solves the scenario again; without the options
-                                             that the data do not depend on
-                         kind, law, backend, title
-                         effects             that were simulated, separated by blanks
-                         status              done, failed or interrupted
-                         reason              empty if done and sound
-                         failure             non_finite, diverged, step_underflow, chattering,
-                                             budget_exceeded or belt_off_pulleys; empty if not
-                                             failed
-                         warnings            one per line
-    /time                (n,) s, the dimension scale of every channel; strictly increasing: every
-                         output.interval and, with output.at_events, at every event. At an event a
-                         channel has its value on the sticking side, else the value after the event
-    /<channel>           (n,) the channels of the kind: angle, angular_velocity, ...; of belt drives
-                         also (n, k), one column for each member of an axis: body, pulley, ...
-    /<axis>              (k,) the dimension scale of those columns: the names of the members, or
-                         0, 1, ... if they have none
-    /energy_<name>       (n,) J, the energies of the scenario
-    /mode                (n,) 0 sticking, +1 and -1 sliding; only with dry friction
-    /events/event        (m,) 0, 1, ..., the dimension scale of the events
-    /events/time         (m,) s
-    /events/contact      (m,) index into the attribute `flag_meanings`
-    /events/mode_from, /events/mode_to    (m,) see `flag_meanings`
-    /events/angle        (m,) rad, position of the contact; not of belt drives
-    /events/<channel>_before, /events/<channel>_after    (m,) immediately before and after the
-                         event: all recorded channels except angle, mode and energies; not of belt
-                         drives
-    /quantities/<name>   the quantities of the summary; nan if undefined
-    /audit/check         (c,) names, the dimension scale of the checks of the audit
-    /audit/value, /audit/limit, /audit/ok    (c,) ok is 1 if the value does not exceed the limit
-    /solver/steps, /solver/rejected, /solver/rhs_evaluations, /solver/states    counts of the solver
+The unfinished result of a long run, see `segments`, has format_version 3: its channels begin with
+the samples after the last segment. At a checkpoint of such a run, quantities, events and audit are
+left out. Its complete result is written by segments, and is one file as any other.
 
-    /checkpoint          the state of the solver to resume from, in arrays of float64 or bytes whose
-                         names and meaning are internal to the solver, and the run time so far in s,
-                         clock.solving and clock.compiling; attribute `digest`, the SHA-256 of
-                         these, the scenario and the version, checked on resuming. Only if status
-                         is interrupted or failure is budget_exceeded
-
-A group without content is left out: /events of a run without events.
-
-A long run writes its samples into segments while it goes on, see `segments`. Its unfinished result
-has format_version 3: the channels begin with the samples after the last segment, and
-
-    attribute `segments`   a line for each segment: its name, the number of its samples and its
-                           checksum, separated by blanks
-
-At a checkpoint of such a run, quantities, events and audit are left out. A channel that fills
-more than one segment is written and read in parts; the complete result is one file as any other.
-
-The table of `frictionsim cost` has another layout: see `write_table`.
-
-With `output.channels` a file has only those channels, time and events. All datasets outside of
-/checkpoint have the attributes `units` and `long_name`, but for names, which are text. Numbers are
-float64; modes, indices and counts are integers, with `flag_values` and `flag_meanings` if their
-values have meanings. Two-dimensional datasets are compressed.
-
-A complete file does not depend on when or where it was written: two runs of one scenario give
-identical bytes, however often they were interrupted and resumed. Therefore it holds no wall times.
-The HDF5 data are followed by a line with their CRC-32.
+A complete file does not depend on when or where it was written, nor on interruptions. Therefore it
+holds no wall times. The table of `frictionsim cost` has another layout: see `write_table`.
 
 Format version 1 is still read. There all numbers are float64, /events/time is the dimension scale
 of the events, an axis has the names of its members as the attribute `names`, separated by blanks,
