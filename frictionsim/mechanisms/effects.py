@@ -63,7 +63,7 @@ class ShaftFriction(FrictionLaw):
         return friction_radius(self.shaft_radius, self.mu_k)
 
 
-RENAMED_AIR_DRAG = "renamed to viscous_damping: write [effects.viscous_damping]"
+RENAMED_TO_VISCOUS_DAMPING = "renamed to viscous_damping: write [effects.viscous_damping]"
 
 
 class Gravity(Params):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from frictionsim.motion.parts import Array, Bounds, Role
 
 
-LARGEST = 0.75 * pi  # rad: of the arc of the largest torque
+MAX_ARC = 0.75 * pi  # rad: of the arc of the largest torque
 HEAD = 0.22  # of the radius: the straight arrow at its end
 POINTS = 25
 
@@ -37,7 +37,7 @@ def torque_arc(
     own = float(np.abs(torque).max(initial=0.0))
     if own == 0.0:
         return []
-    turn = LARGEST * torque / (own if largest is None else largest)
+    turn = MAX_ARC * torque / (own if largest is None else largest)
     angle = -0.5 * pi + np.linspace(0.0, 1.0, POINTS) * turn[:, None]
     end = angle[:, -1]
     # The head shrinks with the arc where the arc is shorter than it.

@@ -19,8 +19,8 @@ from tests.support.second_way_belt import (
     belt_drive,
     body_length,
     last,
-    power_misfit,
-    torque_misfits,
+    power_residual,
+    torque_residuals,
 )
 
 # The fastest wave in belts of these is seen by so many samples a radian.
@@ -177,8 +177,8 @@ def test_spans_differ_by_the_torque_of_their_pulley(data: Scenario) -> None:
     done, record = recorded(data, 1.0, 1e-3)
     # A slack belt claps, and a drive that is overloaded may never become steady.
     assume(not any("slack" in warning for warning in done.warnings) and is_steady(record))
-    assert np.max(torque_misfits(record)) < TORQUE_BALANCE
-    assert power_misfit(record) < POWER_BALANCE
+    assert np.max(torque_residuals(record)) < TORQUE_BALANCE
+    assert power_residual(record) < POWER_BALANCE
     assert tensions(disagreements(done, belt_drive(record))) == {}
 
 
@@ -196,7 +196,7 @@ def test_spans_of_unlike_pulleys_differ_by_their_torque(radii: tuple[float, floa
     }
     done, record = recorded(data, 0.6, 1e-3)
     corner = (body_length(record) / min(radii)) ** 2 / 8.0
-    assert np.max(torque_misfits(record)) < TORQUE_BALANCE + corner
+    assert np.max(torque_residuals(record)) < TORQUE_BALANCE + corner
     assert done.checks["torque_balance"].ok
     assert tensions(disagreements(done, belt_drive(record))) == {}
 

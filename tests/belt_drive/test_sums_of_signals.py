@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionsim as fs
-from frictionsim.mechanisms.belt_drive.belt_simulation import _kinks
+from frictionsim.mechanisms.belt_drive.belt_simulation import _discontinuities
 from frictionsim.scenario.authoring import schema
 from frictionsim.scenario.model_fields import unit_of_key
 from tests.support.belt_scenarios import NO_FRICTION, pair, scenario_of
@@ -104,10 +104,10 @@ def test_a_given_speed_is_the_sum_of_its_signals() -> None:
     assert done.channels["pulley_speed"][:, 0] == pytest.approx(expected, abs=1e-13)
 
 
-def test_a_step_ends_at_the_kinks_of_all_terms() -> None:
+def test_a_step_ends_at_the_discontinuities_of_all_terms() -> None:
     terms = [*RAMPS, over_speed(0.1)]
     scenario = scenario_of(pair(drive={"driver": {"torque": terms}, "driven": {"speed": RAMPS}}))
-    assert _kinks(scenario) == [0.005, 0.01, 0.02, 0.03]
+    assert _discontinuities(scenario) == [0.005, 0.01, 0.02, 0.03]
 
 
 def test_terms_are_set_and_varied_by_their_index() -> None:

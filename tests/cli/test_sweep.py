@@ -129,7 +129,7 @@ def test_a_sweep_that_is_killed_is_resumed_to_the_same_bytes(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sweep_kills, "RUNS", 300)
-    monkeypatch.setattr(sweep_kills, "LONGEST", 1.5)
+    monkeypatch.setattr(sweep_kills, "MAX_WAIT", 1.5)
     whole = sweep_kills.whole_sweep(here)
     for seed in (1, 2):
         folder = here / str(seed)

@@ -339,7 +339,7 @@ def test_differences_do_not_pass_a_jump() -> None:
     )
 
 
-def test_kinks_make_a_standard_error_rough() -> None:
+def test_corners_make_a_standard_error_rough() -> None:
     """The pulley breaks away 60 us before the one sample; steps of differences are 500, 130, 30."""
     data = {"time": [0.1, 0.5465], "angular_velocity": [0.0, 5.4e-4]}
     found = fit_velocity(pulley(), data, {MU_S: (0.1, 0.4)}, starts=1)

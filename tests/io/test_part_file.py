@@ -15,7 +15,7 @@ from frictionsim.io.atomic_write import check_place, replaced_atomically, write_
 from frictionsim.io.part_file import part_of
 from tests.support.stopped_runs import stopped_at
 
-LONGEST = "a" * 252 + ".h5"
+LONG_NAME = "a" * 252 + ".h5"
 pytestmark = pytest.mark.usefixtures("here")
 
 
@@ -35,7 +35,7 @@ def killed_while_writing(name: str) -> None:
     assert stopped_at(0, work, Path()) == -signal.SIGKILL
 
 
-@pytest.mark.parametrize("name", ["a.h5", LONGEST])
+@pytest.mark.parametrize("name", ["a.h5", LONG_NAME])
 def test_the_part_of_a_killed_process_is_removed_at_the_next_write(name: str) -> None:
     killed_while_writing(name)
     (part,) = names()
@@ -206,16 +206,16 @@ def test_a_file_that_cannot_be_renamed_to_is_kept_beside(monkeypatch: pytest.Mon
     replace = Path.replace
 
     def busy(self: Path, target: Path) -> Path:
-        if target.name == LONGEST:
+        if target.name == LONG_NAME:
             raise OSError(errno.EBUSY, "Device or resource busy")
         return replace(self, target)
 
     monkeypatch.setattr(Path, "replace", busy)
     kept = "a" * 248 + ".new.h5"
     with pytest.raises(OutputError) as refused:
-        write_atomically(b"whole", Path(LONGEST))
+        write_atomically(b"whole", Path(LONG_NAME))
     assert str(refused.value) == (
-        f"{LONGEST}: cannot replace the file: Device or resource busy. The new result is in"
+        f"{LONG_NAME}: cannot replace the file: Device or resource busy. The new result is in"
         f" {kept}: rename it"
     )
     assert names() == [kept]

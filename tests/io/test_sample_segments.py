@@ -151,7 +151,7 @@ def test_folders_of_killed_runs_are_removed_by_a_run_without_segments(owner: str
     assert os.listdir() == []
 
 
-def test_folders_of_other_results_and_of_runs_that_go_on_stay() -> None:
+def test_folders_of_other_results_and_of_unfinished_runs_stay() -> None:
     left_over("b.samples-0123abcd")
     left_over("a.samples-0123abcd", str(os.getpid()))
     closed("a.h5")

@@ -20,7 +20,7 @@ from tests.support.drawn_scenarios import (
     switched,
 )
 from tests.support.scenarios import Scenario, scenario_run, shipped, simulate
-from tests.support.second_way import Event, Recorded, Seen, Table, misfits, motion
+from tests.support.second_way import Event, Recorded, Seen, Table, motion, residuals
 from tests.support.second_way_bodies import body, body_statics
 from tests.support.second_way_gears import epicyclic, gear_statics
 from tests.support.second_way_shafts import (
@@ -65,13 +65,13 @@ def assert_second_way(data: Scenario) -> Record:
     for name, seen in motion(record).items():
         assert seen.agrees(float(record.channels[name][-1])), name
     if "mode" in record.channels and "speed" not in record.scenario.get("drive", {}):
-        assert misfits(record) == []
+        assert residuals(record) == []
     found = mechanism_module(data["kind"]).statics(scenario_run(done))
     assert disagreements(found, STATICS[data["kind"]](record.scenario)) == {}
     return record
 
 
-def test_every_kind_of_one_coordinate_has_a_reader() -> None:
+def test_every_kind_of_one_degree_of_freedom_has_a_reader() -> None:
     assert READERS.keys() == STATICS.keys() == KINDS.keys() - {"belt_drive"}
 
 

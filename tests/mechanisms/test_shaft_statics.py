@@ -17,7 +17,7 @@ from frictionsim.mechanisms.shaft.statics import breakaway_values
 from frictionsim.mechanisms.shaft.unknowns import unknowns_of
 from tests.support import shaft_balance
 from tests.support.scenarios import SCENARIOS, Scenario, changed, shipped
-from tests.support.shaft_scenes import mirrored
+from tests.support.shaft_scenarios import mirrored
 
 pytestmark = pytest.mark.quick
 

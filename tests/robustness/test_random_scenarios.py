@@ -17,7 +17,7 @@ from tests.support.drawn_scenarios import (
     scenarios,
 )
 from tests.support.scenarios import Scenario, simulate
-from tests.support.shaft_scenes import delayed, in_units, mirrored, scene
+from tests.support.shaft_scenarios import delayed, in_units, mirrored, shaft_scenario
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +83,7 @@ def test_a_body_on_a_shaft_that_is_moved_later_moves_alike(
     """It rests until then: a load through the axis presses it on its shaft."""
     times = [0.1, 0.2, 0.25, 0.4]
     force = {"direction": [0.6, -0.8], "point": [0.1, 0.0]}
-    data = scene(
+    data = shaft_scenario(
         [{**force, "size": {"time": [0.05, *times[: len(sizes)]], "value": [0.0, *sizes]}},
          {**force, "size": 50.0, "point": [0.0, 0.0]}],
         [{"time": [0.05, *times[: len(torques)]], "value": [0.0, *torques]}],

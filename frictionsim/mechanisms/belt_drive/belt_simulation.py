@@ -43,7 +43,7 @@ class BeltDrive:
         self._scenario = scenario
         self._model = assemble(scenario)
         self._times = SampleTimes(scenario.solver.duration, scenario.interval)
-        self._kinks = _kinks(scenario)
+        self._discontinuities = _discontinuities(scenario)
         self._observer = observer_of(scenario, self._model)
         module = import_module(scenario.pair.module)
         self._stepper = module.BeltStepper(self._model, scenario.solver)
@@ -87,7 +87,7 @@ class BeltDrive:
                 return True
             on_step(stepper.t)
             steps = min(self._steps_left(stepper.t), between_calls)
-            limit = min((kink for kink in self._kinks if kink > stepper.t), default=end)
+            limit = min((time for time in self._discontinuities if time > stepper.t), default=end)
             stepper.advance(min(limit, end), times.next, steps)
             self._observer.check_belt(stepper)
 
@@ -188,8 +188,8 @@ def observer_of(scenario: "BeltDriveScenario", model: "BeltModel") -> Observer:
     return Observer(scenario, model)
 
 
-def _kinks(scenario: "BeltDriveScenario") -> list[float]:
-    """Return the times at which a drive has a kink, s: a step ends there."""
+def _discontinuities(scenario: "BeltDriveScenario") -> list[float]:
+    """Return the times at which a drive or its slope jumps, s: a step ends there."""
     from frictionsim.scenario.signal_tables import SpeedTable, signal_from
 
     found = set()

@@ -59,7 +59,7 @@ STANDARD_ERRORS = 4.0  # by which a mean of samples may be off
 MIN_ROUND_TRIPS = 4.0
 
 
-class Misfit(NamedTuple):
+class Residual(NamedTuple):
     """What two ways to one force differ by at each pulley, and what they may beside LIMIT, N."""
 
     off: "Array"
@@ -83,20 +83,20 @@ def torque_balance(
     means = [time_mean(time, torque), time_mean(time[last], fall[last])]
     least = MIN_FORCE * float(np.mean(seen["_span_tension"]))
     largest = max(least, float(np.max(np.abs(means))))
-    belt, misfits = scenario.mechanism.belt, [_misfit(time, rim, turned)]
+    belt, residuals = scenario.mechanism.belt, [_residual(time, rim, turned)]
     wave = np.sqrt(belt.axial_rigidity / belt.mass_per_length)
     if np.ptp(time[last]) * wave > MIN_ROUND_TRIPS * scenario.mechanism.path().length:
         of_last = {name: values[last] for name, values in seen.items()}
-        misfits.append(_misfit_of_spans(scenario, model, time[last], of_last))
-    off, uncertain = (np.concatenate(parts) / largest for parts in zip(*misfits, strict=True))
+        residuals.append(_residual_of_spans(scenario, model, time[last], of_last))
+    off, uncertain = (np.concatenate(parts) / largest for parts in zip(*residuals, strict=True))
     limit = LIMIT + uncertain
     worst = int(np.argmax(off / limit))
     return Check(float(off[worst]), float(limit[worst]))
 
 
-def _misfit_of_spans(
+def _residual_of_spans(
     scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
-) -> Misfit:
+) -> Residual:
     """Return the difference between the spans of each pulley and the torque on it.
 
     Zero where bodies do not touch the pulley all the time, or no other: it has not two spans then.
@@ -118,7 +118,7 @@ def _misfit_of_spans(
     gained = np.sign(wrap_angle) * seen["_speed"] * inertia / radius + np.outer(
         seen["_belt_speed"], mass
     )
-    off, chance = _misfit(time, force, -gained)
+    off, chance = _residual(time, force, -gained)
     length = model.system.chain.length
     passed = np.max(np.abs(time_mean(time, seen["_speed"]))) * radius * np.ptp(time) / length
     moving = CORNER * (length / radius) ** 2 * np.max(np.abs(time_mean(time, fall)))
@@ -130,12 +130,12 @@ def _misfit_of_spans(
         corners = np.zeros_like(corners)
     touched = np.all(seen["_touching"] > 0.0, axis=0)
     judged = touched & (np.sum(touched) > 1)
-    return Misfit(
+    return Residual(
         np.where(judged, off, 0.0), chance + corners + _moments(scenario, straight, spans)
     )
 
 
-def _misfit(time: "Array", force: "Array", momentum: "Array") -> Misfit:
+def _residual(time: "Array", force: "Array", momentum: "Array") -> Residual:
     """Return the mean of forces less the gain of momentum; their scatter makes it uncertain.
 
     Parameters
@@ -146,13 +146,13 @@ def _misfit(time: "Array", force: "Array", momentum: "Array") -> Misfit:
     """
     ends = np.unique(np.linspace(0, len(time) - 1, BATCHES + 1).astype(int))
     if len(ends) < 3:  # nothing is told of the scatter
-        return Misfit(np.zeros(force.shape[1]), np.zeros(force.shape[1]))
+        return Residual(np.zeros(force.shape[1]), np.zeros(force.shape[1]))
     batches = [slice(a, b + 1) for a, b in pairwise(ends)]
     forces = np.array([time_mean(time[of], force[of]) for of in batches])
     weights = np.diff(time[ends])
     off = forces - np.diff(momentum[ends], axis=0) / weights[:, None]
     chance = STANDARD_ERRORS * off.std(axis=0, ddof=1) / np.sqrt(len(batches))
-    return Misfit(np.abs(np.average(off, axis=0, weights=weights)), chance)
+    return Residual(np.abs(np.average(off, axis=0, weights=weights)), chance)
 
 
 def _moments(scenario: "BeltDriveScenario", straight: "Array", spans: "Array") -> "Array":

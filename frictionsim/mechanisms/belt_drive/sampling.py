@@ -95,12 +95,7 @@ class Observer:
         self.energy_gain = 0.0  # energy that came from nowhere, over what was stored and put in
 
     def check_belt(self, stepper: Any) -> None:
-        """Stop where the belt has left its pulleys, or is pressed through one.
-
-        Raises
-        ------
-        BeltOffPulleys
-        """
+        """Stop where the belt has left its pulleys, or is pressed through one."""
         contacts = self._system.contacts
         count = contacts.offsets[-1]
         if count == 0:

@@ -140,12 +140,7 @@ class Geometry(Params):
         return [Pulley(p.name, p.center, p.radius, p.side) for p in self.pulleys]
 
     def path(self) -> Path:
-        """Return the ideal line of the belt.
-
-        Raises
-        ------
-        PathError
-        """
+        """Return the ideal line of the belt; a PathError if the circles have none."""
         return belt_path(self.circles)
 
     @model_validator(mode="after")

@@ -78,7 +78,7 @@ from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
 )
 from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
     ENDED,
-    NOT_FINITE,
+    NON_FINITE,
     SINCE_SEARCH,
     STEPS,
     finish_pulleys,
@@ -144,7 +144,7 @@ def integrate_string(
     line: "PitchLine",
     system: "System",
 ) -> int:
-    """Take so many steps of length h, s; return ENDED or NOT_FINITE.
+    """Take so many steps of length h, s; return ENDED or NON_FINITE.
 
     With no step it evaluates the forces without friction. With `stiff` the dampers along the belt
     are solved for, and `system` has none.
@@ -167,7 +167,7 @@ def integrate_string(
     total = 0.0
     for i in range(len(state.y)):
         total += abs(state.y[i])
-    return ENDED if total < np.inf else NOT_FINITE
+    return ENDED if total < np.inf else NON_FINITE
 
 
 @inline_kernel

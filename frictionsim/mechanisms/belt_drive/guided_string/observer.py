@@ -41,12 +41,7 @@ class StringObserver(Observer):
         self._path = scenario.mechanism.path()
 
     def check_belt(self, stepper: Any) -> None:
-        """Stop where points have passed each other.
-
-        Raises
-        ------
-        Diverged
-        """
+        """Stop where points have passed each other."""
         position = self._kinematics(stepper.interpolate(stepper.t))[POSITION]
         spacing = np.diff(position, append=position[0] + self._path.length)
         if np.min(spacing) <= 0.0:

@@ -8,7 +8,7 @@ from frictionsim.errors import InputError, NonFinite
 from frictionsim.mechanisms.belt_drive.kernels.layout import ALPHA, SPEED, SPEED_OLD
 from frictionsim.mechanisms.belt_drive.steppers.moreau_kernels import (
     CANDIDATE_UPDATE_INTERVAL,
-    NOT_FINITE,
+    NON_FINITE,
     SINCE_SEARCH,
     STEPS,
 )
@@ -66,7 +66,7 @@ class FixedSteps:
 
     def _integrate(self, steps: int) -> None:
         before = self.t
-        if self._take_steps(steps) == NOT_FINITE:
+        if self._take_steps(steps) == NON_FINITE:
             raise NonFinite(
                 f"the state is not finite after t = {before:.9g} s; is a stiffness, a torque or a"
                 f" speed of the scenario too large, or solver.step = {self._h:.3g} s too long?"

@@ -94,7 +94,7 @@ CANDIDATE_UPDATE_INTERVAL = 16  # steps from one search for contact candidates t
 # are solved for now, and how many steps were taken so.
 STEPS, SINCE_SEARCH, IMPLICIT_NOW, IMPLICIT_STEPS = range(4)
 
-ENDED, NOT_FINITE, OTHER_FORM = range(3)  # why steps end
+ENDED, NON_FINITE, OTHER_FORM = range(3)  # why steps end
 
 
 class MoreauState(NamedTuple):
@@ -144,7 +144,7 @@ def integrate(
     stiff: StiffDamping | None,
     system: "System",
 ) -> int:
-    """Take at most `steps` steps of length h, s; return ENDED, NOT_FINITE or OTHER_FORM.
+    """Take at most `steps` steps of length h, s; return ENDED, NON_FINITE or OTHER_FORM.
 
     There are two forms, each compiled when it is first needed: with `stiff` the dampers along the
     belt are solved for, and `system` has none; else `system` has them. Where a search for
@@ -173,7 +173,7 @@ def integrate(
     total = 0.0
     for i in range(len(state.y)):
         total += abs(state.y[i])
-    return end if total < np.inf else NOT_FINITE
+    return end if total < np.inf else NON_FINITE
 
 
 @inline_kernel
