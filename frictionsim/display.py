@@ -65,7 +65,7 @@ def labelled(words: str, unit: str) -> str:
 
 # Words for modes.
 
-MODE_WORDS = {value: word.replace("_", " ") for value, word in MODES}
+MODE_WORDS = dict(MODES) | {FORWARD: "slip +", BACKWARD: "slip -"}
 """Of an event, before and after it."""
 
 CONTACT_WORDS = {STICK: "sticks", FORWARD: "slips forward", BACKWARD: "slips backward"}
@@ -75,9 +75,12 @@ CONTACT_WORDS = {STICK: "sticks", FORWARD: "slips forward", BACKWARD: "slips bac
 
 BLUE, VERMILION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 SKY, BLACK, ORANGE, GREY = "#56B4E9", "#000000", "#E69F00", "#777777"
-WINE = "#882255"
+WINE, WHITE, BROWN = "#882255", "#FFFFFF", "#8A6100"
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, SKY, BLACK, ORANGE, GREY)
 """Of lines, in this order."""
+
+FORCE_COLOURS = (BLUE, GREEN, PURPLE, SKY)
+"""Of applied forces and couples; the others are those of reaction and weight."""
 
 COLOURS_ON_DARK = (
     *(SKY, ORANGE, GREEN, PURPLE),
@@ -85,6 +88,18 @@ COLOURS_ON_DARK = (
 )
 DASHES: tuple[tuple[float, ...], ...] = ((), (6.0, 2.0), (6.0, 2.0, 1.0, 2.0), (2.0, 1.5))
 """Of lines, in this order, for grey print: dashes and gaps in widths of a line."""
+
+# Shades of areas, behind lines: sticking phases, pulleys, and the arcs of pulleys, repeated.
+STICK_SHADE, PULLEY_SHADE = "#E5E5E5", "#EEEEEE"
+ARC_SHADES = ("#E8E8E8", "#D3D3D3", "#BEBEBE", "#A9A9A9")
+CORD_STICKS_SHADE, CORD_SLIPS_SHADE = "#DCEBF5", "#FBE0CC"
+
+BELT_CONTACT = {
+    "sticks": ("sticks on the pulley", BLACK, WHITE),
+    "slips": ("slips on the pulley", WHITE, BLACK),
+    "touches": ("touches the pulley", WHITE, BLACK),
+}
+"""Of a belt: words, and the colours of the strip on it and of the strip's edges."""
 
 TENSION_COLOURS = "cividis"
 """A scale of matplotlib, whose lightness rises with the value, also for the colour-blind."""
@@ -187,6 +202,10 @@ def page_data() -> dict[str, Any]:
     """Return words, colours and dashes for the scripts of a page."""
     return {
         "contactWords": CONTACT_WORDS,
+        "beltContact": {
+            name: {"words": words, "core": core, "around": around}
+            for name, (words, core, around) in BELT_CONTACT.items()
+        },
         "roles": list(ROLES),
         "light": {"lines": COLOURS, "chart": CHART},
         "dark": {"lines": COLOURS_ON_DARK, "chart": CHART_ON_DARK},

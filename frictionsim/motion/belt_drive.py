@@ -230,8 +230,11 @@ def _readouts(result: "Record", frames: "Numbers", tension: "Array | None") -> t
         members = result.members[result.axes[channel]][:MAX_SPEEDS]
         speeds = channel_at(result, channel, frames)
         for i, name in enumerate(members):
-            readouts.append(Readout(f"speed of {name}", "rad/s", speeds[:, i], channel, name))
+            readouts.append(
+                Readout(f"speed of {name}", result.units[channel], speeds[:, i], channel, name)
+            )
     if tension is not None:
-        readouts.append(Readout("largest tension", "N", tension.max(axis=1)))
-        readouts.append(Readout("smallest tension", "N", tension.min(axis=1)))
+        unit = result.units["tension"]
+        readouts.append(Readout("largest tension", unit, tension.max(axis=1)))
+        readouts.append(Readout("smallest tension", unit, tension.min(axis=1)))
     return tuple(readouts)

@@ -177,7 +177,7 @@ class Readout(NamedTuple):
         The recorded channel that it is, and of which member of its axis; empty for none. A page
         shows it as its charts do, from all samples.
     words : dict of str
-        What is shown instead of a number, by its digits: what a contact does.
+        What is shown instead of a number: what a contact does.
     """
 
     name: str
@@ -185,7 +185,7 @@ class Readout(NamedTuple):
     value: "Array"
     channel: str = ""
     member: str = ""
-    words: "Mapping[str, str]" = {}  # noqa: RUF012  the fields of a NamedTuple are read only
+    words: "Mapping[int, str]" = {}  # noqa: RUF012  the fields of a NamedTuple are read only
 
 
 class Detail(NamedTuple):
@@ -278,7 +278,7 @@ def shown_value(readout: "Readout", moment: Moment) -> float:
 
 def shown_word(readout: "Readout", moment: Moment) -> str:
     """Return the word of a read-out that has words: that of the frame before."""
-    return readout.words.get(str(int(readout.value[moment.frame])), "")
+    return readout.words.get(int(readout.value[moment.frame]), "")
 
 
 def decimals_of(values: Any) -> int:

@@ -17,7 +17,16 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 
-from frictionsim.display import BLACK, BLUE, GREY, TENSION_COLOURS, VERMILION, with_minus, with_unit
+from frictionsim.display import (
+    BLACK,
+    BLUE,
+    GREY,
+    PULLEY_SHADE,
+    TENSION_COLOURS,
+    VERMILION,
+    with_minus,
+    with_unit,
+)
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import senses_of
 from frictionsim.motion.belt_path import (
@@ -363,7 +372,6 @@ def draw_rotation(ax: Any, pulley: DrawnPulley, rim: float) -> None:
 
 
 NEEDED = ("x", "y", "tension", "normal_force", "pulley_index")
-PULLEY_COLOUR = "#EEEEEE"
 MAX_IN_A_ROW, MAX_DETAILS = 4, 8
 NARROW = 0.6  # of the usual width: half as many in a row
 MAX_SIDE = 3.0  # inches, of a detail
@@ -478,7 +486,7 @@ def _draw_whole(
 
 
 def _disc(pulley: DrawnPulley) -> Circle:
-    return Circle((pulley.x, pulley.y), pulley.radius, fc=PULLEY_COLOUR, ec=GREY, linewidth=0.6)
+    return Circle((pulley.x, pulley.y), pulley.radius, fc=PULLEY_SHADE, ec=GREY, linewidth=0.6)
 
 
 def _draw_belt(ax: Any, belt: Belt, width: float) -> None:

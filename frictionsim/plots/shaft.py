@@ -11,14 +11,12 @@ from matplotlib.ticker import MaxNLocator
 
 from frictionsim.display import (
     BLACK,
-    BLUE,
+    BROWN,
     CONTACT_WORDS,
-    GREEN,
+    FORCE_COLOURS,
     GREY,
     ORANGE,
-    PURPLE,
     ROLES,
-    SKY,
     VERMILION,
     WINE,
     with_minus,
@@ -178,9 +176,8 @@ POINTS, BESIDE, CAUTION = 72.0, 0.5, 0.85  # per inch; inches of labels; see Are
 TICK, MAX_TICKS = 1.3, 6  # widths of a number from tick to tick; ticks along an axis
 MARGIN = 0.14  # of the size of what is drawn
 MAX_NAMED, MAX_COUPLES = 10, 4  # forces and couples with a colour of their own
-COLOURS = (BLUE, GREEN, PURPLE, SKY)
 REACTION, RESULTANT, INERTIA = VERMILION, GREY, WINE
-WEIGHTS = (ORANGE, "#8A6100")  # the second is that of an eccentric mass, which is orange itself
+WEIGHTS = (ORANGE, BROWN)  # the second is that of an eccentric mass, which is orange itself
 UNSEEN = " (not drawn)"  # too short
 COUPLE_RADIUS, MAX_SWEEP, SWEEP = 0.42, 2.0, 0.75  # arcs: of the reach; rad; of their share
 FIRST_ARC = 135.0  # deg, the middle of the first
@@ -378,7 +375,7 @@ def _draw_forces(drawing: ForceDrawing, now: Instant) -> list[Any]:
         elif kind == "weight":
             colour = WEIGHTS[name == ECCENTRIC_WEIGHT]
         elif name in named:
-            colour = COLOURS[number_of % len(COLOURS)]
+            colour = FORCE_COLOURS[number_of % len(FORCE_COLOURS)]
             number_of += 1
         else:
             colour = BLACK
@@ -403,7 +400,7 @@ def _draw_couples(drawing: ForceDrawing, now: Instant) -> list[Any]:
     radius, half = COUPLE_RADIUS * look_of(now.scenario).reach, 0.5 * min(MAX_SWEEP, SWEEP * share)
     for i, couple in enumerate(now.couples[:MAX_NAMED]):
         size = float(couple.size[0])
-        colour = COLOURS[(len(now.scenario.forces) + i) % len(COLOURS)]
+        colour = FORCE_COLOURS[(len(now.scenario.forces) + i) % len(FORCE_COLOURS)]
         words = f"{couple.name}, {number(size, 'N m')}"
         handles.append(arrow_sample(colour, words, curved=True))
         if couple.name in drawn:

@@ -16,11 +16,10 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
-from frictionsim.display import BLACK, COLOURS, GREY, VERMILION, WINE
+from frictionsim.display import BLACK, COLOURS, GREY, STICK_SHADE, VERMILION, WINE
 from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.style import (
     LABEL_WIDTH,
-    STICK_COLOUR,
     add_legend,
     axis_label,
     relative_width,
@@ -52,7 +51,7 @@ def add_strip(ax: Any) -> float:
     """
     low, high = ax.get_ylim()
     top = high * (high / low) ** (STRIP / (1.0 - STRIP))
-    ax.axhspan(high, top, facecolor=STICK_COLOUR, linewidth=0, zorder=0.5)
+    ax.axhspan(high, top, facecolor=STICK_SHADE, linewidth=0, zorder=0.5)
     ax.axhline(high, color=GREY, linewidth=0.8)
     ax.set_yticks([tick for tick in ax.get_yticks() if low <= tick <= high])  # none in the strip
     ax.set_yticks([], minor=True)
@@ -107,7 +106,7 @@ def draw_mesh_study(study: "WorkPrecision", figure: "Figure | SubFigure") -> Non
     lowest = _lowest(study, in_time)
     for ax, height in ((left, study.floor), (right, in_time)):
         if height > 0.0:
-            ax.axhspan(lowest, max(height, lowest), color=STICK_COLOUR, linewidth=0)
+            ax.axhspan(lowest, max(height, lowest), color=STICK_SHADE, linewidth=0)
     handles = _draw_models(left, study.rows)
     handles += _draw_methods(left, right, [row for row in study.rows if row.time_error is not None])
     left.set_ylim(lowest, None)
@@ -239,7 +238,7 @@ def _draw_panel(ax: Any, study: "WorkPrecision", quantity: str) -> None:
         ax.axhspan(
             lowest,
             floor_height,
-            color=STICK_COLOUR,
+            color=STICK_SHADE,
             linewidth=0,
             label="below the reference uncertainty",
         )
@@ -334,7 +333,7 @@ def _draw_target(
     upper.set_ylabel(axis_label(target.name.replace("_", " "), residuals.unit, LABEL_WIDTH))
     upper.tick_params(labelbottom=False)
     if residuals.sigma is not None:
-        lower.axhspan(-residuals.sigma, residuals.sigma, color=STICK_COLOUR, linewidth=0)
+        lower.axhspan(-residuals.sigma, residuals.sigma, color=STICK_SHADE, linewidth=0)
     lower.axhline(0.0, color=VERMILION, linewidth=1.0)
     lower.plot(x, residuals.values, **RESIDUAL, markersize=size)
     lower.set_ylabel(axis_label("residual", residuals.unit, RESIDUAL_WIDTH))

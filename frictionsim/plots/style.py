@@ -174,7 +174,6 @@ MAX_LINES = len(COLOURS)  # in one panel
 Style = dict[str, Any]
 """Keyword arguments of a matplotlib line."""
 
-STICK_COLOUR = "#E5E5E5"
 WIDTH = 8.0  # inches, of a picture; labels and legends are arranged for it
 LEGEND_ROW = 0.25  # inches
 LABEL_WIDTH = 18  # characters beside a panel of channels
