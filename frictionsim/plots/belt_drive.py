@@ -40,7 +40,7 @@ from frictionsim.motion.belt_path import (
     places_on,
 )
 from frictionsim.plots.belt_geometry import has_friction, pulleys_of
-from frictionsim.plots.belt_time_history import recorded_speed_at_rest
+from frictionsim.plots.belt_time_history import body, recorded_speed_at_rest, speeds, tension
 from frictionsim.plots.style import (
     Style,
     add_legend,
@@ -51,6 +51,7 @@ from frictionsim.plots.style import (
     shrink,
     width_of,
 )
+from frictionsim.plots.view import BODY, View, over_time
 from frictionsim.scenario.toml_data import scenario_value
 
 if TYPE_CHECKING:
@@ -525,3 +526,11 @@ def _caption(result: "Record", number: int, pulley: DrawnPulley) -> str:
     ]
     numbers = ", ".join(map(with_minus, known))
     return "\n".join(text for text in (pulley.name, numbers) if text)
+
+
+VIEWS = {
+    "speeds": over_time(speeds, ("pulley_speed", "pulley_torque")),
+    "drive": View(drive, instant=True),
+    "tension": View(tension, instant=True),
+    BODY: View(body, window=True, body=True),
+}
