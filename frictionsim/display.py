@@ -86,8 +86,11 @@ COLOURS_ON_DARK = (
     *(SKY, ORANGE, GREEN, PURPLE),
     *("#F0E442", "#FFFFFF", VERMILION, "#AAAAAA"),
 )
-DASHES: tuple[tuple[float, ...], ...] = ((), (6.0, 2.0), (6.0, 2.0, 1.0, 2.0), (2.0, 1.5))
-"""Of lines, in this order, for grey print: dashes and gaps in widths of a line."""
+DASHES: tuple[tuple[float, ...], ...] = (
+    *((), (6.0, 2.0), (6.0, 2.0, 1.0, 2.0), (2.0, 1.5)),
+    *((12.0, 2.0), (6.0, 2.0, 1.0, 2.0, 1.0, 2.0), (1.0, 1.0), (12.0, 2.0, 2.0, 2.0)),
+)
+"""Of lines, one for each colour, for grey print: dashes and gaps in widths of a line."""
 
 # Shades of areas, behind lines: sticking phases, pulleys, and the arcs of pulleys, repeated.
 STICK_SHADE, PULLEY_SHADE = "#E5E5E5", "#EEEEEE"
