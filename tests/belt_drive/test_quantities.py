@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from frictionsim.results import Record
 from frictionsim.scenario.loading import ValidationFailure, validate
 from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import pair
+from tests.support.examples import examples
 from tests.support.scenarios import SCENARIOS, Scenario
 from tests.support.second_way import Recorded, Seen
 from tests.support.second_way_belt import (
@@ -152,13 +153,13 @@ def fine_interval(data: Scenario) -> float:
     return float(0.5 * length / (SAMPLES * (RIGIDITY / DENSITY) ** 0.5))
 
 
-@settings(max_examples=8)
+@examples(8)
 @given(data=drives(bodies=st.integers(60, 100)))
 def test_quantities_at_fixed_steps_are_those_of_a_second_way(data: Scenario) -> None:
     assert_second_way(data)
 
 
-@settings(max_examples=4)
+@examples(4)
 @given(data=drives(bodies=st.integers(60, 100), speeds=False))
 def test_quantities_at_adaptive_steps_are_those_of_a_second_way(data: Scenario) -> None:
     data["solver"]["backend"] = "rkf45"
@@ -171,7 +172,7 @@ def assert_second_way(data: Scenario) -> None:
     assert disagreements(done, belt_drive(record)) == {}
 
 
-@settings(max_examples=4)
+@examples(4)
 @given(data=drives(bodies=st.just(150), most=4, idle=False))
 def test_spans_differ_by_the_torque_of_their_pulley(data: Scenario) -> None:
     done, record = recorded(data, 1.0, 1e-3)

@@ -31,7 +31,7 @@ zip = true
 """
 
 
-def test_a_sweep_is_written_and_told(told: Run, here: Path) -> None:
+def test_a_sweep_is_written_and_summarised(told: Run, here: Path) -> None:
     arguments = command(3, "s.h5", "--csv", "s.csv", "-j", "1")
     out, err = told(*arguments)
     assert out.splitlines()[0] == "Pulley on a dry shaft: sweep done"

@@ -86,7 +86,7 @@ def test_tables_are_sorted_by_numbers_and_by_keyboard(
         assert page.evaluate("[...document.images].every((one) => one.naturalWidth > 100)")
 
 
-def test_too_many_keys_for_a_picture_are_told(tmp_path: Path) -> None:
+def test_too_many_keys_for_a_picture_are_reported(tmp_path: Path) -> None:
     vary = {MU: [0.2, 0.25], LOAD: [1900.0, 2000.0], "mechanism.inertia": [1.0, 1.4]}
     vary |= {"effects.shaft_friction.mu_k": [0.1, 0.11]}
     report = fs.report(fs.sweep(PULLEY, vary, LOOSE, workers=1), tmp_path / "a.html")

@@ -16,6 +16,7 @@ from tests.support.drawn_scenarios import (
     marble_machines,
     scenarios,
 )
+from tests.support.examples import examples
 from tests.support.scenarios import Scenario, simulate
 from tests.support.shaft_scenarios import delayed, in_units, mirrored, shaft_scenario
 
@@ -31,7 +32,7 @@ def test_results_of_random_scenarios_are_sound(folder: Path, data: Scenario) -> 
     assert_sound(data, folder)
 
 
-@settings(max_examples=10)
+@examples(10)
 @given(scenarios(), st.floats(0.0, 1.0))
 def test_interrupting_random_runs_changes_nothing(
     folder: Path, data: Scenario, fraction: float
