@@ -1,4 +1,4 @@
-"""How a result is told: its numbers, the words for its modes, and the colours of its parts.
+"""How a result is shown: its numbers, the words for its modes, and the colours of its parts.
 
 Tables, pictures, motions and pages read them here; `page_style` and `page_data` give words and
 colours to the scripts of a page.
@@ -52,13 +52,13 @@ def unit_text(unit: str) -> str:
 
 
 def with_unit(value: str, unit: str) -> str:
-    """Return a number with its unit, as "200 N"; without unit the number alone."""
+    """Return a number with its unit, such as "200 N"; without unit the number alone."""
     shown = unit_text(unit)
     return f"{value} {shown}" if shown else value
 
 
 def labelled(words: str, unit: str) -> str:
-    """Return the label of a quantity with its unit, as "force, N"."""
+    """Return the label of a quantity with its unit, such as "force, N"."""
     shown = unit_text(unit)
     return f"{words}, {shown}" if shown else words
 
@@ -66,10 +66,10 @@ def labelled(words: str, unit: str) -> str:
 # Words for modes.
 
 MODE_WORDS = dict(MODES) | {FORWARD: "slip +", BACKWARD: "slip -"}
-"""Of an event, before and after it."""
+"""Of the modes before and after an event."""
 
 CONTACT_WORDS = {STICK: "sticks", FORWARD: "slips forward", BACKWARD: "slips backward"}
-"""Of the mode of the one contact of a mechanism at an instant."""
+"""Of the mode of a single contact at an instant."""
 
 # Colours: Okabe and Ito, safe for colour-blind readers.
 

@@ -166,7 +166,7 @@ Part = Body | Band | Trail | Arrow
 
 
 class Readout(NamedTuple):
-    """A number beside the drawing, as an angle or a force.
+    """A number beside the drawing, such as an angle or a force.
 
     Attributes
     ----------
@@ -263,7 +263,7 @@ def line_of(band: "Band", moment: Moment) -> Any:
     return np.column_stack([moment.of(band.x), moment.of(band.y)]).astype(float)
 
 
-def behind(trail: "Trail", time: float) -> Any:
+def path_until(trail: "Trail", time: float) -> Any:
     """Return the path of a point up to a time, (n, 2), m."""
     moment = moment_of(trail.time, time)
     last = [[float(moment.of(trail.x)), float(moment.of(trail.y))]]

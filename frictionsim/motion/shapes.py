@@ -141,7 +141,7 @@ def arc(radius: float, start: float, end: float, count: int = 33) -> "Array":
     return radius * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
-def around(points: "Array", margin: float) -> "Bounds":
+def bounds_around(points: "Array", margin: float) -> "Bounds":
     """Return the bounds of points (n, 2), m, with a margin."""
     (left, bottom), (right, top) = points.min(axis=0), points.max(axis=0)
     return float(left - margin), float(right + margin), float(bottom - margin), float(top + margin)
@@ -161,7 +161,7 @@ def bounds_of(parts: Iterable[Part], reach: float, margin: float) -> "Bounds":
             points += [np.column_stack([part.x + x, part.y + y]) for x, y in part.shapes[0].points]
         elif isinstance(part, Band):
             points.append(np.column_stack([part.x.ravel(), part.y.ravel()]))
-    return around(np.concatenate(points), margin)
+    return bounds_around(np.concatenate(points), margin)
 
 
 def gear_rim(radius: float, teeth: int, phase: float = 0.0) -> Line:

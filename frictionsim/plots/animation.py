@@ -304,13 +304,13 @@ FRAMES_PER_SECOND = {".gif": 20.0, ".mp4": 30.0}
 MAX_FRAMES_PER_SECOND = {".gif": 50.0, ".mp4": 120.0}  # a GIF counts hundredths of a second
 MAX_FRAMES = 6000
 GIF_UNIT = 0.01  # s
-GIF_COLOURS = 255  # of a GIF; one more says that a pixel is as before
+GIF_COLOURS = 255  # one more marks a pixel that does not change
 PALETTE_FRAMES = 5  # of which the colours of a GIF are taken
 PILLOW_STEP = 4
 FFMPEG = "ffmpeg"
 
 Progress = Callable[[int, int], None]
-"""Is told how many frames are drawn, and of how many."""
+"""Called with the number of frames drawn and the total."""
 
 
 class Timing(NamedTuple):

@@ -33,9 +33,9 @@ from frictionsim.motion.belt_path import (
     DrawnPulley,
     arc_of,
     guiding_path,
-    in_patch,
     line_between,
     middles_on,
+    patch_members,
     path_of,
     places_on,
 )
@@ -157,7 +157,7 @@ def contact_arc(
     on = np.flatnonzero(channels["pulley_index"][-1] == number)
     place, lines = belt.bodies[on], [belt.halves[k] for k in on]
     if belt.path is not None and on.size:
-        place, lines = _on_arc(belt.path, belt.bodies, on, arc_of(belt.path, number))
+        place, lines = _arc_lines(belt.path, belt.bodies, on, arc_of(belt.path, number))
     away = place - (pulley.x, pulley.y)
     none = np.zeros(len(place))
     return ContactArc(
@@ -170,7 +170,9 @@ def contact_arc(
     )
 
 
-def _on_arc(path: "Path", bodies: Any, on: Any, arc: tuple[float, float]) -> tuple[Any, list[Any]]:
+def _arc_lines(
+    path: "Path", bodies: Any, on: Any, arc: tuple[float, float]
+) -> tuple[Any, list[Any]]:
     """Return the middles of what points of a string have on an arc, and the lines of it."""
     first, last = (ends[on] for ends in _extents(path, places_on(path, bodies)))
     middle = 0.5 * (first + last)
@@ -190,7 +192,7 @@ class BeltPatch(NamedTuple):
 def patch_of(result: "Record", belt: Belt) -> BeltPatch | None:
     """Return the patch of the scenario, where its bodies are; None if it has none."""
     try:
-        within = in_patch(result)
+        within = patch_members(result)
     except InputError:
         return None
     if within is None or not within.any():
@@ -311,7 +313,7 @@ def force_handles(has_friction: bool) -> list[Any]:
     return handles
 
 
-AT = 0.3  # radii, from the centre of a pulley to the arrow of its motion
+ARROW_RADIUS = 0.3  # radii, from the centre of a pulley to the arrow of its motion
 HALF = np.radians(60.0)  # half the angle of that arrow, which is below the centre
 MIN_SHARE = 1e-6  # of the largest speed in the run: slower is at rest
 TRIANGLE = 3  # of a triangle
@@ -365,7 +367,7 @@ def draw_rotation(ax: Any, pulley: DrawnPulley, rim: float) -> None:
         return
     sign, centre = np.sign(rim), np.array([pulley.x, pulley.y])
     tail, tip = (
-        centre + AT * pulley.radius * np.array([np.sin(turn), -np.cos(turn)])
+        centre + ARROW_RADIUS * pulley.radius * np.array([np.sin(turn), -np.cos(turn)])
         for turn in (-sign * HALF, sign * HALF)
     )
     bend = {"arrowstyle": "-|>", "connectionstyle": f"arc3,rad={sign * np.tan(0.5 * HALF):.4f}"}

@@ -113,14 +113,16 @@ def instant_of(result: "Record", view: str) -> Instant:
     couples = body.couples
     if stop[0]:
         couples = (*couples, AppliedCouple(STOP, stop))
-    reaction = _on_its_line(body, body.reaction_across, body.reaction_up, last("friction_torque"))
-    resultant = _on_its_line(body, body.across, body.up, body.moment + stop)
+    reaction = _line_of_action(
+        body, body.reaction_across, body.reaction_up, last("friction_torque")
+    )
+    resultant = _line_of_action(body, body.across, body.up, body.moment + stop)
     mode = int(result.channels["mode"][-1]) if "mode" in result.channels else None
     state = "" if mode is None else CONTACT_WORDS.get(mode, "")
     return Instant(scenario, float(time[0]), angle, body, couples, reaction, resultant, state)
 
 
-def _on_its_line(body: FreeBody, across: Any, up: Any, torque: Any) -> Resultant:
+def _line_of_action(body: FreeBody, across: Any, up: Any, torque: Any) -> Resultant:
     vanishes = body.vanishes(np.hypot(across, up))
     x, y = reaction_foot(across, up, torque, vanishes)
     foot = float(x[0]), float(y[0])
@@ -128,7 +130,7 @@ def _on_its_line(body: FreeBody, across: Any, up: Any, torque: Any) -> Resultant
 
 
 def number(value: float, unit: str) -> str:
-    """Return a number with its unit, as "12.5 N"."""
+    """Return a number with its unit, such as "12.5 N"."""
     return f"{with_minus(f'{value:.4g}')} {unit}"
 
 
@@ -170,7 +172,7 @@ def notes_of(now: Instant) -> list[str]:
 NARROW = 0.75  # of the usual width: the two drawings stand below each other
 SHARE = 0.56  # of the width for the whole body beside the enlarged shaft
 MIN_HEIGHT, MAX_HEIGHT, HEADING = 2.4, 4.4, 1.4  # inches
-BELOW_TITLE = 0.09  # inches, around drawings with their captions
+TITLE_GAP = 0.09  # inches, around drawings with their captions
 MAX_OF_TWO = 2.7  # inches, of each drawing if they stand below each other
 POINTS, BESIDE, CAUTION = 72.0, 0.5, 0.85  # per inch; inches of labels; see Area.scale
 TICK, MAX_TICKS = 1.3, 6  # widths of a number from tick to tick; ticks along an axis
@@ -202,7 +204,7 @@ def friction_circle(result: "Record", figure: "Figure | SubFigure") -> None:
     set_up(figure, result, space.height, scaled=False)
     engine: Any = figure.get_layout_engine()
     if isinstance(figure, Figure) and engine is not None:
-        engine.set(h_pad=BELOW_TITLE)
+        engine.set(h_pad=TITLE_GAP)
     if space.side == 0.0:
         axes = [figure.subplots()]
     elif space.stacked:

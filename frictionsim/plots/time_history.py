@@ -129,7 +129,7 @@ def draw_channels(
 
 
 def channels_of(result: "Record", wanted: Sequence[str] = ()) -> list[str]:
-    """Return the channels that are drawn over time: those of the kind, or what is wanted."""
+    """Return the channels to draw over time: the wanted ones, or those of the kind."""
     for name in wanted:
         axis = result.axes[name]
         if axis and len(result.members[axis]) > MAX_LINES:

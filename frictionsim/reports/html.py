@@ -100,7 +100,7 @@ def picture(block: Picture, opened: bool = True) -> Html:
 
 
 def region(style: str, label: str, content: Html) -> Html:
-    """Return HTML that scrolls by itself, also by the keyboard, as a wide table."""
+    """Return HTML that scrolls by itself, also by the keyboard, such as a wide table."""
     attributes = f'class="{style}" tabindex="0" role="region" aria-label="{escaped(label)}"'
     return Html(f"<div {attributes}>{content}</div>\n")
 

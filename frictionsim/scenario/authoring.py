@@ -184,7 +184,7 @@ class _Template:
         rows = [self._row(key, values) for key in keys if key.table is None]
         rows.sort(key=lambda row: row[0].startswith("# "))  # what may be left out is last
         lines = [*header] if rows or not keys else []
-        lines += _beside(rows)
+        lines += _commented(rows)
         if lines:
             lines.append("")
         for key in keys:
@@ -245,7 +245,7 @@ class _Template:
         return f"{of} of {', '.join(map(toml_value, choices))}." if choices else ""
 
 
-def _beside(rows: list[tuple[str, str]]) -> list[str]:
+def _commented(rows: list[tuple[str, str]]) -> list[str]:
     """Return the lines of keys with their meanings beside them, or below long ones."""
     column = min(max((len(key) for key, _ in rows), default=0) + 2, MAX_COLUMN)
     lines = []

@@ -256,7 +256,7 @@ def _find_columns(
     }
     header = CsvRow(0, [])
     if rows and any(isinstance(name, str) for name in wanted.values()):
-        header, rows = _below_header(table, wanted, rows, path)
+        header, rows = _split_at_header(table, wanted, rows, path)
     sources = [
         _Source(key, column - 1 if isinstance(column, int) else header.cells.index(column))
         for key, column in wanted.items()
@@ -269,7 +269,7 @@ def _find_columns(
     return sources, rows
 
 
-def _below_header(
+def _split_at_header(
     table: CsvTable, wanted: dict[str, str | int], rows: list[CsvRow], path: Path
 ) -> tuple[CsvRow, list[CsvRow]]:
     """Return the first row with all names, and the rows below it."""

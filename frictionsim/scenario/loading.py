@@ -39,7 +39,7 @@ def load(
     Parameters
     ----------
     source : path or mapping
-        A TOML file, the name of a shipped scenario, as ``pulley``, if there is no such file, or the
+        A TOML file; if there is none, the name of a shipped scenario, such as ``pulley``; or the
         tables of a scenario as dicts. File names in it are relative to the folder of the file, or
         to the current folder.
     overrides : mapping or iterable of str, optional

@@ -102,7 +102,7 @@ def fields_along(model: type[BaseModel], key: str) -> list[list[FieldInfo]]:
 
     An index or the name of an entry of a list, and a name of the user's choice, have none.
 
-    A value that has several forms, as a signal, has several fields; an unknown key has none.
+    A value of several forms, such as a signal, has several fields; an unknown key has none.
     """
     models, found, of_list = [model], list[list[FieldInfo]](), False
     for part in map(str.strip, key.split(".")):

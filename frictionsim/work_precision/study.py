@@ -144,7 +144,7 @@ class Benchmark:
                 runs = [self._of_limit(setting, on_step) for setting in limit]
                 failed = [r.reason for r in runs if r.status != "done"]
             except InputError as refused:
-                failed = [in_one_line(refused)]
+                failed = [one_line(refused)]
             if failed:
                 reasons.append(f"{limit.name}: {failed[0]}")
             else:
@@ -192,7 +192,7 @@ class Benchmark:
         try:
             scenario = self._variants.judged(setting)
         except InputError as refused:  # an effect that the model does not have, too few bodies
-            return _refused(setting, in_one_line(refused))
+            return _refused(setting, one_line(refused))
         self._warm_up(setting, on_step)
         judged = self._of_limits.get(setting) or _run(scenario, on_step, self._max_wall)
         last, seconds = judged, [_seconds(judged)]
@@ -243,7 +243,7 @@ class Benchmark:
 
 def _run(scenario: "Scenario", on_step: OnStep, max_wall: float) -> Record:
     solver = scenario.solver
-    limit = WallTimeLimit(max_wall, solver.duration, solver.after_budget)
+    limit = WallTimeLimit(max_wall, solver.duration, solver.budget_advice)
     result = run(scenario, Monitors(on_step, limit))
     if result.status == "interrupted":
         raise Stopped(result)
@@ -318,7 +318,7 @@ def _refused(setting: Setting, reason: str) -> Row:
     return Row(setting, "failed", reason, 0.0, 0, 0, None, 0, 0, 0, {})
 
 
-def in_one_line(error: Exception) -> str:
+def one_line(error: Exception) -> str:
     """Return the fault of a scenario in one line of a table."""
     return "; ".join(str(error).splitlines())
 
