@@ -77,7 +77,7 @@ class Instant(NamedTuple):
     scenario : ShaftScenario
     time : float, s
     angle : (1,), rad
-    found : FreeBody
+    free_body : FreeBody
     couples : tuple of AppliedCouple
         With that of an end stop.
     reaction, resultant : Resultant
@@ -89,7 +89,7 @@ class Instant(NamedTuple):
     scenario: "ShaftScenario"
     time: float
     angle: Any
-    found: FreeBody
+    free_body: FreeBody
     couples: tuple[AppliedCouple, ...]
     reaction: Resultant
     resultant: Resultant
@@ -271,7 +271,7 @@ def _parts(now: Instant) -> list[Any]:
         part._replace(shapes=_unmarked(part.shapes)) if isinstance(part, Body) else part
         for part in bodies_of(now.scenario, now.angle)
     ]
-    return [*bodies, *cords_of(now.scenario, now.found, now.angle)]
+    return [*bodies, *cords_of(now.scenario, now.free_body, now.angle)]
 
 
 def _unmarked(shapes: "tuple[Disc | Line, ...]") -> "tuple[Disc | Line, ...]":
@@ -291,9 +291,9 @@ def _unmarked(shapes: "tuple[Disc | Line, ...]") -> "tuple[Disc | Line, ...]":
 def _segments(now: Instant) -> list[tuple[str, str, "Pair", "Pair"]]:
     """Return name, kind, tail and way of the arrow of each force, m."""
     reach = look_of(now.scenario).reach
-    scale = scale_of(now.found, reach)
+    scale = scale_of(now.free_body, reach)
     segments = []
-    for force in now.found.forces:
+    for force in now.free_body.forces:
         x, y = tail_of(force, reach)
         way = float(scale * force.across[0]), float(scale * force.up[0])
         segments.append((force.name, str(force.kind), (float(x[0]), float(y[0])), way))
@@ -311,7 +311,7 @@ def _bounds(now: Instant) -> tuple["Pair", "Pair"]:
             points.append(np.column_stack([part.x.ravel(), part.y.ravel()]))
     for _, _, tail, way in _segments(now):
         points.append(np.array([tail, np.add(tail, way)]))
-    scale = scale_of(now.found, look.reach)
+    scale = scale_of(now.free_body, look.reach)
     for force in (now.reaction, now.resultant):
         if force.arm <= look.reach:
             tip = np.add(force.foot, (scale * force.across, scale * force.up))
@@ -347,7 +347,7 @@ def _draw_body(ax: Any, now: Instant, view: Area) -> list[Any]:
     drawing = ForceDrawing(ax, view)
     drawing.keep_free(arc(look.rim, 0.0, 2.0 * np.pi, 45))
     handles = [*_draw_forces(drawing, now), *_draw_couples(drawing, now)]
-    scale = scale_of(now.found, reach)
+    scale = scale_of(now.free_body, reach)
     for force, name, colour, words in (
         (now.resultant, "resultant", RESULTANT, words_of_resultant(now, reach)),
         (now.reaction, "reaction", REACTION, words_of_reaction(now)),
@@ -368,7 +368,7 @@ def _draw_body(ax: Any, now: Instant, view: Area) -> list[Any]:
 
 def _draw_forces(drawing: ForceDrawing, now: Instant) -> list[Any]:
     """Draw the forces; the largest have a colour, a name and a place in the key of their own."""
-    sizes = {force.name: float(force.size[0]) for force in now.found.forces}
+    sizes = {force.name: float(force.size[0]) for force in now.free_body.forces}
     named = sorted(sizes, key=lambda name: -abs(sizes[name]))[:MAX_NAMED]
     handles, number_of = [], 0
     for name, kind, tail, way in _segments(now):

@@ -67,11 +67,11 @@ class _Examples(NamedTuple):
     def table(self, path: tuple[str, ...]) -> dict[str, Any]:
         """Return a table of the first scenario that has it; empty if none has."""
         for example in self.all:
-            found: Any = example
+            table: Any = example
             for key in path:
-                found = found.get(key) if isinstance(found, dict) else None
-            if isinstance(found, dict):
-                return found
+                table = table.get(key) if isinstance(table, dict) else None
+            if isinstance(table, dict):
+                return table
         return {}
 
 
@@ -103,15 +103,15 @@ def _examples(kind: str) -> _Examples:
         values = toml_tables(own, _WrittenNumber)
         return _Examples(values, (values,))
     texts = [path.read_text(encoding="utf-8") for path in shipped_scenarios().values()]
-    found = [toml_tables(text, _WrittenNumber) for text in texts]
+    examples = [toml_tables(text, _WrittenNumber) for text in texts]
     names = list(shipped_scenarios())
     if kind not in names:
         raise InputError(
             f"there is no example of kind '{kind}' to start from: its module defines none as"
             " EXAMPLE"
         )
-    first = found[names.index(kind)]
-    return _Examples(first, (first, *(data for data in found if data["kind"] == kind)))
+    first = examples[names.index(kind)]
+    return _Examples(first, (first, *(data for data in examples if data["kind"] == kind)))
 
 
 def _heading(kind: str, model: type[Scenario]) -> Iterator[str]:

@@ -212,17 +212,17 @@ def _points(table: CsvTable, wanted: dict[str, Column], path: Path) -> list[_Poi
         rows = list(_separated(text, delimiter, path))
     else:
         rows = list(_plain(text))
-    found = _find_columns(path, list(wanted.values()), rows, table.decimal, has_units=False)
-    if not found.rows:
+    columns = _find_columns(path, list(wanted.values()), rows, table.decimal, has_units=False)
+    if not columns.rows:
         what = "a speed" if table.abscissa == "speed" else "a time"
         raise InputError(f"'{path}' has no lines with {what} and a value")
-    places = {key: found.places[column] for key, column in wanted.items()}
+    places = {key: columns.places[column] for key, column in wanted.items()}
     if places[table.abscissa] == places["value"]:
         raise inconsistent(
             ("value",), f"column {places['value'] + 1} is that of the {table.abscissa}, too"
         )
     points = []
-    for row in found.rows:
+    for row in columns.rows:
         if not table.has_columns and len(row.cells) != 2:
             raise InputError(f"line {row.line} of '{path}': {_line_fault(row)}")
         numbers = [_number(table, path, row, key, place) for key, place in places.items()]
@@ -287,8 +287,8 @@ def read_columns(path: Path, wanted: Sequence[Column], no_gaps: Sequence[Column]
     if not text.strip():
         raise InputError(f"'{path}' is empty")
     decimal = "," if delimiter != "," and _has_commas(rows) else "."
-    found = _find_columns(path, wanted, rows, decimal, has_units=True)
-    if not found.rows:
+    columns = _find_columns(path, wanted, rows, decimal, has_units=True)
+    if not columns.rows:
         raise InputError(f"'{path}' has no lines of numbers")
 
     def number(row: CsvRow, column: Column, place: int) -> float:
@@ -297,8 +297,10 @@ def read_columns(path: Path, wanted: Sequence[Column], no_gaps: Sequence[Column]
             return NAN
         return number_in(path, row, place, f" ('{column}')" * isinstance(column, str), decimal)
 
-    values = {c: [number(row, c, place) for row in found.rows] for c, place in found.places.items()}
-    return Columns(values, found.units, [row.line for row in found.rows])
+    values = {
+        c: [number(row, c, place) for row in columns.rows] for c, place in columns.places.items()
+    }
+    return Columns(values, columns.units, [row.line for row in columns.rows])
 
 
 def _lines_of_numbers(text: str) -> list[str]:
@@ -354,8 +356,8 @@ def _separated(text: str, delimiter: str, path: Path) -> Iterator[CsvRow]:
     reader = csv.reader(shown, delimiter=delimiter, strict=True)
     line = 1
     try:
-        for found in reader:
-            cells = [cell.strip() for cell in found]
+        for row in reader:
+            cells = [cell.strip() for cell in row]
             if delimiter == " ":
                 cells = [cell for cell in cells if cell]
             if any(cells):
@@ -434,10 +436,10 @@ def _find_columns(
 
 def heading(cell: str) -> Heading:
     """Return name and unit of a heading."""
-    found = HEADING.fullmatch(cell)
-    if not found or not found[1]:
+    match = HEADING.fullmatch(cell)
+    if not match or not match[1]:
         return _plain_heading(cell)
-    return Heading(found[1], (found[2] or found[3] or "").strip(), cell)
+    return Heading(match[1], (match[2] or match[3] or "").strip(), cell)
 
 
 def _plain_heading(cell: str) -> Heading:

@@ -144,9 +144,9 @@ def _validated(
         texts = (*texts, f"solver.backend={override_text(backend)}")
     try:
         scenario = validate(data, folder)
-    except ValidationFailure as found:
+    except ValidationFailure as failure:
         lines = key_lines(text) if lines is None else lines
-        raise ScenarioError(_with_positions(found.faults, name, lines, overridden)) from None
+        raise ScenarioError(_with_positions(failure.faults, name, lines, overridden)) from None
     return scenario.with_origin(Origin(name or "", texts))
 
 
@@ -302,8 +302,8 @@ def _model_of(data: dict[str, Any]) -> type[Scenario]:
     """Return the model of the kind of a scenario."""
     kind = data.get("kind")
     if isinstance(kind, str):
-        found: type[Scenario] = mechanism_module(kind).SCENARIO
-        return found
+        model: type[Scenario] = mechanism_module(kind).SCENARIO
+        return model
 
     from frictionsim.scenario.messages import toml_text
 

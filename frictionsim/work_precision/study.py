@@ -138,7 +138,7 @@ class Benchmark:
         Stopped
             If a signal stopped a run.
         """
-        found, names, reasons = [], [], []
+        references, names, reasons = [], [], []
         for limit in limits:
             try:
                 runs = [self._of_limit(setting, on_step) for setting in limit]
@@ -148,17 +148,19 @@ class Benchmark:
             if failed:
                 reasons.append(f"{limit.name}: {failed[0]}")
             else:
-                found.append(extrapolated(runs[0], runs[1], self._metrics))
+                references.append(extrapolated(runs[0], runs[1], self._metrics))
                 names.append(limit.name)
-        if not found:
+        if not references:
             raise SolverError(
                 f"no mesh is fine enough to judge by: {'; '.join(reasons)}; compare fewer bodies"
                 " or allow each run more wall time"
             )
         duration = self._variants.duration
-        several = len(found) > 1
-        floor = metric_errors(self._metrics, found[1], found[0], duration) if several else {}
-        return Reference(found[0], tuple(names), floor)
+        several = len(references) > 1
+        floor = (
+            metric_errors(self._metrics, references[1], references[0], duration) if several else {}
+        )
+        return Reference(references[0], tuple(names), floor)
 
     def _of_limit(self, setting: Setting, on_step: OnStep) -> Record:
         if setting not in self._of_limits:
