@@ -72,7 +72,6 @@ def part_of(target: Path, mode: int) -> Iterator[PartFile]:
     Raises
     ------
     OSError
-        If it cannot be created.
     """
     remove_left_over(target)
     part = _created(target, mode)

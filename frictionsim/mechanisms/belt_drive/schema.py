@@ -140,7 +140,12 @@ class Geometry(Params):
         return [Pulley(p.name, p.center, p.radius, p.side) for p in self.pulleys]
 
     def path(self) -> Path:
-        """Return the ideal line of the belt; a PathError if the circles have none."""
+        """Return the ideal line of the belt.
+
+        Raises
+        ------
+        PathError
+        """
         return belt_path(self.circles)
 
     @model_validator(mode="after")

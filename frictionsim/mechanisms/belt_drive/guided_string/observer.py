@@ -41,7 +41,12 @@ class StringObserver(Observer):
         self._path = scenario.mechanism.path()
 
     def check_belt(self, stepper: Any) -> None:
-        """Stop where points have passed each other."""
+        """Stop where points have passed each other.
+
+        Raises
+        ------
+        Diverged
+        """
         position = self._kinematics(stepper.interpolate(stepper.t))[POSITION]
         spacing = np.diff(position, append=position[0] + self._path.length)
         if np.min(spacing) <= 0.0:
