@@ -292,8 +292,8 @@ def test_a_segment_that_cannot_be_read_at_the_end_leaves_a_run_that_can_be_resum
         with pytest.raises(OutputError) as refused:
             fs.solve(LONG, output=path)
     assert str(refused.value) == (
-        f"{path}: cannot write the result: {tmp_path / 'a.000000.h5'}: cannot read these samples: no"
-        f" process can be started. The last checkpoint is in {partial_name(path)}:"
+        f"{path}: cannot write the result: {tmp_path / 'a.000000.h5'}: cannot read these samples:"
+        f" no process can be started. The last checkpoint is in {partial_name(path)}:"
         f" 'frictionsim resume {partial_name(path)}' continues the run"
     )
     fs.resume(path)
