@@ -17,6 +17,7 @@ from hypothesis import HealthCheck, Phase, settings
 from frictionsim.io import child_process, segments
 from frictionsim.io.child_answer import decoded
 from frictionsim.io.child_questions import answer
+from frictionsim.solvers import compilation, event_driven
 from tests.support import scenarios
 from tests.support.scenarios import ROOT, in_this_process
 
@@ -96,7 +97,14 @@ def _keep_what_is_there() -> None:
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Have a test that patches the program run scenarios anew, and choose how results are read."""
+    """Have a test that patches the program run scenarios anew, and choose how results are read.
+
+    As in a new process, no run is compiled because of the tests before: compiled, it does not call
+    `on_step` after each step.
+    """
+    compilation._compiled_forms.clear()
+    compilation._failed_forms.clear()
+    event_driven._python_steps.clear()
     scenarios.program_is_patched = "monkeypatch" in getattr(item, "fixturenames", ())
     in_a_child = item.nodeid.startswith(READ_IN_A_CHILD)
     for module in (child_process, segments):

@@ -2,11 +2,12 @@
 
 from math import hypot
 from sys import float_info
-from typing import Self
+from typing import Any, NamedTuple, Self
 
 from pydantic import model_validator
 
 from frictionsim.scenario.schema import FrictionLaw, Params, check_kinetic, unit_field
+from frictionsim.solvers.compilation import compilable
 
 CONTACT_NAME = "shaft"
 # Torque and limit are sums of three products: a few roundings of each.
@@ -63,6 +64,18 @@ class ShaftFriction(FrictionLaw):
         return friction_radius(self.shaft_radius, self.mu_k)
 
 
+class Journal(NamedTuple):
+    """The friction radii of a journal, m."""
+
+    r_s: float
+    r_k: float
+
+
+def journal_of(effect: ShaftFriction | None) -> tuple[Journal, ...]:
+    """Return the friction radii of an effect as data of an equation; none without it."""
+    return () if effect is None else (Journal(effect.static_radius, effect.kinetic_radius),)
+
+
 RENAMED_AIR_DRAG = "renamed to viscous_damping: write [effects.viscous_damping]"
 
 
@@ -78,3 +91,30 @@ class ViscousDamping(Params):
     coefficient: float = unit_field(
         "N m s", "Torque per angular velocity, against the motion.", ge=0
     )
+
+
+class Damping(NamedTuple):
+    """The coefficient of viscous damping, N m s."""
+
+    b: float
+
+
+def damping_of(effect: ViscousDamping | None) -> tuple[Damping, ...]:
+    """Return the damping of an effect as data of an equation; none without it."""
+    return () if effect is None else (Damping(effect.coefficient),)
+
+
+@compilable
+def with_damping(torque: Any, damping: tuple[Damping, ...], velocity: Any) -> Any:
+    """Return a torque with that of viscous damping, N m."""
+    if len(damping) == 0:
+        return torque
+    return torque - damping[0].b * velocity
+
+
+@compilable
+def with_damping_power(powers: Any, damping: tuple[Damping, ...], velocity: Any) -> Any:
+    """Return powers, and that of viscous damping if there is some, W."""
+    if len(damping) == 0:
+        return powers
+    return (*powers, damping[0].b * velocity * velocity)

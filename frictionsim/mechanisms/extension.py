@@ -43,7 +43,14 @@ Dry friction and damping
 Equation of motion of one coordinate
     Mechanism, DryFriction, SwitchingSurface, Trajectory, Value
     simulation_of, set_up, kinetic_energy, total
-    sin, cos: of a float in a step, of an array in post-processing
+    sin, cos, sqrt: of a float in a step, of an array in post-processing
+
+The same as a named tuple of numbers with methods, which is compiled for sweeps, fits and long runs
+    equation_of, friction_of: the arguments of `Mechanism` and its contact, from such a tuple
+    Curve, curve_of: the drive
+    compilable: marks a function that the methods call
+    MultiplesOf: a switching surface
+    Damping, damping_of, with_damping, with_damping_power: viscous damping, or none
 
 Results
     Channel, base_channels, Quantity, Quantities, Transition, STICK
@@ -55,9 +62,19 @@ A mechanism that does not fit into one coordinate
     SimulationResult, Check: what it observes
 """
 
-from frictionsim.mechanisms.effects import Gravity, ShaftFriction, ViscousDamping, friction_radius
+from frictionsim.mechanisms.effects import (
+    Damping,
+    Gravity,
+    ShaftFriction,
+    ViscousDamping,
+    damping_of,
+    friction_radius,
+    with_damping,
+    with_damping_power,
+)
 from frictionsim.mechanisms.single_dof import (
     METRICS,
+    MultiplesOf,
     SingleDofScenario,
     base_channels,
     cos,
@@ -65,6 +82,7 @@ from frictionsim.mechanisms.single_dof import (
     set_up,
     simulation_of,
     sin,
+    sqrt,
     total,
 )
 from frictionsim.results import (
@@ -84,13 +102,17 @@ from frictionsim.scenario.methods import SINGLE_DOF, Pair
 from frictionsim.scenario.schema import FrictionLaw, Params, check_kinetic, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.signal_tables import TimeSignal, extremes, signal_from
+from frictionsim.scenario.signals import Curve, curve_of
 from frictionsim.simulation.base import Simulation
+from frictionsim.solvers.compilation import compilable
 from frictionsim.solvers.mechanism import (
     DryFriction,
     Mechanism,
     SwitchingSurface,
     Trajectory,
     Value,
+    equation_of,
+    friction_of,
 )
 
 __all__ = [
@@ -101,11 +123,14 @@ __all__ = [
     "STICK",
     "Channel",
     "Check",
+    "Curve",
+    "Damping",
     "DryFriction",
     "FrictionLaw",
     "Gravity",
     "Mechanism",
     "Metric",
+    "MultiplesOf",
     "Pair",
     "Params",
     "Quantities",
@@ -124,8 +149,13 @@ __all__ = [
     "ViscousDamping",
     "base_channels",
     "check_kinetic",
+    "compilable",
     "cos",
+    "curve_of",
+    "damping_of",
+    "equation_of",
     "extremes",
+    "friction_of",
     "friction_radius",
     "inconsistent",
     "kinetic_energy",
@@ -133,6 +163,9 @@ __all__ = [
     "signal_from",
     "simulation_of",
     "sin",
+    "sqrt",
     "total",
     "unit_field",
+    "with_damping",
+    "with_damping_power",
 ]

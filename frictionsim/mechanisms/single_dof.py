@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from frictionsim.results import (
     BACKWARD,
@@ -16,6 +16,7 @@ from frictionsim.results import (
 )
 from frictionsim.scenario.methods import SINGLE_DOF, Pairs
 from frictionsim.scenario.settings import Scenario
+from frictionsim.solvers.compilation import compilable, compiled_as
 from frictionsim.solvers.mechanism import Mechanism, Value
 
 if TYPE_CHECKING:
@@ -84,6 +85,26 @@ def kinetic_energy(inertia: float) -> Callable[[Value, Value], Value]:
     return lambda angle, velocity: 0.5 * inertia * velocity * velocity
 
 
+@compilable
+def kinetic_energy_of(inertia: Any, velocity: Any) -> Any:
+    """Return the kinetic energy of the coordinate, J."""
+    return 0.5 * inertia * velocity * velocity
+
+
+class MultiplesOf(NamedTuple):
+    """A switching surface at the multiples of an angle, rad."""
+
+    every: float
+    is_event: bool
+    is_of_table: bool = False
+
+    def beyond(self, q0: float, v0: float, q1: float, q: float, v: float) -> float:
+        """Return a number that is positive beyond the first multiple in a step from q0 to q1."""
+        if q1 > q0:
+            return q - (math.floor(q0 / self.every) + 1) * self.every
+        return (math.ceil(q0 / self.every) - 1) * self.every - q
+
+
 def total(*terms: Callable[..., Value] | None) -> Callable[..., Value]:
     """Return the sum of functions of the same arguments, added from left to right.
 
@@ -103,14 +124,34 @@ def _sum(
     return lambda *arguments: one(*arguments) + two(*arguments) + three(*arguments)
 
 
+def _sin(x: float) -> float:
+    return math.sin(x)
+
+
+@compiled_as(_sin)
 def sin(x: Any) -> Any:
     """Return the sine of a float, or of each element of an array."""
     return math.sin(x) if isinstance(x, float) else _numpy().sin(x)
 
 
+def _cos(x: float) -> float:
+    return math.cos(x)
+
+
+@compiled_as(_cos)
 def cos(x: Any) -> Any:
     """Return the cosine of a float, or of each element of an array."""
     return math.cos(x) if isinstance(x, float) else _numpy().cos(x)
+
+
+def _sqrt(x: float) -> float:
+    return math.sqrt(x)
+
+
+@compiled_as(_sqrt)
+def sqrt(x: Any) -> Any:
+    """Return the square root of a float, or of each element of an array."""
+    return math.sqrt(x) if isinstance(x, float) else _numpy().sqrt(x)
 
 
 def _numpy() -> Any:

@@ -20,7 +20,9 @@ from frictionsim.scenario.overrides import REMOVED, REMOVED_TEXT, apply_override
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.toml_data import plain, toml_value
 
-MIN_IN_LOCKSTEP = 50  # fewer runs are faster alone
+MIN_TOGETHER = 50  # fewer runs are faster alone
+# Of a sweep: fewer runs take as Python as long as loading compiled code, or as compiling it.
+RUNS_THAT_PAY, RUNS_THAT_PAY_COMPILING = 200, 3000
 MAX_SHOWN = 60  # characters of a value in a message
 
 
@@ -34,10 +36,12 @@ class Combinations:
     keys : sequence of str
         Of --set: `effects.shaft_friction.mu_s`, `drive.force.value.1`; several with commas
         between them have one value.
+    runs : int
+        The number of combinations.
     """
 
-    def __init__(self, scenario: Scenario, keys: Sequence[str]) -> None:
-        self.base, self.keys = scenario, tuple(keys)
+    def __init__(self, scenario: Scenario, keys: Sequence[str], runs: int = 1) -> None:
+        self.base, self.keys, self._runs = scenario, tuple(keys), runs
         # Of each single key, the number of its value in a combination.
         self._numbers = expanded({key: number for number, key in enumerate(keys)})
         for key in self._numbers:
@@ -54,18 +58,21 @@ class Combinations:
         self._lock = Lock()  # a worker of Dask may have several threads
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Combinations, (self.base, self.keys)
+        return Combinations, (self.base, self.keys, self._runs)
 
     @cached_property
-    def in_lockstep(self) -> bool:
-        """Whether the runs can go in lockstep."""
-        from frictionsim.simulation.lockstep import applies
-
+    def go_together(self) -> bool:
+        """Whether the runs are integrated by compiled code, and observed together."""
         base = self.base
-        # Which of wanted channels a run lacks is a warning, and lockstep makes no channels.
-        if base.needs_samples or base.output.channels is not None:
+        # Which of wanted channels a run lacks is a warning, and runs together make no channels.
+        if self._runs < RUNS_THAT_PAY or base.needs_samples or base.output.channels is not None:
             return False
-        return applies(base, list(self._numbers))
+        from frictionsim.simulation.many_runs import kernel_for
+
+        kernel = kernel_for(base)
+        if kernel is None:
+            return False
+        return self._runs >= RUNS_THAT_PAY_COMPILING or kernel.is_at_hand
 
     def scenario(self, values: Sequence[Any]) -> Scenario:
         """Return the scenario in which the keys have these values."""

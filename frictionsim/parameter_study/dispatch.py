@@ -28,8 +28,7 @@ MAX_DEATHS = 3  # of workers: in a block, in the same block again, alone
 WORKER_DIED = "worker_died"
 
 MAX_RUNS_OF_A_BLOCK = 4096
-# More runs in lockstep do not fit into the cache of a processor.
-MAX_IN_LOCKSTEP = 2000
+MAX_TOGETHER = 2000  # runs in a block that are observed together
 GROWTH = 4
 # Of a run: longer ones go alone, so that a block of the fewest that go together takes seconds only.
 MAX_SECONDS_TOGETHER = 0.06
@@ -130,7 +129,7 @@ class BlockSizes:
         if self._runs * self._seconds < 2.0 * self._block:
             wanted = max(wanted, GROWTH * self._runs)
         fair = max(self._fair(workers), GROWTH * self._together)  # small ones do not pay
-        size = max(self._together, min(wanted, fair, MAX_IN_LOCKSTEP))
+        size = max(self._together, min(wanted, fair, MAX_TOGETHER))
         return size if self._left - size >= self._together else max(self._left, 1)
 
     def _fair(self, workers: int) -> int:

@@ -1,4 +1,4 @@
-"""Runs of a sweep, alone or in lockstep: of their samples only what the quantities need."""
+"""Runs of a sweep, alone or together: of their samples only what the quantities need."""
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -13,7 +13,7 @@ from frictionsim.parameter_study.block import (
     Outcome,
     block_of,
 )
-from frictionsim.parameter_study.combinations import MIN_IN_LOCKSTEP, Combinations
+from frictionsim.parameter_study.combinations import MIN_TOGETHER, Combinations
 from frictionsim.results import Record, SimulationResult, defined, failures
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.monitor import RunMonitor
@@ -45,7 +45,7 @@ def run_task(
     series: Path | None = None,
     on_step: Callable[[float], Any] = NO_MONITOR,
 ) -> Block:
-    """Run some combinations, in lockstep where that can be.
+    """Run some combinations, together where that can be.
 
     Parameters
     ----------
@@ -57,8 +57,8 @@ def run_task(
         Called with the time after each step of each run.
     """
     found: list[Outcome | None] = [None] * len(task.values)
-    if series is None and len(task.values) >= MIN_IN_LOCKSTEP and combinations.in_lockstep:
-        found = outcomes_in_lockstep(combinations, task.values, on_step)
+    if series is None and len(task.values) >= MIN_TOGETHER and combinations.go_together:
+        found = outcomes_together(combinations, task.values, on_step)
     outcomes = []
     for number, (values, outcome) in enumerate(zip(task.values, found, strict=True), task.first):
         target = None if series is None else series / f"run-{number:0{DIGITS}d}.h5"
@@ -66,38 +66,38 @@ def run_task(
     return block_of(task.first, outcomes)
 
 
-def outcomes_in_lockstep(
+def outcomes_together(
     combinations: Combinations,
     values: Sequence[tuple[Any, ...]],
     on_step: Callable[[float], Any] = NO_MONITOR,
 ) -> list[Outcome | None]:
     """Run many combinations at once; None for each that has to be run alone.
 
-    The numbers are those of single runs to the last bit; see `frictionsim.simulation.lockstep`.
+    The numbers are those of single runs to the last bit; see `frictionsim.simulation.many_runs`.
 
     Parameters
     ----------
     combinations : Combinations
-        Whose runs can go in lockstep.
+        Whose runs can go together.
     values : sequence of tuple
     on_step : callable
-        Called between passes, with 0 s.
+        Called between runs, with 0 s.
     """
-    from frictionsim.simulation.lockstep import no_search_for_cycles, run_lockstep
+    from frictionsim.simulation.many_runs import no_search_for_cycles, run_many
 
     with no_search_for_cycles():
         try:
             scenarios = [combinations.scenario(row) for row in values]
-            results = run_lockstep(list(map(without_samples, scenarios)), lambda: on_step(0.0))
+            results = run_many(list(map(without_samples, scenarios)), lambda: on_step(0.0))
         except FrictionsimError:
             return [None] * len(values)
         return [
-            None if result is None else _outcome_in_lockstep(scenario, result)
+            None if result is None else _outcome_together(scenario, result)
             for scenario, result in zip(scenarios, results, strict=True)
         ]
 
 
-def _outcome_in_lockstep(scenario: Scenario, result: SimulationResult) -> Outcome:
+def _outcome_together(scenario: Scenario, result: SimulationResult) -> Outcome:
     failed = failures(result.checks)
     warnings = dict.fromkeys([*scenario.warnings(), *result.warnings])
     return Outcome(

@@ -9,7 +9,7 @@ import numpy as np
 
 from frictionsim.io.sweep_table import ORDER, RUN, Coordinate, SweepTable
 from frictionsim.parameter_study.block import NOT_RUN, STATUSES, TEXTS, Block
-from frictionsim.parameter_study.combinations import MIN_IN_LOCKSTEP, Combinations
+from frictionsim.parameter_study.combinations import MIN_TOGETHER, Combinations
 from frictionsim.parameter_study.design import GRID, Design, Sampling, design_of
 from frictionsim.parameter_study.sensitivity import sobol_indices_of
 from frictionsim.parameter_study.values import Values
@@ -46,13 +46,13 @@ class SweepPlan(NamedTuple):
     @property
     def combinations(self) -> Combinations:
         """What makes the scenario of each run."""
-        return Combinations(self.scenario, self.design.keys)
+        return Combinations(self.scenario, self.design.keys, self.design.runs)
 
     @property
     def together(self) -> int:
         """The fewest runs that are faster together than one after the other; 1 if none are."""
-        if self.series is None and self.design.runs >= MIN_IN_LOCKSTEP:
-            return MIN_IN_LOCKSTEP if self.combinations.in_lockstep else 1
+        if self.series is None and self.design.runs >= MIN_TOGETHER:
+            return MIN_TOGETHER if self.combinations.go_together else 1
         return 1
 
 

@@ -292,6 +292,8 @@ class Scenario(Params):
         """Yield warnings about radii that look like millimetres and coefficients like percent."""
         from frictionsim.scenario.toml_data import keys_and_values
 
+        if not _may_be_implausible(self):  # as in all runs of most sweeps
+            return
         for key, value in keys_and_values(self.model_dump(by_alias=True, exclude_none=True)):
             name = key.rpartition(".")[2]
             if not isinstance(value, int | float):
@@ -429,3 +431,21 @@ class Scenario(Params):
 def _has_law(effect: type) -> bool:
     """Return whether an effect is one of dry friction."""
     return "law" in getattr(effect, "model_fields", ()) or hasattr(effect, "law")
+
+
+def _may_be_implausible(value: Any) -> bool:
+    """Return whether a table has an implausible value in it, without the key of that value."""
+    if isinstance(value, Mapping):
+        value = list(value.values())
+    if isinstance(value, list | tuple):
+        return any(map(_may_be_implausible, value))
+    if not isinstance(value, Params):
+        return False
+    for name, inner in value.__dict__.items():
+        if type(inner) is float:
+            is_large = inner > MAX_PLAUSIBLE_MU or inner < -MAX_PLAUSIBLE_RADIUS
+            if is_large and name.endswith(("radius", "mu_s", "mu_k")):
+                return True
+        elif _may_be_implausible(inner):
+            return True
+    return False

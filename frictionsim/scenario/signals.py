@@ -4,6 +4,7 @@ Solvers end a step where a derivative jumps, so that every step is smooth. Betwe
 signal is monotone and crosses a threshold at most once, so that no breakaway is missed.
 """
 
+from array import array
 from bisect import bisect_right
 from collections.abc import Sequence
 from math import ceil, cos, inf, pi, sin
@@ -189,3 +190,58 @@ class SmoothStep:
 
     def harmonic(self) -> Harmonic | None:
         return None
+
+
+class Curve(NamedTuple):
+    """Any signal as numbers: cubic pieces, and one harmonic that is added to them.
+
+    Attributes
+    ----------
+    knots : array, s
+        Where a piece ends and the next begins.
+    pieces : array
+        `CubicPiece` after `CubicPiece`, one more than knots.
+    amplitude, angular_frequency, phase : float
+        Of the harmonic; an amplitude of 0 is none.
+    """
+
+    knots: "array[float]"
+    pieces: "array[float]"
+    amplitude: float
+    angular_frequency: float
+    phase: float
+
+    def at(self, t: float) -> float:
+        """Return the value at time t, s."""
+        i, pieces = 5 * bisect_right(self.knots, t), self.pieces
+        x = t - pieces[i]
+        value = pieces[i + 1] + x * (pieces[i + 2] + x * (pieces[i + 3] + x * pieces[i + 4]))
+        if self.amplitude != 0.0:
+            value += self.amplitude * sin(self.angular_frequency * t + self.phase)
+        return value
+
+    def next_extremum(self, t: float) -> float:
+        """Return a time after t, s, up to which the signal is monotone and smooth; inf if all."""
+        i = bisect_right(self.knots, t)
+        until = self.knots[i] if i < len(self.knots) else inf
+        if self.amplitude == 0.0:
+            return until
+        half_periods = (self.angular_frequency * t + self.phase - pi / 2) / pi
+        k, further = -(-half_periods // 1.0), 1.0
+        while True:
+            extremum = (pi / 2 + k * pi - self.phase) / self.angular_frequency
+            # Rounding may return t itself; many times, where periods are below its resolution.
+            if extremum > t:
+                return min(extremum, until)
+            k += further
+            further *= 2.0
+
+
+def curve_of(signal: Signal) -> Curve:
+    """Return a signal as numbers."""
+    pieces, harmonic = signal.pieces(), signal.harmonic()
+    return Curve(
+        array("d", [piece.knot for piece in pieces[1:]]),
+        array("d", [number for piece in pieces for number in piece]),
+        *(harmonic or (0.0, 0.0, 0.0)),
+    )

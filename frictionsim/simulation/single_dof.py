@@ -1,6 +1,7 @@
 """The simulation of a mechanism of one coordinate, and its results."""
 
 from collections.abc import Callable, Mapping, Sequence
+from time import perf_counter
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from frictionsim.simulation.checkpoint import (
     require_array,
     require_values,
 )
+from frictionsim.simulation.monitor import compilation_of
 from frictionsim.simulation.run_warnings import hidden_stick_slip, nothing_moves
 from frictionsim.solvers import end_stops, new_solver
 from frictionsim.solvers.common import GivenTimes, SampleBuffer, SampleTimes
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from frictionsim.solvers.base import SteppingSolver
 
 
+SECONDS_OF_COMPILATION = 10.0  # expected; from the disk a third of one
 # Channels that /events holds as `angle`, `mode_from` and `mode_to`, not as sides.
 OF_EVENTS = ("angle", "mode")
 TIME_COLUMN, VELOCITY_COLUMN, MODE_COLUMN = 0, 3, 6  # of a row of `SampleBuffer`
@@ -151,12 +154,17 @@ class RecordedSimulation:
         self._recording.times = GivenTimes(times)
 
     def prepare(self, on_step: Callable[[float], Any]) -> float:
-        """Return 0 s: nothing is compiled."""
-        return 0.0
+        """Compile the rest of a long run if that pays; return how long it took, s."""
+        if not getattr(self._solver, "is_to_be_compiled", False):
+            return 0.0
+        started = perf_counter()
+        with compilation_of(on_step, SECONDS_OF_COMPILATION):
+            self._solver.compile()  # type: ignore[attr-defined]  # of the solver that asks for it
+        return perf_counter() - started
 
-    def solve(self, on_step: Callable[[float], Any]) -> None:
-        """Integrate to the end with the backend of the scenario."""
-        self._solver.run(on_step)
+    def solve(self, on_step: Callable[[float], Any]) -> bool:
+        """Integrate to the end with the backend of the scenario; see `Simulation.solve`."""
+        return self._solver.run(on_step)
 
     def statistics(self) -> tuple[int, int, int]:
         """Return steps, rejected steps and evaluations of the right-hand side so far."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from math import inf
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from frictionsim.errors import Diverged, NonFinite
 from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
@@ -20,7 +20,6 @@ from frictionsim.solvers.stepper import Rhs, State, Stepper
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
-    from frictionsim.solvers.lockstep_stepper import Tolerances
     from frictionsim.solvers.mechanism import Mechanism
 
 OnStep = Callable[[float], object]
@@ -36,7 +35,7 @@ class EnergyMonitor:
     other stores. Energies below atol/rtol are only accurate to the absolute tolerance.
     """
 
-    def __init__(self, mechanism: "Mechanism", settings: "SolverSettings | Tolerances") -> None:
+    def __init__(self, mechanism: "Mechanism", settings: "SolverSettings") -> None:
         start = mechanism.position, mechanism.velocity
         self._kinetic = mechanism.stored_energies["energy_kinetic"]
         others = (
@@ -57,28 +56,18 @@ class EnergyMonitor:
         Diverged
             If the kinetic energy is too large.
         """
-        kinetic, put_in = self.energies(y)
-        if kinetic > MAX_ENERGY_RATIO * put_in:
-            raise Diverged(
-                f"at t = {t:.9g} s the kinetic energy is {kinetic:.3g} J, but the energy input"
-                f" only {put_in:.3g} J: {self._advice}"
-            )
-
-    def energies(self, y: Any) -> tuple[Any, Any]:
-        """Return the kinetic energy and the energy input, J, of a state or of those of many runs.
-
-        Parameters
-        ----------
-        y : (n,) or (n, runs)
-        """
         q, v = y[0], y[1]
         put_in = self._first + abs(y[self._input])
         for energy, first in self._others:
             put_in = put_in + abs(energy(q, v) - first)
         if self._friction:  # published friction laws may have positive power
-            heat = y[self._friction]
-            put_in = put_in + 0.5 * (abs(heat) - heat)  # exactly max(0, -heat)
-        return self._kinetic(q, v), put_in
+            put_in = put_in + max(0.0, -y[self._friction])
+        kinetic = self._kinetic(q, v)
+        if kinetic > MAX_ENERGY_RATIO * put_in:
+            raise Diverged(
+                f"at t = {t:.9g} s the kinetic energy is {kinetic:.3g} J, but the energy input"
+                f" only {put_in:.3g} J: {self._advice}"
+            )
 
 
 class SteppingSolver:
@@ -127,13 +116,14 @@ class SteppingSolver:
             "times": buffer.times,
         }
 
-    def run(self, on_step: OnStep) -> None:
-        """Integrate to the end, from the start or from a restored state.
+    def run(self, on_step: OnStep) -> bool:
+        """Integrate to the end, from the start or from a restored state; return False.
 
         `on_step` is called with the time between steps and samples; it may raise Interrupted.
         """
         try:
             self._run(on_step)
+            return False
         except ArithmeticError:
             raise NonFinite(
                 f"after t = {self.t:.9g} s {self._subject} exceeds the range of double"

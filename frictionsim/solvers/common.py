@@ -59,10 +59,11 @@ class SampleTimes:
     CHECKPOINT_FIELDS: ClassVar = {"_next": COUNT, "next": Values(low=0.0, finite=False)}
 
     def __init__(self, duration: float, interval: float) -> None:
-        self._interval = interval
+        self.interval = interval
         self._duration = duration
         # A multiple that differs from the duration by rounding is replaced by the duration.
-        self._last = floor(duration / interval * (1.0 - 1e-12))
+        self.last = floor(duration / interval * (1.0 - 1e-12))
+        self.given: Sequence[float] = ()
         self._next = 0
         self.next = 0.0
 
@@ -73,18 +74,22 @@ class SampleTimes:
 
     def advance(self) -> None:
         """Advance to the next sample time; `next` is inf after the last."""
-        self._next += 1
-        self.next = self._time_of(self._next)
+        self.set_next(self._next + 1)
+
+    def set_next(self, number: int) -> None:
+        """Set the number of samples that were taken."""
+        self._next = number
+        self.next = self._time_of(number)
 
     def _time_of(self, number: int) -> float:
         """Return the time of a sample, counted from 0; inf after the last."""
-        if number <= self._last:
-            return number * self._interval
-        return self._duration if number == self._last + 1 else inf
+        if number <= self.last:
+            return number * self.interval
+        return self._duration if number == self.last + 1 else inf
 
     def restored_fault(self) -> str:
         """Return the field that does not go with the others, empty if all do."""
-        if self._next > self._last + 2:
+        if self._next > self.last + 2:
             return "_next"
         return "" if self.next == self._time_of(self._next) else "next"
 
@@ -99,12 +104,11 @@ class GivenTimes(SampleTimes):
     """
 
     def __init__(self, times: Sequence[float]) -> None:
-        self._times = list(times)
-        self._next = 0
-        self.next = self._time_of(0)
+        self.interval, self.last, self.given = inf, 0, list(times)
+        self.set_next(0)
 
     def _time_of(self, number: int) -> float:
-        return self._times[number] if number < len(self._times) else inf
+        return self.given[number] if number < len(self.given) else inf
 
 
 Row = tuple[float, ...]
@@ -187,11 +191,15 @@ class ChatteringDetector:
         """Count an event at t, s; raise Chattering if there are too many in the window."""
         times = self._times
         if len(times) == times.maxlen and t - times[0] < self._window:
-            raise Chattering(
-                f"chattering at t = {t:.9g} s: {self._what} {len(times)} times within"
-                f" {t - times[0]:.2g} s; {self._advice}"
-            )
+            raise chattering_error(t, self._what, len(times), t - times[0], self._advice)
         times.append(t)
+
+
+def chattering_error(t: float, what: str, events: int, within: float, advice: str) -> Chattering:
+    """Return the error for an event that recurs too often up to t, s; `within` is a time, s."""
+    return Chattering(
+        f"chattering at t = {t:.9g} s: {what} {events} times within {within:.2g} s; {advice}"
+    )
 
 
 def subject_of(mechanism: "Mechanism") -> str:

@@ -1,276 +1,470 @@
-"""Event-driven integration: stick and slip phases are smooth, and their ends are located.
+"""The event-driven solver: keeps the state of a run, and has `one_contact` integrate it."""
 
-In a stick phase the state is constant; it ends where the applied torque first exceeds the static
-limit. In a slip phase the kinetic friction has a fixed direction; it ends where the velocity
-becomes zero. The static limit then decides the next phase; if the torque equals it, the contact
-sticks.
-"""
-
+from array import array
+from collections import Counter, deque
+from collections.abc import Callable, Mapping
 from math import copysign, inf
-from typing import TYPE_CHECKING, Any, ClassVar
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.results import BACKWARD, FORWARD, STICK
-from frictionsim.solvers.base import ContactSolver
+from frictionsim.errors import BudgetExceeded, Diverged, FrictionsimError, NonFinite
+from frictionsim.results import Transition
+from frictionsim.solvers import one_contact_state as layout
 from frictionsim.solvers.common import (
-    ChatteringDetector,
-    Row,
     SampleBuffer,
-    crossing_bracket,
-    monotone_segment_end,
-    rhs_with_friction,
-    row,
-    segment_end_at_rest,
+    chattering_error,
+    subject_of,
 )
-from frictionsim.solvers.end_stops import StopContact
-from frictionsim.solvers.root_finding import bracket_root
-from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45
-from frictionsim.solvers.state_values import DIRECTION, FLAG, NUMBER, TIME
-from frictionsim.solvers.stepper import Rhs, State
+from frictionsim.solvers.compilation import Kernel, as_argument
+from frictionsim.solvers.end_stops import ENERGY, EVENT
+from frictionsim.solvers.one_contact import DONE, PAUSED, integrate
+from frictionsim.solvers.one_contact_state import (
+    CHATTERING_EVENTS,
+    EVENT_COLUMNS,
+    NEVER,
+    ROW_COLUMNS,
+    Failure,
+    Run,
+    sample_time,
+)
+from frictionsim.solvers.root_finding import hidden_event
+from frictionsim.solvers.state_values import (
+    COUNT,
+    DIRECTION,
+    FLAG,
+    NON_NEGATIVE,
+    NUMBER,
+    TIME,
+    Values,
+    unfit,
+)
+from frictionsim.solvers.stepper import MIN_ERROR_NORM, non_finite_error, step_underflow
+from frictionsim.solvers.system import system_of
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
-    from frictionsim.solvers.mechanism import DryFriction, Mechanism
+    from frictionsim.solvers.mechanism import Mechanism
 
-# Resolution of the end of a slip phase, relative to the step.
-RESOLUTION = 1e-12
-# So many transitions within this time, s, are chattering.
-CHATTERING_EVENTS = 100
-CHATTERING_WINDOW = 1e-6
-NEVER = -1.0  # s
+# Samples and events between two calls of `on_step`, as Python and compiled.
+PYTHON_BUFFERS = 64, 4
+COMPILED_BUFFERS = 4096, 512
+SECONDS_OF_A_CALL = 0.1  # of compiled code, which is not interrupted
+FIRST_CALL = 1000.0  # steps
+STEPS_OF_A_CALL = 500_000.0  # of many runs
+# After so many steps as Python, a run that has as many left is compiled: code on the disk takes
+# half a second, a compilation some twelve, a step as Python 20 us.
+PATIENCE = 2000
+STEPS_THAT_PAY, STEPS_THAT_PAY_COMPILING = 40_000.0, 600_000.0
+_python_steps: Counter[Any] = Counter()  # of this process, by the form of the kernel
 
 
-class EventDrivenSolver(ContactSolver):
-    """Event-driven solver.
+class Field(NamedTuple):
+    """A field of a checkpoint: what it may hold, where it is in the state, list of a vector."""
 
-    In a stick phase, a step is a segment on which the drive is monotone, and `y` is the state. In
-    a slip phase, the integrator takes a step and holds the state.
+    expected: Values
+    place: int
+    kind: type = float
+
+
+SOLVER_FIELDS = {
+    "t": Field(TIME, layout.TIME),
+    "started": Field(FLAG, layout.STARTED, bool),
+    "y": Field(NUMBER, layout.Y, list),
+    "mode": Field(DIRECTION, layout.MODE, int),
+    "sampled_until": Field(TIME, layout.SAMPLED_UNTIL),
+    "phase_ends": Field(FLAG, layout.PHASE_ENDS, bool),
+    "direction": Field(DIRECTION, layout.DIRECTION, int),
+    "held": Field(TIME._replace(low=NEVER), layout.HELD),
+    "segment_end": Field(TIME, layout.SEGMENT_END),
+}
+STEPPER_FIELDS = {
+    "t_old": Field(TIME, layout.T_OLD),
+    "t": Field(TIME, layout.T_NEW),
+    "y_old": Field(NUMBER, layout.Y_OLD, list),
+    "y": Field(NUMBER, layout.Y_NEW, list),
+    "f_old": Field(NUMBER, layout.F_OLD, list),
+    # Beyond the range of double precision in a state that a step may end at; the next step
+    # fails by name then.
+    "f": Field(Values(finite=False), layout.F_NEW, list),
+    "_h": Field(NON_NEGATIVE, layout.STEP),  # 0 before the first segment
+    "_error_before": Field(Values(low=MIN_ERROR_NORM), layout.ERROR_BEFORE),
+    "steps": Field(COUNT, layout.STEPS, int),
+    "rejected": Field(COUNT, layout.REJECTED, int),
+    "nfev": Field(COUNT, layout.EVALUATIONS, int),
+}
+
+
+class StatePart:
+    """Some numbers of the state by name, as attributes: a part of a checkpoint.
+
+    Parameters
+    ----------
+    state : array
+    fields : mapping of str to Field
+    run : Run
     """
 
-    stepper: RungeKuttaFehlberg45
-    CHECKPOINT_FIELDS: ClassVar = {
-        **ContactSolver.CHECKPOINT_FIELDS,
-        "y": NUMBER,
-        "mode": DIRECTION,
-        "sampled_until": TIME,
-        "phase_ends": FLAG,
-        "direction": DIRECTION,
-        "held": TIME._replace(low=NEVER),
-        "segment_end": TIME,
-    }
+    _state: "array[float]"
+    _run: Run
+    CHECKPOINT_FIELDS: Mapping[str, Values]
+
+    def __init__(self, state: "array[float]", fields: Mapping[str, Field], run: Run) -> None:
+        expected = {name: field.expected for name, field in fields.items()}
+        self.__dict__.update(_state=state, _fields=fields, _run=run, CHECKPOINT_FIELDS=expected)
+
+    def __getattr__(self, name: str) -> Any:
+        field = self.__dict__["_fields"].get(name)
+        if field is None:
+            raise AttributeError(name)
+        if field.kind is list:
+            return self._state[field.place : field.place + self._run.states].tolist()
+        return field.kind(self._state[field.place])
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        field = self.__dict__["_fields"][name]
+        if field.kind is list:
+            self._state[field.place : field.place + len(value)] = array("d", value)
+        else:
+            self._state[field.place] = value
+
+
+class StepperPart(StatePart):
+    """The numbers of the integrator."""
+
+    def restored_fault(self) -> str:
+        """Return the field that does not go with the others, empty if all do.
+
+        The part of a run that begins now has all the steps of the limit.
+        """
+        self._state[layout.GRANTED] = self.steps + self.rejected
+        if self._run.fixed_step and self._h not in (0.0, self._run.fixed_step):
+            return "_h"
+        return "" if self.t_old <= self.t else "t_old"
+
+
+class SwitchTimes:
+    """The times of the last changes of mode, of the oldest first: a part of a checkpoint."""
+
+    CHECKPOINT_FIELDS: Mapping[str, Values] = {"_times": TIME._replace(ascending=True)}
+
+    def __init__(self, state: "array[float]") -> None:
+        self._state = state
+
+    @property
+    def _times(self) -> "deque[float]":
+        first, n = layout.SWITCH_TIMES, int(self._state[layout.SWITCHES])
+        ring = self._state[first : first + min(n, CHATTERING_EVENTS)]
+        oldest = n % CHATTERING_EVENTS if n > CHATTERING_EVENTS else 0
+        return deque(ring[oldest:] + ring[:oldest], maxlen=CHATTERING_EVENTS)
+
+    @_times.setter
+    def _times(self, times: "deque[float]") -> None:
+        first = layout.SWITCH_TIMES
+        self._state[first : first + len(times)] = array("d", times)
+        self._state[layout.SWITCHES] = len(times)
+
+
+class EventDrivenSolver:
+    """Event-driven solver of a mechanism with dry friction.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    settings : SolverSettings
+    buffer : SampleBuffer
+        Receives samples and transitions.
+
+    Attributes
+    ----------
+    stepper : StatePart
+        With `steps`, `rejected` and `nfev`.
+    is_to_be_compiled : bool
+        Whether it pays to compile the rest of the run.
+    """
 
     def __init__(
         self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
     ) -> None:
-        super().__init__(mechanism, settings, buffer)
-        contact = self.contact
-        self.chattering = ChatteringDetector(
-            CHATTERING_WINDOW * min(1.0, settings.duration),
-            CHATTERING_EVENTS,
-            f"the contact '{contact.name}' changed its mode",
-            "check whether the drive changes too fast"
-            + (", or give a larger effects.end_stops.capture_speed" if self.stops else ""),
-        )
-        self.slip_rhs = {s: slip_rhs(mechanism, contact, s) for s in (FORWARD, BACKWARD)}
-        self.y: State = mechanism.initial_state
-        self.mode = STICK if mechanism.velocity == 0.0 else int(copysign(1, mechanism.velocity))
-        self.sampled_until = 0.0  # end, exclusive, of the samples in the last step
-        self.phase_ends = False  # the phase ends with the last step
-        self.direction = STICK  # of the breakaway at the end of the stick phase
-        self.held = NEVER  # last time at which the contact held
-        self.segment_end = 0.0  # of the smooth segment in which the contact slides
+        self._mechanism, self._settings, self._buffer = mechanism, settings, buffer
+        self._system = system_of(mechanism)
+        self._run = run_of(mechanism, settings, buffer)
+        self._state = initial_state(mechanism)
+        self._event_names = event_names(mechanism)
+        self._kernel = Kernel(integrate, (self._system, self._run))
+        self._compiled: Any = None
+        self._compiled_buffers: tuple[array[float], array[float]] | None = None
+        self._steps_of_a_call = FIRST_CALL
+        self._patience = PATIENCE
+        self.is_to_be_compiled = False
+        self._solver = StatePart(self._state, SOLVER_FIELDS, self._run)
+        self.stepper = StepperPart(self._state, STEPPER_FIELDS, self._run)
+
+    @property
+    def started(self) -> bool:
+        """Whether the run is past its start."""
+        return self._state[layout.STARTED] != 0.0
 
     @property
     def checkpoint_parts(self) -> dict[str, object]:
-        return {**super().checkpoint_parts, "chattering": self.chattering}
-
-    def start(self) -> None:
-        if self.stops is not None and self.stops.is_hit(self.y):
-            self.hit_stop(self.stops)
-        elif self.mode == STICK:
-            self.switch_mode(self.mode_from_rest())
-        else:
-            self.begin_slip()
+        """The parts of a checkpoint."""
+        return {
+            "solver": self._solver,
+            "stepper": self.stepper,
+            "buffer": self._buffer,
+            "times": self._buffer.times,
+            "chattering": SwitchTimes(self._state),
+        }
 
     def resume(self) -> None:
-        if self.mode != STICK:
-            self.stepper.resume(self.slip_rhs[self.mode])
+        """Start at the restored state."""
+        if self._solver.mode and not self.stepper._h > 0.0:
+            raise unfit("stepper._h", "is not a length of a step")
 
-    def covers(self, t: float) -> bool:
-        return t < self.sampled_until
+    def run(self, on_step: Callable[[float], object]) -> bool:
+        """Integrate to the end, from the start or from where the last call ended.
 
-    def step(self) -> None:
-        if self.mode == STICK:
-            self.stick()
-        else:
-            self.slip(self.mode)
+        `on_step` is called with the time between steps; it may raise Interrupted.
 
-    def process_step(self) -> None:
-        self.t = self.sampled_until
-        if not self.phase_ends:
-            return
-        self.phase_ends = False
-        if self.mode == STICK:
-            self.switch_mode(self.direction)
-        else:
-            self.y = list(self.stepper.interpolate(self.t))
-            if self.stops is not None and self.stops.is_hit(self.y):
-                self.hit_stop(self.stops)
-                return
-            self.y[1] = 0.0
-            self.switch_mode(self.mode_from_rest())
-
-    def finish(self) -> None:
-        if self.buffer.times.next <= self.end:
-            self.sample(self.end)
-
-    def switch_mode(self, mode: int) -> None:
-        """Switch to the next mode and record the transition if the mode changes."""
-        self.chattering.count(self.t)
-        if mode != self.mode:
-            held = self.held if self.mode == STICK else self.t
-            self.change_mode(self.t, self.mode, mode, self.y, held)
-            self.mode = mode
-        if mode != STICK:
-            self.begin_slip()
-
-    def hit_stop(self, stops: StopContact) -> None:
-        """Switch to the mode after an impact on a stop."""
-        self.chattering.count(self.t)
-        before, self.y = stops.before_impact(self.y), stops.after_impact(self.t, self.y)
-        mode = -self.mode if self.y[1] != 0.0 else self.mode_from_rest()
-        self.record_impact(before, self.mode, mode, self.y)
-        self.mode = mode
-        if mode != STICK:
-            self.begin_slip()
-
-    def begin_slip(self) -> None:
-        self.stepper.start(self.slip_rhs[self.mode], self.t, self.y)
-        self.segment_end = self.t
-
-    def excess(self, t: float, s: int) -> float:
-        """Return the applied torque in direction s minus the static limit, at rest, N m."""
-        u, q = self.mechanism.drive(t), self.y[0]
-        return s * self.mechanism.applied_torque(u, q, 0.0) - self.contact.static_limit(u, q)
-
-    def excess_beyond_roundoff(self, t: float, s: int) -> float:
-        """Return the excess minus the roundoff, N m; the contact holds unless it is positive."""
-        return self.excess(t, s) - self.contact.roundoff(self.mechanism.drive(t), self.y[0])
-
-    def mode_from_rest(self) -> int:
-        """Return the mode that follows from rest at the present time."""
-        directions = (FORWARD, BACKWARD)
-        return next((s for s in directions if self.excess_beyond_roundoff(self.t, s) > 0.0), STICK)
-
-    def stick(self) -> None:
-        """Stick for a monotone segment of the drive, or up to the breakaway in it."""
-        a = self.t
-        b = segment_end_at_rest(self.mechanism, self.contact, self.y[0], a, self.end)
-        self.sampled_until = b
-        for s in (FORWARD, BACKWARD):
-            if self.excess_beyond_roundoff(b, s) > 0.0:
-                self.held, self.sampled_until = self.breakaway(a, b, s)
-                self.direction = s
-                self.phase_ends = True
-                return
-
-    def breakaway(self, a: float, b: float, s: int) -> tuple[float, float]:
-        """Return the time of the breakaway in direction s within a monotone segment.
-
-        Two adjacent times, s: the contact still holds at the first.
+        Returns
+        -------
+        bool
+            True if the rest is so long that it pays to `compile` first.
         """
-        # If the torque equals the limit at a, ignore an excess that is roundoff.
-        excess = self.excess if self.excess(a, s) <= 0.0 else self.excess_beyond_roundoff
-        tie = self.contact.roundoff(self.mechanism.drive(a), self.y[0])
-        return crossing_bracket(lambda t: excess(t, s), a, b, tie, self.end)
+        try:
+            return self._integrate(on_step)
+        except Failure as failure:
+            raise self._error(failure) from None
+        except ArithmeticError:
+            raise NonFinite(
+                f"after t = {self._solver.t:.9g} s {subject_of(self._mechanism)} exceeds the range"
+                " of double precision; check the scenario for forces or inertias that are far too"
+                " large or too small"
+            ) from None
 
-    def sample(self, t: float) -> None:
-        """Record the state at t."""
-        y = self.y if self.mode == STICK else self.stepper.interpolate(t)
-        self.buffer.add(self.row(t, y, self.mode))
+    def compile(self) -> None:
+        """Have the rest of the run compiled, if that is possible."""
+        self.is_to_be_compiled = False
+        self._patience = -1
+        self._compiled = compiled_for(self._kernel, self._system, self._run)
 
-    def row(self, t: float, y: State, mode: int) -> Row:
-        u, q, v = self.mechanism.drive(t), y[0], y[1]
-        applied_torque = self.mechanism.applied_torque(u, q, v)
-        if mode == STICK:
-            return row(t, u, y, 0.0, -applied_torque, STICK)
-        friction = -mode * self.contact.kinetic_limit(u, q, v, mode)
-        acceleration = (applied_torque + friction) / self.mechanism.inertia
-        return row(t, u, y, acceleration, friction, mode)
+    def _integrate(self, on_step: Callable[[float], object]) -> bool:
+        s, times = self._state, self._buffer.times
+        self._run = self._run._replace(times=array("d", times.given))
+        s[layout.NEXT_SAMPLE], s[layout.NEXT_TIME] = times.taken, times.next
+        if self._pays_already():
+            self.compile()
+        start, buffers, steps = s[layout.TIME], buffers_of(self._run, *PYTHON_BUFFERS), 0
+        while True:
+            on_step(s[layout.TIME])
+            if self._compiled is not None:
+                status = self._piece_of_a_call()
+            else:
+                steps += 1
+                try:
+                    status = integrate(self._system, self._run, s, *buffers, 1.0)
+                finally:
+                    self._take(*buffers)
+                if steps == self._patience:
+                    self.is_to_be_compiled = self._pays(s[layout.TIME] - start)
+                    if self.is_to_be_compiled:
+                        return True
+            if status == DONE:
+                if not self._kernel.reason:
+                    _python_steps[self._kernel.form] += steps
+                return False
 
-    def slip(self, s: int) -> None:
-        """Slide in direction s for a step, or up to the rest or impact within it."""
-        stepper = self.stepper
-        if stepper.t >= self.segment_end:
-            self.segment_end = monotone_segment_end(
-                self.mechanism, self.contact, stepper.t, self.end
+    def _pays_already(self) -> bool:
+        """Return whether this process ran as long without compiled code as it takes to have it.
+
+        What was run often, as in a sweep or a fit, will be run again.
+        """
+        kernel = self._kernel
+        if self._compiled is not None or self._patience < 0 or kernel.reason:
+            return False
+        steps = _python_steps[kernel.form]
+        return (
+            kernel.is_loaded
+            or steps > STEPS_THAT_PAY_COMPILING
+            or (steps > STEPS_THAT_PAY and kernel.is_at_hand)
+        )
+
+    def _pays(self, done: float) -> bool:
+        """Return whether it pays to compile the rest after PATIENCE steps for so many s."""
+        left = self._run.end - self._state[layout.TIME]
+        if not PATIENCE * left > STEPS_THAT_PAY * done or self._kernel.reason:
+            return False
+        return PATIENCE * left > STEPS_THAT_PAY_COMPILING * done or self._kernel.is_at_hand
+
+    def _piece_of_a_call(self) -> int:
+        """Integrate for a call of compiled code; if that fails, up to the step before."""
+        before, started = self._state[:], perf_counter()
+        try:
+            status = self._piece_compiled(self._compiled, self._steps_of_a_call)
+        except (ArithmeticError, RuntimeError, ValueError):
+            steps = self._state[layout.TURNS]
+            self._state[:] = before
+            status = PAUSED
+            if steps > 1.0:
+                status = self._piece_compiled(self._compiled, steps - 1.0)
+            self._compiled = None  # Python says what is wrong
+        seconds = max(perf_counter() - started, 1e-6)
+        growth = min(SECONDS_OF_A_CALL / seconds, 10.0)
+        self._steps_of_a_call = max(1.0, self._steps_of_a_call * growth)
+        return status
+
+    def _piece_compiled(self, function: Any, steps: float) -> int:
+        if self._compiled_buffers is None:
+            self._compiled_buffers = buffers_of(self._run, *COMPILED_BUFFERS)
+            self._arguments = as_argument((self._system, self._run))
+        arguments = as_argument((self._state, *self._compiled_buffers))
+        status: int = function(*self._arguments, *arguments, steps)
+        self._take(*self._compiled_buffers)
+        return status
+
+    def _take(self, rows: "array[float]", events: "array[float]") -> None:
+        """Add the samples and events in the buffers to those of the run."""
+        s, buffer, width = self._state, self._buffer, ROW_COLUMNS + self._run.states - 2
+        buffer.rows.extend(rows[: int(s[layout.ROWS]) * width])
+        buffer.times.set_next(int(s[layout.NEXT_SAMPLE]))
+        for k in range(int(s[layout.EVENTS])):
+            at = k * (EVENT_COLUMNS + 2 * width)
+            number, t, before, after, position = events[at : at + EVENT_COLUMNS]
+            name = self._event_names[int(number)]
+            buffer.transitions.append(Transition(t, name, int(before), int(after), position))
+            buffer.sides.extend(events[at + EVENT_COLUMNS : at + EVENT_COLUMNS + 2 * width])
+
+    def _error(self, failure: Failure) -> FrictionsimError:
+        """Return the error with which the run ends."""
+        t, x, y, z = failure.numbers
+        what, settings = subject_of(self._mechanism), self._settings
+        if failure.reason == layout.TOO_MANY_STEPS:
+            return BudgetExceeded(
+                f"limit of {settings.max_steps} steps reached at t = {t:.9g} s of {what};"
+                f" {settings.after_budget} (unless a short time constant, such as inertia over"
+                " damping, limits the steps)"
             )
-        crossing = self.advance(self.segment_end)
-        rest = self.rest_within_step(s)
-        until = min(stepper.t, rest)
-        if self.stops is not None:
-            impact = self.stops.impact_in_slip(stepper, s, until)
-            rest, until = min(rest, impact), min(until, impact)
-        self.phase_ends = rest != inf
-        if not self.phase_ends:
-            self.record_crossing(crossing)
-        self.sampled_until = until
-
-    def rest_within_step(self, s: int) -> float:
-        """Return the time of the first stop in the last step; inf if there is none.
-
-        The zero velocity at the start of a phase after a breakaway does not count.
-        """
-        stepper = self.stepper
-        t_old, t1 = stepper.t_old, stepper.t
-
-        def velocity(t: float) -> float:
-            return s * stepper.interpolate(t)[1]
-
-        if s * stepper.y[1] > 0.0:
-            t1 = self.time_of_min_velocity(s)
-            if t1 == inf or velocity(t1) > 0.0:
-                return inf
-        resolution = RESOLUTION * (t1 - t_old)
-        if s * stepper.y_old[1] <= 0.0:
-            width = t1 - t_old
-            while velocity(t_old + width) <= 0.0:
-                width *= 0.1
-                if width <= resolution:
-                    return t_old
-            t_old += width
-            if t_old >= t1:
-                return t1
-        return bracket_root(velocity, t_old, t1, resolution)[1]
-
-    def time_of_min_velocity(self, s: int) -> float:
-        """Return the time of the minimum velocity in the last step; inf if it stays positive."""
-        stepper = self.stepper
-        h = stepper.t - stepper.t_old
-        v0, v1 = s * stepper.y_old[1], s * stepper.y[1]
-        a0, a1 = s * stepper.f_old[1], s * stepper.f[1]
-        if not a0 < 0.0 < a1:
-            return inf
-        # The velocity is above its tangents at both ends, hence above their intersection.
-        if v0 + a0 * (v1 - v0 - a1 * h) / (a0 - a1) > 0.0:
-            return inf
-        rhs = self.slip_rhs[s]
-        dy = [0.0] * len(stepper.y)
-
-        def acceleration(t: float) -> float:
-            rhs(t, stepper.interpolate(t), dy)
-            return s * dy[1]
-
-        return bracket_root(acceleration, stepper.t_old, stepper.t, RESOLUTION * h)[1]
+        if failure.reason == layout.NON_FINITE:
+            return non_finite_error(t, what)
+        if failure.reason == layout.UNDERFLOW:
+            return step_underflow(t, x, what)
+        if failure.reason == layout.HIDDEN_EVENT:
+            return hidden_event(t, x, y, z)
+        if failure.reason == layout.DIVERGED:
+            return Diverged(
+                f"at t = {t:.9g} s the kinetic energy is {x:.3g} J, but the energy input"
+                f" only {y:.3g} J: {what} diverges; give a shorter solver.step or max_step"
+            )
+        advice = "check whether the drive changes too fast" + (
+            ", or give a larger effects.end_stops.capture_speed" if self._mechanism.stops else ""
+        )
+        contact = self._event_names[0]
+        changed = f"the contact '{contact}' changed its mode"
+        return chattering_error(t, changed, CHATTERING_EVENTS, x, advice)
 
 
 SOLVER = EventDrivenSolver
 
 
-def slip_rhs(mechanism: "Mechanism", contact: "DryFriction", s: Any) -> Rhs:
-    """Return the right-hand side while the contact slides in direction s."""
-    kinetic_limit = contact.kinetic_limit
+def run_of(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Run:
+    """Return the numbers of a run that do not change."""
+    start = mechanism.position, mechanism.velocity
+    stored = [energy(*start) for energy in mechanism.stored_energies.values()]
+    names = mechanism.energy_integrals
+    return Run(
+        states=len(mechanism.initial_state),
+        end=settings.duration,
+        rtol=settings.rtol,
+        atol=settings.atol,
+        max_step=settings.max_step or inf,
+        fixed_step=settings.step or 0.0,
+        max_steps=settings.max_steps,
+        interval=buffer.times.interval,
+        last=float(buffer.times.last),
+        times=array("d"),
+        stored=tuple(map(float, stored)),
+        energy_floor=stored[0] + settings.atol / settings.rtol,
+        input=2 + names.index("energy_input"),
+        impact=2 + names.index(ENERGY) if ENERGY in names else 0,
+    )
 
-    def friction(u: float, q: float, v: float, applied_torque: float) -> float:
-        return -s * kinetic_limit(u, q, v, s)
 
-    return rhs_with_friction(mechanism, friction)
+def initial_state(mechanism: "Mechanism") -> "array[float]":
+    """Return the state of a run that has not begun."""
+    s, y = array("d", bytes(8 * layout.LENGTH)), mechanism.initial_state
+    s[layout.Y : layout.Y + len(y)] = array("d", y)
+    if mechanism.velocity != 0.0:
+        s[layout.MODE] = copysign(1.0, mechanism.velocity)
+    s[layout.HELD], s[layout.ERROR_BEFORE] = NEVER, 1.0
+    return s
+
+
+def event_names(mechanism: "Mechanism") -> tuple[str, ...]:
+    """Return the names of events by their numbers."""
+    surfaces = [surface.event for surface in mechanism.switching_surfaces]
+    assert mechanism.contact is not None  # else another solver takes it
+    return (mechanism.contact.name, EVENT, *surfaces)
+
+
+def buffers_of(run: Run, rows: int, events: int) -> "tuple[array[float], array[float]]":
+    """Return buffers for so many samples and events."""
+    width = ROW_COLUMNS + run.states - 2
+    size = events * (EVENT_COLUMNS + 2 * width)
+    return array("d", bytes(8 * rows * width)), array("d", bytes(8 * size))
+
+
+class CompiledRuns:
+    """Integrates many runs of one form, one after the other.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    on_call : callable
+        Called between calls of compiled code; it may raise Interrupted.
+    """
+
+    def __init__(self, kernel: Kernel, on_call: Callable[[], object]) -> None:
+        self._kernel, self._on_call = kernel, on_call
+        self._function: Any = None
+        self._is_tried = False
+        self._buffers: Any = None
+
+    def recorded(
+        self, mechanism: "Mechanism", run: Run
+    ) -> "tuple[array[float], array[float]] | None":
+        """Return the samples and events of a run, as `integrate` writes them; None if it fails."""
+        s = initial_state(mechanism)
+        s[layout.NEXT_TIME] = sample_time(run, 0.0)
+        if self._buffers is None:
+            self._buffers = buffers_of(run, *COMPILED_BUFFERS)
+        buffers = self._buffers
+        arguments = as_argument((mechanism.system, run, s, *buffers))
+        if not self._is_tried:
+            self._is_tried = True
+            self._function = compiled_for(self._kernel, mechanism.system, run)
+        if self._function is None:
+            return None
+        rows, events = array("d"), array("d")
+        width = ROW_COLUMNS + run.states - 2
+        status = PAUSED
+        while status != DONE:
+            self._on_call()
+            try:
+                status = self._function(*arguments, STEPS_OF_A_CALL)
+            except (ArithmeticError, RuntimeError, ValueError):
+                return None
+            rows.extend(buffers[0][: int(s[layout.ROWS]) * width])
+            events.extend(buffers[1][: int(s[layout.EVENTS]) * (EVENT_COLUMNS + 2 * width)])
+        return rows, events
+
+
+def compiled_for(kernel: Kernel, system: Any, run: Run) -> Any:
+    """Return the compiled loop for systems and runs of one form; None if there is none."""
+    s = array("d", bytes(8 * layout.LENGTH))
+    s[layout.STARTED] = 1.0  # no step follows, so that nothing is evaluated
+    arguments = as_argument((system, run, s, *buffers_of(run, 1, 1)))
+    return kernel.compiled(lambda function: function(*arguments, 0.0))
+
+
+def kernel_of(mechanism: "Mechanism", run: Run) -> Kernel:
+    """Return the kernel for the runs of a form."""
+    return Kernel(integrate, (mechanism.system, run))

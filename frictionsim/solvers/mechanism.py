@@ -8,7 +8,7 @@ All functions below use arithmetic operators only, so that they accept numbers i
 arrays in post-processing; `u` is the value of the drive.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from math import ceil, floor
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -238,6 +238,9 @@ class Mechanism(NamedTuple):
         run_warnings(trajectory) returns warnings about a complete run.
     effects : tuple of str
         The effects that are simulated.
+    system : named tuple or None
+        The same equation as data with methods (`frictionsim.solvers.system`), which can be
+        compiled; None if there are only the functions above.
     """
 
     drive: "Signal"
@@ -256,6 +259,7 @@ class Mechanism(NamedTuple):
     switching_surfaces: tuple[SwitchingSurface, ...] = ()
     stops: EndStops | None = None
     prescribed: bool = False
+    system: Any = None
 
     @property
     def energy_integrals(self) -> tuple[str, ...]:
@@ -267,3 +271,48 @@ class Mechanism(NamedTuple):
     def initial_state(self) -> list[float]:
         """The initial state vector: position, velocity, and the energy integrals."""
         return [self.position, self.velocity, *(0.0 for _ in self.energy_integrals)]
+
+
+def equation_of(system: Any, flows: Sequence[str], stored: Sequence[str]) -> dict[str, Any]:
+    """Return the arguments of `Mechanism` taken from a system.
+
+    Parameters
+    ----------
+    system : named tuple
+        See `frictionsim.solvers.system`.
+    flows, stored : sequence of str
+        The names of its powers and of its stored energies.
+    """
+    return {
+        "system": system,
+        "inertia": system.inertia,
+        "applied_torque": system.applied_torque,
+        "power_flows": {name: _member(system.powers, i) for i, name in enumerate(flows)},
+        "stored_energies": {
+            name: _member(system.stored_energies, i) for i, name in enumerate(stored)
+        },
+    }
+
+
+def _member(function: Callable[..., Any], number: int) -> Callable[..., Value]:
+    return lambda *arguments: function(*arguments)[number]
+
+
+def friction_of(system: Any, name: str, law: dict[str, Any]) -> DryFriction:
+    """Return the dry contact of a system.
+
+    Parameters
+    ----------
+    system : named tuple
+    name : str
+    law : dict
+        Law and transition speed, `FrictionLaw.law_of_contact`.
+    """
+    return DryFriction(
+        name,
+        system.static_limit,
+        system.kinetic_limit,
+        system.roundoff,
+        monotonicity_breaks=tuple(system.breaks),
+        **law,
+    )

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, ClassVar
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT, Transition
 from frictionsim.solvers.base import SteppingSolver
 from frictionsim.solvers.common import ChatteringDetector, Row, SampleBuffer
-from frictionsim.solvers.event_driven import CHATTERING_EVENTS, CHATTERING_WINDOW, NEVER
 from frictionsim.solvers.multi_contact import (
     HOLDING,
     Balance,
@@ -30,6 +29,7 @@ from frictionsim.solvers.multi_contact_modes import (
     consistent_modes,
     margins_of,
 )
+from frictionsim.solvers.one_contact_state import CHATTERING_EVENTS, CHATTERING_WINDOW, NEVER
 from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45
 from frictionsim.solvers.state_values import DIRECTION, NUMBER, TIME, Values
 from frictionsim.solvers.stepper import Rhs, State

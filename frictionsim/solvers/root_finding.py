@@ -4,6 +4,7 @@ from collections.abc import Callable
 from math import ulp
 
 from frictionsim.errors import StepUnderflow
+from frictionsim.solvers.compilation import compilable
 
 
 def bracket_root(
@@ -37,10 +38,7 @@ def bracket_root(
     """
     x, f_x, y, f_y = a, f(a), b, f(b)  # newest point, and other end of the bracket
     if (f_x > 0.0) == (f_y > 0.0):
-        raise StepUnderflow(
-            f"between {a:.9g} and {b:.9g} rounding hides an event (no change of sign: {f_x:.3g} and"
-            f" {f_y:.3g}); check the scenario for numbers that are far too large or too small"
-        )
+        raise hidden_event(a, b, f_x, f_y)
     fraction = 0.5
     while True:
         width = abs(y - x)
@@ -55,10 +53,19 @@ def bracket_root(
         else:
             z, f_z, y, f_y = y, f_y, x, f_x
         x, f_x = new, f_new
-        fraction = _interpolated(x, f_x, y, f_y, z, f_z)
+        fraction = next_fraction(x, f_x, y, f_y, z, f_z)
 
 
-def _interpolated(x: float, f_x: float, y: float, f_y: float, z: float, f_z: float) -> float:
+def hidden_event(a: float, b: float, f_a: float, f_b: float) -> StepUnderflow:
+    """Return the error for an event between a and b of which the values show no sign."""
+    return StepUnderflow(
+        f"between {a:.9g} and {b:.9g} rounding hides an event (no change of sign: {f_a:.3g} and"
+        f" {f_b:.3g}); check the scenario for numbers that are far too large or too small"
+    )
+
+
+@compilable
+def next_fraction(x: float, f_x: float, y: float, f_y: float, z: float, f_z: float) -> float:
     """Return the next point, as a fraction of the interval from x to y; 0.5 is bisection."""
     if f_x == f_z or f_y == f_z:
         return 0.5

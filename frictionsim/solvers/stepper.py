@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, MutableSequence
 from typing import ClassVar, Protocol
 
 from frictionsim.errors import NonFinite, StepUnderflow
+from frictionsim.solvers.compilation import compilable
 from frictionsim.solvers.state_values import Values
 
 State = MutableSequence[float]
@@ -35,11 +36,13 @@ PI_ALPHA, PI_BETA = 0.7 / 5, 0.4 / 5
 MIN_ERROR_NORM = 1e-10  # replaces smaller errors in the controller
 
 
+@compilable
 def reduced_step(h: float, error: float) -> float:
     """Return the length of the next trial after a step of length h with an error above 1."""
     return h * max(MIN_FACTOR, SAFETY * error**-0.2)
 
 
+@compilable
 def clipped_step(h: float, left: float) -> float:
     """Return the length of the next step, at most `left`, s."""
     if h >= left * STEP_END_TOLERANCE:
@@ -49,6 +52,7 @@ def clipped_step(h: float, left: float) -> float:
     return h
 
 
+@compilable
 def next_step_size(
     h: float, planned: float, error: float, error_old: float, rejected_here: bool, max_step: float
 ) -> float:

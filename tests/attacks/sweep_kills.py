@@ -22,7 +22,7 @@ from frictionsim.parameter_study.sweep_files import digest_of
 from tests.support.sweep_files import command, started
 
 RUNS = 1200
-# Runs in lockstep would all be done before most kills.
+# Runs that go together would all be done before most kills.
 ALONE = ("--set", "output.channels=['angle']")
 LONGEST = 4.0  # s, until a kill
 

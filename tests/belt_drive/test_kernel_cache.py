@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from frictionsim.mechanisms.belt_drive.kernels import cache, jit
-from frictionsim.mechanisms.belt_drive.kernels.cache import cache_folder, usable_folder
+from frictionsim.mechanisms.belt_drive.kernels import jit
+from frictionsim.solvers import kernel_folder as cache
+from frictionsim.solvers.kernel_folder import cache_folder, usable_folder
 
 NAME = "kernels-0123"
 

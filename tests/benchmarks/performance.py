@@ -228,7 +228,7 @@ def _run(*command: str) -> str:
 
 
 def plan(runs: int, rtol: float, alone: bool = False) -> SweepPlan:
-    """Return a sweep of a pulley, whose runs go alone if channels are chosen, else in lockstep."""
+    """Return a sweep of a pulley, whose runs go alone if channels are chosen, else together."""
     chosen = {"output.channels": ["angle"]} if alone else {}
     scenario = fs.load(PULLEY, {"solver.rtol": rtol, **chosen})
     return plan_of(scenario, {LOAD: values_of(LOAD, f"lin(2000.0, 2400.0, {runs})")})
@@ -256,7 +256,7 @@ def sweep(turns: float = 3, runs: float = 40_000) -> None:
         two.close()
         rates = what.design.runs / np.median(times, axis=0)
         say(
-            f"rtol 1e-9, {'alone' if alone else 'in lockstep'}: one process {rates[0]:.0f}"
+            f"rtol 1e-9, {'alone' if alone else 'together'}: one process {rates[0]:.0f}"
             f" runs/s, two {rates[1]:.0f} runs/s, {np.median([a / b for a, b in times]):.2f} times"
         )
     with tempfile.TemporaryDirectory() as folder:

@@ -40,7 +40,7 @@ def test_a_worker_that_is_killed_costs_nothing(
 ) -> None:
     # Many blocks, so that some are done and some are not, however fast the machine is.
     monkeypatch.setattr(DaskCluster, "seconds_of_a_block", 0.01)
-    monkeypatch.setattr(dispatch, "MAX_IN_LOCKSTEP", 10)
+    monkeypatch.setattr(dispatch, "MAX_TOGETHER", 10)
     monkeypatch.setattr(dispatch, "SECONDS_BETWEEN_TICKS", 0.0)
     killed: list[int] = []
 

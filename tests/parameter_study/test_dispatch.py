@@ -28,7 +28,7 @@ def sizes_of(runs: int, seconds: object, together: int, workers: int = 2) -> lis
     return found
 
 
-def in_lockstep(alone: float) -> object:
+def in_one_go(alone: float) -> object:
     """Return the time of blocks whose passes take as long as ten runs alone, and little more."""
     return lambda size: size * alone if size < 50 else 10 * alone + size * alone / 20
 
@@ -41,8 +41,8 @@ def test_runs_alone_take_blocks_of_time() -> None:
 
 
 @pytest.mark.parametrize("alone", [1e-3, 3e-3, 0.01, 0.03])
-def test_lockstep_is_reached_however_slow_the_machine_is(alone: float) -> None:
-    found = sizes_of(20_000, in_lockstep(alone), 50)
+def test_runs_go_together_however_slow_the_machine_is(alone: float) -> None:
+    found = sizes_of(20_000, in_one_go(alone), 50)
     # The last block may have what is too little for one of its own.
     assert min(found[1:]) >= 50
     # What a block costs however many runs it has is shared by several times the fewest.
@@ -51,7 +51,7 @@ def test_lockstep_is_reached_however_slow_the_machine_is(alone: float) -> None:
 
 
 def test_long_runs_go_alone() -> None:
-    assert set(sizes_of(300, in_lockstep(1.0), 50)) == {1}
+    assert set(sizes_of(300, in_one_go(1.0), 50)) == {1}
 
 
 def test_a_block_that_is_long_is_not_followed_by_longer_ones() -> None:

@@ -14,7 +14,8 @@ from frictionsim.api import sweeping
 from frictionsim.api.sweep_result import Sweep
 from frictionsim.io.hdf5_reader import read_sweep
 from frictionsim.parameter_study import executors, single_run
-from frictionsim.parameter_study.combinations import MIN_IN_LOCKSTEP, Combinations
+from frictionsim.parameter_study.combinations import MIN_TOGETHER, Combinations
+from tests.support.many_runs import together
 from tests.support.scenarios import SCENARIOS
 
 PULLEY = SCENARIOS / "pulley.toml"
@@ -61,8 +62,11 @@ def test_several_keys_have_one_value(tmp_path: Path) -> None:
     assert fs.open_sweep(tmp_path / "s.h5").identical(found)
 
 
-def test_several_keys_have_one_value_in_lockstep_and_along_the_runs() -> None:
-    mu = np.linspace(0.1, 0.3, MIN_IN_LOCKSTEP)
+def test_several_keys_have_one_value_together_and_along_the_runs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    together(monkeypatch)
+    mu = np.linspace(0.1, 0.3, MIN_TOGETHER)
     found = fs.sweep(PULLEY, {BOTH: mu, LOAD: np.linspace(1900.0, 2300.0, mu.size)}, zip=True)
     single = fs.solve(PULLEY, {MU_S: mu[7], MU_K: mu[7], LOAD: float(found[LOAD][7])})
     assert_as_single(found.isel(run=7), single)
@@ -193,30 +197,32 @@ def test_a_sample_has_mean_and_spread_of_a_linear_model() -> None:
 
 
 @pytest.mark.parametrize("name", ["pulley", "pulley_return", "pulley_horizontal"])
-def test_runs_in_lockstep_are_those_alone(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_runs_together_are_those_alone(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    together(monkeypatch)
     vary = {MU_S: "uniform(0.11, 0.5)", LOAD: "uniform(2000.0, 2400.0)"}
     found = fs.sweep(SCENARIOS / f"{name}.toml", vary, LOOSE, sample=100)
-    monkeypatch.setattr("frictionsim.parameter_study.single_run.MIN_IN_LOCKSTEP", 10**9)
+    monkeypatch.setattr("frictionsim.parameter_study.single_run.MIN_TOGETHER", 10**9)
     alone = fs.sweep(SCENARIOS / f"{name}.toml", vary, LOOSE, sample=100)
     assert found.identical(alone)
     assert len(set(found["breakaway_time"].values)) > 20
 
 
-def test_lockstep_is_used_where_it_can_be(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_runs_go_together_where_they_can(monkeypatch: pytest.MonkeyPatch) -> None:
+    together(monkeypatch)
     seen: list[int] = []
-    whole = single_run.outcomes_in_lockstep
+    whole = single_run.outcomes_together
 
     def counted(combinations: Combinations, values: list[object], on_step: object) -> object:
         found = whole(combinations, values, on_step)  # type: ignore[arg-type]
         seen.append(sum(outcome is not None for outcome in found))
         return found
 
-    monkeypatch.setattr(single_run, "outcomes_in_lockstep", counted)
+    monkeypatch.setattr(single_run, "outcomes_together", counted)
     monkeypatch.setattr(executors, "SECONDS_OF_A_BLOCK", 1e6)  # however slow the machine is
     many = {LOAD: "lin(2000.0, 2100.0, 60)"}
     fs.sweep(PULLEY, many, LOOSE)
     assert seen == [59]  # after one that tells how long a run takes
-    # Failing runs go alone, which say why; fixed channels and other backends do not go at all.
+    # Failing runs go alone, which say why; fixed channels and other backends do not start.
     found = fs.sweep(PULLEY, many, {**LOOSE, "solver.max_steps": 5})
     assert seen == [59, 0]
     assert set(found["failure"].values) == {"budget_exceeded"}

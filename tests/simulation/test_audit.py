@@ -12,7 +12,7 @@ from frictionsim.results import FORWARD, STICK, failures
 from frictionsim.scenario.loading import validate
 from frictionsim.simulation.audit import allowed_residual, audit, energy_check
 from frictionsim.simulation.single_dof import SingleDofSimulation
-from frictionsim.solvers.event_driven import EventDrivenSolver
+from frictionsim.solvers import one_contact
 from frictionsim.solvers.mechanism import DryFriction, Trajectory
 from tests.support.problems import CORD_RADIUS, LOAD, R_S, RETURN_FORCE
 from tests.support.scenarios import SCENARIOS, pulley, simulate
@@ -109,13 +109,13 @@ def test_slip_between_two_sticking_samples_is_not_drift() -> None:
 def test_a_breakaway_off_its_limit_is_detected(
     shift: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    exact = EventDrivenSolver.breakaway
+    exact = one_contact.breakaway
 
-    def shifted(self: Any, a: float, b: float, s: int) -> tuple[float, float]:
-        held, time = exact(self, a, b, s)
+    def shifted(*arguments: Any) -> tuple[float, float]:
+        held, time = exact(*arguments)
         return held + shift, time + shift
 
-    monkeypatch.setattr(EventDrivenSolver, "breakaway", shifted)
+    monkeypatch.setattr(one_contact, "breakaway", shifted)
     force = {"time": [0.0, 1.0], "value": [1832.6, 3113.75]}
     check = simulate(pulley(drive__force=force)).checks["release"]
     # (P - W) r - r_s (P + W) over the sum of both, of a force that is off by its slope.
@@ -135,10 +135,11 @@ def test_a_breakaway_where_the_contact_could_hold_is_detected(
     jump = {"time": [time, float(np.nextafter(time, 9.0))], "value": [LOAD, share * lifting]}
     data = pulley(drive__force=jump if time else share * lifting)
     if time:
-        monkeypatch.setattr(EventDrivenSolver, "excess_beyond_roundoff", lambda self, t, s: s * t)
-        monkeypatch.setattr(EventDrivenSolver, "breakaway", lambda self, a, b, s: jump["time"])
+        exceeds = "excess_beyond_roundoff"
+        monkeypatch.setattr(one_contact, exceeds, lambda system, s, t, direction: direction * t)
+        monkeypatch.setattr(one_contact, "breakaway", lambda *arguments: jump["time"])
     else:
-        monkeypatch.setattr(EventDrivenSolver, "mode_from_rest", lambda self: FORWARD)
+        monkeypatch.setattr(one_contact, "mode_from_rest", lambda system, s: FORWARD)
     result = simulate(data)
     assert (result.transitions[0].mode_from, result.transitions[0].mode_to) == (STICK, FORWARD)
     limit, torque = R_S * (share * lifting + LOAD), CORD_RADIUS * (share * lifting - LOAD)

@@ -15,7 +15,7 @@ from frictionsim.mechanisms.pulley import build
 from frictionsim.mechanisms.pulley.masses import CAR, OTHER
 from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
 from frictionsim.scenario.loading import validate
-from frictionsim.simulation import lockstep
+from frictionsim.simulation.many_runs import kernel_for
 from frictionsim.simulation.multi_contact import (
     MultiContactSimulation,
     audit,
@@ -343,7 +343,7 @@ def test_the_error_is_estimated_by_a_second_run() -> None:
 
 def test_many_lifts_are_run_one_by_one() -> None:
     scenario = validate(slipping_lift(), SCENARIOS)
-    assert not lockstep.applies(scenario, ["effects.hanging_masses.car"])
+    assert kernel_for(scenario) is None
     found = fs.sweep(scenario, {"effects.hanging_masses.car": [90.0, 100.0]}, workers=1)
     alone = solved(slipping_lift()).quantities["cord_slip_max"].value
     assert float(found["cord_slip_max"][1]) == alone

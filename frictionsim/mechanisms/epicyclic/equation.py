@@ -1,8 +1,9 @@
 """The equation of an epicyclic gear, `consistent` or `published`, and the terms that it is of."""
 
+from array import array
 from math import asin, pi, sqrt
 from sys import float_info
-from typing import Any
+from typing import Any, NamedTuple
 
 from frictionsim.mechanisms.epicyclic.schema import EpicyclicScenario
 from frictionsim.mechanisms.epicyclic.tracer_point import (
@@ -12,20 +13,25 @@ from frictionsim.mechanisms.epicyclic.tracer_point import (
     tracer_position,
 )
 from frictionsim.mechanisms.single_dof import (
+    MultiplesOf,
     cos,
     kinetic_energy,
+    kinetic_energy_of,
     set_up,
     sin,
     total,
 )
 from frictionsim.results import Quantities, Quantity
 from frictionsim.scenario.signal_tables import signal_from
+from frictionsim.scenario.signals import Curve, Signal, curve_of
+from frictionsim.solvers.compilation import compilable
 from frictionsim.solvers.mechanism import (
-    DryFriction,
     Mechanism,
     SwitchingSurface,
     Trajectory,
     Value,
+    equation_of,
+    friction_of,
 )
 
 # The applied torque is a sum of torques: a few roundings of each.
@@ -65,25 +71,19 @@ class EquationTerms:
 def build(scenario: EpicyclicScenario) -> Mechanism:
     """Return the mechanism, composed of the effects in the scenario."""
     terms, geometry = EquationTerms(scenario), scenario.mechanism
-    published = geometry.formulation == "published"
-    applied_torque, stored = (
-        published_equation(terms, scenario) if published else equation(terms, scenario)
-    )
-    contact = None if published else contact_of(terms, scenario.law_of_contact.law_of_contact())
-    power_flows: dict[str, Any] = {
-        "energy_input": lambda torque, angle, velocity: torque * velocity
-    }
+    published, prescribed = geometry.formulation == "published", scenario.drive.speed is not None
+    table = scenario.drive.speed if prescribed else scenario.drive.torque
+    signal = signal_from(table)  # type: ignore[arg-type]
+    gear = gear_of(terms, scenario, signal)
+    stored = ("energy_kinetic", "energy_potential")[: 2 if scenario.effects.gravity else 1]
     has_friction = terms.hinge is not None or terms.rolls
-    if published and has_friction:
+    if published:
+        equation, contact = published_equation(terms, scenario), None
         resistance = published_resistance(terms)
-        power_flows["energy_friction"] = lambda torque, angle, velocity: (
-            resistance(angle) * velocity
-        )
-    stored_energies = {"energy_kinetic": kinetic_energy(geometry.inertia)}
-    if scenario.effects.gravity is not None:
-        stored_energies["energy_potential"] = lambda angle, velocity: stored * sin(angle)
-    prescribed = scenario.drive.speed is not None
-    drive = signal_from(scenario.drive.speed if prescribed else scenario.drive.torque)  # type: ignore[arg-type]
+    else:
+        equation = equation_of(gear, ("energy_input",), stored)
+        contact = contact_of(terms, gear, scenario.law_of_contact.law_of_contact())
+    applied_torque = equation["applied_torque"]
 
     def uniform_torque(angle: Value, velocity: Value) -> Value:
         opposed = contact.kinetic_limit(0.0, angle, velocity, 1) if contact else 0.0
@@ -146,41 +146,212 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
         return [f"the crank {back}: weight or initial velocity prevailed"] if back else []
 
     return Mechanism(
-        drive=drive,
-        inertia=geometry.inertia,
-        applied_torque=applied_torque,
+        drive=signal,
         contact=contact,
-        power_flows=power_flows,
-        stored_energies=stored_energies,
+        **equation,
         channels=channels,
         quantities=quantities,
         run_warnings=run_warnings,
         switching_surfaces=() if published else switching_surfaces(terms),
         prescribed=prescribed,
-        **set_up(scenario) | ({"velocity": drive(0.0)} if prescribed else {}),
+        **set_up(scenario) | ({"velocity": signal(0.0)} if prescribed else {}),
     )
 
 
-def equation(terms: EquationTerms, scenario: EpicyclicScenario) -> tuple[Any, float]:
-    """Return the consistent applied torque, and the factor of sin phi in its potential."""
-    k = terms.gravity_moment if scenario.effects.gravity else 0.0
-    weight = (lambda torque, angle, velocity: -k * cos(angle)) if scenario.effects.gravity else None
-    return total(_drive_torque, weight), k
+class Weight(NamedTuple):
+    """The weights of crank and planet: their largest moment k, N m."""
+
+    k: float
 
 
-def published_equation(terms: EquationTerms, scenario: EpicyclicScenario) -> tuple[Any, float]:
-    """Return the right-hand side of eq 26, and the factor of sin phi in its potential."""
+class Hinge(NamedTuple):
+    """The couples of the hinge, on the crank, N m."""
+
+    static: float
+    kinetic: float
+
+
+class MeshUnderWeight(NamedTuple):
+    """The rolling friction at the mesh under the weight G_2, with the lever f lambda."""
+
+    lever: float
+    weight: float
+
+    def limit_at_rest(self, angle: Value) -> Value:
+        """Return f lambda N at rest, N m."""
+        return self.lever * abs(self.weight * sin(angle))
+
+    def limit(self, angle: Value, velocity: Value) -> Value:
+        """Return f lambda N, N m."""
+        return self.lever * abs(self.weight * sin(angle))
+
+
+class MeshUnderRadialLoad(NamedTuple):
+    """The rolling friction at the mesh under weight and centripetal force, m_2 L = inertia."""
+
+    lever: float
+    weight: float
+    mass: float
+    length: float
+
+    def limit_at_rest(self, angle: Value) -> Value:
+        """Return f lambda N at rest, N m."""
+        return self.lever * abs(self.weight * sin(angle))
+
+    def limit(self, angle: Value, velocity: Value) -> Value:
+        """Return f lambda N, N m."""
+        return self.lever * abs(self.balance(angle, velocity))
+
+    def balance(self, angle: Value, velocity: Value) -> Value:
+        """Return G_2 sin phi - m_2 L phi'^2, N."""
+        return self.weight * sin(angle) - self.mass * self.length * velocity * velocity
+
+
+class RadialBalance(NamedTuple):
+    """The switching surface on which the radial load is zero."""
+
+    mesh: MeshUnderRadialLoad
+    is_event: bool = False
+    is_of_table: bool = False
+
+    def beyond(self, q0: float, v0: float, q1: float, q: float, v: float) -> float:
+        """Return a number that is positive beyond the surface, in a step from (q0, v0)."""
+        return -self.mesh.balance(q0, v0) * self.mesh.balance(q, v)
+
+
+class EpicyclicGear(NamedTuple):
+    """The consistent equation: I phi'' = torque - k cos phi + T, T of hinge and mesh."""
+
+    drive: Curve
+    inertia: float
+    scale: float
+    gravity: tuple[Weight, ...]
+    hinge: tuple[Hinge, ...]
+    mesh: tuple[MeshUnderWeight, ...] | tuple[MeshUnderRadialLoad, ...]
+    breaks: "array[float]"
+    surfaces: tuple[MultiplesOf, ...] | tuple[RadialBalance, ...]
+    stops: tuple[Any, ...] = ()
+    reversing_load: tuple[Any, ...] = ()
+
+    def applied_torque(self, torque: Value, angle: Value, velocity: Value) -> Value:
+        """Return the torque on the crank less the moment of the weights, N m."""
+        return _less_weight(self.gravity, torque, angle)
+
+    def static_limit(self, torque: Value, angle: Value) -> Value:
+        """Return the limit of hinge and mesh at rest, N m."""
+        return _static_mesh(self.mesh, self.hinge, angle)
+
+    def kinetic_limit(self, torque: Value, angle: Value, velocity: Value, s: Value) -> Value:
+        """Return the friction of hinge and mesh in motion, N m."""
+        return _kinetic_mesh(self.mesh, self.hinge, angle, velocity)
+
+    def roundoff(self, torque: Value, angle: Value) -> Value:
+        """Return the roundoff of the torque and its limit, N m."""
+        return ROUNDING * (abs(torque) + self.scale)
+
+    def powers(self, torque: Value, angle: Value, velocity: Value) -> tuple[Value, ...]:
+        """Return the power of the torque, W."""
+        return (torque * velocity,)
+
+    def stored_energies(self, angle: Value, velocity: Value) -> tuple[Value, ...]:
+        """Return the kinetic energy, and the potential one with gravity, J."""
+        kinetic = kinetic_energy_of(self.inertia, velocity)
+        energies: tuple[Value, ...] = _with_weight(self.gravity, (kinetic,), angle)
+        return energies
+
+    def first_excess(self, angle: float, a: float, b: float) -> float:
+        """Return b: at rest the limits are constant."""
+        return b
+
+
+@compilable
+def _less_weight(gravity: tuple[Weight, ...], torque: Value, angle: Value) -> Value:
+    if len(gravity) == 0:
+        return torque
+    return torque - gravity[0].k * cos(angle)
+
+
+@compilable
+def _with_weight(gravity: tuple[Weight, ...], energies: Any, angle: Value) -> Any:
+    if len(gravity) == 0:
+        return energies
+    return (*energies, gravity[0].k * sin(angle))
+
+
+@compilable
+def _static_mesh(mesh: Any, hinge: tuple[Hinge, ...], angle: Value) -> Value:
+    if len(mesh) == 0:
+        return hinge[0].static
+    return _plus_static(hinge, mesh[0].limit_at_rest(angle))
+
+
+@compilable
+def _plus_static(hinge: tuple[Hinge, ...], limit: Value) -> Value:
+    if len(hinge) == 0:
+        return limit
+    return hinge[0].static + limit
+
+
+@compilable
+def _kinetic_mesh(mesh: Any, hinge: tuple[Hinge, ...], angle: Value, velocity: Value) -> Value:
+    if len(mesh) == 0:
+        return hinge[0].kinetic
+    return _plus_kinetic(hinge, mesh[0].limit(angle, velocity))
+
+
+@compilable
+def _plus_kinetic(hinge: tuple[Hinge, ...], limit: Value) -> Value:
+    if len(hinge) == 0:
+        return limit
+    return hinge[0].kinetic + limit
+
+
+def gear_of(terms: EquationTerms, scenario: EpicyclicScenario, signal: Signal) -> EpicyclicGear:
+    """Return the consistent equation with the terms of the effects."""
+    lever, weight = terms.arm * terms.planet_speed_ratio, terms.planet_weight
+    static_hinge = terms.static_couple * terms.sun_planet_ratio
+    mesh: tuple[Any, ...] = ()
+    surfaces: tuple[Any, ...] = ()
+    if terms.rolls and terms.radial:
+        mesh = (MeshUnderRadialLoad(lever, weight, terms.planet_mass, terms.length),)
+        surfaces = (RadialBalance(mesh[0]),)
+    elif terms.rolls:
+        mesh, surfaces = (MeshUnderWeight(lever, weight),), (MultiplesOf(pi, is_event=False),)
+    return EpicyclicGear(
+        curve_of(signal),
+        scenario.mechanism.inertia,
+        terms.gravity_moment + static_hinge + lever * weight,
+        gravity=(Weight(terms.gravity_moment),) if scenario.effects.gravity else (),
+        hinge=(Hinge(static_hinge, terms.kinetic_couple * terms.sun_planet_ratio),)
+        if terms.hinge
+        else (),
+        mesh=mesh,
+        breaks=array("d"),
+        surfaces=surfaces,
+    )
+
+
+def published_equation(terms: EquationTerms, scenario: EpicyclicScenario) -> dict[str, Any]:
+    """Return the arguments of `Mechanism` for eq 26."""
     resistance, gravity = published_resistance(terms), scenario.effects.gravity
-    k = terms.gravity_moment + terms.planet_weight * terms.length if gravity else 0.0
-    return total(
-        _drive_torque,
-        (lambda torque, angle, velocity: -k * cos(angle)) if gravity else None,
-        lambda torque, angle, velocity: -resistance(angle),
-    ), k
-
-
-def _drive_torque(torque: Value, angle: Value, velocity: Value) -> Value:
-    return torque
+    inertia = scenario.mechanism.inertia
+    flows: dict[str, Any] = {"energy_input": lambda torque, angle, velocity: torque * velocity}
+    if terms.hinge is not None or terms.rolls:
+        flows["energy_friction"] = lambda torque, angle, velocity: resistance(angle) * velocity
+    k = terms.gravity_moment + terms.planet_weight * terms.length
+    stored: dict[str, Any] = {"energy_kinetic": kinetic_energy(inertia)}
+    if gravity is not None:
+        stored["energy_potential"] = lambda angle, velocity: k * sin(angle)
+    return {
+        "inertia": inertia,
+        "applied_torque": total(
+            lambda torque, angle, velocity: torque,
+            (lambda torque, angle, velocity: -k * cos(angle)) if gravity else None,
+            lambda torque, angle, velocity: -resistance(angle),
+        ),
+        "power_flows": flows,
+        "stored_energies": stored,
+    }
 
 
 def published_resistance(terms: EquationTerms) -> Any:
@@ -193,30 +364,11 @@ def published_resistance(terms: EquationTerms) -> Any:
     )
 
 
-def contact_of(terms: EquationTerms, law: dict[str, Any]) -> DryFriction | None:
+def contact_of(terms: EquationTerms, gear: EpicyclicGear, law: dict[str, Any]) -> Any:
     """Return the dry friction of hinge and mesh, as far as they are in the scenario."""
-    static_hinge = terms.static_couple * terms.sun_planet_ratio
-    kinetic_hinge = terms.kinetic_couple * terms.sun_planet_ratio
-    lever, weight = terms.arm * terms.planet_speed_ratio, terms.planet_weight
-    scale = terms.gravity_moment + static_hinge + lever * weight
     parts = {"hinge": terms.hinge is not None, "mesh": terms.rolls}
-    if not any(parts.values()):
-        return None
-    return DryFriction(
-        "+".join(name for name, is_there in parts.items() if is_there),
-        static_limit=total(
-            (lambda torque, angle: static_hinge) if parts["hinge"] else None,
-            (lambda torque, angle: lever * abs(weight * sin(angle))) if parts["mesh"] else None,
-        ),
-        kinetic_limit=total(
-            (lambda torque, angle, velocity, direction: kinetic_hinge) if parts["hinge"] else None,
-            (lambda torque, angle, velocity, direction: lever * terms.mesh_load(angle, velocity))
-            if parts["mesh"]
-            else None,
-        ),
-        roundoff=lambda torque, angle: ROUNDING * (abs(torque) + scale),
-        **law,
-    )
+    name = "+".join(name for name, is_there in parts.items() if is_there)
+    return friction_of(gear, name, law) if name else None
 
 
 def switching_surfaces(terms: EquationTerms) -> tuple[SwitchingSurface, ...]:

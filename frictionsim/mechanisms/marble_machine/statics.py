@@ -11,6 +11,7 @@ from frictionsim.mechanisms.marble_machine.tables import (
     MarbleMachineParameters,
     Motor,
 )
+from frictionsim.mechanisms.single_dof import sqrt as sqrt_of
 from frictionsim.results import Quantities, Quantity
 from frictionsim.solvers.mechanism import Value
 
@@ -25,10 +26,10 @@ class Mesh(NamedTuple):
     c_z: float
     c_y: float
 
-    def reaction(self, torque: Value, weight: float) -> Value:
+    def reaction(self, torque: Value, weight: Value) -> Value:
         """Return the reaction of the shaft, N."""
         sideways, down = self.c_z * torque, weight + self.c_y * torque
-        return (sideways * sideways + down * down) ** 0.5
+        return sqrt_of(sideways * sideways + down * down)
 
 
 def mesh_of(geometry: MarbleMachineParameters) -> Mesh:

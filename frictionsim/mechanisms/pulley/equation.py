@@ -1,21 +1,145 @@
 """The equation of motion of a pulley without masses on its cord."""
 
-from math import sqrt
-from typing import TYPE_CHECKING, Any
+from array import array
+from math import sqrt as root
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.mechanisms.effects import CONTACT_NAME, ROUNDING
+from frictionsim.mechanisms.effects import (
+    CONTACT_NAME,
+    ROUNDING,
+    Damping,
+    Journal,
+    damping_of,
+    journal_of,
+    with_damping,
+    with_damping_power,
+)
 from frictionsim.mechanisms.pulley.schema import PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_forces, limit_torques
 from frictionsim.mechanisms.single_dof import (
-    kinetic_energy,
+    kinetic_energy_of,
     set_up,
+    sqrt,
 )
 from frictionsim.results import Quantities
 from frictionsim.scenario.signal_tables import signal_from
-from frictionsim.solvers.mechanism import DryFriction, Mechanism, Trajectory, Value
+from frictionsim.scenario.signals import Curve, curve_of
+from frictionsim.solvers.mechanism import Mechanism, Trajectory, Value, equation_of, friction_of
 
 if TYPE_CHECKING:
     from frictionsim.solvers.multi_contact import MultiContactMechanism
+
+
+class VerticalForce(NamedTuple):
+    """A force P on the cord, parallel to the load W."""
+
+    W: float
+    r_e: float
+
+    def moment(self, P: Value) -> Value:
+        """Return (P - W) r_e, N m."""
+        return (P - self.W) * self.r_e
+
+    def shaft_reaction(self, P: Value) -> Value:
+        """Return R, N."""
+        return abs(P + self.W)
+
+    def power(self, P: Value, w: Value) -> Value:
+        """Return the power of the drive, W."""
+        return P * self.r_e * w
+
+    def rounding(self, P: Value) -> Value:
+        """Return the roundoff of moment and limit, N m."""
+        return ROUNDING * self.r_e * (abs(P) + self.W)
+
+
+class HorizontalForce(NamedTuple):
+    """A force P on the cord, across the load W."""
+
+    W: float
+    r_e: float
+
+    def moment(self, P: Value) -> Value:
+        """Return (P - W) r_e, N m."""
+        return (P - self.W) * self.r_e
+
+    def shaft_reaction(self, P: Value) -> Value:
+        """Return R, N."""
+        return sqrt(P * P + self.W * self.W)
+
+    def power(self, P: Value, w: Value) -> Value:
+        """Return the power of the drive, W."""
+        return P * self.r_e * w
+
+    def rounding(self, P: Value) -> Value:
+        """Return the roundoff of moment and limit, N m."""
+        return ROUNDING * self.r_e * (abs(P) + self.W)
+
+
+class Torque(NamedTuple):
+    """A torque tau on the pulley: P is zero, so that the reaction of the shaft is W."""
+
+    W: float
+    r_e: float
+
+    def moment(self, tau: Value) -> Value:
+        """Return tau - W r_e, N m."""
+        return tau - self.W * self.r_e
+
+    def shaft_reaction(self, tau: Value) -> Value:
+        """Return R, N."""
+        return self.W + 0.0 * tau  # for arrays of the drive
+
+    def power(self, tau: Value, w: Value) -> Value:
+        """Return the power of the drive, W."""
+        return tau * w
+
+    def rounding(self, tau: Value) -> Value:
+        """Return the roundoff of moment and limit, N m."""
+        return ROUNDING * (abs(tau) + self.r_e * self.W)
+
+
+class Pulley(NamedTuple):
+    """I w' = M - b w + T; `load` gives the moment M of load and drive, and the reaction R."""
+
+    drive: Curve
+    load: VerticalForce | HorizontalForce | Torque
+    inertia: float
+    journal: tuple[Journal, ...]
+    damping: tuple[Damping, ...]
+    breaks: "array[float]"
+    surfaces: tuple[Any, ...] = ()
+    stops: tuple[Any, ...] = ()
+    reversing_load: tuple[Any, ...] = ()
+
+    def applied_torque(self, u: Value, angle: Value, w: Value) -> Value:
+        """Return M - b w, N m."""
+        return with_damping(self.load.moment(u), self.damping, w)
+
+    def static_limit(self, u: Value, angle: Value) -> Value:
+        """Return r_s R, N m."""
+        return self.journal[0].r_s * self.load.shaft_reaction(u)
+
+    def kinetic_limit(self, u: Value, angle: Value, w: Value, s: Value) -> Value:
+        """Return r_k R, N m."""
+        return self.journal[0].r_k * self.load.shaft_reaction(u)
+
+    def roundoff(self, u: Value, angle: Value) -> Value:
+        """Return the roundoff of the torque and its limit, N m."""
+        return self.load.rounding(u)
+
+    def powers(self, u: Value, angle: Value, w: Value) -> tuple[Value, ...]:
+        """Return the powers of drive and damping, W."""
+        powers: tuple[Value, ...] = with_damping_power((self.load.power(u, w),), self.damping, w)
+        return powers
+
+    def stored_energies(self, angle: Value, w: Value) -> tuple[Value, ...]:
+        """Return the kinetic energy, and the potential one of the load, J."""
+        return kinetic_energy_of(self.inertia, w), self.load.W * self.load.r_e * angle
+
+    def first_excess(self, angle: float, a: float, b: float) -> float:
+        """Return b: the limits are monotone between the breaks."""
+        return b
 
 
 def build(scenario: PulleyScenario) -> "Mechanism | MultiContactMechanism":
@@ -24,123 +148,39 @@ def build(scenario: PulleyScenario) -> "Mechanism | MultiContactMechanism":
         from frictionsim.mechanisms.pulley.masses import with_masses
 
         return with_masses(scenario)
-    if scenario.drive.force is None:
-        return driven_by_torque(scenario)
-    arm, inertia, load = (
-        scenario.mechanism.cord_radius,
+    r_e, load = scenario.mechanism.cord_radius, scenario.mechanism.load
+    journal, damping = scenario.effects.shaft_friction, scenario.effects.viscous_damping
+    by_torque = scenario.drive.force is None
+    table = scenario.drive.torque if by_torque else scenario.drive.force
+    assert table is not None  # checked by the model of the drive
+    signal, vertical = signal_from(table), scenario.drive.direction == "vertical"
+    form = Torque if by_torque else VerticalForce if vertical else HorizontalForce
+    r_s = journal.static_radius if journal else 0.0
+    breaks = () if by_torque else _critical_forces(r_e, r_s, load, vertical)
+    system = Pulley(
+        curve_of(signal),
+        form(load, r_e),
         scenario.mechanism.inertia,
-        scenario.mechanism.load,
-    )
-    journal, damping = scenario.effects.shaft_friction, scenario.effects.viscous_damping
-
-    def drive_torque(force: Value, angle: Value, velocity: Value) -> Value:
-        return (force - load) * arm
-
-    def vertical_reaction(force: Value) -> Value:
-        return abs(force + load)
-
-    def horizontal_reaction(force: Value) -> Value:
-        return (force * force + load * load) ** 0.5
-
-    vertical = scenario.drive.direction == "vertical"
-    reaction = vertical_reaction if vertical else horizontal_reaction
-
-    applied_torque = drive_torque
-    power_flows = {"energy_input": lambda force, angle, velocity: force * arm * velocity}
-    if damping is not None:
-        b = damping.coefficient
-
-        def applied_torque(force: Value, angle: Value, velocity: Value) -> Value:
-            return (force - load) * arm - b * velocity
-
-        power_flows["energy_damping"] = lambda force, angle, velocity: b * velocity * velocity
-
-    contact = None
-    if journal is not None:
-        r_s, r_k = journal.static_radius, journal.kinetic_radius
-        contact = DryFriction(
-            name=CONTACT_NAME,
-            static_limit=lambda force, angle: r_s * reaction(force),
-            kinetic_limit=lambda force, angle, velocity, direction: r_k * reaction(force),
-            roundoff=lambda force, angle: ROUNDING * arm * (abs(force) + load),
-            monotonicity_breaks=_critical_forces(arm, r_s, load, vertical),
-            **journal.law_of_contact(),
-        )
-
-    def channels(trajectory: Trajectory) -> dict[str, Value]:
-        force = trajectory.drive
-        return {"drive_force": force, "shaft_reaction": reaction(force)}
-
-    def quantities(trajectory: Trajectory) -> Quantities:
-        return impending_motion_forces(scenario)
-
-    return Mechanism(
-        drive=signal_from(scenario.drive.force),
-        inertia=inertia,
-        applied_torque=applied_torque,
-        contact=contact,
-        power_flows=power_flows,
-        stored_energies={
-            "energy_kinetic": kinetic_energy(inertia),
-            "energy_potential": lambda angle, velocity: load * arm * angle,
-        },
-        channels=channels,
-        quantities=quantities,
-        **set_up(scenario),
+        journal_of(journal),
+        damping_of(damping),
+        array("d", breaks),
     )
 
-
-def driven_by_torque(scenario: PulleyScenario) -> Mechanism:
-    """Return a pulley that a torque turns: I w' = tau - W r_e - b w + T.
-
-    The force P on the cord is zero, so that the reaction of the shaft is W.
-    """
-    arm, load = scenario.mechanism.cord_radius, scenario.mechanism.load
-    journal, damping = scenario.effects.shaft_friction, scenario.effects.viscous_damping
-    assert scenario.drive.torque is not None  # checked by the model of the drive
-
-    def applied_torque(torque: Value, angle: Value, velocity: Value) -> Value:
-        return torque - load * arm
-
-    flows: dict[str, Any] = {"energy_input": lambda torque, angle, velocity: torque * velocity}
-    if damping is not None:
-        b = damping.coefficient
-
-        def applied_torque(torque: Value, angle: Value, velocity: Value) -> Value:
-            return torque - load * arm - b * velocity
-
-        flows["energy_damping"] = lambda torque, angle, velocity: b * velocity * velocity
-
-    contact = None
-    if journal is not None:
-        r_s, r_k = journal.static_radius, journal.kinetic_radius
-        contact = DryFriction(
-            name=CONTACT_NAME,
-            # Of the drive and the direction, for arrays of them.
-            static_limit=lambda torque, angle: r_s * load + 0.0 * torque,
-            kinetic_limit=lambda torque, angle, velocity, direction: r_k * load + 0.0 * torque,
-            roundoff=lambda torque, angle: ROUNDING * (abs(torque) + arm * load),
-            **journal.law_of_contact(),
-        )
-
     def channels(trajectory: Trajectory) -> dict[str, Value]:
-        return {"drive_torque": trajectory.drive, "shaft_reaction": load}
+        drive = trajectory.drive
+        name = "drive_torque" if by_torque else "drive_force"
+        return {name: drive, "shaft_reaction": system.load.shaft_reaction(drive)}
 
     def quantities(trajectory: Trajectory) -> Quantities:
-        return limit_torques(scenario)
+        return limit_torques(scenario) if by_torque else impending_motion_forces(scenario)
 
+    flows = ("energy_input", "energy_damping")[: 2 if damping else 1]
     return Mechanism(
-        drive=signal_from(scenario.drive.torque),
-        inertia=scenario.mechanism.inertia,
-        applied_torque=applied_torque,
-        contact=contact,
-        power_flows=flows,
-        stored_energies={
-            "energy_kinetic": kinetic_energy(scenario.mechanism.inertia),
-            "energy_potential": lambda angle, velocity: load * arm * angle,
-        },
+        drive=signal,
+        contact=friction_of(system, CONTACT_NAME, journal.law_of_contact()) if journal else None,
         channels=channels,
         quantities=quantities,
+        **equation_of(system, flows, ("energy_kinetic", "energy_potential")),
         **set_up(scenario),
     )
 
@@ -151,5 +191,5 @@ def _critical_forces(arm: float, r_s: float, load: float, vertical: bool) -> tup
         return (-load,)
     if r_s <= arm:
         return (0.0,)
-    extremum = load * arm / sqrt(r_s * r_s - arm * arm)
+    extremum = load * arm / root(r_s * r_s - arm * arm)
     return (-extremum, extremum)

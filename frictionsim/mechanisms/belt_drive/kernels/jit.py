@@ -202,7 +202,7 @@ def _numba() -> Any:
 @cache
 def _folder() -> str | None:
     """Return the folder that numba keeps the kernels of this build in; None if in none."""
-    from frictionsim.mechanisms.belt_drive.kernels.cache import usable_folder
+    from frictionsim.solvers.kernel_folder import usable_folder
 
     folder = usable_folder(build_name())
     if folder is None:

@@ -5,10 +5,11 @@
 M is the torque of the drive, constant; r the radius of the rim. The block only pushes, F >= 0.
 """
 
+from array import array
 from collections.abc import Mapping
 from pathlib import Path
 from sys import float_info
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import model_validator
 
@@ -16,7 +17,8 @@ from frictionsim.mechanisms.extension import METRICS as METRICS
 from frictionsim.mechanisms.extension import (
     STICK,
     Channel,
-    DryFriction,
+    Curve,
+    Damping,
     FrictionLaw,
     Mechanism,
     Params,
@@ -30,14 +32,18 @@ from frictionsim.mechanisms.extension import (
     ViscousDamping,
     base_channels,
     check_kinetic,
+    curve_of,
+    damping_of,
+    equation_of,
     extremes,
+    friction_of,
     inconsistent,
-    kinetic_energy,
     set_up,
     signal_from,
     simulation_of,
-    total,
     unit_field,
+    with_damping,
+    with_damping_power,
 )
 
 EXAMPLE = Path(__file__).with_name("block_brake.toml").read_text(encoding="utf-8")
@@ -121,43 +127,67 @@ class BrakeScenario(SingleDofScenario):
 SCENARIO = BrakeScenario
 
 
+class Block(NamedTuple):
+    """Limits of the friction of the block per force: mu_s r and mu_k r."""
+
+    arm_s: float
+    arm_k: float
+
+
+class Brake(NamedTuple):
+    """I dw/dt = M - b w + T, in numbers; an effect that is left out is an empty tuple."""
+
+    drive: Curve
+    inertia: float
+    torque: float
+    block: tuple[Block, ...]
+    damping: tuple[Damping, ...]
+    breaks: Any = array("d")
+    surfaces: tuple[Any, ...] = ()
+    stops: tuple[Any, ...] = ()
+    reversing_load: tuple[Any, ...] = ()
+
+    def applied_torque(self, force: Value, angle: Value, velocity: Value) -> Value:
+        return with_damping(self.torque, self.damping, velocity)
+
+    def static_limit(self, force: Value, angle: Value) -> Value:
+        return self.block[0].arm_s * force
+
+    def kinetic_limit(self, force: Value, angle: Value, velocity: Value, s: Value) -> Value:
+        return self.block[0].arm_k * force
+
+    def roundoff(self, force: Value, angle: Value) -> Value:
+        return ROUNDING * abs(self.torque)
+
+    def powers(self, force: Value, angle: Value, velocity: Value) -> tuple[Value, ...]:
+        return with_damping_power((self.torque * velocity,), self.damping, velocity)
+
+    def stored_energies(self, angle: Value, velocity: Value) -> tuple[Value, ...]:
+        return (0.5 * self.inertia * velocity * velocity,)
+
+    def first_excess(self, angle: float, a: float, b: float) -> float:
+        return b  # the limit is as monotone as the force
+
+
 def build(scenario: BrakeScenario) -> Mechanism:
     """Return the mechanism, composed of the effects in the scenario."""
-    inertia, radius = scenario.mechanism.inertia, scenario.mechanism.rim_radius
-    torque = scenario.drive.torque
+    radius, torque = scenario.mechanism.rim_radius, scenario.drive.torque
     block, damping = scenario.effects.block_friction, scenario.effects.viscous_damping
-
-    # Functions are of the drive, here the force, of the angle and of the velocity; energies of the
-    # last two.
-    power_flows = {"energy_input": lambda force, angle, velocity: torque * velocity}
-    damping_torque = None
-    if damping is not None:
-        b = damping.coefficient
-        power_flows["energy_damping"] = lambda force, angle, velocity: b * velocity * velocity
-
-        def damping_torque(force: Value, angle: Value, velocity: Value) -> Value:
-            return -b * velocity
-
-    contact = None
-    if block is not None:
-        arm_s, arm_k = block.mu_s * radius, block.mu_k * radius
-        contact = DryFriction(
-            name="block",
-            static_limit=lambda force, angle: arm_s * force,
-            kinetic_limit=lambda force, angle, velocity, direction: arm_k * force,
-            roundoff=lambda force, angle: ROUNDING * abs(torque),
-            **block.law_of_contact(),
-        )
-
+    force = signal_from(scenario.drive.force)
+    system = Brake(
+        curve_of(force),
+        scenario.mechanism.inertia,
+        torque,
+        () if block is None else (Block(block.mu_s * radius, block.mu_k * radius),),
+        damping_of(damping),
+    )
+    flows = ["energy_input"] if damping is None else ["energy_input", "energy_damping"]
     return Mechanism(
-        drive=signal_from(scenario.drive.force),
-        inertia=inertia,
-        applied_torque=total(lambda force, angle, velocity: torque, damping_torque),
-        contact=contact,
-        power_flows=power_flows,
-        stored_energies={"energy_kinetic": kinetic_energy(inertia)},
+        drive=force,
+        contact=None if block is None else friction_of(system, "block", block.law_of_contact()),
         channels=lambda trajectory: {"block_force": trajectory.drive},
         quantities=lambda trajectory: braking(scenario, trajectory),
+        **equation_of(system, flows, ["energy_kinetic"]),
         **set_up(scenario),
     )
 

@@ -1,4 +1,4 @@
-"""Runs in lockstep give the bits of the same runs alone."""
+"""Runs that are integrated by compiled code and observed together have the bits of runs alone."""
 
 import random
 from math import pi
@@ -14,12 +14,12 @@ from frictionsim.errors import Chattering, Interrupted
 from frictionsim.mechanisms.pulley import build
 from frictionsim.scenario.loading import validate
 from frictionsim.scenario.settings import Scenario
-from frictionsim.simulation import lockstep
-from frictionsim.simulation.lockstep import applies, run_lockstep
+from frictionsim.simulation import many_runs
+from frictionsim.simulation.many_runs import kernel_for, run_many
 from frictionsim.simulation.single_dof import SingleDofSimulation
-from frictionsim.solvers import lockstep as solver
+from frictionsim.solvers.compilation import Kernel
 from tests.support.drawn_scenarios import gears, pulleys, shafts
-from tests.support.lockstep import alone, content, varied
+from tests.support.many_runs import alone, content, interpret, varied
 from tests.support.problems import CORD_RADIUS, LOAD, R_S, cases
 from tests.support.scenarios import changed, pulley
 
@@ -89,8 +89,9 @@ SWEEPS: list[tuple[dict[str, Any], str, tuple[float, ...]]] = [
 
 
 @pytest.fixture(autouse=True)
-def _few_runs_go_in_lockstep(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(solver, "PASSES_OF_FEW", 10**6)
+def _interpreted(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    if request.node.get_closest_marker("slow") is None:
+        interpret(monkeypatch)
 
 
 def sweep(data: dict[str, Any], key: str, values: tuple[float, ...]) -> list[Scenario]:
@@ -99,16 +100,13 @@ def sweep(data: dict[str, Any], key: str, values: tuple[float, ...]) -> list[Sce
     solver = {**COARSE, **given, **({"rtol": 1e-6} if shipped else {}), "backend": "events"}
     scenario = validate({**data, "solver": solver}, Path())
     scenario = scenario.replace({"output.interval": scenario.solver.duration})
-    assert applies(scenario, [key])
+    assert kernel_for(scenario) is not None
     return [scenario.replace({key: value}) for value in values]
 
 
-@pytest.mark.parametrize(("data", "key", "values"), SWEEPS)
-def test_the_bits_are_those_of_the_run_alone(
-    data: dict[str, Any], key: str, values: tuple[float, ...]
-) -> None:
+def check_bits(data: dict[str, Any], key: str, values: tuple[float, ...]) -> None:
     scenarios = sweep(data, key, values)
-    found = run_lockstep(scenarios)
+    found = run_many(scenarios)
     assert None not in found
     for scenario, result in zip(scenarios, found, strict=True):
         expected = alone(scenario)
@@ -119,6 +117,22 @@ def test_the_bits_are_those_of_the_run_alone(
             assert result.warnings == expected.warnings
 
 
+@pytest.mark.parametrize(("data", "key", "values"), SWEEPS)
+def test_the_bits_are_those_of_the_run_alone(
+    data: dict[str, Any], key: str, values: tuple[float, ...]
+) -> None:
+    check_bits(data, key, values)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("data", "key", "values"), SWEEPS)
+def test_compiled_runs_have_the_bits_of_python(
+    data: dict[str, Any], key: str, values: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Kernel, "is_loaded", False)  # for the runs alone
+    check_bits(data, key, values)
+
+
 @given(st.one_of(pulleys(), pulleys(), gears()), shafts(0.05), st.integers(0, 10**6))
 def test_the_bits_of_drawn_runs_are_those_of_the_run_alone(
     data: Any, shaft: dict[str, float], seed: int
@@ -127,9 +141,9 @@ def test_the_bits_of_drawn_runs_are_those_of_the_run_alone(
         data = changed(data, effects__shaft_friction=shaft)
     settings = {"backend": "events", "duration": 1.0, "rtol": 1e-5, "max_steps": 2000}
     scenarios = varied({**data, "solver": settings}, random.Random(seed), 5)
-    if not scenarios or not applies(scenarios[0], []):
+    if not scenarios or kernel_for(scenarios[0]) is None:
         return
-    for scenario, result in zip(scenarios, run_lockstep(scenarios), strict=True):
+    for scenario, result in zip(scenarios, run_many(scenarios), strict=True):
         if result is not None:
             assert content(result) == content(alone(scenario))
 
@@ -144,44 +158,13 @@ def test_other_runs_and_their_order_do_not_matter(monkeypatch: pytest.MonkeyPatc
         scenario.replace({"drive.force.sine.amplitude": amplitude})
         for scenario, amplitude in zip(scenarios, amplitudes, strict=True)
     ]
-    expected = [content(result) for result in run_lockstep(scenarios)]
+    expected = [content(result) for result in run_many(scenarios)]
     assert expected == [content(alone(scenario)) for scenario in scenarios]
-    backwards = [content(result) for result in run_lockstep(scenarios[::-1])]
+    backwards = [content(result) for result in run_many(scenarios[::-1])]
     assert backwards[::-1] == expected
-    assert [content(run_lockstep([scenario])[0]) for scenario in scenarios[::12]] == expected[::12]
-    monkeypatch.setattr(lockstep, "BATCH", 5)
-    assert [content(result) for result in run_lockstep(scenarios)] == expected
-
-
-def test_a_step_is_tried_again_after_another_run_has_ended() -> None:
-    """The second gear has just had a step rejected when the first one is at its end."""
-
-    def gear(planet: float, crank: float, amplitude: float, hz: float, end: float) -> Scenario:
-        sine = {"mean": 4.0, "amplitude": amplitude, "frequency_hz": hz}
-        hinge = {"torque_static": 0.0, "torque_kinetic": 0.0}
-        mechanism = {
-            "sun_radius": 0.21397240640434953,
-            "planet_radius": planet,
-            "crank_mass": crank,
-            "planet_mass": 0.32200098748970346,
-            "initial_angle_deg": 117.26227748431494,
-            "initial_angular_velocity": 4.0,
-        }
-        data = {
-            "kind": "epicyclic",
-            "mechanism": mechanism,
-            "drive": {"torque": {"sine": {**sine, "phase_deg": -32.00524411482192}}},
-            "effects": {"hinge_friction": hinge},
-            "solver": {"duration": end, "rtol": 1e-6, "atol": 1e-12},
-        }
-        return validate(data, Path())
-
-    scenarios = [
-        gear(0.12, 0.2139724061903771, 11.346667926866708, 4.499732062297174, 2.2),
-        gear(0.06000000006, 0.1925751655713394, 5.673333969106689, 11.400687688919264, 2.0),
-    ]
-    found = [content(result) for result in run_lockstep(scenarios)]
-    assert found == [content(alone(scenario)) for scenario in scenarios]
+    assert [content(run_many([scenario])[0]) for scenario in scenarios[::12]] == expected[::12]
+    monkeypatch.setattr(many_runs, "BATCH", 5)
+    assert [content(result) for result in run_many(scenarios)] == expected
 
 
 def test_runs_that_fail_are_given_back_and_the_others_are_not() -> None:
@@ -190,7 +173,7 @@ def test_runs_that_fail_are_given_back_and_the_others_are_not() -> None:
     fails = [alone(scenario) is None for scenario in scenarios]
     assert True in fails
     assert False in fails
-    assert [result is None for result in run_lockstep(scenarios)] == fails
+    assert [result is None for result in run_many(scenarios)] == fails
 
 
 def test_runs_that_chatter_are_given_back() -> None:
@@ -201,7 +184,7 @@ def test_runs_that_chatter_are_given_back() -> None:
     chatters, sticks = sweep(data, "mechanism.cord_radius", (0.0508, 1e-5))
     with pytest.raises(Chattering, match="100 times within"):
         SingleDofSimulation(chatters, build(chatters)).solve(lambda t: None)
-    assert [result is None for result in run_lockstep([chatters, sticks])] == [True, False]
+    assert [result is None for result in run_many([chatters, sticks])] == [True, False]
 
 
 def test_runs_that_exceed_the_numbers_are_given_back() -> None:
@@ -210,28 +193,24 @@ def test_runs_that_exceed_the_numbers_are_given_back() -> None:
     )
     scenarios = sweep(base, "mechanism.inertia", (1e-50, 1e49))
     assert alone(scenarios[0]) is None
-    assert run_lockstep(scenarios)[0] is None
+    assert run_many(scenarios)[0] is None
 
 
 def test_runs_of_another_form_are_given_back() -> None:
-    """A ramp between equal values is a constant."""
-    scenarios = sweep(pulley(), "drive.force.value.1", (3000.0, 1832.6, 2000.0))
-    assert [result is None for result in run_lockstep(scenarios)] == [False, True, False]
-
-
-def test_a_run_that_takes_much_longer_than_the_others_is_given_back(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(solver, "PASSES_OF_FEW", 20)
-    scenarios = sweep(pulley(), "drive.force.value.1", (1832.7, 9000.0))
-    assert [result is None for result in run_lockstep(scenarios)] == [False, True]
+    still, moves = (
+        validate(pulley(effects__viscous_damping=damping), Path())
+        for damping in (None, {"coefficient": 0.2})
+    )
+    sparse = {"output.interval": 3.0}
+    scenarios = [scenario.replace(sparse) for scenario in (still, moves, still)]
+    assert [result is None for result in run_many(scenarios)] == [False, True, False]
 
 
 @pytest.mark.parametrize("force", [RETURN, 4000.0])
 def test_the_samples_at_events_may_be_left_out(force: Any) -> None:
     data = pulley(drive__force=force, output={"at_events": False})
     (scenario,) = sweep(data, "mechanism.load", (LOAD,))
-    (result,) = run_lockstep([scenario])
+    (result,) = run_many([scenario])
     assert result is not None
     assert result.time.tolist() == [0.0, 3.0]
     assert content(result) == content(alone(scenario))
@@ -239,7 +218,7 @@ def test_the_samples_at_events_may_be_left_out(force: Any) -> None:
 
 def test_warnings_speak_of_the_interval_of_the_scenario() -> None:
     (still, moves) = sweep(pulley(drive__force=SINE), "drive.force.sine.amplitude", (1.0, 1000.0))
-    first, second = run_lockstep([still, moves.replace({"output.interval": 0.6})])
+    first, second = run_many([still, moves.replace({"output.interval": 0.6})])
     assert first is not None
     assert second is not None
     assert first.warnings == (
@@ -248,42 +227,27 @@ def test_warnings_speak_of_the_interval_of_the_scenario() -> None:
     assert second.warnings[0].startswith("output.interval = 0.6 s is longer than a tenth of the")
 
 
-def test_a_pass_can_be_interrupted() -> None:
-    def on_pass() -> None:
+def test_they_can_be_interrupted() -> None:
+    def on_run() -> None:
         raise Interrupted(2, 0.5)
 
     with pytest.raises(Interrupted, match="by SIGINT"):
-        run_lockstep(sweep(pulley(), "mechanism.load", (2000.0, 2100.0)), on_pass)
+        run_many(sweep(pulley(), "mechanism.load", (2000.0, 2100.0)), on_run)
 
 
 @pytest.mark.parametrize(
-    ("data", "keys"),
+    "data",
     [
-        (pulley(), ["drive.direction"]),
-        (pulley(), ["solver.max_steps"]),
-        (pulley(), ["no.such.key"]),
-        (pulley(solver__backend="rkf45"), ["mechanism.load"]),
-        (pulley(effects__shaft_friction=None), ["mechanism.load"]),
-        (
-            pulley(effects__shaft_friction__law="regularised", solver__backend="rkf45"),
-            ["mechanism.load"],
+        pulley(solver__backend="rkf45"),
+        pulley(effects__shaft_friction=None),
+        pulley(effects__shaft_friction__law="regularised", solver__backend="rkf45"),
+        pulley(
+            effects__hanging_masses={"car": 200.0, "counterweight": 100.0}, mechanism__load=None
         ),
-        (GEAR, ["mechanism.crank_mass"]),  # its rolling friction has switching surfaces
     ],
 )
-def test_it_says_where_it_does_not_apply(data: dict[str, Any], keys: list[str]) -> None:
-    assert not applies(validate(data, Path()), keys)
-
-
-@pytest.mark.parametrize(("name", "value"), [("KINDS", {}), ("functions_agree", lambda: False)])
-def test_it_applies_to_arithmetic_that_is_checked(
-    name: str, value: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """And not to installed kinds, whose functions may be more, or where arrays round otherwise."""
-    scenario = validate(pulley(), Path())
-    assert applies(scenario, ["mechanism.load"])
-    monkeypatch.setattr(lockstep, name, value)
-    assert not applies(scenario, ["mechanism.load"])
+def test_some_runs_go_alone(data: dict[str, Any]) -> None:
+    assert kernel_for(validate(data, Path())) is None
 
 
 def test_a_run_whose_load_jumps_past_the_limit_is_done_alone() -> None:
@@ -291,7 +255,7 @@ def test_a_run_whose_load_jumps_past_the_limit_is_done_alone() -> None:
     times = [0.0, 1.0, float(np.nextafter(1.0, 2.0))]
     data = pulley(drive__force={"time": times, "value": [1832.6, 1832.6, 3113.75]})
     scenarios = sweep(data, "mechanism.load", (LOAD, 2100.0, 1000.0))
-    first, second, slides = run_lockstep(scenarios)
+    first, second, slides = run_many(scenarios)
     assert (first, second) == (None, None)
     assert content(slides) == content(alone(scenarios[2]))
     for scenario in scenarios:

@@ -1,4 +1,4 @@
-"""Runs in lockstep against the same runs alone."""
+"""Runs together against the same runs alone."""
 
 import copy
 import random
@@ -6,15 +6,33 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from frictionsim.errors import SolverError
+from frictionsim.parameter_study import combinations
 from frictionsim.results import SimulationResult
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import validate
 from frictionsim.scenario.model_validation import ValidationFailure
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.single_dof import SingleDofSimulation
+from frictionsim.solvers import event_driven
+from frictionsim.solvers.compilation import Kernel
 
 FACTORS = (1.0, 1.0 + 1e-9, 0.9, 1.1, 0.5, 2.0)
+
+
+def interpret(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let Python run what is compiled elsewhere: compiling each form takes ten seconds."""
+    monkeypatch.setattr(Kernel, "compiled", lambda self, call: self._function)
+    monkeypatch.setattr(event_driven, "as_argument", lambda value: value)
+
+
+def together(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the runs of every sweep go together, however few they are."""
+    interpret(monkeypatch)
+    monkeypatch.setattr(combinations, "RUNS_THAT_PAY", 1)
+    monkeypatch.setattr(combinations, "RUNS_THAT_PAY_COMPILING", 1)
 
 
 def alone(scenario: Scenario) -> SimulationResult | None:
@@ -31,7 +49,7 @@ def alone(scenario: Scenario) -> SimulationResult | None:
 
 
 def content(result: SimulationResult | None) -> Any:
-    """Return what is equal to the last bit of a run alone and in lockstep."""
+    """Return what is equal to the last bit of a run alone and with others."""
     if result is None:
         return None
     found = (result.quantities, result.checks, result.transitions, result.time.tolist())

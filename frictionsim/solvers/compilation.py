@@ -1,0 +1,299 @@
+"""Compilation of plain functions on named tuples of numbers; numba is imported here, when needed.
+
+Functions that may be compiled are marked with `compilable`, and stay as they are for Python. An
+argument may be a named tuple of numbers, arrays (`array.array` of doubles) and other such tuples;
+its class may have methods, which compiled code calls as Python does. `reason_against` says before
+anything is compiled what an argument has that cannot be.
+
+Compiled code is kept on the disk. numba compares the time stamp of one file only, so the folder of
+a build carries a digest of all sources: of the marked functions, of the classes of the arguments,
+and of all modules beside them.
+"""
+
+import logging
+import sys
+from array import array
+from bisect import bisect_right
+from collections.abc import Callable, Iterator
+from functools import cache, cached_property
+from hashlib import sha256
+from importlib import import_module
+from math import inf, ulp
+from pathlib import Path
+from types import FunctionType
+from typing import Any, TypeVar
+
+LOG = logging.getLogger(__name__)
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+# Without contraction of products and sums compiled arithmetic has the bits of Python's, and a
+# division by zero ends compiled code as it ends Python's. Nothing here makes arrays (`_nrt`).
+OPTIONS: dict[str, Any] = {
+    "error_model": "python",
+    "fastmath": False,
+    "_nrt": False,
+    "no_cfunc_wrapper": True,
+}
+# Modules whose constants and methods go into compiled code, beside those of marked functions.
+SHARED = ("mechanisms/*.py", "solvers/*.py")
+
+_marked: list[Any] = []
+_replaced: list[tuple[Any, Any]] = []
+_alive: list[Any] = []  # numba knows a marked function by its dispatcher, as long as that lives
+_methods: dict[str, int] = {}  # the number of parameters by name
+_registered: set[str] = set()
+# In this process; a form that failed once is not tried again, none without a compiler.
+_compiled_forms: set[tuple[Any, ...]] = set()
+_failed_forms: set[tuple[Any, ...]] = set()
+ANY_FORM: tuple[Any, ...] = ()
+
+
+def compilable(function: Function) -> Function:
+    """Mark a function that compiled functions call: numbers and tuples of them in and out."""
+    _marked.append(function)
+    return function
+
+
+def compiled_as(replacement: Callable[..., Any]) -> Callable[[Function], Function]:
+    """Mark a function in whose place compiled code calls another of the same parameters."""
+
+    def marked(function: Function) -> Function:
+        _replaced.append((function, replacement))
+        return function
+
+    return marked
+
+
+def reason_against(value: Any, above: tuple[type, ...] = ()) -> str:
+    """Return why an argument cannot be compiled for; empty if it can."""
+    kind = type(value)
+    if kind in (float, int, bool, str):
+        return ""
+    if kind is array:
+        return "" if value.typecode == "d" else f"an array of type '{value.typecode}'"
+    if not isinstance(value, tuple):
+        return f"a value of type {kind.__name__}"
+    if kind is not tuple:
+        if not value:
+            return f"{kind.__name__} has no fields"
+        if kind in above:
+            return f"{kind.__name__} is nested in itself"
+    return next(filter(None, (reason_against(inner, (*above, kind)) for inner in value)), "")
+
+
+def classes_of(value: Any) -> Iterator[type]:
+    """Yield the classes of named tuples in an argument."""
+    if isinstance(value, tuple):
+        if type(value) is not tuple:
+            yield type(value)
+        for inner in value:
+            yield from classes_of(inner)
+
+
+def as_argument(value: Any) -> Any:
+    """Return an argument as compiled code takes it: its arrays share their memory."""
+    kind = type(value)
+    if kind is float or kind is int:
+        return value
+    if kind is array:
+        import numpy as np
+
+        return np.frombuffer(value) if len(value) else np.empty(0)
+    if isinstance(value, tuple):
+        parts = [as_argument(inner) for inner in value]
+        return tuple(parts) if kind is tuple else kind(*parts)
+    return value
+
+
+def form_of(value: Any) -> Any:
+    """Return the types of an argument: compiled code is for one form."""
+    if isinstance(value, tuple):
+        return (type(value), *[form_of(inner) for inner in value])
+    return type(value)
+
+
+class Kernel:
+    """A marked function for arguments of one form.
+
+    Parameters
+    ----------
+    function : callable
+    arguments : tuple
+        Its first arguments, named tuples.
+
+    Attributes
+    ----------
+    form : tuple
+        Function and types; equal kernels have one form.
+    reason : str
+        Why it cannot be compiled; empty if it can.
+    """
+
+    def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+        self._function, self._arguments = function, arguments
+
+    @cached_property
+    def reason(self) -> str:
+        return reason_against(self._arguments)
+
+    @cached_property
+    def form(self) -> tuple[Any, ...]:
+        return (self._function, form_of(self._arguments))
+
+    @cached_property
+    def _classes(self) -> frozenset[type]:
+        return frozenset(classes_of(self._arguments))
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether it is compiled in this process."""
+        return not self.reason and self.form in _compiled_forms
+
+    @property
+    def is_at_hand(self) -> bool:
+        """Whether it is compiled, in this process or on the disk."""
+        if self.form in _compiled_forms:
+            return True
+        folder = folder_of(self._classes) if not self.reason else None
+        return folder is not None and (folder / self._mark).exists()
+
+    @property
+    def _mark(self) -> str:
+        text = f"{self._function.__qualname__}{form_of(self._arguments)}"
+        return f"{sha256(text.encode()).hexdigest()[:16]}.form"
+
+    def compiled(self, call: Callable[[Any], Any]) -> Any:
+        """Return the function as numba compiles it; None if it cannot be, which a warning says.
+
+        Parameters
+        ----------
+        call : callable
+            Calls the function that it is given, which compiles it, and evaluates no equation.
+        """
+        if self.reason or _failed_forms & {self.form, ANY_FORM}:
+            LOG.info("not compiled: %s", self.reason or "it failed before")
+            return None
+        try:
+            function = _dispatcher(self._function, self._classes)
+            if self.form not in _compiled_forms:
+                call(function)
+        except Exception as error:  # whatever is wrong with a compiler, the run takes its time
+            _failed_forms.add(ANY_FORM if isinstance(error, ImportError) else self.form)
+            LOG.warning(
+                "the equation of motion is not compiled, so that long runs and sweeps take the time"
+                " of Python (%s: %s)",
+                type(error).__name__,
+                str(error).partition("\n")[0],
+            )
+            return None
+        if self.form not in _compiled_forms:
+            _compiled_forms.add(self.form)
+            folder = folder_of(self._classes)
+            if folder is not None:
+                (folder / self._mark).touch()
+        return function
+
+
+def build_name(classes: frozenset[type]) -> str:
+    """Return the name of the build for some classes: another one when a source changes."""
+    package = Path(__file__).parents[1]
+    files: set[Path] = set()
+    for pattern in SHARED:
+        files.update(package.glob(pattern))
+    for name in {found.__module__ for found in classes}:
+        file = Path(sys.modules[name].__file__ or "")
+        # Equations may call functions of the modules beside them.
+        beside = file.parent.glob("*.py") if sys.modules[name].__package__ else ()
+        files.update({file, *beside})
+    digest = sha256()
+    for path in sorted(files):
+        digest.update(str(path).encode() + path.read_bytes())
+    return f"kernels-{digest.hexdigest()[:16]}"
+
+
+@cache
+def folder_of(classes: frozenset[type]) -> Path | None:
+    """Return the folder that keeps the code for some classes; None if it cannot be kept."""
+    from frictionsim.solvers.kernel_folder import usable_folder
+
+    if not all(getattr(sys.modules.get(one.__module__), "__file__", None) for one in classes):
+        return None  # without a source no change of it would be noticed
+    return usable_folder(build_name(classes))
+
+
+@cache
+def _dispatcher(function: Callable[..., Any], classes: frozenset[type]) -> Any:
+    """Return a marked function as numba compiles it, for arguments of some classes."""
+    numba = _prepare()
+    for one in classes:
+        _register_methods(one)
+    folder, options = folder_of(classes), {}
+    if folder is not None:
+        # Each time anew: numba takes it from the environment again when that changes.
+        numba.config.CACHE_DIR, numba.config.CACHE_LOCATOR_CLASSES = str(folder), ""
+        options = {"cache": True}
+    return numba.njit(function, **OPTIONS, **options)
+
+
+def _prepare() -> Any:
+    """Import numba; tell it of the marked functions, and of those of Python that it lacks."""
+    import numpy as np
+
+    numba: Any = import_module("numba")  # whose types lack some options
+
+    def ulp_of(x: float) -> float:
+        return np.nextafter(abs(x), inf) - abs(x)
+
+    if not _alive:
+        _replaced.extend(((ulp, ulp_of), (bisect_right, _bisect_right)))
+    while _marked:  # modules that were imported since the last time may have more
+        function = _marked.pop()
+        dispatcher = numba.njit(function, **OPTIONS, no_cpython_wrapper=True)
+        _alive.append(dispatcher)
+        function._numba_type_ = dispatcher._numba_type_
+    while _replaced:
+        function, replacement = _replaced.pop()
+        chosen = _typing_function(replacement, "replacement", replacement=replacement)
+        numba.extending.overload(function, jit_options=OPTIONS, strict=False)(chosen)
+    return numba
+
+
+def _typing_function(function: Any, choice: str, **names: Any) -> Any:
+    """Return what numba asks which function it is to compile for the types of the arguments.
+
+    It has as many parameters as the function, whatever their names in another class.
+    """
+    parameters = ", ".join(f"x{i}" for i in range(function.__code__.co_argcount))
+    return eval(f"lambda {parameters}: {choice}", names)
+
+
+def _bisect_right(values: Any, x: float) -> int:
+    low, high = 0, len(values)
+    while low < high:
+        middle = (low + high) // 2
+        if x < values[middle]:
+            high = middle
+        else:
+            low = middle + 1
+    return low
+
+
+def _register_methods(kind: type) -> None:
+    """Let compiled code call the methods of a class of named tuples."""
+    numba = _prepare()
+    known_as: dict[str, Any] = {"jit_options": OPTIONS, "strict": False}
+    for name, method in vars(kind).items():
+        if not isinstance(method, FunctionType) or name.startswith("_"):
+            continue
+        count = method.__code__.co_argcount
+        if _methods.setdefault(name, count) != count:  # numba asks the first of a name only
+            raise TypeError(
+                f"the method '{name}' of {kind.__name__} has {count} parameters, one of another"
+                f" class {_methods[name]}; give it another name"
+            )
+        if name not in _registered:
+            _registered.add(name)
+            chosen = _typing_function(method, f"getattr(x0.instance_class, '{name}', None)")
+            named_tuple = numba.types.BaseNamedTuple
+            numba.extending.overload_method(named_tuple, name, **known_as)(chosen)

@@ -1,0 +1,127 @@
+"""Location of events within a step or a rest: brackets of a root, of functions by their number.
+
+The iterates are those of `root_finding.bracket_root`.
+"""
+
+from math import ulp
+from typing import Any
+
+from frictionsim.solvers.compilation import compilable
+from frictionsim.solvers.one_contact_state import (
+    HIDDEN_EVENT,
+    INSIDE,
+    MODE,
+    T_OLD,
+    Y_NEW,
+    Y_OLD,
+    Run,
+    Y,
+    fail,
+)
+from frictionsim.solvers.one_contact_step import derivatives, write_inside
+from frictionsim.solvers.root_finding import next_fraction
+
+# Functions of the time, whose roots are located. With the parameter x they are
+# the torque beyond the static limit at rest, and less its roundoff; the drive less x; the velocity
+# in the direction; its derivative; how far the position is beyond x in the direction; how far the
+# state is beyond the switching surface number x; the negative product of the load and that at the
+# start of the step.
+EXCESS, EXCESS_BEYOND_ROUNDOFF, DRIVE, VELOCITY, ACCELERATION, POSITION, SURFACE, LOAD = range(8)
+
+
+@compilable
+def excess(system: Any, s: Any, t: float, direction: float) -> float:
+    """Return the applied torque in a direction minus the static limit, at rest, N m."""
+    u, q = system.drive.at(t), s[Y]
+    return direction * system.applied_torque(u, q, 0.0) - system.static_limit(u, q)
+
+
+@compilable
+def excess_beyond_roundoff(system: Any, s: Any, t: float, direction: float) -> float:
+    """Return the excess minus the roundoff, N m; the contact holds unless it is positive."""
+    return excess(system, s, t, direction) - system.roundoff(system.drive.at(t), s[Y])
+
+
+@compilable
+def beyond_surface(surfaces: Any, s: Any, x: float, q: float, v: float) -> float:
+    """Return a number that is positive beyond a surface that the last step crosses."""
+    if len(surfaces) == 0:
+        return 0.0
+    return surfaces[int(x)].beyond(s[Y_OLD], s[Y_OLD + 1], s[Y_NEW], q, v)
+
+
+@compilable
+def against_load(system: Any, s: Any, t: float, q: float, v: float) -> float:
+    """Return the negative product of the load of the contact and that at the start of the step."""
+    return _against(system.reversing_load, system, s, system.drive.at(t), q, v)
+
+
+@compilable
+def _against(loads: Any, system: Any, s: Any, u: float, q: float, v: float) -> float:
+    if len(loads) == 0:
+        return 0.0
+    load = loads[0]
+    x_old, y_old = load.load(system.drive.at(s[T_OLD]), s[Y_OLD], s[Y_OLD + 1])
+    x, y = load.load(u, q, v)
+    return -(x * x_old + y * y_old)
+
+
+@compilable
+def value(which: int, system: Any, run: Run, s: Any, direction: float, x: float, t: float) -> float:
+    """Return the value of a function at a time, s."""
+    if which == EXCESS:
+        return excess(system, s, t, direction)
+    if which == EXCESS_BEYOND_ROUNDOFF:
+        return excess_beyond_roundoff(system, s, t, direction)
+    if which == DRIVE:
+        return system.drive.at(t) - x
+    sliding = s[MODE]
+    write_inside(system, run, s, sliding, t)
+    q, v = s[INSIDE], s[INSIDE + 1]
+    if which == VELOCITY:
+        return direction * v
+    if which == POSITION:
+        return direction * (q - x)
+    if which == ACCELERATION:
+        return direction * derivatives(system, t, q, v, sliding)[1]
+    if which == SURFACE:
+        return beyond_surface(system.surfaces, s, x, q, v)
+    return against_load(system, s, t, q, v)
+
+
+@compilable
+def bracket(
+    which: int,
+    system: Any,
+    run: Run,
+    s: Any,
+    aim: tuple[float, float],
+    a: float,
+    b: float,
+    resolution: float,
+) -> tuple[float, float]:
+    """Return a bracket (lo, hi) of a root in [a, b]; see `root_finding.bracket_root`.
+
+    `aim` are the direction and the parameter x of the function.
+    """
+    direction, parameter = aim
+    f_a = value(which, system, run, s, direction, parameter, a)
+    f_b = value(which, system, run, s, direction, parameter, b)
+    if (f_a > 0.0) == (f_b > 0.0):
+        fail(HIDDEN_EVENT, a, b, f_a, f_b)
+    x, f_x, y, f_y = a, f_a, b, f_b  # newest point, and other end of the bracket
+    fraction = 0.5
+    while True:
+        width = abs(y - x)
+        min_width = max(0.5 * resolution, ulp(max(abs(x), abs(y))))
+        if width <= 2.0 * min_width:
+            return min(x, y), max(x, y)
+        fraction = min(max(fraction, min_width / width), 1.0 - min_width / width)
+        new = x + fraction * (y - x)
+        f_new = value(which, system, run, s, direction, parameter, new)
+        if (f_new > 0.0) == (f_x > 0.0):
+            z, f_z = x, f_x
+        else:
+            z, f_z, y, f_y = y, f_y, x, f_x
+        x, f_x = new, f_new
+        fraction = next_fraction(x, f_x, y, f_y, z, f_z)

@@ -1,0 +1,197 @@
+"""Compiled code has the bits of Python, wherever it starts, pauses and fails."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import frictionsim as fs
+from frictionsim.errors import BudgetExceeded
+from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.loading import validate
+from frictionsim.simulation.single_dof import SingleDofSimulation
+from frictionsim.solvers import compilation, event_driven
+from frictionsim.solvers.compilation import Kernel
+from tests.support.problems import LOAD
+from tests.support.scenarios import SCENARIOS, pulley
+
+SINE = {"sine": {"mean": LOAD, "amplitude": 1000.0, "frequency_hz": 1.0}}
+# One form, which the tests that are not slow compile as well.
+SWINGS = pulley(drive__force=SINE, solver={"duration": 4.0, "rtol": 1e-6})
+SHIPPED = ["marble_machine", "epicyclic", "pulley_horizontal", "hard/motor_runs_back"]
+SHIPPED += ["hard/no_static_friction", "hard/decay"]
+
+
+def simulation_of(scenario: fs.Scenario) -> SingleDofSimulation:
+    simulation = mechanism_module(scenario.kind).simulation(scenario)
+    assert isinstance(simulation, SingleDofSimulation)
+    return simulation
+
+
+def recorded(simulation: SingleDofSimulation) -> Any:
+    """Return all that a run leaves."""
+    recording = simulation._recording
+    transitions = list(recording.transitions)
+    state = simulation.state()
+    assert state is not None
+    state = {name: values.tolist() for name, values in state.items()}
+    return recording.rows.tobytes(), recording.sides.tobytes(), transitions, state
+
+
+def as_python(scenario: fs.Scenario) -> Any:
+    simulation = simulation_of(scenario)
+    simulation._solver._patience = -1  # type: ignore[attr-defined]  # it stays Python
+    assert simulation.solve(lambda t: None) is False
+    return recorded(simulation)
+
+
+def as_compiled(scenario: fs.Scenario) -> Any:
+    simulation = simulation_of(scenario)
+    solver: Any = simulation._solver
+    solver.compile()
+    assert solver._compiled is not None
+    assert simulation.solve(lambda t: None) is False
+    return recorded(simulation)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_scenarios_have_the_same_bits(name: str) -> None:
+    scenario = fs.load(SCENARIOS / f"{name}.toml")
+    assert as_compiled(scenario) == as_python(scenario)
+
+
+@pytest.mark.parametrize("interval", [0.01, 4.0])
+def test_compiled_code_has_the_bits_of_python(interval: float) -> None:
+    scenario = validate({**SWINGS, "output": {"interval": interval}}, Path())
+    assert as_compiled(scenario) == as_python(scenario)
+
+
+def test_buffers_of_one_row_and_calls_of_one_step_change_no_bit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scenario = validate({**SWINGS, "output": {"interval": 0.01}}, Path())
+    expected = as_python(scenario)
+    for name in ("COMPILED_BUFFERS", "PYTHON_BUFFERS"):
+        monkeypatch.setattr(event_driven, name, (1, 1))
+    monkeypatch.setattr(event_driven, "FIRST_CALL", 1.0)
+    monkeypatch.setattr(event_driven, "SECONDS_OF_A_CALL", 0.0)
+    assert as_compiled(scenario) == as_python(scenario) == expected
+
+
+@pytest.mark.parametrize("steps", [1, 7, 50])
+def test_a_run_that_python_began_is_continued(steps: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario = validate({**SWINGS, "output": {"interval": 0.01}}, Path())
+    expected = as_python(scenario)
+    monkeypatch.setattr(event_driven, "PATIENCE", steps)
+    monkeypatch.setattr(event_driven, "STEPS_THAT_PAY", 0.0)
+    monkeypatch.setattr(event_driven, "STEPS_THAT_PAY_COMPILING", 0.0)
+    monkeypatch.setattr(Kernel, "is_loaded", False)
+    monkeypatch.setattr(event_driven, "_python_steps", event_driven.Counter())
+    simulation = simulation_of(scenario)
+    assert simulation.solve(lambda t: None) is True
+    simulation.prepare(lambda t: None)
+    assert simulation.solve(lambda t: None) is False
+    assert recorded(simulation) == expected
+
+
+def test_a_run_that_fails_says_why_and_keeps_what_python_keeps() -> None:
+    scenario = validate({**SWINGS, "solver": {**SWINGS["solver"], "max_steps": 100}}, Path())
+    found = []
+    for compiled in (False, True):
+        simulation = simulation_of(scenario)
+        solver: Any = simulation._solver
+        if compiled:
+            solver.compile()
+        else:
+            solver._patience = -1
+        with pytest.raises(BudgetExceeded, match="limit of 100 steps reached at t = ") as failed:
+            simulation.solve(lambda t: None)
+        found.append((str(failed.value), recorded(simulation)))
+    assert found[0] == found[1]
+
+
+def test_what_cannot_be_compiled_is_said_before() -> None:
+    reason = compilation.reason_against
+    system = simulation_of(validate(SWINGS, Path()))._mechanism.system
+    assert reason(system) == ""
+    assert reason(system._replace(inertia=None)) == "a value of type NoneType"
+    assert reason(system._replace(inertia=lambda: 1.0)) == "a value of type function"
+    assert reason(system._replace(load=system)) == "Pulley is nested in itself"
+    assert reason(system._replace(damping=np.zeros(1))) == "a value of type ndarray"
+
+
+def test_a_broken_compiler_is_one_warning(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def broken(*arguments: Any) -> Any:
+        raise ImportError("no module named numba")
+
+    monkeypatch.setattr(compilation, "_dispatcher", broken)
+    scenario = validate(SWINGS, Path())
+    for _ in range(2):
+        simulation = simulation_of(scenario)
+        solver: Any = simulation._solver
+        solver.compile()
+        assert solver._compiled is None
+        assert simulation.solve(lambda t: None) is False
+    (warning,) = caplog.messages
+    assert warning.endswith("(ImportError: no module named numba)")
+
+
+def test_a_single_run_does_not_import_the_compiler() -> None:
+    code = "import sys; import frictionsim as fs; fs.solve('pulley'); print('numba' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+
+
+MODULE = """
+from typing import NamedTuple
+
+from frictionsim.solvers.compilation import compilable
+
+
+class Factor(NamedTuple):
+    factor: float
+
+    def times(self, x):
+        return {sign}self.factor * x
+
+
+@compilable
+def product(factor: Factor, x: float) -> float:
+    return factor.times(x)
+"""
+PROCESS = """
+from pathlib import Path
+from factor_module import Factor, product
+from frictionsim.solvers.compilation import Kernel
+kernel = Kernel(product, (Factor(2.0),))
+before = kernel.is_at_hand
+function = kernel.compiled(lambda function: function(Factor(2.0), 1.5))
+hits = sum(function.stats.cache_hits.values())
+print(function(Factor(2.0), 1.5), before, hits)
+"""
+
+
+def test_another_process_finds_the_code_on_the_disk_but_not_of_another_source(
+    tmp_path: Path,
+) -> None:
+    def process() -> str:
+        environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
+        environment["PYTHONPATH"] = os.pathsep.join([str(tmp_path), str(SCENARIOS.parent)])
+        command = [sys.executable, "-c", PROCESS]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        return done.stdout.strip()
+
+    module = tmp_path / "factor_module.py"
+    module.write_text(MODULE.format(sign=""))
+    assert [process(), process()] == ["3.0 False 0", "3.0 True 1"]
+    times = module.stat()
+    module.write_text(MODULE.format(sign="-"))
+    os.utime(module, ns=(times.st_atime_ns, times.st_mtime_ns))
+    assert [process(), process()] == ["-3.0 False 0", "-3.0 True 1"]
