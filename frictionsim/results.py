@@ -261,10 +261,6 @@ class Segments(Protocol):
     """The segments of a run, numbered from 0."""
 
     @property
-    def name(self) -> str:
-        """Tells these segments from those of other runs."""
-
-    @property
     def checksum(self) -> int:
         """Depends on the content of all segments."""
 
@@ -275,17 +271,20 @@ class Segments(Protocol):
     def free_bytes(self) -> int:
         """Return how much there may still be written."""
 
-    def write(self, number: int, recorded: dict[str, Any], kept: dict[str, Any]) -> None:
-        """Write a segment: recorded channels, and what only the summary needs."""
+    def listing(self, rows: int) -> str:
+        """Return the list of the segments, of so many samples each."""
+
+    def write(self, number: int, record: "Record") -> None:
+        """Write a segment."""
 
     def rows(self, number: int, name: str, start: int, stop: int) -> Any:
-        """Return rows of an array of a segment."""
+        """Return rows of a channel of a segment."""
 
-    def compressed(self, number: int, name: str) -> list[bytes] | None:
-        """Return the chunks of a recorded channel; None if it is not stored in chunks."""
+    def channels(self, names: list[str], count: int) -> list[dict[str, Any]]:
+        """Return some channels of each of the first segments."""
 
-    def restore(self, count: int, checksum: int) -> None:
-        """Take over the first segments of a run that is resumed, and drop the others."""
+    def restore(self, count: int, checksum: int) -> bool:
+        """Take over the first segments of a run that is resumed; return whether they are those."""
 
 
 class StoredSamples(NamedTuple):

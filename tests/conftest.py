@@ -14,7 +14,9 @@ from zlib import crc32
 import pytest
 from hypothesis import HealthCheck, Phase, settings
 
-from frictionsim.io import child_process, hdf5_reader
+from frictionsim.io import child_process, segments
+from frictionsim.io.child_answer import decoded
+from frictionsim.io.child_questions import answer
 from frictionsim.solvers import compilation, event_driven
 from tests.support import scenarios
 from tests.support.scenarios import ROOT, in_this_process
@@ -48,13 +50,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
     SIGINT is ignored in what a script starts in the background, and so in what tests start.
 
-    A worker reads results in a copy of itself, as its other thread only waits: a process with
-    threads starts a new interpreter else, which takes a fifth of a second.
     """
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(config, "workerinput"):
-        child_process.only_one_thread = lambda: True
         _compile_once(config)
 
 
@@ -74,8 +73,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     items[:] = [item for item, is_kept in zip(items, kept, strict=True) if is_kept]
 
 
-# Where results are read as users read them; elsewhere a process for each would double the time.
-READ_IN_A_CHILD = ("tests/io/", "tests/robustness/", "tests/api/test_parallel.py")
+# Where results are read as users read them; elsewhere an interpreter for each would take minutes.
+READ_IN_A_CHILD = (
+    *("tests/io/test_child_process.py", "tests/io/test_files_of_others.py"),
+    *("tests/io/test_sample_segments.py", "tests/robustness/", "tests/api/test_parallel.py"),
+)
 
 
 def pytest_collection_finish() -> None:
@@ -105,11 +107,16 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     event_driven._python_steps.clear()
     scenarios.program_is_patched = "monkeypatch" in getattr(item, "fixturenames", ())
     in_a_child = item.nodeid.startswith(READ_IN_A_CHILD)
-    hdf5_reader.run_in_child = child_process.run_in_child if in_a_child else _read_here
+    for module in (child_process, segments):
+        module.answer_of = ANSWER_OF if in_a_child else _answered_here
 
 
-def _read_here(work: Callable[..., Any], arguments: tuple[Any, ...], limits: Any) -> Any:
-    return work(*arguments)
+ANSWER_OF = child_process.answer_of
+
+
+def _answered_here(question: str, *arguments: str | int, size: int = 0) -> Any:
+    """Answer a question in this process."""
+    return decoded(answer(question, *map(str, arguments)))
 
 
 def _compile_once(config: pytest.Config) -> None:

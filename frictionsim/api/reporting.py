@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from frictionsim.api import result as results
 from frictionsim.api.studies import Study
-from frictionsim.api.sweep_result import Sweep, open_sweep
+from frictionsim.api.sweep_result import Sweep, result_or_sweep
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.atomic_write import check_no_clobber, write_atomically
 from frictionsim.io.replaceable import REPORT, check_target
-from frictionsim.results import HDF5_SIGNATURE
+from frictionsim.io.sweep_table import SweepTable
+from frictionsim.results import HDF5_SIGNATURE, Record
 from frictionsim.scenario.options import as_path
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
     from frictionsim.document import Picture
     from frictionsim.io.cost_table import CostTable
-    from frictionsim.io.sweep_table import SweepTable
     from frictionsim.reports.run_tables import ReportedRun
     from frictionsim.work_precision.outcome import WorkPrecision
 
@@ -50,13 +50,18 @@ def study_html(source: Any) -> str | None:
 
 
 def _of_file(path: Path) -> str | None:
-    from frictionsim.io.hdf5_reader import identity_of, read_costs
+    from frictionsim.io.unfinished import existing_name
 
+    path = existing_name(path)
     if _is_hdf5(path):
-        identity = identity_of(path)
-        if identity.is_sweep:
-            return _sweep_html(open_sweep(path))
-        return _costs_of_file(read_costs(path), path) if identity.is_table else None
+        from frictionsim.io.hdf5_reader import read_any
+
+        found = read_any(path)
+        if isinstance(found, Record):
+            return _html_of_runs([results.Result(found, path)])
+        if isinstance(found, SweepTable):
+            return _sweep_html(Sweep(found, path))
+        return _costs_of_file(found, path)
     from frictionsim.io.cost_table import is_costs_in_csv, read_csv
     from frictionsim.io.replaceable import SWEEP_IN_CSV
 
@@ -219,18 +224,13 @@ def _opened(sources: Sequence[Source]) -> list[results.Result]:
 def _result_of(source: Source) -> results.Result:
     if isinstance(source, results.Result):
         return source
-    path = as_path("result", source)
-    try:
-        return results.open(path)
-    except InputError:
-        from frictionsim.io.hdf5_reader import is_sweep
-
-        if not is_sweep(path):
-            raise
+    found = result_or_sweep(as_path("result", source))
+    if isinstance(found, Sweep):
         raise InputError(
-            f"{path}: a sweep is not compared with results of runs; report it by itself, or"
-            " vary more keys in one sweep"
-        ) from None
+            f"{source}: a sweep is not compared with results of runs; report it by itself, or vary"
+            " more keys in one sweep"
+        )
+    return found
 
 
 def _check_apart(sources: Sequence[Source]) -> None:

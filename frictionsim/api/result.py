@@ -244,7 +244,7 @@ class Result(ResultBase):
     def save(self, path: str | PathLike[str], *, no_clobber: bool = False) -> Path:
         """Write the result file, whole or not at all; it holds no wall times.
 
-        What can be resumed can be resumed from the new file as well.
+        That of a run that is not done is NAME.partial.h5, and can be resumed as before.
 
         Parameters
         ----------
@@ -260,8 +260,10 @@ class Result(ResultBase):
         """
         from frictionsim.io.atomic_write import check_no_clobber
         from frictionsim.io.hdf5_writer import write_record
+        from frictionsim.io.unfinished import partial_name, whole_name
 
-        target = as_path("path", path)
+        target = whole_name(as_path("path", path))
+        target = target if self.status == "done" else partial_name(target)
         if no_clobber:
             check_no_clobber(target)
         write_record(self.record, target, self._checkpoint_to_save())
@@ -366,7 +368,7 @@ class Result(ResultBase):
 
 
 def open(path: str | PathLike[str]) -> Result:
-    """Read a result file.
+    """Read a result file; NAME.partial.h5 with a warning where there is no NAME.h5.
 
     Returns
     -------
@@ -379,8 +381,9 @@ def open(path: str | PathLike[str]) -> Result:
         If it does not exist or is not a result.
     """
     from frictionsim.io.hdf5_reader import read
+    from frictionsim.io.unfinished import existing_name
 
-    found = as_path("path", path)
+    found = existing_name(as_path("path", path))
     return Result(read(found), found)
 
 

@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Callable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, closing, nullcontext
 from os import PathLike
 from pathlib import Path
 from time import perf_counter
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
-from frictionsim.api.result import Result, open
+from frictionsim.api.result import Result
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.errors import FrictionsimError, InputError, OutputError
 from frictionsim.scenario.loading import ScenarioSource
@@ -58,9 +58,9 @@ def solve(
     overrides : mapping or iterable of str, optional
         As of `load`: ``{"effects.shaft_friction.mu_s": 0.3}``.
     output : path, optional
-        File to write the result to. An incomplete result never replaces a complete one: it is
-        written to NAME.partial.h5 then. `Result.path` says where it is. Ctrl-C stops a run with an
-        output after its step, writes the samples so far and raises KeyboardInterrupt.
+        File to write the result to, NAME.h5. Until the run is done, and if it fails or is
+        interrupted, it is in NAME.partial.h5: `Result.path` says where it is. Ctrl-C stops a run
+        with an output after its step, writes the samples so far and raises KeyboardInterrupt.
     no_clobber : bool
         Do not replace an existing file.
     max_wall : float, optional, s
@@ -118,9 +118,8 @@ def resume(
     result : Result or path
         An incomplete result.
     output : path, optional
-        File to write to; by default the file that is resumed, and NAME.h5 instead of
-        NAME.partial.h5 when the run is done, unless that is the result of another scenario. A
-        `Result` that is in no file is not written.
+        File to write to, NAME.h5; by default that of the NAME.partial.h5 that is resumed, which is
+        removed when the run is done. A `Result` that is in no file is not written.
     no_clobber, max_wall, max_steps, progress, check
         As of `solve`, of this part of the run; the file that is resumed is always replaced.
 
@@ -133,19 +132,20 @@ def resume(
     SolverError, AuditError
         Only with `check`.
     """
-    from frictionsim.io.destination import check_same_scenario, whole_name
-    from frictionsim.io.hdf5_reader import is_sweep
+    from frictionsim.api.sweep_result import result_or_sweep  # a run needs none of it
+    from frictionsim.io.unfinished import whole_name
 
     since = perf_counter()
     options = RunOptions.of(max_wall=max_wall, max_steps=max_steps, progress=progress)
-    if not isinstance(result, Result) and is_sweep(as_path("result", result)):
+    incomplete = (
+        result if isinstance(result, Result) else result_or_sweep(as_path("result", result))
+    )
+    if not isinstance(incomplete, Result):
         raise InputError(f"{result}: this is a sweep; frictionsim.resume_sweep continues it")
-    incomplete = result if isinstance(result, Result) else open(as_path("result", result))
     state = incomplete.load_checkpoint()
     scenario, path = incomplete.scenario, incomplete.path
     if output is None and path is not None:
         output = whole_name(path)
-        check_same_scenario(output, incomplete.record.attributes["scenario"], path)
     destination = _destination(output, path, no_clobber)
     try:
         return _simulate(scenario, destination, options, since, False, state, check)
@@ -184,20 +184,16 @@ def _simulate(
     state: dict[str, Any] | None,
     check: bool,
 ) -> Result:
-    done: Record | None = None
     # Without a file nothing of an interrupted run could be kept: Ctrl-C raises at once.
     stop = None if destination is None else StopSignals()
-    with _monitor(options, since, scenario, stop) as monitor:
+    with _monitor(options, since, scenario, stop) as monitor, _closing(destination):
         try:
             segments = None if destination is None else destination.segments()
             write, steps = _checkpoint_writer(destination), options.max_steps
             done = run(scenario, monitor, write, state, segments, steps)
         except _ProgressFailed as failed:
             raise failed.__cause__ or failed from None
-        finally:
-            if destination is not None and done is None:
-                destination.close()
-        path = None if destination is None else _written(done, destination)
+        path = None if destination is None else destination.write_last(done)
         estimate = None
         if estimate_error and done.status == "done":
             from frictionsim.work_precision.error_estimate import estimate as estimate_errors
@@ -207,6 +203,10 @@ def _simulate(
         raise KeyboardInterrupt(f"run {done.status}; its samples are in {path}")
     result = Result(done, path, scenario, estimate)
     return result.check() if check else result
+
+
+def _closing(destination: "Destination | None") -> AbstractContextManager[Any]:
+    return nullcontext() if destination is None else closing(destination)
 
 
 def _monitor(
@@ -224,14 +224,6 @@ def _monitor(
     if options.max_wall is not None:
         parts.append(WallTimeLimit(options.max_wall, solver.duration, solver.after_budget, since))
     return Monitors(*parts)
-
-
-def _written(done: "Record", destination: "Destination") -> Path | None:
-    """Write a result; return the file."""
-    try:
-        return destination.write_last(done)
-    finally:
-        destination.close()
 
 
 class _ProgressFailed(Exception):
@@ -258,18 +250,20 @@ class _ProgressFunction(RunMonitor):
 
 def _checkpoint_writer(
     destination: "Destination | None",
-) -> "Callable[[Record], None] | None":
+) -> "Callable[[Record], bool] | None":
     """Return the callback that writes checkpoints; a failed write only warns, once."""
     if destination is None:
         return None
     reported: set[str] = set()
 
-    def write(part: "Record") -> None:
+    def write(part: "Record") -> bool:
         try:
-            destination.write(part)
+            destination.write_checkpoint(part)
         except OutputError as error:
             if str(error) not in reported:
                 LOG.warning("checkpoint not written: %s", error)
             reported.add(str(error))
+            return False
+        return True
 
     return write

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.api.result import Result, open
+from frictionsim.api.result import Result
 from frictionsim.api.result_base import ResultBase
 from frictionsim.display import study_text
 from frictionsim.document import Document, Table
@@ -136,8 +136,13 @@ class Sweep(ResultBase):
         if target.suffix == CSV:
             self.save_csv(target)
         elif target.suffix in HDF5:
+            from frictionsim.io.replaceable import SWEEP, check_replaceable
             from frictionsim.io.sweep_file import write_sweep
+            from frictionsim.io.unfinished import partial_name, whole_name
 
+            target = whole_name(target)
+            target = target if self.status == "done" else partial_name(target)
+            check_replaceable(target, SWEEP)
             write_sweep(self.table, target)
         else:
             raise InputError(f"{target}: expected a name that ends in {', '.join(HDF5)} or {CSV}")
@@ -237,8 +242,9 @@ def open_sweep(path: str | PathLike[str]) -> Sweep:
         If it does not exist or is not a sweep.
     """
     from frictionsim.io.hdf5_reader import read_sweep
+    from frictionsim.io.unfinished import existing_name
 
-    found = as_path("path", path)
+    found = existing_name(as_path("path", path))
     return Sweep(read_sweep(found), found)
 
 
@@ -250,14 +256,16 @@ def result_or_sweep(path: Path) -> Result | Sweep:
     InputError
         If it is neither the result of a run nor a sweep.
     """
-    try:
-        return open(path)
-    except InputError:
-        from frictionsim.io.hdf5_reader import is_sweep
+    from frictionsim.io.hdf5_reader import read_any, result_of
+    from frictionsim.io.unfinished import existing_name
 
-        if not is_sweep(path):
-            raise
-        return open_sweep(path)
+    path = existing_name(path)
+    found = read_any(path)
+    return (
+        Sweep(found, path)
+        if isinstance(found, SweepTable)
+        else Result(result_of(found, path), path)
+    )
 
 
 def quantities_of(view: str | None) -> list[str]:

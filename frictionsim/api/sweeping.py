@@ -12,9 +12,16 @@ from pydantic import Field, model_validator
 
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.api.sweep_result import Sweep
-from frictionsim.errors import ArgumentError, InputError, Interrupted, OutputError
-from frictionsim.io.destination import whole_name
+from frictionsim.errors import (
+    EXIT_BUDGET_EXCEEDED,
+    ArgumentError,
+    InputError,
+    Interrupted,
+    OutputError,
+    SolverError,
+)
 from frictionsim.io.sweep_table import SweepTable
+from frictionsim.io.unfinished import existing_name, partial_name, whole_name
 from frictionsim.parameter_study.block import FAILED, Block
 from frictionsim.parameter_study.design import METHODS as METHODS
 from frictionsim.parameter_study.design import SAMPLE, Design
@@ -39,7 +46,6 @@ from frictionsim.parameter_study.sweep import (
 from frictionsim.parameter_study.sweep_files import (
     SweepFiles,
     check_is_series_folder,
-    check_same_study,
     check_series_folder,
     make_series_folder,
     series_folder,
@@ -143,8 +149,8 @@ def sweep(
     keep_series : bool
         Keep the result of each run in the folder NAME.series beside the output.
     output : path, optional
-        File to write to. An incomplete sweep never replaces a complete one: it is written to
-        NAME.partial.h5 then. Ctrl-C keeps what is done, for `resume_sweep`.
+        File to write to, NAME.h5. Until the sweep is done it is in NAME.partial.h5; Ctrl-C keeps
+        what is done there, for `resume_sweep`.
     no_clobber : bool
         Do not replace an existing file.
     workers : int, optional
@@ -194,8 +200,7 @@ def resume_sweep(
     path : path
         The incomplete file of the sweep.
     output : path, optional
-        File to write to when it is done; by default the file that is resumed, and NAME.h5 instead
-        of NAME.partial.h5.
+        File to write to, NAME.h5; by default that of the NAME.partial.h5 that is resumed.
     no_clobber, workers, dask, progress
         As of `sweep`.
 
@@ -374,7 +379,7 @@ def resume_study(
     path : Path
         The incomplete file.
     output : Path, optional
-        The file to write when the sweep is done.
+        The file to write.
     no_clobber, progress, execution
         As of `run_study`.
 
@@ -387,6 +392,7 @@ def resume_study(
     """
     from frictionsim.io.hdf5_reader import read_sweep
 
+    path = existing_name(path)
     _check_unfinished(path, read_sweep(path))
     files = SweepFiles(whole_name(path) if output is None else output, path)
     files.check(no_clobber)
@@ -395,8 +401,6 @@ def resume_study(
         # Once more: another process may have finished it since.
         table = read_sweep(path)
         _check_unfinished(path, table)
-        if output is None:
-            check_same_study(files.whole, table, path)
         plan = _plan_of_file(path, table, files.whole)
         if plan.series is not None:
             check_series_folder(plan.series, table.attributes["study"])
@@ -413,7 +417,8 @@ def resume_study(
 
 def _check_unfinished(path: Path, table: SweepTable) -> None:
     if table.attributes["status"] != "interrupted":
-        remove_left_over(path)
+        if not partial_name(path).exists():
+            remove_left_over(partial_name(path))
         raise InputError(f"{path}: this sweep is done; there is nothing to resume")
     version = table.attributes["frictionsim_version"]
     if version != __version__:
@@ -507,7 +512,7 @@ class _SweepRun:
                 if not self._assembly.left:  # the last ones came after the signal
                     files.write_whole(self._table())
                 else:
-                    self._write_incomplete(files, error)
+                    self._write_unfinished(files, error)
             if isinstance(error, Interrupted | KeyboardInterrupt):
                 number = getattr(error, "signal_number", SIGINT)
                 told = SweepInterrupted(number, self._kept(files, error))
@@ -516,24 +521,28 @@ class _SweepRun:
                 raise KeyboardInterrupt(str(told)) from None
             if isinstance(error, OutputError):
                 raise OutputError(f"{error}. {self._kept(files, error)}") from None
+            if isinstance(error, SolverError):  # the scheduler of Dask is lost
+                lost = SolverError(f"{error}. {self._kept(files, error)}")
+                lost.exit_code = EXIT_BUDGET_EXCEEDED
+                raise lost from None
             raise
         with files.resumable():
             files.write_whole(self._table())
 
-    def _write_incomplete(self, files: SweepFiles, error: BaseException) -> None:
+    def _write_unfinished(self, files: SweepFiles, error: BaseException) -> None:
         how = "interrupted"
         if not isinstance(error, Interrupted | KeyboardInterrupt):
             how = f"stopped by an error ({type(error).__name__})"
         total = self._plan.design.runs
-        files.write_incomplete(self._table(f"{how} after {self._done} of {total} runs"))
+        files.write_unfinished(self._table(f"{how} after {self._done} of {total} runs"))
 
     def _kept(self, files: SweepFiles, error: BaseException) -> str:
         total, done = self._plan.design.runs, self._done
         if done == total:
             return f"interrupted, but all {total} runs were done; they are in {files.whole}"
         return (
-            f"sweep interrupted: {done} of {total} runs are done and kept in {files.place};"
-            f" 'frictionsim resume {files.place}' goes on"
+            f"sweep interrupted: {done} of {total} runs are done and kept in {files.partial};"
+            f" 'frictionsim resume {files.partial}' goes on"
         )
 
     @contextmanager

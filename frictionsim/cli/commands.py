@@ -34,6 +34,7 @@ from frictionsim.cli.app import (
 from frictionsim.cli.completion import backends as backends_of
 from frictionsim.cli.ending import ending_of, printed_by_typer
 from frictionsim.cli.messages import (
+    log_on_stderr,
     print_error,
     print_json,
     print_text,
@@ -202,15 +203,16 @@ def resume(
 ) -> int:
     """Resume an interrupted run or sweep; the file is bit-identical to an uninterrupted one.
 
-    An incomplete NAME.h5 is called so itself; only beside a complete NAME.h5 it is
-    NAME.partial.h5, and replaces that when it is done, unless it is of another scenario.
+    Until it is done it is in NAME.partial.h5, also where NAME.h5 is given.
     """
     from frictionsim.api.solving import RunOptions
+    from frictionsim.api.sweep_result import result_or_sweep
     from frictionsim.cli.job import Report, Resumption, resume_job
-    from frictionsim.io.hdf5_reader import is_sweep
 
+    log_on_stderr(verbose)
     RunOptions.of(max_wall=max_wall, max_steps=max_steps)  # before anything is read
-    if is_sweep(result):
+    found = result_or_sweep(result)
+    if not isinstance(found, fs.Result):
         from frictionsim.api.sweeping import ExecutionOptions, resume_study
         from frictionsim.cli.study_commands import SweepPrinting, run_with
 
@@ -222,10 +224,10 @@ def resume(
             return resume_study(result, output, no_clobber, monitor, execution)
 
         return run_with(run, SweepPrinting(str(result), None, as_json, quiet, verbose))
-    if (workers is not None or dask is not None) and result.exists():
+    if workers is not None or dask is not None:
         raise InputError(f"{result}: expected a sweep with -j or --dask; this is the file of a run")
     report = Report(as_json, quiet, verbose)
-    resume_job(Resumption(result, output, max_wall, max_steps, no_clobber), report)
+    resume_job(Resumption(found, output, max_wall, max_steps, no_clobber), report)
     report.close()
     return report.exit_code
 

@@ -10,6 +10,7 @@ import frictionsim as fs
 from frictionsim.cli.app import AsJson, NoClobber, Quiet, ResultFile, app
 from frictionsim.cli.completion import kinds, kinds_and_scenarios
 from frictionsim.cli.messages import (
+    log_on_stderr,
     print_beside_files,
     print_error,
     print_json,
@@ -47,6 +48,7 @@ def report(
 
     Of the result of a run, several of one kind, a sweep, or a table of `cost` in HDF5 or CSV.
     """
+    log_on_stderr(0)
     # What has no name, as a folder that is given as '/', is refused when it is read.
     target = output or result[0].parent / f"{result[0].stem or 'report'}.html"
     written = fs.report(list(result), target, no_clobber=no_clobber)
@@ -125,6 +127,7 @@ def show(
         raise InputError("show: give one of --json, --csv, --scenario and --study")
     from frictionsim.api.sweep_result import result_or_sweep
 
+    log_on_stderr(0)
     found = result_or_sweep(result)
     if not isinstance(found, fs.Result):
         show_sweep(found, as_json=as_json, as_csv=as_csv, scenario=scenario, study=study)
@@ -188,6 +191,7 @@ def compare(
     as_json: AsJson = False,
 ) -> int:
     """Compare a result with a reference result; exit 0 if they agree, 1 if they differ."""
+    log_on_stderr(0)
     comparison = fs.compare(
         result, golden, rtol=rtol, atol=atol, time_atol=time_atol, ignore=ignore or []
     )
@@ -221,8 +225,6 @@ def new(
 
     With FILE, the schema for editors is written beside it, as KIND.schema.json.
     """
-    from frictionsim.cli.messages import log_on_stderr
-
     log_on_stderr(0)  # a faulty plug-in is left out of lists with a warning
     if listed:
         if kind is not None:
@@ -259,7 +261,5 @@ def schema(
     ] = None,
 ) -> None:
     """Print the JSON schema of scenarios, for editors and other tools."""
-    from frictionsim.cli.messages import log_on_stderr
-
     log_on_stderr(0)
     print_json(fs.schema(kind))

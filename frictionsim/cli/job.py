@@ -23,7 +23,8 @@ from frictionsim.errors import (
     InputError,
     OutputError,
 )
-from frictionsim.io.destination import Destination, whole_name
+from frictionsim.io.destination import Destination
+from frictionsim.io.unfinished import whole_name
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
@@ -45,9 +46,9 @@ class Job(NamedTuple):
 
 
 class Resumption(NamedTuple):
-    """An incomplete result to resume, and where to write the result if not there."""
+    """An unfinished result to resume, and where to write the result if not there."""
 
-    source: Path
+    unfinished: fs.Result
     output: Path | None
     max_wall: float | None
     max_steps: int | None
@@ -174,20 +175,21 @@ def run_job(job: Job, report: Report) -> None:
 
 def resume_job(job: Resumption, report: Report) -> None:
     """Resume a run, write its result and print its summary."""
-    incomplete = fs.open(job.source)
-    incomplete.load_checkpoint()  # refuses one that cannot be resumed, before all else
-    known = incomplete.scenario.warnings()
+    unfinished, path = job.unfinished, job.unfinished.path
+    assert path is not None, "it is of a file"
+    unfinished.load_checkpoint()  # refuses one that cannot be resumed, before all else
+    known = unfinished.scenario.warnings()
     warn(known)
-    with report.monitored(incomplete.scenario, job.max_wall) as monitor:
+    with report.monitored(unfinished.scenario, job.max_wall) as monitor:
         result = fs.resume(
-            incomplete,
+            unfinished,
             output=job.output,
             no_clobber=job.no_clobber,
             max_wall=job.max_wall,
             max_steps=job.max_steps,
             progress=monitor,
         )
-    report.add(result, str(job.source), known, job.output or whole_name(job.source))
+    report.add(result, str(path), known, job.output or whole_name(path))
 
 
 def targets_of(sources: Sequence[str], output: Path | None, no_clobber: bool) -> list[Path]:

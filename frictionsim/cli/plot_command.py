@@ -8,7 +8,7 @@ import typer
 import frictionsim as fs
 from frictionsim.cli.app import AsJson, NoClobber, app
 from frictionsim.cli.completion import styles, views
-from frictionsim.cli.messages import print_beside_files, print_error
+from frictionsim.cli.messages import log_on_stderr, print_beside_files, print_error
 from frictionsim.cli.monitor import StatusLine
 from frictionsim.errors import InputError
 
@@ -175,6 +175,7 @@ def plot(
         "--style": style,
         "--no-title": no_title or None,
     }
+    log_on_stderr(0)
     check_options(animate, of_pictures | {"--fps": fps, "--speed": speed})
     if animate is not None:
         write_animation(result, animate, fps, speed, no_clobber=no_clobber, as_json=as_json)

@@ -1,4 +1,9 @@
-"""Atomic writing of files, and checks that one can be written before a run starts."""
+"""Atomic writing of files, and checks that one can be written before a run starts.
+
+New content goes to a part beside its target, .NAME.part, which is flushed and renamed when it is
+whole. Who writes a part has a lock on it. The part of a process that was killed has none: the next
+writer of the same target empties it.
+"""
 
 import os
 from collections.abc import Iterator
@@ -7,33 +12,198 @@ from errno import EPERM, EROFS
 from itertools import count
 from pathlib import Path
 from stat import S_IMODE, S_ISREG, S_ISVTX
-from time import monotonic, sleep
+from typing import IO
 
 from frictionsim.errors import OutputError
-from frictionsim.io.part_file import part_of
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    HAS_LOCKS = False
+else:
+    HAS_LOCKS = True
 
 SUFFIXES = (".h5", ".hdf5", ".nc")
+END = ".part"
 NEW, PRIVATE = 0o666, 0o600  # modes of a file that is new, and of one whose mode is still to be set
 PERMISSIONS, OF_GROUP = 0o777, 0o070
 PROBE = bytes(4096)
 MAX_NAME_LENGTH = 255  # bytes
-
-# On Windows a file cannot be replaced while a program has it open: a reader is waited for.
-SECONDS_FOR_READERS = 5.0
-SECONDS_BETWEEN_TRIES = 0.05
-
-# By target that a reader has not let go of: where its new content is.
-_kept: dict[Path, Path] = {}
+OPENED = Path("/proc/self/fd")  # of Linux
 
 
 class KeptBeside(OutputError):
-    """A file could not be replaced, and its new content is beside it."""
+    """A file could not be replaced, and its new content is in `kept`."""
+
+    def __init__(self, text: str, kept: Path) -> None:
+        super().__init__(text)
+        self.kept = kept
+
+
+class Part:
+    """The part of a file, which this process has locked.
+
+    Parameters
+    ----------
+    path : Path
+        The target; a symbolic link is followed.
+    what : str
+        What it will be, for messages.
+
+    Raises
+    ------
+    OutputError
+        If the target must not or cannot be written, or another process is writing it.
+    """
+
+    def __init__(self, path: Path, what: str = "result") -> None:
+        self._path, self._what = path, what
+        self._descriptor: int | None = None
+        with self._reported():
+            if reason := _target_problem(path):
+                raise OSError(reason)
+            self._target = Path(os.path.realpath(path))
+            self._name = self._target.with_name(f".{self._target.name}{END}")
+            is_new = not self._target.exists()
+            self._descriptor = _locked(self._name, NEW if is_new else PRIVATE)
+
+    @contextmanager
+    def _reported(self) -> Iterator[None]:
+        """Return the context in which an error removes the part and becomes one of its target."""
+        try:
+            yield
+        except BaseException as error:
+            self.discard()
+            if not isinstance(error, OSError):
+                raise
+            reason = error.strerror or str(error)
+            text = f"{self._path}: cannot write the {self._what}: {reason}"
+            raise OutputError(text) from None
+
+    def probe(self) -> None:
+        """Check that something can be written: a disk may be full."""
+        with self._reported(), self.opened() as file:
+            file.write(PROBE)
+            file.truncate(0)
+
+    @contextmanager
+    def opened(self) -> Iterator[IO[bytes]]:
+        """Return the context of the part as an empty file."""
+        assert self._descriptor is not None, "the part is locked"
+        os.ftruncate(self._descriptor, 0)
+        os.lseek(self._descriptor, 0, os.SEEK_SET)
+        with self._reported(), open(self._descriptor, "r+b", closefd=False) as file:
+            yield file
+
+    @property
+    def content(self) -> Path:
+        """The path to open it by: in a folder of others a link may stand in the place of a name."""
+        opened = OPENED / str(self._descriptor)
+        return opened if opened.exists() else self._name
+
+    @contextmanager
+    def unlocked(self) -> Iterator[None]:
+        """Return the context in which HDF5 may lock the part itself."""
+        assert self._descriptor is not None, "the part is locked"
+        if HAS_LOCKS:
+            with suppress(OSError):
+                fcntl.flock(self._descriptor, fcntl.LOCK_UN)
+        yield
+        if HAS_LOCKS:
+            _lock(self._descriptor)
+
+    def rename(self) -> None:
+        """Flush the part and rename it to its target, or to a name beside it."""
+        assert self._descriptor is not None, "the part is locked"
+        with self._reported():
+            _take_over_mode(self._descriptor, self._target)
+            os.fsync(self._descriptor)
+            if HAS_LOCKS:  # which readers of HDF5 pass
+                with suppress(OSError):
+                    fcntl.flock(self._descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            if os.name == "nt":  # what is open cannot be renamed
+                self._release()
+            try:
+                self._name.replace(self._target)
+            except OSError as error:
+                kept = name_beside(self._target)
+                with suppress(OSError):
+                    self._name.replace(kept)
+                    self._release()
+                    raise self._kept(error, kept) from None
+                raise
+            self._release()
+            _sync_folder(self._target.parent)
+
+    def _kept(self, error: OSError, kept: Path) -> KeptBeside:
+        shown = kept if self._path.is_symlink() else self._path.with_name(kept.name)
+        return KeptBeside(
+            f"{self._path}: cannot replace the file: {error.strerror or error}. The new"
+            f" {self._what} is in {shown}: rename it, after closing programs that have the file"
+            " open",
+            shown,
+        )
+
+    def discard(self) -> None:
+        """Remove the part, unless it was renamed."""
+        if self._descriptor is None:
+            return
+        if os.name == "nt":
+            self._release()
+        with suppress(OSError):
+            self._name.unlink()
+        self._release()
+
+    def _release(self) -> None:
+        if self._descriptor is not None:
+            os.close(self._descriptor)
+        self._descriptor = None
+
+
+def _locked(path: Path, mode: int) -> int:
+    """Open an empty part and lock it.
+
+    Others may write to the folder: what they have put there is neither followed nor written to.
+    """
+    flags = os.O_RDWR | os.O_CREAT
+    for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY", "O_CLOEXEC"):
+        flags |= getattr(os, name, 0)
+    while True:
+        if path.is_symlink():  # where there is no O_NOFOLLOW
+            raise OSError(f"'{path.name}' beside it is a link; remove it")
+        descriptor = os.open(path, flags, mode)
+        try:
+            if HAS_LOCKS:
+                _lock(descriptor)
+            found = os.fstat(descriptor)
+            own = not hasattr(os, "geteuid") or found.st_uid == os.geteuid()
+            if not S_ISREG(found.st_mode) or found.st_nlink > 1 or not own:
+                raise OSError(f"'{path.name}' beside it is not of this program; remove it")
+            with suppress(FileNotFoundError):
+                if os.path.samestat(path.lstat(), found):
+                    if mode == PRIVATE and hasattr(os, "fchmod"):
+                        os.fchmod(descriptor, mode)
+                    os.ftruncate(descriptor, 0)
+                    return descriptor
+        except BaseException:
+            os.close(descriptor)
+            raise
+        os.close(descriptor)  # its writer has renamed it since
+
+
+def _lock(descriptor: int) -> None:
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise OSError(
+            "another process is writing it now; wait for its end, or give another name"
+        ) from None
+    except OSError:  # a file system without locks
+        pass
 
 
 def check_place(path: Path, what: str = "result") -> None:
     """Check that a file can be written to a path, by writing a part of one beside it.
-
-    Parts of the same file that killed processes have left are removed.
 
     Parameters
     ----------
@@ -41,15 +211,9 @@ def check_place(path: Path, what: str = "result") -> None:
     what : str
         What it will be, for the message.
     """
-    try:
-        reason = _target_problem(path)
-        if not reason:
-            with part_of(_place(path), PRIVATE) as part:
-                part.path.write_bytes(PROBE)
-    except OSError as error:  # name too long, no permission to enter the folder, disk full
-        reason = error.strerror or str(error)
-    if reason:
-        raise _not_written(path, what, reason)
+    part = Part(path, what)
+    part.probe()
+    part.discard()
 
 
 def check_no_clobber(path: Path) -> None:
@@ -60,26 +224,46 @@ def check_no_clobber(path: Path) -> None:
         )
 
 
-def _place(path: Path) -> Path:
-    """Return the file that a path leads to."""
-    return Path(os.path.realpath(path))
+def write_atomically(image: bytes, path: Path, what: str = "result") -> None:
+    """Write a file atomically: on any error the existing file is kept.
+
+    The bytes are written to a part in the same folder, flushed to the disk and renamed. The file
+    keeps mode and owner of the one it replaces, as far as the system lets the user.
+    If the existing file cannot be replaced, as because a program has it open, they are kept
+    beside it as a.new.h5 for a.h5.
+
+    Parameters
+    ----------
+    image : bytes
+        The content.
+    path : Path
+        The target; a symbolic link is followed.
+    what : str
+        What it is, for messages.
+    """
+    with replaced_atomically(path, what) as file:
+        file.write(image)
+
+
+@contextmanager
+def replaced_atomically(path: Path, what: str = "result") -> Iterator[IO[bytes]]:
+    """Return the context of an open file, which then replaces another as `write_atomically`."""
+    part = Part(path, what)
+    with part.opened() as file:
+        yield file
+    part.rename()
 
 
 def _target_problem(path: Path) -> str:
     """Return why a file must not be written to a path; empty if it may be."""
     if os.path.isdir(path):
         return "this is a folder; give a file name"
-    target = _place(path)
+    target = Path(os.path.realpath(path))
     folder = target.parent
     if not folder.is_dir():
         return f"there is no folder '{folder if path.is_symlink() else path.parent}'"
-    try:
-        found = target.lstat()
-    except FileNotFoundError:
-        found = None
-    if found is not None:
-        reason = _replacement_problem(target, found)
-        if reason:
+    with suppress(FileNotFoundError):
+        if reason := _replacement_problem(target, target.lstat()):
             return reason
     return "" if os.access(folder, os.W_OK) else f"no permission to write in '{path.parent}'"
 
@@ -108,60 +292,6 @@ def _replacement_problem(target: Path, found: os.stat_result) -> str:
     return ""
 
 
-def _not_written(path: Path, what: str, reason: str) -> OutputError:
-    return OutputError(f"{path}: cannot write the {what}: {reason}")
-
-
-def write_atomically(image: bytes, path: Path, what: str = "result") -> None:
-    """Write a file atomically: on any error the existing file is kept.
-
-    The bytes are written to a part file in the same folder, flushed to the disk and renamed. The
-    file keeps mode and owner of the one it replaces, as far as the system lets the user.
-    If the existing file cannot be replaced, as because a program has it open, they are kept
-    beside it as a.new.h5 for a.h5. The next content of a.h5 that this process writes, as at a
-    checkpoint, replaces that file, without waiting for the reader again.
-
-    Parameters
-    ----------
-    image : bytes
-        The content.
-    path : Path
-        The target; a symbolic link is followed.
-    what : str
-        What it is, for messages.
-    """
-    with replaced_atomically(path, what) as part, part.open("r+b") as file:
-        file.write(image)
-
-
-@contextmanager
-def replaced_atomically(path: Path, what: str = "result") -> Iterator[Path]:
-    """Return the context that gives the name of an empty file, which then replaces another.
-
-    Parameters
-    ----------
-    path : Path
-        The target, as of `write_atomically`.
-    what : str
-        What it is, for messages.
-    """
-    try:
-        reason = _target_problem(path)
-        if reason:
-            raise _not_written(path, what, reason)
-        target = _place(path)
-        with part_of(target, PRIVATE if target.exists() else NEW) as part:
-            yield part.content
-            _take_over_mode(part.descriptor, target)
-            os.fsync(part.descriptor)
-            if os.name == "nt":
-                part.release()  # what is open cannot be renamed
-            _replace_or_keep(part.path, target, path, what)
-    except OSError as error:
-        raise _not_written(path, what, error.strerror or str(error)) from None
-    _sync_folder(target.parent)
-
-
 def _take_over_mode(descriptor: int, target: Path) -> None:
     """Give a new file the mode and the owner of the one it replaces.
 
@@ -186,62 +316,6 @@ def _take_over_mode(descriptor: int, target: Path) -> None:
         os.fchmod(descriptor, mode)
 
 
-def _replace_or_keep(part: Path, target: Path, path: Path, what: str) -> None:
-    """Rename a part to its target, or else to a name beside it.
-
-    Raises
-    ------
-    OutputError
-        If it is beside it.
-    OSError
-        If it cannot be renamed at all.
-    """
-    try:
-        error: OSError | None = _replace(part, target)
-    except OSError as other:
-        error = other
-    if error is None:
-        return
-    try:
-        kept = _keep(part, target)
-    except OSError:
-        raise error from None
-    raise _held(path, what, error, kept)
-
-
-def _replace(part: Path, target: Path) -> PermissionError | None:
-    """Rename a file to its target, waiting for programs that have the target open.
-
-    Returns
-    -------
-    PermissionError or None
-        The last error if they did not close it.
-    """
-    latest = monotonic() + (0.0 if target in _kept else SECONDS_FOR_READERS)
-    while True:
-        try:
-            part.replace(target)
-        except PermissionError as error:
-            if monotonic() >= latest:
-                return error
-            sleep(SECONDS_BETWEEN_TRIES)
-        else:
-            _kept.pop(target, None)
-            return None
-
-
-def _keep(part: Path, target: Path) -> Path:
-    """Rename a file to a visible name beside its target, and return that name."""
-    if target in _kept:
-        with suppress(PermissionError):  # that file is open as well
-            part.replace(_kept[target])
-            return _kept[target]
-    kept = name_beside(target)
-    part.replace(kept)
-    _kept[target] = kept
-    return kept
-
-
 def name_beside(target: Path) -> Path:
     """Return a name that no file has yet: a.new.h5 for a.h5, or a.new2.h5; a long one is cut."""
     for number in count(1):
@@ -252,19 +326,6 @@ def name_beside(target: Path) -> Path:
         if not os.path.lexists(kept):
             return kept
     raise AssertionError("there is always another number")
-
-
-def _held(path: Path, what: str, error: OSError, kept: Path) -> KeptBeside:
-    shown = kept if path.is_symlink() else path.with_name(kept.name)
-    why = error.strerror or error
-    if isinstance(error, PermissionError):
-        return KeptBeside(
-            f"{path}: cannot replace the file: {why}; another program may have it open."
-            f" The new {what} is in {shown}: close the other program, then rename it"
-        )
-    return KeptBeside(
-        f"{path}: cannot replace the file: {why}. The new {what} is in {shown}: rename it"
-    )
 
 
 def _sync_folder(folder: Path) -> None:

@@ -2,22 +2,31 @@
 
 HDF5 has no checksum of its metadata, and its library may crash or hang on a damaged file. It
 ignores data after its end of file and drops them when another program changes the file. Therefore
-a trailer must match, but a missing one is accepted.
+a trailer must match, but a missing one is accepted. Its mark tells what the file holds.
 """
 
 import os
 from pathlib import Path
-from typing import BinaryIO
+from typing import IO
 from zlib import crc32
 
-MARK = b"\nfrictionsim crc32 "
-LENGTH = len(MARK) + len(b"01234567\n")
+RESULT, SWEEP, COSTS, SEGMENT = MARKS = tuple(
+    b"\nfrictionsim %s " % word for word in (b"crc32", b"sweep", b"costs", b"segm.")
+)
+LENGTH = len(RESULT) + len(b"01234567\n")
 BLOCK = 1 << 20
 
 
-def checksum_trailer(image: bytes) -> bytes:
+def checksum_trailer(image: bytes, mark: bytes = RESULT) -> bytes:
     """Return the trailer of a file with the given content."""
-    return MARK + b"%08x\n" % crc32(image)
+    return mark + b"%08x\n" % crc32(image)
+
+
+def mark_of(file: IO[bytes]) -> bytes:
+    """Return the mark of the trailer of an open file; empty if it has none."""
+    file.seek(max(file.seek(0, os.SEEK_END) - LENGTH, 0))
+    found = file.read(len(RESULT))
+    return found if found in MARKS else b""
 
 
 def checksum_mismatch(path: Path) -> bool:
@@ -26,33 +35,34 @@ def checksum_mismatch(path: Path) -> bool:
         return mismatch_within(file)
 
 
-def mismatch_within(file: BinaryIO) -> bool:
+def mismatch_within(file: IO[bytes]) -> bool:
     """Return `checksum_mismatch` of an open file."""
-    left = file.seek(0, os.SEEK_END) - LENGTH
-    file.seek(max(left, 0))
-    trailer = file.read(LENGTH)
-    if not trailer.startswith(MARK):
+    mark = mark_of(file)
+    if not mark:
         return False
-    file.seek(0)
-    checksum = 0
-    while left > 0:
-        block = file.read(min(left, BLOCK))
-        if not block:  # it was cut meanwhile
-            return True
-        checksum = crc32(block, checksum)
-        left -= len(block)
-    return trailer != MARK + b"%08x\n" % checksum
+    stated = file.read()
+    return stated != b"%08x\n" % _crc32_of(file, file.seek(0, os.SEEK_END) - LENGTH)
 
 
-def checksum_of(trailer: bytes) -> int:
-    """Return the checksum that a trailer states."""
-    return int(trailer[len(MARK) :], 16)
-
-
-def append_trailer(path: Path) -> None:
+def append_trailer(path: Path, mark: bytes = RESULT) -> None:
     """Append the trailer to a file that is too large to be in memory."""
-    checksum = 0
     with path.open("r+b") as file:
-        while block := file.read(BLOCK):
-            checksum = crc32(block, checksum)
-        file.write(MARK + b"%08x\n" % checksum)
+        checksum = _crc32_of(file, file.seek(0, os.SEEK_END))
+        file.seek(0, os.SEEK_END)
+        file.write(mark + b"%08x\n" % checksum)
+
+
+def stated_checksum(file: IO[bytes]) -> int:
+    """Return the checksum that the trailer of an open file states."""
+    mark_of(file)
+    return int(file.read(), 16)
+
+
+def _crc32_of(file: IO[bytes], length: int) -> int:
+    """Return the checksum of the first bytes; of fewer where the file was cut meanwhile."""
+    checksum = 0
+    file.seek(0)
+    while length > 0 and (block := file.read(min(length, BLOCK))):
+        checksum = crc32(block, checksum)
+        length -= len(block)
+    return checksum

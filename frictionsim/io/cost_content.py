@@ -1,4 +1,4 @@
-"""What is in a table of costs in HDF5, read in the child process that `hdf5_reader` starts.
+"""What is in a table of costs in HDF5, read in the child process that `hdf5_reader` asks.
 
 `hdf5_writer.write_table` documents the file.
 """
@@ -9,7 +9,6 @@ import h5py
 
 from frictionsim.errors import InputError
 from frictionsim.io.cost_table import MAX_COLUMNS, CostTable, checked
-from frictionsim.io.hdf5_content import COST
 from frictionsim.io.hdf5_structure import (
     Budget,
     checked_dataset,
@@ -22,7 +21,7 @@ from frictionsim.io.hdf5_structure import (
 )
 from frictionsim.results import Column
 
-ROW = "row"
+COST, ROW = "cost", "row"
 
 
 def costs(path: str) -> CostTable:

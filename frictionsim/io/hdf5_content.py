@@ -1,28 +1,27 @@
-"""What is in a file of results, read in the child process that `hdf5_reader` starts.
+"""What is in a result file, read in the child process that `hdf5_reader` asks.
 
-All functions here call HDF5. What they return goes through a pipe: arrays, texts, and the places
-of chunks that are not read yet.
+All functions here call HDF5.
 """
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from math import isnan
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import h5py
 import numpy as np
 
 from frictionsim.errors import InputError
+from frictionsim.io.child_answer import Checkpoint, LongChannel
 from frictionsim.io.hdf5_structure import (
     MAX_AXIS,
     Budget,
-    array_of,
     checked_dataset,
     checked_group,
     integers_of,
     members,
     names_of,
+    rows_of,
     text_of,
     texts_of,
     type_of,
@@ -31,15 +30,11 @@ from frictionsim.io.hdf5_structure import (
 from frictionsim.io.result_format import (
     COUNTS,
     READABLE_VERSIONS,
-    SEGMENTS,
     STATUSES,
     numbered_members,
     state_digest,
 )
-from frictionsim.io.stored_array import FileSource, stamp_of
-from frictionsim.io.sweep_table import VERSION_NAME as OF_SWEEPS
 from frictionsim.results import MODES, Check, Flags, Quantities, Quantity, Record, SolverStatistics
-from frictionsim.simulation.stored_channel import StoredChannel
 from frictionsim.version import __version__
 
 ATTRIBUTES = (
@@ -52,59 +47,36 @@ ATTRIBUTES = (
     "title",
 )
 GROUPS = ("events", "quantities", "audit", "solver", "checkpoint")
-COST = "cost"
+LONG_BYTES = 64 * 2**20  # of all channels together
+LONG_CHANNEL_BYTES = 4 * 2**20  # of those of a long result that are asked for by rows
 NOT_HDF5 = "it is not a readable HDF5 file"
 NOT_OURS = "it is HDF5, but not a frictionsim result"
 KNOWN_MODES = [value for value, _ in MODES]
 
 
-class Checkpoint(NamedTuple):
-    """The data to resume a run: the attributes of its file and the state of its solver."""
-
-    attributes: dict[str, str]
-    state: dict[str, Any]
-
-
-class Identity(NamedTuple):
-    """What a file says of itself.
-
-    Attributes
-    ----------
-    status : str or None
-        Of the run; None if it does not say.
-    segments : str or None
-        Its attribute of that name.
-    is_table : bool
-        It holds a table of costs, not the result of a run.
-    is_sweep : bool
-        It holds a sweep.
-    """
-
-    status: str | None = None
-    segments: str | None = None
-    is_table: bool = False
-    is_sweep: bool = False
-
-
-def identity(path: str) -> Identity:
-    """Return the identity of a file; empty if it is no result or damaged."""
-    try:
-        with h5py.File(path, "r") as file:
-            found = texts_of(file, Budget(file.id.get_filesize()))
-            is_table = file.get(COST, getlink=True) is not None
-            is_sweep = OF_SWEEPS in file.attrs
-    except MemoryError:
-        raise
-    except Exception:  # whatever h5py says of a damaged file
-        return Identity()
-    return Identity(found.get("status"), found.get(SEGMENTS), is_table, is_sweep)
-
-
 def record(path: str) -> Record:
-    """Return the content of a result file; long channels and those with columns stay there."""
-    stamp = stamp_of(path)
+    """Return the content of a result file; long channels by their shapes."""
     with _opened(path) as file:
-        return _Reader(file, str(Path(path).resolve()), stamp).record()
+        return _Reader(file).record()
+
+
+def rows(path: str, name: str, start: str, stop: str) -> Any:
+    """Return samples start to stop - 1 of a channel."""
+    with _opened(path) as file:
+        found = dict(members(file, Budget(file.id.get_filesize())))
+        return rows_of(checked_dataset(found[name], name), slice(int(start), int(stop)))
+
+
+def channels(names: str, *paths: str) -> list[dict[str, Any]]:
+    """Return channels of several files, of names with commas between them."""
+    found = []
+    for path in paths:
+        with _opened(path) as file:
+            budget = Budget(file.id.get_filesize())
+            every = dict(members(file, budget))
+            wanted = {name: checked_dataset(every[name], name) for name in names.split(",")}
+            found.append({name: values_of(item, budget) for name, item in wanted.items()})
+    return found
 
 
 def checkpoint(path: str) -> Checkpoint:
@@ -123,7 +95,7 @@ def checkpoint(path: str) -> Checkpoint:
                 if item.dtype.kind not in "fiubS":
                     raise TypeError(f"{name} does not hold numbers")
                 budget.take(item.nbytes, name)
-                state[name] = item[...]
+                state[name] = item[...].view(item.dtype.str)  # without notes of HDF5
         if text_of(group, "digest", budget) != state_digest(attributes, state):
             raise InputError(f"{path}: cannot resume this run: its checkpoint is damaged")
     return Checkpoint(attributes, state)
@@ -147,20 +119,11 @@ def _opened(path: str) -> Iterator[Any]:
     """Open a result file; errors within the context become InputError with the file's name."""
     try:
         with h5py.File(path, "r") as file:
-            if OF_SWEEPS in file.attrs:
-                raise InputError(
-                    f"{path}: this is a sweep, not the result of a run; 'frictionsim plot {path}'"
-                    " draws it, and fs.open_sweep reads it"
-                )
             version = integers_of(file, "format_version")[0]
             if version not in READABLE_VERSIONS:
                 raise InputError(
                     f"{path}: cannot read this result: its format version is {version}, this"
                     f" program reads versions {min(READABLE_VERSIONS)} to {max(READABLE_VERSIONS)}"
-                )
-            if COST in file:
-                raise InputError(
-                    f"{path}: this is a table of `frictionsim cost`, not the result of a run"
                 )
             yield file
     except (InputError, MemoryError):
@@ -183,20 +146,10 @@ def _attributes(file: Any, budget: Budget) -> dict[str, str]:
 
 
 class _Reader:
-    """Makes a record of an open file, with one budget for all of it.
+    """Makes a record of an open file, with one budget for all of it."""
 
-    Parameters
-    ----------
-    file : h5py.File
-    path : str
-        Absolute, to read channels from later.
-    stamp : tuple
-        Of the file, see `stamp_of`.
-    """
-
-    def __init__(self, file: Any, path: str, stamp: tuple[int, ...]) -> None:
-        self._file, self._path, self._stamp = file, path, stamp
-        self._budget = Budget(file.id.get_filesize())
+    def __init__(self, file: Any) -> None:
+        self._file, self._budget = file, Budget(file.id.get_filesize())
 
     def record(self) -> Record:
         """Return the content of the file."""
@@ -229,16 +182,11 @@ class _Reader:
         return found
 
     def _channels(self, datasets: dict[str, Any]) -> dict[str, Any]:
-        """Return the channels; long ones and those with columns stay where they are."""
-        arrays = {
-            name: None if name == "time" else array_of(item, self._budget)
-            for name, item in datasets.items()
-        }
-        stored = {name: array for name, array in arrays.items() if array is not None}
-        source = FileSource(self._path, self._stamp, stored)
+        """Return the channels; the large ones of a long result by their shapes."""
+        is_long = sum(item.nbytes for item in datasets.values()) > LONG_BYTES
         return {
-            name: StoredChannel(source, name, item.shape, type_of(item))
-            if name in stored
+            name: LongChannel(item.shape, type_of(item).str)
+            if is_long and name != "time" and item.nbytes > LONG_CHANNEL_BYTES
             else values_of(item, self._budget)
             for name, item in datasets.items()
         }

@@ -1,197 +1,146 @@
-"""Read result files in HDF5 and check them; `hdf5_writer` documents the format.
+"""Read files in HDF5 and check them; `hdf5_writer` and `sweep_file` document the formats.
 
 A file may come from anyone, and its checksum is no proof: whoever changes a file can make it anew.
 One changed byte is enough to have HDF5 crash or never return. Therefore HDF5 reads in a child
-process with limits on time and memory (`child_process`, `hdf5_content`), and this process never
-calls it to read. Long channels, and those with columns, are read here, without HDF5
-(`stored_array`).
+process (`child_process`), and this process neither calls nor imports it to read.
 """
 
 import os
-from collections.abc import Callable
 from os.path import isdir, isfile
 from pathlib import Path
 from stat import S_ISREG
-from typing import TYPE_CHECKING, Any, cast
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from frictionsim.errors import InputError, near_files
-from frictionsim.io import hdf5_content
+from frictionsim.io import child_process
 from frictionsim.io.atomic_write import SUFFIXES
 from frictionsim.io.checksum import checksum_mismatch
-from frictionsim.io.child_process import (
-    ChildFailed,
-    ChildLimits,
-    EndedFromOutside,
-    OutOfTime,
-    run_in_child,
-)
-from frictionsim.io.chunks import is_long
-from frictionsim.io.hdf5_content import NOT_HDF5, NOT_OURS, Checkpoint, Identity
-from frictionsim.io.hdf5_structure import data_limit
+from frictionsim.io.child_answer import Checkpoint, LongChannel
+from frictionsim.io.child_process import ChildFailed, EndedFromOutside
+from frictionsim.io.cost_table import CostTable
 from frictionsim.io.result_format import SEGMENTS
-from frictionsim.io.sample_segments import SegmentsAndTail, segments_of
-from frictionsim.io.stored_array import FileChanged, FileSource, stamp_of
+from frictionsim.io.segments import with_segments
+from frictionsim.io.sweep_table import SweepTable
 from frictionsim.results import HDF5_SIGNATURE, Record
 from frictionsim.simulation.stored_channel import StoredChannel
 
 if TYPE_CHECKING:
-    from frictionsim.io.cost_table import CostTable
-    from frictionsim.io.sweep_table import SweepTable
+    Content = Record | SweepTable | CostTable
+    Stamp = tuple[int, ...]
 
-SECONDS, CPU_SECONDS = 8.0, 2.0  # of a small file, which takes some hundredths
-BYTES_PER_SECOND = 20e6  # of a slow disk
-WORKING_MEMORY = 512 * 2**20
-TRIES = 3  # a run may replace its result at each checkpoint
+NOT_HDF5 = "it is not a readable HDF5 file"
 
-# Files on which HDF5 did not come to an end, by name and stamp: each further try takes seconds.
-_out_of_time: dict[tuple[str, tuple[int, ...]], OutOfTime] = {}
-# What files of this process said of themselves, by name and stamp; a run asks at each checkpoint.
-_identities: dict[tuple[str, tuple[int, ...]], Identity] = {}
-MAX_IDENTITIES = 64
+# Why files were not read, by name and stamp: each further try takes as long.
+_failures: "dict[tuple[str, Stamp], ChildFailed]" = {}
+
+
+def read_any(path: Path) -> "Content":
+    """Read a result file, the file of a sweep, or a table of costs."""
+    found = _answer("content", path)
+    if not isinstance(found, Record):
+        return found
+    source = RowsOfFile(path)
+    channels = {
+        name: StoredChannel(source, name, values.shape, values.dtype)
+        if isinstance(values, LongChannel)
+        else values
+        for name, values in found.channels.items()
+    }
+    listing = found.attributes.pop(SEGMENTS, None)
+    found = found._replace(channels=channels)
+    return found if listing is None else with_segments(found, path, listing)
 
 
 def read(path: Path) -> Record:
     """Read a result file."""
-    for _ in range(TRIES):
-        found: Record = _in_child(hdf5_content.record, path)
-        try:
-            found = _with_values(found, path)
-            break
-        except (FileChanged, OSError):
-            continue
-        except (ValueError, MemoryError):
-            raise InputError(f"{path}: cannot read this result: {NOT_OURS}") from None
-    else:
-        raise InputError(f"{path}: cannot read this result: the file is being modified; try again")
-    reference = found.attributes.pop(SEGMENTS, None)
-    return found if reference is None else _with_segments(found, path, reference)
+    return result_of(read_any(path), path)
 
 
-def may_be_done(path: Path) -> bool:
-    """Return whether a file holds a complete result or cannot be read; false for an empty file."""
-    try:
-        found = os.stat(path)
-    except OSError:  # no such file
-        return False
-    if S_ISREG(found.st_mode) and not found.st_size:
-        return False
-    return _identity(path).status not in ("interrupted", "failed")
-
-
-def is_table(path: Path) -> bool:
-    """Return whether a file holds a table of costs; false if it cannot be read."""
-    return _identity(path).is_table
-
-
-def is_sweep(path: Path) -> bool:
-    """Return whether a file holds a sweep; false if it cannot be read."""
-    return _identity(path).is_sweep
-
-
-def identity_of(path: Path) -> Identity:
-    """Return the identity of a file; empty if HDF5 finds it damaged."""
-    found: Identity = _in_child(hdf5_content.identity, path)
+def result_of(found: "Content", path: Path) -> Record:
+    """Return the content of a file if it is that of the result of a run."""
+    if isinstance(found, SweepTable):
+        raise InputError(
+            f"{path}: this is a sweep, not the result of a run; 'frictionsim plot {path}' draws it,"
+            " and fs.open_sweep reads it"
+        )
+    if isinstance(found, CostTable):
+        raise InputError(f"{path}: this is a table of `frictionsim cost`, not the result of a run")
     return found
 
 
-def read_sweep(path: Path) -> "SweepTable":
+def read_sweep(path: Path) -> SweepTable:
     """Read the file of a sweep."""
-    from frictionsim.io import sweep_content  # rarely needed
-
-    found: SweepTable = _in_child(sweep_content.sweep, path)
+    found = read_any(path)
+    if not isinstance(found, SweepTable):
+        raise InputError(
+            f"{path}: cannot read this sweep: it is HDF5, but not a sweep of frictionsim"
+        )
     return found
-
-
-def read_costs(path: Path) -> "CostTable":
-    """Read a table of costs."""
-    from frictionsim.io import cost_content  # rarely needed
-
-    found: CostTable = _in_child(cost_content.costs, path)
-    return found
-
-
-def folder_of_segments(path: Path) -> Path | None:
-    """Return the folder with the segments of an incomplete result; None if it has none."""
-    reference = _identity(path).segments
-    try:
-        return None if reference is None else segments_of(path, reference)[0].folder
-    except ValueError:
-        return None
 
 
 def read_checkpoint(path: Path) -> Checkpoint:
     """Read the checkpoint of a result file."""
-    found: Checkpoint = _in_child(hdf5_content.checkpoint, path)
+    found: Checkpoint = _answer("checkpoint", path)
     return found
 
 
-def _identity(path: Path) -> Identity:
-    """Return the identity of a file; empty if there is none or it cannot be read."""
-    try:
-        key = os.path.realpath(path), stamp_of(str(path))
-    except (OSError, ValueError):
-        return Identity()
-    if key not in _identities:
+class RowsOfFile:
+    """The long channels of a file, of which some rows are read whenever they are needed.
+
+    Parameters
+    ----------
+    path : Path
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path, self._stamp = Path(os.path.abspath(path)), _stamp_of(path)
+
+    def rows(self, name: str, start: int, stop: int) -> Any:
+        """Return samples start to stop - 1 of a channel."""
+        reason = "it has changed since it was opened; open it again"
         try:
-            found = _answer(hdf5_content.identity, path)
-        except InputError:
-            found = Identity()
-        except (ChildFailed, OSError):  # another time it may be read: nothing is known of it
-            return Identity()
-        if len(_identities) >= MAX_IDENTITIES:
-            _identities.clear()
-        _identities[key] = found
-    return _identities[key]
+            if _stamp_of(self._path) == self._stamp:
+                found = child_process.answer_of("rows", str(self._path), name, start, stop)
+                if _stamp_of(self._path) == self._stamp:
+                    return found
+        except OSError as error:
+            reason = f"it could be opened before, and cannot be now ({error.strerror or error})"
+        except ChildFailed as failed:
+            reason = str(failed)
+        raise InputError(f"{self._path}: cannot read the channel '{name}': {reason}")
 
 
-def _in_child(work: Callable[[str], Any], path: Path) -> Any:
-    """Call a reader of `hdf5_content` in the child process."""
+def _stamp_of(path: Path) -> "Stamp":
+    """Return the fields of a file's status that change when it is replaced."""
+    found = os.stat(path)
+    return found.st_ino, found.st_size, found.st_mtime_ns
+
+
+def _answer(question: str, path: Path) -> Any:
+    """Ask the child process about a file."""
     try:
-        return _answer(work, path)
+        _check_is_hdf5(path)
+        key = os.path.realpath(path), _stamp_of(path)
+        if key not in _failures:
+            try:
+                return child_process.answer_of(question, str(path), size=os.path.getsize(path))
+            except EndedFromOutside:
+                raise
+            except ChildFailed as failed:
+                _failures[key] = failed
+        raise _failures[key]
     except OSError:
         raise InputError(f"{path}: cannot read this result: {_why_not_open(path)}") from None
     except ChildFailed as failed:
         raise InputError(f"{path}: cannot read this result: {failed}") from None
 
 
-def _answer(work: Callable[[str], Any], path: Path) -> Any:
-    """Call a reader of `hdf5_content` in the child process.
-
-    Raises
-    ------
-    ChildFailed, OSError
-        If there is no answer.
-    InputError
-        If the file is damaged.
-    """
-    limits = _limits(_size_of_hdf5(path))
-    key = os.path.realpath(path), stamp_of(str(path))
-    if key in _out_of_time:
-        raise _out_of_time[key]
-    try:
-        return run_in_child(work, (str(path),), limits)
-    except EndedFromOutside:
-        return run_in_child(work, (str(path),), limits)
-    except OutOfTime as failed:
-        _out_of_time[key] = failed
-        raise
-
-
-def _limits(size: int) -> ChildLimits:
-    # The values as they are read, and once more in the type that they are sent in.
-    more = size / BYTES_PER_SECOND
-    return ChildLimits(SECONDS + more, CPU_SECONDS + more, WORKING_MEMORY + 2 * data_limit(size))
-
-
-def _size_of_hdf5(path: Path) -> int:
-    """Return the size of a file of HDF5; raise OSError if it is none, InputError if damaged.
+def _check_is_hdf5(path: Path) -> None:
+    """Raise OSError if a file is none of HDF5, InputError if it is damaged.
 
     What is no regular file is not opened: to open a pipe waits for who writes to it.
     """
-    found = os.stat(path)
-    if not S_ISREG(found.st_mode):
+    if not S_ISREG(os.stat(path).st_mode):
         raise OSError("not a regular file")
     if checksum_mismatch(path):
         raise InputError(
@@ -200,7 +149,6 @@ def _size_of_hdf5(path: Path) -> int:
     with open(path, "rb") as file:
         if file.read(len(HDF5_SIGNATURE)) != HDF5_SIGNATURE:
             raise OSError("not HDF5")
-    return found.st_size
 
 
 def _why_not_open(path: Path) -> str:
@@ -213,47 +161,3 @@ def _why_not_open(path: Path) -> str:
     if path.suffix == ".toml":
         return f"this is a scenario; 'frictionsim solve {path}' makes a result of it"
     return NOT_HDF5
-
-
-def _with_values(found: Record, path: Path) -> Record:
-    """Return a record whose channels are in memory, unless it is of a long run.
-
-    Raises
-    ------
-    FileChanged
-        If the file was replaced meanwhile.
-    ValueError
-        If a channel is damaged, or does not fit into memory.
-    """
-    stored = {n: v for n, v in found.channels.items() if isinstance(v, StoredChannel)}
-    if not stored or is_long(found.channels):
-        return found
-    if sum(v.nbytes for v in stored.values()) > data_limit(os.stat(path).st_size):
-        raise ValueError("more data than the file can hold")
-    read_now: dict[str, Any] = {
-        name: cast(FileSource, v.source).rows_if_unchanged(name, 0, len(v)).astype(v.dtype)
-        for name, v in stored.items()
-    }
-    return found._replace(channels=found.channels | read_now)
-
-
-def _with_segments(found: Record, path: Path, reference: str) -> Record:
-    """Return a record with the samples of its segments before its own."""
-    try:
-        segments, count, rows = segments_of(path, reference)
-    except ValueError:
-        raise InputError(f"{path}: cannot read this result: {NOT_OURS}") from None
-    segments.check(count, segments.checksum)
-    damaged = InputError(f"{path}: cannot read this result: {NOT_OURS}")
-    if any(segments.length(number) != rows for number in range(count)):
-        raise damaged
-    source = SegmentsAndTail(segments, count, rows, found.channels)
-    before = count * rows
-    channels: dict[str, Any] = {
-        name: StoredChannel(source, name, (before + len(tail), *tail.shape[1:]), tail.dtype)
-        for name, tail in found.channels.items()
-    }
-    time = np.asarray(channels["time"])
-    if not np.all(time[1:] > time[:-1]):
-        raise damaged
-    return found._replace(channels=channels | {"time": time})

@@ -11,16 +11,15 @@ from typing import Any
 import h5py
 import numpy as np
 
-from frictionsim.io.stored_array import MAX_GZIP_RATIO, StoredArray
-
+# DEFLATE's maximum ratio is 1032:1; a larger claim means a damaged file.
+MAX_GZIP_RATIO = 1032
 MAX_MEMBERS = 2000  # of all groups; a belt's checkpoint has some hundred
 MAX_ATTRIBUTES = 64  # of one object
 MAX_TEXT = 64 * 1024  # bytes of an attribute or a name
 MAX_SCENARIO = 64 * 2**20  # it holds the data of CSV signals
-LONG_TEXTS = ("scenario", "study")
+LONG_TEXTS = ("scenario", "study", "segments")
 MAX_NAMES = 100_000
 MAX_AXIS = 10**6
-MIN_STORED = 4 * 2**20  # bytes of a channel without columns that is read when it is needed
 FREE_BYTES = 256 * 2**20  # that any file may claim, however small it is
 FILTERS = {h5py.h5z.FILTER_DEFLATE: "gzip", h5py.h5z.FILTER_SHUFFLE: "shuffle"}
 NUMBERS = (h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM)
@@ -168,10 +167,15 @@ def integers_of(item: Any, name: str) -> list[int]:
 
 def values_of(dataset: Any, budget: Budget) -> Any:
     """Return the real numbers of a dataset as float64, or as the integers that they are."""
+    budget.take(dataset.nbytes, dataset.name)
+    return rows_of(dataset, ...)
+
+
+def rows_of(dataset: Any, rows: Any) -> Any:
+    """Return rows of a dataset of real numbers, as `values_of` does."""
     if dataset.dtype.kind not in "fiub":
         raise TypeError(f"{dataset.name} does not hold real numbers")
-    budget.take(dataset.nbytes, dataset.name)
-    return np.asarray(dataset[...]).astype(type_of(dataset), copy=False)
+    return np.asarray(dataset[rows]).astype(type_of(dataset), copy=False)
 
 
 def names_of(dataset: Any, budget: Budget) -> tuple[str, ...]:
@@ -194,53 +198,3 @@ def names_of(dataset: Any, budget: Budget) -> tuple[str, ...]:
 def type_of(dataset: Any) -> Any:
     """Return the type of the values of a dataset in memory."""
     return dataset.dtype if dataset.dtype.kind == "i" else np.dtype(np.float64)
-
-
-def array_of(dataset: Any, budget: Budget) -> StoredArray | None:
-    """Return where the values of a dataset are; None if it is small or has no whole rows.
-
-    Raises
-    ------
-    ValueError
-        If they are not all there and within the file.
-    """
-    if dataset.ndim == 1 and dataset.chunks is None:
-        return _in_one_piece(dataset, budget)
-    storage = dataset.id.get_create_plist()
-    filters = [FILTERS[number] for number in _filters(storage)]
-    if (
-        dataset.ndim < 2
-        or dataset.chunks is None
-        or dataset.chunks[1:] != dataset.shape[1:]
-        or filters not in ([], ["gzip"], ["shuffle"], ["shuffle", "gzip"])
-    ):
-        return None
-    rows = dataset.chunks[0]
-    count = -(-len(dataset) // rows)
-    # An entry of the index takes more than a byte.
-    if count > budget.file_bytes:
-        raise ValueError(f"{dataset.name}: a chunk is missing")
-    places = np.zeros((count, 2), dtype=np.int64)
-    rest = (0,) * (dataset.ndim - 1)
-    for number in range(count):
-        chunk = dataset.id.get_chunk_info_by_coord((number * rows, *rest))
-        if chunk.filter_mask or chunk.byte_offset is None or chunk.byte_offset > budget.file_bytes:
-            raise ValueError(f"{dataset.name}: a chunk is missing")
-        places[number] = chunk.byte_offset, chunk.size
-    array = StoredArray(
-        dataset.dtype.str, dataset.shape, rows, places, "shuffle" in filters, "gzip" in filters
-    )
-    array.check(budget.file_bytes)
-    budget.take(places.nbytes, dataset.name)
-    return array
-
-
-def _in_one_piece(dataset: Any, budget: Budget) -> StoredArray | None:
-    """Return where a long dataset without columns is; None if it is small or not in one piece."""
-    offset = dataset.id.get_offset()
-    if dataset.nbytes < MIN_STORED or offset is None:
-        return None
-    place = np.array([[offset, dataset.nbytes]], dtype=np.int64)
-    array = StoredArray(dataset.dtype.str, dataset.shape, len(dataset), place)
-    array.check(budget.file_bytes)
-    return array

@@ -1,73 +1,16 @@
-"""Write result files in HDF5.
+"""Write result files in HDF5, in the format that docs/result-files.md specifies.
 
-A result file, format version 2, is a file of HDF5 that is also one of netCDF-4. It holds
+The group /checkpoint holds the state of the solver to resume from: arrays of float64 or bytes whose
+names and meaning are internal to the solver, and the run time so far in s, clock.solving and
+clock.compiling; its attribute `digest` is the SHA-256 of these, the scenario and the version, and
+is checked on resuming. Groups without content are left out.
 
-    /                    attributes, all of text but the first:
-                         format_version      2
-                         Conventions         CF-1.11
-                         frictionsim_version
-                         scenario            TOML with overrides, defaults and CSV data filled in
-                         source              name of the scenario's file; empty if it is of none
-                         overrides           KEY=VALUE, one per line
-                         command             that solves the scenario again; without the options
-                                             that the data do not depend on
-                         kind, law, backend, title
-                         effects             that were simulated, separated by blanks
-                         status              done, failed or interrupted
-                         reason              empty if done and sound
-                         failure             non_finite, diverged, step_underflow, chattering,
-                                             budget_exceeded or belt_off_pulleys; empty if not
-                                             failed
-                         warnings            one per line
-    /time                (n,) s, the dimension scale of every channel; strictly increasing: every
-                         output.interval and, with output.at_events, at every event. At an event a
-                         channel has its value on the sticking side, else the value after the event
-    /<channel>           (n,) the channels of the kind: angle, angular_velocity, ...; of belt drives
-                         also (n, k), one column for each member of an axis: body, pulley, ...
-    /<axis>              (k,) the dimension scale of those columns: the names of the members, or
-                         0, 1, ... if they have none
-    /energy_<name>       (n,) J, the energies of the scenario
-    /mode                (n,) 0 sticking, +1 and -1 sliding; only with dry friction
-    /events/event        (m,) 0, 1, ..., the dimension scale of the events
-    /events/time         (m,) s
-    /events/contact      (m,) index into the attribute `flag_meanings`
-    /events/mode_from, /events/mode_to    (m,) see `flag_meanings`
-    /events/angle        (m,) rad, position of the contact; not of belt drives
-    /events/<channel>_before, /events/<channel>_after    (m,) immediately before and after the
-                         event: all recorded channels except angle, mode and energies; not of belt
-                         drives
-    /quantities/<name>   the quantities of the summary; nan if undefined
-    /audit/check         (c,) names, the dimension scale of the checks of the audit
-    /audit/value, /audit/limit, /audit/ok    (c,) ok is 1 if the value does not exceed the limit
-    /solver/steps, /solver/rejected, /solver/rhs_evaluations, /solver/states    counts of the solver
+The unfinished result of a long run, see `segments`, has format_version 3: its channels begin with
+the samples after the last segment. At a checkpoint of such a run, quantities, events and audit are
+left out. Its complete result is written by segments, and is one file as any other.
 
-    /checkpoint          the state of the solver to resume from, in arrays of float64 or bytes whose
-                         names and meaning are internal to the solver, and the run time so far in s,
-                         clock.solving and clock.compiling; attribute `digest`, the SHA-256 of
-                         these, the scenario and the version, checked on resuming. Only if status
-                         is interrupted or failure is budget_exceeded
-
-A group without content is left out: /events of a run without events.
-
-A long run writes its samples into segments while it goes on, see `sample_segments`. Its incomplete
-result has format_version 3: the channels begin with the samples after the last segment, and
-
-    attribute `segments`   the name of the folder beside the file, how many segments there are, how
-                           many samples each, and the checksum of the last, separated by blanks
-
-At a checkpoint of such a run, quantities, events and audit are left out. A channel that fills
-more than one segment is written and read in parts; the complete result is one file as any other.
-
-The table of `frictionsim cost` has another layout: see `write_table`.
-
-With `output.channels` a file has only those channels, time and events. All datasets outside of
-/checkpoint have the attributes `units` and `long_name`, but for names, which are text. Numbers are
-float64; modes, indices and counts are integers, with `flag_values` and `flag_meanings` if their
-values have meanings. Two-dimensional datasets are compressed.
-
-A complete file does not depend on when or where it was written: two runs of one scenario give
-identical bytes, however often they were interrupted and resumed. Therefore it holds no wall times.
-The HDF5 data are followed by a line with their CRC-32.
+A complete file does not depend on when or where it was written, nor on interruptions. Therefore it
+holds no wall times. The table of `frictionsim cost` has another layout: see `write_table`.
 
 Format version 1 is still read. There all numbers are float64, /events/time is the dimension scale
 of the events, an axis has the names of its members as the attribute `names`, separated by blanks,
@@ -75,23 +18,22 @@ and overrides, command, law, effects, quantities, audit and solver are missing.
 """
 
 import os
+import re
+from contextlib import contextmanager
+from errno import ENOSPC
+from os import strerror
 from pathlib import Path
+from shutil import disk_usage
 from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
 
-from frictionsim.io.atomic_write import replaced_atomically, write_atomically
+from frictionsim.errors import OutputError
+from frictionsim.io import checksum
+from frictionsim.io.atomic_write import Part, write_atomically
 from frictionsim.io.checksum import append_trailer, checksum_trailer
-from frictionsim.io.chunks import (
-    CHUNK_BYTES,
-    COMPRESSION,
-    add_in_chunks,
-    is_long,
-    segment_rows,
-)
-from frictionsim.io.hdf5_on_disk import reported, write_on_disk
-from frictionsim.io.replaceable import COSTS_IN_HDF5, RESULT, check_replaceable
+from frictionsim.io.replaceable import COSTS_IN_HDF5, RESULT, SEGMENT, check_replaceable
 from frictionsim.io.result_format import (
     CONVENTIONS,
     COUNTS,
@@ -103,37 +45,52 @@ from frictionsim.io.result_format import (
 )
 from frictionsim.results import Channel, Record
 from frictionsim.simulation.record import scenario_attributes
+from frictionsim.simulation.sample_store import power_of_two, rows_per_segment
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     from frictionsim.results import Column, Flags
     from frictionsim.scenario.settings import Scenario
 
+CHUNK_BYTES = 128 * 1024
+LEVEL, QUICK_LEVEL = 4, 1  # of compression; the latter of segments, which are merged
+REASON = re.compile(r"error message = '([^']*)'")  # in a message of HDF5 of many lines
 WITHOUT_COORDINATES = "This is a netCDF dimension but not a netCDF variable."  # of netCDF-4
 TEXT = h5py.string_dtype()
 TEXT_TYPE, SCALAR = h5py.h5t.py_create(TEXT, logical=True), h5py.h5s.create(h5py.h5s.SCALAR)
 OK: "Flags" = ((0, "failed"), (1, "ok"))
 
 
-def write(run: "Record", path: Path) -> None:
+def write(run: "Record", path: Path, part: Part | None = None) -> None:
     """Write the result file of a run atomically: on any error the existing file is kept.
 
-    If the run can be resumed, samples in segments stay there, and the file refers to them.
+    If the run can be resumed, samples in segments stay there, and the file lists them.
+
+    Parameters
+    ----------
+    run : Record
+    path : Path
+    part : Part, optional
+        Of this file, if it is locked already.
     """
     stored = run.stored
     if stored is None or run.checkpoint is None:
-        write_record(run, path, run.checkpoint)
+        write_record(run, path, run.checkpoint, part)
         return
     before = stored.number * stored.rows
     tail = {name: values[before:] for name, values in run.channels.items()}
-    numbers = stored.number, stored.rows, stored.segments.checksum
-    reference = {SEGMENTS: " ".join([stored.segments.name, *map(str, numbers)])}
-    part = run._replace(channels=tail, attributes=run.attributes | reference)
-    write_record(part, path, run.checkpoint)
+    listing = {SEGMENTS: stored.segments.listing(stored.rows)}
+    rest = run._replace(channels=tail, attributes=run.attributes | listing)
+    write_record(rest, path, run.checkpoint, part)
 
 
-def write_record(record: Record, path: Path, checkpoint: dict[str, Any] | None = None) -> None:
+def write_record(
+    record: Record,
+    path: Path,
+    checkpoint: dict[str, Any] | None = None,
+    part: Part | None = None,
+) -> None:
     """Write a result file atomically: on any error the existing file is kept.
 
     Parameters
@@ -142,16 +99,79 @@ def write_record(record: Record, path: Path, checkpoint: dict[str, Any] | None =
     path : Path
     checkpoint : dict of arrays, optional
         State to resume from.
+    part : Part, optional
+        As of `write`.
     """
-    check_replaceable(path, RESULT)
-    if is_long(record.channels):
-        with replaced_atomically(path) as part, reported(path):
-            least = sum(values.nbytes for values in record.channels.values() if values.ndim < 2)
-            write_on_disk(part, least, lambda file: _fill(file, record, checkpoint))
-            append_trailer(part)
-        return
-    image = _image(record, checkpoint)
-    write_atomically(image + checksum_trailer(image), path)
+    part = part or Part(path)
+    try:
+        check_replaceable(path, RESULT)
+        with part.opened() as opened:
+            if _is_long(record.channels):
+                with _reported(path), part.unlocked():
+                    _write_on_disk(part.content, record, checkpoint)
+                append_trailer(part.content)
+            else:
+                image = _image(record, checkpoint)
+                opened.write(image + checksum_trailer(image))
+        part.rename()
+    except BaseException:
+        part.discard()
+        raise
+
+
+def write_segment(record: Record, path: Path) -> int:
+    """Write a segment of a long run; return its checksum."""
+    check_segment(path)
+    image = _image(record, None, QUICK_LEVEL)
+    trailer = checksum_trailer(image, checksum.SEGMENT)
+    write_atomically(image + trailer, path, SEGMENT.word)
+    return int(trailer[len(checksum.SEGMENT) :], 16)
+
+
+def check_segment(path: Path) -> None:
+    """Check that a segment may be written to a path."""
+    if path.is_symlink():
+        raise OutputError(f"{path}: cannot write the segment: this is a link; remove it")
+    check_replaceable(path, SEGMENT)
+
+
+def _write_on_disk(part: Path, record: Record, checkpoint: dict[str, Any] | None) -> None:
+    """Write the file of a long run, which need not fit into memory.
+
+    HDF5 keeps what it could not write, and tries again where the file, or a dataset in it, is
+    closed. Then it crashes. A file that could not be written therefore stays open until the
+    process ends.
+    """
+    least = sum(values.nbytes for values in record.channels.values() if values.ndim < 2)
+    if disk_usage(part).free < least:
+        raise OSError(ENOSPC, strerror(ENOSPC))
+    file = h5py.File(part, "w", track_order=True)
+    try:
+        _fill(file, record, checkpoint, rows=segment_rows(record.channels))
+        file.flush()
+    except (OSError, RuntimeError) as error:
+        _keep_open(file, error)  # whose frames hold the datasets
+        raise
+    file.close()
+
+
+def _keep_open(*parts: Any) -> None:
+    """Have objects live as long as the process, also while Python takes its modules down."""
+    import ctypes
+
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(parts))
+
+
+@contextmanager
+def _reported(path: Path) -> "Iterator[None]":
+    """Return the context that reports an error of HDF5 in one line: the reason, if it tells one."""
+    try:
+        yield
+    except (OSError, RuntimeError) as error:
+        found = REASON.search(str(error))
+        known = found[1] if found else getattr(error, "strerror", None)
+        reason = known or str(error).split("\n", 1)[0]
+        raise OutputError(f"{path}: cannot write the result: {reason}") from None
 
 
 def write_table(
@@ -189,33 +209,43 @@ def write_table(
         file.flush()
         image = bytes(file.id.get_file_image())
     check_replaceable(path, COSTS_IN_HDF5)
-    write_atomically(image + checksum_trailer(image), path, "table")
+    write_atomically(image + checksum_trailer(image, checksum.COSTS), path, "table")
 
 
-def _image(record: Record, checkpoint: dict[str, Any] | None) -> bytes:
+def _image(record: Record, checkpoint: dict[str, Any] | None, level: int = LEVEL) -> bytes:
     """Return the bytes of a result file."""
     with file_in_memory() as file:
-        _fill(file, record, checkpoint)
+        _fill(file, record, checkpoint, level)
         file.flush()
         return bytes(file.id.get_file_image())
 
 
-def _fill(file: Any, record: Record, checkpoint: dict[str, Any] | None) -> None:
-    """Add all that a result holds to a new file."""
+def _fill(
+    file: Any,
+    record: Record,
+    checkpoint: dict[str, Any] | None,
+    level: int = LEVEL,
+    rows: int | None = None,
+) -> None:
+    """Add all that a result holds to a new file; samples by so many rows at once, if given."""
     _add_attributes(file, record.attributes)
     scales = {"": _add_time(file, record)}
     for axis, members in record.members.items():
         scales[axis] = _add_axis(file, axis, members)
-    segment = segment_rows(record.channels) if is_long(record.channels) else None
-    for name, values in record.channels.items():
-        if name != "time":
-            axis = record.axes[name]
-            scale = (scales[""], scales[axis]) if axis else (scales[""],)
-            if segment is None:
-                dataset = file.create_dataset(name, data=values, **_storage(values))
-            else:
-                dataset = add_in_chunks(file, name, values, segment)
-            _describe(dataset, _channel(record, name), *scale)
+    channels = {name: values for name, values in record.channels.items() if name != "time"}
+    for name, values in channels.items():
+        axis = record.axes[name]
+        scale = (scales[""], scales[axis]) if axis else (scales[""],)
+        if rows is None:
+            dataset = file.create_dataset(name, data=values, **_storage(values, level))
+        else:
+            storage = _storage(values, level, rows)
+            dataset = file.create_dataset(name, values.shape, values.dtype, **storage)
+        _describe(dataset, _channel(record, name), *scale)
+    if rows is not None:  # all channels of a segment before the next one, which is read once
+        for start in range(0, len(record.time), rows):
+            for name, values in channels.items():
+                file[name][start : start + rows] = values[start : start + rows]
     _add_events(file, record)
     _add_quantities(file, record)
     _add_audit(file, record)
@@ -356,9 +386,26 @@ def _set_text(owner: Any, name: str, text: str) -> None:
     attribute.write(np.array(text, dtype=TEXT))
 
 
-def _storage(values: Any) -> dict[str, Any]:
-    """Return the storage options: contiguous for one dimension, else compressed chunks of rows."""
+def _storage(values: Any, level: int = LEVEL, segment: int | None = None) -> dict[str, Any]:
+    """Return the storage options: contiguous for one dimension, else compressed chunks of rows.
+
+    A segment of a long run has whole chunks.
+    """
     if values.ndim < 2 or not values.size:
         return {}
-    rows = min(len(values), max(1, CHUNK_BYTES // values[0].nbytes))
-    return {"chunks": (rows, values.shape[1]), "shuffle": True, **COMPRESSION}
+    row_bytes = values.dtype.itemsize * values.shape[1]
+    rows = max(1, CHUNK_BYTES // row_bytes)
+    rows = min(len(values), rows) if segment is None else min(segment, power_of_two(rows))
+    chunks = rows, values.shape[1]
+    return {"chunks": chunks, "shuffle": True, "compression": "gzip", "compression_opts": level}
+
+
+def _is_long(channels: dict[str, Any]) -> bool:
+    """Return whether channels fill more than one segment."""
+    return len(channels["time"]) > segment_rows(channels)
+
+
+def segment_rows(channels: dict[str, Any]) -> int:
+    """Return how many samples of these channels are one segment."""
+    row = (v.dtype.itemsize * int(np.prod(v.shape[1:])) for n, v in channels.items() if n != "time")
+    return rows_per_segment(sum(row))

@@ -6,30 +6,22 @@ indices. Any other file, as a scenario, a text, or HDF5 of another program, is r
 name is. An empty file may be replaced by anything: programs that make names for new files leave
 such.
 
-A file that bears the line with our checksum is ours, also where the checksum does not match: it is
-a result that was damaged, and the run that made it should be run again. A file of HDF5 without that
-line was written or changed by another program: it may hold what somebody has made of a result.
+A file of HDF5 is ours if it ends in the line with our checksum, also where the checksum does not
+match: it was damaged, and the run that made it should be run again. One without that line was
+written or changed by another program. All other files are told by their first bytes.
 """
 
 import os
-from collections.abc import Callable
+import re
 from pathlib import Path
 from typing import NamedTuple
 
 from frictionsim.errors import InputError, OutputError
+from frictionsim.io import checksum
 from frictionsim.io.atomic_write import check_place
-from frictionsim.io.checksum import LENGTH, MARK
 from frictionsim.results import HDF5_SIGNATURE
 
-TABLE = b"law,backend,setting,"  # what the first line of a table of costs in CSV begins with
-SWEEP_TABLE = b"run [1],", b",status,failure,reason,warnings\n"  # that of a sweep, and its end
-SOBOL_TABLE = b"quantity,key,sobol_first "  # what that of Sobol indices begins with
-MAX_LINE = 2**20  # bytes
-PICTURES = (b"\x89PNG", b"%PDF", b"<svg")
-XML, SVG = b"<?xml", b"<svg"
-REPORT_MARK = b'<meta name="generator" content="frictionsim"'
-GIF, MP4 = (b"GIF87a", b"GIF89a"), b"ftyp"  # the latter after the length of the first box
-HEAD = 4096  # bytes, within which XML says that it is SVG
+HEAD = 2**20  # bytes
 
 
 class Kind(NamedTuple):
@@ -40,89 +32,46 @@ class Kind(NamedTuple):
     word : str
     described : str
         With its article, for messages.
-    recognises : callable
-        Of a path: whether the file is one of this kind.
+    begins : bytes
+        A regular expression.
+    mark : bytes
+        Of the line with the checksum.
     """
 
     word: str
     described: str
-    recognises: Callable[[Path], bool]
+    begins: bytes
+    mark: bytes = b""
+
+    def recognises(self, path: Path) -> bool:
+        """Return whether a file is of this kind."""
+        with path.open("rb") as file:
+            if not re.match(self.begins, file.read(HEAD), re.DOTALL):
+                return False
+            return not self.mark or checksum.mark_of(file) == self.mark
+
+    def is_unsealed(self, path: Path) -> bool:
+        """Return whether a file may have been of this kind, but another program has changed it."""
+        with path.open("rb") as file:
+            is_hdf5 = bool(self.mark) and re.match(self.begins, file.read(HEAD)) is not None
+            return is_hdf5 and not checksum.mark_of(file)
 
 
-def _is_sealed(path: Path) -> bool:
-    """Return whether a file is HDF5 with the line of our checksum."""
-    with path.open("rb") as file:
-        if file.read(len(HDF5_SIGNATURE)) != HDF5_SIGNATURE:
-            return False
-        file.seek(max(file.seek(0, os.SEEK_END) - LENGTH, 0))
-        return file.read(LENGTH).startswith(MARK)
-
-
-def _is_result(path: Path) -> bool:
-    return _is_sealed(path) and not _is_table_of_hdf5(path) and not _is_sweep(path)
-
-
-def _is_sweep(path: Path) -> bool:
-    from frictionsim.io.hdf5_reader import is_sweep
-
-    return _is_sealed(path) and is_sweep(path)
-
-
-def _is_table_of_hdf5(path: Path) -> bool:
-    from frictionsim.io.hdf5_reader import is_table
-
-    return _is_sealed(path) and is_table(path)
-
-
-def _is_picture(path: Path) -> bool:
-    with path.open("rb") as file:
-        head = file.read(HEAD)
-    return head.startswith(PICTURES) or (head.startswith(XML) and SVG in head)
-
-
-def _is_table(path: Path) -> bool:
-    with path.open("rb") as file:
-        return file.read(len(TABLE)) == TABLE
-
-
-def _is_sobol_in_csv(path: Path) -> bool:
-    with path.open("rb") as file:
-        return file.read(len(SOBOL_TABLE)) == SOBOL_TABLE
-
-
-def _is_sweep_in_csv(path: Path) -> bool:
-    with path.open("rb") as file:
-        line = file.readline(MAX_LINE)
-    begin, end = SWEEP_TABLE
-    return line.startswith(begin) and line.replace(b"\r\n", b"\n").endswith(end)
-
-
-def _is_report(path: Path) -> bool:
-    with path.open("rb") as file:
-        return REPORT_MARK in file.read(HEAD)
-
-
-def _is_gif(path: Path) -> bool:
-    with path.open("rb") as file:
-        return file.read(len(GIF[0])) in GIF
-
-
-def _is_mp4(path: Path) -> bool:
-    with path.open("rb") as file:
-        return file.read(8)[4:] == MP4
-
-
-RESULT = Kind("result", "a result", _is_result)
-PICTURE = Kind("picture", "a picture", _is_picture)
-COSTS_IN_HDF5 = Kind("table", "a table of costs", _is_table_of_hdf5)
-SWEEP = Kind("sweep", "a sweep", _is_sweep)
-COSTS = Kind("table", "a table of costs", _is_table)
-SWEEP_IN_CSV = Kind("table", "a sweep in CSV", _is_sweep_in_csv)
-SOBOL_IN_CSV = Kind("table", "a table of Sobol indices in CSV", _is_sobol_in_csv)
-REPORT = Kind("report", "a report", _is_report)
+HDF5 = re.escape(HDF5_SIGNATURE)
+RESULT = Kind("result", "a result", HDF5, checksum.RESULT)
+SWEEP = Kind("sweep", "a sweep", HDF5, checksum.SWEEP)
+SEGMENT = Kind("segment", "a segment of a run", HDF5, checksum.SEGMENT)
+COSTS_IN_HDF5 = Kind("table", "a table of costs", HDF5, checksum.COSTS)
+COSTS = Kind("table", "a table of costs", rb"law,backend,setting,")
+SWEEP_IN_CSV = Kind(
+    "table", "a sweep in CSV", rb"run \[1\],[^\r\n]*,status,failure,reason,warnings\r?\n"
+)
+SOBOL_IN_CSV = Kind("table", "a table of Sobol indices in CSV", rb"quantity,key,sobol_first ")
+PICTURE = Kind("picture", "a picture", rb"\x89PNG|%PDF|<svg|<\?xml.{,4000}<svg")
+REPORT = Kind("report", "a report", rb'.{,4000}<meta name="generator" content="frictionsim"')
 ANIMATIONS = {
-    ".gif": Kind("animation", "a GIF", _is_gif),
-    ".mp4": Kind("animation", "an MP4", _is_mp4),
+    ".gif": Kind("animation", "a GIF", rb"GIF8[79]a"),
+    ".mp4": Kind("animation", "an MP4", rb".{4}ftyp"),
 }
 """By suffix."""
 
@@ -155,7 +104,10 @@ def check_replaceable(path: Path, kind: Kind) -> None:
     try:
         if kind.recognises(path):
             return
-        reason = f"the existing file is not {kind.described} and is not overwritten"
+        found = f"is not {kind.described}"
+        if kind.is_unsealed(path):
+            found = "was changed or made by another program (it has no checksum)"
+        reason = f"the existing file {found} and is not overwritten"
     except OSError as error:
         reason = f"the existing file cannot be read ({error.strerror}) and is not overwritten"
     raise OutputError(f"{path}: cannot write the {kind.word}: {reason}; give another name")

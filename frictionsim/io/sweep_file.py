@@ -41,9 +41,9 @@ import h5py
 import numpy as np
 
 from frictionsim.io.atomic_write import write_atomically
+from frictionsim.io.checksum import SWEEP as MARK
 from frictionsim.io.checksum import checksum_trailer
 from frictionsim.io.hdf5_writer import file_in_memory
-from frictionsim.io.replaceable import SWEEP, check_replaceable
 from frictionsim.io.result_format import CONVENTIONS
 from frictionsim.io.sweep_table import (
     RUN,
@@ -62,12 +62,11 @@ COMPRESSED_FROM = 10_000  # runs
 
 def write_sweep(table: SweepTable, path: Path) -> None:
     """Write the file of a sweep atomically: on any error the existing file is kept."""
-    check_replaceable(path, SWEEP)
     with file_in_memory() as file:
         _fill(file, table)
         file.flush()
         image = bytes(file.id.get_file_image())
-    write_atomically(image + checksum_trailer(image), path, "sweep")
+    write_atomically(image + checksum_trailer(image, MARK), path, "sweep")
 
 
 def _fill(file: Any, table: SweepTable) -> None:

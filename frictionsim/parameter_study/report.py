@@ -9,6 +9,7 @@ empty. Text that a spreadsheet would take for a formula begins with an apostroph
 
 import csv
 from collections.abc import Iterator
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -46,7 +47,7 @@ def write_csv(table: SweepTable, path: Path) -> None:
     for target, kind in files.items():
         with (
             replaced_atomically(target, kind.word) as part,
-            part.open("w", encoding="utf-8", newline="") as file,
+            TextIOWrapper(part, encoding="utf-8", newline="") as file,
         ):
             if target == path:
                 write_lines(table, file)

@@ -132,8 +132,9 @@ def outcome_of(
             done = run(scenario, on_step)  # quantities at its end are those of its last sample
         if target is not None:
             from frictionsim.io.hdf5_writer import write
+            from frictionsim.io.unfinished import partial_name
 
-            write(done, target)
+            write(done, target if done.status == "done" else partial_name(target))
     except OutputError:
         raise
     except FrictionsimError as error:

@@ -1,7 +1,6 @@
-"""The files of a sweep: an incomplete one never replaces a complete one.
+"""The files of a sweep: NAME.h5 when it is done, until then NAME.partial.h5 and its journal.
 
-While a sweep runs, its file is an incomplete one without the newest runs, which are in the journal
-beside it. It is that of the target, or FILE.partial.h5 if there is a complete FILE.h5 already.
+While a sweep runs, NAME.partial.h5 is without the newest runs, which are in the journal beside it.
 """
 
 import os
@@ -12,13 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionsim.errors import InputError, OutputError
-from frictionsim.io import hdf5_reader
-from frictionsim.io.atomic_write import check_no_clobber
-from frictionsim.io.destination import partial_name, whole_name
-from frictionsim.io.replaceable import SWEEP, check_target
-from frictionsim.io.segment_file import open_regular
+from frictionsim.io.atomic_write import check_no_clobber, check_place
+from frictionsim.io.destination import check_whole_name
+from frictionsim.io.regular_file import open_regular
+from frictionsim.io.replaceable import SWEEP, check_replaceable
 from frictionsim.io.sweep_file import write_sweep
-from frictionsim.parameter_study.journal import Journal, journal_name, remove_left_over
+from frictionsim.io.unfinished import partial_name
+from frictionsim.parameter_study.journal import Journal, journal_name
 
 if TYPE_CHECKING:
     from frictionsim.io.sweep_table import SweepTable
@@ -35,77 +34,79 @@ class SweepFiles:
     ----------
     whole : Path
     resumed : Path, optional
-        The incomplete file of the sweep that goes on.
+        The file of the sweep that goes on. Unless it is that of `whole`, it stays as it is.
 
     Attributes
     ----------
-    place : Path
-        Of the incomplete file.
+    partial : Path
+        Of the unfinished file.
     """
 
     def __init__(self, whole: Path, resumed: Path | None = None) -> None:
-        self.whole, self._resumed = whole, resumed
-        self.place = _place_of(whole) if resumed is None else resumed
+        self.whole, self.partial, self._resumed = whole, partial_name(whole), resumed
         self._journal: Journal | None = None
+        self._earlier: Journal | None = None  # of a resumed file of another name
 
     def check(self, no_clobber: bool = False) -> None:
         """Check that the files can be written."""
-        if no_clobber and self.whole != self._resumed:
-            check_no_clobber(self.whole)
-        for path in {self.whole, self.place}:
-            check_target(path, SWEEP)
-        if self._resumed is None:
-            self._check_nothing_is_lost()
-
-    def _check_nothing_is_lost(self) -> None:
-        """Check that no interrupted sweep with runs that are done would be replaced."""
-        place = self.place
-        if not (place.is_file() and place.stat().st_size and hdf5_reader.is_sweep(place)):
-            return
-        journal = Journal(place)  # raises if a process is running it
-        try:
-            begun = journal.has_runs or bool(hdf5_reader.read_sweep(place).status.any())
-        except InputError:  # it is damaged
-            return
-        finally:
-            journal.close(remove=False)
-        if begun:
+        check_whole_name(self.whole)
+        for path in (self.whole, self.partial):
+            if no_clobber and path != self._resumed:
+                check_no_clobber(path)
+            if path == self.partial or path != self._resumed:
+                check_replaceable(path, SWEEP)
+            check_place(path, SWEEP.word)
+        partial = self.partial
+        if partial != self._resumed and partial.is_file() and partial.stat().st_size:
+            Journal(partial).close(remove=False)  # raises if a process is running it
             raise OutputError(
-                f"{place}: this is an interrupted sweep, of which runs are done:"
-                f" 'frictionsim resume {place}' goes on with it; give another name, or remove it"
+                f"{partial}: this is an interrupted sweep: 'frictionsim resume {partial}' goes on"
+                " with it; give another name, or remove it"
             )
 
     def lock(self) -> None:
         """Have no other process write this sweep."""
-        self._journal = Journal(self.place)
+        self._journal = Journal(self.partial)
+        if self._resumed is not None and self._resumed != self.partial:
+            self._earlier = Journal(self._resumed)
 
     def take_up(self, assembly: "Assembly", table: "SweepTable") -> None:
-        """Add what file and journal have."""
-        assert self._journal is not None
+        """Add what the resumed file and its journal have."""
+        journal = self._earlier or self._journal
+        assert journal is not None
         try:
             assembly.take_up(table)
-            for block in self._journal.blocks(digest_of(table)):
+            for block in journal.blocks(digest_of(table)):
                 assembly.add(block)
         except (ValueError, KeyError, TypeError):
-            raise InputError(f"{self.place}: cannot resume this sweep: it is damaged") from None
+            raise InputError(f"{self._resumed}: cannot resume this sweep: it is damaged") from None
 
     def begin(self, table: "SweepTable") -> None:
-        """Write the incomplete file, and begin the journal."""
+        """Write the unfinished file, and begin the journal."""
         if self._journal is None:
             self.lock()
         assert self._journal is not None
         digest = digest_of(table)
-        if self._resumed is None:
-            # The runs of an earlier sweep, if there are any, are not those of the file any more.
-            try:
-                self._journal.start(digest)
-                write_sweep(table, self.place)
-            except BaseException:
-                self._journal.close(remove=True)
-                raise
-        else:
-            write_sweep(table, self.place)
+        if self._resumed == self.partial:
+            self._write(table, self.partial)
             self._journal.start(digest)
+            return
+        # The runs of an earlier sweep, if there are any, are not those of the file any more.
+        try:
+            self._journal.start(digest)
+            self._write(table, self.partial)
+        except BaseException:
+            self._journal.close(remove=True)
+            raise
+        if self._earlier is not None:
+            of_earlier_version = self._resumed == self.whole
+            if of_earlier_version:
+                self.whole.unlink(missing_ok=True)
+            self._earlier.close(remove=of_earlier_version)
+
+    def _write(self, table: "SweepTable", path: Path) -> None:
+        check_replaceable(path, SWEEP)
+        write_sweep(table, path)
 
     def keep(self, block: "Block") -> None:
         """Keep a block."""
@@ -119,46 +120,29 @@ class SweepFiles:
             yield
         except OutputError as error:
             raise OutputError(
-                f"{error}. The runs that are done are kept in {self.place} and"
-                f" {journal_name(self.place).name} beside it: make space, then"
-                f" 'frictionsim resume {self.place}' continues the sweep"
+                f"{error}. The runs that are done are kept in {self.partial} and"
+                f" {journal_name(self.partial).name} beside it: make space, then"
+                f" 'frictionsim resume {self.partial}' continues the sweep"
             ) from None
 
-    def write_incomplete(self, table: "SweepTable") -> None:
+    def write_unfinished(self, table: "SweepTable") -> None:
         """Write what is done of a sweep that was stopped."""
         assert self._journal is not None
-        write_sweep(table, self.place)
+        self._write(table, self.partial)
         self._journal.close(remove=True)
 
     def write_whole(self, table: "SweepTable") -> None:
         """Write the file of a sweep that is done, and remove all others."""
         assert self._journal is not None
-        write_sweep(table, self.whole)
-        if self.place != self.whole and whole_name(self.place) == self.whole:
-            self.place.unlink(missing_ok=True)
+        self._write(table, self.whole)
+        self.partial.unlink(missing_ok=True)
         self._journal.close(remove=True)
-        remove_left_over(self.whole)
 
-    def close(self, remove: bool = False) -> None:
-        """Give the lock up; what is in the journal is kept, unless nothing is."""
-        if self._journal is not None:
-            self._journal.close(remove=remove)
-
-
-def check_same_study(whole: Path, table: "SweepTable", resumed: Path) -> None:
-    """Check that an existing file is of the study whose sweep will replace it."""
-    if whole == resumed or not (whole.is_file() and whole.stat().st_size):
-        return
-    try:
-        if hdf5_reader.read_sweep(whole).attributes["study"] == table.attributes["study"]:
-            return
-        found = "is of another study"
-    except InputError:
-        found = "cannot be read as a sweep"
-    raise OutputError(
-        f"{whole}: the existing file {found} and is not replaced by that of {resumed}; give the"
-        f" sweep another name with -o, or {whole} if it is to be replaced"
-    )
+    def close(self) -> None:
+        """Give the locks up; what is in a journal is kept, unless nothing is."""
+        for journal in (self._journal, self._earlier):
+            if journal is not None:
+                journal.close(remove=False)
 
 
 def series_folder(whole: Path) -> Path:
@@ -205,13 +189,6 @@ def make_series_folder(folder: Path, study: str) -> None:
         (folder / STUDY).write_bytes(study.encode())
     except OSError as error:
         raise OutputError(f"{folder}: cannot make this folder: {error.strerror}") from None
-
-
-def _place_of(whole: Path) -> Path:
-    place = whole
-    while hdf5_reader.may_be_done(place):
-        place = partial_name(place)
-    return place
 
 
 def digest_of(table: "SweepTable") -> bytes:

@@ -7,7 +7,7 @@ draws it.
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO
-from logging import LogRecord, getLogger
+from logging import ERROR, LogRecord, getLogger
 from pathlib import Path
 from threading import RLock
 from typing import TYPE_CHECKING, Any
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+# Without a home matplotlib says so on stderr; it works, in a folder for temporary files.
+_logger, _level = getLogger("matplotlib"), getLogger("matplotlib").level
+_logger.setLevel(ERROR)
 try:
     import matplotlib as mpl
     import matplotlib.font_manager  # which keeps a list of fonts in a folder
@@ -33,6 +36,8 @@ except OSError as error:
         f"cannot draw: matplotlib found no folder for its settings and fonts ({error}); set"
         " MPLCONFIGDIR to one that can be written to"
     ) from None
+finally:
+    _logger.setLevel(_level)
 
 # Of matplotlib.style: what is about windows and files and not about how a picture looks.
 NO_STYLE = {

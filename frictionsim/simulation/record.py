@@ -12,7 +12,9 @@ from frictionsim.solvers.end_stops import EVENT as END_STOP
 from frictionsim.version import __version__
 
 if TYPE_CHECKING:
-    from frictionsim.results import Channel, SimulationResult
+    from collections.abc import Mapping, Sequence
+
+    from frictionsim.results import Channel, SimulationResult, Transition
     from frictionsim.scenario.settings import Scenario
     from frictionsim.simulation.base import Simulation
 
@@ -40,10 +42,35 @@ def recorded(scenario: "Scenario", simulation: "Simulation", data: "SimulationRe
         long_names={"time": "time", **{name: channel.long_name for name, channel in info.items()}},
         axes={"time": "", **{name: channel.axis for name, channel in info.items()}},
         members={axis: simulation.axes[axis] for axis in sorted(axes)},
-        **_events(data, info),
+        **_events(data.transitions, data.sides, info),
         flags={name: channel.flags for name, channel in info.items() if channel.flags},
         quantities=defined(data.quantities),
         checks=data.checks,
+    )
+
+
+def segment_record(
+    scenario: "Scenario", simulation: "Simulation", arrays: dict[str, Any]
+) -> Record:
+    """Return the record of some samples: recorded channels, and arrays that the summary needs.
+
+    The columns of such an array are numbered.
+    """
+    info, axes = simulation.channel_info, {}
+    for name, values in arrays.items():
+        named = info[name].axis if name in info else ""
+        axes[name] = named or (f"{name}_column" if values.ndim > 1 else "")
+    numbered = {a: tuple(map(str, range(arrays[n].shape[1]))) for n, a in axes.items() if a}
+    ended = {"status": "interrupted", "reason": "a segment of a long run", "failure": ""}
+    return Record(
+        attributes=scenario_attributes(scenario) | ended,
+        channels=arrays,
+        units={name: info[name].unit if name in info else "1" for name in arrays} | {"time": "s"},
+        long_names={name: info[name].long_name if name in info else name for name in arrays},
+        axes=axes,
+        members={axis: simulation.axes.get(axis, numbered[axis]) for axis in sorted(numbered)},
+        **_events((), {}, {}),
+        flags={name: info[name].flags for name in arrays if name in info and info[name].flags},
     )
 
 
@@ -82,9 +109,10 @@ def _is_small(channel: "Channel") -> bool:
     return bool(channel.flags) and all(abs(value) < 128 for value, _ in channel.flags)
 
 
-def _events(data: "SimulationResult", info: "dict[str, Channel]") -> dict[str, Any]:
+def _events(
+    transitions: "Sequence[Transition]", sides: "Mapping[str, Any]", info: "dict[str, Channel]"
+) -> dict[str, Any]:
     """Return the events as arrays, and the names of their contacts."""
-    transitions = data.transitions
     contacts = sorted({e.contact for e in transitions})
     number = {name: i for i, name in enumerate(contacts)}
     events = {
@@ -98,7 +126,7 @@ def _events(data: "SimulationResult", info: "dict[str, Channel]") -> dict[str, A
     angles = [e.position for e in transitions]
     if None not in angles:
         events["angle"] = np.array(angles, dtype=np.float64)
-    for name, values in data.sides.items():
+    for name, values in sides.items():
         channel = info.get(name.rpartition("_")[0])
         if channel is not None:
             events[name] = _typed(channel, values)

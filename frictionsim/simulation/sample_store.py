@@ -2,14 +2,15 @@
 
 A run that has nowhere to put segments keeps all samples in memory. Else, whenever the recorded
 channels of the latest samples fill SEGMENT_BYTES, these samples become a segment: a file that is
-written once, whole or not at all, and never changed (`frictionsim.io.sample_segments`). What the
-state of a run says of them is how many there are, so that a checkpoint takes the time of the
-samples since the last segment, however long the run is. A run whose samples would not fit does not
-start (`check_space`).
+written once, whole or not at all, and never changed (`frictionsim.io.sample_segments`). Recorded
+channels with columns are then there alone; the few numbers of a sample that summary and audit need
+stay in memory too. What the state of a run says of segments is how many there are, so that a
+checkpoint takes the time of the samples since the last one, however long the run is. A run whose
+samples would not fit does not start (`check_space`).
 """
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import InputError, OutputError
-from frictionsim.results import Segments, StoredSamples
+from frictionsim.results import Record, Segments, StoredSamples
 from frictionsim.simulation.checkpoint import (
     Arrays,
     require_array,
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
     from frictionsim.simulation.base import Simulation
 
 LOG = logging.getLogger(__name__)
+
+AsRecord = Callable[[dict[str, Any]], Record]
 
 SEGMENT_BYTES = 32 * 2**20
 MIN_ROW_BYTES = 512  # what only the summary needs of a sample takes memory as well
@@ -74,12 +77,18 @@ class SampleStore:
 
     def __init__(self, types: Mapping[str, Any]) -> None:
         self.segments: Segments | None = None
+        self._as_record: AsRecord | None = None
         self._types = types
+        self._earlier: dict[str, list[Any]] = {}  # of segments, what stays in memory
         self._latest: Arrays = {}  # rows since the last segment, with room for more
         self._first: Arrays = {}
         self._count = self._stored = 0  # rows in memory, and segments
         self._rows_of_segment = 1
         self._non_finite: int | None = None  # the first such sample in a segment
+
+    def put_into(self, segments: "Segments", as_record: AsRecord) -> None:
+        """Have samples that are too many become segments, as the records of some arrays."""
+        self.segments, self._as_record = segments, as_record
 
     def __len__(self) -> int:
         return self._stored * self._rows_of_segment + self._count
@@ -130,23 +139,31 @@ class SampleStore:
     def _store(self) -> None:
         """Make a segment of the first rows in memory."""
         assert self.segments is not None
+        assert self._as_record is not None
         rows = self._rows_of_segment
         full = {name: values[:rows] for name, values in self._latest.items()}
         finite = _n_finite(full)
         if finite < rows and self._non_finite is None:
             self._non_finite = self._stored * rows + finite
-        recorded, kept = {"time": full["time"]}, {}
-        for name, values in full.items():
-            if name in self._types:
-                with np.errstate(invalid="ignore"):  # integers of what is not finite
-                    recorded[name] = values.astype(self._type(name), copy=False)
-            elif name != "time":
-                kept[name] = values
-        self.segments.write(self._stored, recorded, kept)
+        with np.errstate(invalid="ignore"):  # integers of what is not finite
+            typed = {n: v.astype(self._type(n), copy=False) for n, v in full.items()}
+        self.segments.write(self._stored, self._as_record(typed))
+        self._remember(full)
         for values in self._latest.values():
             values[: self._count - rows] = values[rows : self._count].copy()
         self._stored += 1
         self._count -= rows
+
+    def _remember(self, segment: Mapping[str, Any]) -> None:
+        """Keep what stays in memory of a segment."""
+        for name in self._small:
+            self._earlier.setdefault(name, []).append(np.array(segment[name], dtype=np.float64))
+
+    @property
+    def _small(self) -> list[str]:
+        """The names of the arrays that stay in memory."""
+        columns = {n for n, v in self._latest.items() if n in self._types and v.ndim > 1}
+        return [name for name in self._latest if name not in columns]
 
     def gain(self, name: str) -> float:
         """Return the last value of an array less its first."""
@@ -168,13 +185,13 @@ class SampleStore:
         latest = self._latest[name]
         if not self._stored:
             return latest[:count]
+        if name in self._earlier:
+            return np.concatenate([*self._earlier[name], latest[: self._count]])[:count]
         return StoredChannel(self, name, (count, *latest.shape[1:]), np.float64)
 
     def arrays(self, names: list[str], count: int) -> "Arrays":
-        """Return the first samples of some arrays; those in segments are read each time."""
-        if not self._stored:
-            return {name: self._latest[name][:count] for name in names}
-        return _ReadWhenNeeded({name: self.channel(name, count) for name in names})
+        """Return the first samples of some arrays."""
+        return {name: self.channel(name, count) for name in names}
 
     @property
     def names(self) -> list[str]:
@@ -192,14 +209,6 @@ class SampleStore:
         if stop > before:
             parts.append(self._latest[name][max(start - before, 0) : stop - before])
         return np.concatenate(parts) if len(parts) > 1 else parts[0]
-
-    def compressed(self, name: str, start: int, stop: int) -> list[bytes] | None:
-        """Return a whole segment as the chunks of a result file; None of other samples."""
-        size = self._rows_of_segment
-        whole = start % size == 0 and stop == start + size and stop <= self._stored * size
-        if not whole or self.segments is None:
-            return None
-        return self.segments.compressed(start // size, name)
 
     def state(self) -> Arrays:
         """Return the samples in memory, and what segments there are."""
@@ -263,29 +272,14 @@ class SampleStore:
         if rows != self._rows_of_segment or stored < 1 or checksum < 0 or none >= stored * rows:
             raise unfit("stored")
         self._first = {n: self._required(state, f"first.{n}", np.shape(like[n])) for n in like}
-        self.segments.restore(stored, checksum)
+        if not self.segments.restore(stored, checksum):
+            raise unfit("stored", "is of other segments")
+        for segment in self.segments.channels(self._small, stored):
+            for name in self._small:
+                self._required(segment, name, (rows, *np.shape(like[name])))
+            self._remember(segment)
         self._stored = stored
         self._non_finite = None if none == NO_SAMPLE else none
-
-
-class _ReadWhenNeeded(dict[str, Any]):
-    """Arrays of which no more are in memory than are looked at."""
-
-    def __getitem__(self, name: str) -> Any:
-        return np.asarray(super().__getitem__(name))
-
-    def get(self, name: str, default: Any = None) -> Any:
-        """Return an array, or the default."""
-        values = super().get(name)
-        return default if values is None else np.asarray(values)
-
-    def items(self) -> Iterator[tuple[str, Any]]:  # type: ignore[override]
-        """Yield names and arrays."""
-        return ((name, self[name]) for name in self)
-
-    def values(self) -> Iterator[Any]:  # type: ignore[override]
-        """Yield the arrays."""
-        return (self[name] for name in self)
 
 
 def _n_finite(samples: Arrays) -> int:
@@ -320,7 +314,7 @@ def sample_bytes(scenario: "Scenario", simulation: "Simulation") -> SampleBytes:
         samples,
         samples * sum(size * count for size, count in columns),
         samples * FLOAT_BYTES * (kept + sum(count for _, count in columns)),
-        samples * FLOAT_BYTES * kept,
+        samples * FLOAT_BYTES * (kept + sum(count == 1 for _, count in columns)),
     )
 
 

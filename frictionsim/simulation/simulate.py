@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 from math import inf
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
@@ -25,7 +26,7 @@ from frictionsim.simulation.checkpoint import (
     of_checkpoint,
     require_same_arrays,
 )
-from frictionsim.simulation.record import recorded
+from frictionsim.simulation.record import recorded, segment_record
 from frictionsim.simulation.sample_store import check_space
 from frictionsim.solvers.state_values import NON_NEGATIVE
 
@@ -110,7 +111,7 @@ class _Termination(NamedTuple):
 def run(
     scenario: "Scenario",
     on_step: "Callable[[float], Any]",
-    on_checkpoint: "Callable[[Record], Any] | None" = None,
+    on_checkpoint: "Callable[[Record], bool] | None" = None,
     checkpoint: "dict[str, Any] | None" = None,
     segments: "Segments | None" = None,
     max_steps: int | None = None,
@@ -124,7 +125,8 @@ def run(
     on_step : callable
         Called with the time after each step; it may show progress, or raise Interrupted.
     on_checkpoint : callable, optional
-        Called with the results so far every `output.checkpoint` seconds of wall time.
+        Called with the results so far every `output.checkpoint` seconds of wall time, and before
+        kernels are compiled in the middle of a run; returns whether they are written.
     checkpoint : dict of arrays, optional
         State of an earlier run of the scenario to resume from.
     segments : Segments, optional
@@ -150,8 +152,8 @@ def run(
     check_space(scenario, simulation, segments)
     if sample_times is not None:
         simulation.sample_at(sample_times)
-    if samples is not None:
-        samples.segments = segments
+    if samples is not None and segments is not None:
+        samples.put_into(segments, partial(segment_record, scenario, simulation))
     doubted: Callable[[], AbstractContextManager[None]] = (
         nullcontext if checkpoint is None else of_checkpoint
     )
@@ -159,11 +161,13 @@ def run(
         LOG.info("the run is resumed")
         with doubted():
             _restore(simulation, clock, checkpoint, scenario)
-    monitor = on_step
+    monitor, keep = on_step, _keep_nothing
     if on_checkpoint is not None:
-        on_step = _with_checkpoints(scenario, simulation, on_step, on_checkpoint, clock)
+        keep = partial(_keep, scenario, simulation, on_checkpoint, clock)
+        on_step = _with_checkpoints(scenario, simulation, on_step, keep, clock)
     with doubted():
-        done = _run_of(scenario, simulation, _solve(simulation, monitor, on_step, clock), clock)
+        outcome = _solve(simulation, monitor, on_step, keep, clock)
+        done = _run_of(scenario, simulation, outcome, clock)
     log_end(done)
     return done
 
@@ -187,14 +191,32 @@ def _restore(
     require_same_arrays(checkpoint, _checkpoint(simulation, clock) or {})
 
 
+def _keep_nothing(t: float) -> bool:
+    """Return that nothing of the run is on the disk."""
+    return False
+
+
+def _keep(
+    scenario: "Scenario",
+    simulation: "Simulation",
+    on_checkpoint: "Callable[[Record], bool]",
+    clock: _Clock,
+    t: float,
+) -> bool:
+    """Write a checkpoint at a time of the run, and return whether it is written."""
+    reason = f"checkpoint at t = {t:.9g} s"
+    outcome = _Termination("interrupted", reason, resumable=True)
+    return on_checkpoint(_run_of(scenario, simulation, outcome, clock, at_checkpoint=True))
+
+
 def _with_checkpoints(
     scenario: "Scenario",
     simulation: "Simulation",
     on_step: "Callable[[float], Any]",
-    on_checkpoint: "Callable[[Record], Any]",
+    keep: "Callable[[float], bool]",
     clock: _Clock,
 ) -> "Callable[[float], Any]":
-    """Return an `on_step` that also calls `on_checkpoint`.
+    """Return an `on_step` that also writes checkpoints.
 
     Every `output.checkpoint` seconds, and after each segment of samples.
     """
@@ -210,9 +232,7 @@ def _with_checkpoints(
         if stored != before or perf_counter() - last >= seconds:
             before = stored
             clock.stop()  # do not count the writing of the checkpoint
-            reason = f"checkpoint at t = {t:.9g} s"
-            outcome = _Termination("interrupted", reason, resumable=True)
-            on_checkpoint(_run_of(scenario, simulation, outcome, clock, at_checkpoint=True))
+            keep(t)
             last = perf_counter()
             clock.start()
 
@@ -227,20 +247,29 @@ def _solve(
     simulation: "Simulation",
     monitor: "Callable[[float], Any]",
     on_step: "Callable[[float], Any]",
+    keep: "Callable[[float], bool]",
     clock: _Clock,
 ) -> _Termination:
+    latest = 0.0
+
+    def step(t: float) -> None:
+        nonlocal latest
+        latest = t
+        on_step(t)
+
     try:
         unprepared: bool | None = True
         while unprepared:
             clock.compiling += simulation.prepare(monitor)
-            # A later compilation is not interrupted: there are samples to keep.
-            monitor = _wait
             LOG.info("the run starts")
             clock.start()
             try:
-                unprepared = simulation.solve(on_step)
+                unprepared = simulation.solve(step)
             finally:
                 clock.stop()
+            # A signal or a limit ends a compilation, and all, at once.
+            if unprepared and not keep(latest):
+                monitor = _wait
     except Interrupted as stop:
         return _Termination("interrupted", str(stop), resumable=True)
     except SolverError as error:

@@ -14,9 +14,6 @@ class ChannelSource(Protocol):
     def rows(self, name: str, start: int, stop: int) -> Any:
         """Return the values of samples start to stop - 1."""
 
-    def compressed(self, name: str, start: int, stop: int) -> list[bytes] | None:
-        """Return these values as the chunks of a result file; None if they are not stored so."""
-
 
 class StoredChannel(np.lib.mixins.NDArrayOperatorsMixin):
     """A channel that is read when it is indexed, and only there.
@@ -68,10 +65,6 @@ class StoredChannel(np.lib.mixins.NDArrayOperatorsMixin):
     def first(self, count: int) -> "StoredChannel":
         """Return the channel of the first samples."""
         return StoredChannel(self.source, self.name, (count, *self.shape[1:]), self.dtype)
-
-    def compressed(self, start: int, stop: int) -> list[bytes] | None:
-        """Return samples start to stop - 1 as chunks of a file, if the source has them so."""
-        return self.source.compressed(self.name, start, stop)
 
     def __getitem__(self, key: Any) -> Any:
         rows, *columns = key if isinstance(key, tuple) else (key,)

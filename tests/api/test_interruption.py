@@ -38,7 +38,9 @@ def interrupt_at(call: int, signals: int = 1):  # type: ignore[no-untyped-def]
 def test_an_interrupted_run_is_written_and_goes_on_to_the_same_bytes(tmp_path: Path) -> None:
     whole, part = tmp_path / "whole.h5", tmp_path / "part.h5"
     fs.solve(PULLEY, output=whole)
-    with pytest.raises(KeyboardInterrupt, match=r"run interrupted; its samples are in .*part\.h5"):
+    with pytest.raises(
+        KeyboardInterrupt, match=r"run interrupted; its samples are in .*part\.partial\.h5"
+    ):
         fs.solve(PULLEY, output=part, progress=interrupt_at(20))
     stopped = fs.open(part)
     assert stopped.status == "interrupted"

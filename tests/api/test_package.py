@@ -97,14 +97,13 @@ CLI = sorted((ROOT / "frictionsim" / "cli").glob("*.py"))
 # What is no part of the interface for Python, and why the command line needs it.
 LEAVES = {
     # check before a run, and say where its result went
-    "frictionsim.io.destination": {"Destination", "whole_name"},
+    "frictionsim.io.destination": {"Destination"},
+    "frictionsim.io.unfinished": {"whole_name"},
     "frictionsim.io.atomic_write": {"SUFFIXES", "check_no_clobber"},
     "frictionsim.io.new_file": {"check_new"},
     "frictionsim.io.replaceable": {
         *("COSTS", "COSTS_IN_HDF5", "files_of_sweep_in_csv", "check_apart", "check_target"),
     },
-    # what a file to resume holds
-    "frictionsim.io.hdf5_reader": {"is_sweep"},
     # text of others on streams that may fail
     "frictionsim.io.terminal": {
         *("ReaderGone", "Stdout", "is_terminal", "print_on_stderr", "visible", "write_on_stderr"),

@@ -123,7 +123,8 @@ def test_check_says_where_the_samples_are(tmp_path: Path) -> None:
     path = tmp_path / "a.h5"
     with pytest.raises(errors.BudgetExceeded) as caught:
         fs.solve(PULLEY, {"solver.max_steps": 10}, output=path, check=True)
-    assert str(caught.value).endswith(f" (samples up to this time are in {path})")
+    part = tmp_path / "a.partial.h5"
+    assert str(caught.value).endswith(f" (samples up to this time are in {part})")
     assert fs.open(path).failure == "budget_exceeded"
     with pytest.raises(errors.BudgetExceeded) as again:
         fs.open(path).check()
@@ -178,10 +179,11 @@ def test_a_run_is_resumed_from_its_file_to_the_same_bytes(tmp_path: Path) -> Non
     whole = bytes_of(fs.solve(PULLEY), tmp_path)
     path = tmp_path / "a.h5"
     part = fs.solve(PULLEY, output=path, progress=stopping_at(0.6))
-    assert part.path == path
+    assert part.path == tmp_path / "a.partial.h5"
     copied = fs.open(path).save(tmp_path / "copy.h5")
-    assert copied.read_bytes() == path.read_bytes()
-    result = fs.resume(path)
+    assert copied == tmp_path / "copy.partial.h5"
+    assert copied.read_bytes() == part.path.read_bytes()
+    result = fs.resume(path)  # where only the unfinished one stands
     assert (result.status, result.path) == ("done", path)
     assert path.read_bytes() == whole
     elsewhere = fs.resume(copied, output=tmp_path / "other.h5")
@@ -214,8 +216,8 @@ def test_max_wall_stops_a_run_that_can_be_resumed(tmp_path: Path) -> None:
 def test_a_copy_without_its_state_is_saved_with_a_warning(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    path = tmp_path / "a.h5"
-    part = fs.open(fs.solve(PULLEY, progress=stopping_at(0.6)).save(path))
+    path = fs.solve(PULLEY, progress=stopping_at(0.6)).save(tmp_path / "a.h5")
+    part = fs.open(path)
     path.unlink()
     with caplog.at_level(logging.WARNING, "frictionsim"):
         part.save(tmp_path / "b.h5")

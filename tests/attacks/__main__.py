@@ -3,6 +3,10 @@
     python -m tests.attacks --cases 1000000
 
 writes the counts to results/hard.json after each batch, and ends with 1 if a promise was broken.
+
+    python -m tests.attacks --cases 400 --only environments interruptions
+
+tries 200 cases of each of these.
 """
 
 import argparse
@@ -10,7 +14,7 @@ import os
 import sys
 from pathlib import Path
 
-from tests.attacks.campaign import ROOT, Tally, cases, run_campaign
+from tests.attacks.campaign import ROOT, SHARES, Tally, cases, run_campaign
 
 
 def main() -> int:
@@ -22,6 +26,7 @@ def main() -> int:
     parser.add_argument("--batch", type=int, default=500, help="cases of one process")
     parser.add_argument("--output", type=Path, default=ROOT / "results" / "hard.json")
     parser.add_argument("--repeat", nargs=2, metavar=("ATTACK", "NUMBER"), help="one case only")
+    parser.add_argument("--only", nargs="+", choices=SHARES, default=(), help="attacks")
     given = parser.parse_args()
     if given.repeat:
         attack, number = given.repeat
@@ -29,7 +34,7 @@ def main() -> int:
         print(f"{found.outcome}\n{found.broken}".rstrip())
         return 1 if found.broken else 0
     tally = Tally(given.output, given.seed)
-    run_campaign(tally, given.cases, given.seed, given.workers, given.batch)
+    run_campaign(tally, given.cases, given.seed, given.workers, given.batch, given.only)
     broken = 0
     for name, of in tally.attacks.items():
         print(f"{name}: {of['cases']} cases, {of['outcomes']}, {len(of['broken'])} broken")

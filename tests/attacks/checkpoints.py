@@ -115,7 +115,7 @@ def write_original(name: str, folder: Path) -> Path:
     for file, content in original(name).items():
         (folder / file).parent.mkdir(exist_ok=True)
         (folder / file).write_bytes(content)
-    return folder / "a.h5"
+    return folder / "a.partial.h5"
 
 
 def craft(path: Path, change: Callable[[dict[str, Any]], None]) -> None:

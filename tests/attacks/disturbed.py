@@ -22,11 +22,11 @@ COMMANDS = (
     ("solve pulley.toml -o a.h5 --set output.checkpoint=1e-9", "a.h5"),
     ("solve pulley.toml -o a.h5 --max-steps 50", ""),  # how long it took is in it
     ("solve - -o a.h5", "a.h5"),
-    ("resume part.h5 -o a.h5 --json", "a.h5"),
+    ("resume part.partial.h5 -o a.h5 --json", "a.h5"),
     *((f"show p.h5 {what}", "") for what in ("--json", "--csv", "--scenario")),
     *((f"check {what}", "") for what in ("pulley.toml --json", "missing.toml")),
     ("static pulley.toml", ""),
-    *((f"compare p.h5 {what}", "") for what in ("p.h5", "part.h5 --json", "missing.h5")),
+    *((f"compare p.h5 {what}", "") for what in ("p.h5", "part.partial.h5 --json", "missing.h5")),
     ("new pulley new.toml", "new.toml"),
     ("plot p.h5 -o a.png", "a.png"),
     ("cost pulley.toml --backends events --tolerances 1e-3 --repeats 1 --csv a.csv", ""),

@@ -69,19 +69,20 @@ def attack(rng: random.Random, folder: Path) -> str:
 
 
 def _left(case: str, folder: Path, old: bytes | None) -> str:
-    target = folder / "a.h5"
-    if not target.exists():
-        return "absent"
-    content = target.read_bytes()
-    if content == old:
-        return "old"
-    try:
-        status = str(hdf5_reader.read(target).attributes["status"])
-    except FrictionsimError as error:
-        raise BrokenPromise(f"{case}: a.h5 is not sound: {error}") from None
-    if status == "interrupted" and run_command_line(["resume", str(target), "-q"]) != 0:
-        raise BrokenPromise(f"{case}: cannot be resumed")
-    return status
+    for name, statuses in (("a.h5", {"done"}), ("a.partial.h5", {"interrupted", "failed"})):
+        path = folder / name
+        if not path.exists() or path.read_bytes() == old:
+            continue
+        try:
+            status = str(hdf5_reader.read(path).attributes["status"])
+        except FrictionsimError as error:
+            raise BrokenPromise(f"{case}: {name} is not sound: {error}") from None
+        if status not in statuses:
+            raise BrokenPromise(f"{case}: {name} is {status}")
+        if status == "interrupted" and run_command_line(["resume", str(path), "-q"]) != 0:
+            raise BrokenPromise(f"{case}: cannot be resumed")
+        return status
+    return "absent" if old is None else "old"
 
 
 warm_up = originals

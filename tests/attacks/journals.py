@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import frictionsim as fs
+from frictionsim.io.unfinished import partial_name
 from frictionsim.parameter_study import dispatch
 from frictionsim.parameter_study.journal import Journal, journal_name
 from tests.attacks.hdf5_bytes import damaged
 from tests.attacks.promise import BrokenPromise, outcome
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
 
-TARGET, RUNS, LOG = "sweep.h5", 8, "-wal"
+TARGET, PART, RUNS, LOG = "sweep.h5", "sweep.partial.h5", 8, "-wal"
 # What another program can do to a database; the checksums of records do not fit any more.
 STATEMENTS = [
     *("UPDATE blocks SET first = first + {n}", "UPDATE blocks SET first = -first - {n}"),
@@ -50,7 +51,8 @@ def original() -> Killed:
     found: list[bytes] = []
     with tempfile.TemporaryDirectory() as name:
         target, often = Path(name) / TARGET, dispatch.SECONDS_BETWEEN_TICKS
-        files = target, journal_name(target), Path(f"{journal_name(target)}{LOG}")
+        part = partial_name(target)
+        files = part, journal_name(part), Path(f"{journal_name(part)}{LOG}")
 
         def copy(progress: Any) -> None:
             if progress.done == RUNS // 2:
@@ -68,13 +70,13 @@ def original() -> Killed:
 
 def attack(rng: random.Random, folder: Path) -> str:
     """Resume a sweep with a journal that is damaged or crafted."""
-    target = folder / TARGET
-    journal, log = journal_name(target), Path(f"{journal_name(target)}{LOG}")
-    target.write_bytes(original().file)
+    target, part = folder / TARGET, folder / PART
+    journal, log = journal_name(part), Path(f"{journal_name(part)}{LOG}")
+    part.write_bytes(original().file)
     journal.write_bytes(original().journal)
     log.write_bytes(original().log)
     way = rng.choice([_bytes, _bytes, _statements, _files])(rng, journal, log)
-    said = outcome(["resume", TARGET, "-q", "-j", "1"], way)
+    said = outcome(["resume", rng.choice((TARGET, PART)), "-q", "-j", "1"], way)
     if said == "exit 0" and target.read_bytes() != original().whole:
         raise BrokenPromise(f"the resumed sweep has other runs than a whole one\n{way}")
     return said
@@ -91,7 +93,7 @@ def _bytes(rng: random.Random, journal: Path, log: Path) -> str:
 
 
 def _checkpoint(journal: Path) -> None:
-    Journal(journal.with_name(TARGET)).close(remove=False)
+    Journal(journal.with_name(PART)).close(remove=False)
 
 
 def _statements(rng: random.Random, journal: Path, log: Path) -> str:

@@ -2,11 +2,20 @@
 
 import random
 import tempfile
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from signal import SIGTERM
+from typing import Any
+
+import h5py
 
 import frictionsim as fs
-from frictionsim.io.checksum import LENGTH
+from frictionsim.api.sweeping import SweepInterrupted
+from frictionsim.io.checksum import LENGTH, SWEEP, append_trailer
+from frictionsim.io.unfinished import partial_name
+from frictionsim.parameter_study import dispatch
+from frictionsim.simulation.monitor import SweepProgress
 from tests.attacks import journals
 from tests.attacks.hdf5_bytes import damaged, sealed
 from tests.attacks.promise import outcome
@@ -31,19 +40,35 @@ KEYS = [MU_S, LOAD, "solver.duration", "drive.force.value.1", "drive.force", "ti
 
 @cache
 def originals() -> tuple[bytes, ...]:
-    """Return files of sweeps: a grid and a sample."""
+    """Return files of sweeps: a grid and a sample, done and interrupted."""
     with tempfile.TemporaryDirectory() as name:
         target, loose = Path(name) / TARGET, {"solver.rtol": 1e-4}
         vary = {MU_S: [0.2, 0.3], "drive.direction": ["vertical", "horizontal"]}
-        fs.sweep(PULLEY, vary, loose, output=target)
-        grid = target.read_bytes()
-        fs.sweep(PULLEY, {MU_S: "uniform(0.2, 0.4)"}, loose, sample=4, output=target)
-        return grid, target.read_bytes()
+        often, dispatch.SECONDS_BETWEEN_TICKS = dispatch.SECONDS_BETWEEN_TICKS, 0.0
+        designs: list[dict[str, Any]] = [
+            {"vary": vary},
+            {"vary": {MU_S: "uniform(0.2, 0.4)"}, "sample": 4},
+        ]
+        found = []
+        for design in designs:
+            fs.sweep(PULLEY, overrides=loose, output=target, **design)
+            found.append(target.read_bytes())
+            with suppress(SweepInterrupted):
+                fs.sweep(PULLEY, overrides=loose, output=target, progress=_stop, **design)
+            found.append(partial_name(target).read_bytes())
+            partial_name(target).unlink()
+        dispatch.SECONDS_BETWEEN_TICKS = often
+        return tuple(found)
+
+
+def _stop(found: SweepProgress) -> None:
+    if found.done and found.checked == found.total:
+        raise SweepInterrupted(SIGTERM)
 
 
 def attack(rng: random.Random, folder: Path) -> str:
     """Give values or a study that are damaged, or use a file or journal that is."""
-    return rng.choice([_values, _study, _file, _file, journals.attack])(rng, folder)
+    return rng.choice([_values, _study, _file, _content, _content, journals.attack])(rng, folder)
 
 
 def _values(rng: random.Random, folder: Path) -> str:
@@ -78,6 +103,49 @@ def _file(rng: random.Random, folder: Path) -> str:
     show = [["show", TARGET, *more] for more in ([], ["--json"], ["--csv"], ["--study"])]
     arguments = rng.choice([*show, ["plot", TARGET, "-o", "a.svg"], ["resume", TARGET, "-q"]])
     return outcome(arguments, f"{way}, checksum {seal}")
+
+
+TEXTS = [
+    *("", "x", "{}", "[]", "[" * 30_000, '{"a": 1e999}', "done", "interrupted", "grid", "sample"),
+    *("\x1b[2J", "x=" + "[" * 30_000, "9" * 5000, "a" * 70_000, '[study]\nscenario = "secret"\n'),
+]
+NUMBERS = [float("nan"), float("inf"), -1.0, 0.0, 1e300, 127.0]
+
+
+def _content(rng: random.Random, folder: Path) -> str:
+    """Change attributes and values; the checksum is made anew, and no secret is read."""
+    path = folder / rng.choice((TARGET, "sweep.partial.h5"))
+    path.write_bytes(rng.choice(originals())[:-LENGTH])
+    Path("secret").write_text("hunter2 = 1\n")
+    with h5py.File(path, "r+") as file:
+        way = "; ".join(_changed(rng, file) for _ in range(rng.choice((1, 1, 2))))
+    append_trailer(path, SWEEP)
+    show = ["show", path.name, *rng.choice(([], ["--json"], ["--csv"], ["--scenario"]))]
+    draw = ["plot", path.name, "-o", "a.svg"], ["report", path.name, "-o", "a.html"]
+    resume = ["resume", path.name, "-q", "-j", "1"]
+    command = rng.choice([show, *draw, resume, [*resume, "-o", "other.h5"]])
+    code = outcome(command, way, secret="hunter2")
+    if command[0] == "resume" and code == "exit 0":
+        outcome(["show", "other.h5" if "-o" in command else TARGET], f"resumed: {way}")
+    return code
+
+
+def _changed(rng: random.Random, file: Any) -> str:
+    name = rng.choice([*file.attrs, *file])
+    if name in file.attrs:
+        text = str(file.attrs[name])
+        new = rng.choice([rng.choice(TEXTS), edited(rng, text, PIECES), text.replace("0.2", "nan")])
+        with suppress(ValueError):  # HDF5 takes no such text
+            file.attrs[name] = new.replace("\0", "").encode("utf-8", "replace").decode()
+        return f"{name} = {new[:200]!r}"
+    dataset = file[name]
+    if dataset.dtype.kind == "f" and dataset.size and rng.random() < 0.8:
+        values = dataset[...]
+        values.flat[rng.randrange(values.size)] = rng.choice(NUMBERS)
+        dataset[...] = values
+        return f"{name}: {values}"
+    del file[name]
+    return f"{name} is missing"
 
 
 def warm_up() -> None:

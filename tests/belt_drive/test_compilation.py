@@ -22,6 +22,7 @@ from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 from frictionsim.mechanisms.belt_drive.kernels.jit import Kernel, announce_compilation
 from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
+from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import COMPILED, STEPS, pair, scenario_of
 from tests.support.old_results import old_result
 from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, pulley, simulate
@@ -246,3 +247,32 @@ def test_a_signal_ends_a_compilation_at_once(
     assert sorted(os.listdir(tmp_path)) == ["a.h5", "cache"]
     # Had it been waited for, the kernels would be on the disk.
     assert not list(cache.rglob("*advance*"))
+
+
+@pytest.mark.parametrize("is_kept", [True, False])
+def test_a_compilation_in_the_middle_of_a_run_may_be_ended_if_its_samples_are_kept(
+    is_kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A signal ends it, and the process, at once."""
+    prepare, due, kept = BeltDrive.prepare, [0.0, 0.004], []
+    told: list[tuple[int, bool]] = []
+
+    def monitor(t: float) -> None:
+        pass
+
+    def noted(self: BeltDrive, on_step: Callable[[float], Any]) -> float:
+        told.append((len(kept), on_step is monitor))
+        due.pop(0)
+        return prepare(self, on_step)
+
+    def keep(part: Any) -> bool:
+        kept.append(part.time[-1])
+        return is_kept
+
+    monkeypatch.setattr(BeltDrive, "prepare", noted)
+    is_due = property(lambda self: not due or self.t < due[0])
+    monkeypatch.setattr(moreau.BeltStepper, "prepared", is_due)
+    done = run(scenario_of(pair(solver__backend="moreau", solver__duration=0.01)), monitor, keep)
+    assert done.status == "done"
+    assert told == [(0, True), (1, is_kept)]
+    assert 0.0 < kept[0] < 0.01

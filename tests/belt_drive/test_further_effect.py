@@ -18,8 +18,8 @@ from tests.support.scenarios import ROOT, SCENARIOS
 pytestmark = pytest.mark.slow
 
 STIFFNESS, DAMPING = 400.0, 0.5  # as in `foundation_run`
-# 75 found; a large function more is 0.15 s more on one core.
-MOST = 78
+# 80 found; a large function more is 0.15 s more on one core.
+MOST = 82
 
 
 def run(cache: Path, *arguments: str) -> dict[str, Any]:

@@ -34,7 +34,7 @@ LOOSE = ["--set", "solver.rtol=1e-4", "-q"]
         ["solve", PULLEY, *LOOSE],
         ["sweep", PULLEY, "--vary", "mechanism.load=[2000.0, 2100.0]", *LOOSE, "-j", "1"],
         ["cost", PULLEY, "--backends", "events", "--tolerances", "1e-3", "--repeats", "1"],
-        ["resume", "incomplete.h5", "-q"],
+        ["resume", "incomplete.partial.h5", "-q"],
     ],
     ids=lambda command: command[0],
 )
@@ -112,16 +112,16 @@ def test_warnings_agree_in_json_result_file_and_stderr(told: Run) -> None:
     ]
     stderr = [f"frictionsim: warning: {warning}" for warning in warnings]
 
-    def check(*arguments: str, code: int = 0) -> None:
+    def check(*arguments: str, code: int = 0, written: str = "a.h5") -> None:
         out, err = told(*arguments, "--json", code=code)
         assert strict_json(out)["warnings"] == warnings
         assert err.splitlines()[:2] == stderr
-        assert hdf5_reader.read(Path("a.h5")).attributes["warnings"].splitlines() == warnings
+        assert hdf5_reader.read(Path(written)).attributes["warnings"].splitlines() == warnings
 
     check("solve", "s.toml", "-o", "a.h5")
     Path("a.h5").unlink()
-    check("solve", "s.toml", "-o", "a.h5", "--max-wall", "1e-9", code=5)
-    check("resume", "a.h5")
+    check("solve", "s.toml", "-o", "a.h5", "--max-wall", "1e-9", code=5, written="a.partial.h5")
+    check("resume", "a.partial.h5")
     found = hdf5_reader.read(Path("a.h5"))
     assert found.channels.keys() == {"time", "angle"}
     assert '"energy_friction"' in found.attributes["scenario"]
@@ -260,7 +260,7 @@ def test_a_signal_keeps_the_samples_and_sets_the_exit_code(
     assert process.returncode == 128 + number
     assert "frictionsim: run interrupted: by SIG" in errors
     assert "Traceback" not in errors
-    kept = hdf5_reader.read(tmp_path / "results" / "long.h5")
+    kept = hdf5_reader.read(tmp_path / "results" / "long.partial.h5")
     assert kept.attributes["status"] == "interrupted"
     t = kept.channels["time"]
     assert t.size > 1

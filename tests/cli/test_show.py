@@ -82,22 +82,22 @@ def test_the_scenario_gives_the_same_result_again(told: Run) -> None:
 
 def test_a_failed_run_tells_why_and_how_to_resume_it(told: Run) -> None:
     _, solved = told("solve", PULLEY, "-o", "a.h5", "-q", "--max-steps", "50", code=5)
-    out, err = told("show", "a.h5")
+    out, err = told("show", "a.partial.h5")
     assert out.startswith("Pulley on a dry shaft: failed\n")
     reason, *_, resume = solved.splitlines()
     assert err.splitlines() == [reason, resume]
     assert reason.startswith("frictionsim: run failed: limit of 50 steps reached")
-    assert resume == "frictionsim: 'frictionsim resume a.h5' continues the run"
-    found = strict_json(told("show", "a.h5", "--json")[0])
+    assert resume == "frictionsim: 'frictionsim resume a.partial.h5' continues the run"
+    found = strict_json(told("show", "a.partial.h5", "--json")[0])
     assert (found["status"], found["failure"]) == ("failed", "budget_exceeded")
 
 
 def test_a_run_that_cannot_be_resumed_is_not_said_to(told: Run) -> None:
     told("solve", PULLEY, "-o", "a.h5", "-q", "--max-steps", "50", "--backend", "dop853",
          "--set", "effects.shaft_friction.law=regularised", code=5)  # fmt: skip
-    _, err = told("show", "a.h5")
+    _, err = told("show", "a.partial.h5")
     assert err.startswith("frictionsim: run failed: limit of 50 steps reached")
-    assert "resume a.h5" not in err
+    assert "resume a.partial.h5" not in err
 
 
 def test_a_failed_audit_is_told(told: Run) -> None:

@@ -109,19 +109,19 @@ def test_a_study_in_a_file_is_run(told: Run, here: Path) -> None:
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
 def test_a_signal_keeps_what_is_done(name: str, told: Run, here: Path) -> None:
     process = started(command(2000, "s.h5", "-j", "2"), here)
-    journal_grows(here / "s.h5.runs", process)
+    journal_grows(here / "s.partial.h5.runs", process)
     os.killpg(process.pid, getattr(signal, name))  # as a terminal: workers, too
     out, err = process.communicate(timeout=30.0)
     assert process.returncode == 128 + getattr(signal, name), err
     assert out == b""
-    table = read_sweep(here / "s.h5")
+    table = read_sweep(here / "s.partial.h5")
     done = int((table.status == 1).sum())
     assert 0 < done < 2000
     assert err.decode() == (
-        f"frictionsim: sweep interrupted: {done} of 2000 runs are done and kept in s.h5;"
-        " 'frictionsim resume s.h5' goes on\n"
+        f"frictionsim: sweep interrupted: {done} of 2000 runs are done and kept in s.partial.h5;"
+        " 'frictionsim resume s.partial.h5' goes on\n"
     )
-    assert os.listdir() == ["s.h5"]
+    assert os.listdir() == ["s.partial.h5"]
 
 
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="kills groups of processes")
@@ -150,7 +150,7 @@ def test_a_belt_is_swept(told: Run, here: Path) -> None:
 
 def test_the_program_ends_its_workers(here: Path) -> None:
     process = started(command(3000, "s.h5", "-j", "2"), here)
-    journal_grows(here / "s.h5.runs", process)
+    journal_grows(here / "s.partial.h5.runs", process)
     process.kill()
     process.wait()
     # The workers have this pipe, too: it ends when they do.

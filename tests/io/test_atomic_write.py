@@ -1,58 +1,25 @@
-"""Replacing a file that another program has open, as Windows refuses it."""
+"""Atomic writing: a part beside the target, which one process has, and which is renamed."""
 
-from collections.abc import Callable
+import errno
+import os
+import resource
+import signal
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import OutputError
-from frictionsim.io import atomic_write, hdf5_reader
-from frictionsim.io.atomic_write import write_atomically
+from frictionsim.io import hdf5_reader
+from frictionsim.io.atomic_write import Part, check_place, replaced_atomically, write_atomically
 from tests.support.old_results import old_result
 from tests.support.scenarios import SCENARIOS
+from tests.support.stopped_runs import stopped_at
 
-PULLEY = str(SCENARIOS / "pulley.toml")
-OLD, NEW, NEWER = (old_result(name) for name in (b"old", b"new", b"newer"))
-HELD = (
-    "{0}: cannot replace the file: Access is denied; another program may have it open."
-    " The new result is in {1}: close the other program, then rename it"
-)
-Reader = Callable[..., None]
-
-
-@pytest.fixture(autouse=True)
-def old(here: Path) -> None:
-    Path("a.h5").write_bytes(OLD)
-
-
-@pytest.fixture
-def pauses(monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    """How long was waited, on a clock that goes by these pauses alone."""
-    waited: list[float] = []
-    monkeypatch.setattr(atomic_write, "sleep", waited.append)
-    monkeypatch.setattr(atomic_write, "monotonic", lambda: sum(waited))
-    monkeypatch.setattr(atomic_write, "_kept", {})
-    return waited
-
-
-@pytest.fixture
-def reader(monkeypatch: pytest.MonkeyPatch, pauses: list[float]) -> Reader:
-    """Have files open, for as many tries to replace each, or until the reader is set anew."""
-    replace = Path.replace
-
-    def opened(*names: str, tries: float = float("inf")) -> None:
-        left = dict.fromkeys(names, tries)
-
-        def refusing(path: Path, target: Path) -> Path:
-            if left.get(target.name, 0) > 0:
-                left[target.name] -= 1
-                raise PermissionError(13, "Access is denied")
-            return replace(path, target)
-
-        monkeypatch.setattr(Path, "replace", refusing)
-
-    return opened
+pytestmark = pytest.mark.usefixtures("here")
+OLD, NEW = (old_result(name) for name in (b"old", b"new"))
+CANNOT = "a.h5: cannot write the result: "
 
 
 def contents() -> dict[str, bytes]:
@@ -65,73 +32,215 @@ def refused(image: bytes, path: str = "a.h5") -> str:
     return str(caught.value)
 
 
-def test_a_reader_is_waited_for(reader: Reader, pauses: list[float]) -> None:
-    reader("a.h5", tries=20)
-    write_atomically(NEW, Path("a.h5"))
-    assert contents() == {"a.h5": NEW}
-    assert pauses == [0.05] * 20
+def test_the_part_of_a_killed_process_is_emptied_by_the_next_writer() -> None:
+    def work() -> int:
+        with replaced_atomically(Path("a.h5")) as part:
+            part.write(b"half" * 100)
+            part.flush()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return 0
+
+    assert stopped_at(0, work, Path()) == -signal.SIGKILL
+    assert contents() == {".a.h5.part": b"half" * 100}
+    write_atomically(b"whole", Path("a.h5"))
+    assert contents() == {"a.h5": b"whole"}
 
 
-def test_what_a_reader_keeps_out_is_kept_beside_the_file_and_replaced_without_waiting(
-    reader: Reader, pauses: list[float]
+def test_a_second_writer_is_told() -> None:
+    busy = "another process is writing it now; wait for its end, or give another name"
+    with replaced_atomically(Path("a.h5")) as part:  # its lock is as that of another process
+        part.write(b"first")
+        assert refused(b"second") == f"{CANNOT}{busy}"
+        with pytest.raises(OutputError, match=busy):
+            check_place(Path("a.h5"))
+        write_atomically(b"other", Path("b.h5"))
+    assert contents() == {"a.h5": b"first", "b.h5": b"other"}
+
+
+@pytest.mark.parametrize("what", ["symlink", "hard link", "pipe", "folder"])
+def test_what_others_put_in_the_place_of_a_part_is_not_written_to(what: str) -> None:
+    Path("precious").write_bytes(b"precious")
+    part = Path(".a.h5.part")
+    if what == "symlink":
+        part.symlink_to("precious")
+    elif what == "hard link":
+        part.hardlink_to("precious")
+    elif what == "pipe":
+        os.mkfifo(part)
+    else:
+        part.mkdir()
+    assert refused(b"new").startswith(CANNOT)
+    assert Path("precious").read_bytes() == b"precious"
+    assert os.path.lexists(part)
+    assert not Path("a.h5").exists()
+
+
+def test_a_part_that_its_writer_has_renamed_since_is_made_anew(
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    reader("a.h5")
+    Path(".a.h5.part").write_bytes(b"first")
+    is_first, lstat = [True], Path.lstat
+
+    def renamed_before(self: Path) -> os.stat_result:
+        if self.name == ".a.h5.part" and is_first:
+            is_first.clear()
+            self.rename("a.h5")
+        return lstat(self)
+
+    monkeypatch.setattr(Path, "lstat", renamed_before)
+    part = Part(Path("a.h5"))
+    assert contents() == {"a.h5": b"first", ".a.h5.part": b""}
+    part.discard()
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o664, 0o755])
+def test_the_mode_of_a_replaced_file_is_kept(mode: int) -> None:
+    path = Path("a.h5")
+    path.touch()
+    path.chmod(mode)
+    with replaced_atomically(path):
+        assert Path(".a.h5.part").stat().st_mode & 0o777 == 0o600
+    assert path.stat().st_mode & 0o7777 == mode
+
+
+def test_a_new_file_has_the_mode_of_the_umask() -> None:
+    before = os.umask(0o027)
+    try:
+        write_atomically(b"", Path("a.h5"))
+    finally:
+        os.umask(before)
+    assert Path("a.h5").stat().st_mode & 0o777 == 0o640
+
+
+@pytest.mark.root
+def test_the_owner_of_a_replaced_file_and_the_part_of_another_user_stay() -> None:
+    Path("a.h5").touch()
+    os.chown("a.h5", 2001, 2003)
+    write_atomically(b"new", Path("a.h5"))
+    found = Path("a.h5").stat()
+    assert (found.st_uid, found.st_gid) == (2001, 2003)
+    Path(".a.h5.part").write_bytes(b"theirs")
+    os.chown(".a.h5.part", 12345, 12345)
+    assert refused(b"newer") == f"{CANNOT}'.a.h5.part' beside it is not of this program; remove it"
+    assert contents() == {"a.h5": b"new", ".a.h5.part": b"theirs"}
+
+
+def test_another_group_has_no_rights_of_the_one_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    path = Path("a.h5")
+    path.touch(0o644)
+    path.chmod(0o664)
+    kept = path.stat()
+    stat = Path.stat
+
+    def of_others(self: Path, **options: Any) -> os.stat_result:
+        found = stat(self, **options)
+        same = found.st_ino == kept.st_ino
+        return os.stat_result((*found[:5], found.st_gid + same, *found[6:10]))
+
+    def refused(*_: int) -> None:
+        raise PermissionError(errno.EPERM, "Operation not permitted")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "stat", of_others)
+        patched.setattr(os, "fchown", refused)
+        write_atomically(b"new", path)
+    assert path.stat().st_mode & 0o777 == 0o604
+
+
+def test_a_sticky_folder_is_seen_before_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = Path("shared")
+    folder.mkdir()
+    folder.chmod(0o1777)
+    (folder / "a.h5").touch()
+    monkeypatch.setattr(os, "geteuid", lambda: 12345)
+    with pytest.raises(OutputError, match="belongs to another user, and its folder lets nobody"):
+        check_place(folder / "a.h5")
+
+
+@pytest.mark.parametrize(
+    ("path", "reason"),
+    [
+        ("a" * 248 + ".h5", "File name too long"),
+        ("loop.h5", "this is a link that leads to itself; give a file name"),
+        ("dangling.h5", "there is no folder '{here}/none'"),
+        ("fifo.h5", "this is a device; give a file name"),
+    ],
+)
+def test_what_cannot_be_written_is_seen_before_the_run(path: str, reason: str, here: Path) -> None:
+    Path("loop.h5").symlink_to("loop.h5")
+    Path("dangling.h5").symlink_to("none/a.h5")
+    os.mkfifo("fifo.h5")
+    with pytest.raises(OutputError) as refused:
+        check_place(Path(path))
+    assert str(refused.value) == f"{path}: cannot write the result: {reason.format(here=here)}"
+
+
+def test_a_full_disk_is_seen_before_the_run() -> None:
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1024, limits[1]))
+    try:
+        with pytest.raises(OutputError, match=r"a\.h5: cannot write the result: File too large"):
+            check_place(Path("a.h5"))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert contents() == {}
+
+
+HELD = (
+    "{0}: cannot replace the file: Access is denied. The new result is in {1}: rename it, after"
+    " closing programs that have the file open"
+)
+
+
+@pytest.fixture
+def reader(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have files of one name open, as Windows refuses it."""
+    replace = Path.replace
+
+    def refusing(path: Path, target: Path) -> Path:
+        if target.name == "a.h5":
+            raise PermissionError(13, "Access is denied")
+        return replace(path, target)
+
+    monkeypatch.setattr(Path, "replace", refusing)
+
+
+@pytest.mark.usefixtures("reader")
+def test_what_a_reader_keeps_out_is_kept_beside_the_file() -> None:
+    Path("a.h5").write_bytes(OLD)
     assert refused(NEW) == HELD.format("a.h5", "a.new.h5")
     assert contents() == {"a.h5": OLD, "a.new.h5": NEW}
-    assert sum(pauses) == pytest.approx(5.0, abs=0.1)
-    waited = len(pauses)
-    assert refused(NEWER) == HELD.format("a.h5", "a.new.h5")
-    assert len(pauses) == waited
-    assert contents() == {"a.h5": OLD, "a.new.h5": NEWER}
-    reader()
-    write_atomically(NEW, Path("a.h5"))
-    # What was kept may have become somebody's own: it stays, and is not written to again.
-    assert contents() == {"a.h5": NEW, "a.new.h5": NEWER}
-    reader("a.h5")
+    # What was kept may have become somebody's own: it stays.
     assert refused(OLD) == HELD.format("a.h5", "a.new2.h5")
-    assert contents() == {"a.h5": NEW, "a.new.h5": NEWER, "a.new2.h5": OLD}
+    assert contents() == {"a.h5": OLD, "a.new.h5": NEW, "a.new2.h5": OLD}
 
 
-def test_a_file_of_the_name_to_keep_is_not_replaced(reader: Reader) -> None:
-    Path("a.new.h5").write_bytes(b"precious")
-    reader("a.h5")
-    assert refused(NEW) == HELD.format("a.h5", "a.new2.h5")
-    assert contents() == {"a.h5": OLD, "a.new.h5": b"precious", "a.new2.h5": NEW}
-
-
-def test_what_was_kept_may_be_open_too(reader: Reader) -> None:
-    reader("a.h5")
-    refused(NEW)
-    reader("a.h5", "a.new.h5")
-    assert refused(NEWER) == HELD.format("a.h5", "a.new2.h5")
-    assert contents() == {"a.h5": OLD, "a.new.h5": NEW, "a.new2.h5": NEWER}
-
-
-def test_the_place_is_named_where_the_path_is_a_link(reader: Reader, here: Path) -> None:
+@pytest.mark.usefixtures("reader")
+def test_the_place_is_named_where_the_path_is_a_link(here: Path) -> None:
     (here / "disk").mkdir()
-    Path("a.h5").rename("disk/b.h5")
-    Path("a.h5").symlink_to("disk/b.h5")
-    reader("b.h5")
-    assert refused(NEW) == HELD.format("a.h5", here / "disk" / "b.new.h5")
-    assert (here / "disk" / "b.new.h5").read_bytes() == NEW
+    Path("disk/a.h5").write_bytes(OLD)
+    Path("b.h5").symlink_to("disk/a.h5")
+    assert refused(NEW, "b.h5") == HELD.format("b.h5", here / "disk" / "a.new.h5")
+    assert (here / "disk" / "a.new.h5").read_bytes() == NEW
 
 
-def test_other_errors_are_not_waited_for(
-    monkeypatch: pytest.MonkeyPatch, pauses: list[float]
-) -> None:
-    def full(*_: Path) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(Path, "replace", full)
-    assert refused(NEW) == "a.h5: cannot write the result: No space left on device"
-    assert (pauses, contents()) == ([], {"a.h5": OLD})
-
-
-def test_the_kept_result_of_a_run_is_whole(
-    reader: Reader, capsys: pytest.CaptureFixture[str]
-) -> None:
-    reader("a.h5")
-    assert run_command_line(["solve", PULLEY, "-q", "-o", "a.h5"]) == 4
+@pytest.mark.usefixtures("reader")
+def test_the_kept_result_of_a_run_is_whole(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("a.h5").write_bytes(OLD)
+    scenario = str(SCENARIOS / "pulley.toml")
+    assert run_command_line(["solve", scenario, "-q", "-o", "a.h5"]) == 4
     assert capsys.readouterr().err == f"frictionsim: {HELD.format('a.h5', 'a.new.h5')}\n"
     assert hdf5_reader.read(Path("a.new.h5")).attributes["status"] == "done"
     assert Path("a.h5").read_bytes() == OLD
+
+
+def test_a_file_that_cannot_be_renamed_at_all_leaves_no_part(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def full(*_: Path) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    Path("a.h5").write_bytes(OLD)
+    monkeypatch.setattr(Path, "replace", full)
+    assert refused(NEW) == f"{CANNOT}No space left on device"
+    assert contents() == {"a.h5": OLD}

@@ -1,195 +1,195 @@
-"""Work in a child process: what it returns and raises, and that it may crash and loop."""
+"""The child process that reads: its answers, its limits, and what it is when it fails."""
 
 import os
 import signal
 import subprocess
 import sys
 import threading
-import time
-import warnings
-from collections import deque
-from itertools import repeat
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from frictionsim.errors import InputError
 from frictionsim.io import child_process
-from frictionsim.io.child_process import ChildFailed, ChildLimits, EndedFromOutside, run_in_child
-from tests.support.scenarios import ROOT
+from frictionsim.io.child_answer import Checkpoint, Refusal, decoded, encoded
+from frictionsim.io.child_process import ChildFailed, EndedFromOutside, answer_of
+from frictionsim.results import Quantity
+from tests.support.old_results import old_result
+from tests.support.scenarios import ROOT, pulley, simulate
 
-LIMITS = ChildLimits(300.0, 1.0, 1 << 30)  # so long that a busy machine does not matter
 HARMFUL = "the file is corrupt or malicious"
 
 
-def arrays(count: int) -> dict[str, Any]:
-    return {"a": np.arange(float(count)), "b": np.zeros((0, 3)), "c": "text"}
+@pytest.fixture
+def result(here: Path) -> str:
+    from frictionsim.io import hdf5_writer
+
+    hdf5_writer.write(simulate(pulley(output__interval=0.5)), Path("a.h5"))
+    return "a.h5"
 
 
-def refuse(text: str) -> None:
-    raise InputError(text)
+@pytest.fixture
+def child_that(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """Have the next children do something else than to answer."""
+
+    def does(code: str) -> None:
+        start = f"import sys; sys.stdin.buffer.read(); import os, signal, time; {code}"
+        monkeypatch.setattr(child_process, "CODE", start.replace("{", "{{").replace("}", "}}"))
+
+    return does
 
 
-def crash(number: int) -> None:
-    os.write(2, b"noise of a library")
-    os.kill(os.getpid(), number)
+LEAVES = st.none() | st.booleans() | st.integers(-(2**70), 2**70) | st.floats() | st.text()
 
 
-def loop_in_c() -> None:
-    """Never return to the interpreter, so that no handler of Python would run."""
-    deque(repeat(0), maxlen=0)
-
-
-def sleep() -> None:
-    time.sleep(600.0)
-
-
-def fill_memory() -> None:
-    np.ones(1 << 30)
-
-
-def stop_group(numbers: list[int]) -> str:
-    """Have what Ctrl-C and a closed terminal send arrive here, as in all processes of a group."""
-    for number in numbers:
-        os.kill(os.getpid(), number)
-    return "read"
-
-
-def exit_early() -> None:
-    os._exit(0)
-
-
-@pytest.fixture(params=["fork", "interpreter"])
-def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Have the child be a copy of this process, or a new interpreter."""
-    if request.param == "fork" and not (hasattr(os, "fork") and sys.platform != "darwin"):
-        pytest.skip("there is no fork, or it is not sound")
-    monkeypatch.setattr(child_process, "only_one_thread", lambda: request.param == "fork")
-    return str(request.param)
-
-
-def test_what_is_returned_and_raised(way: str) -> None:
-    found = run_in_child(arrays, (200_000,), LIMITS)
-    assert np.array_equal(found["a"], np.arange(200_000.0))
-    assert (found["b"].shape, found["c"]) == ((0, 3), "text")
-    found["a"][0] = 1.0  # it is as any array
-    with pytest.raises(InputError, match="because"):
-        run_in_child(refuse, ("because",), LIMITS)
-
-
-def crash_of(work: Any, *arguments: Any, **limits: Any) -> str:
-    with pytest.raises(ChildFailed) as failed:
-        run_in_child(work, arguments, LIMITS._replace(**limits))
-    assert isinstance(failed.value, EndedFromOutside) is (HARMFUL not in str(failed.value))
-    return str(failed.value)
-
-
-def test_a_crash_is_an_error_with_the_name_of_the_signal(
-    way: str, capfd: pytest.CaptureFixture[str]
-) -> None:
-    assert crash_of(crash, signal.SIGSEGV) == f"HDF5 crashed on it (SIGSEGV): {HARMFUL}"
-    assert crash_of(exit_early) == f"HDF5 crashed on it: {HARMFUL}"  # without an answer
-    assert crash_of(crash, signal.SIGKILL) == (
-        "the process that reads it was ended from outside (SIGKILL), as by a system that is short"
-        " of memory; try again"
+@given(
+    st.recursive(
+        LEAVES | st.just(np.arange(6, dtype=np.int8).reshape(2, 3)),
+        lambda inner: (
+            st.lists(inner)
+            | st.lists(inner).map(tuple)
+            | st.dictionaries(st.text() | st.integers(), inner)
+            | st.builds(Quantity, inner, inner)
+            | st.builds(Checkpoint, inner, inner)
+        ),
+        max_leaves=12,
     )
+)
+def test_an_answer_is_as_it_was(value: Any) -> None:
+    found = decoded(encoded(value))
+    np.testing.assert_equal(found, value)
+    assert type(found) is type(value)
+
+
+def test_a_refusal_is_an_error() -> None:
+    with pytest.raises(InputError, match="because"):
+        decoded(encoded(Refusal("because")))
+
+
+@pytest.mark.parametrize("waiting", [0, 1])
+def test_a_child_reads_a_result(waiting: int, result: str) -> None:
+    child_process.start(waiting)
+    found = answer_of("content", result)
+    assert found.attributes["status"] == "done"
+    assert np.array_equal(answer_of("rows", result, "angle", 1, 3), found.channels["angle"][1:3])
+    found.channels["angle"][0] = 1.0  # it is as any array
+    assert child_process._waiting == []
+
+
+def test_pickled_arrays_are_no_answer(result: str, child_that: Callable[[str], None]) -> None:
+    child_that(
+        "import numpy, io; f = io.BytesIO();"
+        " numpy.savez(f, tree=numpy.array([{}], dtype=object)); os.write(1, f.getvalue())"
+    )
+    with pytest.raises(ChildFailed, match="HDF5 crashed on it"):
+        answer_of("content", result)
+
+
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        ("os.kill(os.getpid(), signal.SIGSEGV)", f"HDF5 crashed on it (SIGSEGV): {HARMFUL}"),
+        ("os._exit(0)", f"HDF5 crashed on it: {HARMFUL}"),  # without an answer
+        ("os.write(1, b'PK'); os._exit(0)", f"HDF5 crashed on it: {HARMFUL}"),
+        ("os._exit(3)", f"it takes more than 2 GiB of memory: {HARMFUL}"),
+        (
+            "os.kill(os.getpid(), signal.SIGKILL)",
+            "the process that reads it was ended from outside (SIGKILL), as by a system that is"
+            " short of memory; try again",
+        ),
+    ],
+)
+def test_a_child_without_an_answer_is_an_error(
+    code: str,
+    said: str,
+    child_that: Callable[[str], None],
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    child_that(code)
+    with pytest.raises(ChildFailed) as failed:
+        answer_of("content", "a.h5")
+    assert str(failed.value) == said
+    assert isinstance(failed.value, EndedFromOutside) is (HARMFUL not in said)
     assert capfd.readouterr() == ("", "")
 
 
-def test_what_stops_the_parent_does_not_end_the_child(way: str) -> None:
-    numbers = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
-    assert run_in_child(stop_group, (numbers,), LIMITS) == "read"
-
-
-def test_a_stop_while_the_child_starts_is_only_of_the_parent(
-    monkeypatch: pytest.MonkeyPatch,
+def test_a_child_that_does_not_end_is_ended(
+    child_that: Callable[[str], None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(child_process, "only_one_thread", lambda: True)
-    isolate = child_process._isolate
-
-    def late(limits: ChildLimits) -> None:
-        os.kill(os.getpid(), signal.SIGINT)
-        isolate(limits)
-
-    monkeypatch.setattr(child_process, "_isolate", late)
-    assert run_in_child(arrays, (1,), LIMITS)["c"] == "text"
-    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
-
-
-def test_a_loop_in_c_ends(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(child_process, "only_one_thread", lambda: True)
-    assert crash_of(loop_in_c) == f"HDF5 did not come to an end within 1 s: {HARMFUL}"
+    monkeypatch.setattr(child_process, "SECONDS", 0.5)
+    child_that("time.sleep(100.0)")
+    started: list[Any] = []
+    popen = subprocess.Popen
+    monkeypatch.setattr(
+        subprocess, "Popen", lambda *a, **k: started.append(popen(*a, **k)) or started[0]
+    )
+    with pytest.raises(ChildFailed, match="HDF5 did not come to an end within 0 s"):
+        answer_of("content", "a.h5")
+    assert started[0].poll() == -signal.SIGKILL
 
 
-def test_time_and_memory_of_a_child_are_limited(way: str) -> None:
-    assert crash_of(sleep, seconds=0.5).endswith(f"{HARMFUL}, or its disk does not answer")
-    assert "it takes more than 1074 MB of memory" in crash_of(fill_memory)
-    assert crash_of(arrays, 200_000, memory=1_000_000)  # an answer larger than its limit
+def test_memory_is_limited(result: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    code = child_process.CODE.replace(
+        "serve()",
+        "import numpy\n"
+        "from frictionsim.io import child_questions\n"
+        "child_questions.QUESTIONS['content'] = lambda path: numpy.ones(2**28)\nserve()",
+    )
+    monkeypatch.setattr(child_process, "CODE", code)
+    with pytest.raises(ChildFailed, match="it takes more than 2 GiB of memory"):
+        answer_of("content", result)
 
 
-def children() -> set[str]:
-    """Return the processes that this one has started; of tests before, some are still there."""
-    return {
-        number
-        for path in Path("/proc/self/task").glob("*/children")
-        for number in path.read_text().split()
-    }
+def test_what_stops_this_process_does_not_end_the_child(result: str) -> None:
+    """Ctrl-C goes to all processes of a terminal's group; the child is in another one."""
+    child_process.start(1)
+    assert os.getpgid(child_process._waiting[0].pid) != os.getpgid(0)
+    assert answer_of("content", result).attributes["status"] == "done"
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="/proc")
-def test_waiting_is_interrupted_by_a_signal_and_the_child_ends(way: str) -> None:
-    others = children()
-
-    def interrupt(number: int, frame: Any) -> None:
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGALRM, interrupt)
-    try:
-        signal.setitimer(signal.ITIMER_REAL, 0.3)
-        with pytest.raises(KeyboardInterrupt):
-            run_in_child(sleep, (), LIMITS)
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
-    assert children() <= others
-
-
-def test_the_warning_of_a_fork_with_threads_of_libraries_is_not_shown(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    fork = os.fork
-
-    def warning() -> int:
-        warnings.warn("This process is multi-threaded", DeprecationWarning, stacklevel=2)
-        return fork()
-
-    monkeypatch.setattr(os, "fork", warning)
-    monkeypatch.setattr(child_process, "only_one_thread", lambda: True)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert run_in_child(arrays, (1,), LIMITS)["c"] == "text"
-
-
-def test_a_process_with_threads_is_not_copied(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(os, "fork", None)
-    monkeypatch.setattr(child_process, "only_one_thread", lambda: False)  # also under pytest-xdist
+def test_children_are_asked_from_any_thread(result: str) -> None:
     found: list[Any] = []
-    thread = threading.Thread(target=lambda: found.append(run_in_child(arrays, (3,), LIMITS)))
-    thread.start()
-    thread.join()
-    assert len(found[0]["a"]) == 3
+    threads = [
+        threading.Thread(target=lambda: found.append(answer_of("content", result)))
+        for _ in range(2)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(found) == 2
+
+
+def test_a_command_that_reads_does_not_import_hdf5(result: str) -> None:
+    code = (
+        "import sys, os; sys.argv = ['frictionsim', 'show', 'a.h5']\n"
+        "from frictionsim import __main__\n"
+        "os._exit = lambda code: None\n"
+        "__main__.main(); assert 'h5py' not in sys.modules"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("closed", ["<&- >&- 2>&-", ">&-"])
-def test_closed_streams_do_not_matter(closed: str, tmp_path: Path) -> None:
+def test_closed_streams_do_not_matter(closed: str, result: str) -> None:
     code = (
-        "from tests.io.test_child_process import *\n"
-        "import pathlib\n"
-        "text = run_in_child(arrays, (3,), LIMITS)['c']\n"
-        f"pathlib.Path({str(tmp_path / 'said')!r}).write_text(text)"
+        "from frictionsim.io.child_process import answer_of; import pathlib;"
+        " pathlib.Path('said').write_text(answer_of('content', 'a.h5').attributes['status'])"
     )
-    command = f"exec '{sys.executable}' -c '{code.replace(chr(39), chr(34))}' {closed}"
-    subprocess.run(command, shell=True, cwd=ROOT, check=True, timeout=60)
-    assert (tmp_path / "said").read_text() == "text"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = f"exec '{sys.executable}' -c \"{code}\" {closed}"
+    subprocess.run(command, shell=True, check=True, timeout=60, env=environment)
+    assert Path("said").read_text() == "done"
+
+
+def test_no_interpreter_is_told(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("a.h5").write_bytes(old_result())
+    monkeypatch.setattr(sys, "executable", "/nowhere/python")
+    with pytest.raises(ChildFailed, match="no process can be started to read it in: No such file"):
+        answer_of("content", "a.h5")

@@ -1,8 +1,10 @@
-"""The output file: an incomplete result never replaces a complete one."""
+"""The output file: NAME.partial.h5 until the run is done."""
 
 import json
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import pytest
 import tomli_w
@@ -10,12 +12,12 @@ import tomli_w
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import BudgetExceeded, Interrupted, OutputError
 from frictionsim.io import hdf5_reader, hdf5_writer
-from frictionsim.io.destination import Destination, partial_name, whole_name
+from frictionsim.io.destination import Destination
+from frictionsim.io.unfinished import partial_name, whole_name
 from frictionsim.results import Record
 from frictionsim.scenario.loading import validate
 from frictionsim.simulation.simulate import run
-from tests.support.old_results import old_result
-from tests.support.scenarios import SCENARIOS, pulley
+from tests.support.scenarios import SCENARIOS, pulley, simulate
 
 PULLEY = str(SCENARIOS / "pulley.toml")
 # The limit is reached at the first step: the run has one sample and can be resumed.
@@ -99,7 +101,7 @@ def test_an_incomplete_result_does_not_replace_a_complete_one(
     ]
     assert Path("a.h5").read_bytes() == old
     for _ in range(2):  # incomplete again
-        assert resume("a.partial.h5", "-o", "a.h5", *NO_TIME) == 5
+        assert resume("a.partial.h5", *NO_TIME) == 5
         assert "'frictionsim resume a.partial.h5' continues the run" in capsys.readouterr().err
         assert status("a.partial.h5") == "failed"
         assert Path("a.h5").read_bytes() == old
@@ -107,7 +109,7 @@ def test_an_incomplete_result_does_not_replace_a_complete_one(
     assert resume("a.partial.h5", "-o", "b.h5") == 0
     assert (status("a.partial.h5"), status("b.h5")) == ("failed", "done")
     assert Path("a.h5").read_bytes() == old
-    assert run_command_line(["resume", "a.partial.h5", "--json", "-o", "a.h5"]) == 0
+    assert run_command_line(["resume", "a.partial.h5", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["output"] == "a.h5"
     assert Path("a.h5").read_bytes() == new
     assert files() == {"a.h5", "b.h5", "new.h5"}
@@ -118,61 +120,102 @@ def test_failed_and_interrupted_runs_keep_a_complete_result() -> None:
     old = Path("a.h5").read_bytes()
     for error in ERRORS:
         part = stopping(30, error)
-        assert Destination(Path("a.h5")).write(part) == Path("a.partial.h5")
+        with closing(Destination(Path("a.h5"))) as place:
+            assert place.write(part) == Path("a.partial.h5")
         assert status("a.partial.h5") == part.status
         assert Path("a.h5").read_bytes() == old
 
 
-def test_an_incomplete_result_replaces_an_incomplete_one_until_another_process_completes_it() -> (
-    None
-):
-    Path("a.h5").touch()  # empty, as mktemp makes it
+def test_an_unfinished_result_replaces_an_unfinished_one_and_goes_when_the_run_is_done() -> None:
+    Path("a.partial.h5").touch()  # empty, as mktemp makes it
     place = Destination(Path("a.h5"))
     for after in (20, 30):
-        assert place.write(stopping(after, spent)) == Path("a.h5")
+        assert place.write(stopping(after, spent)) == Path("a.partial.h5")
+    place.close()
+    assert files() == {"a.partial.h5"}
+    assert solve("-o", "a.h5") == 0
     assert files() == {"a.h5"}
-    assert solve("-o", "a.h5") == 0  # as another process would
-    assert place.write(stopping(30, spent)) == Path("a.partial.h5")
-    assert status("a.h5") == "done"
 
 
-def test_a_complete_result_or_a_folder_with_a_partial_name_is_kept() -> None:
-    assert solve("-o", "a.h5") == solve("-o", "a.partial.h5") == 0
-    place = Destination(Path("a.h5")).write(stopping(30, spent))
-    assert place == Path("a.partial.partial.h5")
-    place.unlink()
-    Path("a.partial.h5").unlink()
-    Path("a.partial.h5").mkdir()
-    assert solve("-o", "a.h5", *NO_TIME) == 5
-    assert status("a.partial.partial.h5") == "failed"
+def test_an_unfinished_name_is_not_one_for_a_result(capsys: pytest.CaptureFixture[str]) -> None:
+    assert solve("-o", "a.partial.h5") == 4
+    assert "such names are those of unfinished results; give a.h5" in capsys.readouterr().err
+    assert files() == set()
 
 
-@pytest.mark.parametrize("damage", ["cut", "flipped", "no result", "table of costs"])
-def test_an_incomplete_result_does_not_replace_an_unreadable_file(damage: str) -> None:
-    # Of a damaged file it is unknown whether it was complete.
-    Destination(Path("a.h5")).write(stopping(30, spent))
-    content = Path("a.h5").read_bytes()
-    middle = len(content) // 2
-    flipped = content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]
-    damaged = {"cut": content[:middle], "flipped": flipped}.get(damage, b"old")
-    if damage == "table of costs":
-        options = ["--backends", "events", "--tolerances", "1e-3", "--repeats", "1"]
-        assert run_command_line(["cost", PULLEY, *options, "-o", "cost.h5"]) == 0
-        damaged = Path("cost.h5").read_bytes()
-    Path("a.h5").write_bytes(damaged)
-    assert Destination(Path("a.h5")).write(stopping(30, spent)) == Path("a.partial.h5")
-    assert Path("a.h5").read_bytes() == damaged
+def test_a_file_that_is_no_unfinished_result_is_kept(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("a.partial.h5").write_bytes(b"precious")
+    assert solve("-o", "a.h5") == 4
+    assert "a.partial.h5: cannot write the result: the existing" in capsys.readouterr().err
+    assert files() == {"a.partial.h5"}
+
+
+def test_what_was_put_in_the_place_of_the_unfinished_result_stays() -> None:
+    place = Destination(Path("a.h5"))
+    place.check()
+    Path("a.partial.h5").write_bytes(b"precious")
+    assert place.write(simulate(pulley())) == Path("a.h5")
+    place.close()
+    assert Path("a.partial.h5").read_bytes() == b"precious"
 
 
 def test_a_run_without_samples_replaces_no_samples() -> None:
-    """An earlier incomplete result, which has samples, is kept."""
+    """An earlier unfinished result, which has samples, is kept."""
     place = Destination(Path("a.h5"))
-    assert place.write(stopping(0, lambda t: Interrupted(15, t))) == Path("a.h5")  # no file yet
-    assert place.write(stopping(30, spent)) == Path("a.h5")
-    before = Path("a.h5").read_bytes()
+    part = Path("a.partial.h5")
+    assert place.write(stopping(0, lambda t: Interrupted(15, t))) == part  # no file yet
+    assert place.write(stopping(30, spent)) == part
+    before = part.read_bytes()
     for after, error in [(0, ERRORS[1]), *((1, error) for error in ERRORS)]:
         assert place.write(stopping(after, error)) is None
-        assert Path("a.h5").read_bytes() == before
+        assert part.read_bytes() == before
+
+
+def test_another_process_is_told_of_a_run_that_writes_here(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    place = Destination(Path("a.h5"))
+    place.write(stopping(30, spent))
+    for command in (["solve", PULLEY, "-o", "a.h5"], ["resume", "a.partial.h5"]):
+        assert run_command_line([*command, "-q"]) == 4
+        assert capsys.readouterr().err == (
+            "frictionsim: a.h5: cannot write the result: another process is writing it now; wait"
+            " for its end, or give another name\n"
+        )
+    place.close()
+    assert resume("a.partial.h5") == 0
+    assert files() == {"a.h5"}
+
+
+@pytest.mark.parametrize("command", ["show", "plot", "resume"])
+def test_the_unfinished_result_is_taken_where_only_that_stands(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert solve("-o", "a.h5", "--max-steps", "20") == 5
+    capsys.readouterr()
+    assert run_command_line([command, "a.h5"]) == 0
+    assert capsys.readouterr().err.startswith(
+        "frictionsim: warning: a.h5: there is no such file; the unfinished a.partial.h5 is taken\n"
+    )
+    assert ("a.h5" in files()) is (command == "resume")
+
+
+def test_an_unfinished_result_of_an_earlier_version_is_resumed(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert solve("-o", "whole.h5") == 0
+    assert solve("-o", "a.h5", *NO_TIME) == 5
+    Path("a.partial.h5").rename("a.h5")  # as it was called
+    assert resume("a.h5", *NO_TIME) == 5
+    assert files() == {"a.partial.h5", "whole.h5"}
+    Path("a.h5").write_bytes(Path("a.partial.h5").read_bytes())
+    capsys.readouterr()
+    assert resume("a.h5") == 4
+    assert "a.partial.h5 is one too; resume that, or move one" in capsys.readouterr().err
+    Path("a.partial.h5").unlink()
+    assert resume("a.h5") == 0
+    assert files() == {"a.h5", "whole.h5"}
+    assert Path("a.h5").read_bytes() == Path("whole.h5").read_bytes()
 
 
 def test_solve_says_that_nothing_was_written(
@@ -200,9 +243,9 @@ def test_checkpoints_keep_a_complete_result_and_are_removed(
     written: list[Path] = []
     write = hdf5_writer.write
 
-    def noting(result: Record, path: Path) -> None:
+    def noting(result: Record, path: Path, part: Any = None) -> None:
         written.append(path)
-        write(result, path)
+        write(result, path, part)
 
     monkeypatch.setattr(hdf5_writer, "write", noting)
     assert solve("-o", "a.h5", *OTHER, "--set", "output.checkpoint=1e-3") == 0
@@ -216,10 +259,10 @@ def test_a_failed_checkpoint_only_warns(
 ) -> None:
     write = hdf5_writer.write
 
-    def refusing(result: Record, path: Path) -> None:
+    def refusing(result: Record, path: Path, part: Any = None) -> None:
         if result.status != "done":
             raise OutputError("no room")
-        write(result, path)
+        write(result, path, part)
 
     monkeypatch.setattr(hdf5_writer, "write", refusing)
     Path("s.toml").write_text(tomli_w.dumps(pulley(output__checkpoint=1e-4)))
@@ -227,26 +270,11 @@ def test_a_failed_checkpoint_only_warns(
     assert capsys.readouterr().err == "frictionsim: warning: checkpoint not written: no room\n"
 
 
-def test_resume_keeps_the_name_of_an_incomplete_result_until_it_is_done() -> None:
-    assert solve("-o", "whole.h5") == 0
-    assert solve("-o", "a.h5", *NO_TIME) == 5
-    assert resume("a.h5", *NO_TIME) == 5
-    assert resume("a.h5") == 0
-    assert Path("a.h5").read_bytes() == Path("whole.h5").read_bytes()
-    assert files() == {"a.h5", "whole.h5"}
-    assert solve("-o", "a.h5", *NO_TIME) == 5
-    Path("a.h5").unlink()
-    assert resume("a.partial.h5", *NO_TIME) == 5
-    assert files() == {"a.partial.h5", "whole.h5"}
-    assert resume("a.partial.h5") == 0
-    assert files() == {"a.h5", "whole.h5"}
-
-
 def test_a_partial_name_that_is_too_long_is_reported_before_the_run() -> None:
-    whole = Path("a" * 250 + ".h5")  # the limit is 255 bytes; the partial name is longer
-    whole.write_bytes(old_result())
-    with pytest.raises(OutputError, match=r"partial\.h5: cannot write the result: File name too"):
+    whole = Path("a" * 244 + ".h5")  # the limit is 255 bytes; the partial name is longer
+    with pytest.raises(OutputError, match=r"\.h5: cannot write the result: File name too"):
         Destination(whole).check()
+    assert files() == set()
 
 
 @pytest.mark.parametrize("content", [b"", b"old", b"\x89HDF\r\n\x1a\n"])
@@ -271,4 +299,5 @@ def test_no_clobber_lets_new_files_be_written_and_resume_replace_its_own() -> No
     assert solve("-o", "a.h5", *NO_TIME) == solve("-o", "c.h5", *NO_TIME) == 5
     for arguments in (["c.h5", "-o", "b.h5"], ["a.partial.h5"]):
         assert resume(*arguments, "--no-clobber") == 4
+    assert solve("-o", "c.h5", "--no-clobber") == 4
     assert resume("c.h5", "--no-clobber") == 0

@@ -16,13 +16,20 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
+from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import InputError
 from frictionsim.io import child_process, hdf5_reader, hdf5_writer
-from frictionsim.io.checksum import LENGTH, append_trailer, checksum_of, checksum_trailer
-from frictionsim.io.child_process import ChildFailed, EndedFromOutside
-from frictionsim.io.hdf5_structure import MAX_MEMBERS, Budget, array_of
-from frictionsim.io.segment_file import SegmentFile, segment_image
-from frictionsim.io.stored_array import StoredArray
+from frictionsim.io.checksum import (
+    LENGTH,
+    RESULT,
+    SEGMENT,
+    SWEEP,
+    append_trailer,
+    checksum_trailer,
+    stated_checksum,
+)
+from frictionsim.io.child_process import EndedFromOutside
+from frictionsim.io.hdf5_structure import MAX_MEMBERS
 from tests.support.scenarios import SCENARIOS, frictionsim, pulley, simulate
 
 NO_RESULT = "cannot read this result: it is HDF5, but not a frictionsim result"
@@ -44,7 +51,6 @@ def original() -> bytes:
 def result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return a result to be changed, in a folder that is the working directory."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(child_process, "only_one_thread", lambda: True)
     path = tmp_path / "a.h5"
     path.write_bytes(original())
     return path
@@ -84,27 +90,34 @@ def test_one_byte_on_which_hdf5_aborts_is_an_error(seal: bytes | None, result: P
         fs.compare(result, result)
 
 
-def test_one_byte_on_which_hdf5_never_returns_is_an_error(
-    result: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("command", ["show", "plot", "report", "resume"])
+def test_one_byte_on_which_hdf5_never_returns_is_an_error_after_one_try(
+    command: str,
+    result: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr(hdf5_reader, "CPU_SECONDS", 0.5)
-    monkeypatch.setattr(hdf5_reader, "SECONDS", 300.0)  # a busy machine may take long for those
+    monkeypatch.setattr(child_process, "SECONDS", 2.0)
     raw = bytearray(original())
     place = last_entry_of_heap(raw) + 8
     raw[place : place + 8] = bytes(8)  # an entry without length
     result.write_bytes(raw)
-    expected = f"HDF5 did not come to an end within 1 s{HARMFUL}"
-    assert message(result) == f"cannot read this result: {expected}"
-    tries, run = [], hdf5_reader.run_in_child
+    tries, ask = [], child_process.answer_of
 
-    def tried(*arguments: Any) -> Any:
+    def tried(*arguments: Any, size: int = 0) -> Any:
         tries.append(arguments)
-        return run(*arguments)
+        return ask(*arguments, size=size)
 
-    monkeypatch.setattr(hdf5_reader, "run_in_child", tried)
-    assert hdf5_reader.may_be_done(result)  # it is not replaced by a part of a run
-    assert hdf5_reader.folder_of_segments(result) is None
-    assert tries == []  # it took a second, and did not change
+    monkeypatch.setattr(child_process, "answer_of", tried)
+    assert run_command_line([command, "a.h5"]) == 2
+    assert capsys.readouterr().err == (
+        "frictionsim: a.h5: cannot read this result: HDF5 did not come to an end within 2 s"
+        f"{HARMFUL}, or its disk does not answer\n"
+    )
+    assert len(tries) == 1
+    fs_message = message(Path("a.h5"))  # remembered, as long as the file does not change
+    assert "did not come to an end" in fs_message
+    assert len(tries) == 1
 
 
 def test_the_command_line_survives_such_a_file(result: Path) -> None:
@@ -112,21 +125,6 @@ def test_the_command_line_survives_such_a_file(result: Path) -> None:
     done = frictionsim("show", "a.h5", cwd=result.parent)
     assert done.returncode == 2
     assert re.fullmatch(r"frictionsim: a\.h5: cannot read this result: .*\n", done.stderr)
-
-
-def test_hdf5_is_never_called_by_this_process(
-    result: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    process, opened = os.getpid(), h5py.File.__init__
-
-    def guarded(*arguments: Any, **named: Any) -> None:
-        assert os.getpid() != process
-        opened(*arguments, **named)
-
-    monkeypatch.setattr(h5py.File, "__init__", guarded)
-    assert fs.open(result).status == "done"
-    assert hdf5_reader.may_be_done(result)
-    assert fs.compare(result, result).same
 
 
 def test_a_pipe_is_refused_without_waiting_for_a_writer(result: Path) -> None:
@@ -137,7 +135,6 @@ def test_a_pipe_is_refused_without_waiting_for_a_writer(result: Path) -> None:
     expected = "this is a device or a pipe; give the name of a result file"
     try:
         assert message(result) == f"cannot read this result: {expected}"
-        assert hdf5_reader.may_be_done(result)
         assert waiting.is_alive()  # nobody has opened it to write
     finally:
         waiting.cancel()
@@ -286,112 +283,58 @@ def test_differences_of_huge_numbers_are_no_warning(result: Path) -> None:
     ]
 
 
-@pytest.mark.parametrize("dtype", ["f8", "f4", ">f8", "i1", "i4", "u2"])
-@pytest.mark.parametrize("options", ["compression shuffle", "compression", "shuffle", ""])
-def test_chunks_are_read_as_hdf5_reads_them(dtype: str, options: str, tmp_path: Path) -> None:
-    chosen = {name: {"compression": "gzip", "shuffle": True}[name] for name in options.split()}
-    path = tmp_path / "a.h5"
-    values = np.random.default_rng(1).integers(0, 100, (50, 3)).astype(dtype)
-    with h5py.File(path, "w") as file:
-        file.create_dataset("x", data=values, chunks=(16, 3), **chosen)
-    with h5py.File(path) as file:
-        array = array_of(file["x"], Budget(path.stat().st_size))
-        assert array is not None
-        with path.open("rb") as raw:
-            for start, stop in ((0, 50), (0, 1), (15, 17), (16, 32), (49, 50), (20, 20), (47, 60)):
-                found = array.read(raw, start, stop)
-                assert np.array_equal(found, file["x"][start:stop])
-                assert (found.dtype.kind, found.itemsize) == (values.dtype.kind, values.itemsize)
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"shape": (2**40, 3)},
-        {"shape": (16, 10**9), "rows": 16},
-        {"dtype": "O"},
-        {"dtype": "V8"},
-        {"rows": 0},
-        {"parts": np.array([[0, 101]])},
-        {"parts": np.array([[-5, 20]])},
-        {"parts": np.array([[90, 20]])},
-        {"parts": np.array([[2**62, 20]])},
-        {"compressed": False},
-    ],
-    ids=str,
-)
-def test_places_that_a_file_does_not_have_are_refused(change: dict[str, Any]) -> None:
-    array = StoredArray("<f8", (16, 3), 16, np.array([[10, 20]]), compressed=True)
-    array.check(100)
-    with pytest.raises(ValueError, match=r"."):
-        array._replace(**change).check(100)
-
-
-def test_a_part_that_holds_more_or_less_than_its_rows_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "a.segment"
-    image = segment_image(7, {"time": np.arange(8.0), "x": np.ones((8, 3))}, {"k": np.zeros(8)})
-    path.write_bytes(image)
-    segment = SegmentFile(path)
-    assert segment.after == 7
-    assert np.array_equal(segment.rows("x", 2, 5), np.ones((3, 3)))
-    array = segment.array("x")
-    with path.open("rb") as file:
-        for rows in (4, 16):
-            with pytest.raises(ValueError, match="does not hold its rows"):
-                array._replace(rows=rows, shape=(rows, 3)).read(file, 0, 1)
-    place = int(array.parts[0][0]) + 3
-    path.write_bytes(image[:place] + b"\xff\xff\xff" + image[place + 3 :])
-    with pytest.raises(ValueError, match=r"while decompressing|rows"), path.open("rb") as file:
-        array.read(file, 0, 8)
-
-
-def segmented(path: Path, reference: str) -> None:
-    """Make an interrupted result that refers to segments."""
+def segmented(path: Path, listing: str) -> None:
+    """Make an unfinished result that lists segments."""
     with h5py.File(path, "r+") as file:
-        file.attrs["status"], file.attrs["segments"] = "interrupted", reference
+        file.attrs["status"], file.attrs["segments"] = "interrupted", listing
         file.attrs["format_version"] = 3
     append_trailer(path)
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["thesis", "..", ".", "a.samples-0000000g", "a.samples-000000000", "b/a.samples-00000000"],
-)
-def test_a_folder_that_no_run_has_made_is_not_touched(name: str, result: Path) -> None:
-    folder = Path(name if name.strip(".") else "thesis")
-    folder.mkdir(parents=True)
-    (folder / "000000.segment").write_text("mine")
-    segmented(result, f"{name} 1 64 0")
-    assert message(result) == NO_RESULT
-    assert hdf5_reader.folder_of_segments(result) is None
+def segment_of(result: Path, name: str, change: Change, mark: bytes = SEGMENT) -> int:
+    """Write a segment as others may have made it; return its checksum."""
+    path = Path(name)
+    path.write_bytes(original())
+    with h5py.File(path, "r+") as file:
+        change(file)
+    append_trailer(path, mark)
+    with path.open("rb") as file:
+        return stated_checksum(file)
+
+
+def test_only_files_that_are_called_after_a_result_are_its_segments(result: Path) -> None:
+    for name in ("thesis.h5", "b.000000.h5", "../a.000000.h5", "a.000001.h5", ".."):
+        result.write_bytes(original())
+        segmented(result, f"{name} 64 00000000")
+        found = message(result)
+        assert "its segments are not those of" in found or "a.000000.h5: cannot" in found
     shutil.copy(SCENARIOS / "pulley.toml", "s.toml")
+    Path("a.000000.h5").write_text("mine")
     fs.solve("s.toml", output=result)
-    assert (folder / "000000.segment").read_text() == "mine"
+    assert Path("a.000000.h5").read_text() == "mine"
 
 
-def test_other_files_in_a_folder_of_segments_are_kept(result: Path) -> None:
-    folder = Path("a.samples-00000000")
-    folder.mkdir()
-    (folder / "000000.segment").write_text("old")
-    (folder / "mine.txt").write_text("mine")
-    segmented(result, f"{folder} 1 64 0")
-    assert "000000.segment: cannot read these samples of an incomplete" in message(result)
-    fs.solve(pulley(), output=result)
-    assert os.listdir(folder) == ["mine.txt"]
-
-
-def test_segments_of_other_columns_are_refused(result: Path) -> None:
-    folder = Path("a.samples-00000000")
-    folder.mkdir()
+@pytest.mark.parametrize("what", ["a result", "a sweep", "link", "pipe", "text", "other columns"])
+def test_what_is_no_segment_of_a_result_is_not_shown(what: str, result: Path) -> None:
+    mark = RESULT if what == "a result" else SWEEP if what == "a sweep" else SEGMENT
+    change = put("angle", 0, 7.0)
+    if what == "other columns":
+        change = replaced("angle", lambda f, n: f.update({n: np.zeros((len(f["time"]), 2))}))
+    checksum = segment_of(result, "a.000000.h5", change, mark)
+    path = Path("a.000000.h5")
+    if what == "link":
+        path.symlink_to(path.rename("elsewhere.h5"))
+    elif what == "pipe":
+        path.unlink()
+        os.mkfifo(path)
+    elif what == "text":
+        path.write_text("mine")
     with h5py.File(result) as file:
-        names = [name for name in file if isinstance(file[name], h5py.Dataset)]
-    odd = {name: np.zeros((64, 5)) for name in names} | {"time": np.arange(64.0) - 100.0}
-    image = segment_image(0, odd, {})
-    (folder / "000000.segment").write_bytes(image)
-    segmented(result, f"{folder} 1 64 {checksum_of(image[-LENGTH:])}")
-    found = fs.open(result)
-    with pytest.raises(InputError, match="cannot read these samples of an incomplete result"):
-        found.record.channels["angle"][3]
+        count = len(file["time"])
+    segmented(result, f"a.000000.h5 {count} {checksum:08x}")
+    assert "its segments are not those" in message(result) or "a.000000.h5: cannot read" in message(
+        result
+    )
 
 
 def test_numbers_that_no_picture_can_show_are_refused(result: Path) -> None:
@@ -408,39 +351,14 @@ def test_a_limit_that_is_no_number_is_none_in_json(result: Path) -> None:
     assert next(iter(checks.values()))["limit"] is None
 
 
-def interrupted(path: Path) -> Path:
-    with h5py.File(path, "r+") as file:
-        file.attrs["status"] = "interrupted"
-    append_trailer(path)
-    return path
-
-
-def failing(monkeypatch: pytest.MonkeyPatch, *failures: Exception) -> None:
-    """Have the next children fail, those after them not."""
-    left, run = list(failures), hdf5_reader.run_in_child
-
-    def run_or_fail(*arguments: Any) -> Any:
-        if left:
-            raise left.pop(0)
-        return run(*arguments)
-
-    monkeypatch.setattr(hdf5_reader, "run_in_child", run_or_fail)
-
-
-def test_a_failure_of_the_child_is_not_remembered(
+def test_a_child_that_was_ended_from_outside_is_asked_again(
     result: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    interrupted(result)
-    failing(monkeypatch, ChildFailed("crashed"))
-    assert hdf5_reader.may_be_done(result)  # nothing is known of it
-    assert not hdf5_reader.may_be_done(result)
+    with monkeypatch.context() as patched:
 
+        def ended(*_: Any, size: int = 0) -> None:
+            raise EndedFromOutside("ended")
 
-def test_a_child_that_was_ended_from_outside_is_tried_once_more(
-    result: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    failing(monkeypatch, EndedFromOutside("ended"))
-    assert not hdf5_reader.may_be_done(interrupted(result))
-    failing(monkeypatch, EndedFromOutside("ended"), EndedFromOutside("ended again"))
-    with pytest.raises(InputError, match=r"a\.h5: cannot read this result: ended again"):
-        fs.open(result)
+        patched.setattr(child_process, "answer_of", ended)
+        assert message(result) == "cannot read this result: ended"
+    assert fs.open(result).status == "done"

@@ -15,7 +15,8 @@ import tomli_w
 import frictionsim as fs
 from frictionsim.api import sweeping
 from frictionsim.api.sweeping import SweepInterrupted
-from frictionsim.io.checksum import LENGTH, append_trailer
+from frictionsim.io.checksum import LENGTH, SWEEP, append_trailer
+from frictionsim.io.unfinished import partial_name
 from frictionsim.parameter_study import dispatch, executors, sweep_files
 from frictionsim.parameter_study.journal import Journal, journal_name
 from frictionsim.parameter_study.sweep_files import SweepFiles
@@ -67,11 +68,11 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 def test_an_interrupted_sweep_is_resumed_to_the_same_bytes(whole: bytes, tmp_path: Path) -> None:
     path = tmp_path / "s.h5"
     assert interrupted(path) == (
-        f"sweep interrupted: 5 of 12 runs are done and kept in {path};"
-        f" 'frictionsim resume {path}' goes on"
+        f"sweep interrupted: 5 of 12 runs are done and kept in {partial_name(path)};"
+        f" 'frictionsim resume {partial_name(path)}' goes on"
     )
-    assert os.listdir(tmp_path) == ["s.h5"]
-    found = fs.open_sweep(path)
+    assert os.listdir(tmp_path) == ["s.partial.h5"]
+    found = fs.open_sweep(path)  # only the unfinished one stands
     assert found.attrs["status"] == "interrupted"
     assert found.attrs["reason"] == "interrupted after 5 of 12 runs"
     assert found["status"].values.tolist() == [1] * 5 + [0] * 7
@@ -106,29 +107,46 @@ def test_a_complete_sweep_stays_until_the_next_is_complete(whole: bytes, tmp_pat
     assert os.listdir(tmp_path) == ["s.h5"]
 
 
-def test_a_complete_sweep_of_another_study_is_not_replaced(tmp_path: Path) -> None:
-    path, part = tmp_path / "s.h5", tmp_path / "s.partial.h5"
-    sweep(path, vary={LOAD: [2000.0]})
-    before = path.read_bytes()
+def test_a_sweep_is_resumed_into_another_file(whole: bytes, tmp_path: Path) -> None:
+    path, other = tmp_path / "s.h5", tmp_path / "a" / "longer.h5"
+    other.parent.mkdir()
     interrupted(path)
-    with pytest.raises(fs.OutputError, match="the existing file is of another study and is not"):
-        fs.resume_sweep(part, workers=1)
-    fs.resume_sweep(part, workers=1, output=tmp_path / "t.h5")
-    assert path.read_bytes() == before
-    assert int(fs.open_sweep(tmp_path / "t.h5")["status"].sum()) == 12
+    part = partial_name(path)
+    before = part.read_bytes()
+    with pytest.raises(SweepInterrupted, match=r"kept in .*longer\.partial\.h5;"):
+        fs.resume_sweep(part, workers=1, output=other, progress=after(7))
+    fs.resume_sweep(partial_name(other), workers=1)
+    assert other.read_bytes() == whole
+    assert os.listdir(other.parent) == ["longer.h5"]
+    assert part.read_bytes() == before
+
+
+def test_an_unfinished_sweep_of_an_earlier_version_is_resumed(
+    whole: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "s.h5"
+    journal = killed(path, monkeypatch)
+    for suffix in ("", "-wal"):  # as the files were called
+        Path(f"{journal}{suffix}").rename(f"{journal_name(path)}{suffix}")
+    partial_name(path).rename(path)
+    ran: list[int] = []
+    fs.resume_sweep(path, workers=1, progress=lambda found: ran.append(found.done))
+    assert min(ran) == 5
+    assert path.read_bytes() == whole
+    assert os.listdir(tmp_path) == ["s.h5"]
 
 
 def killed(path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Leave the files of a sweep that was killed after some runs; return its journal."""
 
-    journal = journal_name(path)
+    journal = journal_name(partial_name(path))
     kept: dict[Path, bytes] = {}
 
     def keep(*_: Any) -> None:
         kept.update({file: file.read_bytes() for file in (journal, Path(f"{journal}-wal"))})
 
     with monkeypatch.context() as patch:
-        patch.setattr(SweepFiles, "write_incomplete", keep)
+        patch.setattr(SweepFiles, "write_unfinished", keep)
         interrupted(path)
     for file, content in kept.items():
         file.write_bytes(content)
@@ -158,7 +176,7 @@ def test_a_torn_or_damaged_end_of_a_journal_is_run_again(
 ) -> None:
     path = tmp_path / "s.h5"
     journal = killed(path, monkeypatch)
-    log, incomplete = Path(f"{journal}-wal"), path.read_bytes()
+    log, incomplete = Path(f"{journal}-wal"), partial_name(path).read_bytes()
     content, records = journal.read_bytes(), log.read_bytes()
     flipped = bytearray(records)
     flipped[-100] ^= 1
@@ -170,18 +188,19 @@ def test_a_torn_or_damaged_end_of_a_journal_is_run_again(
         (content[:-1], b"", 0),
         (b"", b"", 0),
     ):
-        path.write_bytes(incomplete)
+        partial_name(path).write_bytes(incomplete)
         journal.write_bytes(bad)
         log.write_bytes(last)
         ran: list[int] = []
         fs.resume_sweep(path, workers=1, progress=lambda found, ran=ran: ran.append(found.done))
         assert min(ran) == kept
         assert path.read_bytes() == whole
+        path.unlink()
 
 
 def test_a_file_that_is_no_journal_is_not_touched(tmp_path: Path) -> None:
     path = tmp_path / "s.h5"
-    beside = journal_name(path)
+    beside = journal_name(partial_name(path))
     beside.write_text("my notes")
     with pytest.raises(fs.OutputError, match="the file is not one of a sweep; move it"):
         sweep(path)
@@ -190,17 +209,17 @@ def test_a_file_that_is_no_journal_is_not_touched(tmp_path: Path) -> None:
     beside.mkdir()
     with pytest.raises(fs.OutputError, match="the sweep needs this name, and it is no file"):
         sweep(path)
-    assert os.listdir(tmp_path) == ["s.h5.runs"]
+    assert os.listdir(tmp_path) == ["s.partial.h5.runs"]
 
 
 def test_two_sweeps_do_not_write_one_file(tmp_path: Path) -> None:
-    path = tmp_path / "s.h5"
-    interrupted(path)
+    path = partial_name(tmp_path / "s.h5")
+    interrupted(tmp_path / "s.h5")
     before = path.read_bytes()
     running = Journal(path)
-    for again in (sweep, fs.resume_sweep):
+    for again, name in ((sweep, tmp_path / "s.h5"), (fs.resume_sweep, path)):
         with pytest.raises(fs.OutputError) as refused:
-            again(path)
+            again(name)
         assert str(refused.value) == (
             f"{path}: another process is running this sweep now; wait for its end, or stop it"
         )
@@ -211,12 +230,12 @@ def test_two_sweeps_do_not_write_one_file(tmp_path: Path) -> None:
 def test_what_cannot_be_resumed_is_refused(whole: bytes, tmp_path: Path) -> None:
     path = tmp_path / "s.h5"
     path.write_bytes(whole)
-    left = Journal(path)  # of a process that was killed at its end
+    left = Journal(partial_name(path))  # of a process that was killed at its end
     left.start(bytes(32))
     left.close(remove=False)
     with pytest.raises(fs.InputError, match="this sweep is done; there is nothing to resume"):
         fs.resume_sweep(path)
-    assert not journal_name(path).exists()
+    assert not journal_name(partial_name(path)).exists()
     interrupted(tmp_path / "t.h5")
     for name, value, message in (
         ("frictionsim_version", "0.0.9", "it was started with frictionsim 0.0.9, this is"),
@@ -224,11 +243,11 @@ def test_what_cannot_be_resumed_is_refused(whole: bytes, tmp_path: Path) -> None
         ("order", "[", "it is damaged"),
         ("order", "{}", "it is damaged"),
     ):
-        edited = tmp_path / "u.h5"
-        edited.write_bytes((tmp_path / "t.h5").read_bytes()[:-LENGTH])
+        edited = tmp_path / "u.partial.h5"
+        edited.write_bytes((tmp_path / "t.partial.h5").read_bytes()[:-LENGTH])
         with h5py.File(edited, "r+") as file:
             file.attrs[name] = value
-        append_trailer(edited)
+        append_trailer(edited, SWEEP)
         before = edited.read_bytes()
         with pytest.raises(fs.InputError, match=message):
             fs.resume_sweep(edited, workers=1)
@@ -248,8 +267,8 @@ def test_a_sweep_made_by_others_has_no_other_file_read(
     changed: Any, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    path = tmp_path / "s.h5"
-    interrupted(path)
+    interrupted(tmp_path / "s.h5")
+    path = tmp_path / "s.partial.h5"
     for name in ("scenario.toml", "secret.csv"):
         (tmp_path / name).write_text("password")
     with h5py.File(path, "r+") as file:
@@ -260,7 +279,7 @@ def test_a_sweep_made_by_others_has_no_other_file_read(
             study["study"]["scenario"] = changed
         deep = isinstance(changed, str) and changed.startswith("x=")
         file.attrs["study"] = changed if deep else tomli_w.dumps(study)
-    append_trailer(path)
+    append_trailer(path, SWEEP)
     with pytest.raises(fs.InputError) as refused:
         fs.resume_sweep(path, workers=1)
     assert said in str(refused.value)
@@ -268,11 +287,11 @@ def test_a_sweep_made_by_others_has_no_other_file_read(
 
 
 def test_an_order_of_others_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "s.h5"
-    interrupted(path)
+    interrupted(tmp_path / "s.h5")
+    path = tmp_path / "s.partial.h5"
     with h5py.File(path, "r+") as file:
         file.attrs["order"] = "[" * 30_000
-    append_trailer(path)
+    append_trailer(path, SWEEP)
     with pytest.raises(fs.InputError, match="it is damaged"):
         fs.resume_sweep(path, workers=1)
 
@@ -299,7 +318,9 @@ def test_a_full_disk_keeps_what_is_done_and_says_how_to_continue(
 
     with monkeypatch.context() as patch:
         patch.setattr(sweep_files, "write_sweep", full)
-        with pytest.raises(fs.OutputError, match=r"No space left.*'frictionsim resume .*s\.h5'"):
+        with pytest.raises(
+            fs.OutputError, match=r"No space left.*'frictionsim resume .*s\.partial\.h5'"
+        ):
             sweep(path)
     fs.resume_sweep(path, workers=1)
     assert path.read_bytes() == whole
@@ -322,6 +343,41 @@ def test_an_error_in_a_sweep_keeps_what_is_done(
     )
     fs.resume_sweep(path, workers=1)
     assert path.read_bytes() == whole
+
+
+def test_a_lost_scheduler_ends_a_sweep_that_can_be_resumed(whole: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "s.h5"
+
+    def lose(found: SweepProgress) -> None:
+        if found.done == 3:
+            raise fs.SolverError("dask tcp://there: lost the connection to the scheduler")
+
+    with pytest.raises(fs.SolverError) as lost:
+        sweep(path, progress=lose)
+    assert lost.value.exit_code == 5
+    assert str(lost.value) == (
+        "dask tcp://there: lost the connection to the scheduler. sweep interrupted: 3 of 12 runs"
+        f" are done and kept in {partial_name(path)};"
+        f" 'frictionsim resume {partial_name(path)}' goes on"
+    )
+    fs.resume_sweep(path, workers=1)
+    assert path.read_bytes() == whole
+
+
+def test_a_sweep_that_another_program_has_changed_is_resumed_elsewhere(
+    whole: bytes, tmp_path: Path
+) -> None:
+    interrupted(tmp_path / "s.h5")
+    path = partial_name(tmp_path / "s.h5")
+    path.write_bytes(path.read_bytes()[:-LENGTH])
+    with pytest.raises(fs.OutputError) as refused:
+        fs.resume_sweep(path, workers=1)
+    assert str(refused.value) == (
+        f"{path}: cannot write the sweep: the existing file was changed or made by another program"
+        " (it has no checksum) and is not overwritten; give another name"
+    )
+    fs.resume_sweep(path, workers=1, output=tmp_path / "t.h5")
+    assert (tmp_path / "t.h5").read_bytes() == whole
 
 
 def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
@@ -391,10 +447,10 @@ def test_an_interrupted_sweep_is_not_replaced(
 ) -> None:
     path = tmp_path / "s.h5"
     journal = killed(path, monkeypatch)
-    before = path.read_bytes()
-    with pytest.raises(fs.OutputError, match="this is an interrupted sweep, of which runs"):
+    before = partial_name(path).read_bytes()
+    with pytest.raises(fs.OutputError, match="this is an interrupted sweep: 'frictionsim resume"):
         sweep(path, vary={LOAD: [2000.0]})
-    assert path.read_bytes() == before
+    assert partial_name(path).read_bytes() == before
     assert journal.exists()
     fs.resume_sweep(path, workers=1)
     sweep(path, vary={LOAD: [2000.0]})

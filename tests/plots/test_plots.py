@@ -15,7 +15,7 @@ from frictionsim.plots import draw, save
 from frictionsim.plots.picture_file import png
 from frictionsim.plots.time_history import EVENT_LINES, label_rows, line_widths
 from tests.support.records import shown, views_of_record, with_scenario, words_of
-from tests.support.scenarios import SCENARIOS, pulley, shipped, simulate, with_method
+from tests.support.scenarios import SCENARIOS, frictionsim, pulley, shipped, simulate, with_method
 
 MAX_BYTES = 200_000  # of a picture, so that a page with several of them opens quickly
 KINDS = {"pulley", "marble_machine", "epicyclic", "shaft"}
@@ -156,3 +156,15 @@ def test_a_matplotlibrc_changes_no_picture(monkeypatch: pytest.MonkeyPatch) -> N
         monkeypatch.setitem(mpl.rcParams, name, value)
     assert png(draw(shown("pulley"))) == picture
     assert {name: mpl.rcParams[name] for name in of_user} == of_user
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="a folder that nobody can write to")
+def test_without_a_home_only_the_name_of_the_picture_is_said(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hdf5_writer.write(simulate(pulley()), here / "a.h5")
+    monkeypatch.setenv("HOME", "/proc/none")
+    for name in ("MPLCONFIGDIR", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    done = frictionsim("plot", "a.h5", cwd=here)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "a.png\n", "")

@@ -108,9 +108,6 @@ class _Counting:
         self.read += stop - start
         return self.values[start:stop]
 
-    def compressed(self, name: str, start: int, stop: int) -> None:
-        return None
-
 
 @pytest.mark.parametrize("cut", [lambda r: until(r, 0.2), lambda r: within(r, 0.1, 0.2)])
 def test_channels_in_a_file_are_read_in_part(cut: Callable[[Record], Record]) -> None:

@@ -261,9 +261,10 @@ def test_a_result_of_a_kind_that_is_no_longer_installed(
         arguments = ["solve", scenario, "-q", "-o", result, "--max-steps", "20"]
         assert run_command_line(arguments) == 5
     capsys.readouterr()
-    assert run_command_line(["resume", result]) == 2
+    part = str(tmp_path / "a.partial.h5")
+    assert run_command_line(["resume", part]) == 2
     assert capsys.readouterr().err == (
-        f"frictionsim: {result}: its scenario is not valid: kind: unknown kind 'block_brake';"
+        f"frictionsim: {part}: its scenario is not valid: kind: unknown kind 'block_brake';"
         f" known: {BUILT_IN}\n"
     )
 

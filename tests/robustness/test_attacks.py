@@ -27,10 +27,13 @@ COUNTS = {
     "reports": 2,
     "checkpoints": 5,
     "targets": 5,
+    "fits": 2,
     "kills": 2,
     "streams": 2,
     "environments": 2,
     "interruptions": 1,
+    "writers": 1,
+    "plugins": 1,
 }
 
 
@@ -134,6 +137,22 @@ def test_what_no_command_may_do_breaks_a_promise(monkeypatch: pytest.MonkeyPatch
     for command in ("solve", "resume", "compare"):
         with pytest.raises(BrokenPromise, match=r"exit 1, .frictionsim: out of memory"):
             outcome([command, "a.h5"], "much memory")
+
+
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [(1, "a.h5: cannot write the result: full"), (4, "a.h5: cannot read this result: x")],
+)
+def test_a_code_that_does_not_go_with_its_message_breaks_a_promise(
+    code: int, said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def wrong(arguments: list[str]) -> int:
+        print(f"frictionsim: {said}", file=sys.stderr)
+        return code
+
+    monkeypatch.setattr(promise, "run_command_line", wrong)
+    with pytest.raises(BrokenPromise, match=f"exit {code}"):
+        outcome(["resume", "a.h5"], "a wrong code")
 
 
 def test_a_campaign_goes_on_where_it_was_stopped(

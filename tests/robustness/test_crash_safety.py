@@ -35,22 +35,16 @@ LONG = pulley(
 
 def state_of(target: Path, whole: bytes, before: bytes | None) -> str:
     """Check the file that a run has left, resume it if possible, and return its state."""
-    if not target.exists():
-        assert before is None
-        return "absent"
-    content = target.read_bytes()
-    if content == before:
-        part = target.with_name("a.partial.h5")
-        if part.exists():
-            # By -o: what is old there stands for the result of another scenario.
-            assert run_command_line(["resume", str(part), "-q", "-o", str(target)]) == 0
-            assert (target.read_bytes(), os.listdir(target.parent)) == (whole, [target.name])
-        return "old"
+    content = target.read_bytes() if target.exists() else None
     if content == whole:
         return "done"
-    assert hdf5_reader.read(target).attributes["status"] == "interrupted"
-    assert run_command_line(["resume", str(target), "-q"]) == 0
-    assert target.read_bytes() == whole
+    assert content == before  # an unfinished result never stands there
+    part = target.with_name("a.partial.h5")
+    if not part.exists():
+        return "absent" if content is None else "old"
+    assert hdf5_reader.read(part).attributes["status"] == "interrupted"
+    assert run_command_line(["resume", str(part), "-q"]) == 0
+    assert (target.read_bytes(), os.listdir(target.parent)) == (whole, [target.name])
     return "interrupted"
 
 
@@ -206,9 +200,11 @@ def test_two_runs_into_one_file_leave_one_complete_result(here: Path) -> None:
             process.start()
         for process in at_once:
             process.join()
-        assert [process.exitcode for process in at_once] == [0, 0]
+        # One that writes while the other does is told.
+        assert {process.exitcode for process in at_once} in ({0}, {0, 4})
         assert Path("a.h5").read_bytes() in expected
-    assert not list(here.glob(".*"))
+    # The result of one that was told is beside it.
+    assert all(path.name.startswith(("a.h5", "a.new")) for path in here.iterdir())
 
 
 SURROUNDINGS: list[dict[str, str]] = [

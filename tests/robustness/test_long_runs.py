@@ -12,8 +12,9 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import InputError, Interrupted, OutputError
-from frictionsim.io import hdf5_writer, sample_segments
+from frictionsim.io import hdf5_writer
 from frictionsim.io.checksum import append_trailer
+from frictionsim.io.unfinished import partial_name
 from frictionsim.simulation import sample_store
 from tests.support.belt_scenarios import pair
 from tests.support.stopped_runs import stopped_at
@@ -83,7 +84,6 @@ def test_a_stopped_run_counts_its_segments_and_resumes_to_the_same_bytes(
 ) -> None:
     path = tmp_path / "a.h5"
     stopped = fs.solve(LONG, output=path, progress=stopping(0.08))
-    (folder,) = tmp_path.glob("a.samples-*")
     n = len(stopped.record.channels["time"])
     before = (n - 1) // ROWS
     assert before > 0
@@ -92,9 +92,12 @@ def test_a_stopped_run_counts_its_segments_and_resumes_to_the_same_bytes(
         assert part.quantities.keys() == in_memory.quantities.keys()
         for name, values in in_memory.record.channels.items():
             assert np.array_equal(part.record.channels[name], values[:n]), name
-    with h5py.File(path) as file:
+    with h5py.File(partial_name(path)) as file:
         assert file.attrs["format_version"] == 3
-        assert file.attrs["segments"].split()[:3] == [folder.name, str(before), str(ROWS)]
+        lines = [line.split() for line in file.attrs["segments"].split("\n")]
+        assert [line[:2] for line in lines] == [
+            [f"a.{number:06d}.h5", str(ROWS)] for number in range(before)
+        ]
         assert len(file["time"]) == n - before * ROWS
     again = fs.resume(path, progress=stopping(0.25))
     assert len(again.record.channels["time"]) > n
@@ -103,16 +106,17 @@ def test_a_stopped_run_counts_its_segments_and_resumes_to_the_same_bytes(
     assert os.listdir(tmp_path) == ["a.h5"]
 
 
-@pytest.mark.parametrize("changed", [(None, 2, None), (None, None, 0), (1, None, None)])
+@pytest.mark.parametrize(
+    "change",
+    [(f" {ROWS} ", " 2 "), (f" {ROWS} ", f" {ROWS} 00"), (" ", "")],
+)
 def test_segments_that_are_not_those_of_the_result_are_not_shown(
-    changed: tuple[int | None, ...], tmp_path: Path
+    change: tuple[str, str], tmp_path: Path
 ) -> None:
-    path = tmp_path / "a.h5"
-    fs.solve(LONG, output=path, progress=stopping(0.2))
+    path = partial_name(tmp_path / "a.h5")
+    fs.solve(LONG, output=tmp_path / "a.h5", progress=stopping(0.2))
     with h5py.File(path, "r+") as file:
-        name, *numbers = file.attrs["segments"].split()
-        given = [n if new is None else new for n, new in zip(numbers, changed, strict=True)]
-        file.attrs["segments"] = " ".join(map(str, [name, *given]))
+        file.attrs["segments"] = file.attrs["segments"].replace(*change, 1)
     append_trailer(path)
     with pytest.raises(fs.InputError):
         fs.open(path)
@@ -136,24 +140,16 @@ def test_a_new_run_replaces_an_incomplete_one_with_its_segments(
 ) -> None:
     path = tmp_path / "a.h5"
     fs.solve(LONG, output=path, progress=stopping(0.2))
-    (folder,) = tmp_path.glob("a.samples-*")
-    (folder / sample_segments.OWNER).write_text("999999999")  # its run is over
     fs.solve(LONG, output=path)
     assert path.read_bytes() == whole.read_bytes()
     assert os.listdir(tmp_path) == ["a.h5"]
 
 
-@pytest.mark.parametrize("damage", ["missing", "changed", "other", "link", "no folder"])
+@pytest.mark.parametrize("damage", ["missing", "changed", "other", "link"])
 def test_refuses_to_resume_from_damaged_segments(damage: str, tmp_path: Path) -> None:
     path = tmp_path / "a.h5"
     fs.solve(LONG, output=path, progress=stopping(0.2))
-    (folder,) = tmp_path.glob("a.samples-*")
-    if damage == "no folder":
-        shutil.rmtree(folder)
-        with pytest.raises(InputError, match="the file is missing or damaged; keep the folder"):
-            fs.open(path)
-        return
-    first, second = folder / "000000.segment", folder / "000001.segment"
+    first, second = tmp_path / "a.000000.h5", tmp_path / "a.000001.h5"
     if damage == "missing":
         second.unlink()
     elif damage == "changed":
@@ -166,9 +162,9 @@ def test_refuses_to_resume_from_damaged_segments(damage: str, tmp_path: Path) ->
         shutil.copy(first, second)
     with pytest.raises(InputError) as refused:
         fs.resume(path)
-    assert f"{second}: cannot read these samples of an incomplete result" in str(refused.value)
-    assert f"keep the folder '{folder.name}' and the result together" in str(refused.value)
-    assert path.exists()
+    assert f"{second}: cannot read these samples of an unfinished result" in str(refused.value)
+    assert "keep a.000001.h5 and the other segments beside the result" in str(refused.value)
+    assert partial_name(path).exists()
 
 
 def test_a_checkpoint_writes_what_is_new_and_says_what_it_leaves_out(
@@ -178,8 +174,8 @@ def test_a_checkpoint_writes_what_is_new_and_says_what_it_leaves_out(
     written: list[tuple[int, int]] = []
     before = hdf5_writer.write
 
-    def write(run: Any, path: Path) -> None:
-        before(run, path)
+    def write(run: Any, path: Path, part: Any = None) -> None:
+        before(run, path, part)
         if run.status != "done":
             written.append((run.time.size, path.stat().st_size))
             found = fs.open(path)
@@ -210,14 +206,15 @@ def test_a_long_run_killed_at_a_change_of_a_file_is_resumed_to_the_same_bytes(
         return 0
 
     code = stopped_at(change, work, tmp_path)
-    if target.exists():
+    is_there = target.exists() or partial_name(target).exists()
+    if is_there:
         found = fs.open(target)
         kept = len(found.record.channels["time"])
         expected = fs.open(whole).record.channels
         for name, values in found.record.channels.items():
             assert np.array_equal(values, expected[name][:kept]), name
     assert code == -signal.SIGKILL or found.status == "done"
-    if target.exists() and found.status == "interrupted":
+    if is_there and found.status == "interrupted":
         fs.resume(target)
     else:  # before the first checkpoint, or after the last: what is left over goes
         fs.solve(LONG, output=target)
@@ -245,7 +242,7 @@ def test_refuses_a_run_that_the_disk_does_not_hold_and_says_of_others_what_they_
     fs.solve(LONG, HUGE, output=tmp_path / "a.h5", progress=stopping(0.0))
     assert "1000001 samples of all recorded channels take" in caplog.text
     assert "they are stored in" in caplog.text
-    (tmp_path / "a.h5").unlink(missing_ok=True)
+    partial_name(tmp_path / "a.h5").unlink(missing_ok=True)
     free = shutil.disk_usage(tmp_path)._replace(free=10**8)
     monkeypatch.setattr(shutil, "disk_usage", lambda path: free)
     with pytest.raises(
@@ -263,15 +260,15 @@ def test_a_full_disk_keeps_the_samples_so_far(
     whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "a.h5"
-    before = sample_segments.write_atomically
+    before = hdf5_writer.write_segment
 
-    def full(image: bytes, target: Path) -> None:
-        if target.name == "000002.segment":
-            raise OutputError(f"{target}: cannot write the result: No space left on device")
-        before(image, target)
+    def full(record: Any, target: Path) -> int:
+        if target.name == "a.000002.h5":
+            raise OutputError(f"{target}: cannot write the segment: No space left on device")
+        return before(record, target)
 
     with monkeypatch.context() as patch:
-        patch.setattr(sample_segments, "write_atomically", full)
+        patch.setattr(hdf5_writer, "write_segment", full)
         with pytest.raises(
             OutputError, match=r"No space left on device\. The samples before these"
         ):

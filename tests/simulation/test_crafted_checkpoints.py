@@ -173,6 +173,7 @@ def test_what_python_raises_later_is_no_defect(
     def fail(self: Any, on_step: Any) -> None:
         raise ValueError("no change of sign")
 
+    write_original("pulley events", tmp_path)  # kept, as `refusal` writes it again
     monkeypatch.setattr(EventDrivenSolver, "run", fail)
     found = refusal("pulley events", lambda state: None, tmp_path)
     assert "no run continues from it (ValueError)" in found
@@ -187,7 +188,7 @@ def test_errors_of_a_progress_function_are_its_own(tmp_path: Path) -> None:
 
 
 def test_a_method_without_checkpoints_takes_none(tmp_path: Path) -> None:
-    path = write_original("belt rkf45", tmp_path)
+    path = write_original("pulley regularised", tmp_path)
     with h5py.File(path, "r+") as file:
         file.attrs["scenario"] = file.attrs["scenario"].replace('"rkf45"', '"radau"')
         group = file["checkpoint"]

@@ -80,8 +80,9 @@ def test_failures_are_named_in_file_json_and_message(
     assert advice in reason
     assert "'shaft'" in reason
     assert f"frictionsim: run failed: {reason}" in captured.err
-    assert f"samples up to this time are in {target}, status 'failed'" in captured.err
-    kept = hdf5_reader.read(target)
+    part = tmp_path / "a.partial.h5"
+    assert f"samples up to this time are in {part}, status 'failed'" in captured.err
+    kept = hdf5_reader.read(part)
     assert kept.channels["time"].size > (where != "after t = 0 s")
     found = {key: kept.attributes[key] for key in ("status", "failure", "reason")}
     assert found == {"status": "failed", "failure": name, "reason": reason}

@@ -62,7 +62,7 @@ def run_of(backend: str, duration: float) -> dict[str, Any]:
     done = simulate(data)
     return {
         "status": done.status,
-        "effects": list(done.effects),
+        "effects": done.attributes["effects"].split(),
         "failed": [name for name, check in done.checks.items() if not check.ok],
         "potential": float(done.channels["energy_potential"][0]),
         "damping": done.quantities["energy_damping"].value,

@@ -1,0 +1,103 @@
+"""Answers of the child process that reads files: an .npz without pickled data.
+
+It holds the arrays by number, and `tree`, the rest in JSON, which refers to them. A child may be
+one that a file has taken over: nothing of its answer is run, and only the classes below are made.
+"""
+
+import io
+from json import dumps
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from frictionsim.errors import InputError
+from frictionsim.io.cost_table import CostTable
+from frictionsim.io.sweep_table import Coordinate, SobolIndices, SweepTable
+from frictionsim.results import Check, Column, Quantity, Record, SolverStatistics
+from frictionsim.scenario.toml_data import json_value
+
+
+class Checkpoint(NamedTuple):
+    """The data to resume a run: the attributes of its file and the state of its solver."""
+
+    attributes: dict[str, str]
+    state: dict[str, Any]
+
+
+class LongChannel(NamedTuple):
+    """A channel that is asked for by rows."""
+
+    shape: tuple[int, ...]
+    dtype: str
+
+
+class Refusal(NamedTuple):
+    """Why a file is refused."""
+
+    message: str
+
+
+CLASSES: dict[str, Any] = {
+    found.__name__: found
+    for found in (
+        *(Record, Check, Quantity, SolverStatistics, Checkpoint, LongChannel, Refusal),
+        *(SweepTable, Coordinate, SobolIndices, CostTable, Column),
+    )
+}
+
+
+def encoded(answer: Any) -> bytes:
+    """Return the bytes of an answer."""
+    arrays: dict[str, Any] = {}
+    tree = dumps(_tree_of(answer, arrays)).encode()
+    file = io.BytesIO()
+    np.savez(file, tree=np.frombuffer(tree, np.uint8), **arrays)
+    return file.getvalue()
+
+
+def _tree_of(value: Any, arrays: dict[str, Any]) -> Any:
+    """Return a value as plain data: what JSON does not have is an object with one key."""
+    if isinstance(value, np.ndarray):
+        name = str(len(arrays))
+        arrays[name] = value
+        return {"array": name}
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, dict):
+        return {"dict": [[key, _tree_of(inner, arrays)] for key, inner in value.items()]}
+    if isinstance(value, list | tuple):
+        items = [_tree_of(inner, arrays) for inner in value]
+        name = type(value).__name__
+        return items if name == "list" else {name: items}
+    return value
+
+
+def decoded(answer: bytes) -> Any:
+    """Return an answer from its bytes.
+
+    Raises
+    ------
+    InputError
+        If the answer is that the file is refused.
+    Exception
+        Of any kind if it is none.
+    """
+    with np.load(io.BytesIO(answer), allow_pickle=False) as arrays:
+        found = _value_of(json_value(arrays["tree"].tobytes()), arrays)
+    if isinstance(found, Refusal):
+        raise InputError(str(found.message))
+    return found
+
+
+def _value_of(tree: Any, arrays: Any) -> Any:
+    if isinstance(tree, list):
+        return [_value_of(inner, arrays) for inner in tree]
+    if not isinstance(tree, dict):
+        return tree
+    ((name, inner),) = tree.items()
+    if name == "array":
+        return arrays[inner]
+    if name == "dict":
+        return {key: _value_of(value, arrays) for key, value in inner}
+    items = [_value_of(value, arrays) for value in inner]
+    return tuple(items) if name == "tuple" else CLASSES[name](*items)

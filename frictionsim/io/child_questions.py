@@ -1,0 +1,87 @@
+"""The questions that the child process of `child_process` answers, and its limits.
+
+This module alone imports what reads HDF5; the process that asks need not.
+"""
+
+import gc
+import os
+import signal
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from math import ceil
+from typing import Any, NoReturn
+
+import h5py
+
+from frictionsim.errors import InputError
+from frictionsim.io.child_answer import Refusal, encoded
+from frictionsim.io.child_process import MEMORY, OUT_OF_MEMORY, SEPARATOR
+from frictionsim.io.cost_content import COST, costs
+from frictionsim.io.hdf5_content import channels, checkpoint, record, rows
+from frictionsim.io.sweep_content import sweep
+from frictionsim.io.sweep_table import VERSION_NAME as OF_SWEEPS
+
+
+def content(path: str) -> Any:
+    """Return the content of a file: of the result of a run, a sweep or a table of costs."""
+    reader: Callable[[str], Any] = record  # which says what is wrong with the file
+    with suppress(OSError), h5py.File(path, "r") as file:
+        if OF_SWEEPS in file.attrs:
+            reader = sweep
+        elif file.get(COST, getlink=True) is not None:
+            reader = costs
+    return reader(path)
+
+
+QUESTIONS: dict[str, Callable[..., Any]] = {
+    "content": content,
+    "checkpoint": checkpoint,
+    "rows": rows,
+    "channels": channels,
+}
+
+
+def serve() -> NoReturn:
+    """Answer the question on stdin, and end the process without any cleaning up."""
+    code = 1
+    try:
+        gc.disable()
+        _limit_resources()
+        seconds, question, *arguments = map(os.fsdecode, sys.stdin.buffer.read().split(SEPARATOR))
+        answer_to = os.dup(1)
+        nowhere = os.open(os.devnull, os.O_RDWR)
+        for stream in (0, 1, 2):  # what a library prints is no answer
+            os.dup2(nowhere, stream)
+        if hasattr(signal, "alarm"):  # where its parent is gone
+            signal.alarm(ceil(float(seconds)) + 1)
+        with open(answer_to, "wb") as file:
+            file.write(answer(question, *arguments))
+        code = 0
+    except MemoryError:
+        code = OUT_OF_MEMORY
+    finally:
+        os._exit(code)
+
+
+def answer(question: str, *arguments: str) -> bytes:
+    """Return the bytes of the answer to a question."""
+    found: Any
+    try:
+        found = QUESTIONS[question](*arguments)
+    except InputError as error:
+        found = Refusal(str(error))
+    return encoded(found)
+
+
+def _limit_resources() -> None:
+    try:
+        import resource
+    except ImportError:  # Windows
+        return
+    with suppress(OSError, ValueError):
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    with suppress(OSError, ValueError, AttributeError):
+        soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+        if soft == resource.RLIM_INFINITY or soft > MEMORY:
+            resource.setrlimit(resource.RLIMIT_AS, (MEMORY, hard))

@@ -1,0 +1,198 @@
+"""Segments: the samples of a long run that is not over, in files beside its result.
+
+A segment is an ordinary result file, NAME.000007.h5, of some samples: their channels, and what only
+summary, audit, events and warnings need, in channels whose names begin with _. It ends in a mark of
+its own. NAME.partial.h5 lists names, samples and checksums, and has the samples after the last one.
+
+A result may be of anyone. Only files that are called after it are read, which are no links, end in
+the mark of a segment and have the checksum that is listed.
+"""
+
+import os
+import re
+from pathlib import Path
+from typing import Any, NamedTuple
+from zlib import crc32
+
+import numpy as np
+
+from frictionsim.errors import InputError
+from frictionsim.io.checksum import SEGMENT, mark_of, mismatch_within, stated_checksum
+from frictionsim.io.child_answer import LongChannel
+from frictionsim.io.child_process import ChildFailed, answer_of
+from frictionsim.io.regular_file import open_regular
+from frictionsim.io.unfinished import whole_name
+from frictionsim.results import Record
+from frictionsim.simulation.stored_channel import StoredChannel
+
+MAX_SEGMENTS = 10**6
+FILES_AT_ONCE = 64
+LINE = re.compile(r"([^/\\\0]+) (\d{1,9}) ([0-9a-f]{8})")
+
+
+class SegmentFiles:
+    """The segments of a result, numbered from 0.
+
+    Parameters
+    ----------
+    whole : Path
+        The complete result that they are of; it need not be there.
+    """
+
+    def __init__(self, whole: Path) -> None:
+        self._whole = Path(os.path.realpath(whole))
+        self._latest: tuple[int, dict[str, Any]] | None = None
+
+    def path(self, number: int) -> Path:
+        """Return the file of a segment."""
+        return self._whole.with_name(f"{self._whole.stem}.{number:06d}{self._whole.suffix}")
+
+    def checksum_of(self, number: int) -> int:
+        """Return the checksum of a segment; raise InputError if it is missing or damaged."""
+        try:
+            with open_regular(self.path(number)) as file:
+                if mark_of(file) == SEGMENT and not mismatch_within(file):
+                    return stated_checksum(file)
+        except OSError:
+            pass
+        raise self.missing(number)
+
+    def rows(self, number: int, name: str, start: int, stop: int) -> Any:
+        """Return rows of a channel of a segment."""
+        if self._latest is None or self._latest[0] != number:
+            self._latest = number, self._channels(number)
+        found = self._latest[1].get(name)
+        if found is None or len(found) < stop:
+            raise self.missing(number)
+        return found[start:stop]
+
+    def _channels(self, number: int) -> dict[str, Any]:
+        """Return all channels of a segment, which fit into memory."""
+        self.checksum_of(number)
+        path = str(self.path(number))
+        try:
+            found = answer_of("content", path)
+            if not isinstance(found, Record):
+                raise self.missing(number)
+            return {
+                name: answer_of("rows", path, name, 0, values.shape[0])
+                if isinstance(values, LongChannel)
+                else values
+                for name, values in found.channels.items()
+            }
+        except (ChildFailed, InputError):
+            raise self.missing(number) from None
+
+    def channels(self, names: list[str], count: int) -> list[dict[str, Any]]:
+        """Return some channels of each of the first segments."""
+        found: list[dict[str, Any]] = []
+        for first in range(0, count, FILES_AT_ONCE):
+            numbers = range(first, min(first + FILES_AT_ONCE, count))
+            paths = (str(self.path(number)) for number in numbers)
+            try:
+                found += answer_of("channels", ",".join(names), *paths)
+            except (ChildFailed, InputError):
+                raise self.missing(first) from None
+        return found
+
+    def missing(self, number: int) -> InputError:
+        """Return the error of a segment that is missing or damaged."""
+        path = self.path(number)
+        return InputError(
+            f"{path}: cannot read these samples of an unfinished result: the file is missing or"
+            f" damaged; keep {path.name} and the other segments beside the result, and their names"
+        )
+
+
+def combined(checksums: list[int]) -> int:
+    """Return a checksum of all segments."""
+    return crc32(b"".join(b"%08x" % checksum for checksum in checksums))
+
+
+class _Listed(NamedTuple):
+    name: str
+    rows: int
+    checksum: int
+
+
+def listing_of(segments: SegmentFiles, checksums: list[int], rows: int) -> str:
+    """Return the list of segments that a result has as an attribute."""
+    lines = (
+        f"{segments.path(number).name} {rows} {checksum:08x}"
+        for number, checksum in enumerate(checksums)
+    )
+    return "\n".join(lines)
+
+
+def _listed(listing: str) -> list[_Listed]:
+    """Return what a result lists; raise ValueError if it is no list."""
+    lines = [LINE.fullmatch(line) for line in listing.split("\n", MAX_SEGMENTS)]
+    if None in lines:
+        raise ValueError("no list of segments")
+    return [_Listed(found[1], int(found[2]), int(found[3], 16)) for found in lines if found]
+
+
+def with_segments(tail: Record, path: Path, listing: str) -> Record:
+    """Return the record of a result with the samples of its segments before its own.
+
+    Raises
+    ------
+    InputError
+        If the segments are not those that are listed.
+    """
+    damaged = InputError(
+        f"{path}: cannot read this result: its segments are not those of this version; solve its"
+        " scenario again"
+    )
+    segments = SegmentFiles(whole_name(path))
+    try:
+        listed = _listed(listing)
+    except ValueError:
+        raise damaged from None
+    size = listed[0].rows
+    for number, line in enumerate(listed):
+        if segments.checksum_of(number) != line.checksum or line.rows != size or not size:
+            raise segments.missing(number)
+    flat = [name for name, values in tail.channels.items() if len(values.shape) == 1]
+    before = segments.channels(flat, len(listed))
+    if any(part[name].shape != (size,) for part in before for name in flat):
+        raise damaged
+    source = _SegmentsAndTail(segments, len(listed), size, tail.channels)
+    count = len(listed) * size
+    channels = {
+        name: np.concatenate([*(part[name] for part in before), values])
+        if name in flat
+        else StoredChannel(source, name, (count + len(values), *values.shape[1:]), values.dtype)
+        for name, values in tail.channels.items()
+    }
+    if not np.all(np.diff(channels["time"]) > 0.0):
+        raise damaged
+    return tail._replace(channels=channels)
+
+
+class _SegmentsAndTail:
+    """Channels with columns of an unfinished result: samples in segments, then those in its file.
+
+    Parameters
+    ----------
+    segments : SegmentFiles
+    count, size : int
+        How many there are, and the samples of each.
+    tail : dict of arrays
+    """
+
+    def __init__(self, segments: SegmentFiles, count: int, size: int, tail: dict[str, Any]) -> None:
+        self._segments, self._count, self._size, self._tail = segments, count, size, tail
+
+    def rows(self, name: str, start: int, stop: int) -> Any:
+        """Return samples start to stop - 1 of a channel."""
+        size, parts = self._size, []
+        for number in range(start // size, min(self._count, (stop - 1) // size + 1)):
+            a, b = max(start - number * size, 0), min(stop - number * size, size)
+            parts.append(self._segments.rows(number, name, a, b))
+            if parts[-1].shape[1:] != self._tail[name].shape[1:]:
+                raise self._segments.missing(number)
+        before = self._count * size
+        if stop > before:
+            parts.append(self._tail[name][max(start - before, 0) : stop - before])
+        return np.concatenate(parts)

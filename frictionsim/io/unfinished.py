@@ -1,0 +1,37 @@
+"""Names of unfinished results and sweeps: NAME.partial.h5 until NAME.h5 is done."""
+
+import logging
+import os
+from pathlib import Path
+
+LOG = logging.getLogger(__name__)
+
+PARTIAL = ".partial"
+
+
+def partial_name(path: Path) -> Path:
+    """Return the name of the unfinished result of a file: a.partial.h5 for a.h5."""
+    if not path.name:  # a folder, which is refused
+        return path
+    return path.with_name(f"{path.stem}{PARTIAL}{path.suffix}")
+
+
+def whole_name(path: Path) -> Path:
+    """Return the name of the complete result: a.h5 for a.partial.h5; other names are unchanged."""
+    name = path.name.removesuffix(path.suffix)
+    if path.suffix == PARTIAL:  # the complete file has no suffix
+        return path.with_name(name)
+    if name.endswith(PARTIAL) and name != PARTIAL:
+        return path.with_name(name.removesuffix(PARTIAL) + path.suffix)
+    return path
+
+
+def existing_name(path: Path) -> Path:
+    """Return the name of a result, or of the unfinished one where only that stands."""
+    if os.path.lexists(path) or not path.name:
+        return path
+    partial = partial_name(path)
+    if not os.path.isfile(partial):
+        return path
+    LOG.warning("%s: there is no such file; the unfinished %s is taken", path, partial)
+    return partial

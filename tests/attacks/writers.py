@@ -1,0 +1,67 @@
+"""Two processes that write one file: each ends or is told, and the file is whole."""
+
+import os
+import random
+import subprocess
+import sys
+import time
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+
+from tests.attacks.promise import BrokenPromise
+from tests.support.scenarios import ROOT, SCENARIOS
+
+PULLEY = str(SCENARIOS / "pulley.toml")
+LOADS = (2000.0, 2100.0)
+SECONDS = 60.0
+
+
+def _command(load: float, checkpoints: bool) -> list[str]:
+    often = ["--set", "output.checkpoint=1e-3"] if checkpoints else []
+    return ["solve", PULLEY, "-q", "-o", "a.h5", "--set", f"mechanism.load={load}", *often]
+
+
+def _started(arguments: list[str], folder: Path) -> "subprocess.Popen[str]":
+    return subprocess.Popen(
+        [sys.executable, "-m", "frictionsim", *arguments],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+@cache
+def originals() -> tuple[bytes, ...]:
+    """Return the files that the commands write alone, without and with checkpoints."""
+    folder, found = Path(mkdtemp(prefix="attack-")), []
+    for checkpoints in (False, True):
+        for load in LOADS:
+            _started(_command(load, checkpoints), folder).communicate(timeout=SECONDS)
+            found.append((folder / "a.h5").read_bytes())
+    return tuple(found)
+
+
+def attack(rng: random.Random, folder: Path) -> str:
+    """Have two processes write one file at about the same time."""
+    commands = [_command(load, rng.random() < 0.5) for load in LOADS]
+    processes = []
+    for command in commands:
+        processes.append(_started(command, folder))
+        time.sleep(rng.choice((0.0, 0.0, rng.uniform(0.0, 0.5))))
+    said = [process.communicate(timeout=SECONDS)[1] for process in processes]
+    codes = sorted(process.returncode for process in processes)
+    case = f"{commands}: {codes}, {said}"
+    if codes not in ([0, 0], [0, 4]) or any("Traceback" in text for text in said):
+        raise BrokenPromise(case)
+    if (folder / "a.h5").read_bytes() not in originals():
+        raise BrokenPromise(f"a.h5 is not whole: {case}")
+    left = set(os.listdir(folder)) - {"a.h5", "a.new.h5"}
+    if left:
+        raise BrokenPromise(f"{left} are left over: {case}")
+    return f"exit {codes[1]}"
+
+
+warm_up = originals
