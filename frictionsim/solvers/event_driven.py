@@ -55,6 +55,7 @@ STEPS_OF_A_CALL = 500_000.0  # of many runs
 # half a second, a compilation some twelve, a step as Python 20 us.
 PATIENCE = 2000
 STEPS_THAT_PAY, STEPS_THAT_PAY_COMPILING = 40_000.0, 600_000.0
+SECONDS_OF_COMPILATION = 10.0  # on an idle core
 _python_steps: Counter[Any] = Counter()  # of this process, by the form of the kernel
 
 
@@ -240,6 +241,11 @@ class EventDrivenSolver:
                 " of double precision; check the scenario for forces or inertias that are far too"
                 " large or too small"
             ) from None
+
+    @property
+    def compile_seconds(self) -> float:
+        """How long `compile` should take, s; 0 if the code is at hand."""
+        return 0.0 if self._kernel.is_at_hand else SECONDS_OF_COMPILATION
 
     def compile(self) -> None:
         """Have the rest of the run compiled, if that is possible."""
