@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class CompareOptions(Options):
-    """The tolerances of a comparison, and what is left out of it."""
+    """The tolerances of a comparison, and the channels to ignore."""
 
     rtol: float = Field(1e-6, ge=0, allow_inf_nan=True)
     atol: float = Field(1e-9, ge=0, allow_inf_nan=True)
@@ -49,7 +49,7 @@ def compare(
     time_atol : float, s
         Tolerance of event times.
     ignore : str or iterable of str
-        Names or patterns (``energy_*``) of channels to leave out; ``events`` for the events.
+        Names or patterns (``energy_*``) of channels to ignore; ``events`` for the events.
 
     Returns
     -------

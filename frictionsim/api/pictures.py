@@ -30,17 +30,17 @@ FIRST: tuple[None] = (None,)  # where no view is named
 
 
 class ViewSelection(NamedTuple):
-    """What of files is drawn.
+    """The views, the body and the values to draw.
 
     Attributes
     ----------
     views : sequence of str
-        Views of a result, also several in a text with commas; of a sweep quantities, one picture
-        for each text. "all" is each view or quantity.
+        Views of a result, also with commas between them; of a sweep quantities, one picture
+        per entry. "all" draws each view or quantity.
     body : int or None
-        As of `plot`.
+        As for `plot`.
     at : mapping
-        As of `plot`.
+        As for `plot`.
     """
 
     views: Sequence[str] = ()
@@ -49,13 +49,13 @@ class ViewSelection(NamedTuple):
 
 
 class SavedPictures(NamedTuple):
-    """What was written.
+    """The written pictures and the skipped views.
 
     Attributes
     ----------
     pictures : list of Path
     skipped : list of str
-        The reasons why views, of all that there are, were not drawn.
+        For each view left out of "all", the reason.
     """
 
     pictures: list[Path]
@@ -71,14 +71,14 @@ def save_pictures(
     *,
     no_clobber: bool = False,
 ) -> SavedPictures:
-    """Draw what files hold, the result of a run, a sweep, or several results, into pictures.
+    """Write pictures of the result of a run, of a sweep, or of several results.
 
     Parameters
     ----------
     files : sequence of Path
     path : Path or None
-        Ends in .png, .pdf or .svg. Of several views each is written to FILE-<view>.png; without a
-        path also one that is named.
+        Ends in .png, .pdf or .svg. Each of several views, or a single named view without a path,
+        is written to FILE-<view>.png.
     choice : ViewSelection
     look : Appearance
     shown : Extent
@@ -111,7 +111,7 @@ def save_pictures(
 
 
 def _default(files: Sequence[Path]) -> Path:
-    """Return the picture of some files: FILE.png, or both names, or how many there are more."""
+    """Return the default path: FILE.png, A-B.png of two files, A-and-N-more.png of more."""
     first, others = files[0], files[1:]
     if not others:
         return first.with_suffix(".png")
@@ -120,7 +120,7 @@ def _default(files: Sequence[Path]) -> Path:
 
 
 class _Place(NamedTuple):
-    """Where pictures are written to: `path`, which the user has `named` or not."""
+    """Target of pictures: `path`, `named` by the user or not."""
 
     path: Path
     named: bool
@@ -163,7 +163,7 @@ class _Place(NamedTuple):
 
 
 def _views(choice: ViewSelection) -> list[str]:
-    """Return the views that are named, each once in a list; "all" stands alone."""
+    """Return the requested views; "all" is given alone."""
     from frictionsim.plots import ALL
 
     views = [name.strip() for text in choice.views for name in text.split(",")]
@@ -291,7 +291,7 @@ def animate(
     no_clobber : bool
         Do not replace an existing file.
     progress : callable, optional
-        Is told the number of frames that are drawn, and of all.
+        Called with the number of frames drawn and the total.
 
     Returns
     -------
@@ -301,7 +301,7 @@ def animate(
     Raises
     ------
     InputError
-        If there is nothing to show, or no ffmpeg for MP4.
+        If the result cannot be animated, or MP4 lacks ffmpeg.
     OutputError
         If the file cannot be written, or would replace another kind of file.
     """
@@ -339,30 +339,30 @@ def plot(
     ----------
     result : Result, Sweep, xarray.Dataset or path; or a list of results
         A dataset is that of a sweep, or a part of it. Several results of
-        one kind are drawn over each other, with a key, in a view over time.
+        one kind are drawn over each other in a view over time, with a legend.
     view : str, optional
         Of a result one of the views of its kind; of a sweep a quantity, or several with commas
-        between them. An unknown one is refused with those that there are.
+        between them. The error for an unknown view lists the known ones.
     body : int, optional
         Number of the body of a belt, for the view `body`.
     at : mapping, optional
-        By varied key of a grid, the one value of it that is drawn.
+        Value to draw of a varied key, by key; of a grid.
     ax : Axes, optional
         Draw in the place of these axes, which are removed: a view may have several panels.
     width, height : str, optional
-        Of the picture, as ``"84mm"``; the text keeps its size in points.
+        Of the picture, e.g. ``"84mm"``; the text keeps its size in points.
     dpi : float, optional
         Dots per inch.
     style : str, optional
         "paper", "talk", or "user" for the user's settings of matplotlib.
     title : bool
-        False leaves it out.
+        False omits it.
     time : float, optional, s
-        The instant that a view of one shows.
+        Time of the view, if it shows one instant.
     window : pair of float or None, optional, s
-        Start and end of what a view over time shows; None is the start or end of the run.
+        Start and end of a view over time; None is the start or end of the run.
     channels : str or sequence of str, optional
-        What a view over time draws instead of its own.
+        Channels of a view over time in place of its own.
 
     Returns
     -------
@@ -429,7 +429,7 @@ def _name(source: Any, number: int) -> str:
 
 
 def overlaid(found: "Sequence[tuple[str, results.Result | SweepTable | Sweep]]") -> Any:
-    """Return several results as they are drawn over each other.
+    """Return several results to draw over each other.
 
     Raises
     ------
@@ -441,7 +441,7 @@ def overlaid(found: "Sequence[tuple[str, results.Result | SweepTable | Sweep]]")
     for name, one in found:
         if not isinstance(one, results.Result):
             raise InputError(
-                f"{name}: this is a sweep; only results of runs are drawn over each other, draw it"
+                f"{name}: this is a sweep; only results of runs are drawn over each other; draw it"
                 " alone"
             )
     return [Overlaid(name, one.record) for name, one in found if isinstance(one, results.Result)]

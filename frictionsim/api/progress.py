@@ -60,7 +60,7 @@ class RunProgress(RunMonitor):
     ----------
     duration : float, s
     delay : float, s
-        Wall time without a bar, which a short run does not need.
+        Wall time before the bar is shown.
     """
 
     def __init__(self, duration: float, delay: float = 0.0) -> None:
@@ -102,7 +102,7 @@ class RunProgress(RunMonitor):
 
 
 class SweepBar:
-    """The progress of a sweep on a terminal: runs that are done, their rate and the time left."""
+    """The progress of a sweep on a terminal: completed runs, their rate and the remaining time."""
 
     def __enter__(self) -> Self:
         self._started = monotonic()
@@ -140,7 +140,7 @@ class SweepBar:
 
 
 def _text_of_sweep(progress: SweepProgress, seconds: float, first: int) -> str:
-    """Return the rate and the time left, after so many seconds from the first runs on."""
+    """Return the rate and the remaining time, from the seconds since the first run."""
     text, done = "runs", progress.done - first
     if done and seconds > 0.0:
         rate = done / seconds
@@ -149,7 +149,7 @@ def _text_of_sweep(progress: SweepProgress, seconds: float, first: int) -> str:
 
 
 def _bar(*columns: ProgressColumn, auto_refresh: bool = True) -> Progress:
-    """Return a bar on stderr if it is a terminal, which leaves no trace of itself."""
+    """Return a bar on stderr, if that is a terminal; it is erased at the end."""
     console = Console(file=cast("IO[str]", Stderr()), stderr=True)
     # In a log, rich would leave an empty line.
     disabled = not (console.is_terminal or console.is_jupyter)

@@ -61,7 +61,7 @@ class Result(ResultBase):
     path : Path or None
         The file that holds it.
     record : Record
-        What the file holds, see `frictionsim.io.hdf5_writer`.
+        The contents of its file, see `frictionsim.io.hdf5_writer`.
     """
 
     def __init__(
@@ -84,9 +84,9 @@ class Result(ResultBase):
 
     @property
     def checkpoint(self) -> dict[str, Any] | None:
-        """The state of a run that was just solved and can be resumed.
+        """The state to resume a new result from.
 
-        `load_checkpoint` also reads that of a file.
+        `load_checkpoint` also reads the state in a file.
         """
         return self._record.checkpoint
 
@@ -102,7 +102,7 @@ class Result(ResultBase):
 
     @property
     def failure(self) -> str:
-        """The kind of failure, as `chattering`; empty if not failed."""
+        """The kind of failure, e.g. `chattering`; empty if not failed."""
         return self._record.failure
 
     @property
@@ -160,7 +160,7 @@ class Result(ResultBase):
         Raises
         ------
         InputError
-            If another version wrote the file, whose scenario is not valid any more.
+            If the scenario of a file of another version is not valid any more.
         """
         if self._scenario is not None:
             return self._scenario
@@ -193,7 +193,7 @@ class Result(ResultBase):
 
     @property
     def origin(self) -> "Origin":
-        """Where the scenario came from: its file and overrides."""
+        """The file and the overrides of the scenario."""
         if self._scenario is not None:
             return self._scenario.origin
         from frictionsim.scenario.loading import origin_of
@@ -244,7 +244,7 @@ class Result(ResultBase):
     def save(self, path: str | PathLike[str], *, no_clobber: bool = False) -> Path:
         """Write the result file, whole or not at all; it holds no wall times.
 
-        What can be resumed can be resumed from the new file as well.
+        An incomplete run can be resumed from the new file, too.
 
         Parameters
         ----------
@@ -371,7 +371,7 @@ def open(path: str | PathLike[str]) -> Result:
     Returns
     -------
     Result
-        The data are read at once; the file is closed.
+        All data are read; the file is closed.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What results of runs, sweeps, cost studies and fits have in common."""
+"""The base of results of runs, sweeps, cost studies and fits."""
 
 from abc import ABC, abstractmethod
 from os import PathLike
@@ -18,17 +18,17 @@ if TYPE_CHECKING:
 
 
 class ResultBase(ABC):
-    """A result: it has a status, and is summarised, drawn and saved."""
+    """A result with a status, a summary, a picture and a file."""
 
     @property
     @abstractmethod
     def status(self) -> str:
-        """`done`, or how it ended before."""
+        """`done`, or the way it ended early."""
 
     @property
     @abstractmethod
     def reason(self) -> str:
-        """Why it is not done, or not to be trusted; else empty."""
+        """Why it ended early or cannot be trusted; else empty."""
 
     @property
     def exit_code(self) -> int:
@@ -41,7 +41,7 @@ class ResultBase(ABC):
 
     @abstractmethod
     def to_json(self) -> dict[str, Any]:
-        """Return the summary as plain data, as the command line prints it with --json."""
+        """Return the summary as plain data: the JSON of the command line."""
 
     @abstractmethod
     def save(self, path: str | PathLike[str]) -> Path:
@@ -50,14 +50,14 @@ class ResultBase(ABC):
         Raises
         ------
         InputError
-            If the suffix is none of those that it can be written as.
+            If the suffix is not supported.
         OutputError
             If the file cannot be written, or would replace one of another kind.
         """
 
     @abstractmethod
     def plot(self) -> "Figure":
-        """Draw the result, as the command line does."""
+        """Draw the result."""
 
     def save_picture(self, path: str | PathLike[str]) -> Path:
         """Write the picture, by the suffix of the path: .png, .pdf or .svg."""
@@ -68,7 +68,7 @@ class ResultBase(ABC):
         return target
 
     def summary(self) -> str:
-        """Return the summary as text, as the command line prints it."""
+        """Return the summary as text."""
         return as_text(self.parts())
 
     def _repr_html_(self) -> str:

@@ -54,9 +54,9 @@ def solve(
     Parameters
     ----------
     scenario : Scenario, path or mapping
-        As of `load`.
+        As for `load`.
     overrides : mapping or iterable of str, optional
-        As of `load`: ``{"effects.shaft_friction.mu_s": 0.3}``.
+        As for `load`: ``{"effects.shaft_friction.mu_s": 0.3}``.
     output : path, optional
         File to write the result to. An incomplete result never replaces a complete one: it is
         written to NAME.partial.h5 then. `Result.path` says where it is. Ctrl-C stops a run with an
@@ -66,11 +66,11 @@ def solve(
     max_wall : float, optional, s
         Limit of the wall time, from the call on. A run that reaches it is `failed` and can be
         resumed, except with SciPy's methods. It is checked before the first step and between
-        steps: the assembly of a large belt, a compilation of kernels and the writing of the result
-        come to their end.
+        steps, but does not interrupt the assembly of a large belt, a compilation of kernels or the
+        writing of the result.
     max_steps : int, optional
-        Limit of steps, in the place of `solver.max_steps`. It is not recorded: the run can be
-        resumed as after `max_wall`, and comes to the same file as an unlimited one.
+        Limit of steps, instead of `solver.max_steps`. It is not recorded: the run can be resumed
+        as after `max_wall`, and its file is that of an unlimited run.
     estimate_error : bool
         Solve a second time, more accurately, for `Result.errors`.
     progress : bool or callable
@@ -78,12 +78,12 @@ def solve(
         after each step; if it raises `frictionsim.errors.Interrupted`, the run stops and can be
         resumed.
     check : bool
-        Raise the error of a run that failed or whose self-audit failed, as `Result.check`.
+        Raise the error of a run that failed or whose self-audit failed, as `Result.check` does.
 
     Returns
     -------
     Result
-        Also of a run that failed: with the samples up to that time.
+        A failed run has a result, too, with the samples up to the failure.
 
     Raises
     ------
@@ -118,11 +118,11 @@ def resume(
     result : Result or path
         An incomplete result.
     output : path, optional
-        File to write to; by default the file that is resumed, and NAME.h5 instead of
-        NAME.partial.h5 when the run is done, unless that is the result of another scenario. A
-        `Result` that is in no file is not written.
+        File to write to; by default the resumed file, but NAME.h5 for NAME.partial.h5 when the
+        run is done, unless that is the result of another scenario. A `Result` without a file is
+        not written.
     no_clobber, max_wall, max_steps, progress, check
-        As of `solve`, of this part of the run; the file that is resumed is always replaced.
+        As for `solve`, for this part of the run; the resumed file is always replaced.
 
     Raises
     ------
@@ -155,7 +155,7 @@ def resume(
 
 
 class RunOptions(Options):
-    """The limits of a part of a run, and what it shows."""
+    """The limits and the progress display of a run."""
 
     max_wall: float | None = unit_field("s", "Limit of wall time.", None, gt=0, allow_inf_nan=True)
     max_steps: int | None = Field(None, gt=0)
@@ -185,7 +185,7 @@ def _simulate(
     check: bool,
 ) -> Result:
     done: Record | None = None
-    # Without a file nothing of an interrupted run could be kept: Ctrl-C raises at once.
+    # Without a file an interrupted run cannot be saved: Ctrl-C raises at once.
     stop = None if destination is None else StopSignals()
     with _monitor(options, since, scenario, stop) as monitor:
         try:
@@ -235,11 +235,11 @@ def _written(done: "Record", destination: "Destination") -> Path | None:
 
 
 class _ProgressFailed(Exception):
-    """An error of the user's function, which is not one of the run."""
+    """An error of the user's function, not of the run."""
 
 
 class _ProgressFunction(RunMonitor):
-    """A function of the user, whose errors are not taken for those of the run."""
+    """A function of the user; its errors are told from those of the run."""
 
     def __init__(self, progress: Callable[[float], Any]) -> None:
         self._progress = progress

@@ -1,4 +1,4 @@
-"""Work-precision studies from Python: what accuracy costs in time."""
+"""Work-precision studies from Python: error against run time."""
 
 from collections.abc import Callable, Iterable
 from os import PathLike
@@ -217,14 +217,14 @@ def cost(
 ) -> Study:
     """Measure error against run time for every friction law and method at several settings.
 
-    Of a belt, for several models and numbers of bodies, too.
+    A study of a belt also compares models and numbers of bodies.
 
     Parameters
     ----------
     scenario, overrides
-        As of `solve`.
+        As for `solve`.
     laws, backends : str or iterable of str, optional
-        Friction laws and methods to use; by default all that apply.
+        Friction laws and methods to use; by default all that fit the scenario.
     tolerances : float or iterable of float, optional
         Relative tolerances of adaptive methods.
     max_wall : float, s
@@ -232,10 +232,10 @@ def cost(
     repeats : int
         Maximum number of timed runs of each setting.
     bodies : int or iterable of int, optional
-        Of belts only, the numbers of bodies to compare; ``[]`` for time steps only. By default
-        from 0.4 to 4 times the scenario's.
+        Numbers of bodies of a belt; ``[]`` compares time steps only. By default from 0.4 to 4
+        times the scenario's.
     models : str or iterable of str, optional
-        Of belts only, of `string`, `corrected` and `polygon`; by default all.
+        Models of a belt: `string`, `corrected`, `polygon`; by default all.
     progress : callable, optional
         Called with the name of each setting.
 
@@ -260,7 +260,7 @@ def cost(
 
 
 def cost_with(scenario: Scenario, options: CostOptions, monitor: RunMonitor | None = None) -> Study:
-    """Run a study of a scenario, as `cost` and the command line do."""
+    """Run a study of a scenario."""
     show = options.progress or (lambda name: None)
     limits = (options.max_wall, options.repeats)
     return Study(study(scenario, options.plan(scenario), *limits, monitor or RunMonitor(), show))

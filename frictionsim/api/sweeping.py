@@ -57,8 +57,8 @@ if TYPE_CHECKING:
     from frictionsim.scenario.overrides import Overrides
 
 RUNNING = (
-    "killed, or still running; 'frictionsim resume' goes on with it, and has what was done"
-    " meanwhile from the file .h5.runs beside this one"
+    "killed, or still running; 'frictionsim resume' continues it, including the runs journalled"
+    " in FILE.h5.runs"
 )
 
 
@@ -78,7 +78,7 @@ class SweepInterrupted(Interrupted):
 
 
 class ExecutionOptions(Options):
-    """The processes or the cluster of Dask that a sweep runs on."""
+    """Worker processes or Dask cluster of a sweep."""
 
     workers: int | None = Field(None, gt=0)
     dask: str | None = None
@@ -92,7 +92,7 @@ class ExecutionOptions(Options):
         return self
 
     def executor(self, runs: int) -> Executor:
-        """Return the executor of so many runs."""
+        """Return the executor for a number of runs."""
         if self.dask is not None:
             from frictionsim.parameter_study.dask_cluster import DaskCluster
 
@@ -122,22 +122,22 @@ def sweep(
     Parameters
     ----------
     scenario : Scenario, path or mapping
-        As of `solve`; or a study, whose tables are [study], [set] and [vary].
+        As for `solve`; or a study with the tables [study], [set] and [vary].
     vary : mapping of str
-        By key as of `solve`'s overrides: a list or array of values, or text as
-        ``"lin(0.1, 0.4, 4)"``, ``"log(1, 100, 5)"``; with `sample` distributions, as
+        Values by key: a list or array, or a text such as
+        ``"lin(0.1, 0.4, 4)"``, ``"log(1, 100, 5)"``; with `sample` distributions, e.g.
         ``"uniform(0.1, 0.4)"``, ``"normal(2224, 50)"``. Several keys with commas between them
         have one value. Without `zip` and `sample`, all combinations are run.
     overrides : mapping or iterable of str, optional
-        What is the same in all runs, as of `solve`.
+        Overrides of all runs, as for `solve`.
     zip : bool
         Vary the keys together: the first values of all, then the second ones.
     sample : int, optional
         Number of runs of a sample.
     method : str, optional
-        Of the sample: sobol (default), lhs or random.
+        Sampling method: sobol (default), lhs or random.
     seed : int, optional
-        Of the sample, by default 0.
+        Random seed, by default 0.
     indices : bool
         Run the combinations that Sobol indices need, sample (keys + 2) runs.
     keep_series : bool
@@ -150,15 +150,15 @@ def sweep(
     workers : int, optional
         Number of processes, by default as many as there are cores.
     dask : str, optional
-        Address of a scheduler of Dask, as ``"tcp://host:8786"``, or ``"local:4"``.
+        Address of a Dask scheduler, e.g. ``"tcp://host:8786"``, or ``"local:4"``.
     progress : bool or callable
-        True shows a bar on a terminal; a callable is called some times each second with how far
-        the sweep is.
+        True shows a bar on a terminal; a callable is called several times per second with
+        a `SweepProgress`.
 
     Returns
     -------
     Sweep
-        What it comes to; `dataset` has the varied keys and the quantities.
+        Its table; `dataset` has the varied keys and the quantities.
 
     Raises
     ------
@@ -187,22 +187,22 @@ def resume_sweep(
     dask: str | None = None,
     progress: OnProgress | bool = False,
 ) -> Sweep:
-    """Do the runs that are left of an interrupted sweep; the file is that of an uninterrupted one.
+    """Resume an interrupted sweep; the file is bit-identical to that of an uninterrupted one.
 
     Parameters
     ----------
     path : path
         The incomplete file of the sweep.
     output : path, optional
-        File to write to when it is done; by default the file that is resumed, and NAME.h5 instead
-        of NAME.partial.h5.
+        File for the complete sweep; by default the resumed file, but NAME.h5 for
+        NAME.partial.h5.
     no_clobber, workers, dask, progress
-        As of `sweep`.
+        As for `sweep`.
 
     Returns
     -------
     Sweep
-        Of all runs, as `sweep` returns it.
+        The complete sweep, as returned by `sweep`.
 
     Raises
     ------
@@ -219,7 +219,7 @@ def resume_sweep(
 
 @contextmanager
 def shown(progress: OnProgress | bool) -> Iterator[OnProgress | None]:
-    """Return the context of a sweep that shows its progress as wanted."""
+    """Return the context with the progress function of a sweep, or none."""
     if callable(progress):
         yield progress
     elif progress:
@@ -237,7 +237,7 @@ def study_from(
     overrides: "Overrides | None",
     options: Mapping[str, Any],
 ) -> SweepStudy:
-    """Return the study that arguments describe, as of `sweep`.
+    """Return the study given by the arguments of `sweep`.
 
     Parameters
     ----------
@@ -272,7 +272,7 @@ def _varied(vary: Mapping[str, Any] | Iterable[str]) -> list[tuple[str, Any]]:
         key, sign, levels = str(text).partition("=")
         key = key.strip()
         if not sign or not key:
-            raise ArgumentError("vary", f"expected KEY=VALUES, as a.b=[1, 2], got '{text}'")
+            raise ArgumentError("vary", f"expected KEY=VALUES, e.g. a.b=[1, 2], got '{text}'")
         if key in values:
             raise ArgumentError("vary", f"{key} is given twice; give all its values in one list")
         values[key] = levels
@@ -302,7 +302,7 @@ def _check_alone(
     overrides: "Overrides | None",
     options: Mapping[str, Any],
 ) -> None:
-    """Check that a study is not given in two places, of which neither would say what is run.
+    """Check that a study file is given alone.
 
     Raises
     ------
@@ -311,7 +311,7 @@ def _check_alone(
     given = [*(["set"] if overrides else []), *(["vary"] if vary else []), *options]
     if given:
         raise InputError(
-            f"{given[0]}: this is a study already, which says what is varied; change it there"
+            f"{given[0]}: the study file already defines the varied keys; change it there"
         )
 
 
@@ -331,24 +331,26 @@ def run_study(
     ----------
     study : SweepStudy
     target : Path, optional
-        The file to write; its folder is there.
+        The file to write, in an existing folder.
     no_clobber : bool
         Do not replace an existing file.
     progress : callable, optional
-        Called some times each second; it may raise `SweepInterrupted`.
+        Called several times per second; it may raise `SweepInterrupted`.
     execution : ExecutionOptions
 
     Raises
     ------
     InputError, OutputError
-        Before anything is run; OutputError also later, with what is done kept.
+        Before the first run; OutputError also later, with the completed runs saved.
     SweepInterrupted, KeyboardInterrupt
-        With what is done kept, if there is a target.
+        With the completed runs saved, if there is a target.
     """
     text = study_toml(study)
     files, series = None, None
     if study.keep_series and target is None:
-        raise InputError("keep_series: the results of the runs are kept beside an output; give one")
+        raise InputError(
+            "keep_series: the results of the runs are saved beside the output; give one"
+        )
     if target is not None:
         files = SweepFiles(target)
         files.check(no_clobber)
@@ -367,23 +369,23 @@ def resume_study(
     progress: OnProgress | None = None,
     execution: ExecutionOptions = LOCAL,
 ) -> Sweep:
-    """Do the runs that are left of an interrupted sweep.
+    """Resume an interrupted sweep.
 
     Parameters
     ----------
     path : Path
         The incomplete file.
     output : Path, optional
-        The file to write when the sweep is done.
+        The file for the complete sweep.
     no_clobber, progress, execution
-        As of `run_study`.
+        As for `run_study`.
 
     Raises
     ------
     InputError
         If it cannot be resumed.
     OutputError, SweepInterrupted, KeyboardInterrupt
-        As `run_study`.
+        As for `run_study`.
     """
     from frictionsim.io.hdf5_reader import read_sweep
 
@@ -475,7 +477,7 @@ class _SweepRun:
         self._checked = self._done
 
     def run(self, options: ExecutionOptions) -> Sweep:
-        """Run what is left, and write the files."""
+        """Run the remaining combinations and write the files."""
         files = self._files
         try:
             executor = options.executor(self._plan.design.runs)
@@ -532,8 +534,8 @@ class _SweepRun:
         if done == total:
             return f"interrupted, but all {total} runs were done; they are in {files.whole}"
         return (
-            f"sweep interrupted: {done} of {total} runs are done and kept in {files.place};"
-            f" 'frictionsim resume {files.place}' goes on"
+            f"sweep interrupted: {done} of {total} runs are saved in {files.place};"
+            f" 'frictionsim resume {files.place}' continues the sweep"
         )
 
     @contextmanager

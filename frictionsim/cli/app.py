@@ -1,4 +1,4 @@
-"""The application, the options that several commands have, and the scenarios that they read."""
+"""The application, options of several commands, and reading of scenarios."""
 
 import sys
 from collections import Counter
@@ -21,17 +21,17 @@ if TYPE_CHECKING:
 
 
 class Process:
-    """Whether this process runs one command only, so that a limit may end it at any time."""
+    """Whether this process runs one command only: then a limit may end it at any time."""
 
     runs_one_command = False
 
 
 class Command(TyperCommand):
-    """A command that refuses an option whose first value a second one would replace silently."""
+    """A command that refuses an option given twice, where the second value would win silently."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the command line."""
-        if not ctx.resilient_parsing:  # as of completion
+        if not ctx.resilient_parsing:  # for completion
             _, _, order = self.make_parser(ctx).parse_args(args=list(args))
             for parameter, count in Counter(map(id, order)).items():
                 option: Any = next(one for one in order if id(one) == parameter)
@@ -151,7 +151,7 @@ def load_scenario(
     source : str
         A path, or "-" for the standard input.
     overrides, backend
-        As of `frictionsim.load`.
+        As for `frictionsim.load`.
     """
     if source != STDIN:
         return fs.load(source, overrides, backend)
@@ -187,7 +187,7 @@ def _standard_input() -> str:
 def check_read_once(sources: Sequence[str]) -> None:
     """Check that the standard input is given once at most."""
     if sources.count(STDIN) > 1:
-        raise InputError("-: given twice; the standard input can be read once only")
+        raise InputError("-: given twice; the standard input can be read only once")
 
 
 def scenarios_in(sources: Sequence[str]) -> list[str]:
@@ -199,6 +199,6 @@ def scenarios_in(sources: Sequence[str]) -> list[str]:
             continue
         inside = sorted(map(str, Path(source).rglob("*.toml")))
         if not inside:
-            raise InputError(f"{source}: there is no scenario (*.toml) in this folder")
+            raise InputError(f"{source}: this folder has no scenario (*.toml)")
         found += inside
     return found

@@ -1,4 +1,4 @@
-"""The commands that solve and check scenarios, and the exit code of all of them.
+"""The commands on scenarios, and the exit codes of all commands.
 
 Every command is a thin layer over `import frictionsim`: it reads options, calls a function and
 prints. Heavy imports happen when a function is called, so that --help is fast.
@@ -99,7 +99,7 @@ def run_command_line(arguments: list[str], runs_one_command: bool = False) -> in
     ----------
     arguments : list of str
     runs_one_command : bool
-        The process is there for this command: a limit on wall time may end it in C code.
+        The process runs this command only: a wall-time limit may end it within C code.
     """
     Process.runs_one_command = runs_one_command
     if "" in arguments:
@@ -166,7 +166,7 @@ def solve(
     from frictionsim.api.solving import RunOptions
 
     RunOptions.of(max_wall=max_wall, max_steps=max_steps)  # before anything is read
-    # All are read before the first is solved, so that an error in the last is told at once.
+    # All are read before the first is solved, so that an error in the last is reported at once.
     check_read_once(scenarios)
     loaded = [load_scenario(source, overrides, backend) for source in scenarios]
 
@@ -202,8 +202,8 @@ def resume(
 ) -> int:
     """Resume an interrupted run or sweep; the file is bit-identical to an uninterrupted one.
 
-    An incomplete NAME.h5 is called so itself; only beside a complete NAME.h5 it is
-    NAME.partial.h5, and replaces that when it is done, unless it is of another scenario.
+    An incomplete result is in NAME.h5, or in NAME.partial.h5 beside a complete NAME.h5, which it
+    replaces when it is done, unless the scenarios differ.
     """
     from frictionsim.api.solving import RunOptions
     from frictionsim.cli.job import Report, Resumption, resume_job
@@ -215,7 +215,9 @@ def resume(
         from frictionsim.cli.study_commands import SweepPrinting, run_with
 
         if max_wall is not None or max_steps is not None:
-            raise InputError(f"{result}: this is a sweep; --max-wall and --max-steps are of runs")
+            raise InputError(
+                f"{result}: this is a sweep; --max-wall and --max-steps apply to a run"
+            )
         execution = ExecutionOptions.of(workers=workers, dask=dask)
 
         def run(monitor: Any) -> "Sweep":

@@ -43,11 +43,11 @@ def report(
     no_clobber: NoClobber = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write a report in one HTML file, which any browser shows without a network.
+    """Write a report as one HTML file, which a browser shows offline.
 
-    Of the result of a run, several of one kind, a sweep, or a table of `cost` in HDF5 or CSV.
+    RESULT is a run, several runs of one kind, a sweep, or a table of `cost` in HDF5 or CSV.
     """
-    # What has no name, as a folder that is given as '/', is refused when it is read.
+    # A path without a name, e.g. '/', is refused when it is read.
     target = output or result[0].parent / f"{result[0].stem or 'report'}.html"
     written = fs.report(list(result), target, no_clobber=no_clobber)
     if not quiet:
@@ -58,11 +58,11 @@ def report(
 def warm_up(
     kind: Annotated[
         str | None,
-        typer.Argument(help="Kind of mechanism. [all that have kernels]", show_default=False),
+        typer.Argument(help="Kind of mechanism. [all with kernels]", show_default=False),
     ] = None,
     quiet: Quiet = False,
 ) -> None:
-    """Compile the kernels of the shipped scenarios ahead of their use, for containers and CI."""
+    """Compile the kernels of the shipped scenarios in advance, for containers and CI."""
     from frictionsim.api.scenarios import warming
 
     total, found = 0.0, False
@@ -84,13 +84,13 @@ def show_sweep(
     scenario: bool = False,
     study: bool = False,
 ) -> None:
-    """Print the summary of a sweep, or what an option asks for instead.
+    """Print the summary of a sweep, or the output that an option selects.
 
     Parameters
     ----------
     sweep : Sweep
     as_json, as_csv, scenario, study : bool
-        The options of `frictionsim show`, of which at most one is true.
+        The options of `frictionsim show`; at most one is true.
     """
     if scenario or study:
         print_text(sweep.to_toml("study" if study else "scenario"))
@@ -183,7 +183,7 @@ def compare(
     ] = 1e-6,
     ignore: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="Channel or pattern (energy_*) to leave out."),
+        typer.Option(metavar="NAME", help="Channel or pattern (energy_*) to ignore."),
     ] = None,
     as_json: AsJson = False,
 ) -> int:
@@ -223,7 +223,7 @@ def new(
     """
     from frictionsim.cli.messages import log_on_stderr
 
-    log_on_stderr(0)  # a faulty plug-in is left out of lists with a warning
+    log_on_stderr(0)  # a faulty plug-in is skipped with a warning
     if listed:
         if kind is not None:
             raise InputError(f"new: expected no argument beside --list, got '{kind}'")
@@ -232,11 +232,11 @@ def new(
         print_text(list_of_scenarios())
         return
     if kind is None:
-        raise InputError("new: KIND is missing; 'frictionsim new --list' lists what there is")
+        raise InputError("new: KIND is missing; 'frictionsim new --list' lists the kinds")
     if Path(kind).suffix == ".toml":
         raise InputError(
             f"new: expected the kind before the file, got '{kind}'; 'frictionsim new pulley {kind}'"
-            " writes a pulley, 'frictionsim new --list' lists what there is"
+            " writes a pulley, 'frictionsim new --list' lists the kinds"
         )
     text = fs.new(kind)
     if file is None:

@@ -1,4 +1,4 @@
-"""Runs on the command line: simulate, print the summary, and what the run ended with."""
+"""Runs on the command line: simulate, print the summary and the end of the run."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -33,7 +33,7 @@ SUFFIX = ".h5"
 
 
 class Job(NamedTuple):
-    """A scenario to simulate and where to write its result."""
+    """A scenario to simulate, and the file for its result."""
 
     scenario: "Scenario"
     source: str
@@ -55,7 +55,7 @@ class Resumption(NamedTuple):
 
 
 class Report:
-    """What runs print on stdout, and the exit code of the command: the highest of all runs.
+    """The output of runs on stdout, and the exit code: the highest of all runs.
 
     Parameters
     ----------
@@ -73,29 +73,29 @@ class Report:
         self._as_json, self.quiet, self.several = as_json, quiet, several
         self._objects: list[dict[str, Any]] = []
         self.exit_code = EXIT_DONE
-        self.waiting = 0  # scenarios that are not begun yet
+        self.waiting = 0  # scenarios not started yet
         log_on_stderr(verbose)
 
     @contextmanager
     def monitored(self, scenario: "Scenario", max_wall: float | None) -> Iterator[CommandMonitor]:
-        """Return the context of a run that can be stopped and shows its progress."""
+        """Return the context of a run with stop signals, limit and progress."""
         shown = not (self.quiet or self._as_json)
         with (
             CommandMonitor(scenario.solver.duration, shown, quiet=self.quiet) as monitor,
             monitor.limited(max_wall, self._give_up),
         ):
             yield monitor
-        if monitor.signals.received and self.waiting:  # one that came while the result was written
+        if monitor.signals.received and self.waiting:  # received while the result was written
             self.exit_code = EXIT_SIGNAL + monitor.signals.received
 
     def _give_up(self) -> None:
-        """Print what there is before the process ends in the middle of a run."""
+        """Print the results so far before the process ends within a run."""
         self.report_waiting()
         if self.several:
             self.close()
 
     def report_waiting(self) -> None:
-        """Say how many scenarios were not begun."""
+        """Print the number of scenarios not started."""
         if self.waiting:
             print_error(f"not solved: {self.waiting} of the scenarios, after this one")
 
@@ -124,7 +124,7 @@ class Report:
         self.exit_code = max(self.exit_code, result.exit_code)
 
     def add_error(self, error: FrictionsimError, source: str) -> None:
-        """Print the error that kept one of several scenarios from being solved."""
+        """Print the error of one of several scenarios."""
         print_error(f"{source}: {str(error).removeprefix(f'{source}: ')}")
         self.exit_code = max(self.exit_code, error.exit_code)
 
@@ -135,10 +135,7 @@ class Report:
 
 
 def run_jobs(jobs: Sequence[Job], report: Report) -> None:
-    """Run jobs one after the other until one is interrupted.
-
-    One of several that cannot be solved does not keep the others from it.
-    """
+    """Run jobs in turn until one is interrupted; an error of one of several only skips it."""
     for number, job in enumerate(jobs, start=1):
         report.waiting = len(jobs) - number
         try:
@@ -175,7 +172,7 @@ def run_job(job: Job, report: Report) -> None:
 def resume_job(job: Resumption, report: Report) -> None:
     """Resume a run, write its result and print its summary."""
     incomplete = fs.open(job.source)
-    incomplete.load_checkpoint()  # refuses one that cannot be resumed, before all else
+    incomplete.load_checkpoint()  # raises first if the run cannot be resumed
     known = incomplete.scenario.warnings()
     warn(known)
     with report.monitored(incomplete.scenario, job.max_wall) as monitor:
@@ -203,7 +200,7 @@ def targets_of(sources: Sequence[str], output: Path | None, no_clobber: bool) ->
         Do not replace existing files.
     """
     if output == Path(STDIN):
-        raise InputError("-o -: a result is an HDF5 file, it is not printed; give a file name")
+        raise InputError("-o -: a result is written as HDF5, not printed; give a file name")
     if output is not None and len(sources) == 1:
         return [output]
     targets = _targets_in(_folder(output), sources)
@@ -246,7 +243,7 @@ def _targets_in(folder: Path, sources: Sequence[str]) -> list[Path]:
 
 
 def _report_end(result: "fs.Result", whole: Path) -> None:
-    """Print how a run ended if it is not done and sound."""
+    """Print the end of a run that is not done and sound."""
     if result.status == "done":
         if result.reason:
             print_error(f"{result.reason}; do not trust {result.path}")

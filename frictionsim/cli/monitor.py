@@ -27,7 +27,7 @@ NO_SIGNAL = b"\0"
 CLEAR_LINE = "\r\x1b[K"  # erases a status line that may be on the terminal
 # `timeout` and shells signal both the process and its group: a signal may be delivered twice.
 SECONDS_FOR_ONE_SIGNAL = 0.2
-# The limit is looked at after each step, too, which has something to keep.
+# The run itself checks the limit after each step, and keeps its samples.
 SECONDS_AFTER_LIMIT = 0.1
 SECONDS_OF_A_WAIT = 1e6  # threads cannot wait for years
 
@@ -38,7 +38,7 @@ class CommandSignals(StopSignals):
     NUMBERS = STOP_SIGNALS
 
     def __enter__(self) -> Self:
-        return self  # a monitor handles them as soon as there is something to keep
+        return self  # a monitor handles them once there are samples to keep
 
     def replaces(self, handler: Any) -> bool:
         # What is ignored stays ignored, as by nohup; None is a handler that is not Python's.
@@ -212,7 +212,7 @@ class CommandMonitor(RunMonitor):
 class SweepMonitor:
     """Watches the sweep of a command: shows a bar, and ends the sweep at a stop signal.
 
-    Until all combinations are checked there is nothing to keep: a signal ends the process at once.
+    A signal before all combinations are checked ends the process at once: no run is completed.
     """
 
     def __init__(self, with_bar: bool) -> None:

@@ -97,9 +97,7 @@ def plot(
     ] = None,
     at: Annotated[
         list[str] | None,
-        typer.Option(
-            "--at", metavar="KEY=VALUE", help="The one value of a varied key of a sweep to draw."
-        ),
+        typer.Option("--at", metavar="KEY=VALUE", help="Value to draw of a varied key of a sweep."),
     ] = None,
     time: Annotated[
         float | None,
@@ -159,7 +157,7 @@ def plot(
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
 ) -> None:
-    """Draw views of a result, or a sweep; each that is named is drawn into FILE-<view>.png."""
+    """Draw views of a result or sweep; named views are written to FILE-<view>.png."""
     of_pictures: dict[str, object] = {
         "--output": output,
         "--view": view,
@@ -202,13 +200,13 @@ def plot(
 
 
 def _values_by_key(given: list[str]) -> dict[str, str]:
-    """Return the values that --at gives."""
+    """Return the values given with --at, by key."""
     found: dict[str, str] = {}
     for text in given:
         key, equals, value = text.partition("=")
         if not equals or not key.strip() or not value.strip():
-            raise InputError(f"--at {text}: expected KEY=VALUE, as mechanism.load=2000")
+            raise InputError(f"--at {text}: expected KEY=VALUE, e.g. mechanism.load=2000")
         if key.strip() in found:
-            raise InputError(f"--at {text}: this key has a value already; give one for each key")
+            raise InputError(f"--at {text}: this key is given twice; give one value per key")
         found[key.strip()] = value.strip()
     return found

@@ -46,7 +46,7 @@ MARK = "-sweep"
 
 
 class StudyFiles(NamedTuple):
-    """The files that a study writes; None for those that are not wanted."""
+    """The output files of a study; None for those not requested."""
 
     output: Path | None
     csv: Path | None
@@ -55,7 +55,7 @@ class StudyFiles(NamedTuple):
     def check(self, no_clobber: bool, output_kind: Any = None, csv_kind: Any = None) -> None:
         """Check that the files can be written, before the study runs.
 
-        Without a kind of file to replace, the output must be a new file.
+        Without a kind of replaceable file, the output must be a new file.
         """
         from frictionsim.io.atomic_write import check_no_clobber
         from frictionsim.io.new_file import check_new
@@ -80,12 +80,12 @@ class StudyFiles(NamedTuple):
             check_target(self.csv, csv_kind)
 
     def print(self, result: "ResultBase", as_json: bool) -> None:
-        """Print the summary; where files are wanted, a full stdout does not end the command."""
+        """Print the summary; with output files, an unwritable stdout only warns."""
         show = print_beside_files if any(self) else print_data
         show(result.to_json() if as_json else result.summary())
 
     def write(self, writers: Mapping[str, Callable[[Path], Any]]) -> None:
-        """Write the files; one that cannot be written does not keep the others from it."""
+        """Write all files; then raise the errors of those that cannot be written."""
         errors = []
         for name, write in writers.items():
             path = getattr(self, name)
@@ -178,7 +178,7 @@ def fit(
         list[str] | None,
         typer.Option(
             metavar="KEY=LOW:HIGH[:START]",
-            help="Key to fit, with its bounds; A,B for two of one value.",
+            help="Key to fit, with its bounds; A,B for two keys of equal value.",
         ),
     ] = None,
     data: Annotated[
@@ -186,20 +186,17 @@ def fit(
     ] = None,
     channel: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME[=COLUMN]", help="Channel that was measured over time, and its column."
-        ),
+        typer.Option(metavar="NAME[=COLUMN]", help="Measured channel, and its column in the data."),
     ] = None,
     quantity: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUE", help="Quantity that was measured; with --over NAME[=COLUMN]."
-        ),
+        typer.Option(metavar="NAME=VALUE", help="Measured quantity; with --over NAME[=COLUMN]."),
     ] = None,
     over: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="KEY[=COLUMN]", help="Key set by each row of the data; one run per row."
+            metavar="KEY[=COLUMN]",
+            help="Key set by each row of the data, and its column; one run per row.",
         ),
     ] = None,
     overrides: Overrides = None,
@@ -213,22 +210,23 @@ def fit(
     ] = None,
     unit: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=UNIT", help="Unit of the data of a channel, as deg/s or rpm."),
+        typer.Option(metavar="NAME=UNIT", help="Unit of the data of a channel, e.g. deg/s or rpm."),
     ] = None,
     time: Annotated[
         str | None, typer.Option(metavar="COLUMN", help="Column of the times. [time, or the first]")
     ] = None,
     time_unit: Annotated[
-        str | None, typer.Option(metavar="UNIT", help="Unit of the times, as ms. [s]")
+        str | None, typer.Option(metavar="UNIT", help="Unit of the times, e.g. ms. [s]")
     ] = None,
     time_offset: Annotated[
         float, typer.Option(metavar="SECONDS", help="Offset added to the times of the data.")
     ] = 0.0,
     starts: Annotated[
-        int, typer.Option(min=1, metavar="N", help="Local searches, from points of a scan.")
+        int,
+        typer.Option(min=1, metavar="N", help="Number of local searches, from points of a scan."),
     ] = 3,
     seed: Annotated[
-        int, typer.Option(min=0, metavar="N", help="Seed of the scan and of the bootstrap.")
+        int, typer.Option(min=0, metavar="N", help="Random seed of the scan and of the bootstrap.")
     ] = 0,
     bootstrap: Annotated[
         int, typer.Option(min=0, metavar="N", help="Number of bootstrap resamples for intervals.")
@@ -293,7 +291,7 @@ def _named_by_option() -> Iterator[None]:
 
 
 class _Updates:
-    """Shows the number of runs of a fit some times each second."""
+    """Shows the number of runs of a fit several times per second."""
 
     def __init__(self, line: StatusLine) -> None:
         self._line, self._shown = line, 0.0
@@ -320,7 +318,7 @@ def sweep(
         typer.Option(
             "--vary",
             metavar="KEY=VALUES",
-            help="Vary a key, or several that have one value, as A,B=...: [0.1, 0.2],"
+            help="Vary a key, or several keys of equal value (A,B=...): [0.1, 0.2],"
             " lin(a, b, n), log(a, b, n); with --sample uniform(a, b), normal(m, s),"
             " lognormal(m, s), triangular(a, c, b).",
         ),
@@ -330,7 +328,8 @@ def sweep(
         bool, typer.Option("--zip", help="Vary the keys together, not in all combinations.")
     ] = False,
     sample: Annotated[
-        int | None, typer.Option(metavar="N", help="Draw a sample of N runs of distributions.")
+        int | None,
+        typer.Option(metavar="N", help="Run a sample of N combinations from distributions."),
     ] = None,
     method: Annotated[
         str | None,
@@ -357,7 +356,7 @@ def sweep(
     csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a table as CSV.")] = None,
     keep_series: Annotated[
         bool,
-        typer.Option("--keep-series", help="Keep the result of each run in a folder FILE.series."),
+        typer.Option("--keep-series", help="Save the result of each run in a folder FILE.series."),
     ] = False,
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
@@ -369,7 +368,7 @@ def sweep(
 
     execution = ExecutionOptions.of(workers=workers, dask=dask)
     if output == Path(STDIN):
-        raise InputError("-o -: a sweep is an HDF5 file, it is not printed; give a file name")
+        raise InputError("-o -: a sweep is written as HDF5, not printed; give a file name")
     given = {
         "zip": together, "sample": sample, "method": method, "seed": seed, "indices": indices,
         "keep_series": keep_series,
@@ -389,7 +388,7 @@ def sweep(
 
 
 class SweepPrinting(NamedTuple):
-    """The table of a sweep to write, and what is printed: options of `sweep` and `resume`."""
+    """Output options of `sweep` and `resume`."""
 
     source: str
     csv: Path | None
@@ -401,7 +400,7 @@ class SweepPrinting(NamedTuple):
 def run_with(run: "Callable[[Any], Sweep]", printing: SweepPrinting) -> int:
     """Run a sweep with a monitor, and print its summary; return the exit code."""
     log_on_stderr(printing.verbose)
-    gc.enable()  # off for commands that end soon; a sweep may take days
+    gc.enable()  # off for short commands; a sweep may take days
     with SweepMonitor(not (printing.quiet or printing.as_json)) as monitor:
         swept = run(monitor)
         if printing.csv is not None:
@@ -420,7 +419,7 @@ def run_with(run: "Callable[[Any], Sweep]", printing: SweepPrinting) -> int:
 
 @contextmanager
 def _target(output: Path | None, source: str) -> Iterator[Path]:
-    """Return the context with the file to write; a folder made for it is removed if unused."""
+    """Return the context with the file to write; its new folder is removed if unused."""
     if output is not None:
         yield output
         return

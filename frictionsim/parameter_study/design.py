@@ -164,7 +164,7 @@ def _check_sampling(vary: Mapping[str, Values], sampling: Sampling) -> None:
     for key, values in vary.items():
         if isinstance(values, Levels):
             raise InputError(
-                f"vary {key}: a sample needs a distribution, as uniform(0.1, 0.2), got"
+                f"vary {key}: a sample needs a distribution, e.g. uniform(0.1, 0.2), got"
                 f" {values.text}; a key that is the same in all runs is set with --set"
             )
     if sampling.method not in METHODS:
@@ -178,7 +178,7 @@ def _check_sampling(vary: Mapping[str, Values], sampling: Sampling) -> None:
         raise InputError(f"sample: {runs} runs are more than the limit of {MAX_RUNS}")
     if sampling.indices and sampling.runs & (sampling.runs - 1):
         raise InputError(
-            f"sample: Sobol indices need a power of 2, as {_power_of_two_below(sampling.runs)},"
+            f"sample: Sobol indices need a power of 2, e.g. {_power_of_two_below(sampling.runs)},"
             f" got {sampling.runs}"
         )
 

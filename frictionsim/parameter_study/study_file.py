@@ -1,4 +1,4 @@
-"""A study as TOML, so that it can be kept and repeated.
+"""Study files in TOML.
 
 [study]
 scenario = "pulley.toml"            # relative to this file; or the tables of a scenario
@@ -6,12 +6,12 @@ sample = 256                        # of the distributions below; without it all
 method = "sobol"                    # or lhs, random
 seed = 1
 
-[set]                               # what is the same in all runs
+[set]                               # overrides of all runs
 "solver.rtol" = 1e-6
 
-[vary]                              # keys as of --set
+[vary]                              # keys as for --set
 "effects.shaft_friction.mu_s" = "uniform(0.1, 0.3)"
-"mechanism.load" = "normal(2224, 50)"   # several keys with commas between them have one value
+"mechanism.load" = "normal(2224, 50)"   # keys joined by commas are equal
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -44,12 +44,12 @@ class StudySettings(Params):
     sample: int | None = Field(None, description="Number of runs of a sample.", gt=0)
     method: str = Field("sobol", description="How a sample is drawn: sobol, lhs or random.")
     seed: int = Field(0, description="Seed of the sample.", ge=0)
-    indices: bool = Field(False, description="Run what Sobol indices are computed from.")
+    indices: bool = Field(False, description="Run the combinations for Sobol indices.")
     keep_series: bool = Field(False, description="Keep the result of each run.")
 
 
 class SweepStudy(NamedTuple):
-    """What a study file says.
+    """A study: a scenario and its variation.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepSt
     ----------
     data : mapping
     folder : Path or None
-        Of file names in them; None for a study out of a sweep's file, which names no other files.
+        Base of relative file names; None for a study in the file of a sweep, which names no files.
     name : str
         For messages.
     """
@@ -104,7 +104,7 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepSt
         )
     if not isinstance(source, str | dict):
         raise InputError(
-            f"{name}: study.scenario: expected the file of a scenario, as"
+            f"{name}: study.scenario: expected the file of a scenario, e.g."
             ' scenario = "pulley.toml", or its tables'
         )
     settings = _settings_of_file(given, name)
@@ -172,7 +172,7 @@ def _sampling(settings: StudySettings) -> Sampling | None:
     for name in OF_SAMPLES:
         if name in settings.model_fields_set:
             raise InputError(
-                f"{name}: only a sample has this; give the number of its runs with --sample N"
+                f"{name}: it applies to a sample; give the number of its runs with --sample N"
             )
     return None
 
@@ -186,7 +186,7 @@ def check_not_fixed(fixed: Iterable[str], vary: Mapping[str, Any]) -> None:
 
 
 def study_toml(study: SweepStudy) -> str:
-    """Return a study as TOML with its scenario in it, which `study_of` reads."""
+    """Return a study as TOML with its scenario in it, for `study_of`."""
     import tomli_w
 
     scenario = study.scenario.model_dump(by_alias=True, exclude_none=True, exclude_unset=True)

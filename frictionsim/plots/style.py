@@ -141,7 +141,7 @@ def appearance(
 
 def _inches(argument: str, text: Any) -> float:
     """Return a length of a picture in inches."""
-    wanted = "expected a length with its unit (mm, cm, in or pt), as 84mm"
+    wanted = "expected a length with its unit (mm, cm, in or pt), e.g. 84mm"
     if not isinstance(text, str):
         raise ArgumentError(argument, f"{wanted}, got {text!r:.60}")
     unit = next((unit for unit in UNITS if text.strip().endswith(unit)), "")

@@ -90,7 +90,7 @@ def _pair(window: Any) -> tuple[Any, Any]:
         start, stop = window
     except (TypeError, ValueError):
         raise ArgumentError(
-            "window", f"expected start and end in s, as (0.5, 1.0), got {window!r:.60}"
+            "window", f"expected start and end in s, e.g. (0.5, 1.0), got {window!r:.60}"
         ) from None
     return start, stop
 

@@ -112,7 +112,7 @@ def _tolerances(given: Any) -> tuple[float, ...]:
     if not values or not all(TIGHTEST <= rtol <= LOOSEST for rtol in values):
         shown = given if isinstance(given, str) else ",".join(map(str, as_list(given)))
         raise ValueError(
-            f"expected numbers from {TIGHTEST:g} to {LOOSEST:g}, as 1e-3,1e-6, got '{shown}'"
+            f"expected numbers from {TIGHTEST:g} to {LOOSEST:g}, e.g. 1e-3,1e-6, got '{shown}'"
         )
     return tuple(sorted(set(values), reverse=True))
 
@@ -127,7 +127,7 @@ def _bodies(given: Any) -> tuple[int, ...] | None:
     for count in counts:
         if not isinstance(count, int) or isinstance(count, bool) or count < 2:
             raise ValueError(
-                f"expected whole numbers of at least 2, as 60,150, or none, got {count!r}"
+                f"expected whole numbers of at least 2, e.g. 60,150, or none, got {count!r}"
             )
     return tuple(sorted(set(counts)))
 

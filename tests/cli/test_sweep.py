@@ -100,7 +100,7 @@ def test_a_study_in_a_file_is_run(told: Run, here: Path) -> None:
         name = options[0].removeprefix("--")
         _, err = told("sweep", "study.toml", *options, code=2)
         assert err == (
-            f"frictionsim: {name}: this is a study already, which says what is varied; change it"
+            f"frictionsim: {name}: the study file already defines the varied keys; change it"
             " there\n"
         )
 
@@ -118,8 +118,8 @@ def test_a_signal_keeps_what_is_done(name: str, told: Run, here: Path) -> None:
     done = int((table.status == 1).sum())
     assert 0 < done < 2000
     assert err.decode() == (
-        f"frictionsim: sweep interrupted: {done} of 2000 runs are done and kept in s.h5;"
-        " 'frictionsim resume s.h5' goes on\n"
+        f"frictionsim: sweep interrupted: {done} of 2000 runs are saved in s.h5;"
+        " 'frictionsim resume s.h5' continues the sweep\n"
     )
     assert os.listdir() == ["s.h5"]
 
