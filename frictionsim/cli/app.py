@@ -2,7 +2,8 @@
 
 import sys
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from os.path import isdir
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
@@ -12,7 +13,7 @@ from typer.core import TyperCommand
 
 import frictionsim as fs
 from frictionsim.cli.messages import print_text
-from frictionsim.errors import EXIT_BAD_INPUT, InputError, ScenarioError
+from frictionsim.errors import EXIT_BAD_INPUT, ArgumentError, InputError, ScenarioError
 from frictionsim.io.terminal import print_on_stderr
 from frictionsim.version import __version__
 
@@ -136,6 +137,15 @@ def program(
     if context.invoked_subcommand is None:
         print_on_stderr(context.get_help())
         raise typer.Exit(EXIT_BAD_INPUT)
+
+
+@contextmanager
+def named_by_option(options: Mapping[str, str]) -> Iterator[None]:
+    """Return the context in which errors of arguments name options of other names."""
+    try:
+        yield
+    except ArgumentError as error:
+        raise ArgumentError(options.get(error.argument, error.argument), error.text) from None
 
 
 STDIN = "-"

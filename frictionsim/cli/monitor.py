@@ -202,8 +202,7 @@ class CommandMonitor(RunMonitor):
             where = "while compiling kernels"
             help_ = "'frictionsim warm-up' compiles them beforehand"
         print_on_stderr(
-            f"frictionsim: wall-time limit --max-wall {seconds:g} s reached {where}; {self._kept};"
-            f" {help_}"
+            f"frictionsim: wall-time limit of {seconds:g} s reached {where}; {self._kept}; {help_}"
         )
         before_exit()
         os._exit(EXIT_BUDGET_EXCEEDED)

@@ -21,6 +21,7 @@ from frictionsim.cli.app import (
     WorkerCount,
     app,
     load_scenario,
+    named_by_option,
 )
 from frictionsim.cli.completion import sampling_methods
 from frictionsim.cli.messages import (
@@ -32,7 +33,7 @@ from frictionsim.cli.messages import (
     warn_of_name,
 )
 from frictionsim.cli.monitor import CommandMonitor, StatusLine, SweepMonitor
-from frictionsim.errors import EXIT_SIGNAL, ArgumentError, InputError, OutputError, counted
+from frictionsim.errors import EXIT_SIGNAL, InputError, OutputError, counted
 
 if TYPE_CHECKING:
     from frictionsim.api.result_base import ResultBase
@@ -248,7 +249,7 @@ def fit(
     from frictionsim.api.fitting import FitOptions, fit_with
     from frictionsim.scenario.options import column_of
 
-    with _named_by_option(), StatusLine() as line:
+    with named_by_option(OPTIONS), StatusLine() as line:
         options = FitOptions.of(
             data=data,
             channels=channel or (),
@@ -279,15 +280,6 @@ def fit(
     if result.status != "done":
         print_error(f"fit {result.status}: {result.reason}; do not trust the estimates")
     return result.exit_code
-
-
-@contextmanager
-def _named_by_option() -> Iterator[None]:
-    """Return the context in which errors of `fit` name options instead of arguments."""
-    try:
-        yield
-    except ArgumentError as error:
-        raise ArgumentError(OPTIONS.get(error.argument, error.argument), error.text) from None
 
 
 class _Updates:

@@ -104,7 +104,7 @@ class WallTimeLimit(RunMonitor):
         return nullcontext()
 
     def _exceeded(self, where: str) -> BudgetExceeded:
-        return BudgetExceeded(f"wall-time limit --max-wall {self._seconds:g} s reached {where}")
+        return BudgetExceeded(f"wall-time limit of {self._seconds:g} s reached {where}")
 
 
 class StopSignals(RunMonitor):

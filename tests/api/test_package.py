@@ -112,8 +112,6 @@ LEAVES = {
     # the picture of a study, in the format of its name
     "frictionsim.plots.picture_file": {"check_picture"},
     # options of pictures, checked
-    "frictionsim.plots.style": {"appearance"},
-    "frictionsim.plots.view": {"extent"},
     # JSON of `static`, the name of the standard input
     "frictionsim.results": {"quantities_json"},
     "frictionsim.scenario.settings": {"STDIN", "Scenario"},

@@ -205,7 +205,7 @@ def test_max_wall_stops_a_run_that_can_be_resumed(tmp_path: Path) -> None:
     cycles = SCENARIOS / "hard" / "many_cycles.toml"
     part = fs.solve(cycles, max_wall=0.05)
     assert (part.status, part.failure, part.exit_code) == ("failed", "budget_exceeded", 5)
-    assert part.reason.startswith("wall-time limit --max-wall 0.05 s reached at t = ")
+    assert part.reason.startswith("wall-time limit of 0.05 s reached at t = ")
     again = fs.resume(part, max_wall=0.05)
     assert again.failure == "budget_exceeded"
     assert again.dataset["time"][-1] > part.dataset["time"][-1]
