@@ -11,8 +11,8 @@ from frictionsim.api.scenarios import with_overrides
 from frictionsim.display import number_text, study_text
 from frictionsim.document import Document, Table
 from frictionsim.errors import counted
+from frictionsim.fitting.data import STARTS, measured
 from frictionsim.fitting.data import FitOptions as FitOptions
-from frictionsim.fitting.data import measured
 from frictionsim.fitting.fit import fit as fit_problem
 from frictionsim.fitting.outcome import (
     OUT_OF_REACH,
@@ -328,7 +328,7 @@ def fit(
     time: str | int | None = None,
     time_unit: str | None = None,
     time_offset: float = 0.0,
-    starts: int = 3,
+    starts: int = STARTS,
     seed: int = 0,
     bootstrap: int = 0,
     progress: Callable[[int], Any] | None = None,
@@ -385,8 +385,8 @@ def fit(
         channels=channels,
         over=over,
         quantities=quantities,
-        sigma=sigma or {},
-        units=units or {},
+        sigma=sigma,
+        units=units,
         time=time,
         time_unit=time_unit,
         time_offset=time_offset,

@@ -94,11 +94,15 @@ def solve(
     SolverError, AuditError
         Only with `check`.
     """
-    since = perf_counter()
-    options = RunOptions.of(max_wall=max_wall, max_steps=max_steps, progress=progress)
-    loaded = with_overrides(scenario, overrides)
-    destination = _destination(output, None, no_clobber)
-    return _simulate(loaded, destination, options, since, estimate_error, None, check)
+    options = RunOptions.of(
+        no_clobber=no_clobber,
+        max_wall=max_wall,
+        max_steps=max_steps,
+        estimate_error=estimate_error,
+        progress=progress,
+        check=check,
+    )
+    return solve_with(scenario, overrides, output, options)
 
 
 def resume(
@@ -133,11 +137,50 @@ def resume(
     SolverError, AuditError
         Only with `check`.
     """
+    options = RunOptions.of(
+        no_clobber=no_clobber,
+        max_wall=max_wall,
+        max_steps=max_steps,
+        progress=progress,
+        check=check,
+    )
+    return resume_with(result, output, options)
+
+
+class RunOptions(Options):
+    """The limits and the progress display of a run, and what is done after it."""
+
+    no_clobber: bool = False
+    max_wall: float | None = unit_field("s", "Limit of wall time.", None, gt=0, allow_inf_nan=True)
+    max_steps: int | None = Field(None, gt=0)
+    estimate_error: bool = False
+    progress: Annotated[Any, function_of("the time", "True, False or ")] = False
+    check: bool = False
+
+
+def solve_with(
+    scenario: Scenario | ScenarioSource,
+    overrides: "Overrides | None",
+    output: str | PathLike[str] | None,
+    options: RunOptions,
+) -> Result:
+    """Simulate a scenario."""
+    since = perf_counter()
+    loaded = with_overrides(scenario, overrides)
+    destination = _destination(output, None, options.no_clobber)
+    return _simulate(loaded, destination, options, since, None)
+
+
+def resume_with(
+    result: Result | str | PathLike[str],
+    output: str | PathLike[str] | None,
+    options: RunOptions,
+) -> Result:
+    """Resume an interrupted run."""
     from frictionsim.io.destination import check_same_scenario, whole_name
     from frictionsim.io.hdf5_reader import is_sweep
 
     since = perf_counter()
-    options = RunOptions.of(max_wall=max_wall, max_steps=max_steps, progress=progress)
     if not isinstance(result, Result) and is_sweep(as_path("result", result)):
         raise InputError(f"{result}: this is a sweep; frictionsim.resume_sweep continues it")
     incomplete = result if isinstance(result, Result) else open(as_path("result", result))
@@ -146,20 +189,12 @@ def resume(
     if output is None and path is not None:
         output = whole_name(path)
         check_same_scenario(output, incomplete.record.attributes["scenario"], path)
-    destination = _destination(output, path, no_clobber)
+    destination = _destination(output, path, options.no_clobber)
     try:
-        return _simulate(scenario, destination, options, since, False, state, check)
+        return _simulate(scenario, destination, options, since, state)
     except InputError as error:
         name = "this result" if path is None else path
         raise InputError(f"{name}: cannot resume this run: {error}") from None
-
-
-class RunOptions(Options):
-    """The limits and the progress display of a run."""
-
-    max_wall: float | None = unit_field("s", "Limit of wall time.", None, gt=0, allow_inf_nan=True)
-    max_steps: int | None = Field(None, gt=0)
-    progress: Annotated[Any, function_of("the time", "True, False or ")] = False
 
 
 def _destination(
@@ -180,9 +215,7 @@ def _simulate(
     destination: "Destination | None",
     options: RunOptions,
     since: float,
-    estimate_error: bool,
     state: dict[str, Any] | None,
-    check: bool,
 ) -> Result:
     done: Record | None = None
     # Without a file an interrupted run cannot be saved: Ctrl-C raises at once.
@@ -199,14 +232,14 @@ def _simulate(
                 destination.close()
         path = None if destination is None else _written(done, destination)
         estimate = None
-        if estimate_error and done.status == "done":
+        if options.estimate_error and done.status == "done":
             from frictionsim.work_precision.error_estimate import estimate as estimate_errors
 
             estimate = estimate_errors(scenario, done, monitor, steps)
     if stop is not None and stop.received:
         raise KeyboardInterrupt(f"run {done.status}; its samples are in {path}")
     result = Result(done, path, scenario, estimate)
-    return result.check() if check else result
+    return result.check() if options.check else result
 
 
 def _monitor(

@@ -12,10 +12,10 @@ from frictionsim.errors import InputError
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.options import as_path
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.variants import TOLERANCES
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.work_precision.outcome import WorkPrecision
 from frictionsim.work_precision.recommendation import recommendations
+from frictionsim.work_precision.settings import MAX_WALL, REPEATS
 from frictionsim.work_precision.settings import CostOptions as CostOptions
 from frictionsim.work_precision.study import study
 from frictionsim.work_precision.table import attributes, columns, study_json, write_csv
@@ -209,8 +209,8 @@ def cost(
     laws: str | Iterable[str] | None = None,
     backends: str | Iterable[str] | None = None,
     tolerances: float | Iterable[float] | None = None,
-    max_wall: float = 5.0,
-    repeats: int = 3,
+    max_wall: float = MAX_WALL,
+    repeats: int = REPEATS,
     bodies: int | Iterable[int] | None = None,
     models: str | Iterable[str] | None = None,
     progress: Callable[[str], Any] | None = None,
@@ -249,7 +249,7 @@ def cost(
     options = CostOptions.of(
         laws=laws,
         backends=backends,
-        tolerances=TOLERANCES if tolerances is None else tolerances,
+        tolerances=tolerances,
         bodies=bodies,
         models=models,
         max_wall=max_wall,

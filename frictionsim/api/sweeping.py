@@ -5,7 +5,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from os import PathLike
 from pathlib import Path
 from signal import SIGINT
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -17,24 +17,22 @@ from frictionsim.io.destination import whole_name
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import FAILED, Block
 from frictionsim.parameter_study.design import METHODS as METHODS
-from frictionsim.parameter_study.design import SAMPLE, Design
+from frictionsim.parameter_study.design import SAMPLE, Design, design_of
 from frictionsim.parameter_study.dispatch import Executor, check_combinations, run_sweep
 from frictionsim.parameter_study.executors import available_cores, local_executor
 from frictionsim.parameter_study.journal import remove_left_over
+from frictionsim.parameter_study.study_file import SweepOptions as SweepOptions
 from frictionsim.parameter_study.study_file import (
     SweepStudy,
     check_not_fixed,
     is_study,
-    settings_of,
     study_of,
     study_toml,
-    study_with,
 )
 from frictionsim.parameter_study.sweep import (
     Assembly,
     SweepPlan,
     coordinates_of,
-    plan_of,
 )
 from frictionsim.parameter_study.sweep_files import (
     SweepFiles,
@@ -44,9 +42,8 @@ from frictionsim.parameter_study.sweep_files import (
     make_series_folder,
     series_folder,
 )
-from frictionsim.parameter_study.values import values_by_key
 from frictionsim.scenario.loading import ScenarioSource, read_toml
-from frictionsim.scenario.options import Options, as_path
+from frictionsim.scenario.options import Options, as_path, function_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import scenario_file
 from frictionsim.scenario.toml_data import toml_tables
@@ -78,10 +75,12 @@ class SweepInterrupted(Interrupted):
 
 
 class ExecutionOptions(Options):
-    """Worker processes or Dask cluster of a sweep."""
+    """Worker processes or Dask cluster of a sweep, its progress and its file."""
 
     workers: int | None = Field(None, gt=0)
     dask: str | None = None
+    progress: Annotated[Any, function_of("a SweepProgress", "True, False or ")] = False
+    no_clobber: bool = False
 
     @model_validator(mode="after")
     def _exclude_each_other(self) -> Self:
@@ -167,15 +166,20 @@ def sweep(
     OutputError
         If the file cannot be written.
     """
-    options = {
-        "zip": zip, "sample": sample, "method": method, "seed": seed, "indices": indices,
-        "keep_series": keep_series,
-    }  # fmt: skip
     path = None if output is None else as_path("output", output)
-    execution = ExecutionOptions.of(workers=workers, dask=dask)
-    with shown(progress) as on_progress:
-        study = study_from(scenario, vary, overrides, options)
-        return run_study(study, path, no_clobber, on_progress, execution)
+    options = SweepOptions.of(
+        vary=vary,
+        zip=zip,
+        sample=sample,
+        method=method,
+        seed=seed,
+        indices=indices,
+        keep_series=keep_series,
+    )
+    execution = ExecutionOptions.of(
+        workers=workers, dask=dask, progress=progress, no_clobber=no_clobber
+    )
+    return run_study(study_from(scenario, overrides, options), path, execution)
 
 
 def resume_sweep(
@@ -212,9 +216,10 @@ def resume_sweep(
         If another process is running it, or the file cannot be written.
     """
     target = None if output is None else as_path("output", output)
-    execution = ExecutionOptions.of(workers=workers, dask=dask)
-    with shown(progress) as on_progress:
-        return resume_study(as_path("path", path), target, no_clobber, on_progress, execution)
+    execution = ExecutionOptions.of(
+        workers=workers, dask=dask, progress=progress, no_clobber=no_clobber
+    )
+    return resume_study(as_path("path", path), target, execution)
 
 
 @contextmanager
@@ -232,51 +237,24 @@ def shown(progress: OnProgress | bool) -> Iterator[OnProgress | None]:
 
 
 def study_from(
-    scenario: Scenario | ScenarioSource,
-    vary: Mapping[str, Any] | Iterable[str] | None,
-    overrides: "Overrides | None",
-    options: Mapping[str, Any],
+    scenario: Scenario | ScenarioSource, overrides: "Overrides | None", options: SweepOptions
 ) -> SweepStudy:
     """Return the study given by the arguments of `sweep`.
-
-    Parameters
-    ----------
-    options : mapping
-        Of `StudySettings`; None and False are those that are not given.
 
     Raises
     ------
     InputError, ScenarioError
     """
-    given = {
-        name: value for name, value in options.items() if value is not None and value is not False
-    }
     written = _written_study(scenario)
     if written is not None:
-        _check_alone(vary, overrides, given)
+        for name in [*(["set"] if overrides else []), *options.given]:
+            raise ArgumentError(
+                name, "the study file already defines the varied keys; change it there"
+            )
         return written
     loaded = with_overrides(scenario, overrides)
-    values = values_by_key(_varied(vary or {}))
-    check_not_fixed(_keys(overrides), values)
-    return study_with(loaded, values, settings_of(given))
-
-
-def _varied(vary: Mapping[str, Any] | Iterable[str]) -> list[tuple[str, Any]]:
-    """Return keys and their values, of a mapping or of texts KEY=VALUES."""
-    if isinstance(vary, Mapping):
-        return [(str(key), levels) for key, levels in vary.items()]
-    if isinstance(vary, str) or not isinstance(vary, Iterable):
-        raise ArgumentError("vary", f"expected values by key, got {type(vary).__name__}")
-    values: dict[str, str] = {}
-    for text in vary:
-        key, sign, levels = str(text).partition("=")
-        key = key.strip()
-        if not sign or not key:
-            raise ArgumentError("vary", f"expected KEY=VALUES, e.g. a.b=[1, 2], got '{text}'")
-        if key in values:
-            raise ArgumentError("vary", f"{key} is given twice; give all its values in one list")
-        values[key] = levels
-    return list(values.items())
+    check_not_fixed(_keys(overrides), options.vary)
+    return SweepStudy(loaded, options)
 
 
 def _keys(overrides: "Overrides | None") -> list[str]:
@@ -297,32 +275,12 @@ def _written_study(source: Scenario | ScenarioSource) -> SweepStudy | None:
     return study_of(data, path.parent, str(path)) if is_study(data) else None
 
 
-def _check_alone(
-    vary: Mapping[str, Any] | Iterable[str] | None,
-    overrides: "Overrides | None",
-    options: Mapping[str, Any],
-) -> None:
-    """Check that a study file is given alone.
-
-    Raises
-    ------
-    InputError
-    """
-    given = [*(["set"] if overrides else []), *(["vary"] if vary else []), *options]
-    if given:
-        raise InputError(
-            f"{given[0]}: the study file already defines the varied keys; change it there"
-        )
-
-
 LOCAL = ExecutionOptions()
 
 
 def run_study(
     study: SweepStudy,
     target: Path | None = None,
-    no_clobber: bool = False,
-    progress: OnProgress | None = None,
     execution: ExecutionOptions = LOCAL,
 ) -> Sweep:
     """Run a study.
@@ -332,11 +290,8 @@ def run_study(
     study : SweepStudy
     target : Path, optional
         The file to write, in an existing folder.
-    no_clobber : bool
-        Do not replace an existing file.
-    progress : callable, optional
-        Called several times per second; it may raise `SweepInterrupted`.
     execution : ExecutionOptions
+        Its `progress` may raise `SweepInterrupted`.
 
     Raises
     ------
@@ -347,26 +302,25 @@ def run_study(
     """
     text = study_toml(study)
     files, series = None, None
-    if study.keep_series and target is None:
-        raise InputError(
-            "keep_series: the results of the runs are saved beside the output; give one"
+    options = study.options
+    if options.keep_series and target is None:
+        raise ArgumentError(
+            "keep_series", "the results of runs are saved beside an output; give one"
         )
     if target is not None:
         files = SweepFiles(target)
-        files.check(no_clobber)
-        if study.keep_series:
+        files.check(execution.no_clobber)
+        if options.keep_series:
             series = series_folder(target)
             check_series_folder(series, text)
-    plan = plan_of(study.scenario, study.vary, study.together, study.sampling, series)
-    running = _SweepRun(plan, text, Assembly(plan.design.runs), files, progress)
-    return running.run(execution)
+    design = design_of(options.vary, options.zip, options.sampling)
+    plan = SweepPlan(study.scenario, design, series)
+    return _SweepRun(plan, text, Assembly(plan.design.runs), files).run(execution)
 
 
 def resume_study(
     path: Path,
     output: Path | None = None,
-    no_clobber: bool = False,
-    progress: OnProgress | None = None,
     execution: ExecutionOptions = LOCAL,
 ) -> Sweep:
     """Resume an interrupted sweep.
@@ -377,7 +331,7 @@ def resume_study(
         The incomplete file.
     output : Path, optional
         The file for the complete sweep.
-    no_clobber, progress, execution
+    execution
         As for `run_study`.
 
     Raises
@@ -391,7 +345,7 @@ def resume_study(
 
     _check_unfinished(path, read_sweep(path))
     files = SweepFiles(whole_name(path) if output is None else output, path)
-    files.check(no_clobber)
+    files.check(execution.no_clobber)
     files.lock()
     try:
         # Once more: another process may have finished it since.
@@ -407,10 +361,8 @@ def resume_study(
     except BaseException:
         files.close()
         raise
-    running = _SweepRun(
-        plan, table.attributes["study"], assembly, files, progress, table.attributes
-    )
-    return running.run(execution)
+    text, attributes = table.attributes["study"], table.attributes
+    return _SweepRun(plan, text, assembly, files, attributes).run(execution)
 
 
 def _check_unfinished(path: Path, table: SweepTable) -> None:
@@ -432,19 +384,19 @@ def _plan_of_file(path: Path, table: SweepTable, whole: Path) -> SweepPlan:
         study = study_of(toml_tables(table.attributes["study"]), None, str(path))
     except ValueError:
         raise damaged from None
-    series = None
-    if study.keep_series:
+    series, vary = None, study.options.vary
+    if study.options.keep_series:
         series = series_folder(whole)
         check_is_series_folder(series_folder(whole_name(path)), table.attributes["study"])
-    if study.sampling is None:
-        plan = plan_of(study.scenario, study.vary, study.together, None, series)
+    if study.options.sampling is None:
+        design = design_of(vary, study.options.zip)
     else:
-        given = {key: table.coordinates.get(key) for key in study.vary}
+        given = {key: table.coordinates.get(key) for key in vary}
         if any(c is None or not _are_numbers(c.values) for c in given.values()):
             raise damaged
         levels = tuple(c.values for c in given.values() if c is not None)
-        design = Design(SAMPLE, tuple(study.vary), levels)
-        plan = SweepPlan(study.scenario, study.vary, design, study.sampling, series)
+        design = Design(SAMPLE, tuple(vary), levels)
+    plan = SweepPlan(study.scenario, design, series)
     made = coordinates_of(plan)
     same = made.keys() == table.coordinates.keys() and all(
         np.array_equal(made[key].values, table.coordinates[key].values) for key in made
@@ -467,11 +419,10 @@ class _SweepRun:
         study: str,
         assembly: Assembly,
         files: SweepFiles | None,
-        progress: OnProgress | None,
         attributes: dict[str, str] | None = None,
     ) -> None:
         self._plan, self._study, self._assembly = plan, study, assembly
-        self._files, self._progress, self._attributes = files, progress, attributes
+        self._files, self._attributes = files, attributes
         self._done = assembly.done
         self._failed = int(np.count_nonzero(assembly.status == FAILED))
         self._checked = self._done
@@ -481,7 +432,11 @@ class _SweepRun:
         files = self._files
         try:
             executor = options.executor(self._plan.design.runs)
-            with _closing(executor), self._interruptible() as on_tick:
+            with (
+                shown(options.progress) as progress,
+                _closing(executor),
+                self._interruptible(progress) as on_tick,
+            ):
                 check_combinations(
                     executor, self._plan, self._assembly.left, self._on_checked, on_tick
                 )
@@ -539,7 +494,7 @@ class _SweepRun:
         )
 
     @contextmanager
-    def _interruptible(self) -> Iterator[Callable[[], Any]]:
+    def _interruptible(self, progress: OnProgress | None) -> Iterator[Callable[[], Any]]:
         """Return the context in which Ctrl-C waits for a tick, if there is a file."""
         stop: AbstractContextManager[StopSignals | None] = nullcontext(None)
         if self._files is not None:
@@ -549,9 +504,9 @@ class _SweepRun:
             def on_tick() -> None:
                 if interruption is not None and interruption.received:
                     raise KeyboardInterrupt
-                if self._progress is not None:
+                if progress is not None:
                     total = self._plan.design.runs
-                    self._progress(SweepProgress(self._done, total, self._failed, self._checked))
+                    progress(SweepProgress(self._done, total, self._failed, self._checked))
 
             yield on_tick
 

@@ -5,9 +5,10 @@ prints. Heavy imports happen when a function is called, so that --help is fast.
 """
 
 from copy import copy
+from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -46,9 +47,6 @@ from frictionsim.errors import (
     InputError,
     ScenarioError,
 )
-
-if TYPE_CHECKING:
-    from frictionsim.api.sweep_result import Sweep
 
 MODULES = {
     "solve": "commands",
@@ -165,7 +163,12 @@ def solve(
     """Simulate scenarios, write the result files and print the summaries."""
     from frictionsim.api.solving import RunOptions
 
-    RunOptions.of(max_wall=max_wall, max_steps=max_steps)  # before anything is read
+    options = RunOptions.of(  # before anything is read
+        max_wall=max_wall,
+        max_steps=max_steps,
+        estimate_error=estimate_error,
+        no_clobber=no_clobber,
+    )
     # All are read before the first is solved, so that an error in the last is reported at once.
     check_read_once(scenarios)
     loaded = [load_scenario(source, overrides, backend) for source in scenarios]
@@ -174,13 +177,7 @@ def solve(
 
     targets = targets_of(scenarios, output, no_clobber)
     report = Report(as_json, quiet, verbose, several=len(scenarios) > 1)
-    run_jobs(
-        [
-            Job(scenario, source, target, max_wall, max_steps, estimate_error, no_clobber)
-            for scenario, source, target in zip(loaded, scenarios, targets, strict=True)
-        ],
-        report,
-    )
+    run_jobs(list(map(Job, loaded, scenarios, targets)), options, report)
     return report.exit_code
 
 
@@ -206,10 +203,10 @@ def resume(
     replaces when it is done, unless the scenarios differ.
     """
     from frictionsim.api.solving import RunOptions
-    from frictionsim.cli.job import Report, Resumption, resume_job
+    from frictionsim.cli.job import Report, resume_job
     from frictionsim.io.hdf5_reader import is_sweep
 
-    RunOptions.of(max_wall=max_wall, max_steps=max_steps)  # before anything is read
+    options = RunOptions.of(max_wall=max_wall, max_steps=max_steps, no_clobber=no_clobber)
     if is_sweep(result):
         from frictionsim.api.sweeping import ExecutionOptions, resume_study
         from frictionsim.cli.study_commands import SweepPrinting, run_with
@@ -218,16 +215,13 @@ def resume(
             raise InputError(
                 f"{result}: this is a sweep; --max-wall and --max-steps apply to a run"
             )
-        execution = ExecutionOptions.of(workers=workers, dask=dask)
-
-        def run(monitor: Any) -> "Sweep":
-            return resume_study(result, output, no_clobber, monitor, execution)
-
-        return run_with(run, SweepPrinting(str(result), None, as_json, quiet, verbose))
+        execution = ExecutionOptions.of(workers=workers, dask=dask, no_clobber=no_clobber)
+        printing = SweepPrinting(str(result), None, as_json, quiet, verbose)
+        return run_with(partial(resume_study, result, output), execution, printing)
     if (workers is not None or dask is not None) and result.exists():
         raise InputError(f"{result}: expected a sweep with -j or --dask; this is the file of a run")
     report = Report(as_json, quiet, verbose)
-    resume_job(Resumption(result, output, max_wall, max_steps, no_clobber), report)
+    resume_job(result, output, options, report)
     report.close()
     return report.exit_code
 

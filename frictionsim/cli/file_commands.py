@@ -170,17 +170,17 @@ def compare(
         Path, typer.Argument(metavar="GOLDEN", help="Reference result.", show_default=False)
     ],
     rtol: Annotated[
-        float, typer.Option(min=0.0, metavar="NUMBER", help="Relative tolerance.")
-    ] = 1e-6,
+        float | None, typer.Option(metavar="NUMBER", help="Relative tolerance. [1e-6]")
+    ] = None,
     atol: Annotated[
-        float,
+        float | None,
         typer.Option(
-            min=0.0, metavar="NUMBER", help="Absolute tolerance, in the unit of each channel."
+            metavar="NUMBER", help="Absolute tolerance, in the unit of each channel. [1e-9]"
         ),
-    ] = 1e-9,
+    ] = None,
     time_atol: Annotated[
-        float, typer.Option(min=0.0, metavar="NUMBER", help="Tolerance of event times, s.")
-    ] = 1e-6,
+        float | None, typer.Option(metavar="NUMBER", help="Tolerance of event times, s. [1e-6]")
+    ] = None,
     ignore: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME", help="Channel or pattern (energy_*) to ignore."),
@@ -188,15 +188,17 @@ def compare(
     as_json: AsJson = False,
 ) -> int:
     """Compare a result with a reference result; exit 0 if they agree, 1 if they differ."""
-    comparison = fs.compare(
-        result, golden, rtol=rtol, atol=atol, time_atol=time_atol, ignore=ignore or []
-    )
-    from frictionsim.api.comparing import comparison_json, comparison_text
+    from frictionsim.api.comparing import CompareOptions, compare_with, comparison_parts
+    from frictionsim.document import as_json as json_of
+    from frictionsim.document import as_text
 
+    options = CompareOptions.of(rtol=rtol, atol=atol, time_atol=time_atol, ignore=ignore)
+    comparison = compare_with(result, golden, options)
+    parts = comparison_parts(comparison)
     if as_json:
-        print_json({"result": str(result), "golden": str(golden), **comparison_json(comparison)})
+        print_json({"result": str(result), "golden": str(golden), **json_of(parts)})
     else:
-        print_text(comparison_text(comparison))
+        print_text(as_text(parts))
     return EXIT_DONE if comparison.same else EXIT_DIFFERENT
 
 

@@ -1,7 +1,7 @@
 """Runs on the command line: simulate, print the summary and the end of the run."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from functools import partial
 from os.path import exists, isdir
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -26,6 +26,7 @@ from frictionsim.errors import (
 from frictionsim.io.destination import Destination, whole_name
 
 if TYPE_CHECKING:
+    from frictionsim.api.solving import RunOptions
     from frictionsim.scenario.settings import Scenario
 
 RESULTS = Path("results")
@@ -38,20 +39,6 @@ class Job(NamedTuple):
     scenario: "Scenario"
     source: str
     target: Path
-    max_wall: float | None
-    max_steps: int | None
-    estimate_error: bool
-    no_clobber: bool
-
-
-class Resumption(NamedTuple):
-    """An incomplete result to resume, and where to write the result if not there."""
-
-    source: Path
-    output: Path | None
-    max_wall: float | None
-    max_steps: int | None
-    no_clobber: bool
 
 
 class Report:
@@ -76,17 +63,39 @@ class Report:
         self.waiting = 0  # scenarios not started yet
         log_on_stderr(verbose)
 
-    @contextmanager
-    def monitored(self, scenario: "Scenario", max_wall: float | None) -> Iterator[CommandMonitor]:
-        """Return the context of a run with stop signals, limit and progress."""
+    def run(
+        self,
+        scenario: "Scenario",
+        source: str,
+        whole: Path,
+        options: "RunOptions",
+        simulate: "Callable[[RunOptions], fs.Result]",
+    ) -> None:
+        """Run a scenario with stop signals, limit and progress; print its summary and its end.
+
+        Parameters
+        ----------
+        scenario : Scenario
+        source : str
+            The scenario or result as given.
+        whole : Path
+            The file for the complete result.
+        options : RunOptions
+        simulate : callable
+            Runs it with the options and a monitor, and writes the result.
+        """
+        known = scenario.warnings()
+        warn(known)  # before the run, so that the user can stop it
         shown = not (self.quiet or self._as_json)
+        # Written within the monitor, so that a first signal does not interrupt the writing.
         with (
             CommandMonitor(scenario.solver.duration, shown, quiet=self.quiet) as monitor,
-            monitor.limited(max_wall, self._give_up),
+            monitor.limited(options.max_wall, self._give_up),
         ):
-            yield monitor
+            result = simulate(options.model_copy(update={"progress": monitor}))
         if monitor.signals.received and self.waiting:  # received while the result was written
             self.exit_code = EXIT_SIGNAL + monitor.signals.received
+        self._add(result, source, known, whole)
 
     def _give_up(self) -> None:
         """Print the results so far before the process ends within a run."""
@@ -99,19 +108,8 @@ class Report:
         if self.waiting:
             print_error(f"not solved: {self.waiting} of the scenarios, after this one")
 
-    def add(self, result: "fs.Result", source: str, known: Sequence[str], whole: Path) -> None:
-        """Print the summary and how the run ended.
-
-        Parameters
-        ----------
-        result : Result
-        source : str
-            The scenario or result as given.
-        known : sequence of str
-            Warnings that were printed before the run.
-        whole : Path
-            The file for the complete result.
-        """
+    def _add(self, result: "fs.Result", source: str, known: Sequence[str], whole: Path) -> None:
+        """Print the summary, new warnings, and the end of a run."""
         warn(warning for warning in result.warnings if warning not in known)
         if self._as_json:
             self._objects.append(result.to_json() | {"scenario": source})
@@ -134,12 +132,15 @@ class Report:
             print_beside_files(self._objects if self.several else self._objects[0])
 
 
-def run_jobs(jobs: Sequence[Job], report: Report) -> None:
+def run_jobs(jobs: Sequence[Job], options: "RunOptions", report: Report) -> None:
     """Run jobs in turn until one is interrupted; an error of one of several only skips it."""
+    from frictionsim.api.solving import solve_with
+
     for number, job in enumerate(jobs, start=1):
         report.waiting = len(jobs) - number
         try:
-            run_job(job, report)
+            simulate = partial(solve_with, job.scenario, None, job.target)
+            report.run(job.scenario, job.source, job.target, options, simulate)
         except (InputError, OutputError) as error:
             if not report.several:
                 raise
@@ -151,40 +152,14 @@ def run_jobs(jobs: Sequence[Job], report: Report) -> None:
     report.close()
 
 
-def run_job(job: Job, report: Report) -> None:
-    """Run a job, write its result and print its summary."""
-    known = job.scenario.warnings()
-    warn(known)  # before the run, so that the user can stop it
-    # Written within the monitor, so that a first signal does not interrupt the writing.
-    with report.monitored(job.scenario, job.max_wall) as monitor:
-        result = fs.solve(
-            job.scenario,
-            output=job.target,
-            no_clobber=job.no_clobber,
-            max_wall=job.max_wall,
-            max_steps=job.max_steps,
-            estimate_error=job.estimate_error,
-            progress=monitor,
-        )
-    report.add(result, job.source, known, job.target)
-
-
-def resume_job(job: Resumption, report: Report) -> None:
+def resume_job(source: Path, output: Path | None, options: "RunOptions", report: Report) -> None:
     """Resume a run, write its result and print its summary."""
-    incomplete = fs.open(job.source)
+    from frictionsim.api.solving import resume_with
+
+    incomplete = fs.open(source)
     incomplete.load_checkpoint()  # raises first if the run cannot be resumed
-    known = incomplete.scenario.warnings()
-    warn(known)
-    with report.monitored(incomplete.scenario, job.max_wall) as monitor:
-        result = fs.resume(
-            incomplete,
-            output=job.output,
-            no_clobber=job.no_clobber,
-            max_wall=job.max_wall,
-            max_steps=job.max_steps,
-            progress=monitor,
-        )
-    report.add(result, str(job.source), known, job.output or whole_name(job.source))
+    whole, simulate = output or whole_name(source), partial(resume_with, incomplete, output)
+    report.run(incomplete.scenario, str(source), whole, options, simulate)
 
 
 def targets_of(sources: Sequence[str], output: Path | None, no_clobber: bool) -> list[Path]:

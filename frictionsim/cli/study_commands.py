@@ -3,6 +3,7 @@
 import gc
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -38,6 +39,7 @@ from frictionsim.errors import EXIT_SIGNAL, InputError, OutputError, counted
 if TYPE_CHECKING:
     from frictionsim.api.result_base import ResultBase
     from frictionsim.api.sweep_result import Sweep
+    from frictionsim.api.sweeping import ExecutionOptions
 
 # The option for an argument of `fs.fit` that has another name.
 OPTIONS = {"channels": "channel", "quantities": "quantity", "units": "unit"}
@@ -124,11 +126,13 @@ def cost(
         typer.Option(metavar="A,B", help="Models of a belt: string, corrected, polygon. [all]"),
     ] = None,
     max_wall: Annotated[
-        float, typer.Option(metavar="SECONDS", help="Limit the wall time of each run.")
-    ] = 5.0,
+        float | None,
+        typer.Option(metavar="SECONDS", help="Limit the wall time of each run. [5]"),
+    ] = None,
     repeats: Annotated[
-        int, typer.Option(min=1, metavar="N", help="Maximum number of timed runs of each setting.")
-    ] = 3,
+        int | None,
+        typer.Option(metavar="N", help="Maximum number of timed runs of each setting. [3]"),
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the table as HDF5.")
     ] = None,
@@ -152,9 +156,11 @@ def cost(
         CommandMonitor(loaded.solver.duration, with_progress=False) as monitor,
         StatusLine() as line,
     ):
-        given = {"backends": backends, "laws": laws, "tolerances": tolerances, "models": models}
         options = CostOptions.of(
-            **{name: value for name, value in given.items() if value is not None},
+            backends=backends,
+            laws=laws,
+            tolerances=tolerances,
+            models=models,
             bodies=bodies,
             max_wall=max_wall,
             repeats=repeats,
@@ -220,18 +226,21 @@ def fit(
         str | None, typer.Option(metavar="UNIT", help="Unit of the times, e.g. ms. [s]")
     ] = None,
     time_offset: Annotated[
-        float, typer.Option(metavar="SECONDS", help="Offset added to the times of the data.")
-    ] = 0.0,
+        float | None,
+        typer.Option(metavar="SECONDS", help="Offset added to the times of the data. [0]"),
+    ] = None,
     starts: Annotated[
-        int,
-        typer.Option(min=1, metavar="N", help="Number of local searches, from points of a scan."),
-    ] = 3,
+        int | None,
+        typer.Option(metavar="N", help="Number of local searches, from points of a scan. [3]"),
+    ] = None,
     seed: Annotated[
-        int, typer.Option(min=0, metavar="N", help="Random seed of the scan and of the bootstrap.")
-    ] = 0,
+        int | None,
+        typer.Option(metavar="N", help="Random seed of the scan and of the bootstrap. [0]"),
+    ] = None,
     bootstrap: Annotated[
-        int, typer.Option(min=0, metavar="N", help="Number of bootstrap resamples for intervals.")
-    ] = 0,
+        int | None,
+        typer.Option(metavar="N", help="Number of bootstrap resamples for intervals. [0]"),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -252,15 +261,15 @@ def fit(
     with named_by_option(OPTIONS), StatusLine() as line:
         options = FitOptions.of(
             data=data,
-            channels=channel or (),
-            over=over or (),
-            quantities=quantity or (),
-            sigma=sigma or (),
-            units=unit or (),
+            channels=channel,
+            over=over,
+            quantities=quantity,
+            sigma=sigma,
+            units=unit,
             time=None if time is None else column_of(time),
             time_unit=time_unit,
             time_offset=time_offset,
-            free=free or (),
+            free=free,
             starts=starts,
             seed=seed,
             bootstrap=bootstrap,
@@ -356,27 +365,28 @@ def sweep(
     verbose: Verbose = 0,
 ) -> int:
     """Run a scenario for many combinations of values and write them to one file."""
-    from frictionsim.api.sweeping import ExecutionOptions, run_study, study_from
+    from frictionsim.api.sweeping import ExecutionOptions, SweepOptions, run_study, study_from
 
-    execution = ExecutionOptions.of(workers=workers, dask=dask)
+    execution = ExecutionOptions.of(workers=workers, dask=dask, no_clobber=no_clobber)
+    options = SweepOptions.of(
+        vary=vary,
+        zip=together,
+        sample=sample,
+        method=method,
+        seed=seed,
+        indices=indices,
+        keep_series=keep_series,
+    )
     if output == Path(STDIN):
         raise InputError("-o -: a sweep is written as HDF5, not printed; give a file name")
-    given = {
-        "zip": together, "sample": sample, "method": method, "seed": seed, "indices": indices,
-        "keep_series": keep_series,
-    }  # fmt: skip
     study = study_from(
-        source if source != STDIN else load_scenario(source, overrides), vary, overrides, given
+        source if source != STDIN else load_scenario(source, overrides), overrides, options
     )
     printing = SweepPrinting(source, csv, as_json, quiet, verbose)
     with _target(output, source) as target:
-        _check_csv(csv, target, no_clobber, study.sampling is not None and study.sampling.indices)
+        _check_csv(csv, target, no_clobber, study.options.indices)
         warn(study.scenario.warnings())
-
-        def run(monitor: Any) -> "Sweep":
-            return run_study(study, target, no_clobber, monitor, execution)
-
-        return run_with(run, printing)
+        return run_with(partial(run_study, study, target), execution, printing)
 
 
 class SweepPrinting(NamedTuple):
@@ -389,12 +399,16 @@ class SweepPrinting(NamedTuple):
     verbose: int
 
 
-def run_with(run: "Callable[[Any], Sweep]", printing: SweepPrinting) -> int:
+def run_with(
+    run: "Callable[[ExecutionOptions], Sweep]",
+    execution: "ExecutionOptions",
+    printing: SweepPrinting,
+) -> int:
     """Run a sweep with a monitor, and print its summary; return the exit code."""
     log_on_stderr(printing.verbose)
     gc.enable()  # off for short commands; a sweep may take days
     with SweepMonitor(not (printing.quiet or printing.as_json)) as monitor:
-        swept = run(monitor)
+        swept = run(execution.model_copy(update={"progress": monitor}))
         if printing.csv is not None:
             swept.save_csv(printing.csv)
     if printing.as_json:

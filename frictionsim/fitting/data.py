@@ -261,6 +261,9 @@ def _finite(name: str, value: Any, hint: str = "") -> float:
     return float(number)
 
 
+STARTS = 3  # local searches
+
+
 class FitOptions(Options):
     """The data of a fit, what of them is compared with the scenario, and how it is fitted."""
 
@@ -274,7 +277,7 @@ class FitOptions(Options):
     time_unit: str | None = None
     time_offset: float = unit_field("s", "Offset added to the times of the data.", 0.0)
     free: Annotated[dict[str, Any], BeforeValidator(_bounds_by_key)] = Field({})
-    starts: int = Field(3, gt=0)
+    starts: int = Field(STARTS, ge=1)
     seed: int = Field(0, ge=0)
     bootstrap: int = Field(0, ge=0)
     progress: Annotated[Any, function_of("a number")] = None

@@ -123,7 +123,7 @@ def by_name(form: str, read: Callable[[str], Any]) -> Callable[[Any], Any]:
         names = [name for name, _ in pairs]
         for name in names:
             if names.count(name) > 1:
-                raise ValueError(f"{name} is given twice; give one value")
+                raise ValueError(f"{name} is given twice; leave one out")
         return dict(pairs)
 
     return values

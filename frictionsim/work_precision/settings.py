@@ -132,6 +132,9 @@ def _bodies(given: Any) -> tuple[int, ...] | None:
     return tuple(sorted(set(counts)))
 
 
+MAX_WALL, REPEATS = 5.0, 3  # s, and timed runs of each setting
+
+
 class CostOptions(Options):
     """The settings that a study compares; None for all that apply."""
 
@@ -140,8 +143,8 @@ class CostOptions(Options):
     tolerances: Annotated[tuple[float, ...], BeforeValidator(_tolerances)] = TOLERANCES
     bodies: Annotated[tuple[int, ...] | None, BeforeValidator(_bodies)] = None
     models: Names | None = None
-    max_wall: float = unit_field("s", "Limit of the wall time of each run.", 5.0, gt=0)
-    repeats: int = Field(3, ge=1)
+    max_wall: float = unit_field("s", "Limit of the wall time of each run.", MAX_WALL, gt=0)
+    repeats: int = Field(REPEATS, ge=1)
     progress: Annotated[Any, function_of("the name of a setting")] = None
 
     def plan(self, scenario: "Scenario") -> Plan:

@@ -111,7 +111,8 @@ LEAVES = {
     },
     # the picture of a study, in the format of its name
     "frictionsim.plots.picture_file": {"check_picture"},
-    # options of pictures, checked
+    # the summary of what has no class of results
+    "frictionsim.document": {"as_json", "as_text"},
     # JSON of `static`, the name of the standard input
     "frictionsim.results": {"quantities_json"},
     "frictionsim.scenario.settings": {"STDIN", "Scenario"},
