@@ -6,11 +6,11 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.result_base import ResultBase
+from frictionsim.api.result_base import Ending, ResultBase
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.display import number_text, study_text
 from frictionsim.document import Document, Table
-from frictionsim.errors import counted
+from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_DONE, EXIT_SOLVER_FAILED, counted
 from frictionsim.fitting.data import STARTS, measured
 from frictionsim.fitting.data import FitOptions as FitOptions
 from frictionsim.fitting.fit import fit as fit_problem
@@ -235,14 +235,11 @@ class Fit(ResultBase):
         return self.data.fitted
 
     @property
-    def status(self) -> str:
-        """`done`, or `stopped` where the search reached its limit of iterations."""
-        return self.data.status
-
-    @property
-    def reason(self) -> str:
-        """Why it stopped; empty if done."""
-        return self.data.reason
+    def _ending(self) -> Ending:
+        code = EXIT_DONE if self.data.status == "done" else EXIT_BUDGET_EXCEEDED
+        if self.finding.kind == OUT_OF_REACH:
+            code = EXIT_SOLVER_FAILED
+        return Ending(self.data.status, self.data.reason, code)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -256,15 +253,6 @@ class Fit(ResultBase):
     def finding(self) -> Finding:
         """The kind of estimate, in a sentence; of a single value its reachable range."""
         return self.data.finding
-
-    @property
-    def exit_code(self) -> int:
-        """The exit code of the command line for this fit."""
-        from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_DONE, EXIT_SOLVER_FAILED
-
-        if self.finding.kind == OUT_OF_REACH:
-            return EXIT_SOLVER_FAILED
-        return EXIT_DONE if self.status == "done" else EXIT_BUDGET_EXCEEDED
 
     def plot(self, *, ax: "Axes | None" = None) -> "Figure":
         """Draw data, fit and residuals.

@@ -7,7 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, Self
 
-from frictionsim.api.result_base import ResultBase, quantities_table
+from frictionsim.api.result_base import Ending, ResultBase, quantities_table
 from frictionsim.display import number_text, short_text
 from frictionsim.document import Document, Table
 from frictionsim.errors import (
@@ -91,14 +91,9 @@ class Result(ResultBase):
         return self._record.checkpoint
 
     @property
-    def status(self) -> str:
-        """`done`, `failed` or `interrupted`."""
-        return self._record.status
-
-    @property
-    def reason(self) -> str:
-        """Why the run stopped, or which checks of its audit failed; empty if done and sound."""
-        return self._record.reason
+    def _ending(self) -> Ending:
+        code = self._record.exit_code or (self._estimate.exit_code if self._estimate else EXIT_DONE)
+        return Ending(self._record.status, self._record.reason, code)
 
     @property
     def failure(self) -> str:
@@ -215,11 +210,6 @@ class Result(ResultBase):
         from frictionsim.io.hdf5_reader import read_checkpoint
 
         return read_checkpoint(self.path).state
-
-    @property
-    def exit_code(self) -> int:
-        """The exit code of the command line for this result."""
-        return self._record.exit_code or (self._estimate.exit_code if self._estimate else EXIT_DONE)
 
     def check(self) -> Self:
         """Return the result itself if the run is done and passed its audit.

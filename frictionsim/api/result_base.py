@@ -3,11 +3,10 @@
 from abc import ABC, abstractmethod
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.display import error_text, number_text
 from frictionsim.document import Table, as_text
-from frictionsim.errors import EXIT_DONE
 from frictionsim.scenario.options import as_path
 
 if TYPE_CHECKING:
@@ -17,23 +16,35 @@ if TYPE_CHECKING:
     from frictionsim.results import Quantities
 
 
+class Ending(NamedTuple):
+    """How a run, a sweep, a cost study or a fit ended."""
+
+    status: str
+    reason: str
+    exit_code: int
+
+
 class ResultBase(ABC):
     """A result with a status, a summary, a picture and a file."""
 
     @property
     @abstractmethod
-    def status(self) -> str:
-        """`done`, or the way it ended early."""
+    def _ending(self) -> Ending: ...
 
     @property
-    @abstractmethod
+    def status(self) -> str:
+        """`done`, or the way it ended early: `failed`, `stopped` or `interrupted`."""
+        return self._ending.status
+
+    @property
     def reason(self) -> str:
         """Why it ended early or cannot be trusted; else empty."""
+        return self._ending.reason
 
     @property
     def exit_code(self) -> int:
         """The exit code of the command line for this result."""
-        return EXIT_DONE
+        return self._ending.exit_code
 
     @abstractmethod
     def parts(self) -> "Document":

@@ -5,7 +5,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.result_base import ResultBase
+from frictionsim.api.result_base import Ending, ResultBase
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.document import Document, Table
 from frictionsim.errors import InputError
@@ -116,19 +116,8 @@ class Study(ResultBase):
         return self.data.scenario
 
     @property
-    def status(self) -> str:
-        """`done` or `interrupted`."""
-        return self.data.status
-
-    @property
-    def reason(self) -> str:
-        """Why it stopped; empty if done."""
-        return self.data.reason
-
-    @property
-    def exit_code(self) -> int:
-        """The exit code of the command line for this study."""
-        return self.data.exit_code
+    def _ending(self) -> Ending:
+        return Ending(self.data.status, self.data.reason, self.data.exit_code)
 
     @property
     def recommendations(self) -> list[str]:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.api.result import Result, open
-from frictionsim.api.result_base import ResultBase
+from frictionsim.api.result_base import Ending, ResultBase
 from frictionsim.display import study_text
 from frictionsim.document import Document, Table
-from frictionsim.errors import EXIT_DONE, EXIT_SOLVER_FAILED, InputError
+from frictionsim.errors import EXIT_DONE, EXIT_SOLVER_FAILED, InputError, exit_code_of_interruption
 from frictionsim.io.sweep_table import SOBOL, SobolIndices, SweepTable
 from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
 from frictionsim.parameter_study.design import SAMPLE, Sampling
@@ -73,20 +73,12 @@ class Sweep(ResultBase):
         return sweep_dataset(self.table)
 
     @property
-    def status(self) -> str:
-        """`done` or `interrupted`."""
-        return self.table.attributes["status"]
-
-    @property
-    def reason(self) -> str:
-        """Why it stopped; empty if done."""
-        return self.table.attributes["reason"]
-
-    @property
-    def exit_code(self) -> int:
-        """The exit code of the command line: that of a failure if all runs have failed."""
-        all_failed = bool((self.table.status == FAILED).all())
-        return EXIT_SOLVER_FAILED if all_failed else EXIT_DONE
+    def _ending(self) -> Ending:
+        status, reason = (self.table.attributes[name] for name in ("status", "reason"))
+        code = EXIT_SOLVER_FAILED if bool((self.table.status == FAILED).all()) else EXIT_DONE
+        if status != "done":
+            code = exit_code_of_interruption(reason)
+        return Ending(status, reason, code)
 
     @property
     def failures(self) -> list[str]:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from os import PathLike
 from pathlib import Path
-from signal import SIGINT
+from signal import SIGINT, Signals
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
@@ -478,9 +478,9 @@ class _SweepRun:
             files.write_whole(self._table())
 
     def _write_incomplete(self, files: SweepFiles, error: BaseException) -> None:
-        how = "interrupted"
-        if not isinstance(error, Interrupted | KeyboardInterrupt):
-            how = f"stopped by an error ({type(error).__name__})"
+        how = f"stopped by an error ({type(error).__name__})"
+        if isinstance(error, Interrupted | KeyboardInterrupt):
+            how = f"interrupted by {Signals(getattr(error, 'signal_number', SIGINT)).name}"
         total = self._plan.design.runs
         files.write_incomplete(self._table(f"{how} after {self._done} of {total} runs"))
 

@@ -114,6 +114,7 @@ def test_a_signal_keeps_what_is_done(name: str, told: Run, here: Path) -> None:
     out, err = process.communicate(timeout=30.0)
     assert process.returncode == 128 + getattr(signal, name), err
     assert out == b""
+    assert fs.open_sweep(here / "s.h5").exit_code == process.returncode
     table = read_sweep(here / "s.h5")
     done = int((table.status == 1).sum())
     assert 0 < done < 2000

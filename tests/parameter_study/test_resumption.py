@@ -73,7 +73,7 @@ def test_an_interrupted_sweep_is_resumed_to_the_same_bytes(whole: bytes, tmp_pat
     assert os.listdir(tmp_path) == ["s.h5"]
     found = fs.open_sweep(path)
     assert found.attrs["status"] == "interrupted"
-    assert found.attrs["reason"] == "interrupted after 5 of 12 runs"
+    assert found.attrs["reason"] == "interrupted by SIGTERM after 5 of 12 runs"
     assert found["status"].values.tolist() == [1] * 5 + [0] * 7
     assert np.isnan(found["final_angle"][5:]).all()
     assert not np.isnan(found["final_angle"][:5]).any()
