@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn
 
 from frictionsim.io.terminal import Stderr, print_on_stderr
-from frictionsim.simulation.monitor import RunMonitor, SweepProgress
+from frictionsim.simulation.monitor import RunMonitor, SweepProgress, compilation_text
 
 STEPS_BETWEEN_UPDATES = 256  # reading the clock costs a tenth of a step
 SECONDS_WITHOUT_BAR = 1.0  # a short run or sweep shows none
@@ -97,7 +97,7 @@ class RunProgress(RunMonitor):
 
     def compiling(self, expected: float) -> AbstractContextManager[None]:
         """Announce the compilation of kernels, which takes `expected` seconds."""
-        print_on_stderr(f"compiling the kernels, once (about {expected:.0f} s)")
+        print_on_stderr(compilation_text(expected))
         return nullcontext()
 
 

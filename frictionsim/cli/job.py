@@ -95,7 +95,7 @@ class Report:
             result = simulate(options.model_copy(update={"progress": monitor}))
         if monitor.signals.received and self.waiting:  # received while the result was written
             self.exit_code = EXIT_SIGNAL + monitor.signals.received
-        self._add(result, source, known, whole)
+        self.add(result, source, known, whole)
 
     def _give_up(self) -> None:
         """Print the results so far before the process ends within a run."""
@@ -108,7 +108,7 @@ class Report:
         if self.waiting:
             print_error(f"not solved: {self.waiting} of the scenarios, after this one")
 
-    def _add(self, result: "fs.Result", source: str, known: Sequence[str], whole: Path) -> None:
+    def add(self, result: "fs.Result", source: str, known: Sequence[str], whole: Path) -> None:
         """Print the summary, new warnings, and the end of a run."""
         warn(warning for warning in result.warnings if warning not in known)
         if self._as_json:

@@ -123,7 +123,9 @@ LEAVES = {
     # the column of times, by name or number
     "frictionsim.scenario.options": {"column_of"},
     # what watches a run: the command line handles more signals
-    "frictionsim.simulation.monitor": {"RunMonitor", "StopSignals", "SweepProgress"},
+    "frictionsim.simulation.monitor": {
+        *("Monitors", "RunMonitor", "StopSignals", "SweepProgress", "compilation_text"),
+    },
     "frictionsim.scenario.kinds": {"GROUP", "KINDS", "kind_names"},
     "frictionsim.scenario.shipped": {"shipped_scenarios"},
 }
