@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from frictionsim.api.result_base import Ending, ResultBase, quantities_table
 from frictionsim.display import number_text, short_text
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from frictionsim.parameter_study.report import Writable
     from frictionsim.scenario.settings import Origin, Scenario
     from frictionsim.work_precision.error_estimate import Estimate
 
@@ -41,13 +42,6 @@ LOG = logging.getLogger(__name__)
 MODE_NAMES = {0: "stick", 1: "slip +", -1: "slip -", 2: "open", 3: "taut", 4: "slack"}
 # Of more events, the table shows the first ones and the last.
 MAX_EVENTS = 20
-
-
-class Writable(Protocol):
-    """What text can be written to."""
-
-    def write(self, text: str, /) -> object:
-        """Write text."""
 
 
 class Result(ResultBase):
@@ -430,7 +424,7 @@ def _event_json(e: Transition) -> dict[str, Any]:
 BYTES_OF_NUMBER = 40  # with its place in a list
 
 
-def write_channels(record: Record, file: Writable) -> None:
+def write_channels(record: Record, file: "Writable") -> None:
     """Write one line for each sample; the first line has the names with their units.
 
     A channel with columns has one for each member of its axis: ``pulley_speed.driver [rad/s]``.

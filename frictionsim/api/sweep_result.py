@@ -110,7 +110,7 @@ class Sweep(ResultBase):
         InputError
             If the study in the file is not valid.
         """
-        return sweep_parts(self.table, self.path)
+        return _parts(self.table, self.path)
 
     def to_json(self) -> dict[str, Any]:
         """Return the summary as plain data, as the command line prints it with --json.
@@ -120,7 +120,7 @@ class Sweep(ResultBase):
         InputError
             If the study in the file is not valid.
         """
-        return sweep_json(self.table, self.path)
+        return _json(self.table, self.path)
 
     def save(self, path: str | PathLike[str]) -> Path:
         """Write the sweep to HDF5, for `open_sweep`, or to CSV, one line per run."""
@@ -272,20 +272,8 @@ WORDS = {
 }
 
 
-def sweep_parts(table: SweepTable, path: Path | None = None) -> Document:
-    """Yield the summary of a sweep.
-
-    Parameters
-    ----------
-    table : SweepTable
-    path : Path, optional
-        Its file.
-
-    Raises
-    ------
-    InputError
-        If the study in it is not valid.
-    """
+def _parts(table: SweepTable, path: Path | None) -> Document:
+    """Yield the summary of a sweep and the path of its file."""
     attributes = table.attributes
     yield f"{attributes['title'] or attributes['kind']}: sweep {attributes['status']}"
     distributions, sampling = variation(table)
@@ -312,20 +300,8 @@ def sweep_parts(table: SweepTable, path: Path | None = None) -> Document:
     yield f"sweep: {path or 'none'}"
 
 
-def sweep_json(table: SweepTable, path: Path | None = None) -> dict[str, Any]:
-    """Return the JSON object of a sweep.
-
-    Parameters
-    ----------
-    table : SweepTable
-    path : Path, optional
-        Its file.
-
-    Raises
-    ------
-    InputError
-        If the study in it is not valid.
-    """
+def _json(table: SweepTable, path: Path | None) -> dict[str, Any]:
+    """Return the JSON object of a sweep and the path of its file."""
     attributes = table.attributes
     number = counts(table)
     distributions, sampling = variation(table)
