@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, Self
 
 from frictionsim.api.result_base import ResultBase, quantities_table
-from frictionsim.display import number_text, short_text
+from frictionsim.display import MODE_WORDS, number_text, short_text
 from frictionsim.document import Document, Table
 from frictionsim.errors import (
     EXIT_DONE,
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from frictionsim.work_precision.error_estimate import Estimate
 
 LOG = logging.getLogger(__name__)
-MODE_NAMES = {0: "stick", 1: "slip +", -1: "slip -", 2: "open", 3: "taut", 4: "slack"}
 # Of more events, the table shows the first ones and the last.
 MAX_EVENTS = 20
 
@@ -417,7 +416,7 @@ def _transitions_table(transitions: list[Transition]) -> Table:
 
 
 def _transition_cells(number: int, e: Transition) -> tuple[str, ...]:
-    modes = MODE_NAMES[e.mode_from], MODE_NAMES[e.mode_to]
+    modes = MODE_WORDS[e.mode_from], MODE_WORDS[e.mode_to]
     angle = () if e.position is None else (number_text(e.position),)
     return (str(number), f"{e.time:.9f}", e.contact, *modes, *angle)
 

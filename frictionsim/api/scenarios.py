@@ -43,6 +43,7 @@ def static(
     Raises
     ------
     InputError, ScenarioError
+        If it cannot be read, or does not describe a mechanism.
     """
     loaded = with_overrides(scenario, overrides)
     with overflow_refused():

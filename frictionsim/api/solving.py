@@ -222,7 +222,7 @@ def _monitor(
 
         parts.append(RunProgress(solver.duration))
     if options.max_wall is not None:
-        parts.append(WallTimeLimit(options.max_wall, solver.duration, solver.after_budget, since))
+        parts.append(WallTimeLimit(options.max_wall, solver.duration, solver.budget_advice, since))
     return Monitors(*parts)
 
 

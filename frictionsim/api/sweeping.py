@@ -248,10 +248,6 @@ def study_from(
     ----------
     options : mapping
         Of `StudySettings`; None and False are those that are not given.
-
-    Raises
-    ------
-    InputError, ScenarioError
     """
     given = {
         name: value for name, value in options.items() if value is not None and value is not False
@@ -307,12 +303,7 @@ def _check_alone(
     overrides: "Overrides | None",
     options: Mapping[str, Any],
 ) -> None:
-    """Check that a study is not given in two places, of which neither would say what is run.
-
-    Raises
-    ------
-    InputError
-    """
+    """Check that a study is not given in two places, of which neither would say what is run."""
     given = [*(["set"] if overrides else []), *(["vary"] if vary else []), *options]
     if given:
         raise InputError(

@@ -17,7 +17,7 @@ from frictionsim.errors import InputError
 if TYPE_CHECKING:
     import subprocess
 
-SECONDS = 8.0  # of an answer about a small file, which takes some hundredths
+SECONDS = 7.0  # of an answer about a small file, which takes some hundredths
 BYTES_PER_SECOND = 20e6  # of a large one, on a busy machine
 MEMORY = 2 << 30  # bytes of address space, where the system can limit them
 OUT_OF_MEMORY = 3  # exit code

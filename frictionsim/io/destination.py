@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frictionsim.errors import OutputError
+from frictionsim.errors import InputError, OutputError
 from frictionsim.io import hdf5_writer
 from frictionsim.io.atomic_write import KeptBeside, Part, check_no_clobber, name_beside
 from frictionsim.io.replaceable import RESULT, check_replaceable, check_target
@@ -125,6 +125,9 @@ class Destination:
             return self.write(run)
         except KeptBeside:
             raise
+        except InputError as error:  # of a segment
+            text = f"{self.whole}: cannot write the result: {error}{self._resumable()}"
+            raise OutputError(text) from None
         except OutputError as error:
             raise OutputError(f"{error}{self._rescued(run)}{self._resumable()}") from None
 

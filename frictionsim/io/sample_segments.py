@@ -36,6 +36,8 @@ class SampleSegments(SegmentFiles):
         Of the run that is resumed into another file.
     """
 
+    patience = 2**31  # the run itself has written them, and waits for a busy machine
+
     def __init__(
         self,
         whole: Path,

@@ -39,6 +39,9 @@ class SegmentFiles:
         The complete result that they are of; it need not be there.
     """
 
+    # In bytes of a large file, as of `answer_of`: how long an answer may take.
+    patience = 0
+
     def __init__(self, whole: Path) -> None:
         self._whole = Path(os.path.realpath(whole))
         self._latest: tuple[int, dict[str, Any]] | None = None
@@ -70,18 +73,24 @@ class SegmentFiles:
         """Return all channels of a segment, which fit into memory."""
         self.checksum_of(number)
         path = str(self.path(number))
+        found = self._answer(number, "content", path)
+        if not isinstance(found, Record):
+            raise self.missing(number)
+        return {
+            name: self._answer(number, "rows", path, name, 0, values.shape[0])
+            if isinstance(values, LongChannel)
+            else values
+            for name, values in found.channels.items()
+        }
+
+    def _answer(self, number: int, *question: str | int) -> Any:
+        """Return the answer to a question about a segment and those after it."""
         try:
-            found = answer_of("content", path)
-            if not isinstance(found, Record):
-                raise self.missing(number)
-            return {
-                name: answer_of("rows", path, name, 0, values.shape[0])
-                if isinstance(values, LongChannel)
-                else values
-                for name, values in found.channels.items()
-            }
-        except (ChildFailed, InputError):
+            return answer_of(*map(str, question), size=self.patience)
+        except InputError:
             raise self.missing(number) from None
+        except ChildFailed as failed:
+            raise InputError(f"{self.path(number)}: cannot read these samples: {failed}") from None
 
     def channels(self, names: list[str], count: int) -> list[dict[str, Any]]:
         """Return some channels of each of the first segments."""
@@ -89,10 +98,7 @@ class SegmentFiles:
         for first in range(0, count, FILES_AT_ONCE):
             numbers = range(first, min(first + FILES_AT_ONCE, count))
             paths = (str(self.path(number)) for number in numbers)
-            try:
-                found += answer_of("channels", ",".join(names), *paths)
-            except (ChildFailed, InputError):
-                raise self.missing(first) from None
+            found += self._answer(first, "channels", ",".join(names), *paths)
         return found
 
     def missing(self, number: int) -> InputError:

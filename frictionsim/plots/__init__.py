@@ -1,8 +1,8 @@
 """Pictures of result files; the only package that imports matplotlib.
 
-A kind of mechanism has one or more views, see `frictionsim.plots.view`. The first is the default. A
-kind that is not in VIEWS may have a mapping VIEWS of functions in its module; without one, its
-channels are drawn over time.
+A kind of mechanism has one or more views, see `frictionsim.plots.view`. The first is the default.
+Those of a kind of this program are VIEWS of the module of its name here. A kind of another package
+may have a mapping VIEWS in its module; without one, its channels are drawn over time.
 
 `draw` returns a matplotlib figure, which needs no pyplot: a notebook shows it as the value of a
 cell, `figure.savefig(path)` saves it, and it can be pickled. Threads may draw and save different
@@ -10,19 +10,12 @@ figures at once; `save` and `plot` write the same bytes as in one thread.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import frictionsim.plots.picture_file  # noqa: F401  says what matplotlib lacks
 from frictionsim.errors import ArgumentError, InputError
-from frictionsim.plots import (
-    belt_layout,
-    belt_time_history,
-    epicyclic,
-    marble_machine,
-    pulley,
-    shaft,
-)
 from frictionsim.plots.belt_geometry import middle_of_first_span
 from frictionsim.plots.overlay import Overlaid, check_overlay, overlay
 from frictionsim.plots.picture_file import check_format, save
@@ -30,6 +23,7 @@ from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.style import USUAL, Appearance
 from frictionsim.plots.time_history import response
 from frictionsim.plots.view import (
+    BODY,
     WHOLE,
     Extent,
     View,
@@ -39,7 +33,7 @@ from frictionsim.plots.view import (
     until,
     within,
 )
-from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.kinds import KINDS, mechanism_module
 from frictionsim.scenario.toml_data import scenario_of
 
 if TYPE_CHECKING:
@@ -49,23 +43,12 @@ if TYPE_CHECKING:
 
 __all__ = ["ALL", "BODY", "VIEWS", "Views", "draw", "plot", "plot_all", "save", "views_of"]
 
-ALL, BODY = "all", "body"
+ALL = "all"
 
 Views = Mapping[str, View]
 """By name, the default first."""
 
-VIEWS: Mapping[str, Views] = {
-    "pulley": pulley.VIEWS,
-    "marble_machine": marble_machine.VIEWS,
-    "epicyclic": epicyclic.VIEWS,
-    "belt_drive": {
-        "speeds": over_time(belt_time_history.speeds, ("pulley_speed", "pulley_torque")),
-        "drive": View(belt_layout.drive, instant=True),
-        "tension": View(belt_time_history.tension, instant=True),
-        BODY: View(belt_time_history.body, window=True, body=True),
-    },
-    "shaft": shaft.VIEWS,
-}
+VIEWS: Mapping[str, Views] = {kind: import_module(f"{__name__}.{kind}").VIEWS for kind in KINDS}
 
 
 def check_view(kind: str, view: str) -> None:

@@ -1,4 +1,4 @@
-"""How a picture looks: size, resolution, colours, line styles, titles and legends.
+"""Appearance of pictures: size, resolution, colours, line styles, titles and legends.
 
 The size is that of the picture; text keeps its size in points, and the layout adapts. A style is a
 set of matplotlib's parameters: `paper` and `talk` change its defaults, `user` takes the parameters
@@ -174,7 +174,6 @@ MAX_LINES = len(COLOURS)  # in one panel
 Style = dict[str, Any]
 """Keyword arguments of a matplotlib line."""
 
-STICK_COLOUR = "#E5E5E5"
 WIDTH = 8.0  # inches, of a picture; labels and legends are arranged for it
 LEGEND_ROW = 0.25  # inches
 LABEL_WIDTH = 18  # characters beside a panel of channels
@@ -285,7 +284,7 @@ def _title(result: "Record", notes: Sequence[str]) -> str:
 
 
 def _other_laws(result: "Record") -> list[str]:
-    """Return the friction law of a result, unless it is the default; none if it cannot be told."""
+    """Return the friction law, unless it is the default; none if the scenario is unreadable."""
     try:
         effects = scenario_of(result).get("effects", {})
     except InputError:

@@ -194,17 +194,17 @@ def _together(table: SweepTable) -> Face:
     ]
     if not numeric:
         axis = key_axis(*next(iter(table.coordinates.items())))
-        return Face((axis,), axis.order, _beside(table, axis.key), joined=False)
+        return Face((axis,), axis.order, _note_on_others(table, axis.key), joined=False)
     key, coordinate = numeric[0]
     numbers = np.asarray(coordinate.values, dtype=np.float64)
     order = np.argsort(numbers, kind="stable")
     values = numbers[order]
     distinct = bool((np.diff(values) > 0.0).all())
     axis = KeyAxis(key, coordinate.unit, values, order, (), _is_log(values))
-    return Face((axis,), order, _beside(table, key), joined=distinct and values.size > 1)
+    return Face((axis,), order, _note_on_others(table, key), joined=distinct and values.size > 1)
 
 
-def _beside(table: SweepTable, key: str) -> tuple[str, ...]:
+def _note_on_others(table: SweepTable, key: str) -> tuple[str, ...]:
     """Return the note on the keys that vary together with one."""
     others = [other for other in table.coordinates if other != key]
     return (f"together with {', '.join(short_keys(others))}",) if others else ()

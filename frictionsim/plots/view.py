@@ -285,6 +285,9 @@ class _Part(dict[str, Any]):
         return (value for _, value in self.items())
 
 
+BODY = "body"  # the view of a body of a belt, and its option
+
+
 class View(NamedTuple):
     """A picture of a kind.
 

@@ -100,15 +100,15 @@ def values_by_key(overrides: Iterable[str]) -> dict[str, Any]:
     """
     from json import dumps
 
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for override in overrides:
         key, _, text = override.partition("=")
         try:
-            found[key] = _parsed(override, text)
-            dumps(found[key], allow_nan=False)
+            values[key] = _parsed(override, text)
+            dumps(values[key], allow_nan=False)
         except (InputError, TypeError, ValueError):
-            found[key] = text
-    return found
+            values[key] = text
+    return values
 
 
 def _set(data: dict[str, Any], key: str, value: Any, where: str) -> KeyPath:

@@ -22,7 +22,7 @@ class RunMonitor:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Release what the run was watched with."""
+        """Stop watching the run."""
 
     def __call__(self, t: float) -> None:
         """Receive the end of a step, t in s."""

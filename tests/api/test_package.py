@@ -111,7 +111,7 @@ LEAVES = {
     # the picture of a study, in the format of its name
     "frictionsim.plots.picture_file": {"check_picture"},
     # options of pictures, checked
-    "frictionsim.plots.style": {"appearance"},
+    "frictionsim.plots.style": {"STYLES", "USER", "appearance"},
     "frictionsim.plots.view": {"extent"},
     # JSON of `static`, the name of the standard input
     "frictionsim.results": {"quantities_json"},

@@ -143,13 +143,13 @@ def test_an_interrupted_run_has_the_exit_code_of_its_signal(tmp_path: Path) -> N
 
 
 def test_a_failed_audit_is_an_error_only_if_asked(monkeypatch: pytest.MonkeyPatch) -> None:
-    def unsound(*arguments: Any) -> Any:
+    def non_finite(*arguments: Any) -> Any:
         done = run(*arguments)
         checks = done.checks | {"energy_balance": Check(0.5, 0.01)}
         reason = "self-audit failed: energy_balance 0.5 above 0.01"
         return done._replace(checks=checks, attributes=done.attributes | {"reason": reason})
 
-    monkeypatch.setattr(solving, "run", unsound)
+    monkeypatch.setattr(solving, "run", non_finite)
     result = fs.solve(PULLEY)
     assert (result.status, result.exit_code) == ("done", 3)
     assert not result.audit["energy_balance"].ok

@@ -17,7 +17,7 @@ TEXT = h5py.string_dtype()
 VALUES: list[Any] = [
     *("", "done", "interrupted", "failed", "x" * 60_000, "\ud7ff", "kind", "\x1b]0;title\x07"),
     *(1, -1, 2**63 - 1, 1.5, float("nan"), [1.0, 2.0], np.zeros(8000), h5py.Empty("f")),
-    *(b"\xff\xfe", True, ["a", "b"], ["a"] * 3000, "a.samples-00000000 3 64 0", ".. 1 64 0"),
+    *(b"\xff\xfe", True, ["a", "b"], ["a"] * 3000, "a.000000.h5 64 00000000", "../b.h5 64 0"),
     *("belt_drive", "pulley", "2", "stick " * 5000, np.void(b"x"), 1j),
 ]
 NUMBERS: list[Any] = [

@@ -49,7 +49,7 @@ ENDINGS = [
 
 
 @pytest.mark.parametrize(("place", "error", "code", "said"), ENDINGS)
-def test_an_error_has_its_exit_code_and_is_told_in_the_words_of_the_command(
+def test_an_error_has_its_exit_code_and_is_reported_in_the_words_of_the_command(
     place: str, error: BaseException, code: int, said: str, told: Run,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip

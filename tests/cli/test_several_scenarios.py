@@ -148,7 +148,7 @@ def test_a_bad_standard_input_is_one_sentence(
     assert told("solve", "-", code=2) == ("", f"frictionsim: {BAD[text]}\n")
 
 
-def test_a_closed_standard_input_is_told(told: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_closed_standard_input_is_reported(told: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stdin", None)
     _, err = told("solve", "-", code=2)
     assert err == "frictionsim: -: the standard input is closed; expected a scenario in TOML\n"

@@ -31,7 +31,7 @@ zip = true
 """
 
 
-def test_a_sweep_is_written_and_told(told: Run, here: Path) -> None:
+def test_a_sweep_is_written_and_summarised(told: Run, here: Path) -> None:
     arguments = command(3, "s.h5", "--csv", "s.csv", "-j", "1")
     out, err = told(*arguments)
     assert out.splitlines()[0] == "Pulley on a dry shaft: sweep done"
@@ -129,7 +129,7 @@ def test_a_sweep_that_is_killed_is_resumed_to_the_same_bytes(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sweep_kills, "RUNS", 300)
-    monkeypatch.setattr(sweep_kills, "LONGEST", 1.5)
+    monkeypatch.setattr(sweep_kills, "MAX_WAIT", 1.5)
     whole = sweep_kills.whole_sweep(here)
     for seed in (1, 2):
         folder = here / str(seed)

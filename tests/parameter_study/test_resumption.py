@@ -410,7 +410,7 @@ def test_a_long_run_is_left_when_a_sweep_is_interrupted(
     assert time.monotonic() - begun < 20.0
 
 
-def test_series_are_kept_and_go_on(tmp_path: Path) -> None:
+def test_series_are_kept_and_resumed(tmp_path: Path) -> None:
     path, folder = tmp_path / "s.h5", tmp_path / "s.series"
     interrupted(path, 2, keep_series=True, vary={LOAD: [2000.0, 2100.0, 2200.0]})
     assert sorted(os.listdir(folder)) == ["run-0000000.h5", "run-0000001.h5", "study.toml"]

@@ -10,6 +10,7 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from frictionsim.errors import InputError
@@ -105,6 +106,37 @@ def test_a_belt_of_five_pulleys_fits_its_page(look: dict[str, Any]) -> None:
         figure = draw(record, view, look=appearance(**look))
         figure.draw_without_rendering()
         check_texts(figure)
+
+
+def points_on(lines: LineCollection) -> np.ndarray:
+    """Return dense points on lines, in pixels."""
+    segments = [np.linspace(s[:-1], s[1:], 20).reshape(-1, 2) for s in lines.get_segments()]
+    return np.asarray(lines.get_transform().transform(np.concatenate(segments)))
+
+
+@pytest.mark.parametrize("look", [{}, {"width": "84mm", "style": "paper"}, {"style": "talk"}])
+def test_names_of_pulleys_are_within_the_frame_beside_the_belt(look: dict[str, Any]) -> None:
+    figure = draw(belt_run(FIVE), "drive", look=appearance(**look))
+    figure.draw_without_rendering()
+    whole, frame = figure.axes[0], figure.axes[0].get_window_extent()
+    names = [text for text in whole.texts if text.get_text() in {p.name for p in FIVE}]
+    assert len(names) == len(FIVE)
+    belt = np.concatenate(
+        [points_on(c) for c in whole.collections if isinstance(c, LineCollection)]
+    )
+    for name in names:
+        box = name.get_window_extent()
+        assert all(frame.contains(*corner) for corner in box.corners()), name
+        inside = (belt > [box.x0, box.y0]) & (belt < [box.x1, box.y1])
+        assert not inside.all(axis=1).any(), name
+
+
+def test_curves_of_five_pulleys_differ_without_colour_and_their_details_fill_two_rows() -> None:
+    lines = draw(belt_run(FIVE), "speeds").axes[0].lines
+    assert len({str(line._dash_pattern) for line in lines}) == 5
+    details = [ax for ax in draw(belt_run(FIVE), "drive").axes if not ax.axison]
+    rows = [ax.get_subplotspec().rowspan.start for ax in details]
+    assert rows == [1, 1, 1, 2, 2]
 
 
 def test_a_png_has_its_width_and_resolution(tmp_path: Path) -> None:

@@ -162,7 +162,7 @@ def test_results_are_drawn_over_each_other_with_a_key() -> None:
 
 
 @pytest.mark.parametrize("look", [USUAL, Appearance(width=3.3, style="paper")])
-def test_rows_above_panels_are_told_apart_without_colour(look: Appearance) -> None:
+def test_rows_above_panels_are_distinguished_without_colour(look: Appearance) -> None:
     figure = draw_overlay(pair(), look=look)
     figure.draw_without_rendering()
     ax = figure.axes[0]

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 import frictionsim as fs
 from frictionsim.errors import InputError
 from frictionsim.io.cost_table import read_csv
-from frictionsim.io.hdf5_reader import read_costs
+from frictionsim.io.hdf5_reader import read_any
 from frictionsim.plots.picture_file import image_for_page
 from frictionsim.plots.studies import cost_diagram
 from frictionsim.work_precision.table import study_of
@@ -78,7 +78,7 @@ def test_the_picture_is_that_of_the_study_and_holds_the_numbers_of_the_table(
     suffix: str, study: fs.Study, files: dict[str, Path], tmp_path: Path
 ) -> None:
     path = files[suffix]
-    table = read_costs(path) if suffix == ".h5" else read_csv(path)
+    table = read_any(path) if suffix == ".h5" else read_csv(path)
     figure = cost_diagram(study_of(table))
     assert drawn(figure) == drawn(study.plot()) == lines_of(path, "error", "wall_seconds")
     page = fs.report(path, tmp_path / "costs.html").read_text(encoding="utf-8")

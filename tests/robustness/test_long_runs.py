@@ -12,8 +12,9 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import InputError, Interrupted, OutputError
-from frictionsim.io import hdf5_writer
+from frictionsim.io import hdf5_writer, segments
 from frictionsim.io.checksum import append_trailer
+from frictionsim.io.child_process import ChildFailed
 from frictionsim.io.unfinished import partial_name
 from frictionsim.simulation import sample_store
 from tests.support.belt_scenarios import pair
@@ -276,3 +277,25 @@ def test_a_full_disk_keeps_the_samples_so_far(
     assert len(fs.open(path).record.channels["time"]) > ROWS
     fs.resume(path)
     assert path.read_bytes() == whole.read_bytes()
+
+
+def test_a_segment_that_cannot_be_read_at_the_end_leaves_a_run_that_can_be_resumed(
+    whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.h5"
+
+    def fails(*_: Any, size: int = 0) -> Any:
+        raise ChildFailed("no process can be started")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(segments, "answer_of", fails)
+        with pytest.raises(OutputError) as refused:
+            fs.solve(LONG, output=path)
+    assert str(refused.value) == (
+        f"{path}: cannot write the result: {tmp_path / 'a.000000.h5'}: cannot read these samples:"
+        f" no process can be started. The last checkpoint is in {partial_name(path)}:"
+        f" 'frictionsim resume {partial_name(path)}' continues the run"
+    )
+    fs.resume(path)
+    assert path.read_bytes() == whole.read_bytes()
+    assert os.listdir(tmp_path) == ["a.h5"]

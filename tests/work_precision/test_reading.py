@@ -8,7 +8,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.io.cost_table import CostTable, read_csv
-from frictionsim.io.hdf5_reader import read_costs
+from frictionsim.io.hdf5_reader import read_any
 from frictionsim.work_precision.outcome import Row
 from frictionsim.work_precision.recommendation import recommendations
 from frictionsim.work_precision.table import attributes, columns, study_of
@@ -49,13 +49,13 @@ def sentences_of(table: CostTable) -> list[str]:
 
 def test_files_have_the_rows_of_their_study(saved: Saved) -> None:
     wanted = plain(saved.study.data.rows)
-    assert plain(study_of(read_costs(saved.folder / "a.h5")).rows) == wanted
+    assert plain(study_of(read_any(saved.folder / "a.h5")).rows) == wanted
     assert plain(study_of(read_csv(saved.folder / "a.csv")).rows) == wanted
 
 
 def test_a_study_that_is_read_has_the_columns_that_were_written(saved: Saved) -> None:
     """But for absolute errors, which nothing that reads a table needs."""
-    table = read_costs(saved.folder / "a.h5")
+    table = read_any(saved.folder / "a.h5")
     written = {column.name: column.values for column in columns(study_of(table))}
     assert set(written) == set(table.columns)
     for name, values in written.items():
@@ -66,7 +66,7 @@ def test_a_study_that_is_read_has_the_columns_that_were_written(saved: Saved) ->
 
 
 def test_a_file_recommends_what_its_study_does(saved: Saved) -> None:
-    table = read_costs(saved.folder / "a.h5")
+    table = read_any(saved.folder / "a.h5")
     assert sentences_of(table) == saved.study.recommendations
     reference, found = saved.study.data.reference, study_of(table).reference
     assert reference
