@@ -1,5 +1,6 @@
 """The event-driven solver: keeps the state of a run, and has `one_contact` integrate it."""
 
+import logging
 from array import array
 from collections import Counter, deque
 from collections.abc import Callable, Mapping
@@ -44,6 +45,8 @@ from frictionsim.solvers.system import system_of
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.mechanism import Mechanism
+
+LOG = logging.getLogger(__name__)
 
 # Samples and events between two calls of `on_step`, as Python and compiled.
 PYTHON_BUFFERS = 64, 4
@@ -297,7 +300,10 @@ class EventDrivenSolver:
     def _pays(self, done: float) -> bool:
         """Return whether it pays to compile the rest after PATIENCE steps for so many s."""
         left = self._run.end - self._state[layout.TIME]
-        if not PATIENCE * left > STEPS_THAT_PAY * done or self._kernel.reason:
+        if not PATIENCE * left > STEPS_THAT_PAY * done:
+            return False
+        if self._kernel.reason:
+            LOG.info("the rest of the run is not compiled: %s", self._kernel.reason)
             return False
         return PATIENCE * left > STEPS_THAT_PAY_COMPILING * done or self._kernel.is_at_hand
 
