@@ -133,12 +133,12 @@ def solve(
     ],
     overrides: Overrides = None,
     output: Annotated[
-        Path | None,
+        str | None,  # a path loses the slash that ends the name of a folder
         typer.Option(
             "-o",
             "--output",
             metavar="FILE",
-            help="Result file; of several scenarios a folder. [results/<scenario name>.h5]",
+            help="Result file, or a folder for results. [results/<scenario name>.h5]",
         ),
     ] = None,
     backend: Annotated[

@@ -1,5 +1,6 @@
 """Runs on the command line: simulate, print the summary and the end of the run."""
 
+import os
 from collections.abc import Callable, Sequence
 from functools import partial
 from os.path import exists, isdir
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
 RESULTS = Path("results")
+FOLDER_ENDS = ("/", os.sep)
 SUFFIX = ".h5"
 
 
@@ -86,7 +88,7 @@ class Report:
             Runs it with the options and a monitor, and writes the result.
         """
         known = scenario.warnings()
-        warn(known)  # before the run, so that the user can stop it
+        warn(known, self._prefix(source))  # before the run, so that the user can stop it
         shown = not (self.quiet or self._as_json)
         # Written within the monitor, so that a first signal does not interrupt the writing.
         with (
@@ -109,9 +111,13 @@ class Report:
         if self.waiting:
             print_error(f"not solved: {self.waiting} of the scenarios, after this one")
 
+    def _prefix(self, source: str) -> str:
+        return f"{source}: " if self.several else ""
+
     def add(self, result: "fs.Result", source: str, known: Sequence[str], whole: Path) -> None:
         """Print the summary, new warnings, and the end of a run."""
-        warn(warning for warning in result.warnings if warning not in known)
+        new = (warning for warning in result.warnings if warning not in known)
+        warn(new, self._prefix(source))
         if self._as_json:
             self._objects.append(result.to_json() | {"scenario": source})
         elif not self.quiet:
@@ -166,23 +172,24 @@ def resume_job(
     report.run(incomplete.scenario, str(path), whole, options, simulate)
 
 
-def targets_of(sources: Sequence[str], output: Path | None, no_clobber: bool) -> list[Path]:
+def targets_of(sources: Sequence[str], output: str | None, no_clobber: bool) -> list[Path]:
     """Return the result file of each scenario; of several it is checked that all can be written.
 
     Parameters
     ----------
     sources : sequence of str
         Paths of scenarios, or "-".
-    output : Path or None
-        The file; of several scenarios a folder.
+    output : str or None
+        A folder, which exists or ends with a slash; for one scenario a file otherwise.
     no_clobber : bool
         Do not replace existing files.
     """
-    if output == Path(STDIN):
+    if output == STDIN:
         raise InputError("-o -: a result is written as HDF5, not printed; give a file name")
-    if output is not None and len(sources) == 1:
-        return [output]
-    targets = _targets_in(_folder(output), sources)
+    is_folder = output is None or output.endswith(FOLDER_ENDS) or isdir(output)
+    if output is not None and len(sources) == 1 and not is_folder:
+        return [Path(output)]
+    targets = _targets_in(_folder(None if output is None else Path(output)), sources)
     if len(sources) > 1:
         for target in targets:
             Destination(target).check(no_clobber)
@@ -202,9 +209,7 @@ def _folder(output: Path | None) -> Path:
         return RESULTS
     if not isdir(output):
         found = "this is a file" if exists(output) else "there is no such folder, create it first"
-        raise OutputError(
-            f"{output}: expected a folder for the results of several scenarios; {found}"
-        )
+        raise OutputError(f"{output}: expected a folder for the results; {found}")
     return output
 
 

@@ -91,7 +91,7 @@ def test_a_result_under_any_name_is_replaced_unless_that_is_forbidden(tmp_path: 
     path = tmp_path / "result"
     before = fs.solve(PULLEY, output=path, no_clobber=True).save(path).read_bytes()
     other = fs.solve(PULLEY, {MU_S: 0.3})
-    with pytest.raises(fs.OutputError, match="no_clobber forbids to replace it") as caught:
+    with pytest.raises(fs.OutputError, match="no-clobber forbids to replace it") as caught:
         other.save(path, no_clobber=True)
     assert caught.value.exit_code == 4
     assert path.read_bytes() == before
