@@ -153,6 +153,9 @@ def test_a_belt_at_rest_has_no_efficiency_and_no_slip_and_says_why() -> None:
     moving = simulate(pair(**LONG))
     assert moving.quantities["efficiency"].value is not None
     assert not warned(moving, "efficiency has no value")
+    once = simulate(pair(**LONG | {"output__interval": moving.channels["time"][-1]}))
+    assert warned(once, "are of 1 sample")
+    assert not warned(once, "efficiency has no value")
 
 
 def test_a_patch_that_holds_no_body_is_warned_of() -> None:

@@ -58,7 +58,7 @@ def warnings_of(
             found += _bursts(model, quantities)
         else:
             found += _slip_of_corners(model, quantities)
-        found += _no_efficiency(quantities)
+        found += _no_efficiency(time, quantities)
     return tuple(found)
 
 
@@ -233,9 +233,9 @@ def _steps_of_dampers(scenario: "BeltDriveScenario", model: "BeltModel") -> Iter
             )
 
 
-def _no_efficiency(quantities: "Quantities") -> Iterator[str]:
-    """Say why there is no efficiency."""
-    if quantities["efficiency"].value is None:
+def _no_efficiency(time: Array, quantities: "Quantities") -> Iterator[str]:
+    """Say why there is no efficiency; of a single sample there is no energy, which is said."""
+    if quantities["efficiency"].value is None and np.sum(last_part(time)) > 1:
         yield (
             f"efficiency has no value: over the last {round(100.0 * LAST_PART)} % of the run"
             " nothing is taken out of the drive or lost in it"
