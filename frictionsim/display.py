@@ -1,4 +1,4 @@
-"""How a result is told: its numbers, the words for its modes, and the colours of its parts.
+"""How a result is shown: its numbers, the words for its modes, and the colours of its parts.
 
 Tables, pictures, motions and pages read them here; `page_style` and `page_data` give words and
 colours to the scripts of a page.
@@ -52,39 +52,57 @@ def unit_text(unit: str) -> str:
 
 
 def with_unit(value: str, unit: str) -> str:
-    """Return a number with its unit, as "200 N"; without unit the number alone."""
+    """Return a number with its unit, such as "200 N"; without unit the number alone."""
     shown = unit_text(unit)
     return f"{value} {shown}" if shown else value
 
 
 def labelled(words: str, unit: str) -> str:
-    """Return the label of a quantity with its unit, as "force, N"."""
+    """Return the label of a quantity with its unit, such as "force, N"."""
     shown = unit_text(unit)
     return f"{words}, {shown}" if shown else words
 
 
 # Words for modes.
 
-MODE_WORDS = {value: word.replace("_", " ") for value, word in MODES}
-"""Of an event, before and after it."""
+MODE_WORDS = dict(MODES) | {FORWARD: "slip +", BACKWARD: "slip -"}
+"""Of the modes before and after an event."""
 
 CONTACT_WORDS = {STICK: "sticks", FORWARD: "slips forward", BACKWARD: "slips backward"}
-"""Of the mode of the one contact of a mechanism at an instant."""
+"""Of the mode of a single contact at an instant."""
 
 # Colours: Okabe and Ito, safe for colour-blind readers.
 
 BLUE, VERMILION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 SKY, BLACK, ORANGE, GREY = "#56B4E9", "#000000", "#E69F00", "#777777"
-WINE = "#882255"
+WINE, WHITE, BROWN = "#882255", "#FFFFFF", "#8A6100"
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, SKY, BLACK, ORANGE, GREY)
 """Of lines, in this order."""
+
+FORCE_COLOURS = (BLUE, GREEN, PURPLE, SKY)
+"""Of applied forces and couples; the others are those of reaction and weight."""
 
 COLOURS_ON_DARK = (
     *(SKY, ORANGE, GREEN, PURPLE),
     *("#F0E442", "#FFFFFF", VERMILION, "#AAAAAA"),
 )
-DASHES: tuple[tuple[float, ...], ...] = ((), (6.0, 2.0), (6.0, 2.0, 1.0, 2.0), (2.0, 1.5))
-"""Of lines, in this order, for grey print: dashes and gaps in widths of a line."""
+DASHES: tuple[tuple[float, ...], ...] = (
+    *((), (6.0, 2.0), (6.0, 2.0, 1.0, 2.0), (2.0, 1.5)),
+    *((12.0, 2.0), (6.0, 2.0, 1.0, 2.0, 1.0, 2.0), (1.0, 1.0), (12.0, 2.0, 2.0, 2.0)),
+)
+"""Of lines, one for each colour, for grey print: dashes and gaps in widths of a line."""
+
+# Shades of areas, behind lines: sticking phases, pulleys, and the arcs of pulleys, repeated.
+STICK_SHADE, PULLEY_SHADE = "#E5E5E5", "#EEEEEE"
+ARC_SHADES = ("#E8E8E8", "#D3D3D3", "#BEBEBE", "#A9A9A9")
+CORD_STICKS_SHADE, CORD_SLIPS_SHADE = "#DCEBF5", "#FBE0CC"
+
+BELT_CONTACT = {
+    "sticks": ("sticks on the pulley", BLACK, WHITE),
+    "slips": ("slips on the pulley", WHITE, BLACK),
+    "touches": ("touches the pulley", WHITE, BLACK),
+}
+"""Of a belt: words, and the colours of the strip on it and of the strip's edges."""
 
 TENSION_COLOURS = "cividis"
 """A scale of matplotlib, whose lightness rises with the value, also for the colour-blind."""
@@ -187,6 +205,10 @@ def page_data() -> dict[str, Any]:
     """Return words, colours and dashes for the scripts of a page."""
     return {
         "contactWords": CONTACT_WORDS,
+        "beltContact": {
+            name: {"words": words, "core": core, "around": around}
+            for name, (words, core, around) in BELT_CONTACT.items()
+        },
         "roles": list(ROLES),
         "light": {"lines": COLOURS, "chart": CHART},
         "dark": {"lines": COLOURS_ON_DARK, "chart": CHART_ON_DARK},

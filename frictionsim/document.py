@@ -22,7 +22,7 @@ Cell = str | Number
 class Table(NamedTuple):
     """A table. A heading with a leading '>' is that of a column of numbers.
 
-    A row may be shorter than the headings, as that of dots. A caption and a name, by which scripts
+    A row, such as one of dots, may be shorter than the headings. Caption and name, by which scripts
     find the table, are those of a page.
     """
 
@@ -41,7 +41,7 @@ class Picture(NamedTuple):
     image : bytes
         SVG or PNG; empty if it could not be drawn.
     note : str
-        Text below it, as why it could not be drawn.
+        Text below it, such as the reason why it could not be drawn.
     """
 
     title: str

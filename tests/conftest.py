@@ -19,6 +19,7 @@ from frictionsim.io.child_answer import decoded
 from frictionsim.io.child_questions import answer
 from frictionsim.solvers import compilation, event_driven
 from tests.support import scenarios
+from tests.support.examples import FEW, MANY
 from tests.support.scenarios import ROOT, in_this_process
 
 # Always the same examples by default, so that no chance decides; many and new ones every night.
@@ -28,8 +29,8 @@ SHARED_SETTINGS: dict[str, Any] = {
     "suppress_health_check": list(HealthCheck),
     "phases": (Phase.explicit, Phase.generate, Phase.shrink),  # explaining takes minutes
 }
-settings.register_profile("few", max_examples=25, derandomize=True, **SHARED_SETTINGS)
-settings.register_profile("many", max_examples=500, **SHARED_SETTINGS)
+settings.register_profile("few", max_examples=FEW, derandomize=True, **SHARED_SETTINGS)
+settings.register_profile("many", max_examples=MANY, **SHARED_SETTINGS)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "few"))
 
 

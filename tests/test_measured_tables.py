@@ -104,11 +104,11 @@ def page_rows(heading: str, page: str = "belt-drive") -> list[list[str]]:
     return [[cell.strip() for cell in row.strip("|").split("|")] for row in table]
 
 
-def assert_same_figures(shown: list[list[str]], measured: list[list[Any]]) -> None:
+def assert_same_numbers(shown: list[list[str]], measured: list[list[Any]]) -> None:
     """Check that cells are those of a table, rounded to the digits that are shown."""
     assert len(shown) == len(measured)
-    for row, figures in zip(shown, measured, strict=True):
-        for cell, figure in zip(row, figures, strict=True):
+    for row, values in zip(shown, measured, strict=True):
+        for cell, figure in zip(row, values, strict=True):
             digits = len(cell.partition(".")[2])
             assert cell == figure or cell == f"{float(figure):.{digits}f}"
 
@@ -121,7 +121,7 @@ def test_the_page_has_the_wrap_factors_of_the_table() -> None:
     }
     shown = page_rows("| bending | bodies | T1, N |")
     assert {row[1] for row in shown} >= {"150", "300", "600"}
-    assert_same_figures(shown, [measured[row[0], row[1]] for row in shown])
+    assert_same_numbers(shown, [measured[row[0], row[1]] for row in shown])
 
 
 def test_the_page_has_the_depths_of_the_table() -> None:
@@ -132,7 +132,7 @@ def test_the_page_has_the_depths_of_the_table() -> None:
     }
     shown = page_rows("| stiffness over the paper's | bodies", "belt-contact")
     assert {row[0] for row in shown} == {stiffness for stiffness, _ in measured}
-    assert_same_figures(shown, [measured[row[0], row[1]] for row in shown])
+    assert_same_numbers(shown, [measured[row[0], row[1]] for row in shown])
 
 
 def test_the_page_has_the_energy_balances_above_the_targets() -> None:
@@ -154,7 +154,7 @@ def test_the_page_has_the_paper_s_numbers_of_the_table() -> None:
         "slip, %": "slip",
         "bodies on the arcs that stick": "share of touching bodies that stick",
     }
-    assert_same_figures(
+    assert_same_numbers(
         [shown[words] for words in pairs], [measured[name] for name in pairs.values()]
     )
     spans = (measured["tension of the active span"], measured["tension of the passive span"])

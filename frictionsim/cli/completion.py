@@ -32,7 +32,9 @@ def views(incomplete: str) -> list[str]:
 
 def styles(incomplete: str) -> list[str]:
     """Return the styles of pictures that begin with a text."""
-    return _beginning(incomplete, ("paper", "talk", "user"))
+    from frictionsim.plots.style import STYLES, USER
+
+    return _beginning(incomplete, (*STYLES, USER))
 
 
 def backends(incomplete: str) -> list[str]:

@@ -100,19 +100,15 @@ class Stdout:
         Raises
         ------
         OutputError
-            If it cannot be written, as to a full disk.
+            If it cannot be written: for example, the disk is full.
         ReaderGone
+            If nobody reads the other end of the pipe.
         """
         self._try("write", visible(text))
         return len(text)
 
     def flush(self) -> None:
-        """Write what is still in a buffer.
-
-        Raises
-        ------
-        OutputError, ReaderGone
-        """
+        """Write what is still in a buffer; raise what `write` does."""
         self._try("flush")
 
     def _try(self, method: str, *arguments: str) -> None:

@@ -76,7 +76,7 @@ def journal_of(effect: ShaftFriction | None) -> tuple[Journal, ...]:
     return () if effect is None else (Journal(effect.static_radius, effect.kinetic_radius),)
 
 
-RENAMED_AIR_DRAG = "renamed to viscous_damping: write [effects.viscous_damping]"
+RENAMED_TO_VISCOUS_DAMPING = "renamed to viscous_damping: write [effects.viscous_damping]"
 
 
 class Gravity(Params):

@@ -11,7 +11,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.motion.belt_path import arc_of, drawn_pulleys, guiding_path, in_patch, places_on
+from frictionsim.motion.belt_path import (
+    arc_of,
+    drawn_pulleys,
+    guiding_path,
+    patch_members,
+    places_on,
+)
 from frictionsim.motion.frames import (
     MAX_FRAMES,
     channel_at,
@@ -20,7 +26,7 @@ from frictionsim.motion.frames import (
     rounded,
 )
 from frictionsim.motion.parts import Band, Body, Detail, Motion, Part, Readout
-from frictionsim.motion.shapes import around, wheel
+from frictionsim.motion.shapes import bounds_around, wheel
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.geometry import Path
@@ -125,7 +131,7 @@ def motion(result: "Record") -> Motion:
     if "tension" in result.channels:
         tension = channel_at(result, "tension", frames)[:, drawn]
     touching, sticking = _contact(result, frames, drawn)
-    patch = in_patch(result)
+    patch = patch_members(result)
     band = Band(
         "belt",
         rounded(x, size, STEPS),
@@ -208,7 +214,7 @@ def _bounds(result: "Record", x: Any, y: Any) -> "Bounds":
     for _, *centre, radius in drawn_pulleys(result):
         points += [np.array([centre]) - radius, np.array([centre]) + radius]
     corners = np.concatenate(points)
-    return around(corners, 0.03 * float(np.ptp(corners, axis=0).max()))
+    return bounds_around(corners, 0.03 * float(np.ptp(corners, axis=0).max()))
 
 
 def _details(result: "Record", bounds: "Bounds") -> tuple[Detail, ...]:
@@ -230,8 +236,11 @@ def _readouts(result: "Record", frames: "Numbers", tension: "Array | None") -> t
         members = result.members[result.axes[channel]][:MAX_SPEEDS]
         speeds = channel_at(result, channel, frames)
         for i, name in enumerate(members):
-            readouts.append(Readout(f"speed of {name}", "rad/s", speeds[:, i], channel, name))
+            readouts.append(
+                Readout(f"speed of {name}", result.units[channel], speeds[:, i], channel, name)
+            )
     if tension is not None:
-        readouts.append(Readout("largest tension", "N", tension.max(axis=1)))
-        readouts.append(Readout("smallest tension", "N", tension.min(axis=1)))
+        unit = result.units["tension"]
+        readouts.append(Readout("largest tension", unit, tension.max(axis=1)))
+        readouts.append(Readout("smallest tension", unit, tension.min(axis=1)))
     return tuple(readouts)

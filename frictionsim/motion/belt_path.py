@@ -39,7 +39,7 @@ def drawn_pulleys(result: "Record") -> list[DrawnPulley]:
     ]
 
 
-ON_LINE = 1e-3  # of the smallest radius: points no further off are on the line
+LINE_TOLERANCE = 1e-3  # of the smallest radius: points no further off are on the line
 FINE = 0.05  # rad, between the points of a drawn arc
 
 
@@ -74,7 +74,7 @@ def guiding_path(result: "Record", sample: int) -> Path | None:
     points = np.column_stack([result.channels["x"][sample], result.channels["y"][sample]])
     off = np.hypot(*(path.at(places_on(path, points)).position - points).T)
     radius = min(table["radius"] for table in scenario_value(result, "mechanism", "pulleys"))
-    return path if np.max(off, initial=0.0) <= ON_LINE * radius else None
+    return path if np.max(off, initial=0.0) <= LINE_TOLERANCE * radius else None
 
 
 def places_on(path: Path, points: "Array") -> "Array":
@@ -134,7 +134,7 @@ def arc_of(path: Path, number: int) -> tuple[float, float]:
     return float(path.breakpoints[at]), float(path.breakpoints[at + 1])
 
 
-def in_patch(result: "Record") -> "npt.NDArray[np.bool_] | None":
+def patch_members(result: "Record") -> "npt.NDArray[np.bool_] | None":
     """Return a flag of each body in the patch with another friction, (n,); None without a patch.
 
     A patch lies by the unstretched length of the belt, here from the first sample.

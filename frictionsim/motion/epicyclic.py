@@ -12,7 +12,7 @@ from frictionsim.errors import InputError
 from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint, tracer_position
 from frictionsim.motion.frames import frames_with_events, readouts_at, state_at, values_at
 from frictionsim.motion.parts import Body, Disc, Line, Motion, Part, Trail
-from frictionsim.motion.shapes import around, ray
+from frictionsim.motion.shapes import bounds_around, ray
 from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def motion(result: "Record") -> Motion:
             "cannot show this result in motion: it has neither the channel angle nor tracer_x and"
             " tracer_y (see output.channels)"
         )
-    bounds = around(np.array([(-reach, -reach), (reach, reach)]), 2.0 * POINT * planet)
+    bounds = bounds_around(np.array([(-reach, -reach), (reach, reach)]), 2.0 * POINT * planet)
     readouts = readouts_at(result, dict(zip(CHANNELS, SHOWN, strict=True)), frames)
     return Motion(time, tuple(parts), bounds, state_at(result, frames), readouts)
 

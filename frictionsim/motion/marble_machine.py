@@ -22,7 +22,7 @@ from frictionsim.motion.frames import (
     values_at,
 )
 from frictionsim.motion.parts import Body, Disc, Line, Motion, Part, Readout
-from frictionsim.motion.shapes import around, block, gear_rim, ray
+from frictionsim.motion.shapes import block, bounds_around, gear_rim, ray
 from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def motion(result: "Record") -> Motion:
         ),
         Readout("marbles delivered", "1", delivered.astype(float)),
     )
-    return Motion(time, tuple(parts), around(np.array(corners), 0.5 * size), state, readouts)
+    return Motion(time, tuple(parts), bounds_around(np.array(corners), 0.5 * size), state, readouts)
 
 
 def _cells(result: "Record", frames: Frames, holes: int) -> "Numbers":

@@ -166,7 +166,7 @@ Part = Body | Band | Trail | Arrow
 
 
 class Readout(NamedTuple):
-    """A number beside the drawing, as an angle or a force.
+    """A number beside the drawing, such as an angle or a force.
 
     Attributes
     ----------
@@ -177,7 +177,7 @@ class Readout(NamedTuple):
         The recorded channel that it is, and of which member of its axis; empty for none. A page
         shows it as its charts do, from all samples.
     words : dict of str
-        What is shown instead of a number, by its digits: what a contact does.
+        What is shown instead of a number: what a contact does.
     """
 
     name: str
@@ -185,7 +185,7 @@ class Readout(NamedTuple):
     value: "Array"
     channel: str = ""
     member: str = ""
-    words: "Mapping[str, str]" = {}  # noqa: RUF012  the fields of a NamedTuple are read only
+    words: "Mapping[int, str]" = {}  # noqa: RUF012  the fields of a NamedTuple are read only
 
 
 class Detail(NamedTuple):
@@ -263,7 +263,7 @@ def line_of(band: "Band", moment: Moment) -> Any:
     return np.column_stack([moment.of(band.x), moment.of(band.y)]).astype(float)
 
 
-def behind(trail: "Trail", time: float) -> Any:
+def path_until(trail: "Trail", time: float) -> Any:
     """Return the path of a point up to a time, (n, 2), m."""
     moment = moment_of(trail.time, time)
     last = [[float(moment.of(trail.x)), float(moment.of(trail.y))]]
@@ -278,7 +278,7 @@ def shown_value(readout: "Readout", moment: Moment) -> float:
 
 def shown_word(readout: "Readout", moment: Moment) -> str:
     """Return the word of a read-out that has words: that of the frame before."""
-    return readout.words.get(str(int(readout.value[moment.frame])), "")
+    return readout.words.get(int(readout.value[moment.frame]), "")
 
 
 def decimals_of(values: Any) -> int:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.display import CONTACT_WORDS
+from frictionsim.display import CONTACT_WORDS, MODE_WORDS
 from frictionsim.mechanisms.effects import friction_radius
 from frictionsim.motion.frames import (
     Frames,
@@ -40,6 +40,7 @@ from frictionsim.motion.shapes import (
     torque_arc,
     wheel,
 )
+from frictionsim.results import SLACK, TAUT
 from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
 if TYPE_CHECKING:
@@ -59,8 +60,7 @@ SHOWN_FORCES: tuple[str, ...] = (
     *("drive_force", "drive_torque", "friction_torque"),
 )
 ROUNDOFF = 1e-9  # of a gap, in radii of the pulley
-CONTACT_MODES = {str(mode): word for mode, word in CONTACT_WORDS.items()}
-TAUT_OR_SLACK = {"0": "taut", "1": "slack"}
+TAUT_OR_SLACK = {0: MODE_WORDS[TAUT], 1: MODE_WORDS[SLACK]}
 
 
 class Rope(NamedTuple):
@@ -277,10 +277,10 @@ def _readouts(result: "Record", frames: Frames, gaps: "tuple[Array, Array]") -> 
     """Return the modes of shaft, cord and ropes, and the numbers beside the drawing."""
     readouts, state = list[Readout](), state_at(result, frames)
     if state is not None:
-        readouts.append(Readout("shaft", "1", state.astype(float), words=CONTACT_MODES))
+        readouts.append(Readout("shaft", "1", state.astype(float), words=CONTACT_WORDS))
     if "cord_mode" in result.channels:
         mode = values_at(result, "cord_mode", frames)
-        readouts.append(Readout("cord on the pulley", "1", mode.astype(float), words=CONTACT_MODES))
+        readouts.append(Readout("cord on the pulley", "1", mode.astype(float), words=CONTACT_WORDS))
     if "slack" in result.channels:
         flags = values_at(result, "slack", frames)
         for bit, name in ((CAR, "rope of the car"), (COUNTERWEIGHT, "rope of the counterweight")):

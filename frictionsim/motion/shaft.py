@@ -124,7 +124,7 @@ def shapes_of(scenario: "ShaftScenario") -> tuple[Disc | Line, ...]:
         shapes.append(Disc(0.0, 0.0, look.hub, "moving"))
     shapes += [Disc(*point, PIN * look.reach, "fixed") for point in look.arms]
     if not look.rim:  # what the eye follows
-        shapes.append(Disc(*_on_hub(look), 0.5 * PIN * look.reach, "marked"))
+        shapes.append(Disc(*_hub_place(look), 0.5 * PIN * look.reach, "marked"))
     eccentric = scenario.effects.eccentric_mass
     if eccentric is not None and eccentric.mass > 0.0:
         azimuth = radians(eccentric.azimuth_deg)
@@ -135,7 +135,7 @@ def shapes_of(scenario: "ShaftScenario") -> tuple[Disc | Line, ...]:
     return tuple(shapes)
 
 
-def _on_hub(look: Look) -> tuple[float, float]:
+def _hub_place(look: Look) -> tuple[float, float]:
     """Return a place on the hub, on the side of the first arm."""
     x, y = look.arms[0]
     length, place = hypot(x, y), 0.5 * (look.shaft + look.hub)

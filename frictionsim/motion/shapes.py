@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from frictionsim.motion.parts import Array, Bounds, Role
 
 
-LARGEST = 0.75 * pi  # rad: of the arc of the largest torque
+MAX_ARC = 0.75 * pi  # rad: of the arc of the largest torque
 HEAD = 0.22  # of the radius: the straight arrow at its end
 POINTS = 25
 
@@ -37,7 +37,7 @@ def torque_arc(
     own = float(np.abs(torque).max(initial=0.0))
     if own == 0.0:
         return []
-    turn = LARGEST * torque / (own if largest is None else largest)
+    turn = MAX_ARC * torque / (own if largest is None else largest)
     angle = -0.5 * pi + np.linspace(0.0, 1.0, POINTS) * turn[:, None]
     end = angle[:, -1]
     # The head shrinks with the arc where the arc is shorter than it.
@@ -141,7 +141,7 @@ def arc(radius: float, start: float, end: float, count: int = 33) -> "Array":
     return radius * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
-def around(points: "Array", margin: float) -> "Bounds":
+def bounds_around(points: "Array", margin: float) -> "Bounds":
     """Return the bounds of points (n, 2), m, with a margin."""
     (left, bottom), (right, top) = points.min(axis=0), points.max(axis=0)
     return float(left - margin), float(right + margin), float(bottom - margin), float(top + margin)
@@ -161,7 +161,7 @@ def bounds_of(parts: Iterable[Part], reach: float, margin: float) -> "Bounds":
             points += [np.column_stack([part.x + x, part.y + y]) for x, y in part.shapes[0].points]
         elif isinstance(part, Band):
             points.append(np.column_stack([part.x.ravel(), part.y.ravel()]))
-    return around(np.concatenate(points), margin)
+    return bounds_around(np.concatenate(points), margin)
 
 
 def gear_rim(radius: float, teeth: int, phase: float = 0.0) -> Line:

@@ -68,7 +68,7 @@ class Executor(Protocol):
         """Check that the workers are still there; called some times each second."""
 
     def crash(self, error: Exception) -> str:
-        """Return how the worker died whose job ended with an error; empty if none did."""
+        """Return how a worker died if that ended its job with this error; empty if none died."""
 
     def close(self) -> None:
         """End the workers, whatever they do."""
@@ -101,7 +101,7 @@ class BlockSizes:
     left : int
         Number of runs.
     together : int
-        The fewest runs that are faster together than one after the other; 1 if none are.
+        The smallest number of runs that are faster together than one by one; 1 if none is.
     """
 
     def __init__(self, seconds: float, left: int, together: int = 1) -> None:

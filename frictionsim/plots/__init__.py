@@ -1,8 +1,8 @@
 """Pictures of result files; the only package that imports matplotlib.
 
-A kind of mechanism has one or more views, see `frictionsim.plots.view`. The first is the default. A
-kind that is not in VIEWS may have a mapping VIEWS of functions in its module; without one, its
-channels are drawn over time.
+A kind of mechanism has one or more views, see `frictionsim.plots.view`. The first is the default.
+Those of a kind of this program are VIEWS of the module of its name here. A kind of another package
+may have a mapping VIEWS in its module; without one, its channels are drawn over time.
 
 `draw` returns a matplotlib figure, which needs no pyplot: a notebook shows it as the value of a
 cell, `figure.savefig(path)` saves it, and it can be pickled. Threads may draw and save different
@@ -10,19 +10,12 @@ figures at once; `save` and `plot` write the same bytes as in one thread.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import frictionsim.plots.picture_file  # noqa: F401  says what matplotlib lacks
 from frictionsim.errors import ArgumentError, InputError
-from frictionsim.plots import (
-    belt_layout,
-    belt_time_history,
-    epicyclic,
-    marble_machine,
-    pulley,
-    shaft,
-)
 from frictionsim.plots.belt_geometry import middle_of_first_span
 from frictionsim.plots.overlay import Overlaid, check_overlay, overlay
 from frictionsim.plots.picture_file import check_format, save
@@ -30,6 +23,7 @@ from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.style import USUAL, Appearance
 from frictionsim.plots.time_history import response
 from frictionsim.plots.view import (
+    BODY,
     WHOLE,
     Extent,
     View,
@@ -39,7 +33,7 @@ from frictionsim.plots.view import (
     until,
     within,
 )
-from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.kinds import KINDS, mechanism_module
 from frictionsim.scenario.toml_data import scenario_of
 
 if TYPE_CHECKING:
@@ -49,23 +43,12 @@ if TYPE_CHECKING:
 
 __all__ = ["ALL", "BODY", "VIEWS", "Views", "draw", "plot", "plot_all", "save", "views_of"]
 
-ALL, BODY = "all", "body"
+ALL = "all"
 
 Views = Mapping[str, View]
 """By name, the default first."""
 
-VIEWS: Mapping[str, Views] = {
-    "pulley": pulley.VIEWS,
-    "marble_machine": marble_machine.VIEWS,
-    "epicyclic": epicyclic.VIEWS,
-    "belt_drive": {
-        "speeds": over_time(belt_time_history.speeds, ("pulley_speed", "pulley_torque")),
-        "drive": View(belt_layout.drive, instant=True),
-        "tension": View(belt_time_history.tension, instant=True),
-        BODY: View(belt_time_history.body, window=True, body=True),
-    },
-    "shaft": shaft.VIEWS,
-}
+VIEWS: Mapping[str, Views] = {kind: import_module(f"{__name__}.{kind}").VIEWS for kind in KINDS}
 
 
 def check_view(kind: str, view: str) -> None:
@@ -79,16 +62,16 @@ def check_applies(kind: str, view: str, shown: Extent) -> None:
     """Check that a view can show a part of a result."""
     views = views_of(kind)
     words = {
-        "instant": "shows no single instant; a time (--time)",
-        "window": "does not go over time; a window of time (--from, --to)",
-        "channels": "draws channels of its own; a choice of channels (--channels)",
+        "time": "shows no single instant",
+        "window": "does not go over time",
+        "channels": "draws channels of its own",
     }
     for part, given in shown.given.items():
-        if not given or getattr(views[view], part):
+        if not given or views[view].shows(part):
             continue
-        fit = [name for name, other in views.items() if getattr(other, part)]
-        others = f"is for the view {' or '.join(map(repr, fit))}" if fit else "is for other kinds"
-        raise InputError(f"the view '{view}' {words[part]} {others}")
+        fit = [name for name, other in views.items() if other.shows(part)]
+        others = f"the view {' or '.join(map(repr, fit))}" if fit else "other kinds"
+        raise ArgumentError(part, f"the view '{view}' {words[part]}; it is for {others}")
 
 
 def views_of(kind: str) -> Views:
@@ -142,7 +125,9 @@ def draw(
     view = view or next(iter(views))
     check_view(kind, view)
     if body is not None and not views[view].body:
-        raise InputError(f"the view '{view}' shows no single body; 'body' is for the view '{BODY}'")
+        raise ArgumentError(
+            "body", f"the view '{view}' shows no single body; it is for the view '{BODY}'"
+        )
     if not result.channels["time"].size:
         raise InputError("cannot draw this result: it has no samples")
     check_applies(kind, view, shown)
@@ -171,12 +156,12 @@ def _part(result: "Record", view: View, shown: Extent) -> tuple["Record", dict[s
     if view.body and "pulley_index" in result.channels:
         # The body in the middle of a span at the start of the run, whatever the window.
         options = {BODY: middle_of_first_span(result.channels["pulley_index"][0])}
-    return within(result, shown.start, shown.stop), options
+    return within(result, *shown.window), options
 
 
 def _fitted(look: Appearance, shown: Extent) -> Appearance:
     """Return the appearance in which labels of any channels fit."""
-    return look._replace(fitted=True) if shown.channels else look
+    return look.model_copy(update={"fitted": True}) if shown.channels else look
 
 
 def draw_overlay(
@@ -207,12 +192,12 @@ def draw_overlay(
             raise InputError(f"{name}: cannot draw this result: it has no samples")
         check_numbers(record)
         check_channels(record, shown.channels)
-        part = within(record, shown.start, shown.stop) if shown.has_window else record
+        part = within(record, *shown.window) if shown.has_window else record
         parts.append(Overlaid(name, part))
     return drawn_in(
         lambda target: overlay(parts, target, views[view].overlaid or (), shown.channels),
         ax=ax,
-        look=look._replace(fitted=True),
+        look=look.model_copy(update={"fitted": True}),
     )
 
 
@@ -292,7 +277,7 @@ def plot_all(
     reasons = []
     views = views_of(kind)
     for part, given in shown.given.items():
-        if given and not any(getattr(view, part) for view in views.values()):
+        if given and not any(view.shows(part) for view in views.values()):
             check_applies(kind, next(iter(views)), shown)
     for name, view in views.items():
         if view.effect and view.effect not in scenario_of(result).get("effects", {}):

@@ -18,8 +18,15 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
-from frictionsim.display import BLACK, EDGE, ROLES, TENSION_COLOURS, unit_text, with_minus
-from frictionsim.errors import InputError, OutputError
+from frictionsim.display import (
+    BELT_CONTACT,
+    EDGE,
+    ROLES,
+    TENSION_COLOURS,
+    unit_text,
+    with_minus,
+)
+from frictionsim.errors import ArgumentError, InputError, OutputError
 from frictionsim.io.atomic_write import write_atomically
 from frictionsim.io.replaceable import ANIMATIONS, check_target
 from frictionsim.motion import motion_of
@@ -283,11 +290,10 @@ def _key_of_band(band: Band) -> dict[str, Any]:
         return {band.name: Line2D([], [], color=colour, lw=2.2)} if band.name else {}
     samples: dict[str, Any] = {}
     edged = [withStroke(linewidth=BELT + BELT_EDGE, foreground=EDGE)]
-    if band.sticking is not None:
-        samples["sticks on the pulley"] = Line2D([], [], color=BLACK, lw=BELT, path_effects=edged)
-        samples["slips on the pulley"] = Line2D([], [], color="white", lw=BELT, path_effects=edged)
-    elif band.touching is not None:
-        samples["touches the pulley"] = Line2D([], [], color="white", lw=BELT, path_effects=edged)
+    modes = () if band.touching is None else ("touches",)
+    for mode in modes if band.sticking is None else ("sticks", "slips"):
+        words, colour, _ = BELT_CONTACT[mode]
+        samples[words] = Line2D([], [], color=colour, lw=BELT, path_effects=edged)
     if band.patch is not None:
         samples["patch with other friction"] = Line2D([], [], color=ROLES["friction"], lw=7.0)
     return samples
@@ -298,13 +304,13 @@ FRAMES_PER_SECOND = {".gif": 20.0, ".mp4": 30.0}
 MAX_FRAMES_PER_SECOND = {".gif": 50.0, ".mp4": 120.0}  # a GIF counts hundredths of a second
 MAX_FRAMES = 6000
 GIF_UNIT = 0.01  # s
-GIF_COLOURS = 255  # of a GIF; one more says that a pixel is as before
+GIF_COLOURS = 255  # one more marks a pixel that does not change
 PALETTE_FRAMES = 5  # of which the colours of a GIF are taken
 PILLOW_STEP = 4
 FFMPEG = "ffmpeg"
 
 Progress = Callable[[int, int], None]
-"""Is told how many frames are drawn, and of how many."""
+"""Called with the number of frames drawn and the total."""
 
 
 class Timing(NamedTuple):
@@ -333,7 +339,7 @@ def animate(
     speed : float, optional
         Simulated seconds per second; by default the run takes 8 s.
     progress : callable, optional
-        Is told the number of frames that are drawn, and of all.
+        Called with the number of frames drawn and the total.
     name : str
         Of the file of the result, for messages.
     """
@@ -386,20 +392,21 @@ def timing_of(motion: "Motion", kind: str, fps: float | None, speed: float | Non
     most = MAX_FRAMES_PER_SECOND[kind]
     fps = FRAMES_PER_SECOND[kind] if fps is None else fps
     if not 0.0 < fps <= most:
-        raise InputError(
-            f"fps: expected a number above 0 and up to {most:g} for {kind}, got {fps:g}"
+        raise ArgumentError(
+            "fps", f"expected a number above 0 and up to {most:g} for {kind}, got {fps:g}"
         )
     duration = float(motion.time[-1] - motion.time[0])
     speed = (duration / SECONDS if duration else 1.0) if speed is None else speed
     if not 0.0 < speed < np.inf:
-        raise InputError(f"speed: expected a number above 0, got {speed:g}")
+        raise ArgumentError("speed", f"expected a number above 0, got {speed:g}")
     shown = max(round(1.0 / fps / GIF_UNIT), 1) * GIF_UNIT if kind == ".gif" else 1.0 / fps
     count = duration / speed / shown
     if count > MAX_FRAMES:
-        raise InputError(
-            f"speed: at {speed:g} simulated seconds per second the animation would have"
+        raise ArgumentError(
+            "speed",
+            f"at {speed:g} simulated seconds per second the animation would have"
             f" {count:.6g} frames, more than {MAX_FRAMES}; give a larger speed or fewer frames per"
-            " second"
+            " second",
         )
     times = motion.time[0] + speed * shown * np.arange(ceil(count - 1e-9) + 1)
     return Timing(np.minimum(times, motion.time[-1]), shown)

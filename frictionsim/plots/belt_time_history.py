@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from frictionsim.display import BLACK, VERMILION
+from frictionsim.display import ARC_SHADES, BLACK, VERMILION
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import (
     Ends,
@@ -158,7 +158,6 @@ def draw_slip(ax: Any, result: "Record", pulleys: list[DrawnPulley]) -> list[Any
 SLIP = "slip"  # the panel of no channel
 TENSION_HEIGHT = 4.0  # inches
 MAX_SAMPLES = 200  # in the mean of the tension
-TOUCH_COLOURS = ("#E8E8E8", "#D3D3D3", "#BEBEBE", "#A9A9A9")  # of the pulleys, repeated
 NAME_GAP = 0.14  # of the width of a picture, for the name of a pulley
 
 
@@ -222,9 +221,11 @@ def tension(result: "Record", figure: "Figure | SubFigure") -> None:
     grid(ax)
     handles += _draw_spans(ax, result, belt)
     handles += _shade_arcs(ax, result, belt)
-    ax.set_ylabel("tension, N")
+    ax.set_ylabel(label(result, "tension"))
     name = pulleys_of(result)[0].name
-    ax.set_xlabel(f"distance along the belt from where it leaves {name}, m")
+    ax.set_xlabel(
+        axis_label(f"distance along the belt from where it leaves {name}", result.units["x"])
+    )
     add_legend(figure, handles)
 
 
@@ -260,7 +261,7 @@ def _shade_arcs(ax: Any, result: "Record", belt: BeltLine) -> list[Any]:
     pulleys = pulleys_of(result)
     longest: dict[int, tuple[float, float]] = {}
     for number, *arc in belt.arcs(result.channels["pulley_index"][-1]):
-        ax.axvspan(*arc, color=TOUCH_COLOURS[0], linewidth=0)
+        ax.axvspan(*arc, color=ARC_SHADES[0], linewidth=0)
         if np.ptp(arc) > np.ptp(longest.get(number, (0.0, 0.0))):
             longest[number] = (arc[0], arc[1])
     names = sorted((float(np.mean(arc)), pulleys[i].name) for i, arc in longest.items())
@@ -268,7 +269,7 @@ def _shade_arcs(ax: Any, result: "Record", belt: BeltLine) -> list[Any]:
     rows = label_rows([at for at, _ in names], min_gap, max_rows=3)
     for (at, name), row in zip(names, rows, strict=False):
         annotate_above(ax, at, name, row)
-    return [Patch(color=TOUCH_COLOURS[0], label="on a pulley")] if longest else []
+    return [Patch(color=ARC_SHADES[0], label="on a pulley")] if longest else []
 
 
 def body(result: "Record", figure: "Figure | SubFigure", body: int | None = None) -> None:
@@ -352,7 +353,7 @@ def _shade_touch(axes: Sequence[Any], result: "Record", number: int) -> list[Any
         if value < 0:
             continue
         pulley = int(value)
-        colour = TOUCH_COLOURS[pulley % len(TOUCH_COLOURS)]
+        colour = ARC_SHADES[pulley % len(ARC_SHADES)]
         span = time[first], time[min(stop, len(time) - 1)]
         for ax in axes:
             ax.axvspan(*span, color=colour, linewidth=0)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.patches import Circle
 
-from frictionsim.display import BLACK, BLUE, GREY, ORANGE, SKY, VERMILION
+from frictionsim.display import BLACK, BLUE, GREY, ORANGE, ROLES, SKY, VERMILION
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.epicyclic.tracer_point import (
     TracerPoint,
@@ -30,6 +30,7 @@ from frictionsim.plots.style import (
     WIDTH,
     Style,
     add_legend,
+    axis_label,
     grid,
     line_style,
     require_channels,
@@ -232,7 +233,6 @@ TORQUE_HEIGHT, PATH_HEIGHT = 4.0, 6.5  # inches
 PATH_SPARE = 1.6  # inches beside the plane, in a picture of WIDTH
 TURN = 2.0 * pi
 PARTS = ("sun", "planet")
-SUN_COLOUR = "#D0D0D0"
 PATH_STEP, MAX_PATH_POINTS = (
     0.02,
     20_000,
@@ -265,8 +265,8 @@ def torque(result: "Record", figure: "Figure | SubFigure") -> None:
     ]
     grid(ax)
     ax.axhline(0.0, color=BLACK, linewidth=0.6)
-    ax.set_ylabel("torque on the crank, N m")
-    ax.set_xlabel("angle of the crank, rad")
+    ax.set_ylabel(axis_label("torque on the crank", result.units[next(iter(shown))]))
+    ax.set_xlabel(axis_label("angle of the crank", result.units["angle"]))
     turns = ax.secondary_xaxis("top", functions=(_turns, _radians))
     turns.set_xlabel("turns from the horizontal")
     add_legend(figure, handles)
@@ -300,7 +300,7 @@ def path(result: "Record", figure: "Figure | SubFigure", instant: "Record | None
     notes = [] if instant is None else [f"at {instant.channels['time'][-1]:.6g} s"]
     set_up(figure, result, _height_of_path(figure), *notes, scaled=False)
     plane = figure.subplots()
-    sun = Circle((0.0, 0.0), sun_radius, fc=SUN_COLOUR, ec=BLACK, label="sun")
+    sun = Circle((0.0, 0.0), sun_radius, fc=ROLES["still"], ec=BLACK, label="sun")
     handles = [plane.add_patch(sun), *_draw_path(plane, result, _path(result, sun_radius, radius))]
     if "angle" in result.channels:
         handles += draw_marks(plane, result, sun_radius, radius)

@@ -9,7 +9,7 @@ from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Affine2D
 
-from frictionsim.display import BLACK, EDGE, FAINT, ROLES, TENSION_COLOURS
+from frictionsim.display import BELT_CONTACT, EDGE, FAINT, ROLES, TENSION_COLOURS
 from frictionsim.motion.parts import (
     Arrow,
     Band,
@@ -18,9 +18,9 @@ from frictionsim.motion.parts import (
     Moment,
     Part,
     Trail,
-    behind,
     is_visible,
     line_of,
+    path_until,
     place_of,
 )
 
@@ -84,7 +84,7 @@ class MovingTrail:
 
     def move(self, moment: Moment, time: float) -> None:
         """Show the path up to a time."""
-        self._line.set_data(*behind(self._trail, time).T)
+        self._line.set_data(*path_until(self._trail, time).T)
 
 
 class MovingArrow:
@@ -158,8 +158,9 @@ class MovingBelt:
             self._belt.set_cmap(TENSION_COLOURS)
             self._belt.set_clim(float(band.value.min()), float(band.value.max()))
         self._strips = [
-            (stuck, [lines(around, STRIP + HALO), lines(core, STRIP)])
-            for stuck, core, around in ((True, BLACK, "white"), (False, "white", BLACK))
+            (mode == "sticks", [lines(around, STRIP + HALO), lines(core, STRIP)])
+            for mode, (_, core, around) in BELT_CONTACT.items()
+            if mode != "touches"
         ]
 
     def move(self, moment: Moment, time: float) -> None:

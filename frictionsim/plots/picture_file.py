@@ -63,15 +63,15 @@ _lock = RLock()
 
 def defaults() -> dict[str, Any]:
     """Return the defaults of all parameters that are about how a picture looks."""
-    return _of_style(mpl.rcParamsDefault)
+    return _style_parameters(mpl.rcParamsDefault)
 
 
 def user_parameters() -> dict[str, Any]:
     """Return the parameters that the user has set, in matplotlibrc or in Python."""
-    return _of_style(mpl.rcParams)
+    return _style_parameters(mpl.rcParams)
 
 
-def _of_style(values: Any) -> dict[str, Any]:  # whose names are typed one by one
+def _style_parameters(values: Any) -> dict[str, Any]:  # whose names are typed one by one
     return {name: value for name, value in values.items() if name not in NO_STYLE}
 
 
@@ -191,7 +191,7 @@ LOGGERS = ("matplotlib.mathtext", "matplotlib._mathtext")
 
 
 @contextmanager
-def without_logs() -> Iterator[None]:
+def suppressed_logs() -> Iterator[None]:
     """Keep matplotlib from logging which letters its fonts lack."""
     loggers = [getLogger(name) for name in LOGGERS]
     for logger in loggers:
@@ -220,7 +220,7 @@ def rendering(values: Mapping[str, Any] | None = None) -> Iterator[None]:
     """
     # Without a salt the names of SVG elements are random.
     wanted = {**(defaults() if values is None else values), "svg.hashsalt": "frictionsim", **FONTS}
-    with parameters(wanted), catch_warnings(), without_logs():
+    with parameters(wanted), catch_warnings(), suppressed_logs():
         simplefilter("ignore")  # of letters that a font lacks, which are drawn as boxes
         try:
             yield

@@ -3,16 +3,16 @@
 from collections.abc import Sequence
 from math import radians
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.patches import Patch
 
-from frictionsim.display import BLACK, BLUE, GREY, with_minus
+from frictionsim.display import BLACK, BLUE, CORD_SLIPS_SHADE, CORD_STICKS_SHADE, GREY, with_minus
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.pulley.schema import limiting_ratio
 from frictionsim.plots import time_history
-from frictionsim.plots.style import Style, add_legend, axis_label, line_style, require_channels
+from frictionsim.plots.style import Style, add_legend, label, line_style, require_channels
 from frictionsim.plots.time_history import (
     LIMIT_LINE,
     annotate_above,
@@ -35,35 +35,23 @@ CORD = "cord"
 CAR, COUNTERWEIGHT = "rope_tension_car", "rope_tension_counterweight"
 RIM, SLIDING, RATIO = "rim_speed", "slip_speed", "tension_ratio"
 CAR_GAP, COUNTERWEIGHT_GAP = "car_gap", "counterweight_gap"
+DERIVED = {RIM: "m/s", SLIDING: "m/s", RATIO: "1", CAR_GAP: "m", COUNTERWEIGHT_GAP: "m"}
 MIN_GAP = 1e-9  # of the cord radius: a smaller one is roundoff
-STICKS_COLOUR, SLIPS_COLOUR = "#DCEBF5", "#FBE0CC"
 STATIC: Style = {"color": BLACK, "linestyle": (0, (3, 2)), "linewidth": 0.9}
 KINETIC: Style = {"color": GREY, "linestyle": (0, (1, 1.2)), "linewidth": 1.2}
 
 
-class Panel(NamedTuple):
-    """A panel: the channels in it, by what they are of, and its label if it has several."""
-
-    channels: dict[str, str]
-    words: str
-    unit: str
-
-
-# By name from top to bottom.
+# From top to bottom, by label: the channels in each panel, with the part that they are of.
 PANELS = {
-    "drive_force": Panel({"drive_force": ""}, "drive force", "N"),
-    "drive_torque": Panel({"drive_torque": ""}, "drive torque", "N m"),
-    "tensions": Panel({CAR: "car", COUNTERWEIGHT: "counterweight"}, "tension of the rope", "N"),
-    "friction_torque": Panel({"friction_torque": ""}, "friction torque", "N m"),
-    "speeds": Panel({"car_velocity": "car", RIM: "rim of the pulley"}, "velocity", "m/s"),
-    "positions": Panel({"car_position": "car"}, "height above the start", "m"),
-    "slip": Panel({"cord_slip": ""}, "slip of the cord", "m"),
-    "gaps": Panel({CAR_GAP: "car", COUNTERWEIGHT_GAP: "counterweight"}, "slack rope", "m"),
+    "drive force": {"drive_force": ""},
+    "drive torque": {"drive_torque": ""},
+    "tension of the rope": {CAR: "car", COUNTERWEIGHT: "counterweight"},
+    "friction torque": {"friction_torque": ""},
+    "velocity": {"car_velocity": "car", RIM: "rim of the pulley"},
+    "height above the start": {"car_position": "car"},
+    "slip of the cord": {"cord_slip": ""},
+    "slack rope": {CAR_GAP: "car", COUNTERWEIGHT_GAP: "counterweight"},
 }
-LEFT_OUT_AT_ZERO = (
-    "drive_force",
-    "drive_torque",
-)  # panels that are left out where they are zero throughout
 LINES = ("car", "counterweight", "rim of the pulley")  # in the order of colours
 
 
@@ -78,34 +66,35 @@ def draw_panels(result: "Record", figure: "Figure | SubFigure") -> tuple[dict[st
     Returns
     -------
     dict of Axes
-        By name of `PANELS`.
+        By the first channel of each panel.
     list of matplotlib artists
         For the legend.
     """
     known = with_derived(result)
-    panels = {
-        name: {channel: of for channel, of in panel.channels.items() if channel in known.channels}
-        for name, panel in PANELS.items()
+    shown_channels = {
+        name
+        for name, values in known.channels.items()
+        if name not in DRIVES or np.any(values)  # nothing drives it
     }
-    for name in LEFT_OUT_AT_ZERO:
-        if not np.any(known.channels.get(name, 0.0)):  # nothing drives it
-            del panels[name]
-    panels = {name: channels for name, channels in panels.items() if channels}
+    panels: dict[str, tuple[str, list[str]]] = {}
+    for words, of_part in PANELS.items():
+        if channels := [channel for channel in of_part if channel in shown_channels]:
+            panels[channels[0]] = words, channels
     if not panels:
         raise InputError("cannot draw this result: it has no channel that can be drawn over time")
-    axes = stacked_axes(result, figure, [f"{name} " for name in panels])
-    axes = dict(zip(panels, axes.values(), strict=True))
+    axes = stacked_axes(known, figure, list(panels))
     handles: dict[str, Any] = {}
-    for name, channels in panels.items():
-        axes[name].set_ylabel(axis_label(PANELS[name].words, PANELS[name].unit, 18))
-        for channel, of in channels.items():
+    for name, (words, channels) in panels.items():
+        axes[name].set_ylabel(label(known, name, words))
+        for channel in channels:
+            of = PANELS[words][channel]
             style = line_style(LINES.index(of)) if of else {"color": BLACK, "linewidth": 1.5}
             (line,) = axes[name].plot(*with_jumps(known, channel), **style, label=of)
             if of:
                 handles.setdefault(of, line)
     shown = list(handles.values())
-    if "tensions" in axes and {CAR, COUNTERWEIGHT} <= result.channels.keys():
-        shown += _shade_traction(axes["tensions"], result)
+    if {CAR, COUNTERWEIGHT} <= result.channels.keys():
+        shown += _shade_traction(axes[CAR], result)
     marks = mark_modes(result, list(axes.values()))
     for mark in marks:
         if mark.get_label() == "sticking":  # not the cord, which may slip meanwhile
@@ -127,14 +116,14 @@ def traction(result: "Record", figure: "Figure | SubFigure") -> None:
     require_channels(result, "traction", (CAR, COUNTERWEIGHT))
     known = with_derived(result)
     words = {
-        RATIO: ("tension of the counterweight over that of the car", ""),
-        SLIDING: ("speed of slip", "m/s"),
-        "cord_slip": ("slip of the cord", "m"),
+        RATIO: "tension of the counterweight over that of the car",
+        SLIDING: "speed of slip",
+        "cord_slip": "slip of the cord",
     }
     names = [name for name in words if name in known.channels]
-    axes = stacked_axes(result, figure, [f"{name} " for name in names])
-    for name, ax in zip(names, axes.values(), strict=True):
-        ax.set_ylabel(axis_label(*words[name], 18))
+    axes = stacked_axes(known, figure, names)
+    for name, ax in axes.items():
+        ax.set_ylabel(label(known, name, words[name]))
         ax.plot(*with_jumps(known, name), color=BLUE, linewidth=1.5)
     first = next(iter(axes.values()))
     handles = []
@@ -145,12 +134,12 @@ def traction(result: "Record", figure: "Figure | SubFigure") -> None:
     slips, ends = slipping_phases(result), result.channels["time"][[0, -1]]
     for start, stop in slips:
         for ax in axes.values():
-            ax.axvspan(start, stop, color=SLIPS_COLOUR, linewidth=0)
+            ax.axvspan(start, stop, color=CORD_SLIPS_SHADE, linewidth=0)
         for at, row in ((start, 0), (stop, 1)):
             if ends[0] < at < ends[1]:  # not where the run begins or ends
                 annotate_above(first, at, f"{at:.4g} s", row)
     if slips:
-        handles.append(Patch(color=SLIPS_COLOUR, label="the cord slips"))
+        handles.append(Patch(color=CORD_SLIPS_SHADE, label="the cord slips"))
     add_legend(figure, handles, columns=3)
 
 
@@ -181,8 +170,12 @@ def _shade_traction(ax: Any, result: "Record") -> list[Any]:
     if limits is None:
         return []
     time, tension = with_jumps(result, CAR)
-    ax.fill_between(time, tension / limits[0], tension * limits[0], color=STICKS_COLOUR, zorder=1.1)
-    return [Patch(color=STICKS_COLOUR, label="counterweight's tension\nat which the cord sticks")]
+    ax.fill_between(
+        time, tension / limits[0], tension * limits[0], color=CORD_STICKS_SHADE, zorder=1.1
+    )
+    return [
+        Patch(color=CORD_STICKS_SHADE, label="counterweight's tension\nat which the cord sticks")
+    ]
 
 
 def with_derived(result: "Record") -> "Record":
@@ -224,7 +217,7 @@ def with_derived(result: "Record") -> "Record":
     return result._replace(
         channels={**result.channels, **new},
         axes=result.axes | none,
-        units=result.units | none,
+        units=result.units | {name: DERIVED[name] for name in new},
         long_names=result.long_names | none,
         events=result.events | sides,
     )

@@ -11,14 +11,12 @@ from matplotlib.ticker import MaxNLocator
 
 from frictionsim.display import (
     BLACK,
-    BLUE,
+    BROWN,
     CONTACT_WORDS,
-    GREEN,
+    FORCE_COLOURS,
     GREY,
     ORANGE,
-    PURPLE,
     ROLES,
-    SKY,
     VERMILION,
     WINE,
     with_minus,
@@ -79,7 +77,7 @@ class Instant(NamedTuple):
     scenario : ShaftScenario
     time : float, s
     angle : (1,), rad
-    found : FreeBody
+    free_body : FreeBody
     couples : tuple of AppliedCouple
         With that of an end stop.
     reaction, resultant : Resultant
@@ -91,7 +89,7 @@ class Instant(NamedTuple):
     scenario: "ShaftScenario"
     time: float
     angle: Any
-    found: FreeBody
+    free_body: FreeBody
     couples: tuple[AppliedCouple, ...]
     reaction: Resultant
     resultant: Resultant
@@ -115,14 +113,16 @@ def instant_of(result: "Record", view: str) -> Instant:
     couples = body.couples
     if stop[0]:
         couples = (*couples, AppliedCouple(STOP, stop))
-    reaction = _on_its_line(body, body.reaction_across, body.reaction_up, last("friction_torque"))
-    resultant = _on_its_line(body, body.across, body.up, body.moment + stop)
+    reaction = _line_of_action(
+        body, body.reaction_across, body.reaction_up, last("friction_torque")
+    )
+    resultant = _line_of_action(body, body.across, body.up, body.moment + stop)
     mode = int(result.channels["mode"][-1]) if "mode" in result.channels else None
     state = "" if mode is None else CONTACT_WORDS.get(mode, "")
     return Instant(scenario, float(time[0]), angle, body, couples, reaction, resultant, state)
 
 
-def _on_its_line(body: FreeBody, across: Any, up: Any, torque: Any) -> Resultant:
+def _line_of_action(body: FreeBody, across: Any, up: Any, torque: Any) -> Resultant:
     vanishes = body.vanishes(np.hypot(across, up))
     x, y = reaction_foot(across, up, torque, vanishes)
     foot = float(x[0]), float(y[0])
@@ -130,7 +130,7 @@ def _on_its_line(body: FreeBody, across: Any, up: Any, torque: Any) -> Resultant
 
 
 def number(value: float, unit: str) -> str:
-    """Return a number with its unit, as "12.5 N"."""
+    """Return a number with its unit, such as "12.5 N"."""
     return f"{with_minus(f'{value:.4g}')} {unit}"
 
 
@@ -172,15 +172,14 @@ def notes_of(now: Instant) -> list[str]:
 NARROW = 0.75  # of the usual width: the two drawings stand below each other
 SHARE = 0.56  # of the width for the whole body beside the enlarged shaft
 MIN_HEIGHT, MAX_HEIGHT, HEADING = 2.4, 4.4, 1.4  # inches
-BELOW_TITLE = 0.09  # inches, around drawings with their captions
+TITLE_GAP = 0.09  # inches, around drawings with their captions
 MAX_OF_TWO = 2.7  # inches, of each drawing if they stand below each other
 POINTS, BESIDE, CAUTION = 72.0, 0.5, 0.85  # per inch; inches of labels; see Area.scale
 TICK, MAX_TICKS = 1.3, 6  # widths of a number from tick to tick; ticks along an axis
 MARGIN = 0.14  # of the size of what is drawn
 MAX_NAMED, MAX_COUPLES = 10, 4  # forces and couples with a colour of their own
-COLOURS = (BLUE, GREEN, PURPLE, SKY)
 REACTION, RESULTANT, INERTIA = VERMILION, GREY, WINE
-WEIGHTS = (ORANGE, "#8A6100")  # the second is that of an eccentric mass, which is orange itself
+WEIGHTS = (ORANGE, BROWN)  # the second is that of an eccentric mass, which is orange itself
 UNSEEN = " (not drawn)"  # too short
 COUPLE_RADIUS, MAX_SWEEP, SWEEP = 0.42, 2.0, 0.75  # arcs: of the reach; rad; of their share
 FIRST_ARC = 135.0  # deg, the middle of the first
@@ -205,7 +204,7 @@ def friction_circle(result: "Record", figure: "Figure | SubFigure") -> None:
     set_up(figure, result, space.height, scaled=False)
     engine: Any = figure.get_layout_engine()
     if isinstance(figure, Figure) and engine is not None:
-        engine.set(h_pad=BELOW_TITLE)
+        engine.set(h_pad=TITLE_GAP)
     if space.side == 0.0:
         axes = [figure.subplots()]
     elif space.stacked:
@@ -272,7 +271,7 @@ def _parts(now: Instant) -> list[Any]:
         part._replace(shapes=_unmarked(part.shapes)) if isinstance(part, Body) else part
         for part in bodies_of(now.scenario, now.angle)
     ]
-    return [*bodies, *cords_of(now.scenario, now.found, now.angle)]
+    return [*bodies, *cords_of(now.scenario, now.free_body, now.angle)]
 
 
 def _unmarked(shapes: "tuple[Disc | Line, ...]") -> "tuple[Disc | Line, ...]":
@@ -292,9 +291,9 @@ def _unmarked(shapes: "tuple[Disc | Line, ...]") -> "tuple[Disc | Line, ...]":
 def _segments(now: Instant) -> list[tuple[str, str, "Pair", "Pair"]]:
     """Return name, kind, tail and way of the arrow of each force, m."""
     reach = look_of(now.scenario).reach
-    scale = scale_of(now.found, reach)
+    scale = scale_of(now.free_body, reach)
     segments = []
-    for force in now.found.forces:
+    for force in now.free_body.forces:
         x, y = tail_of(force, reach)
         way = float(scale * force.across[0]), float(scale * force.up[0])
         segments.append((force.name, str(force.kind), (float(x[0]), float(y[0])), way))
@@ -312,7 +311,7 @@ def _bounds(now: Instant) -> tuple["Pair", "Pair"]:
             points.append(np.column_stack([part.x.ravel(), part.y.ravel()]))
     for _, _, tail, way in _segments(now):
         points.append(np.array([tail, np.add(tail, way)]))
-    scale = scale_of(now.found, look.reach)
+    scale = scale_of(now.free_body, look.reach)
     for force in (now.reaction, now.resultant):
         if force.arm <= look.reach:
             tip = np.add(force.foot, (scale * force.across, scale * force.up))
@@ -348,7 +347,7 @@ def _draw_body(ax: Any, now: Instant, view: Area) -> list[Any]:
     drawing = ForceDrawing(ax, view)
     drawing.keep_free(arc(look.rim, 0.0, 2.0 * np.pi, 45))
     handles = [*_draw_forces(drawing, now), *_draw_couples(drawing, now)]
-    scale = scale_of(now.found, reach)
+    scale = scale_of(now.free_body, reach)
     for force, name, colour, words in (
         (now.resultant, "resultant", RESULTANT, words_of_resultant(now, reach)),
         (now.reaction, "reaction", REACTION, words_of_reaction(now)),
@@ -369,7 +368,7 @@ def _draw_body(ax: Any, now: Instant, view: Area) -> list[Any]:
 
 def _draw_forces(drawing: ForceDrawing, now: Instant) -> list[Any]:
     """Draw the forces; the largest have a colour, a name and a place in the key of their own."""
-    sizes = {force.name: float(force.size[0]) for force in now.found.forces}
+    sizes = {force.name: float(force.size[0]) for force in now.free_body.forces}
     named = sorted(sizes, key=lambda name: -abs(sizes[name]))[:MAX_NAMED]
     handles, number_of = [], 0
     for name, kind, tail, way in _segments(now):
@@ -378,7 +377,7 @@ def _draw_forces(drawing: ForceDrawing, now: Instant) -> list[Any]:
         elif kind == "weight":
             colour = WEIGHTS[name == ECCENTRIC_WEIGHT]
         elif name in named:
-            colour = COLOURS[number_of % len(COLOURS)]
+            colour = FORCE_COLOURS[number_of % len(FORCE_COLOURS)]
             number_of += 1
         else:
             colour = BLACK
@@ -403,7 +402,7 @@ def _draw_couples(drawing: ForceDrawing, now: Instant) -> list[Any]:
     radius, half = COUPLE_RADIUS * look_of(now.scenario).reach, 0.5 * min(MAX_SWEEP, SWEEP * share)
     for i, couple in enumerate(now.couples[:MAX_NAMED]):
         size = float(couple.size[0])
-        colour = COLOURS[(len(now.scenario.forces) + i) % len(COLOURS)]
+        colour = FORCE_COLOURS[(len(now.scenario.forces) + i) % len(FORCE_COLOURS)]
         words = f"{couple.name}, {number(size, 'N m')}"
         handles.append(arrow_sample(colour, words, curved=True))
         if couple.name in drawn:

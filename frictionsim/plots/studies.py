@@ -16,11 +16,10 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
-from frictionsim.display import BLACK, COLOURS, GREY, VERMILION, WINE
+from frictionsim.display import BLACK, COLOURS, GREY, STICK_SHADE, VERMILION, WINE
 from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.style import (
     LABEL_WIDTH,
-    STICK_COLOUR,
     add_legend,
     axis_label,
     relative_width,
@@ -52,7 +51,7 @@ def add_strip(ax: Any) -> float:
     """
     low, high = ax.get_ylim()
     top = high * (high / low) ** (STRIP / (1.0 - STRIP))
-    ax.axhspan(high, top, facecolor=STICK_COLOUR, linewidth=0, zorder=0.5)
+    ax.axhspan(high, top, facecolor=STICK_SHADE, linewidth=0, zorder=0.5)
     ax.axhline(high, color=GREY, linewidth=0.8)
     ax.set_yticks([tick for tick in ax.get_yticks() if low <= tick <= high])  # none in the strip
     ax.set_yticks([], minor=True)
@@ -107,7 +106,7 @@ def draw_mesh_study(study: "WorkPrecision", figure: "Figure | SubFigure") -> Non
     lowest = _lowest(study, in_time)
     for ax, height in ((left, study.floor), (right, in_time)):
         if height > 0.0:
-            ax.axhspan(lowest, max(height, lowest), color=STICK_COLOUR, linewidth=0)
+            ax.axhspan(lowest, max(height, lowest), color=STICK_SHADE, linewidth=0)
     handles = _draw_models(left, study.rows)
     handles += _draw_methods(left, right, [row for row in study.rows if row.time_error is not None])
     left.set_ylim(lowest, None)
@@ -120,21 +119,21 @@ def draw_mesh_study(study: "WorkPrecision", figure: "Figure | SubFigure") -> Non
 
 
 def _lowest(study: "WorkPrecision", in_time: float) -> float:
-    found = [study.floor, in_time]
-    found += [row.error for row in study.rows if row.error is not None]
-    found += [row.time_error for row in study.rows if row.time_error is not None]
-    least = min((value for value in found if value > 0.0), default=MIN_MESH_ERROR)
+    errors = [study.floor, in_time]
+    errors += [row.error for row in study.rows if row.error is not None]
+    errors += [row.time_error for row in study.rows if row.time_error is not None]
+    least = min((value for value in errors if value > 0.0), default=MIN_MESH_ERROR)
     return float(10.0 ** floor(log10(max(least, MIN_MESH_ERROR))))
 
 
 def cheapest_of_meshes(rows: "list[Row]") -> "dict[str, list[Row]]":
     """Return, by model, the first row of each of its meshes that is done: its longest step."""
-    found: dict[str, dict[int, Row]] = {}
+    cheapest: dict[str, dict[int, Row]] = {}
     for row in rows:
         mesh = row.setting.mesh
         if mesh is not None and row.error is not None and row.setting.backend == "moreau":
-            found.setdefault(mesh.model, {}).setdefault(mesh.bodies, row)
-    return {model: [of[count] for count in sorted(of)] for model, of in found.items()}
+            cheapest.setdefault(mesh.model, {}).setdefault(mesh.bodies, row)
+    return {model: [of[count] for count in sorted(of)] for model, of in cheapest.items()}
 
 
 def _draw_models(ax: Any, rows: "list[Row]") -> list[Line2D]:
@@ -142,12 +141,12 @@ def _draw_models(ax: Any, rows: "list[Row]") -> list[Line2D]:
     counts = sorted({row.setting.mesh.bodies for row in rows if row.setting.mesh})
     markers = {count: MESH_MARKERS[i % len(MESH_MARKERS)] for i, count in enumerate(counts)}
     handles = []
-    for number, (model, found) in enumerate(cheapest_of_meshes(rows).items()):
+    for number, (model, of_model) in enumerate(cheapest_of_meshes(rows).items()):
         colour = COLOURS[number % len(COLOURS)]
         style = {"color": colour, "linestyle": MESH_LINES[number % len(MESH_LINES)]}
-        points = [(row.wall_seconds, max(row.error or 0.0, MIN_MESH_ERROR)) for row in found]
+        points = [(row.wall_seconds, max(row.error or 0.0, MIN_MESH_ERROR)) for row in of_model]
         ax.plot(*zip(*points, strict=True), **style)
-        for row, (x, y) in zip(found, points, strict=True):
+        for row, (x, y) in zip(of_model, points, strict=True):
             if row.setting.mesh is not None:
                 ax.plot(x, y, marker=markers[row.setting.mesh.bodies], color=colour)
         handles.append(Line2D([], [], **style, label=f"moreau, {model}"))
@@ -167,11 +166,13 @@ def _draw_methods(left: Any, right: Any, rows: "list[Row]") -> list[Line2D]:
             "markersize": 8,
             "linewidth": 0.8,
         }
-        found = [row for row in rows if row.setting.line == line]
-        seconds = [row.wall_seconds for row in found]
-        left.plot(seconds, [max(row.error or 0.0, MIN_MESH_ERROR) for row in found], **style)
-        right.plot(seconds, [max(row.time_error or 0.0, MIN_MESH_ERROR) for row in found], **style)
-        bodies = found[0].setting.mesh.bodies if found[0].setting.mesh else 0
+        of_line = [row for row in rows if row.setting.line == line]
+        seconds = [row.wall_seconds for row in of_line]
+        left.plot(seconds, [max(row.error or 0.0, MIN_MESH_ERROR) for row in of_line], **style)
+        right.plot(
+            seconds, [max(row.time_error or 0.0, MIN_MESH_ERROR) for row in of_line], **style
+        )
+        bodies = of_line[0].setting.mesh.bodies if of_line[0].setting.mesh else 0
         handles.append(Line2D([], [], **style, label=f"{line}, {bodies} bodies"))
     return handles
 
@@ -239,7 +240,7 @@ def _draw_panel(ax: Any, study: "WorkPrecision", quantity: str) -> None:
         ax.axhspan(
             lowest,
             floor_height,
-            color=STICK_COLOUR,
+            color=STICK_SHADE,
             linewidth=0,
             label="below the reference uncertainty",
         )
@@ -334,7 +335,7 @@ def _draw_target(
     upper.set_ylabel(axis_label(target.name.replace("_", " "), residuals.unit, LABEL_WIDTH))
     upper.tick_params(labelbottom=False)
     if residuals.sigma is not None:
-        lower.axhspan(-residuals.sigma, residuals.sigma, color=STICK_COLOUR, linewidth=0)
+        lower.axhspan(-residuals.sigma, residuals.sigma, color=STICK_SHADE, linewidth=0)
     lower.axhline(0.0, color=VERMILION, linewidth=1.0)
     lower.plot(x, residuals.values, **RESIDUAL, markersize=size)
     lower.set_ylabel(axis_label("residual", residuals.unit, RESIDUAL_WIDTH))

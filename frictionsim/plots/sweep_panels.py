@@ -195,7 +195,7 @@ def legend_of_curves(axis: KeyAxis, points: int, joined: bool) -> list[Line2D]:
 HATCH = "/////"  # where the quantity is not defined
 MIN_FOR_CONTOURS = 5  # values of each key
 CONTOURS = 5
-AT_ENDS = 0.03  # of the scale of colours, where contour lines would follow rounding errors
+MIN_DISTANCE = 0.03  # of the scale of colours, where contour lines would follow rounding errors
 MAX_PIECES = 40  # of contour lines, above which they hide the map
 MAX_WRITTEN = (6, 8)  # columns and rows of cells with their values written in them
 MAX_CELLS = 5000  # above which a PDF or SVG has the map as an image
@@ -288,7 +288,7 @@ def _draw_contours(ax: Any, x: KeyAxis, y: KeyAxis, masked: Any, norm: Normalize
     levels = [
         level
         for level in locator.tick_values(norm.vmin or 0.0, norm.vmax or 0.0)
-        if AT_ENDS < norm(level) < 1.0 - AT_ENDS
+        if MIN_DISTANCE < norm(level) < 1.0 - MIN_DISTANCE
     ]
     if not levels:
         return

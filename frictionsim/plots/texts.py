@@ -1,9 +1,9 @@
 """Texts of pictures: drawn as they are, measured, and broken into lines that fit a width.
 
-None is read as a formula or as commands of TeX: titles, names and units come from files, which
-others may have written. matplotlib typesets what is between two $, and fails where it is no
-formula; TeX, which a user may have set, can even read files by command. So views write texts as
-they are, and `make_literal` has matplotlib not parse them. Numbers along axes remain as matplotlib
+Titles, names and units come from files of others, so no text is parsed as a formula or as TeX:
+matplotlib typesets what stands between two $ and fails if it is no formula, and TeX, if the user
+has chosen it, has commands that read files. Views write plain texts, and `make_literal` turns
+parsing off. Numbers along axes remain as matplotlib
 writes them, with raised powers of ten; names along axes are set with LITERAL.
 """
 

@@ -7,12 +7,11 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from frictionsim.display import BLACK, BLUE, GREEN, GREY, PURPLE, VERMILION, WINE
+from frictionsim.display import BLACK, BLUE, GREEN, GREY, PURPLE, STICK_SHADE, VERMILION, WINE
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.mechanisms.effects import friction_radius
 from frictionsim.plots.style import (
     MAX_LINES,
-    STICK_COLOUR,
     Style,
     add_legend,
     grid,
@@ -23,10 +22,12 @@ from frictionsim.plots.style import (
     shrink,
     text_scale,
 )
+from frictionsim.results import SLACK, TAUT
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.toml_data import scenario_value
 from frictionsim.simulation.record import (
     BREAKAWAY,
+    ENGAGEMENT,
     IMPACT,
     LEFT,
     REST,
@@ -83,25 +84,22 @@ CLOSE, THINNEST = 0.008, 0.25
 # For the label `stick`, for a time: of the width of a picture that is WIDTH wide.
 MIN_STICK_WIDTH, MIN_GAP = 0.033, 0.08
 
+EVENT_DASHES = ((5, 2), (5, 1.5, 1, 1.5), (1, 1))
+EVENTS = (  # by colour: what they are of, and three events in the order of dashes
+    (VERMILION, "", (BREAKAWAY, REST, REVERSAL)),
+    (PURPLE, "cord: ", (SLIPS, STICKS, REVERSAL)),
+    *(
+        (BLUE, f"{side} rope: ", (ENGAGEMENT[SLACK], ENGAGEMENT[TAUT], IMPACT))
+        for side in ("car", "counterweight")
+    ),
+    (WINE, f"{END_STOP}: ", (LEFT, REST, IMPACT)),
+)
 EVENT_LINES: dict[str, Style] = {
-    BREAKAWAY: {"color": VERMILION, "linestyle": (0, (5, 2)), "linewidth": 1.0},
-    REST: {"color": GREEN, "linestyle": (0, (5, 1.5, 1, 1.5)), "linewidth": 1.0},
-    REVERSAL: {"color": VERMILION, "linestyle": (0, (1, 1)), "linewidth": 1.0},
+    f"{part}{word}": {"color": colour, "linestyle": (0, dashes), "linewidth": 1.0}
+    for colour, part, words in EVENTS
+    for word, dashes in zip(words, EVENT_DASHES, strict=True)
 }
-ROPE_EVENTS = (("slack", (5, 2)), ("taut", (5, 1.5, 1, 1.5)), (IMPACT, (1, 1)))
-EVENT_LINES |= {
-    f"cord: {word}": {"color": PURPLE, "linestyle": (0, dashes), "linewidth": 1.0}
-    for word, dashes in ((SLIPS, (5, 2)), (STICKS, (5, 1.5, 1, 1.5)), (REVERSAL, (1, 1)))
-}
-EVENT_LINES |= {
-    f"{side} rope: {word}": {"color": BLUE, "linestyle": (0, dashes), "linewidth": 1.0}
-    for side in ("car", "counterweight")
-    for word, dashes in ROPE_EVENTS
-}
-EVENT_LINES |= {
-    f"{END_STOP}: {word}": {"color": WINE, "linestyle": (0, dashes), "linewidth": 1.0}
-    for word, dashes in ((LEFT, (5, 2)), (REST, (5, 1.5, 1, 1.5)), (IMPACT, (1, 1)))
-}
+EVENT_LINES[REST]["color"] = GREEN
 OTHER_EVENT: Style = {"color": GREY, "linestyle": (0, (1, 1.5)), "linewidth": 1.0}
 
 
@@ -131,7 +129,7 @@ def draw_channels(
 
 
 def channels_of(result: "Record", wanted: Sequence[str] = ()) -> list[str]:
-    """Return the channels that are drawn over time: those of the kind, or what is wanted."""
+    """Return the channels to draw over time: the wanted ones, or those of the kind."""
     for name in wanted:
         axis = result.axes[name]
         if axis and len(result.members[axis]) > MAX_LINES:
@@ -222,10 +220,10 @@ def mark_modes(result: "Record", axes: Sequence[Any]) -> list[Any]:
     narrow = MIN_STICK_WIDTH / relative_width(axes[0].figure) * np.ptp(result.channels["time"])
     for start, stop in sticks:
         for ax in axes:
-            ax.axvspan(start, stop, color=STICK_COLOUR, linewidth=0)
+            ax.axvspan(start, stop, color=STICK_SHADE, linewidth=0)
         if stop - start > narrow:
             annotate_above(axes[0], 0.5 * (start + stop), "stick", row=0)
-    return [Patch(color=STICK_COLOUR, label="sticking"), *handles]
+    return [Patch(color=STICK_SHADE, label="sticking"), *handles]
 
 
 def _mark_events(result: "Record", axes: Sequence[Any], row: int) -> list[Any]:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 from frictionsim.display import STUDY_DIGITS, number_text, with_minus
-from frictionsim.document import Block, Cell, Document, Number, Picture, Table, shown
+from frictionsim.document import Block, Cell, Document, Number, Picture, Table
 from frictionsim.io.terminal import visible
 
 MAX_TEXT = 300  # characters of a cell of a study
@@ -38,28 +38,8 @@ def number(value: float, digits: int = STUDY_DIGITS) -> Number:
 
 def notebook(document: Document) -> str:
     """Return a document as HTML for a notebook, which has no style sheet."""
-    return "<div>" + "".join(map(_in_notebook, document)) + "</div>"
-
-
-def _in_notebook(block: Block) -> str:
-    if isinstance(block, str):
-        return f"<p>{escaped(block)}</p>"
-    if not isinstance(block, Table):
-        return ""
-    aligned = ["right" if heading.startswith(">") else "left" for heading in block.headings]
-    headings = [heading.removeprefix(">") for heading in block.headings]
-    rows = [_row("th", headings, aligned), *(_row("td", cells, aligned) for cells in block.rows)]
-    return f"<table>{''.join(rows)}</table>"
-
-
-def _row(tag: str, cells: Sequence[Cell], aligned: Sequence[str]) -> str:
-    # A short row, as that of dots, is filled up.
-    filled = [*cells, *[""] * (len(aligned) - len(cells))]
-    inner = "".join(
-        f'<{tag} style="text-align: {side}">{escaped(shown(cell))}</{tag}>'
-        for cell, side in zip(filled, aligned, strict=True)
-    )
-    return f"<tr>{inner}</tr>"
+    style = "<style>.frictionsim .number { text-align: right }</style>"
+    return f'<div class="frictionsim">{style}{"".join(map(html, document))}</div>'
 
 
 def html(block: Block) -> Html:
@@ -120,7 +100,7 @@ def picture(block: Picture, opened: bool = True) -> Html:
 
 
 def region(style: str, label: str, content: Html) -> Html:
-    """Return HTML that scrolls by itself, also by the keyboard, as a wide table."""
+    """Return HTML that scrolls by itself, also by the keyboard, such as a wide table."""
     attributes = f'class="{style}" tabindex="0" role="region" aria-label="{escaped(label)}"'
     return Html(f"<div {attributes}>{content}</div>\n")
 
@@ -141,16 +121,18 @@ def table(block: Table, style: str = "") -> Html:
     body = "".join(f"<tr>{_cells(row, numeric)}</tr>\n" for row in block.rows)
     attributes = f' class="{style}"' if style else ""
     attributes += f' id="{block.name}"' if block.name else ""
+    caption = f"<caption>{escaped(block.caption)}</caption>" if block.caption else ""
     return Html(
-        f"<table{attributes}><caption>{escaped(block.caption)}</caption>\n"
+        f"<table{attributes}>{caption}\n"
         f"<thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody></table>\n"
     )
 
 
 def _cells(row: Sequence[Cell], numeric: Sequence[bool]) -> str:
-    tags = ('th scope="row"', *["td"] * (len(row) - 1))
+    filled = [*row, *[""] * (len(numeric) - len(row))]  # a row of dots is shorter
+    tags = ('th scope="row"', *["td"] * (len(numeric) - 1))
     cells = []
-    for tag, cell, right in zip(tags, row, numeric, strict=True):
+    for tag, cell, right in zip(tags, filled, numeric, strict=True):
         content = _parsed(cell) if right and isinstance(cell, str) else cell
         value = f' data-value="{content.value!r}"' if isinstance(content, Number) else ""
         cells.append(f"<{tag}{_class(right)}{value}>{_content(content)}</{tag[:2]}>")

@@ -176,7 +176,7 @@ STATUSES = {
     "failed": ("\N{MULTIPLICATION X}", "failed"),
     "interrupted": ("\N{DOUBLE VERTICAL LINE}", "interrupted"),
 }
-UNSOUND = ("\N{WARNING SIGN}", "done, but its audit failed")
+AUDIT_FAILED = ("\N{WARNING SIGN}", "done, but its audit failed")
 VERSION_1 = (
     "This result is from a file of format version 1, which holds no quantities, audit and counts;"
     " solve its scenario again to have them."
@@ -216,8 +216,8 @@ def overview(runs: "Sequence[ReportedRun]") -> Html:
 def status(run: "ReportedRun") -> Html:
     """Return the status of a run in words, with a sign and the reason."""
     word, reason = run.attribute("status"), run.attribute("reason")
-    sign, words = UNSOUND if word == "done" and reason else STATUSES.get(word, ("?", word))
-    name = "unsound" if (sign, words) == UNSOUND else word
+    sign, words = AUDIT_FAILED if word == "done" and reason else STATUSES.get(word, ("?", word))
+    name = "audit-failed" if (sign, words) == AUDIT_FAILED else word
     why = f": {escaped(reason)}" if reason else ""
     return Html(
         f'<span class="status" data-status="{escaped(name)}"><span aria-hidden="true">{sign}</span>'

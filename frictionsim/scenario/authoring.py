@@ -67,11 +67,11 @@ class _Examples(NamedTuple):
     def table(self, path: tuple[str, ...]) -> dict[str, Any]:
         """Return a table of the first scenario that has it; empty if none has."""
         for example in self.all:
-            found: Any = example
+            table: Any = example
             for key in path:
-                found = found.get(key) if isinstance(found, dict) else None
-            if isinstance(found, dict):
-                return found
+                table = table.get(key) if isinstance(table, dict) else None
+            if isinstance(table, dict):
+                return table
         return {}
 
 
@@ -103,15 +103,15 @@ def _examples(kind: str) -> _Examples:
         values = toml_tables(own, _WrittenNumber)
         return _Examples(values, (values,))
     texts = [path.read_text(encoding="utf-8") for path in shipped_scenarios().values()]
-    found = [toml_tables(text, _WrittenNumber) for text in texts]
+    examples = [toml_tables(text, _WrittenNumber) for text in texts]
     names = list(shipped_scenarios())
     if kind not in names:
         raise InputError(
             f"there is no example of kind '{kind}' to start from: its module defines none as"
             " EXAMPLE"
         )
-    first = found[names.index(kind)]
-    return _Examples(first, (first, *(data for data in found if data["kind"] == kind)))
+    first = examples[names.index(kind)]
+    return _Examples(first, (first, *(data for data in examples if data["kind"] == kind)))
 
 
 def _heading(kind: str, model: type[Scenario]) -> Iterator[str]:
@@ -152,6 +152,11 @@ def _models_below(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
             yield from _models_below(inner)
 
 
+def _choices(model: type[Scenario]) -> dict[str, list[str]]:
+    """Return the allowed values of keys whose models do not have them, by key."""
+    return {"backend": list(methods_of(model.PAIRS)), "channels": list(model.CHANNELS)}
+
+
 def _prose(text: str) -> list[str]:
     return [f"# {line}" for line in wrap(text, WIDTH - 2, break_on_hyphens=False)]
 
@@ -161,7 +166,7 @@ class _Template:
 
     def __init__(self, scenario: type[Scenario], examples: _Examples) -> None:
         self.examples = examples
-        self._scenario = scenario
+        self._choices = _choices(scenario)
 
     def table(
         self,
@@ -179,7 +184,7 @@ class _Template:
         rows = [self._row(key, values) for key in keys if key.table is None]
         rows.sort(key=lambda row: row[0].startswith("# "))  # what may be left out is last
         lines = [*header] if rows or not keys else []
-        lines += _beside(rows)
+        lines += _commented(rows)
         if lines:
             lines.append("")
         for key in keys:
@@ -235,16 +240,12 @@ class _Template:
     def _choice(self, key: TableKey) -> str:
         """Return the allowed values of a key; empty if it is not an enumeration."""
         values = types_and_choices(key.field.annotation)
-        choices = [value for value in values if isinstance(value, str)]
-        if key.name == "backend":
-            choices = list(methods_of(self._scenario.PAIRS))
-        elif key.name == "channels":
-            choices = list(self._scenario.CHANNELS)
+        choices = self._choices.get(key.name) or [v for v in values if isinstance(v, str)]
         of = "Any" if key.is_list else "One"
         return f"{of} of {', '.join(map(toml_value, choices))}." if choices else ""
 
 
-def _beside(rows: list[tuple[str, str]]) -> list[str]:
+def _commented(rows: list[tuple[str, str]]) -> list[str]:
     """Return the lines of keys with their meanings beside them, or below long ones."""
     column = min(max((len(key) for key, _ in rows), default=0) + 2, MAX_COLUMN)
     lines = []
@@ -359,37 +360,27 @@ def _kind_schema(kind: str, ref_template: str) -> dict[str, Any]:
     )
     definitions = made.pop("$defs")
     for table in (made, *definitions.values()):
-        _describe(table)
+        _describe(table, _choices(model))
     made["title"] = f"Scenario of a {kind.replace('_', ' ')}"
     made["properties"]["kind"]["description"] = "Kind of mechanism."
-    _key(made, definitions, "solver", "backend")["enum"] = list(methods_of(model.PAIRS))
-    _key(made, definitions, "output", "channels")["items"]["enum"] = list(model.CHANNELS)
     return {**made, "$defs": definitions}
 
 
-def _key(
-    made: dict[str, Any], definitions: dict[str, Any], table: str, name: str
-) -> dict[str, Any]:
-    """Return the schema of a key in a table of the scenario."""
-    definition = made["properties"][table]["$ref"].rpartition("/")[2]
-    key: dict[str, Any] = definitions[definition]["properties"][name]
-    return key
+def _describe(table: dict[str, Any], choices: Mapping[str, list[str]]) -> None:
+    """Shorten the description of a table, and complete those of its keys with unit and choices.
 
-
-def _describe(table: dict[str, Any]) -> None:
-    """Shorten the description of a table, add units to those of its keys, and drop dead keys."""
+    Keys that take nothing are left out: they are there for an error that says why.
+    """
     table.pop("title", None)  # the name of a class
     if "description" in table:
         table["description"] = table["description"].split("\n\n")[0].replace("\n", " ")
-    properties = table.get("properties", {})
-    for name in list(_dead(properties)):
-        del properties[name]
-    for key in properties.values():
+    if "properties" not in table:
+        return
+    properties = table["properties"]
+    table["properties"] = {n: key for n, key in properties.items() if key.get("type") != "null"}
+    for name, key in table["properties"].items():
         unit = key.get("unit", "1")
         if unit != "1":
             key["description"] = f"{key.get('description', '')} Unit: {unit}.".strip()
-
-
-def _dead(properties: dict[str, Any]) -> Iterator[str]:
-    """Yield the keys that take nothing; they are there for an error that says why."""
-    return (name for name, key in properties.items() if key.get("type") == "null")
+        if name in choices:
+            key.get("items", key)["enum"] = choices[name]

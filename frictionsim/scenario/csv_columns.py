@@ -10,8 +10,8 @@ as CSV, or ``angular_velocity (rad/s)``.
 """
 
 import re
-from collections.abc import Iterator, Sequence
-from itertools import pairwise, takewhile
+from collections.abc import Callable, Iterator, Sequence
+from itertools import dropwhile, pairwise, takewhile
 from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
@@ -135,220 +135,6 @@ class _Point(NamedTuple):
     value: Any
 
 
-class _Source(NamedTuple):
-    """A key that names a column, and the index of the column from 0."""
-
-    key: str
-    column: int
-
-
-def read_points(table: CsvTable, folder: Path) -> dict[str, list[float]]:
-    """Return the points of a signal in a CSV file, which is relative to a folder.
-
-    `time`, s, or `speed`, rad/s, is strictly increasing; all numbers are finite. Raises a
-    PydanticCustomError if the file cannot be read, or lacks a column or a number.
-    """
-    path = folder / table.csv
-    text = read_text(path)
-    if table.has_columns:
-        delimiter = table.delimiter or usual_delimiter(table.decimal, text.split("\n"))
-        rows = list(_separated(text, delimiter, path))
-    else:
-        rows = list(_plain(text))
-    sources, rows = _find_columns(table, rows, path)
-    points = list(_numbers(table, rows, sources, path))
-    if not points:
-        what = "a speed" if table.abscissa == "speed" else "a time"
-        raise inconsistent(("csv",), f"'{path}' has no lines with {what} and a value")
-    if len(points) == 1:
-        raise inconsistent(
-            ("csv",),
-            f"'{path}' has only one line with numbers, expected at least two; a constant signal is"
-            f" given as a number, here {points[0].value!r}, in the place of the file",
-        )
-    _check_increasing(table.abscissa, points, path)
-    return {
-        table.abscissa: [point.abscissa for point in points],
-        "value": [point.value for point in points],
-    }
-
-
-def _check_increasing(name: str, points: list[_Point], path: Path) -> None:
-    for earlier, later in pairwise(points):
-        if not later.abscissa > earlier.abscissa:
-            raise inconsistent(
-                ("csv",),
-                f"line {later.line} of '{path}': {name}s must increase from line to line, but"
-                f" {later.abscissa} {UNITS[name]} follows {earlier.abscissa} {UNITS[name]}",
-            )
-
-
-def read_text(path: Path, relative_to: str = "; the path is relative to the scenario") -> str:
-    """Return the text of a CSV file, with one kind of line end.
-
-    `relative_to` ends the message about a file that cannot be read.
-    """
-    try:
-        if path.exists() and not path.is_file() and not path.is_dir():
-            raise OSError(0, "this is a device or a pipe")  # which may have no end, or no writer
-        with path.open("rb") as file:
-            content = file.read(MAX_BYTES + 1)
-        text = content[:MAX_BYTES].decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or (
-            "it is not UTF-8 text" if isinstance(error, UnicodeError) else error
-        )
-        raise inconsistent(("csv",), f"cannot read '{path}' ({reason}){relative_to}") from None
-    if len(content) > MAX_BYTES or text.count("\n") > MAX_LINES:
-        raise inconsistent(
-            ("csv",),
-            f"'{path}' has more than {MAX_BYTES >> 20} MiB or {MAX_LINES} lines; expected the"
-            " points of a signal, give fewer of them",
-        )
-    return text
-
-
-def _plain(text: str) -> Iterator[CsvRow]:
-    """Yield the rows of a file of two columns, with any of the usual separators."""
-    for number, line in enumerate(text.splitlines(), start=1):
-        cells = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
-        if cells:
-            yield CsvRow(number, cells)
-
-
-def _separated(text: str, delimiter: str, path: Path) -> Iterator[CsvRow]:
-    """Yield the rows of a file with one delimiter; lines that begin with # are left out."""
-    import csv  # imported here: few scenarios have such a signal
-
-    lines = text.split("\n")
-    shown = ("" if line.lstrip().startswith("#") else f"{line}\n" for line in lines)
-    reader = csv.reader(shown, delimiter=delimiter, strict=True)
-    line = 1
-    try:
-        for found in reader:
-            cells = [cell.strip() for cell in found]
-            if delimiter == " ":
-                cells = [cell for cell in cells if cell]
-            if any(cells):
-                yield CsvRow(line, cells)
-            line = reader.line_num + 1
-    except csv.Error as error:
-        raise inconsistent(
-            ("csv",),
-            f"line {line} of '{path}', separated by {quoted(delimiter)}: not valid CSV: {error}",
-        ) from None
-
-
-def usual_delimiter(decimal: str, lines: Sequence[str]) -> str:
-    """Return the delimiter in the first line that begins with a number, or in the first line."""
-    numeric = (line for line in lines if line.lstrip(' "+-.')[:1].isdecimal())
-    sample = next(numeric, lines[0])
-    return next((d for d in DELIMITERS if d in sample and d != decimal), " ")
-
-
-def _find_columns(
-    table: CsvTable, rows: list[CsvRow], path: Path
-) -> tuple[list[_Source], list[CsvRow]]:
-    """Return the two columns of the signal, and the rows below the line with their names."""
-    wanted: dict[str, str | int] = {
-        table.abscissa: getattr(table, table.abscissa) or 1,
-        "value": table.value or 2,
-    }
-    header = CsvRow(0, [])
-    if rows and any(isinstance(name, str) for name in wanted.values()):
-        header, rows = _below_header(table, wanted, rows, path)
-    sources = [
-        _Source(key, column - 1 if isinstance(column, int) else header.cells.index(column))
-        for key, column in wanted.items()
-        if header.cells or isinstance(column, int)
-    ]
-    if sources and sources[0].column == sources[-1].column:
-        raise inconsistent(
-            ("value",), f"column {sources[0].column + 1} is that of the {table.abscissa}, too"
-        )
-    return sources, rows
-
-
-def _below_header(
-    table: CsvTable, wanted: dict[str, str | int], rows: list[CsvRow], path: Path
-) -> tuple[CsvRow, list[CsvRow]]:
-    """Return the first row with all names, and the rows below it."""
-    names = {name for name in wanted.values() if isinstance(name, str)}
-    place = next((i for i, row in enumerate(rows) if names <= set(row.cells)), None)
-    if place is None:
-        raise _unnamed(table, wanted, rows, path)
-    header = rows[place]
-    for key, name in wanted.items():
-        numbers = [i for i, cell in enumerate(header.cells, start=1) if cell == name]
-        if len(numbers) > 1:
-            raise inconsistent(
-                (key,),
-                f"line {header.line} of '{path}': columns {', '.join(map(str, numbers))} are all"
-                f" named '{name}'; give the number of one of them",
-            )
-    return header, rows[place + 1 :]
-
-
-def _unnamed(
-    table: CsvTable, wanted: dict[str, str | int], rows: list[CsvRow], path: Path
-) -> PydanticCustomError:
-    """Return the error for names that no line has."""
-    keys = {name: key for key, name in reversed(wanted.items()) if isinstance(name, str)}
-    above = takewhile(lambda row: not _is_numeric(row, table.decimal), rows)
-    accepted = [(row, set(row.cells), row.cells) for row in above]
-    name, message = _no_such_column(path, [n for n in wanted.values() if n in keys], accepted)
-    return inconsistent((keys[name],), message)
-
-
-def _is_numeric(row: CsvRow, decimal: str) -> bool:
-    return all(is_number(cell, decimal) for cell in row.cells if cell)
-
-
-def _numbers(
-    table: CsvTable, rows: list[CsvRow], sources: list[_Source], path: Path
-) -> Iterator[_Point]:
-    """Yield a point of each row, without header lines, in which none of the cells is a number."""
-    begun = False
-    for row in rows:
-        cells = row.cells
-        if table.has_columns:
-            cells = [cells[s.column] if s.column < len(cells) else "" for s in sources]
-        if not begun and not any(is_number(cell, table.decimal) for cell in cells):
-            continue
-        begun = True
-        numbers = [finite_number(cell, table.decimal) for cell in cells]
-        if len(cells) != len(sources) or None in numbers:
-            fault = _cell_fault(table, row, sources) if table.has_columns else _line_fault(row)
-            raise inconsistent(("csv",), f"line {row.line} of '{path}': {fault}")
-        abscissa, value = numbers
-        yield _Point(row.line, abscissa, value)
-
-
-def _line_fault(row: CsvRow) -> str:
-    """Return the fault of a row of a file of two columns."""
-    finite = "" if any(not is_number(cell, ".") for cell in row.cells) else ", both finite"
-    advice = "; of several columns, choose with time and value" if len(row.cells) > 2 else ""
-    return f"expected a time and a value{finite}, got {quoted(' '.join(row.cells))}{advice}"
-
-
-def _cell_fault(table: CsvTable, row: CsvRow, sources: list[_Source]) -> str:
-    """Return the fault of the first cell that is no finite number."""
-    for source in sources:
-        if source.column >= len(row.cells):
-            return f"no column {source.column + 1} for {source.key}, only {len(row.cells)}"
-        cell = row.cells[source.column]
-        if finite_number(cell, table.decimal) is None:
-            break
-    other = "," if table.decimal == "." else "."
-    advice = ""
-    if finite_number(cell, other) is not None:
-        advice = f"; if '{other}' is the decimal mark, give decimal = \"{other}\""
-    return (
-        f"expected a finite number in column {source.column + 1} for {source.key}, got"
-        f" {quoted(cell)}{advice}"
-    )
-
-
 class Heading(NamedTuple):
     """The heading of a column.
 
@@ -365,7 +151,15 @@ class Heading(NamedTuple):
     cell: str
 
 
-class NoSuchColumn(InputError):
+class ColumnError(InputError):
+    """A name for which a file has no column, or several."""
+
+    def __init__(self, column: str, message: str) -> None:
+        super().__init__(message)
+        self.column = column
+
+
+class NoSuchColumn(ColumnError):
     """A column that a file does not have."""
 
 
@@ -387,6 +181,92 @@ class Columns(NamedTuple):
     lines: list[int]
 
 
+def read_points(table: CsvTable, folder: Path) -> dict[str, list[float]]:
+    """Return the points of a signal in a CSV file, which is relative to a folder.
+
+    `time`, s, or `speed`, rad/s, is strictly increasing; all numbers are finite. Raises a
+    PydanticCustomError if the file cannot be read, or lacks a column or a number.
+    """
+    path = folder / table.csv
+    wanted: dict[str, Column] = {
+        table.abscissa: getattr(table, table.abscissa) or 1,
+        "value": table.value or 2,
+    }
+    try:
+        points = _points(table, wanted, path)
+    except ColumnError as error:
+        key = next(key for key, column in wanted.items() if column == error.column)
+        raise inconsistent((key,), str(error)) from None
+    except InputError as error:
+        raise inconsistent(("csv",), str(error)) from None
+    return {
+        table.abscissa: [point.abscissa for point in points],
+        "value": [point.value for point in points],
+    }
+
+
+def _points(table: CsvTable, wanted: dict[str, Column], path: Path) -> list[_Point]:
+    text = read_text(path, "; the path is relative to the scenario")
+    if table.has_columns:
+        delimiter = table.delimiter or usual_delimiter(table.decimal, text.split("\n"))
+        rows = list(_separated(text, delimiter, path))
+    else:
+        rows = list(_plain(text))
+    columns = _find_columns(path, list(wanted.values()), rows, table.decimal, has_units=False)
+    if not columns.rows:
+        what = "a speed" if table.abscissa == "speed" else "a time"
+        raise InputError(f"'{path}' has no lines with {what} and a value")
+    places = {key: columns.places[column] for key, column in wanted.items()}
+    if places[table.abscissa] == places["value"]:
+        raise inconsistent(
+            ("value",), f"column {places['value'] + 1} is that of the {table.abscissa}, too"
+        )
+    points = []
+    for row in columns.rows:
+        if not table.has_columns and len(row.cells) != 2:
+            raise InputError(f"line {row.line} of '{path}': {_line_fault(row)}")
+        numbers = [_number(table, path, row, key, place) for key, place in places.items()]
+        points.append(_Point(row.line, *numbers))
+    if len(points) == 1:
+        raise InputError(
+            f"'{path}' has only one line with numbers, expected at least two; a constant signal is"
+            f" given as a number, here {points[0].value!r}, in the place of the file"
+        )
+    _check_increasing(table.abscissa, points, path)
+    return points
+
+
+def _check_increasing(name: str, points: list[_Point], path: Path) -> None:
+    for earlier, later in pairwise(points):
+        if not later.abscissa > earlier.abscissa:
+            raise InputError(
+                f"line {later.line} of '{path}': {name}s must increase from line to line, but"
+                f" {later.abscissa} {UNITS[name]} follows {earlier.abscissa} {UNITS[name]}"
+            )
+
+
+def _number(table: CsvTable, path: Path, row: CsvRow, key: str, place: int) -> float:
+    """Return the number of a point, with advice if there is none."""
+    try:
+        return number_in(path, row, place, f" for {key}", table.decimal)
+    except InputError as error:
+        if not table.has_columns:
+            raise InputError(f"line {row.line} of '{path}': {_line_fault(row)}") from None
+        other = "," if table.decimal == "." else "."
+        if place < len(row.cells) and finite_number(row.cells[place], other) is not None:
+            raise InputError(
+                f"{error}; if '{other}' is the decimal mark, give decimal = \"{other}\""
+            ) from None
+        raise
+
+
+def _line_fault(row: CsvRow) -> str:
+    """Return the fault of a row of a file of two columns."""
+    finite = "" if any(not is_number(cell, ".") for cell in row.cells) else ", both finite"
+    advice = "; of several columns, choose with time and value" if len(row.cells) > 2 else ""
+    return f"expected a time and a value{finite}, got {quoted(' '.join(row.cells))}{advice}"
+
+
 def read_columns(path: Path, wanted: Sequence[Column], no_gaps: Sequence[Column]) -> Columns:
     """Return columns of a CSV file.
 
@@ -401,23 +281,26 @@ def read_columns(path: Path, wanted: Sequence[Column], no_gaps: Sequence[Column]
     no_gaps : sequence of str or int
         Those of them in which each cell must have a number.
     """
-    try:
-        text = read_text(path, "")
-        delimiter = usual_delimiter(".", _lines_of_numbers(text))
-        rows = list(_separated(text, delimiter, path))
-    except PydanticCustomError as error:
-        raise InputError((error.context or {})["message"]) from None
+    text = read_text(path)
+    delimiter = usual_delimiter(".", _lines_of_numbers(text))
+    rows = list(_separated(text, delimiter, path))
     if not text.strip():
         raise InputError(f"'{path}' is empty")
     decimal = "," if delimiter != "," and _has_commas(rows) else "."
-    places, units, rows = _places(path, wanted, rows, decimal)
-    if not rows:
+    columns = _find_columns(path, wanted, rows, decimal, has_units=True)
+    if not columns.rows:
         raise InputError(f"'{path}' has no lines of numbers")
+
+    def number(row: CsvRow, column: Column, place: int) -> float:
+        cell = row.cells[place] if 0 <= place < len(row.cells) else None
+        if cell is not None and cell.lower() in ("", "nan") and column not in no_gaps:
+            return NAN
+        return number_in(path, row, place, f" ('{column}')" * isinstance(column, str), decimal)
+
     values = {
-        column: [_measured(path, row, column, places[column], decimal, no_gaps) for row in rows]
-        for column in places
+        c: [number(row, c, place) for row in columns.rows] for c, place in columns.places.items()
     }
-    return Columns(values, units, [row.line for row in rows])
+    return Columns(values, columns.units, [row.line for row in columns.rows])
 
 
 def _lines_of_numbers(text: str) -> list[str]:
@@ -432,49 +315,135 @@ def _has_commas(rows: list[CsvRow]) -> bool:
     return commas and not any("." in cell and is_number(cell, ".") for cell in cells)
 
 
-def _places(
-    path: Path, wanted: Sequence[Column], rows: list[CsvRow], decimal: str
-) -> tuple[dict[Column, int], dict[Column, str], list[CsvRow]]:
-    """Return the indices of the columns, their units, and the rows below the header."""
+def read_text(path: Path, advice: str = "") -> str:
+    """Return the text of a CSV file, with one kind of line end.
+
+    `advice` ends the message about a file that cannot be read.
+    """
+    try:
+        if path.exists() and not path.is_file() and not path.is_dir():
+            raise OSError(0, "this is a device or a pipe")  # which may have no end, or no writer
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES + 1)
+        text = content[:MAX_BYTES].decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or (
+            "it is not UTF-8 text" if isinstance(error, UnicodeError) else error
+        )
+        raise InputError(f"cannot read '{path}' ({reason}){advice}") from None
+    if len(content) > MAX_BYTES or text.count("\n") > MAX_LINES:
+        raise InputError(
+            f"'{path}' has more than {MAX_BYTES >> 20} MiB or {MAX_LINES} lines; expected the"
+            " points of a signal, give fewer of them"
+        )
+    return text
+
+
+def _plain(text: str) -> Iterator[CsvRow]:
+    """Yield the rows of a file of two columns, with any of the usual separators."""
+    for number, line in enumerate(text.splitlines(), start=1):
+        cells = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
+        if cells:
+            yield CsvRow(number, cells)
+
+
+def _separated(text: str, delimiter: str, path: Path) -> Iterator[CsvRow]:
+    """Yield the rows of a file with one delimiter; lines that begin with # are left out."""
+    import csv  # imported here: few scenarios have such a signal
+
+    lines = text.split("\n")
+    shown = ("" if line.lstrip().startswith("#") else f"{line}\n" for line in lines)
+    reader = csv.reader(shown, delimiter=delimiter, strict=True)
+    line = 1
+    try:
+        for row in reader:
+            cells = [cell.strip() for cell in row]
+            if delimiter == " ":
+                cells = [cell for cell in cells if cell]
+            if any(cells):
+                yield CsvRow(line, cells)
+            line = reader.line_num + 1
+    except csv.Error as error:
+        raise InputError(
+            f"line {line} of '{path}', separated by {quoted(delimiter)}: not valid CSV: {error}"
+        ) from None
+
+
+def usual_delimiter(decimal: str, lines: Sequence[str]) -> str:
+    """Return the delimiter in the first line that begins with a number, or in the first line."""
+    numeric = (line for line in lines if line.lstrip(' "+-.')[:1].isdecimal())
+    sample = next(numeric, lines[0])
+    return next((d for d in DELIMITERS if d in sample and d != decimal), " ")
+
+
+class _Found(NamedTuple):
+    """The places of columns from 0, their units, and the rows of numbers."""
+
+    places: dict[Column, int]
+    units: dict[Column, str]
+    rows: list[CsvRow]
+
+
+def _find_columns(
+    path: Path, wanted: Sequence[Column], rows: list[CsvRow], decimal: str, *, has_units: bool
+) -> _Found:
+    """Return where columns are, by the first row that has all names, and the rows of numbers below.
+
+    `has_units` is for measured data: it accepts names that are followed by a unit there, and
+    takes each row with a number as one of the data.
+    """
+    if not rows:
+        return _Found({}, {}, [])
     names = [column for column in wanted if isinstance(column, str)]
-    above = 0
-    while above < len(rows) and not any(is_number(cell, decimal) for cell in rows[above].cells):
-        above += 1
-    headings = [[heading(cell) for cell in row.cells] for row in rows[:above]]
-    header = next((h for h in reversed(headings) if set(names) <= _names(h)), None)
-    if header is None and names:
-        accepted = [
-            (row, _names(line), [one.name for one in line])
-            for row, line in zip(rows, headings, strict=False)
-        ]
-        raise NoSuchColumn(_no_such_column(path, names, accepted)[1])
-    header = header or []
+    header, line = list[Heading](), 0
+    of_row = heading if has_units else _plain_heading
+    if names:
+        headings = (([of_row(cell) for cell in row.cells], i) for i, row in enumerate(rows))
+        place = next(((h, i) for h, i in headings if set(names) <= _names(h)), None)
+        if place is None:
+            raise _no_such_column(path, names, rows, decimal, of_row)
+        header, above = place
+        line, rows = rows[above].line, rows[above + 1 :]
     places: dict[Column, int] = {}
     for column in wanted:
         if isinstance(column, int):
             places[column] = column - 1
             continue
-        found = [i for i, one in enumerate(header) if one.cell == column] or [
+        equal = [i for i, one in enumerate(header) if one.cell == column] or [
             i for i, one in enumerate(header) if one.name == column
         ]
-        if len(found) > 1:
-            numbers = ", ".join(str(i + 1) for i in found)
-            raise InputError(
-                f"'{path}': columns {numbers} are all named '{column}'; give the number of one"
+        if len(equal) > 1:
+            numbers = ", ".join(str(i + 1) for i in equal)
+            raise ColumnError(
+                column,
+                f"line {line} of '{path}': columns {numbers} are all named '{column}'; give the"
+                " number of one of them",
             )
-        places[column] = found[0]
-    units = {
-        column: header[place].unit for column, place in places.items() if 0 <= place < len(header)
-    }
-    return places, {column: unit for column, unit in units.items() if unit}, rows[above:]
+        places[column] = equal[0]
+
+    def has_number(row: CsvRow) -> bool:
+        cells = row.cells
+        if not has_units:
+            cells = [cells[place] for place in places.values() if place < len(cells)]
+        return any(is_number(cell, decimal) for cell in cells)
+
+    below = list(dropwhile(lambda row: not has_number(row), rows))
+    if not names and len(below) < len(rows):
+        header = [of_row(cell) for cell in rows[-len(below) - 1].cells]
+    units = {c: header[i].unit for c, i in places.items() if 0 <= i < len(header)}
+    return _Found(places, {column: unit for column, unit in units.items() if unit}, below)
 
 
 def heading(cell: str) -> Heading:
     """Return name and unit of a heading."""
-    found = HEADING.fullmatch(cell)
-    if not found or not found[1]:
-        return Heading(cell, "", cell)
-    return Heading(found[1], (found[2] or found[3] or "").strip(), cell)
+    match = HEADING.fullmatch(cell)
+    if not match or not match[1]:
+        return _plain_heading(cell)
+    return Heading(match[1], (match[2] or match[3] or "").strip(), cell)
+
+
+def _plain_heading(cell: str) -> Heading:
+    return Heading(cell, "", cell)
 
 
 def _names(headings: list[Heading]) -> set[str]:
@@ -482,41 +451,52 @@ def _names(headings: list[Heading]) -> set[str]:
     return {name for one in headings for name in (one.name, one.cell)}
 
 
-def _measured(
-    path: Path, row: CsvRow, column: Column, place: int, decimal: str, no_gaps: Sequence[Column]
-) -> float:
+def _no_such_column(
+    path: Path,
+    names: Sequence[str],
+    rows: Sequence[CsvRow],
+    decimal: str,
+    of_row: Callable[[str], Heading],
+) -> NoSuchColumn:
+    """Return the error for names that no row has, which compares with the likely header."""
+    above = list(takewhile(lambda row: not _is_numeric(row, decimal), rows))
+    if not above:
+        return NoSuchColumn(
+            names[0],
+            f"'{path}' has no line with the names of its columns; give the number of"
+            f" '{names[0]}', from 1",
+        )
+    lines = [(row, [of_row(cell) for cell in row.cells]) for row in above]
+
+    def likeness(line: tuple[CsvRow, list[Heading]]) -> tuple[int, int, int]:
+        matches = len(_names(line[1]) & {*names})
+        return matches, -sum(is_number(cell, decimal) for cell in line[0].cells), len(line[1])
+
+    row, header = max(lines, key=likeness)
+    missing = next(name for name in names if name not in _names(header))
+    # Shortened: a file that was not meant may hold anything.
+    known = [one.name[:MAX_NAME] for one in header if one.name][:MAX_NAMES]
+    return NoSuchColumn(
+        missing, f"line {row.line} of '{path}': {unknown('column', missing, known)}"
+    )
+
+
+def _is_numeric(row: CsvRow, decimal: str) -> bool:
+    return all(is_number(cell, decimal) for cell in row.cells if cell)
+
+
+def number_in(path: Path, row: CsvRow, place: int, of: str, decimal: str) -> float:
+    """Return the finite number in a cell of a row; `of` says in a message what it is."""
     where = f"line {row.line} of '{path}'"
     if not 0 <= place < len(row.cells):
-        raise InputError(f"{where}: no column {place + 1}, only {len(row.cells)}")
-    cell = row.cells[place]
-    if (not cell or cell.lower() == "nan") and column not in no_gaps:
-        return NAN
-    number = finite_number(cell, decimal)
+        raise InputError(f"{where}: no column {place + 1}{of}, only {len(row.cells)}")
+    number = finite_number(row.cells[place], decimal)
     if number is None:
         raise InputError(
-            f"{where}: expected a finite number in column '{column}', got {quoted(cell)}"
+            f"{where}: expected a finite number in column {place + 1}{of}, got"
+            f" {quoted(row.cells[place])}"
         )
     return number
-
-
-def _no_such_column(
-    path: Path, names: Sequence[str], above: Sequence[tuple[CsvRow, set[str], list[str]]]
-) -> tuple[str, str]:
-    """Return a name that no line has, and the message, which compares with the likely header.
-
-    `above` are the lines that may be the header, each with the names that it has and
-    those of them that a message shows.
-    """
-    if not above:
-        return names[0], (
-            f"'{path}' has no line with the names of its columns; give the number of"
-            f" '{names[0]}', from 1"
-        )
-    row, found, shown = max(above, key=lambda line: (len(line[1] & set(names)), len(line[0].cells)))
-    missing = next(name for name in names if name not in found)
-    # Shortened: a file that was not meant may hold anything.
-    known = [name[:MAX_NAME] for name in shown if name][:MAX_NAMES]
-    return missing, f"line {row.line} of '{path}': {unknown('column', missing, known)}"
 
 
 def finite_number(cell: str, decimal: str) -> float | None:

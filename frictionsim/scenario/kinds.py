@@ -1,8 +1,8 @@
 """The kinds of mechanism, by the name that a scenario gives as `kind`: built in or installed.
 
 An installed package adds kinds by entry points of the group `frictionsim.kinds`, which give the
-kind and its module, as `block_brake = "frictionsim_brake.block_brake"`. They are read only for a
-kind that is not built in, since searching the installed packages takes longer than simulating a
+kind and its module: `block_brake = "frictionsim_brake.block_brake"`. They are read only for a kind
+that is not built in, since searching the installed packages takes longer than simulating a
 pulley. A faulty plug-in is reported where it is needed; it does not disturb the other kinds: lists
 leave it out, with a warning.
 """

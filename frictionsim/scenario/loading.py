@@ -39,7 +39,7 @@ def load(
     Parameters
     ----------
     source : path or mapping
-        A TOML file, the name of a shipped scenario, as ``pulley``, if there is no such file, or the
+        A TOML file; if there is none, the name of a shipped scenario, such as ``pulley``; or the
         tables of a scenario as dicts. File names in it are relative to the folder of the file, or
         to the current folder.
     overrides : mapping or iterable of str, optional
@@ -144,9 +144,9 @@ def _validated(
         texts = (*texts, f"solver.backend={override_text(backend)}")
     try:
         scenario = validate(data, folder)
-    except ValidationFailure as found:
+    except ValidationFailure as failure:
         lines = key_lines(text) if lines is None else lines
-        raise ScenarioError(_with_positions(found.faults, name, lines, overridden)) from None
+        raise ScenarioError(_with_positions(failure.faults, name, lines, overridden)) from None
     return scenario.with_origin(Origin(name or "", texts))
 
 
@@ -302,8 +302,8 @@ def _model_of(data: dict[str, Any]) -> type[Scenario]:
     """Return the model of the kind of a scenario."""
     kind = data.get("kind")
     if isinstance(kind, str):
-        found: type[Scenario] = mechanism_module(kind).SCENARIO
-        return found
+        model: type[Scenario] = mechanism_module(kind).SCENARIO
+        return model
 
     from frictionsim.scenario.messages import toml_text
 

@@ -120,5 +120,5 @@ def pair_of(pairs: Pairs, law: str, method: str) -> Pair:
 
     Without friction (law "") it is the first that does, with fixed steps if any has these.
     """
-    found = [pair for (of, m), pair in pairs.items() if m == method and law in ("", of)]
-    return found[0]._replace(fixed_step=any(pair.fixed_step for pair in found))
+    fitting = [pair for (of, m), pair in pairs.items() if m == method and law in ("", of)]
+    return fitting[0]._replace(fixed_step=any(pair.fixed_step for pair in fitting))

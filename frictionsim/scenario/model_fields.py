@@ -102,9 +102,9 @@ def fields_along(model: type[BaseModel], key: str) -> list[list[FieldInfo]]:
 
     An index or the name of an entry of a list, and a name of the user's choice, have none.
 
-    A value that has several forms, as a signal, has several fields; an unknown key has none.
+    A value of several forms, such as a signal, has several fields; an unknown key has none.
     """
-    models, found, of_list = [model], list[list[FieldInfo]](), False
+    models, levels, of_list = [model], list[list[FieldInfo]](), False
     for part in map(str.strip, key.split(".")):
         if of_list or part.isdecimal():
             of_list = False
@@ -115,30 +115,30 @@ def fields_along(model: type[BaseModel], key: str) -> list[list[FieldInfo]]:
             for name, field in one.model_fields.items()
             if part in (name, field.alias)
         ]
-        if not fields and found and any(holds(field.annotation, dict) for field in found[-1]):
+        if not fields and levels and any(holds(field.annotation, dict) for field in levels[-1]):
             continue
-        found.append(fields)
+        levels.append(fields)
         models = [inner for field in fields for inner in models_in(field.annotation)]
         of_list = any(
             table_model(field.annotation) is not None and holds(field.annotation, tuple)
             for field in fields
         )
-    return found
+    return levels
 
 
 def fields_of_key(model: type[BaseModel], key: str) -> list[FieldInfo]:
     """Return the fields that a key with dots may be of; see `fields_along`."""
-    found = fields_along(model, key)
-    return found[-1] if found else []
+    levels = fields_along(model, key)
+    return levels[-1] if levels else []
 
 
 def unit_of_key(model: type[BaseModel], key: str) -> str:
     """Return the unit of the value of a key with dots; empty if it is not known."""
-    found = ""
+    unit = ""
     for fields in fields_along(model, key):
         for field in fields:
-            found = unit_of(field) or found
-    return found
+            unit = unit_of(field) or unit
+    return unit
 
 
 def names_in(key: str) -> list[str]:
@@ -162,9 +162,9 @@ def description_of(model: type[BaseModel], key: str) -> tuple[str, str]:
         As of --set; of an entry of a list the unit is that of the list. Several keys have the unit
         that all of them have, if there is one, and the description of the first.
     """
-    found = [_description_of_one(model, name) for name in names_in(key)]
-    unit, words = found[0]
-    return unit if all(other == unit for other, _ in found) else "", words
+    described = [_description_of_one(model, name) for name in names_in(key)]
+    unit, words = described[0]
+    return unit if all(other == unit for other, _ in described) else "", words
 
 
 def _description_of_one(model: type[BaseModel], key: str) -> tuple[str, str]:

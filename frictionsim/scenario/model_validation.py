@@ -130,17 +130,17 @@ def _with_names(path: KeyPath, data: Any) -> KeyPath:
 
     An index remains where the name is at fault, or is not the only one.
     """
-    found: list[str | int] = []
+    parts: list[str | int] = []
     for i, part in enumerate(path):
         if isinstance(part, str) or not isinstance(data, list | tuple) or part >= len(data):
-            found.append(part)
+            parts.append(part)
             data = data.get(part) if isinstance(data, dict) else None
             continue
         name = _name_of(data[part])
         is_its_own = path[i + 1 :] != ("name",) and [*map(_name_of, data)].count(name) == 1
-        found.append(_NamedIndex(part, name) if name and is_its_own else part)
+        parts.append(_NamedIndex(part, name) if name and is_its_own else part)
         data = data[part]
-    return tuple(found)
+    return tuple(parts)
 
 
 def _name_of(row: Any) -> str:

@@ -100,22 +100,22 @@ def values_by_key(overrides: Iterable[str]) -> dict[str, Any]:
     """
     from json import dumps
 
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for override in overrides:
         key, _, text = override.partition("=")
         try:
-            found[key] = _parsed(override, text)
-            dumps(found[key], allow_nan=False)
+            values[key] = _parsed(override, text)
+            dumps(values[key], allow_nan=False)
         except (InputError, TypeError, ValueError):
-            found[key] = text
-    return found
+            values[key] = text
+    return values
 
 
 def _set(data: dict[str, Any], key: str, value: Any, where: str) -> KeyPath:
     """Set a key such as a.b.0 of the data, and return its path."""
     parts = [part.strip() for part in key.split(".")]
     if not all(parts):
-        raise ScenarioError([f"{where}: expected a key with dots, as solver.rtol"])
+        raise ScenarioError([f"{where}: expected a key with dots, e.g. solver.rtol"])
     path: KeyPath = ()
     table: Any = data
     for part in parts[:-1]:

@@ -66,8 +66,8 @@ class SolverSettings(Params):
     )
 
     @property
-    def after_budget(self) -> str:
-        """The ways out for a run that has used up its budget, for messages."""
+    def budget_advice(self) -> str:
+        """What a user can do after a run has used up its budget."""
         method = methods.METHODS[self.backend]
         fixed = method.fixed_steps or self.step is not None
         ways = ["resume the run"] if method.resumable else []
@@ -206,7 +206,7 @@ class Scenario(Params):
             As of `frictionsim.load`: ``{"solver.rtol": 1e-9}``, or texts ``solver.rtol=1e-9``.
             File names in them are relative to the folder of the scenario's file.
         **keys
-            Values of keys of the top level, as ``title="..."``.
+            Values of keys of the top level, such as ``title="..."``.
 
         Returns
         -------

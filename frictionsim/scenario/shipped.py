@@ -29,10 +29,10 @@ def shipped_folder() -> Path:
 def shipped_scenarios() -> dict[str, Path]:
     """Return the shipped scenarios by name: `pulley`, and with their folder, as `hard/jump`."""
     folder = shipped_folder()
-    found = {path.stem: path for path in sorted(folder.glob("*.toml"))}
+    paths = {path.stem: path for path in sorted(folder.glob("*.toml"))}
     for name in FOLDERS:
-        found |= {f"{name}/{path.stem}": path for path in sorted((folder / name).glob("*.toml"))}
-    return found
+        paths |= {f"{name}/{path.stem}": path for path in sorted((folder / name).glob("*.toml"))}
+    return paths
 
 
 def scenario_file(source: str | PathLike[str], folder: Path = Path()) -> Path:

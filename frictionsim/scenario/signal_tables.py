@@ -292,8 +292,8 @@ def period_of(signal: Any, end: float) -> float | None:
     tuple of signals, which add.
     """
     if isinstance(signal, tuple):
-        found = [period_of(term, end) for term in signal]
-        return min((period for period in found if period is not None), default=None)
+        term_periods = [period_of(term, end) for term in signal]
+        return min((period for period in term_periods if period is not None), default=None)
     if isinstance(signal, SineTable):
         return 1.0 / signal.sine.frequency_hz if signal.sine.amplitude else None
     if not isinstance(signal, PiecewiseLinearTable):

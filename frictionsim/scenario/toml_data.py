@@ -298,7 +298,7 @@ def differing_keys(results: "Sequence[Record]") -> dict[str, list[Any]]:
 
     Each has the values of all results; None for a result without the key.
     """
-    found = [dict(keys_and_values(scenario_of(result))) for result in results]
-    names = dict.fromkeys(name for values in found for name in values)
-    compared = {name: [values.get(name) for values in found] for name in names}
-    return {name: values for name, values in compared.items() if values != values[:1] * len(found)}
+    tables = [dict(keys_and_values(scenario_of(result))) for result in results]
+    names = dict.fromkeys(name for values in tables for name in values)
+    compared = {name: [values.get(name) for values in tables] for name in names}
+    return {name: values for name, values in compared.items() if values != values[:1] * len(tables)}

@@ -60,6 +60,7 @@ class Simulation(Protocol):
         Raises
         ------
         SolverError, ArithmeticError
+            If the equations have no solution at the start, or not within the numbers.
         """
 
     def solve(self, on_step: Callable[[float], Any]) -> bool | None:

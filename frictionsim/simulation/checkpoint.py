@@ -19,7 +19,7 @@ from frictionsim.solvers.state_values import Expected, unfit
 Arrays = dict[str, Any]
 
 # What Python raises where numbers, each in its range, do not go together.
-MISFITS = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+MALFORMED = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
 
 def dump_part(owner: Any, name: str) -> Arrays:
@@ -100,7 +100,7 @@ def of_checkpoint() -> Iterator[None]:
     try:
         with np.errstate(all="ignore"):  # the audit tells, or the run fails by name
             yield
-    except MISFITS as error:
+    except MALFORMED as error:
         raise InputError(
             "its checkpoint does not belong to this scenario or was changed: no run continues from"
             f" it ({type(error).__name__}). If the file is as this program wrote it, report this"

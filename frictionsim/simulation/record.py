@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.results import OPEN, OTHER_MODES, SLACK, STICK, TAUT, Record, defined
+from frictionsim.results import MODES, OPEN, OTHER_MODES, SLACK, STICK, TAUT, Record, defined
 from frictionsim.simulation.stored_channel import StoredChannel
 from frictionsim.solvers.end_stops import EVENT as END_STOP
 from frictionsim.version import __version__
@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 BREAKAWAY, REST, REVERSAL = "breakaway", "comes to rest", "reverses"
 # Of a pulley that no body touches, and of a span with and without tension.
-ENGAGEMENT: dict[float, str] = {OPEN: "open", TAUT: "taut", SLACK: "slack"}
+ENGAGEMENT: dict[float, str] = {
+    value: word for value, word in MODES if value in (OPEN, TAUT, SLACK)
+}
 SLIPS, STICKS, IMPACT, LEFT = "slips", "sticks", "impact", "left"
 
 

@@ -1,6 +1,7 @@
 """The simulation of a mechanism of one coordinate, and its results."""
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from frictionsim.solvers.base import SteppingSolver
 
 
-SECONDS_OF_COMPILATION = 10.0  # expected; from the disk a third of one
 # Channels that /events holds as `angle`, `mode_from` and `mode_to`, not as sides.
 OF_EVENTS = ("angle", "mode")
 TIME_COLUMN, VELOCITY_COLUMN, MODE_COLUMN = 0, 3, 6  # of a row of `SampleBuffer`
@@ -155,11 +155,12 @@ class RecordedSimulation:
 
     def prepare(self, on_step: Callable[[float], Any]) -> float:
         """Compile the rest of a long run if that pays; return how long it took, s."""
-        if not getattr(self._solver, "is_to_be_compiled", False):
+        solver: Any = self._solver
+        if not getattr(solver, "is_to_be_compiled", False):
             return 0.0
-        started = perf_counter()
-        with compilation_of(on_step, SECONDS_OF_COMPILATION):
-            self._solver.compile()  # type: ignore[attr-defined]  # of the solver that asks for it
+        started, expected = perf_counter(), solver.compile_seconds
+        with compilation_of(on_step, expected) if expected else nullcontext():
+            solver.compile()
         return perf_counter() - started
 
     def solve(self, on_step: Callable[[float], Any]) -> bool:

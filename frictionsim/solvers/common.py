@@ -231,7 +231,7 @@ def new_stepper(mechanism: "Mechanism", settings: "SolverSettings") -> Stepper:
         max_steps=settings.max_steps,
         fixed_step=settings.step,
         what=subject_of(mechanism),
-        advice=settings.after_budget,
+        advice=settings.budget_advice,
     )
 
 

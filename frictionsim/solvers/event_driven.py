@@ -1,5 +1,6 @@
 """The event-driven solver: keeps the state of a run, and has `one_contact` integrate it."""
 
+import logging
 from array import array
 from collections import Counter, deque
 from collections.abc import Callable, Mapping
@@ -45,6 +46,8 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.mechanism import Mechanism
 
+LOG = logging.getLogger(__name__)
+
 # Samples and events between two calls of `on_step`, as Python and compiled.
 PYTHON_BUFFERS = 64, 4
 COMPILED_BUFFERS = 4096, 512
@@ -55,6 +58,7 @@ STEPS_OF_A_CALL = 500_000.0  # of many runs
 # half a second, a compilation some twelve, a step as Python 20 us.
 PATIENCE = 2000
 STEPS_THAT_PAY, STEPS_THAT_PAY_COMPILING = 40_000.0, 600_000.0
+SECONDS_OF_COMPILATION = 10.0  # on an idle core
 _python_steps: Counter[Any] = Counter()  # of this process, by the form of the kernel
 
 
@@ -241,6 +245,11 @@ class EventDrivenSolver:
                 " large or too small"
             ) from None
 
+    @property
+    def compile_seconds(self) -> float:
+        """How long `compile` should take, s; 0 if the code is at hand."""
+        return 0.0 if self._kernel.is_at_hand else SECONDS_OF_COMPILATION
+
     def compile(self) -> None:
         """Have the rest of the run compiled, if that is possible."""
         self.is_to_be_compiled = False
@@ -291,7 +300,10 @@ class EventDrivenSolver:
     def _pays(self, done: float) -> bool:
         """Return whether it pays to compile the rest after PATIENCE steps for so many s."""
         left = self._run.end - self._state[layout.TIME]
-        if not PATIENCE * left > STEPS_THAT_PAY * done or self._kernel.reason:
+        if not PATIENCE * left > STEPS_THAT_PAY * done:
+            return False
+        if self._kernel.reason:
+            LOG.info("the rest of the run is not compiled: %s", self._kernel.reason)
             return False
         return PATIENCE * left > STEPS_THAT_PAY_COMPILING * done or self._kernel.is_at_hand
 
@@ -340,7 +352,7 @@ class EventDrivenSolver:
         if failure.reason == layout.TOO_MANY_STEPS:
             return BudgetExceeded(
                 f"limit of {settings.max_steps} steps reached at t = {t:.9g} s of {what};"
-                f" {settings.after_budget} (unless a short time constant, such as inertia over"
+                f" {settings.budget_advice} (unless a short time constant, such as inertia over"
                 " damping, limits the steps)"
             )
         if failure.reason == layout.NON_FINITE:

@@ -96,14 +96,7 @@ def _private_temporary() -> Path:
 
 
 def _prepared(base: Path, name: str) -> Path:
-    """Return the folder of a build in a base folder; both are made if they are not there.
-
-    Raises
-    ------
-    _NotPrivate
-    OSError
-        If it cannot be made, or not be written to.
-    """
+    """Return the folder of a build in a base folder; both are made if they are not there."""
     if not base.is_absolute():  # it would depend on the folder that the user is in
         raise _NotPrivate(f"'{base}' is no absolute path")
     base.parent.mkdir(parents=True, exist_ok=True)
@@ -126,12 +119,7 @@ def _prepared(base: Path, name: str) -> Path:
 
 
 def _check_way(base: Path) -> None:
-    """Check that no other user can put another folder into the place of one.
-
-    Raises
-    ------
-    _NotPrivate
-    """
+    """Check that no other user can put another folder into the place of one."""
     if not hasattr(os, "geteuid"):
         return
     trusted = {ROOT, os.geteuid()}

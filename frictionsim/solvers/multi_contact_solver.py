@@ -76,7 +76,7 @@ class MultiContactSolver(SteppingSolver):
             max_step=settings.max_step or inf,
             max_steps=settings.max_steps,
             what=mechanism.subject,
-            advice=settings.after_budget,
+            advice=settings.budget_advice,
         )
         super().__init__(stepper, settings, buffer, mechanism.subject)
         self.mechanism = mechanism

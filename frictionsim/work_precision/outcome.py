@@ -133,8 +133,8 @@ class Plan(NamedTuple):
         one. Empty if no setting is of that mesh.
     metrics : tuple of Metric
     limits : tuple of Limit
-        Whose first is what the errors are of and whose second is compared with it. Empty for a
-        study over time alone, whose errors are those against the references.
+        Errors are those of the first; the second is compared with it. Empty for a study over time
+        alone, whose errors are those against the references.
     """
 
     settings: list[Setting]

@@ -1,7 +1,7 @@
 """The fastest setting for a required error.
 
-Of settings whose wall times differ by less than their spread none is the faster one: they are
-ranked by evaluations of the right-hand side, which are the same every time.
+Settings whose wall times differ by less than their spread are ranked by their evaluations of the
+right-hand side, whose number is the same in each run.
 """
 
 from collections.abc import Iterable
@@ -68,11 +68,11 @@ def recommendations(study: WorkPrecision) -> list[Advice]:
     advice = advise(study.rows, study.floor)
     for name in quantities:
         floor = floors[name].relative if name in floors else 0.0
-        advice += [_for_quantity(study.rows, name, error, floor) for error in QUANTITY_TARGETS]
+        advice += [_quantity_advice(study.rows, name, error, floor) for error in QUANTITY_TARGETS]
     return advice
 
 
-def _for_quantity(rows: Iterable[Row], metric: str, wanted: float, floor: float) -> Advice:
+def _quantity_advice(rows: Iterable[Row], metric: str, wanted: float, floor: float) -> Advice:
     errors = [
         (row, row.errors[metric].relative)
         for row in rows

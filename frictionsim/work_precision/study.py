@@ -138,27 +138,29 @@ class Benchmark:
         Stopped
             If a signal stopped a run.
         """
-        found, names, reasons = [], [], []
+        references, names, reasons = [], [], []
         for limit in limits:
             try:
                 runs = [self._of_limit(setting, on_step) for setting in limit]
                 failed = [r.reason for r in runs if r.status != "done"]
             except InputError as refused:
-                failed = [in_one_line(refused)]
+                failed = [one_line(refused)]
             if failed:
                 reasons.append(f"{limit.name}: {failed[0]}")
             else:
-                found.append(extrapolated(runs[0], runs[1], self._metrics))
+                references.append(extrapolated(runs[0], runs[1], self._metrics))
                 names.append(limit.name)
-        if not found:
+        if not references:
             raise SolverError(
                 f"no mesh is fine enough to judge by: {'; '.join(reasons)}; compare fewer bodies"
                 " or allow each run more wall time"
             )
         duration = self._variants.duration
-        several = len(found) > 1
-        floor = metric_errors(self._metrics, found[1], found[0], duration) if several else {}
-        return Reference(found[0], tuple(names), floor)
+        several = len(references) > 1
+        floor = (
+            metric_errors(self._metrics, references[1], references[0], duration) if several else {}
+        )
+        return Reference(references[0], tuple(names), floor)
 
     def _of_limit(self, setting: Setting, on_step: OnStep) -> Record:
         if setting not in self._of_limits:
@@ -192,7 +194,7 @@ class Benchmark:
         try:
             scenario = self._variants.judged(setting)
         except InputError as refused:  # an effect that the model does not have, too few bodies
-            return _refused(setting, in_one_line(refused))
+            return _refused(setting, one_line(refused))
         self._warm_up(setting, on_step)
         judged = self._of_limits.get(setting) or _run(scenario, on_step, self._max_wall)
         last, seconds = judged, [_seconds(judged)]
@@ -243,7 +245,7 @@ class Benchmark:
 
 def _run(scenario: "Scenario", on_step: OnStep, max_wall: float) -> Record:
     solver = scenario.solver
-    limit = WallTimeLimit(max_wall, solver.duration, solver.after_budget)
+    limit = WallTimeLimit(max_wall, solver.duration, solver.budget_advice)
     result = run(scenario, Monitors(on_step, limit))
     if result.status == "interrupted":
         raise Stopped(result)
@@ -318,7 +320,7 @@ def _refused(setting: Setting, reason: str) -> Row:
     return Row(setting, "failed", reason, 0.0, 0, 0, None, 0, 0, 0, {})
 
 
-def in_one_line(error: Exception) -> str:
+def one_line(error: Exception) -> str:
     """Return the fault of a scenario in one line of a table."""
     return "; ".join(str(error).splitlines())
 

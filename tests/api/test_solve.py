@@ -91,7 +91,7 @@ def test_a_result_under_any_name_is_replaced_unless_that_is_forbidden(tmp_path: 
     path = tmp_path / "result"
     before = fs.solve(PULLEY, output=path, no_clobber=True).save(path).read_bytes()
     other = fs.solve(PULLEY, {MU_S: 0.3})
-    with pytest.raises(fs.OutputError, match="--no-clobber forbids to replace it") as caught:
+    with pytest.raises(fs.OutputError, match="no-clobber forbids to replace it") as caught:
         other.save(path, no_clobber=True)
     assert caught.value.exit_code == 4
     assert path.read_bytes() == before
@@ -143,13 +143,13 @@ def test_an_interrupted_run_has_the_exit_code_of_its_signal(tmp_path: Path) -> N
 
 
 def test_a_failed_audit_is_an_error_only_if_asked(monkeypatch: pytest.MonkeyPatch) -> None:
-    def unsound(*arguments: Any) -> Any:
+    def non_finite(*arguments: Any) -> Any:
         done = run(*arguments)
         checks = done.checks | {"energy_balance": Check(0.5, 0.01)}
         reason = "self-audit failed: energy_balance 0.5 above 0.01"
         return done._replace(checks=checks, attributes=done.attributes | {"reason": reason})
 
-    monkeypatch.setattr(solving, "run", unsound)
+    monkeypatch.setattr(solving, "run", non_finite)
     result = fs.solve(PULLEY)
     assert (result.status, result.exit_code) == ("done", 3)
     assert not result.audit["energy_balance"].ok
@@ -207,7 +207,7 @@ def test_max_wall_stops_a_run_that_can_be_resumed(tmp_path: Path) -> None:
     cycles = SCENARIOS / "hard" / "many_cycles.toml"
     part = fs.solve(cycles, max_wall=0.05)
     assert (part.status, part.failure, part.exit_code) == ("failed", "budget_exceeded", 5)
-    assert part.reason.startswith("wall-time limit --max-wall 0.05 s reached at t = ")
+    assert part.reason.startswith("wall-time limit of 0.05 s reached at t = ")
     again = fs.resume(part, max_wall=0.05)
     assert again.failure == "budget_exceeded"
     assert again.dataset["time"][-1] > part.dataset["time"][-1]

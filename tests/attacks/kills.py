@@ -21,7 +21,7 @@ RUN = (
 )
 COST = ("cost", str(SCENARIOS / "pulley.toml"), "--backends", "events", "--tolerances", "1e-3")
 OLD = {"a.h5": old_result(), "a.png": b"\x89PNG\r\n\x1a\nold", "a.csv": b"law,backend,setting,old"}
-LONGEST_START = 20.0  # s
+MAX_START = 20.0  # s
 SEEDED = "source.h5"
 
 
@@ -81,7 +81,7 @@ def _killed(rng: random.Random, arguments: list[str], folder: Path) -> str:
 
 def _wait_for_files(process: "subprocess.Popen[bytes]", folder: Path, count: int) -> None:
     """Wait until so many names have appeared that were not there before, or the end."""
-    seen, latest = set(os.listdir(folder)), time.monotonic() + LONGEST_START
+    seen, latest = set(os.listdir(folder)), time.monotonic() + MAX_START
     wanted = len(seen) + count
     while len(seen) < wanted and process.poll() is None and time.monotonic() < latest:
         seen.update(os.listdir(folder))

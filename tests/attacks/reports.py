@@ -25,7 +25,7 @@ from tests.attacks.toml import edited
 from tests.support.scenarios import SCENARIOS
 
 TARGET, REPORT, TABLE = "a.h5", "a.html", "a.csv"
-MOST_BYTES = 6e6
+MAX_BYTES = 6e6
 HUGE = 2**31
 SCRIPTS = 3  # elements of a report: data, library and scripts
 VOID = {"meta", "link", "br", "hr", "img", "input", "col", "wbr"}
@@ -97,7 +97,7 @@ def check_html(text: str) -> None:
         faults.append(f"it has {parser.found.count('script')} scripts, {set(parser.found)}")
     if any(ord(sign) < 32 and sign not in "\n\t" for sign in text):
         faults.append("it has control characters")
-    if len(text) > MOST_BYTES:
+    if len(text) > MAX_BYTES:
         faults.append(f"it has {len(text)} characters")
     if faults:
         raise BrokenPromise(f"the report is not sound: {'; '.join(faults[:5])}")

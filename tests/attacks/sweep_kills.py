@@ -24,7 +24,7 @@ from tests.support.sweep_files import command, started
 RUNS = 1200
 # Runs that go together would all be done before most kills.
 ALONE = ("--set", "output.channels=['angle']")
-LONGEST = 4.0  # s, until a kill
+MAX_WAIT = 4.0  # s, until a kill
 
 
 def trial(rng: random.Random, folder: Path, whole: bytes, table: Any) -> dict[str, int]:
@@ -33,7 +33,7 @@ def trial(rng: random.Random, folder: Path, whole: bytes, table: Any) -> dict[st
     arguments, found = [*command(RUNS, "s.h5", "-q", *ALONE)], {}
     for kill in range(rng.choice((1, 1, 2, 3))):
         process = started(arguments, folder)
-        time.sleep(rng.uniform(0.3, LONGEST))
+        time.sleep(rng.uniform(0.3, MAX_WAIT))
         if rng.random() < 0.5 and process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)  # and its workers
         else:

@@ -49,7 +49,7 @@ class Listening:
         self.inside = False
 
 
-def test_a_compilation_is_told_of_once_and_timed() -> None:
+def test_a_compilation_is_warned_of_once_and_timed() -> None:
     first, second = numba.njit(lambda x: x + 1), numba.njit(lambda x: 2 * x)
     on_step = Listening()
     with announce_compilation(3.0, on_step) as found:

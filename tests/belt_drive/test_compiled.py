@@ -98,7 +98,7 @@ def test_two_runs_are_alike_to_the_last_bit(name: str) -> None:
     assert once.statistics[:4] == again.statistics[:4]
 
 
-def test_the_cache_is_told_apart_by_every_file_with_kernels() -> None:
+def test_the_cache_is_distinguished_by_every_file_with_kernels() -> None:
     modules = [m for name, m in sys.modules.items() if name.startswith("frictionsim")]
     kernels = [v for m in modules for v in vars(m).values() if hasattr(v, "py_func")]
     files = {Path(kernel.py_func.__code__.co_filename) for kernel in kernels}

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from frictionsim.mechanisms.belt_drive.model import assemble
@@ -15,6 +15,7 @@ from frictionsim.results import Record
 from tests.support.belt_closed_forms import SECTION_4, two_pulley_mode
 from tests.support.belt_scenarios import scenario_of, shipped, stepped, trio
 from tests.support.drawn_belts import drawn
+from tests.support.examples import examples
 from tests.support.scenarios import Scenario, changed, scenario_run, simulate
 from tests.support.string_reference import arcs_of, end_state
 
@@ -231,7 +232,7 @@ def test_fixed_and_adaptive_steps_agree(seed: int) -> None:
 # --- invariants -----------------------------------------------------------------------------------
 
 
-@settings(max_examples=8)
+@examples(8)
 @given(seed=st.integers(0, 10_000), angle=st.floats(0.1, 6.0), mirrored=st.booleans())
 def test_a_belt_that_is_turned_or_mirrored_does_the_same(
     seed: int, angle: float, mirrored: bool
@@ -252,7 +253,7 @@ def test_a_belt_that_is_turned_or_mirrored_does_the_same(
     assert np.max(np.abs(off)) < 1e-6 * max(float(np.max(np.abs(speeds))), 1e-3)
 
 
-@settings(max_examples=8)
+@examples(8)
 @given(seed=st.integers(0, 10_000), law=st.sampled_from(["equal", "static above kinetic"]))
 def test_drawn_strings_keep_energy_friction_and_balance(seed: int, law: str) -> None:
     data = drawn(seed, solver__backend="moreau")

@@ -185,7 +185,7 @@ def test_the_folder_of_another_user_is_not_taken(
 
 
 @pytest.mark.usefixtures("kernel")
-def test_another_user_is_told_by_the_number(
+def test_another_user_is_named_by_the_number(
     home: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As the tests above, where they cannot give files to another user."""
@@ -284,7 +284,7 @@ def test_a_kernel_is_compiled_where_nothing_can_be_kept(
 
 
 @pytest.mark.usefixtures("fresh")
-def test_numba_is_told_the_folder_again_if_the_environment_changed_it(
+def test_numba_gets_the_folder_again_if_the_environment_changed_it(
     home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from numba.core import config

@@ -21,7 +21,7 @@ from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed
 
 # A large function more is 0.15 s more on one core; seven make a second. Loops over vectors are
 # functions of a few lines, of which many take less time than a few with versions for overlaps.
-MOST = {"moreau": 84, "rkf45": 94}
+MAX_FUNCTIONS = {"moreau": 84, "rkf45": 94}
 
 COUNT = """
 import json, sys
@@ -39,7 +39,7 @@ print(json.dumps([[one.data["dispatcher"].py_func.__name__ for one in starts], a
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("backend", MOST)
+@pytest.mark.parametrize("backend", MAX_FUNCTIONS)
 def test_a_cold_run_compiles_few_functions_and_no_stiff_damping(
     backend: str, tmp_path: Path
 ) -> None:
@@ -47,7 +47,7 @@ def test_a_cold_run_compiles_few_functions_and_no_stiff_damping(
     environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(ROOT)}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     functions, again = json.loads(done.stdout)
-    assert len(functions) <= MOST[backend], functions
+    assert len(functions) <= MAX_FUNCTIONS[backend], functions
     assert "solve_damping_and_friction" not in functions
     assert not again
 

@@ -6,21 +6,22 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from frictionsim.results import Record
 from frictionsim.scenario.loading import ValidationFailure, validate
 from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import pair
+from tests.support.examples import examples
 from tests.support.scenarios import SCENARIOS, Scenario
 from tests.support.second_way import Recorded, Seen
 from tests.support.second_way_belt import (
     belt_drive,
     body_length,
     last,
-    power_misfit,
-    torque_misfits,
+    power_residual,
+    torque_residuals,
 )
 
 # The fastest wave in belts of these is seen by so many samples a radian.
@@ -152,13 +153,13 @@ def fine_interval(data: Scenario) -> float:
     return float(0.5 * length / (SAMPLES * (RIGIDITY / DENSITY) ** 0.5))
 
 
-@settings(max_examples=8)
+@examples(8)
 @given(data=drives(bodies=st.integers(60, 100)))
 def test_quantities_at_fixed_steps_are_those_of_a_second_way(data: Scenario) -> None:
     assert_second_way(data)
 
 
-@settings(max_examples=4)
+@examples(4)
 @given(data=drives(bodies=st.integers(60, 100), speeds=False))
 def test_quantities_at_adaptive_steps_are_those_of_a_second_way(data: Scenario) -> None:
     data["solver"]["backend"] = "rkf45"
@@ -171,14 +172,14 @@ def assert_second_way(data: Scenario) -> None:
     assert disagreements(done, belt_drive(record)) == {}
 
 
-@settings(max_examples=4)
+@examples(4)
 @given(data=drives(bodies=st.just(150), most=4, idle=False))
 def test_spans_differ_by_the_torque_of_their_pulley(data: Scenario) -> None:
     done, record = recorded(data, 1.0, 1e-3)
     # A slack belt claps, and a drive that is overloaded may never become steady.
     assume(not any("slack" in warning for warning in done.warnings) and is_steady(record))
-    assert np.max(torque_misfits(record)) < TORQUE_BALANCE
-    assert power_misfit(record) < POWER_BALANCE
+    assert np.max(torque_residuals(record)) < TORQUE_BALANCE
+    assert power_residual(record) < POWER_BALANCE
     assert tensions(disagreements(done, belt_drive(record))) == {}
 
 
@@ -196,7 +197,7 @@ def test_spans_of_unlike_pulleys_differ_by_their_torque(radii: tuple[float, floa
     }
     done, record = recorded(data, 0.6, 1e-3)
     corner = (body_length(record) / min(radii)) ** 2 / 8.0
-    assert np.max(torque_misfits(record)) < TORQUE_BALANCE + corner
+    assert np.max(torque_residuals(record)) < TORQUE_BALANCE + corner
     assert done.checks["torque_balance"].ok
     assert tensions(disagreements(done, belt_drive(record))) == {}
 

@@ -56,7 +56,7 @@ DRAWN: dict[str, Scenario] = {
 
 
 @pytest.mark.parametrize("name", DRAWN)
-def test_a_belt_that_slips_as_a_whole_is_told_of(name: str) -> None:
+def test_a_belt_that_slips_as_a_whole_is_warned_of(name: str) -> None:
     done = simulate(DRAWN[name])
     assert done.status == "done"
     told = {p for p in done.members["pulley"] if any(f"slips on '{p}'" in w for w in done.warnings)}
@@ -75,7 +75,7 @@ PATCH = {"mu_s": 0.1, "mu_k": 0.1}
 
 
 @pytest.mark.parametrize(("where", "unused"), [((0.0, 0.1), True), ((0.2, 0.45), False)])
-def test_a_patch_that_reaches_no_pulley_is_told_of(
+def test_a_patch_that_reaches_no_pulley_is_warned_of(
     where: tuple[float, float], unused: bool
 ) -> None:
     """The belt is at rest; its first span is 0.25 m long."""
@@ -93,19 +93,19 @@ def test_a_patch_that_reaches_no_pulley_is_told_of(
     ],
     ids=["at rest", "a ramp to the end", "a load that is reached early"],
 )
-def test_means_of_a_motion_that_changes_are_told_of(torque: Any, steady: bool) -> None:
+def test_means_of_a_motion_that_changes_are_warned_of(torque: Any, steady: bool) -> None:
     # The damped driven pulley settles within 30 ms: 2e-3 kg m^2 against 0.25 N m s.
     done = simulate(pair(drive__driver__torque=torque, mechanism__belt__bodies=48, **LONG))
     assert warned(done, "not steady") is not steady, done.warnings
 
 
-def test_means_of_a_few_samples_are_told_of() -> None:
+def test_means_of_a_few_samples_are_warned_of() -> None:
     done = simulate(pair(solver__backend="moreau", output__interval=5e-3))
     assert warned(done, "are of 3 samples")
     assert not warned(simulate(pair(solver__backend="moreau")), "samples; give")
 
 
-def test_energy_that_the_steps_put_in_is_told_of() -> None:
+def test_energy_that_the_steps_put_in_is_warned_of() -> None:
     """The published creep law chatters about rest, and its steps with it."""
     done = simulate(shipped("belt_drive_published", solver__backend="rkf45", solver__duration=4e-3))
     c = done.channels
@@ -116,7 +116,7 @@ def test_energy_that_the_steps_put_in_is_told_of() -> None:
 
 
 @pytest.mark.parametrize("pretension", [10.0, 40.0, 200.0])
-def test_a_span_without_tension_is_told_of(pretension: float) -> None:
+def test_a_span_without_tension_is_warned_of(pretension: float) -> None:
     data = pair(
         **FIXED,
         **OVERLOAD,
@@ -132,7 +132,7 @@ def test_a_span_without_tension_is_told_of(pretension: float) -> None:
 
 @pytest.mark.parametrize(("wrap", "divisor"), [("polygon", 12.0), ("corrected", 72.0)])
 @pytest.mark.parametrize("bodies", [24, 48, 96])
-def test_slip_that_corners_make_is_told_of(bodies: int, wrap: str, divisor: float) -> None:
+def test_slip_that_corners_make_is_warned_of(bodies: int, wrap: str, divisor: float) -> None:
     data = pair(mechanism__belt__bodies=bodies, drive__driver__torque=-3.0, **LONG)
     data["mechanism"]["belt"]["wrap"] = wrap
     done = simulate(data)
@@ -155,7 +155,7 @@ def test_a_belt_at_rest_has_no_efficiency_and_no_slip_and_says_why() -> None:
     assert not warned(moving, "efficiency has no value")
 
 
-def test_a_patch_that_holds_no_body_is_told_of() -> None:
+def test_a_patch_that_holds_no_body_is_warned_of() -> None:
     """Bodies are 42 mm long; between two of their middles there is room for a patch."""
     patch = {"from": 0.023, "to": 0.06, **PATCH}
     done = simulate(pair(effects__patch=patch, solver__backend="moreau"))
@@ -177,7 +177,7 @@ NO_MOTION_ACROSS = {"effects__contact": None, "effects__bending": None}
 
 
 @pytest.mark.parametrize(("mu_k", "torque", "told"), [(0.6, -5.0, False), (0.4, -5.0, True)])
-def test_bursts_of_a_guided_belt_are_told_of(mu_k: float, torque: float, told: bool) -> None:
+def test_bursts_of_a_guided_belt_are_warned_of(mu_k: float, torque: float, told: bool) -> None:
     data = pair(
         **NO_MOTION_ACROSS,
         drive__driver__torque={"time": [0.0, 0.02], "value": [0.0, torque]},
@@ -191,7 +191,7 @@ def test_bursts_of_a_guided_belt_are_told_of(mu_k: float, torque: float, told: b
     assert share < 0.99
 
 
-def test_bursts_are_not_told_of_where_all_sticks_or_in_the_plane() -> None:
+def test_bursts_are_not_warned_of_where_all_sticks_or_in_the_plane() -> None:
     friction = {"effects__belt_friction": {"mu_s": 50.0, "mu_k": 40.0}}
     assert not warned(simulate(pair(**NO_MOTION_ACROSS, **friction, **LONG)), "in bursts")
     friction = {"effects__belt_friction": {"mu_s": 0.6, "mu_k": 0.4}}
@@ -202,7 +202,7 @@ def test_bursts_are_not_told_of_where_all_sticks_or_in_the_plane() -> None:
     ("factor", "backend", "told"),
     [(1.9, "rkf45", False), (2.1, "rkf45", True), (21.0, "rkf45", True), (2.1, "moreau", False)],
 )
-def test_steps_that_dampers_make_short_are_told_of(factor: float, backend: str, told: bool) -> None:
+def test_short_steps_of_dampers_are_warned_of(factor: float, backend: str, told: bool) -> None:
     # A joint has c = EA/l and m = rho l, its waves 2 sqrt(c/m), its damper the rate 4 b/m.
     coefficient = 0.5 * factor * float(np.sqrt(1e4 * 0.5))
     data = pair(

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionsim as fs
@@ -23,6 +23,7 @@ from tests.support.belt_scenarios import (
     stepped,
 )
 from tests.support.drawn_belts import drawn
+from tests.support.examples import examples
 from tests.support.scenarios import Scenario, changed, simulate
 
 NO_MOTION_ACROSS = {"effects__contact": None, "effects__bending": None, "effects__gravity": None}
@@ -164,7 +165,7 @@ def test_it_is_stable_for_any_damping(coefficient: float) -> None:
     assert done.checks["energy_balance"].value < 1e-5
 
 
-@settings(max_examples=8)
+@examples(8)
 @given(
     seed=st.integers(0, 10_000),
     damping=st.floats(50.0, 1e4),

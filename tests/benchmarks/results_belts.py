@@ -334,7 +334,7 @@ def paper() -> None:
     for view in ("speeds", "drive"):
         options = ("--view", view, "-o", f"results/belt_drive_{view}.png")
         command("plot", "results/belt_drive.h5", *options)
-    runs = {"exact stick": _figures(exact), "published law, rtol 1e-2": _figures(published)}
+    runs = {"exact stick": _quantities(exact), "published law, rtol 1e-2": _quantities(published)}
     rows = [
         {"quantity": name, "paper": words} | {law: found[name] for law, found in runs.items()}
         for name, words in PRINTED.items()
@@ -343,7 +343,7 @@ def paper() -> None:
     write(Table("The belt drive of Kubas 2014 and ours", above, rows), "belt_paper")
 
 
-def _figures(done: Record) -> dict[str, Any]:
+def _quantities(done: Record) -> dict[str, Any]:
     """Return the means of a run; none of them if it ended before."""
     channels = done.channels
     found = dict.fromkeys(PRINTED, float("nan")) | {

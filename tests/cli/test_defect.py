@@ -28,7 +28,7 @@ ENDINGS = [
         ("static", error, 1, "out of memory; allow the process more (see 'ulimit -v')")
         for error in NO_MEMORY
     ),
-    *(("solve", error, 1, RECORD_LESS) for error in NO_MEMORY),
+    *(("api.solving.solve_with", error, 1, RECORD_LESS) for error in NO_MEMORY),
     ("api.solving.run", MemoryError(), 1, RECORD_LESS),
     (
         "load",
@@ -49,7 +49,7 @@ ENDINGS = [
 
 
 @pytest.mark.parametrize(("place", "error", "code", "said"), ENDINGS)
-def test_an_error_has_its_exit_code_and_is_told_in_the_words_of_the_command(
+def test_an_error_has_its_exit_code_and_is_reported_in_the_words_of_the_command(
     place: str, error: BaseException, code: int, said: str, told: Run,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip

@@ -38,7 +38,7 @@ def test_check_takes_folders_and_files(told: Run) -> None:
     assert err.startswith("frictionsim: a/bad.toml:1: kind: unknown kind 'puley'")
 
 
-def test_check_tells_each_scenario_and_its_faults_as_json(told: Run) -> None:
+def test_check_lists_each_scenario_and_its_faults_as_json(told: Run) -> None:
     Path("bad.toml").write_text('kind = "pulley"\nmechanism.load = -1\n')
     out, err = told("check", PULLEY, "bad.toml", "--json", code=2)
     assert err == ""
@@ -121,7 +121,7 @@ def test_plot_keeps_an_existing_picture(told: Run) -> None:
         picture.write_bytes(b"\x89PNG precious")
         assert told("plot", "a.h5", "--no-clobber", *options, code=4) == (
             "",
-            f"frictionsim: {picture}: the file exists and --no-clobber forbids to replace it; give"
+            f"frictionsim: {picture}: the file exists and no-clobber forbids to replace it; give"
             " another name\n",
         )
         assert picture.read_bytes() == b"\x89PNG precious"

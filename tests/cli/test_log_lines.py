@@ -44,12 +44,12 @@ def test_a_checkpoint_that_cannot_be_written_is_a_warning_without_v(
 ) -> None:
     write = Destination.write
 
-    def refuse_parts(self: Destination, run: object) -> object:
+    def deny_parts(self: Destination, run: object) -> object:
         if run.status != "done":  # type: ignore[attr-defined]
             raise OutputError("the disk is full")
         return write(self, run)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(Destination, "write", refuse_parts)
+    monkeypatch.setattr(Destination, "write", deny_parts)
     _, err = told("solve", PULLEY, "-q", "-o", "a.h5", "--set", "output.checkpoint=1e-9")
     assert err == "frictionsim: warning: checkpoint not written: the disk is full\n"
     assert Path("a.h5").exists()

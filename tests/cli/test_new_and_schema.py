@@ -75,7 +75,7 @@ def test_the_printed_schema_is_that_of_python_indented(kind: str | None, told: R
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")
 @pytest.mark.parametrize("arguments", [["new", "pulley"], ["new", "--list"], ["schema"]])
-def test_a_full_device_is_told(
+def test_a_full_device_is_reported(
     arguments: list[str], here: Path, monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip

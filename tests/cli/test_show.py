@@ -80,7 +80,7 @@ def test_the_scenario_gives_the_same_result_again(told: Run) -> None:
     told("compare", "b.h5", "a.h5", "--rtol", "0", "--atol", "0", "--time-atol", "0")
 
 
-def test_a_failed_run_tells_why_and_how_to_resume_it(told: Run) -> None:
+def test_a_failed_run_says_why_and_how_to_resume_it(told: Run) -> None:
     _, solved = told("solve", PULLEY, "-o", "a.h5", "-q", "--max-steps", "50", code=5)
     out, err = told("show", "a.partial.h5")
     assert out.startswith("Pulley on a dry shaft: failed\n")
@@ -100,7 +100,7 @@ def test_a_run_that_cannot_be_resumed_is_not_said_to(told: Run) -> None:
     assert "resume a.partial.h5" not in err
 
 
-def test_a_failed_audit_is_told(told: Run) -> None:
+def test_a_failed_audit_is_reported(told: Run) -> None:
     """Fixed steps through the chattering of eq 30 lose energy."""
     force = "drive.force={time=[0,0.8,4,4.8],value=[1832.6,3113.75,3113.75,2224.1]}"
     law = ["--set", "effects.shaft_friction.law=published", "--backend", "rkf45"]

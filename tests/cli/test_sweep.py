@@ -31,7 +31,7 @@ zip = true
 """
 
 
-def test_a_sweep_is_written_and_told(told: Run, here: Path) -> None:
+def test_a_sweep_is_written_and_summarised(told: Run, here: Path) -> None:
     arguments = command(3, "s.h5", "--csv", "s.csv", "-j", "1")
     out, err = told(*arguments)
     assert out.splitlines()[0] == "Pulley on a dry shaft: sweep done"
@@ -96,11 +96,11 @@ def test_a_study_in_a_file_is_run(told: Run, here: Path) -> None:
     told("sweep", "study.toml", "-q", "-j", "1", "-o", "s.h5")
     found = fs.open_sweep("s.h5")
     assert found["effects.shaft_friction.mu_s"].values.tolist() == [0.2, 0.3]
-    for options in (["--vary", f"{LOAD}=[1]"], ["--zip"], ["--sample", "4"], ["--seed", "0"]):
-        name = options[0].removeprefix("--")
+    for options in (["--vary", f"{LOAD}=[1]"], ["--zip"], ["--sample", "4"], ["--keep-series"]):
+        name = options[0]
         _, err = told("sweep", "study.toml", *options, code=2)
         assert err == (
-            f"frictionsim: {name}: this is a study already, which says what is varied; change it"
+            f"frictionsim: {name}: the study file already defines the varied keys; change it"
             " there\n"
         )
 
@@ -114,12 +114,13 @@ def test_a_signal_keeps_what_is_done(name: str, told: Run, here: Path) -> None:
     out, err = process.communicate(timeout=30.0)
     assert process.returncode == 128 + getattr(signal, name), err
     assert out == b""
+    assert fs.open_sweep(here / "s.partial.h5").exit_code == process.returncode
     table = read_sweep(here / "s.partial.h5")
     done = int((table.status == 1).sum())
     assert 0 < done < 2000
     assert err.decode() == (
-        f"frictionsim: sweep interrupted: {done} of 2000 runs are done and kept in s.partial.h5;"
-        " 'frictionsim resume s.partial.h5' goes on\n"
+        f"frictionsim: sweep interrupted: {done} of 2000 runs are saved in s.partial.h5;"
+        " 'frictionsim resume s.partial.h5' continues the sweep\n"
     )
     assert os.listdir() == ["s.partial.h5"]
 
@@ -129,7 +130,7 @@ def test_a_sweep_that_is_killed_is_resumed_to_the_same_bytes(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sweep_kills, "RUNS", 300)
-    monkeypatch.setattr(sweep_kills, "LONGEST", 1.5)
+    monkeypatch.setattr(sweep_kills, "MAX_WAIT", 1.5)
     whole = sweep_kills.whole_sweep(here)
     for seed in (1, 2):
         folder = here / str(seed)

@@ -92,7 +92,7 @@ def test_csv_scenario_and_study_are_those_of_the_sweep(grid: xarray.Dataset, tol
     )
 
 
-def test_failed_runs_and_runs_that_are_left_are_told(here: Path, told: Run) -> None:
+def test_failed_runs_and_runs_that_are_left_are_reported(here: Path, told: Run) -> None:
     table = grid_of({"a": list(np.arange(1.0, 21.0))}, {"f": lambda a: a})
     table = with_outcomes(table, {0: FAILED, 3: FAILED, 8: FAILED, 19: NOT_RUN})
     for run in (0, 3):

@@ -13,7 +13,7 @@ import gallery
 
 PNG = b"\x89PNG\r\n\x1a\n"
 GIF = b"GIF89a"
-MOST_BYTES, MOST_OF_SCREENSHOT, MOST_OF_GIF, MOST_IN_ALL = 250_000, 120_000, 600_000, 3_600_000
+MAX_BYTES, MAX_SCREENSHOT, MAX_GIF, MAX_TOTAL = 250_000, 120_000, 600_000, 3_600_000
 SHOWN = re.compile(r"!\[[^\]]+\]\(pictures/([\w.]+)\)")
 
 
@@ -43,8 +43,8 @@ def test_a_picture_is_there_and_small_and_its_commands_are_known(picture: galler
     content = (gallery.PICTURES / picture.file).read_bytes()
     moving = picture.file.endswith(".gif")
     assert content.startswith(GIF if moving else PNG)
-    still = MOST_OF_SCREENSHOT if picture.scheme else MOST_BYTES
-    assert len(content) < (MOST_OF_GIF if moving else still)
+    still = MAX_SCREENSHOT if picture.scheme else MAX_BYTES
+    assert len(content) < (MAX_GIF if moving else still)
     if picture.scheme:
         colour_type = content[25]  # of the header of a PNG
         assert colour_type == 3, "a screenshot has a palette"
@@ -77,4 +77,4 @@ def test_the_gallery_has_a_comparison_an_overlay_and_motion() -> None:
 def test_no_picture_is_left_over_and_all_are_small() -> None:
     files = list(gallery.PICTURES.iterdir())
     assert {path.name for path in files} == {picture.file for picture in gallery.GALLERY}
-    assert sum(path.stat().st_size for path in files) < MOST_IN_ALL
+    assert sum(path.stat().st_size for path in files) < MAX_TOTAL

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionsim as fs
@@ -19,6 +19,7 @@ from tests.fitting.measurements import (
     pulley,
     series,
 )
+from tests.support.examples import examples
 
 BOUNDS = {MU_S: (0.1, 0.4)}
 NOT_MOVING = (0.36, 0.9)  # of mu_s: the force of the shipped ramp never lifts the load
@@ -60,7 +61,7 @@ def test_a_value_beside_runs_that_do_not_give_it_is_found() -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=8)
+@examples(8)
 @given(wanted=st.floats(-3.0, 14.0), high=st.floats(150.0, 1000.0))
 def test_a_straight_line_is_reached_between_its_ends(wanted: float, high: float) -> None:
     """The angle is 1/2 (P - W) r_e t^2/I, with P from 0."""
@@ -147,7 +148,7 @@ def test_a_series_that_does_not_depend_on_the_key_is_flat(starts: int) -> None:
     assert found.finding.sentence == f"flat: the data do not change with {MU_S} within the bounds"
 
 
-def test_equal_plateaus_are_told() -> None:
+def test_equal_plateaus_are_reported() -> None:
     """Below mu_s = 0.19671 the pulley breaks away at once."""
     found = fit_one(pulley(), BOUNDS, breakaway_time=0.0)
     assert (found.finding.kind, found.exit_code) == ("plateau", 0)
@@ -160,7 +161,7 @@ def test_equal_plateaus_are_told() -> None:
     )
 
 
-def test_a_plateau_that_is_not_the_minimum_is_told() -> None:
+def test_a_plateau_that_is_not_the_minimum_is_reported() -> None:
     data = series(pulley().replace({MU_S: 0.231}), angular_velocity=0.0)
     free = {MU_S: (0.1, 0.4, 0.39)}
     found = fs.fit(pulley(), data=data, channels="angular_velocity", free=free, starts=1)
@@ -170,7 +171,7 @@ def test_a_plateau_that_is_not_the_minimum_is_told() -> None:
     )
 
 
-def test_equal_minima_are_told() -> None:
+def test_equal_minima_are_reported() -> None:
     """A force over half a period gives cos(phase) of its impulse, which two phases have alike."""
     sine = {"mean": 300.0, "amplitude": 100.0, "frequency_hz": 0.5, "phase_deg": 10.0}
     scenario = frictionless().replace({FORCE: {"sine": sine}})

@@ -206,7 +206,7 @@ def test_the_bootstrap_agrees_with_the_standard_errors() -> None:
         assert low < found.values[FORCE] < high
 
 
-def test_correlated_residuals_are_told() -> None:
+def test_correlated_residuals_are_reported() -> None:
     """Data with a drift that the scenario does not have."""
     data = line(0.01, seed=1)
     data["w"] = data["w"] + 0.5 * np.sin(3.0 * data["time"])
@@ -217,7 +217,7 @@ def test_correlated_residuals_are_told() -> None:
     assert warning.endswith("the standard errors are too small")
 
 
-def test_a_sigma_that_is_too_small_is_told() -> None:
+def test_a_sigma_that_is_too_small_is_reported() -> None:
     (warning,) = fit_line(line(0.1, seed=1), sigma={"angular_velocity": 0.02}).warnings
     assert "times as large as the sigma that was given (up to " in warning
     assert " sigma, of angular_velocity); the standard errors are too small" in warning
@@ -234,7 +234,7 @@ def test_a_sigma_that_is_too_small_is_told() -> None:
         assert line_of_chi.endswith(" (near 1 if sigma is right)")
 
 
-def test_one_value_far_from_the_fit_is_told() -> None:
+def test_one_value_far_from_the_fit_is_reported() -> None:
     """Among many, where chi squared does not show it, or is not known."""
     data = line(0.05, seed=1, count=300)
     data["w"][150] += 0.6
@@ -339,7 +339,7 @@ def test_differences_do_not_pass_a_jump() -> None:
     )
 
 
-def test_kinks_make_a_standard_error_rough() -> None:
+def test_corners_make_a_standard_error_rough() -> None:
     """The pulley breaks away 60 us before the one sample; steps of differences are 500, 130, 30."""
     data = {"time": [0.1, 0.5465], "angular_velocity": [0.0, 5.4e-4]}
     found = fit_velocity(pulley(), data, {MU_S: (0.1, 0.4)}, starts=1)

@@ -143,7 +143,7 @@ def test_a_unit_in_the_heading_of_a_key_of_the_runs(tmp_path: Path) -> None:
     assert "\ndata: final_angular_velocity from 'w' in rad/s\n" in found.summary()
 
 
-def test_the_warnings_of_the_last_runs_are_told() -> None:
+def test_the_warnings_of_the_last_runs_are_reported() -> None:
     options: dict[str, Any] = {"sigma": {"final_angular_velocity": 0.1}, "starts": 1}
     options["free"] = {LOAD: (50.0, 150.0)}
     data = {"P": [-50.0, -20.0, 10.0], "w": SLOPE * np.array([-150.0, -120.0, -90.0])}

@@ -35,7 +35,7 @@ def test_two_sweeps_of_one_study_have_the_same_bytes(files: Path, tmp_path: Path
     assert (tmp_path / "again.h5").read_bytes() == (files / "grid.h5").read_bytes()
 
 
-def test_a_result_and_a_sweep_are_told_apart(files: Path) -> None:
+def test_a_result_and_a_sweep_are_distinguished(files: Path) -> None:
     with pytest.raises(InputError, match=r"this is a sweep, not the result of a run"):
         fs.open(files / "grid.h5")
     with pytest.raises(InputError, match=r"it is HDF5, but not a sweep of frictionsim"):

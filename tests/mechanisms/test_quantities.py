@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from frictionsim.results import Quantities, Record
@@ -19,8 +19,9 @@ from tests.support.drawn_scenarios import (
     signals,
     switched,
 )
+from tests.support.examples import examples
 from tests.support.scenarios import Scenario, scenario_run, shipped, simulate
-from tests.support.second_way import Event, Recorded, Seen, Table, misfits, motion
+from tests.support.second_way import Event, Recorded, Seen, Table, motion, residuals
 from tests.support.second_way_bodies import body, body_statics
 from tests.support.second_way_gears import epicyclic, gear_statics
 from tests.support.second_way_shafts import (
@@ -65,13 +66,13 @@ def assert_second_way(data: Scenario) -> Record:
     for name, seen in motion(record).items():
         assert seen.agrees(float(record.channels[name][-1])), name
     if "mode" in record.channels and "speed" not in record.scenario.get("drive", {}):
-        assert misfits(record) == []
+        assert residuals(record) == []
     found = mechanism_module(data["kind"]).statics(scenario_run(done))
     assert disagreements(found, STATICS[data["kind"]](record.scenario)) == {}
     return record
 
 
-def test_every_kind_of_one_coordinate_has_a_reader() -> None:
+def test_every_kind_of_one_degree_of_freedom_has_a_reader() -> None:
     assert READERS.keys() == STATICS.keys() == KINDS.keys() - {"belt_drive"}
 
 
@@ -220,7 +221,7 @@ def test_quantities_of_marble_machines(data: Scenario) -> None:
     assert_second_way(data)
 
 
-@settings(max_examples=100)  # a wrong dwell is seen where a tracer point comes to dwell, by few
+@examples(100)  # a wrong dwell is seen where a tracer point comes to dwell, by few
 @given(scenarios(gears_with_points(), 8.0))
 def test_quantities_of_gears(data: Scenario) -> None:
     # One that stops within a few samples is no more seen by them.

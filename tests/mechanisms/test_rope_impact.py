@@ -184,7 +184,7 @@ def kind_of(case: Case, after: After) -> str:
     return "goes on" if w * then > 0.0 else "turns"
 
 
-def test_the_draws_have_every_course_of_an_impact() -> None:
+def test_the_draws_have_every_form_of_an_impact() -> None:
     seen = {
         (kind_of(case, after), case.side, case.other_taut, case.e > 0.0)
         for case, after in zip(cases(), all_found(), strict=True)

@@ -18,7 +18,7 @@ from frictionsim.scenario.loading import validate
 from frictionsim.scenario.model_validation import ValidationFailure
 from frictionsim.scenario.signals import PiecewiseLinear, Sine, SmoothStep
 from tests.support.scenarios import SCENARIOS, Scenario, changed, simulate
-from tests.support.shaft_scenes import scene, sine
+from tests.support.shaft_scenarios import shaft_scenario, sine
 
 # --- what locks a body
 
@@ -36,7 +36,7 @@ def force(**keys: Any) -> dict[str, Any]:
 
 def rough(**keys: Any) -> Scenario:
     """Return a body under a force on a shaft whose friction radius is 0.6 of its radius."""
-    return changed(scene([force(**keys)], []), effects__shaft_friction__mu_s=0.75)
+    return changed(shaft_scenario([force(**keys)], []), effects__shaft_friction__mu_s=0.75)
 
 
 def fault(data: Scenario) -> str:
@@ -105,7 +105,7 @@ def test_a_size_that_is_unknown_locks_and_a_radius_does_not() -> None:
 def test_a_size_of_which_no_digits_are_left_is_none(size: float, friction: bool) -> None:
     """A number below the smallest normal one has few digits, and its products fewer."""
     for one in (size, {"time": [0.0, 1.0], "value": [0.0, size]}):
-        data = changed(scene([force(size=one)], []), solver__rtol=1e-6)
+        data = changed(shaft_scenario([force(size=one)], []), solver__rtol=1e-6)
         if not friction:
             del data["effects"]["shaft_friction"]
         result = simulate(data)
@@ -115,10 +115,10 @@ def test_a_size_of_which_no_digits_are_left_is_none(size: float, friction: bool)
 
 def test_two_thousand_loads_are_summed() -> None:
     """The sum is a loop: a sum of functions of two would be nested too deep to be called."""
-    data = scene([force(size=sine(0.1, 0.01, 1.0))] * 1000, [sine(0.1, 0.01, 1.0)] * 1000)
+    data = shaft_scenario([force(size=sine(0.1, 0.01, 1.0))] * 1000, [sine(0.1, 0.01, 1.0)] * 1000)
     for table in ("forces", "couples"):
         data[table] = [{**part, "name": f"{table}{i}"} for i, part in enumerate(data[table])]
-    few = scene([force(size=sine(100.0, 10.0, 1.0))], [sine(100.0, 10.0, 1.0)])
+    few = shaft_scenario([force(size=sine(100.0, 10.0, 1.0))], [sine(100.0, 10.0, 1.0)])
     short = {"solver": {"duration": 1e-3, "rtol": 1e-6}, "output": {"interval": 5e-4}}
     many, one = simulate(data | short), simulate(few | short)
     assert many.channels["angle"][-1] != 0.0

@@ -9,13 +9,13 @@ from tests.support.problems import cases
 from tests.support.scenarios import Scenario, changed, simulate, with_method
 from tests.support.shaft_reference import solution
 from tests.support.shaft_reference_closed import closed_form
-from tests.support.shaft_scenes import (
+from tests.support.shaft_scenarios import (
     delayed,
     drawn,
     in_units,
     mirrored,
     ramp,
-    scene,
+    shaft_scenario,
     sine,
     step,
     turned,
@@ -49,38 +49,38 @@ def assert_same(
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_a_drawn_scene_gives_the_reference(name: str) -> None:
+def test_a_drawn_scenario_gives_the_reference(name: str) -> None:
     case = CASES[name]
     assert case["event_count"] == len(case["events"])
     assert_same(seen(case["scenario"]), (case["events"], case["final"]))
 
 
-# Ten times and more what another processor leaves of DOP853 at 1e-13: 2e-14 s and 3e-13 rad, but
-# 2e-10 rad in the scene that turns by 93 rad.
-OTHER_PROCESSOR = {"equal_coefficients_14": 5e-9}
+# Twenty times and more what another processor leaves of DOP853 at 1e-13: 2e-14 s, and 3e-13 rad or
+# 2e-12 rad in each radian turned.
+OTHER_PROCESSOR = 5e-11  # rad, and of the angle turned
 
 
 @pytest.mark.parametrize("number", [0, 11, 12, 33, 14, 15, 16, 18])
-def test_the_stored_scenes_are_those_of_the_independent_program(number: int) -> None:
+def test_the_stored_scenarios_are_those_of_the_independent_program(number: int) -> None:
     name, data = drawn(number)
     found, case = solution(data), CASES[name]
     assert case["scenario"] == data
     stored = case["events"], case["final"]
-    angle = OTHER_PROCESSOR.get(name, 1e-11)
+    angle = OTHER_PROCESSOR * max(1.0, abs(case["final"][0]))
     assert_same((found["events"], found["final"]), stored, time=1e-12, angle=angle)
 
 
 CLOSED_FORMS = {
-    "a ramp of torque, up and down": scene(
+    "a ramp of torque, up and down": shaft_scenario(
         [{"size": 100.0, "direction": [0.0, -1.0], **THROUGH_THE_AXIS}],
         [ramp(0.0, 0.0, 0.4, 2.0, 0.7, -1.0, 1.0, 0.0)],
     ),
-    "a load that reverses twice": scene(
+    "a load that reverses twice": shaft_scenario(
         [{"size": ramp(0.0, -20.0, 0.5, 30.0, 1.0, -60.0), "direction": [0.6, -0.8],
           "cord_radius": 0.03}],
         [0.1], effects={"viscous_damping": {"coefficient": 0.2}},
     ),
-    "a resultant that vanishes while it rests": scene(
+    "a resultant that vanishes while it rests": shaft_scenario(
         [{"size": 100.0, "direction": [0.6, 0.8], **THROUGH_THE_AXIS},
          {"size": ramp(0.0, 0.0, 1.0, 200.0), "direction": [-0.6, -0.8], **THROUGH_THE_AXIS}],
         [0.3], mechanism={"initial_angular_velocity": -3.0},
@@ -98,8 +98,8 @@ def test_loads_linear_in_time_give_the_closed_form(name: str) -> None:
 
 
 def resultant_that_vanishes(times: float) -> Scenario:
-    """Return a scene that slides while two opposite forces balance so often in a second."""
-    return scene(
+    """Return a scenario that slides while two opposite forces balance so often in a second."""
+    return shaft_scenario(
         [{"size": 900.0, "direction": [0.3, 1.0], **THROUGH_THE_AXIS},
          {"size": sine(900.0, 700.0, 0.5 * times), "direction": [-0.3, -1.0], **THROUGH_THE_AXIS}],
         [3.0], mechanism={"inertia": 0.02, "initial_angular_velocity": 20.0},
@@ -146,7 +146,7 @@ def test_the_regularised_law_approaches_the_reference(name: str, backend: str) -
 
 def test_the_published_law_agrees_while_it_slides_one_way() -> None:
     """Eq 30 differs where the body comes to rest, and not before."""
-    data = scene(
+    data = shaft_scenario(
         [{"size": 100.0, "direction": [0.0, -1.0], "cord_radius": 0.1}],
         [sine(1.0, 0.5, 3.0)], mechanism={"mass": 2.0}, effects={"gravity": {"g": 9.81}},
     )  # fmt: skip
@@ -160,7 +160,7 @@ VIEWED = ["any_loads_0", "equal_coefficients_14", "tables_16", "many_turns_8", "
 
 
 @pytest.mark.parametrize("name", VIEWED)
-def test_a_scene_in_a_mirror_moves_as_in_a_mirror(name: str) -> None:
+def test_a_scenario_in_a_mirror_moves_as_in_a_mirror(name: str) -> None:
     data = CASES[name]["scenario"]
     events, final = seen(data)
     expected = [(t, -a, -b, -q) for t, a, b, q in events], [-value for value in final]
@@ -191,7 +191,7 @@ def test_the_directions_of_the_picture_do_not_matter(name: str) -> None:
 
 
 def test_a_later_start_of_all_signals_moves_all_events() -> None:
-    data = scene(
+    data = shaft_scenario(
         [{"size": step(80.0, 20.0, 0.1, 0.7), "direction": [0.0, -1.0], "point": [0.004, 0.0]},
          {"size": ramp(0.0, 0.0, 0.5, 40.0), "direction": [1.0, 0.0], "point": [0.0, 0.1]}],
         [ramp(0.0, 0.0, 0.3, 1.2, 0.6, -1.0)], effects={"torsion_spring": {"stiffness": 2.0}},
@@ -203,11 +203,11 @@ def test_a_later_start_of_all_signals_moves_all_events() -> None:
 
 @pytest.mark.parametrize("start", [15.0, -20.0])
 @pytest.mark.parametrize("velocity", [2.0, -2.0])
-def test_a_kink_over_angle_is_passed_both_ways_and_started_on(
+def test_a_corner_over_angle_is_passed_both_ways_and_started_on(
     start: float, velocity: float
 ) -> None:
     over_angle = {"angle_deg": [-20.0, 15.0], "value": [30.0, -30.0]}
-    data = scene(
+    data = shaft_scenario(
         [{"size": over_angle, "direction": [0.0, 1.0], "point": [0.1, 0.0]},
          {"size": 20.0, "direction": [1.0, 0.0], **THROUGH_THE_AXIS}],
         [], mechanism={"initial_angle_deg": start, "initial_angular_velocity": velocity},

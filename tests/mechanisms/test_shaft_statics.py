@@ -6,7 +6,7 @@ from typing import Any
 
 import mpmath
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
@@ -17,7 +17,7 @@ from frictionsim.mechanisms.shaft.statics import breakaway_values
 from frictionsim.mechanisms.shaft.unknowns import unknowns_of
 from tests.support import shaft_balance
 from tests.support.scenarios import SCENARIOS, Scenario, changed, shipped
-from tests.support.shaft_scenes import mirrored
+from tests.support.shaft_scenarios import mirrored
 
 pytestmark = pytest.mark.quick
 
@@ -75,8 +75,7 @@ def misses(found: list[tuple[float, int]], wanted: list[tuple[Any, int]]) -> lis
 @given(shaft_balance.scenarios())
 def test_roots_are_those_of_many_digits(data: Scenario) -> None:
     found = solved(data)
-    if found is None:
-        return
+    assume(found is not None)
     roots = found_roots(found)
     wanted = shaft_balance.roots(data, data["statics"]["angle_deg"])
     assert misses(roots, wanted) == []
@@ -96,7 +95,9 @@ def quadratic_size(data: Scenario, value: float, degrees: float) -> Any:
 @given(shaft_balance.scenarios())
 def test_a_root_substituted_gives_eq_24(data: Scenario) -> None:
     found, degrees = solved(data), data["statics"]["angle_deg"]
-    for value, sign in found_roots(found or {}):
+    roots = found_roots(found or {})
+    assume(roots)
+    for value, sign in roots:
         excess = shaft_balance.excess(data, mpf(value), degrees)
         if data["statics"]["unknown"].endswith(("mu_s", "shaft_radius")):
             size = shaft_balance.balance(data, degrees)[0] ** 2
@@ -115,11 +116,9 @@ def test_without_a_root_friction_exceeds_the_moment_with_every_value(
     data: Scenario, drawn: st.DataObject
 ) -> None:
     """And with two roots, it does on one side of each only."""
-    if data["statics"]["unknown"].endswith(("mu_s", "shaft_radius")):
-        return
+    assume(not data["statics"]["unknown"].endswith(("mu_s", "shaft_radius")))
     found, degrees = solved(data), data["statics"]["angle_deg"]
-    if found is None:
-        return
+    assume(found is not None)
     values = sorted({value for value, _ in found_roots(found)})
     if len(values) == 2:
         low, high = map(mpf, values)

@@ -10,7 +10,7 @@ import pytest
 import frictionsim as fs
 from frictionsim.motion.parts import Arrow, Band, Motion, moment_of, shown_word
 from frictionsim.motion.pulley import drawn_scale
-from frictionsim.motion.shapes import LARGEST
+from frictionsim.motion.shapes import MAX_ARC
 from frictionsim.results import MODES, SLACK, Record
 from tests.support.motions import body, motion, record_of, scenario
 from tests.support.records import shown
@@ -90,7 +90,7 @@ def test_marks_on_the_cord_pass_those_of_the_rim_by_the_slip() -> None:
     assert over.travel[0] == pytest.approx(radius * body(found, "pulley").angle[0])
 
 
-def test_marks_go_on_from_the_wheel_to_the_hanging_rope() -> None:
+def test_marks_pass_from_the_wheel_to_the_hanging_rope() -> None:
     over, right, left = bands(moving(SLACK_ROPE))
     # Along the rope, from where it meets the wheel on the right: -travel on the right hanging part,
     # beyond half a turn on the left one. All marks are whole spacings apart.
@@ -172,7 +172,7 @@ def test_the_torque_of_the_drive_is_an_arc_the_way_it_turns() -> None:
     assert np.hypot(line.x, line.y) == pytest.approx(0.62 * 0.15)
     swept = np.unwrap(np.arctan2(line.y, line.x), axis=1)
     turn = swept[:, -1] - swept[:, 0]
-    assert turn == pytest.approx(LARGEST * torque / np.abs(torque).max())
+    assert turn == pytest.approx(MAX_ARC * torque / np.abs(torque).max())
     assert np.sign(head.x * head.dy - head.y * head.dx) == pytest.approx(np.sign(torque))
 
 

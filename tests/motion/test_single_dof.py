@@ -15,10 +15,10 @@ from frictionsim.motion.parts import (
     Disc,
     Motion,
     Trail,
-    behind,
     is_visible,
     line_of,
     moment_of,
+    path_until,
     place_of,
 )
 from tests.support.motions import body, motion, point_of, record_of, scenario
@@ -194,7 +194,7 @@ def test_the_tracer_point_is_on_its_path(number: int) -> None:
         )
         seen = point_of(found, "tracer point", time, dot.x, dot.y)
         assert seen == pytest.approx(wanted, abs=1e-9)
-        tip = behind(trail, time)[-1]
+        tip = path_until(trail, time)[-1]
         assert complex(*tip) == pytest.approx(wanted, abs=0.001 * length)
         # It rolls: the point of the planet at the mesh stands still.
         assert point_of(found, "planet", time, 0.0, 0.0) == pytest.approx(length * exp(1j * phi))

@@ -14,7 +14,7 @@ only the worst that a screen holds. A folder has a JSON file for each part:
     faults    the same of 300 faulty scenarios, options and files
     reports   the data and the text inside each report of those commands
     files     groups, datasets, types, shapes and attributes of each HDF5 file of those commands
-    figures   what each view draws, artist by artist, and coarse frames of animations
+    figures   by `artists`: what each view draws, and coarse frames of animations
 
 It does not see: what takes longer than the runs here, so late motion of belts by slow methods; wall
 times, versions, dates and folders, which are masked; and which setting of a cost study is the

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 from unittest import mock
 
-from tests.net import contents, figures
+from tests.net import artists, contents
 from tests.net.digests import ROOT, data, table, text
 
 LIKE_ANOTHER = (
@@ -70,7 +70,7 @@ def of_sequence(name: str, folder: Path) -> Iterator[tuple[str, str, Any]]:
             yield "files", called, contents.structure(path)
             if file not in LIKE_ANOTHER and path.parent == folder:
                 shown = told(["show", file, "--json"], folder)[1]
-                for view, found in figures.of_file(Path(file), shown):
+                for view, found in artists.of_file(Path(file), shown):
                     yield "figures", f"{called} {view}", found
         elif path.suffix == ".html":
             yield "reports", called, contents.report(path, folder)

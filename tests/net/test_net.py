@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import frictionsim as fs
-from tests.net import channels, commands, faults, figures
+from tests.net import artists, channels, commands, faults
 from tests.net.differences import compare, differences
 from tests.net.writing import write
 from tests.support.scenarios import ROOT
@@ -62,13 +62,13 @@ def test_a_difference_is_named_with_its_size(written: Path, tmp_path: Path) -> N
         ([1.0, float("inf")], [1.0, float("-inf")], ["Infinity -> -Infinity"]),
     ],
 )
-def test_types_and_numbers_that_are_not_finite_are_told_apart(
+def test_types_and_numbers_that_are_non_finite_are_distinguished(
     old: Any, new: Any, said: list[str]
 ) -> None:
     assert [found.words for found in differences(old, new)] == said
 
 
-def test_of_a_long_text_the_first_changed_lines_are_told_and_all_counted() -> None:
+def test_of_a_long_text_the_first_changed_lines_are_shown_and_all_counted() -> None:
     old = [f"line {i}" for i in range(300)]
     new = [line + "!" if i in (200, 210, 220, 230, 240) else line for i, line in enumerate(old)]
     *first, rest = list(differences(old, new))
@@ -77,7 +77,7 @@ def test_of_a_long_text_the_first_changed_lines_are_told_and_all_counted() -> No
 
 
 def test_views_of_the_net_are_those_of_the_program() -> None:
-    for kind, names in figures.VIEWS.items():
+    for kind, names in artists.VIEWS.items():
         with pytest.raises(fs.InputError, match=f"known: {', '.join(names)}$"):
             fs.plot(fs.solve(kind, SHORT), view="none")
 

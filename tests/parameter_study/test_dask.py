@@ -76,7 +76,7 @@ def test_what_does_not_fit_is_one_sentence(
     assert os.listdir(tmp_path) == []
 
 
-def test_a_scheduler_that_does_not_answer_is_told(
+def test_a_scheduler_that_does_not_answer_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("distributed", reason="the extra dask is not installed")
@@ -88,7 +88,7 @@ def test_a_scheduler_that_does_not_answer_is_told(
     assert os.listdir(tmp_path) == []
 
 
-def test_a_missing_extra_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_extra_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(fs.InputError) as refused:
         fs.sweep(PULLEY, VARY, LOOSE, dask="local:2")

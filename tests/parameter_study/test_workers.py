@@ -89,7 +89,7 @@ def test_a_run_that_kills_its_workers_fails(
     assert len(times.read_text()) >= 95
 
 
-def test_workers_that_cannot_start_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_workers_that_cannot_start_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(executors, "_isolate", lambda: os._exit(3))
     with pytest.raises(fs.InputError, match=r"no worker process can be started \(it ended with"):
         fs.sweep(PULLEY, VARY, LOOSE, workers=2)

@@ -10,8 +10,7 @@ from matplotlib.text import Annotation
 
 from frictionsim.motion.belt_path import arc_of, path_of
 from frictionsim.plots import draw
-from frictionsim.plots.belt_geometry import GuidedLine, belt_line
-from frictionsim.plots.belt_layout import (
+from frictionsim.plots.belt_drive import (
     BACKWARD,
     FORWARD,
     NORMAL,
@@ -19,6 +18,7 @@ from frictionsim.plots.belt_layout import (
     force_handles,
     patch_of,
 )
+from frictionsim.plots.belt_geometry import GuidedLine, belt_line
 from frictionsim.results import Record
 from frictionsim.scenario.toml_data import scenario_value
 from tests.support.belt_results import FOUR, TWO, belt_run, lay

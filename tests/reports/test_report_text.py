@@ -79,7 +79,7 @@ def test_a_report_has_title_status_summary_audit_scenario_origin_and_then_warnin
     assert "mu_s = 0.2" in text
     assert row(html, "version of frictionsim")[1] == fs.__version__
     assert html.count("<caption>") == html.count("<table>")
-    assert "breakaway shaft stick sliding forward" in text
+    assert "breakaway shaft stick slip +" in text
     html = html_of(pulley, warnings="first warning\nsecond warning")
     assert html.index("first warning") < html.index("second warning") < html.index('id="charts"')
 

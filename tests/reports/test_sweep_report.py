@@ -23,7 +23,7 @@ PULLEY = SCENARIOS / "pulley.toml"
 MU, LOAD = "effects.shaft_friction.mu_s", "mechanism.load"
 LOOSE = {"solver.rtol": 1e-3, "solver.duration": 1.0, "output.interval": 0.1}
 HOSTILE = "<b>b</b></script><script>alert(1)</script> \"q\" 'p' & \x1b[31m \u202eend"
-MOST_BYTES = 6e6
+MAX_BYTES = 6e6
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +86,7 @@ def test_tables_are_sorted_by_numbers_and_by_keyboard(
         assert page.evaluate("[...document.images].every((one) => one.naturalWidth > 100)")
 
 
-def test_too_many_keys_for_a_picture_are_told(tmp_path: Path) -> None:
+def test_too_many_keys_for_a_picture_are_reported(tmp_path: Path) -> None:
     vary = {MU: [0.2, 0.25], LOAD: [1900.0, 2000.0], "mechanism.inertia": [1.0, 1.4]}
     vary |= {"effects.shaft_friction.mu_k": [0.1, 0.11]}
     report = fs.report(fs.sweep(PULLEY, vary, LOOSE, workers=1), tmp_path / "a.html")
@@ -166,7 +166,7 @@ def test_a_large_sweep_is_thinned_and_keeps_extremes_and_failures(tmp_path: Path
     assert {77 * 300 + 123, 5 * 300 + 3} <= set(kept.runs.tolist())
     assert extremes(table)["value0"].largest_run in kept.runs
     html = sweep_page(table, iter(["many", "a line"]), "many.h5")
-    assert len(html) < MOST_BYTES
+    assert len(html) < MAX_BYTES
     assert f"{kept.runs.size} of 300000 runs are in the table, with extremes" in html
     assert f'data-value="{77 * 300 + 123}"' in html
     assert "diverged" in html
@@ -187,7 +187,7 @@ def test_a_sweep_that_was_stopped_shows_what_is_left(
         assert "stopped: stopped by Ctrl-C" in shown
 
 
-def test_numbers_that_are_not_finite_have_a_report(browser: Any, tmp_path: Path) -> None:
+def test_numbers_that_are_non_finite_have_a_report(browser: Any, tmp_path: Path) -> None:
     found = large((100, 130)).isel({MU: slice(0, 4), LOAD: slice(0, 3)})
     found["value0"][0] = np.inf
     found["value1"][:] = np.inf

@@ -124,7 +124,12 @@ def test_many_runs_stopped_at_random_times_leave_an_old_or_a_valid_file(
     if way == "signals" and code < 0:  # before the first step
         assert all(line.startswith("frictionsim: warning: ") for line in captured.splitlines())
     found = state_of(target, content, before)
-    assert code in ((0, -number, 128 + number) if found == "done" else (-number, 128 + number, 1))
+    accepted = {-number, 128 + number}
+    if found == "done":
+        accepted.add(0)
+    elif found in ("absent", "old") and number == signal.SIGINT:
+        accepted.add(1)  # Python itself was starting, which ends so
+    assert code in accepted
     for name in (way, f"{way} that left the file {found}"):
         tally[name] = tally.get(name, 0) + 1
 

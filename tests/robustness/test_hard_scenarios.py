@@ -19,7 +19,7 @@ from tests.support.scenarios import SCENARIOS, simulate
 from tests.support.shaft_reference import solution
 
 HARD = SCENARIOS / "hard"
-MANY_CYCLES_SHORTEST = 0.0213745  # s
+MANY_CYCLES_MIN = 0.0213745  # s
 # The same scenario in tests/data, with known transitions and final state.
 KNOWN = {
     "return": "return",
@@ -208,7 +208,7 @@ def test_hundreds_of_stick_slip_cycles_are_equal(backend: str) -> None:
     assert [warning.partition(":")[0] for warning in done.warnings] == [
         "output.interval = 0.1 s is longer than a tenth of the period of drive.force, 0.1 s",
         "output.interval = 0.1 s is longer than a tenth of the shortest time between two changes"
-        f" of stick and slip, {MANY_CYCLES_SHORTEST} s",
+        f" of stick and slip, {MANY_CYCLES_MIN} s",
     ]
     assert modes(done) == [(0, 1), (1, 0)] * cycles
     times = np.array([e.time for e in done.transitions]).reshape(cycles, 2)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionsim.errors import BudgetExceeded
@@ -13,6 +13,7 @@ from frictionsim.scenario.loading import ValidationFailure, validate
 from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import pair
 from tests.support.drawn_scenarios import of_size
+from tests.support.examples import examples
 from tests.support.scenarios import SCENARIOS, Scenario
 
 by_both = pytest.mark.parametrize("backend", ["moreau", "rkf45"])
@@ -77,7 +78,7 @@ def test_random_belts_obey_the_friction_law_and_pass_the_audit(
 
 
 @by_both
-@settings(max_examples=8)
+@examples(8)
 @given(data=belts(), fraction=st.floats(0.0, 1.0))
 def test_interrupting_random_belts_changes_nothing(
     backend: str, data: Scenario, fraction: float
@@ -107,7 +108,7 @@ def _is_its_own_image(done: Record) -> bool:
 
 
 @by_both
-@settings(max_examples=8)
+@examples(8)
 @given(data=belts())
 def test_a_reversed_torque_mirrors_the_motion(backend: str, data: Scenario) -> None:
     """With both pulleys on the x axis, most belts are symmetric except for the numbering."""

@@ -16,8 +16,9 @@ from tests.support.drawn_scenarios import (
     marble_machines,
     scenarios,
 )
+from tests.support.examples import examples
 from tests.support.scenarios import Scenario, simulate
-from tests.support.shaft_scenes import delayed, in_units, mirrored, scene
+from tests.support.shaft_scenarios import delayed, in_units, mirrored, shaft_scenario
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +32,7 @@ def test_results_of_random_scenarios_are_sound(folder: Path, data: Scenario) -> 
     assert_sound(data, folder)
 
 
-@settings(max_examples=10)
+@examples(10)
 @given(scenarios(), st.floats(0.0, 1.0))
 def test_interrupting_random_runs_changes_nothing(
     folder: Path, data: Scenario, fraction: float
@@ -83,7 +84,7 @@ def test_a_body_on_a_shaft_that_is_moved_later_moves_alike(
     """It rests until then: a load through the axis presses it on its shaft."""
     times = [0.1, 0.2, 0.25, 0.4]
     force = {"direction": [0.6, -0.8], "point": [0.1, 0.0]}
-    data = scene(
+    data = shaft_scenario(
         [{**force, "size": {"time": [0.05, *times[: len(sizes)]], "value": [0.0, *sizes]}},
          {**force, "size": 50.0, "point": [0.0, 0.0]}],
         [{"time": [0.05, *times[: len(torques)]], "value": [0.0, *torques]}],

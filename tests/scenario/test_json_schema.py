@@ -10,7 +10,7 @@ from typing import Any
 
 import jsonschema
 import pytest
-from hypothesis import given
+from hypothesis import given, reject
 
 from frictionsim.scenario.authoring import schema
 from frictionsim.scenario.kinds import KINDS
@@ -74,7 +74,7 @@ def test_random_scenarios_that_load_fit(data: Scenario) -> None:
     try:
         resolved = validate(data, SCENARIOS).to_dict()
     except ValidationFailure:
-        return
+        reject()
     assert faults(data) == []
     lists = {k: list(v) if isinstance(v, tuple) else v for k, v in resolved["output"].items()}
     assert faults(data | {"solver": resolved["solver"], "output": lists}) == []
@@ -137,10 +137,17 @@ def test_a_belt_has_no_absolute_tolerance() -> None:
     assert faults(data) == ["Additional properties are not allowed ('atol' was unexpected)"]
 
 
-def test_each_kind_is_told_by_its_name() -> None:
-    assert list(VALIDATORS[None].iter_errors(pulley(kind="pully")))
-    assert list(VALIDATORS[None].iter_errors(pulley(kind="epicyclic")))
-    assert list(VALIDATORS["epicyclic"].iter_errors(pulley()))
+@pytest.mark.parametrize(
+    ("schema_of", "kind", "message"),
+    [
+        (None, "pully", "'pully' is not one of"),
+        (None, "epicyclic", "'sun_radius' is a required property"),
+        ("epicyclic", "pulley", "'epicyclic' was expected"),
+    ],
+)
+def test_the_key_kind_decides(schema_of: str | None, kind: str, message: str) -> None:
+    found = [error.message for error in VALIDATORS[schema_of].iter_errors(pulley(kind=kind))]
+    assert any(text.startswith(message) for text in found), found
 
 
 def keys(made: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -153,6 +160,7 @@ def keys(made: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
 @pytest.mark.parametrize("kind", KINDS)
 def test_each_key_is_described_with_its_unit(kind: str) -> None:
     made = schema(kind)
+    assert list(keys(made))
     for place, key in keys(made):
         inner = key.get("$ref") or str(key.get("items") or key.get("additionalProperties"))
         tables = [name for name in made["$defs"] if f"/{name}" in inner]

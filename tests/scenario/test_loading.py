@@ -52,7 +52,7 @@ def write_scenario(folder: Path, content: str | bytes) -> Path:
 
 
 @pytest.mark.parametrize("content", ["", bytes(range(256)), edited("1.5 -> -1", "3.0 -> 0")])
-def test_a_faulty_scenario_writes_nothing_and_is_told_by_the_command_line_alike(
+def test_a_faulty_scenario_writes_nothing_and_has_the_same_message_in_the_command_line(
     content: str | bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path, old = write_scenario(tmp_path, content), tmp_path / "old.h5"

@@ -98,7 +98,7 @@ LOG = "t;n;F_N\n0,0;7;10,5\n0,5;8;20,5\n"
         ),
         # Quotes are around cells with the delimiter or an end of line in them.
         (
-            't,"remark, free","F_N"\n"0.0","a\n""b""",10.5\n0.5,"c, d",20.5\n',
+            't,"note, free","F_N"\n"0.0","a\n""b""",10.5\n0.5,"c, d",20.5\n',
             {"time": "t", "value": "F_N", "delimiter": ","},
         ),
         (" t ; F_N \n 0.0 ; 10.5 \n 0.5 ; 20.5 \n", {"time": "t", "value": " F_N"}),

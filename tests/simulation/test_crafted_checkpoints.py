@@ -30,7 +30,7 @@ NAMES = [pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in OR
 PLANE = ["belt moreau", "belt rkf45", "belt of many effects moreau"]
 STRINGS = ["string moreau", "string rkf45"]
 BELTS, ADAPTIVE = [*PLANE, *STRINGS], ["belt rkf45", "string rkf45"]
-ONE_COORDINATE = [name for name in ORIGINALS if not name.startswith(("belt", "string"))]
+SINGLE_DOF = [name for name in ORIGINALS if not name.startswith(("belt", "string"))]
 EXPECTED = (Values, Rows, FixedRows)
 State = dict[str, Any]
 
@@ -211,7 +211,7 @@ def every(base: type) -> list[type]:
     return [base, *(found for sub in base.__subclasses__() for found in every(sub))]
 
 
-@pytest.mark.parametrize("name", ONE_COORDINATE)
+@pytest.mark.parametrize("name", SINGLE_DOF)
 def test_solvers_say_what_each_attribute_may_hold(name: str) -> None:
     scenario = fs.load(ORIGINALS[name][0]())
     simulation = mechanism_module(scenario.kind).simulation(scenario)

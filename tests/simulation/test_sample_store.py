@@ -150,7 +150,7 @@ def test_refuses_a_state_whose_segments_are_not_to_be_had(small: int) -> None:
 
 
 @pytest.mark.parametrize("bad", [0, 3, 16, 17, 40, 49])
-def test_the_first_sample_that_is_not_finite_is_found_in_segments_too(bad: int, small: int) -> None:
+def test_the_first_sample_that_is_non_finite_is_found_in_segments_too(bad: int, small: int) -> None:
     for segments in (None, SegmentsInMemory()):
         store = store_in(segments)
         for i in range(50):

@@ -132,7 +132,7 @@ def test_a_short_limit_does_not_shorten_the_steps_after_it() -> None:
     assert rkf.t - rkf.t_old > 0.5 * before
 
 
-def test_a_state_that_is_not_finite_is_reported() -> None:
+def test_a_state_that_is_non_finite_is_reported() -> None:
     def diverging(t: float, y: State, dy: State) -> None:
         dy[0] = y[0] * y[0]  # y = 1/(1 - t)
 

@@ -265,7 +265,7 @@ def next_combination(lift: Lift, t: Number, state: State) -> tuple[Combination, 
     return able[0][3], able[0][4]
 
 
-def per_impulse(lift: Lift, own: int, s: int, other_taut: bool) -> tuple[Number, Number]:
+def force_per_impulse(lift: Lift, own: int, s: int, other_taut: bool) -> tuple[Number, Number]:
     """Return what a unit impulse of the rope on side `own` does while the shaft slides by s.
 
     The change of the speed of the pulley, positive against the pull, and the other rope's impulse.
@@ -296,7 +296,7 @@ def impact(lift: Lift, side: int, state: State, taut: tuple[bool, bool], log: An
     while to_return is None or to_return > 0:
         locked = w == 0 and lift.r_s >= r
         s = 1 if w > 0 else -1
-        dw, pull = (mpf(0), mpf(0)) if locked else per_impulse(lift, side, s, other)
+        dw, pull = (mpf(0), mpf(0)) if locked else force_per_impulse(lift, side, s, other)
         other = other and (pull > 0 or dw <= 0)
         slope = 1 / own - r * dw
         if to_return is None:

@@ -165,7 +165,7 @@ def motion(record: Recorded) -> dict[str, Seen]:
 def of_stick_and_slip(record: Recorded) -> dict[str, Seen]:
     """Return the times of the first breakaway and of the last stop, from the events.
 
-    `misfits` checks the events against the samples between them.
+    `residuals` checks the events against the samples between them.
     """
     changes = _changes(record)
     slips = [e.time for e in changes if e.mode_from == 0]
@@ -176,7 +176,7 @@ def of_stick_and_slip(record: Recorded) -> dict[str, Seen]:
     }
 
 
-def misfits(record: Recorded) -> list[float]:
+def residuals(record: Recorded) -> list[float]:
     """Return the times of samples whose mode or velocity contradicts the events before them.
 
     A sample at the very time of an event may show either side of it.

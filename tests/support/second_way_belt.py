@@ -103,7 +103,7 @@ def span_tensions(record: Recorded) -> Array:
     return np.array([walked(*sample, count) for sample in samples])
 
 
-def torque_misfits(record: Recorded) -> Array:
+def torque_residuals(record: Recorded) -> Array:
     """Return by how much T1 - T2 is off (M - I alpha)/R in the mean, over the largest, by pulley.
 
     The belt from the middle of one span to that of the next is accelerated, too.
@@ -123,7 +123,7 @@ def torque_misfits(record: Recorded) -> Array:
     return np.abs(found - expected) / np.max(np.abs(torque / drive.radius))
 
 
-def power_misfit(record: Recorded) -> float:
+def power_residual(record: Recorded) -> float:
     """Return by how much the work in is off what is stored and lost, over what goes through.
 
     In the part of the run that means are taken over; the stores and heats are the recorded ones.

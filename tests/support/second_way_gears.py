@@ -20,7 +20,7 @@ from tests.support.second_way import (
 # The load of the mesh has a kink where it changes sign: the error of trapezoids over a turn in
 # PARTS parts is about (2 pi/PARTS)^2/8 of it.
 PARTS = 100_000
-KINKS = 1e-8
+CORNERS = 1e-8
 
 
 class Gear:
@@ -71,7 +71,7 @@ class Gear:
         angle = np.linspace(0.0, 2.0 * pi, PARTS, endpoint=False)
         torque = self.weights() * np.cos(angle) + self.resistance(angle, speed)
         size = self.weights() + float(np.mean(np.abs(torque)))
-        return Seen(float(np.mean(torque)), KINKS * size)
+        return Seen(float(np.mean(torque)), CORNERS * size)
 
     def position(self, angle: Array, point: Table) -> tuple[Array, Array]:
         own = radians(point["angle_deg"]) + self.turns * angle

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from tests.support.scenarios import changed
-from tests.support.shaft_scenes import mirrored as mirrored
-from tests.support.shaft_scenes import turned
+from tests.support.shaft_scenarios import mirrored as mirrored
+from tests.support.shaft_scenarios import turned
 
 TIMES = np.linspace(0.0, 2.0, 21)
 Table = dict[str, Any]

@@ -6,7 +6,12 @@ from typing import ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from frictionsim.mechanisms.effects import RENAMED_AIR_DRAG, Gravity, ShaftFriction, ViscousDamping
+from frictionsim.mechanisms.effects import (
+    RENAMED_TO_VISCOUS_DAMPING,
+    Gravity,
+    ShaftFriction,
+    ViscousDamping,
+)
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.signal_tables import TimeSignal
 
@@ -89,7 +94,7 @@ class MotorInertia(Params):
 class MarbleMachineEffects(Params):
     """`[effects]`: one table for each effect that is simulated."""
 
-    RETIRED: ClassVar[Mapping[str, str]] = {"air_drag": RENAMED_AIR_DRAG}
+    RETIRED: ClassVar[Mapping[str, str]] = {"air_drag": RENAMED_TO_VISCOUS_DAMPING}
 
     gravity: Gravity | None = None
     shaft_friction: ShaftFriction | None = None

@@ -418,7 +418,7 @@ class _Problem:
         return f"{value + 0.0:.6g}{unit}"
 
     def _range_of(self, low: float, high: float) -> str:
-        """Return from which to which value, in so many digits that they differ."""
+        """Return the two ends of a range, with as many digits as tell them apart."""
         unit = "" if self.unknown.unit == "1" else f" {self.unknown.unit}"
         for digits in (6, 9, 12, 17):
             ends = [f"{x + 0.0:.{digits}g}{unit}" for x in (low, high)]

@@ -140,8 +140,9 @@ frictionsim.DrawnBand = class {
     const { touching, sticking } = this.band;
     const { strip, halo } = frictionsim.BELT;
     const first = frame * this.count;
+    const { sticks, slips } = frictionsim.display.beltContact;
     context.lineCap = "butt";
-    for (const [stuck, core, around] of [[1, "#000000", "#ffffff"], [0, "#ffffff", "#000000"]]) {
+    for (const [stuck, { core, around }] of [[1, sticks], [0, slips]]) {
       this.halves(context, (i) => touching[first + i] && (sticking ? sticking[first + i] : 0) === stuck);
       for (const [colour, wide] of [[around, strip + halo], [core, strip]]) {
         context.strokeStyle = colour;

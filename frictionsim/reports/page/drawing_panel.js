@@ -74,10 +74,10 @@ frictionsim.DrawingPanel = class {
         continue;
       }
       if (part.value || part.touching) {
-        if (part.touching && part.sticking) {
-          entries.set("sticks on the pulley", { core: "#000000", around: "#ffffff" });
-          entries.set("slips on the pulley", { core: "#ffffff", around: "#000000" });
-        } else if (part.touching) entries.set("touches the pulley", { core: "#ffffff", around: "#000000" });
+        const modes = part.touching ? part.sticking ? ["sticks", "slips"] : ["touches"] : [];
+        for (const contact of modes.map((mode) => frictionsim.display.beltContact[mode])) {
+          entries.set(contact.words, contact);
+        }
         if (part.patch) entries.set("patch with other friction", { patch: true });
         if (part.marks) entries.set("marks on the belt", { marks: true });
       } else if (part.name) entries.set(part.name, { cord: true });

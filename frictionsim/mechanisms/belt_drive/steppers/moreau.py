@@ -79,7 +79,7 @@ if TYPE_CHECKING:
 
 
 CANDIDATE_UPDATE_INTERVAL = 16  # steps from one search for contact candidates to the next
-ENDED, NOT_FINITE, OTHER_FORM = range(3)  # why steps end
+ENDED, NON_FINITE, OTHER_FORM = range(3)  # why steps end
 
 # The parts of a step, each for bodies in the plane and for points on a line.
 initial_forces = KernelChoice({Plane: plane.initial_forces, PitchLine: string.initial_forces})
@@ -98,7 +98,7 @@ def integrate(
     stiff: StiffDamping | None,
     system: System,
 ) -> int:
-    """Take at most `steps` steps of length h, s; return ENDED, NOT_FINITE or OTHER_FORM.
+    """Take at most `steps` steps of length h, s; return ENDED, NON_FINITE or OTHER_FORM.
 
     There are two forms, each compiled when it is first needed: with `stiff` the dampers along the
     belt are solved for, and `system` has none; else `system` has them. Where a search for
@@ -136,7 +136,7 @@ def integrate(
     total = 0.0
     for i in range(len(state.y)):
         total += abs(state.y[i])
-    return end if total < np.inf else NOT_FINITE
+    return end if total < np.inf else NON_FINITE
 
 
 @inline_kernel
@@ -340,7 +340,7 @@ class BeltStepper(Stepper):
         before, h, obliquity = self.t, self._plan.h, self._plan.max_obliquity
         distinct, (stiff, system) = self._distinct_static_friction, self._forms[self._form]
         ended = integrate(steps, h, self._state, obliquity, distinct, stiff, system)
-        if ended == NOT_FINITE:
+        if ended == NON_FINITE:
             raise NonFinite(
                 f"the state is not finite after t = {before:.9g} s; is a stiffness, a torque or a"
                 f" speed of the scenario too large, or solver.step = {h:.3g} s too long?"

@@ -145,7 +145,7 @@ FIRST_STEP_RATIO = 0.01  # of the longest step
 # effects; shown to users only.
 COMPILE_SECONDS = 12.0
 
-RUNNING, NOT_FINITE, TOO_SHORT = 0, 1, 2
+RUNNING, NON_FINITE, TOO_SHORT = 0, 1, 2
 START, STEP, LOOK = range(3)  # tasks
 
 # The weight s of the error estimate in the solution that is propagated, its coefficients, and those
@@ -294,7 +294,7 @@ def reduce_step(
     clock = state.clock
     state.counts[REJECTED] += 1
     if not error < np.inf and h < 1e-3 * control.max_step:
-        return NOT_FINITE
+        return NON_FINITE
     clock[H] = reduced_step(h, min(error, 1e10)) if error == error else 0.2 * h
     return TOO_SHORT if clock[H] < 4e-16 * limit else RUNNING
 
@@ -385,7 +385,7 @@ class BeltStepper(Stepper):
         """Step until a limit, s, at which a step ends, or past a sample time, or `max_steps`."""
         self._restore_contacts()
         trouble = self._run(STEP, limit, sample, max_steps)
-        if trouble == NOT_FINITE:
+        if trouble == NON_FINITE:
             raise NonFinite(
                 f"the state is not finite after t = {self.t:.9g} s; is a stiffness, a torque or a"
                 " speed of the scenario too large?"

@@ -1,6 +1,6 @@
-"""Drawn scenes of a body on a dry shaft, and the same scene in other units, mirrored, turned.
+"""Drawn scenarios of a body on a dry shaft, and the same scenario in other units, mirrored, turned.
 
-`python -m tests.support.shaft_scenes` computes tests/data/shaft_cases.json anew.
+`python -m tests.support.shaft_scenarios` computes tests/data/shaft_cases.json anew.
 """
 
 import copy
@@ -19,7 +19,7 @@ Table = dict[str, Any]
 RADIUS, DURATION = 0.02, 1.0  # m, s
 
 
-def scene(forces: list[Table], couples: list[Table], **more: Any) -> Table:
+def shaft_scenario(forces: list[Table], couples: list[Table], **more: Any) -> Table:
     effects = {"shaft_friction": {"shaft_radius": RADIUS, "mu_s": 0.4, "mu_k": 0.25}}
     return {
         "kind": "shaft",
@@ -87,7 +87,9 @@ def some_effects(rng: Random) -> Table:
 def any_loads(rng: Random) -> Table:
     forces = [force(rng, signal(rng, 60.0)) for _ in range(rng.randint(1, 4))]
     couples = [signal(rng, 4.0) for _ in range(rng.randint(0, 2))]
-    return scene(forces, couples, effects=some_effects(rng), mechanism={"mass": rng.uniform(0, 5)})
+    return shaft_scenario(
+        forces, couples, effects=some_effects(rng), mechanism={"mass": rng.uniform(0, 5)}
+    )
 
 
 def load_through_zero(rng: Random) -> Table:
@@ -102,7 +104,7 @@ def load_through_zero(rng: Random) -> Table:
     for key in ("point", "point_turns", "direction_turns"):
         one.pop(key, None)
     couple = rng.choice([0.0, rng.uniform(-0.3, 0.3)])
-    return scene([one], [couple], mechanism={"initial_angular_velocity": velocity})
+    return shaft_scenario([one], [couple], mechanism={"initial_angular_velocity": velocity})
 
 
 def resultant_vanishes(rng: Random) -> Table:
@@ -122,7 +124,7 @@ def resultant_vanishes(rng: Random) -> Table:
     couple = rng.choice([rng.uniform(0.01, 0.2), sine(0.0, rng.uniform(0.1, 0.9), 3.0), 1.5])
     mechanism = {"initial_angular_velocity": rng.choice([0.0, 0.0, 3.0, -3.0])}
     effects = rng.choice([{}, {"viscous_damping": {"coefficient": 0.1}}])
-    return scene(forces, [couple], mechanism=mechanism, effects=effects)
+    return shaft_scenario(forces, [couple], mechanism=mechanism, effects=effects)
 
 
 def tie(rng: Random) -> Table:
@@ -138,7 +140,7 @@ def tie(rng: Random) -> Table:
          sine(0.0, over * top, 2.0)]
     )  # fmt: skip
     couples = [rises, step(0.0, rng.choice([0.0, 0.5 * top]), 0.85, 0.95)]
-    found = scene(
+    found = shaft_scenario(
         [{"size": load, "direction": [0.0, -1.0], "point": [0.0, 0.0]}], couples,
         effects={"shaft_friction": {
             "shaft_radius": RADIUS, "mu_s": mu, "mu_k": rng.choice([0.5, mu])}},
@@ -162,7 +164,7 @@ def narrow_peak(rng: Random) -> Table:
     other = force(rng, step(rng.uniform(0, 5), rng.uniform(0, 5), 0.2, 0.7))
     couples = [sine(0.0, rng.uniform(0.05, 0.3), hz, rng.uniform(0, 360)),
                ramp(0.0, 0.0, 0.6, rng.uniform(-0.2, 0.2), 1.0, 0.0)]  # fmt: skip
-    found = scene([load, other], [*couples, 0.0])
+    found = shaft_scenario([load, other], [*couples, 0.0])
     # The constant couple that puts the highest peak at zero, by sampling; then a little beside.
     body = Body(found)
     t = np.linspace(0.0, DURATION, 200_001)
@@ -181,8 +183,12 @@ def tables(rng: Random) -> Table:
     start = {"initial_angle_deg": rng.choice([0.0, 15.0, -20.0, rng.uniform(-30, 30)]),
              "initial_angular_velocity": rng.choice([0.0, 0.5, -1.0, 4.0])}  # fmt: skip
     sizes = rng.choice([[over_speed], [over_speed, over_angle], []])
-    found = scene([force(rng, over_angle), force(rng, 40.0)], [driver, *sizes[:1]], mechanism=start,
-                  effects=some_effects(rng))  # fmt: skip
+    found = shaft_scenario(
+        [force(rng, over_angle), force(rng, 40.0)],
+        [driver, *sizes[:1]],
+        mechanism=start,
+        effects=some_effects(rng),
+    )
     if len(sizes) == 2:
         found["forces"].append({"name": "f2", **force(rng, sizes[1])})
     return found
@@ -191,7 +197,9 @@ def tables(rng: Random) -> Table:
 def fast_sines(rng: Random) -> Table:
     sizes = [sine(rng.uniform(-30, 30), rng.uniform(10, 60), rng.uniform(30, 120)) for _ in "ab"]
     couple = sine(0.0, rng.uniform(0.5, 3.0), rng.uniform(30, 120), 50.0)
-    found = scene([force(rng, size) for size in sizes], [couple], effects=some_effects(rng))
+    found = shaft_scenario(
+        [force(rng, size) for size in sizes], [couple], effects=some_effects(rng)
+    )
     found["solver"]["duration"] = 0.25
     return found
 
@@ -204,7 +212,9 @@ def many_turns(rng: Random) -> Table:
     }
     effects.pop("torsion_spring", None)
     start = {"initial_angular_velocity": rng.choice([-1.0, 1.0]) * rng.uniform(20.0, 60.0)}
-    return scene(loads, [signal(rng, 3.0)], mechanism=start | {"mass": 3.0}, effects=effects)
+    return shaft_scenario(
+        loads, [signal(rng, 3.0)], mechanism=start | {"mass": 3.0}, effects=effects
+    )
 
 
 FAMILIES: list[Callable[[Random], Table]] = [
@@ -245,7 +255,7 @@ def scaled_size(size: Any, factor: float, time: float = 1.0) -> Any:
 
 
 def in_units(found: Table, mass: float, length: float, time: float) -> Table:
-    """Return the scene with all numbers of mass, length and time so much larger."""
+    """Return the scenario with all numbers of mass, length and time so much larger."""
     power = mass * (length / time) ** 2  # of a moment
     found = each_size(
         found, lambda name, s: scaled_size(s, power / (length if name == "forces" else 1.0), time)
@@ -267,7 +277,7 @@ def in_units(found: Table, mass: float, length: float, time: float) -> Table:
 
 
 def delayed(found: Table, seconds: float) -> Table:
-    """Return the scene with all signals so much later; it has to rest at the start."""
+    """Return the scenario with all signals so much later; it has to rest at the start."""
 
     def later(name: str, size: Any) -> Any:
         if not isinstance(size, dict):
@@ -287,7 +297,7 @@ def delayed(found: Table, seconds: float) -> Table:
 
 
 def turned(found: Table, degrees: float) -> Table:
-    """Return the scene with all vectors turned; without gravity, whose direction is fixed."""
+    """Return the scenario with all vectors turned; without gravity, whose direction is fixed."""
     found = copy.deepcopy(found)
     c, s = cos(radians(degrees)), sin(radians(degrees))
     for table in found["forces"]:
@@ -300,7 +310,7 @@ def turned(found: Table, degrees: float) -> Table:
 
 
 def mirrored(found: Table) -> Table:
-    """Return the scene mirrored, x to -x: its angles are those of the scene times -1."""
+    """Return the scenario mirrored, x to -x: its angles are those of the scenario times -1."""
 
     def other_hand(name: str, size: Any) -> Any:
         sign = 1.0 if name == "forces" else -1.0
@@ -330,7 +340,7 @@ def mirrored(found: Table) -> Table:
 
 
 def drawn(number: int) -> tuple[str, Table]:
-    """Return a scene and its name; every third one is seen otherwise."""
+    """Return a scenario and its name; every third one is seen otherwise."""
     rng = Random(f"shaft {number}")
     family = FAMILIES[number % len(FAMILIES)]
     found = family(rng)
@@ -345,7 +355,7 @@ def drawn(number: int) -> tuple[str, Table]:
 
 
 def case(number: int) -> Table:
-    """Return a drawn scene with its events and final state, as in tests/data."""
+    """Return a drawn scenario with its events and final state, as in tests/data."""
     name, data = drawn(number)
     found = solution(data)
     count = len(found["events"])

@@ -17,21 +17,30 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 
-from frictionsim.display import BLACK, BLUE, GREY, TENSION_COLOURS, VERMILION, with_minus, with_unit
+from frictionsim.display import (
+    BLACK,
+    BLUE,
+    GREY,
+    PULLEY_SHADE,
+    TENSION_COLOURS,
+    VERMILION,
+    with_minus,
+    with_unit,
+)
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import senses_of
 from frictionsim.motion.belt_path import (
     DrawnPulley,
     arc_of,
     guiding_path,
-    in_patch,
     line_between,
     middles_on,
+    patch_members,
     path_of,
     places_on,
 )
 from frictionsim.plots.belt_geometry import has_friction, pulleys_of
-from frictionsim.plots.belt_time_history import recorded_speed_at_rest
+from frictionsim.plots.belt_time_history import body, recorded_speed_at_rest, speeds, tension
 from frictionsim.plots.style import (
     Style,
     add_legend,
@@ -42,6 +51,8 @@ from frictionsim.plots.style import (
     shrink,
     width_of,
 )
+from frictionsim.plots.texts import points_of, text_width
+from frictionsim.plots.view import BODY, View, over_time
 from frictionsim.scenario.toml_data import scenario_value
 
 if TYPE_CHECKING:
@@ -146,7 +157,7 @@ def contact_arc(
     on = np.flatnonzero(channels["pulley_index"][-1] == number)
     place, lines = belt.bodies[on], [belt.halves[k] for k in on]
     if belt.path is not None and on.size:
-        place, lines = _on_arc(belt.path, belt.bodies, on, arc_of(belt.path, number))
+        place, lines = _arc_lines(belt.path, belt.bodies, on, arc_of(belt.path, number))
     away = place - (pulley.x, pulley.y)
     none = np.zeros(len(place))
     return ContactArc(
@@ -159,7 +170,9 @@ def contact_arc(
     )
 
 
-def _on_arc(path: "Path", bodies: Any, on: Any, arc: tuple[float, float]) -> tuple[Any, list[Any]]:
+def _arc_lines(
+    path: "Path", bodies: Any, on: Any, arc: tuple[float, float]
+) -> tuple[Any, list[Any]]:
     """Return the middles of what points of a string have on an arc, and the lines of it."""
     first, last = (ends[on] for ends in _extents(path, places_on(path, bodies)))
     middle = 0.5 * (first + last)
@@ -179,7 +192,7 @@ class BeltPatch(NamedTuple):
 def patch_of(result: "Record", belt: Belt) -> BeltPatch | None:
     """Return the patch of the scenario, where its bodies are; None if it has none."""
     try:
-        within = in_patch(result)
+        within = patch_members(result)
     except InputError:
         return None
     if within is None or not within.any():
@@ -300,7 +313,7 @@ def force_handles(has_friction: bool) -> list[Any]:
     return handles
 
 
-AT = 0.3  # radii, from the centre of a pulley to the arrow of its motion
+ARROW_RADIUS = 0.3  # radii, from the centre of a pulley to the arrow of its motion
 HALF = np.radians(60.0)  # half the angle of that arrow, which is below the centre
 MIN_SHARE = 1e-6  # of the largest speed in the run: slower is at rest
 TRIANGLE = 3  # of a triangle
@@ -354,7 +367,7 @@ def draw_rotation(ax: Any, pulley: DrawnPulley, rim: float) -> None:
         return
     sign, centre = np.sign(rim), np.array([pulley.x, pulley.y])
     tail, tip = (
-        centre + AT * pulley.radius * np.array([np.sin(turn), -np.cos(turn)])
+        centre + ARROW_RADIUS * pulley.radius * np.array([np.sin(turn), -np.cos(turn)])
         for turn in (-sign * HALF, sign * HALF)
     )
     bend = {"arrowstyle": "-|>", "connectionstyle": f"arc3,rad={sign * np.tan(0.5 * HALF):.4f}"}
@@ -363,7 +376,6 @@ def draw_rotation(ax: Any, pulley: DrawnPulley, rim: float) -> None:
 
 
 NEEDED = ("x", "y", "tension", "normal_force", "pulley_index")
-PULLEY_COLOUR = "#EEEEEE"
 MAX_IN_A_ROW, MAX_DETAILS = 4, 8
 NARROW = 0.6  # of the usual width: half as many in a row
 MAX_SIDE = 3.0  # inches, of a detail
@@ -372,6 +384,7 @@ MARGIN = 0.8  # inches, for the title and the colour bar
 TITLE = 0.5  # inches, of a detail
 WINDOW = 1.75  # radii, from the centre of a pulley to the edge of its detail
 POINTS_PER_INCH = 72.0  # per inch
+NAME_SIZE, INNER = "x-small", 0.75  # of a name; part of the sides of a drawing within its labels
 WHOLE, DETAIL = 4.5, 6.0  # points, width of the belt in the whole and in a detail
 HALO = [withStroke(linewidth=2.0, foreground="white")]
 # Teeth on both sides of the belt, which are seen in grey too.
@@ -395,8 +408,8 @@ def drive(result: "Record", figure: "Figure | SubFigure") -> None:
     ]
     shown = pulleys[:MAX_DETAILS]
     relative = relative_width(figure)
-    columns = min(len(shown), MAX_IN_A_ROW if relative > NARROW else MAX_IN_A_ROW // 2)
-    rows = -(-len(shown) // columns)
+    rows = -(-len(shown) // (MAX_IN_A_ROW if relative > NARROW else MAX_IN_A_ROW // 2))
+    columns = -(-len(shown) // rows)  # so that no row is nearly empty
     side = min(width_of(figure) / columns, MAX_SIDE)
     height = _height_of_whole(belt, width_of(figure))
     heights = [MARGIN + height, *[side + TITLE] * rows]
@@ -459,26 +472,74 @@ def _draw_whole(
 ) -> None:
     for pulley in pulleys:
         ax.add_patch(_disc(pulley))
-        ax.annotate(
-            pulley.name,
-            (pulley.x, pulley.y),
-            ha="center",
-            va="center",
-            fontsize="x-small",
-            zorder=6,
-            path_effects=HALO,
-        )
     _draw_belt(ax, belt, WHOLE)
     for touch in touches:
         mark_modes(ax, touch, width=1.2)
+    _write_names(ax, pulleys, belt)
     ax.set_aspect("equal")
     ax.margins(0.03, 0.12)
     ax.set_xlabel("x, m")
     ax.set_ylabel("y, m")
 
 
+def _write_names(ax: Any, pulleys: Sequence[DrawnPulley], belt: Belt) -> None:
+    """Write the name of each pulley into its circle, or beside it where it does not fit."""
+    sizes = [np.array([text_width(p.name, NAME_SIZE), points_of(NAME_SIZE)]) for p in pulleys]
+    width = max(INNER * POINTS_PER_INCH * width_of(ax.figure), 2.0 * np.max(sizes))
+    wide, high = np.ptp(belt.bodies, axis=0)
+    # Before there is a layout it can be estimated only how long a point is, m.
+    point = max(wide / (width - np.max(sizes)), high / (INNER * POINTS_PER_INCH * MAX_HEIGHT))
+    taken = list[Any]()
+    for pulley, size in zip(pulleys, sizes, strict=True):
+        half = 0.5 * point * size
+        place = _place_of_name(pulley, half, pulleys, belt, taken, point)
+        taken.append((place, half))
+        ax.update_datalim([place - half, place + half])
+        style = {"ha": "center", "va": "center", "fontsize": NAME_SIZE, "path_effects": HALO}
+        ax.annotate(pulley.name, tuple(place), zorder=6, **style)
+
+
+def _place_of_name(
+    own: DrawnPulley,
+    half: "Array",
+    pulleys: Sequence[DrawnPulley],
+    belt: Belt,
+    taken: Sequence[Any],
+    point: float,
+) -> "Array":
+    """Return the middle of a name: in its circle, or where it covers nothing, rather outside.
+
+    Parameters
+    ----------
+    half : (2,), m
+        Half width and height of the name.
+    taken : sequence of ((2,), (2,)), m
+        Middle and half sides of the other names.
+    point : float, m
+        How long a point of the picture is.
+    """
+    centre = np.array([own.x, own.y])
+    if np.hypot(*half) + WHOLE * point <= own.radius:
+        return centre
+    circles = np.array([[p.x, p.y, p.radius] for p in pulleys])
+    steps = [np.linspace(piece[:-1], piece[1:], 8).reshape(-1, 2) for piece in belt.pieces]
+    line, outward = np.concatenate(steps), centre - np.mean(circles[:, :2], axis=0)
+    turns = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
+    ways = np.round(np.column_stack([np.cos(turns), np.sin(turns)]), 9)
+    for way in sorted(ways, key=lambda way: -float(way @ outward)):
+        place = centre + (own.radius + 2.0 * WHOLE * point) * way + half * np.sign(way)
+        beyond = np.maximum(np.abs(circles[:, :2] - place) - half, 0.0)
+        if (
+            np.all(np.hypot(*beyond.T) > circles[:, 2])
+            and not np.any(np.all(np.abs(line - place) < half + WHOLE * point, axis=1))
+            and not any(np.all(np.abs(place - other) < half + side) for other, side in taken)
+        ):
+            return place
+    return centre
+
+
 def _disc(pulley: DrawnPulley) -> Circle:
-    return Circle((pulley.x, pulley.y), pulley.radius, fc=PULLEY_COLOUR, ec=GREY, linewidth=0.6)
+    return Circle((pulley.x, pulley.y), pulley.radius, fc=PULLEY_SHADE, ec=GREY, linewidth=0.6)
 
 
 def _draw_belt(ax: Any, belt: Belt, width: float) -> None:
@@ -517,3 +578,11 @@ def _caption(result: "Record", number: int, pulley: DrawnPulley) -> str:
     ]
     numbers = ", ".join(map(with_minus, known))
     return "\n".join(text for text in (pulley.name, numbers) if text)
+
+
+VIEWS = {
+    "speeds": over_time(speeds, ("pulley_speed", "pulley_torque")),
+    "drive": View(drive, instant=True),
+    "tension": View(tension, instant=True),
+    BODY: View(body, window=True, body=True),
+}
