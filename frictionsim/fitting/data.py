@@ -451,7 +451,7 @@ def _series(source: FitOptions, scenario: "Scenario") -> list[Target]:
         if not given.any():
             raise ArgumentError("data", f"no numbers in the column '{of_channel}'")
         sigma = _sigma(source, name, table, size, given)
-        spread = float(np.std(values[given])) or float(np.max(np.abs(values[given]))) or 1.0
+        spread = _spread(values[given])
         runs = np.zeros(int(given.sum()), dtype=np.int64)
         scale = np.full(runs.size, spread)
         target = Target(name, "channel", own, values[given], sigma, times[given], runs, name, scale)
@@ -504,6 +504,12 @@ def _channel_unit(name: str, scenario: "Scenario") -> str:
     return channel.unit
 
 
+def _spread(values: "Array") -> float:
+    """Return the size of the noise that values have at most, as their weights begin with it."""
+    sizes = float(np.std(values)), float(np.max(np.abs(values)))
+    return next((size for size in sizes if size >= MIN_NUMBER), 1.0)
+
+
 def _sigma(
     source: FitOptions, name: str, table: "_Table | None", size: float, given: Any
 ) -> "Array | None":
@@ -517,7 +523,7 @@ def _sigma(
         values = table.values[found][given] * size
     else:
         values = np.full(int(np.sum(given)), float(found) * size)
-    if not (np.isfinite(values) & (values > 0.0)).all():
+    if not (np.isfinite(values) & (values >= MIN_NUMBER)).all():
         raise ArgumentError("sigma", f"{name}: expected standard deviations above 0")
     return values
 
@@ -549,7 +555,7 @@ def _of_runs(source: FitOptions, scenario: "Scenario") -> Measured:
         if not given.any():
             raise ArgumentError("data", f"no numbers in the column '{column}'")
         sigma = _sigma(source, name, table, 1.0, given)
-        spread = float(np.std(values[given])) or float(np.max(np.abs(values[given]))) or 1.0
+        spread = _spread(values[given])
         places = np.flatnonzero(given)
         scale = np.full(places.size, spread)
         unit, none = source.units.get(name) or table.units.get(column, ""), np.empty(0)

@@ -212,3 +212,11 @@ def test_a_comma_is_no_decimal_one_where_numbers_have_points(tmp_path: Path) -> 
         read_columns(path, ["t", "w"], ["t", "w"])
     path.write_text("t;w\n0,5;1,5\n1;2,5\n")
     assert read_columns(path, ["t", "w"], ["t", "w"]).values["w"] == [1.5, 2.5]
+
+
+def test_values_whose_inverse_is_no_number_are_taken_for_zeros() -> None:
+    data = {"time": [0.0, 0.3], "angular_velocity": [0.0, 1e-320]}
+    found = fs.fit(
+        pulley(), data=data, channels="angular_velocity", free={MU_S: (0.15, 0.4)}, starts=1
+    )
+    assert np.isfinite(found.values[MU_S])
