@@ -145,6 +145,12 @@ class OutputError(FrictionsimError):
     exit_code = EXIT_NOT_WRITTEN
 
 
+def exit_code_of_interruption(reason: str) -> int:
+    """Return the exit code of what was interrupted for a reason: that of the signal in it, or 1."""
+    named = [signal for signal in Signals if signal.name in reason.split()]
+    return EXIT_SIGNAL + named[0] if named else EXIT_SOLVER_FAILED
+
+
 def failure_class(failure: str) -> type[SolverError]:
     """Return the exception of a kind of failure, as named in files; SolverError if of none."""
     classes = {found.failure: found for found in SolverError.__subclasses__() if found.failure}

@@ -5,15 +5,13 @@ types only and is independent of the mechanism.
 """
 
 from math import isfinite
-from signal import Signals
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn, Protocol
 
 from frictionsim.errors import (
     EXIT_AUDIT_FAILED,
     EXIT_DONE,
-    EXIT_SIGNAL,
-    EXIT_SOLVER_FAILED,
+    exit_code_of_interruption,
     failure_class,
 )
 
@@ -379,8 +377,7 @@ class Record(NamedTuple):
     def exit_code(self) -> int:
         """The exit code of the command line for this run."""
         if self.status == "interrupted":
-            named = [signal for signal in Signals if signal.name in self.reason.split()]
-            return EXIT_SIGNAL + named[0] if named else EXIT_SOLVER_FAILED
+            return exit_code_of_interruption(self.reason)
         if self.status != "done":
             return failure_class(self.failure).exit_code
         return EXIT_AUDIT_FAILED if failures(self.checks) else EXIT_DONE

@@ -19,7 +19,12 @@ def api(name: str, *members: str) -> str:
     if not inspect.isclass(found):
         return f"### `fs.{name}{_signature(found)}`\n\n{_markdown(found)}"
     parts = [f"### `fs.{name}`", _markdown(found)]
-    own = {key: value for key, value in vars(found).items() if not key.startswith("_")}
+    own = {
+        key: value
+        for base in (*found.__bases__, found)
+        for key, value in vars(base).items()
+        if not key.startswith("_") and (base is found or isinstance(value, property))
+    }
     chosen = {key: getattr(found, key) for key in members} if members else own
     values = {key: value for key, value in chosen.items() if _is_value(value)}
     if values:

@@ -2,13 +2,13 @@
 
 from collections.abc import Iterable
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pydantic import Field
 
 from frictionsim.api import result as results
 from frictionsim.display import short_text
-from frictionsim.document import Data, Document, Table, as_json, as_text
+from frictionsim.document import Data, Document, Table
 from frictionsim.io.comparison import Comparison, Tolerances, compare_records
 from frictionsim.results import finite
 from frictionsim.scenario.options import Names, Options, as_path
@@ -17,12 +17,15 @@ if TYPE_CHECKING:
     from frictionsim.results import Record
 
 
-class CompareOptions(Options):
-    """The tolerances of a comparison, and what is left out of it."""
+RTOL, ATOL, TIME_ATOL = 1e-6, 1e-9, 1e-6
 
-    rtol: float = Field(1e-6, ge=0, allow_inf_nan=True)
-    atol: float = Field(1e-9, ge=0, allow_inf_nan=True)
-    time_atol: float = Field(1e-6, ge=0, allow_inf_nan=True)
+
+class CompareOptions(Options):
+    """The tolerances of a comparison, and the channels to ignore."""
+
+    rtol: float = Field(RTOL, ge=0, allow_inf_nan=True)
+    atol: float = Field(ATOL, ge=0, allow_inf_nan=True)
+    time_atol: float = Field(TIME_ATOL, ge=0, allow_inf_nan=True)
     ignore: Names = ()
 
 
@@ -30,9 +33,9 @@ def compare(
     result: results.Result | str | PathLike[str],
     golden: results.Result | str | PathLike[str],
     *,
-    rtol: float = 1e-6,
-    atol: float = 1e-9,
-    time_atol: float = 1e-6,
+    rtol: float = RTOL,
+    atol: float = ATOL,
+    time_atol: float = TIME_ATOL,
     ignore: str | Iterable[str] = (),
 ) -> Comparison:
     """Compare a result with a golden (reference) result, channel by channel and event by event.
@@ -49,7 +52,7 @@ def compare(
     time_atol : float, s
         Tolerance of event times.
     ignore : str or iterable of str
-        Names or patterns (``energy_*``) of channels to leave out; ``events`` for the events.
+        Names or patterns (``energy_*``) of channels to ignore; ``events`` for the events.
 
     Returns
     -------
@@ -65,6 +68,15 @@ def compare(
         but sampled at different times.
     """
     options = CompareOptions.of(rtol=rtol, atol=atol, time_atol=time_atol, ignore=ignore)
+    return compare_with(result, golden, options)
+
+
+def compare_with(
+    result: results.Result | str | PathLike[str],
+    golden: results.Result | str | PathLike[str],
+    options: CompareOptions,
+) -> Comparison:
+    """Compare a result with a golden result."""
     tolerances = Tolerances(options.rtol, options.atol, options.time_atol)
     records = (
         _named("result", result, "the result"),
@@ -83,17 +95,7 @@ def _named(
     return str(path), results.open(path).record
 
 
-def comparison_json(comparison: Comparison) -> dict[str, Any]:
-    """Return the JSON object of a comparison."""
-    return as_json(_document(comparison))
-
-
-def comparison_text(comparison: Comparison) -> str:
-    """Return the largest differences of two results, as the command line prints them."""
-    return as_text(_document(comparison))
-
-
-def _document(comparison: Comparison) -> Document:
+def comparison_parts(comparison: Comparison) -> Document:
     """Yield the largest differences of two results."""
     rows = [
         (

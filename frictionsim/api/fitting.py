@@ -6,13 +6,13 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.result_base import ResultBase
+from frictionsim.api.result_base import Ending, ResultBase
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.display import number_text, study_text
 from frictionsim.document import Document, Table
-from frictionsim.errors import counted
+from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_DONE, EXIT_SOLVER_FAILED, counted
+from frictionsim.fitting.data import STARTS, measured
 from frictionsim.fitting.data import FitOptions as FitOptions
-from frictionsim.fitting.data import measured
 from frictionsim.fitting.fit import fit as fit_problem
 from frictionsim.fitting.outcome import (
     OUT_OF_REACH,
@@ -37,7 +37,7 @@ FITTED = "# Fitted by 'frictionsim fit'"
 
 
 def fit_parts(found: "Outcome") -> Document:
-    """Yield the estimates, their correlations, the residuals and what is not identified."""
+    """Yield the estimates, their correlations, the residuals and the keys not identified."""
     scenario = found.fitted
     values = sum(part.values.size for part in found.residuals)
     fit = f"fit of {counted(len(found.keys), 'key')} to {counted(values, 'value')}"
@@ -112,7 +112,7 @@ def _searches(found: "Outcome") -> str:
 
 
 def _read_as(part: "TargetResiduals") -> str:
-    """Return from which column the data of a channel or quantity were read, and in which unit."""
+    """Return the column and unit of the data of a channel or quantity."""
     column = "" if part.column is None else f" from '{part.column}'"
     if isinstance(part.column, int):
         column = f" from column {part.column}"
@@ -125,13 +125,13 @@ def _pair(interval: tuple[float, float] | None) -> list[str]:
 
 
 def toml_of(found: "Outcome", source: str) -> str:
-    """Return the fitted scenario as TOML, with comments that say what was fitted to what.
+    """Return the fitted scenario as TOML, with comments on the keys and data of the fit.
 
     Parameters
     ----------
     found : Outcome
     source : str
-        Path of the scenario; empty if it is of no file.
+        Path of the scenario; empty if it has none.
     """
     names = ", ".join(part.name for part in found.residuals)
     of = f" from {Path(source).name}" if source else ""
@@ -158,16 +158,16 @@ Columns = str | Iterable[str] | Mapping[str, str | int]
 
 
 class Fit(ResultBase):
-    """What a fit of free keys of a scenario to measured data found.
+    """The fit of free keys of a scenario to measured data.
 
     Attributes
     ----------
     data : frictionsim.fitting.outcome.Outcome
-        All of it as plain data.
+        The fit as plain data.
     source : str
-        Path of the scenario; empty if it is of no file.
+        Path of the scenario; empty if it has none.
     overrides : dict
-        Values of the scenario by key, in the place of those in its file.
+        Overrides of the scenario, by key.
     """
 
     def __init__(
@@ -235,14 +235,11 @@ class Fit(ResultBase):
         return self.data.fitted
 
     @property
-    def status(self) -> str:
-        """`done`, or `stopped` where the search reached its limit of iterations."""
-        return self.data.status
-
-    @property
-    def reason(self) -> str:
-        """Why it stopped; empty if done."""
-        return self.data.reason
+    def _ending(self) -> Ending:
+        code = EXIT_DONE if self.data.status == "done" else EXIT_BUDGET_EXCEEDED
+        if self.finding.kind == OUT_OF_REACH:
+            code = EXIT_SOLVER_FAILED
+        return Ending(self.data.status, self.data.reason, code)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -254,17 +251,8 @@ class Fit(ResultBase):
 
     @property
     def finding(self) -> Finding:
-        """What kind of estimate was found, in a sentence; of a single value what is reachable."""
+        """The kind of estimate, in a sentence; of a single value its reachable range."""
         return self.data.finding
-
-    @property
-    def exit_code(self) -> int:
-        """The exit code of the command line for this fit."""
-        from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_DONE, EXIT_SOLVER_FAILED
-
-        if self.finding.kind == OUT_OF_REACH:
-            return EXIT_SOLVER_FAILED
-        return EXIT_DONE if self.status == "done" else EXIT_BUDGET_EXCEEDED
 
     def plot(self, *, ax: "Axes | None" = None) -> "Figure":
         """Draw data, fit and residuals.
@@ -279,7 +267,7 @@ class Fit(ResultBase):
         return fit_diagram(self.data, ax=ax)
 
     def to_toml(self) -> str:
-        """Return the fitted scenario as TOML, with comments that say what was fitted to what."""
+        """Return the fitted scenario as TOML, with comments on the keys and data of the fit."""
         return toml_of(self.data, self.source)
 
     def save_toml(self, path: str | PathLike[str]) -> Path:
@@ -328,7 +316,7 @@ def fit(
     time: str | int | None = None,
     time_unit: str | None = None,
     time_offset: float = 0.0,
-    starts: int = 3,
+    starts: int = STARTS,
     seed: int = 0,
     bootstrap: int = 0,
     progress: Callable[[int], Any] | None = None,
@@ -338,7 +326,7 @@ def fit(
     Parameters
     ----------
     scenario, overrides
-        As of `solve`.
+        As for `solve`.
     data : path or mapping of arrays, optional
         A CSV file, a dict of arrays, a pandas.DataFrame or an xarray.Dataset. A value that is NaN,
         or an empty cell, was not measured.
@@ -346,7 +334,7 @@ def fit(
         The channels that were measured over time; a mapping, or texts NAME=COLUMN, give the column
         of each.
     quantities : mapping, or texts NAME=VALUE
-        The measured value of each quantity of one run; with `over` its column, as of `channels`.
+        The measured value of each quantity of one run; with `over` its column, as for `channels`.
     over : str, iterable of str or mapping
         Keys set by each row of the data, one run per row; a mapping, or texts KEY=COLUMN, give the
         column of each.
@@ -357,17 +345,17 @@ def fit(
         Standard deviation of a channel or quantity, in the unit of the data, or the name of its
         column; by default it is estimated from the scatter about the fit.
     units : mapping, or texts NAME=UNIT, optional
-        Unit of the data of a channel or quantity, such as `deg/s`, where it is another one.
+        Unit of the data of a channel or quantity, e.g. `deg/s`; by default its own unit.
     time : str or int, optional
-        Column of the times; by default `time`, or the first of a file.
+        Column of the times; by default `time`, or the first column of a file.
     time_unit : str, optional
-        By default s.
+        Unit of the times, by default s.
     time_offset : float, s
         Offset added to the times of the data.
     starts : int
-        Number of local searches; 1 starts from the start only.
+        Number of local searches; 1 searches from the start value alone.
     seed : int
-        Seed of the scan for starts and of the bootstrap.
+        Random seed of the scan for start values and of the bootstrap.
     bootstrap : int
         Number of bootstrap resamples for confidence intervals.
     progress : callable, optional
@@ -385,8 +373,8 @@ def fit(
         channels=channels,
         over=over,
         quantities=quantities,
-        sigma=sigma or {},
-        units=units or {},
+        sigma=sigma,
+        units=units,
         time=time,
         time_unit=time_unit,
         time_offset=time_offset,
@@ -400,7 +388,7 @@ def fit(
 
 
 def fit_with(scenario: Scenario, options: FitOptions) -> Fit:
-    """Fit free keys of a scenario, as `fit` and the command line do."""
+    """Fit free keys of a scenario."""
     keys = free_keys(options.free, scenario)
     data = measured(options, scenario)
     check_runs(data, keys, scenario)

@@ -1,16 +1,37 @@
 """Pictures of results and sweeps: as figures from Python, in files as `frictionsim plot` does."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+from pydantic import BeforeValidator, Field
 
 from frictionsim.api import result as results
 from frictionsim.api.sweep_result import Sweep, quantities_of, result_or_sweep
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.atomic_write import check_no_clobber
 from frictionsim.io.replaceable import check_apart
-from frictionsim.scenario.options import as_path
+from frictionsim.parameter_study.statistics import is_defined
+from frictionsim.plots import (
+    ALL,
+    check_applies,
+    check_overlaid,
+    check_view,
+    draw,
+    draw_overlay,
+    path_of,
+    plot_all,
+    views_of,
+    views_of_overlay,
+)
+from frictionsim.plots.overlay import Overlaid, check_overlay
+from frictionsim.plots.picture_file import check_format, check_picture, save
+from frictionsim.plots.style import Appearance
+from frictionsim.plots.sweep import draw_sweep
+from frictionsim.plots.view import Extent
+from frictionsim.scenario.options import as_list, as_path, by_name, text_of
 
 if TYPE_CHECKING:
     import xarray
@@ -18,44 +39,70 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from frictionsim.io.sweep_table import SweepTable
-    from frictionsim.plots.overlay import Overlaid
-    from frictionsim.plots.style import Appearance
-    from frictionsim.plots.view import Extent
 
     Source = results.Result | Sweep | xarray.Dataset | str | PathLike[str]
-    Drawings = dict[Path, Callable[[], Figure]]
+    Drawings = Mapping[Path, Callable[[], Figure]]
 
 
 FIRST: tuple[None] = (None,)  # where no view is named
 
 
-class ViewSelection(NamedTuple):
-    """What of files is drawn.
+def _views_given(given: Any) -> tuple[str, ...]:
+    views = [given] if isinstance(given, str) else as_list(given)
+    for view in views:
+        if not isinstance(view, str):
+            raise ValueError(f"expected the name of a view, got {text_of(view)}")
+    return tuple(views)
+
+
+class PlotOptions(Appearance, Extent):
+    """Options of `plot` and `animate`.
 
     Attributes
     ----------
-    views : sequence of str
-        Views of a result, also several in a text with commas; of a sweep quantities, one picture
-        for each text. "all" is each view or quantity.
-    body : int or None
-        As of `plot`.
-    at : mapping
-        As of `plot`.
+    view : tuple of str
+        Views of a result, also with commas between them; of a sweep quantities, one picture
+        per entry. "all" draws each view or quantity.
+    body, at
+        As for `plot`.
+    fps, speed
+        As for `animate`.
     """
 
-    views: Sequence[str] = ()
+    view: Annotated[tuple[str, ...], BeforeValidator(_views_given)] = ()
     body: int | None = None
-    at: Mapping[str, Any] = {}
+    at: Annotated[
+        dict[str, Any], BeforeValidator(by_name("KEY=VALUE, e.g. mechanism.load=2000", str))
+    ] = Field({})
+    fps: float | None = None
+    speed: float | None = None
+
+    def check_for(self, drawn: str) -> None:
+        """Raise ArgumentError if an option does not apply to what is drawn, a key of `APPLY`."""
+        for name, field in type(self).model_fields.items():
+            if name not in APPLY[drawn] and getattr(self, name) != field.default:
+                fit = " or ".join(other for other, names in APPLY.items() if name in names)
+                raise ArgumentError(name, f"it applies to {fit}, not to {drawn}")
+
+
+LOOK, SHOWN = set(Appearance.model_fields), set(Extent.model_fields)
+APPLY = {
+    "the result of a run": LOOK | SHOWN | {"view", "body"},
+    "several results": LOOK | SHOWN | {"view"},
+    "a sweep": LOOK | {"view", "at"},
+    "an animation": {"fps", "speed"},
+}
+"""The options that apply, by what is drawn."""
 
 
 class SavedPictures(NamedTuple):
-    """What was written.
+    """The written pictures and the skipped views.
 
     Attributes
     ----------
     pictures : list of Path
     skipped : list of str
-        The reasons why views, of all that there are, were not drawn.
+        For each view left out of "all", the reason.
     """
 
     pictures: list[Path]
@@ -63,25 +110,17 @@ class SavedPictures(NamedTuple):
 
 
 def save_pictures(
-    files: Sequence[Path],
-    path: Path | None,
-    choice: ViewSelection,
-    look: "Appearance",
-    shown: "Extent",
-    *,
-    no_clobber: bool = False,
+    files: Sequence[Path], path: Path | None, options: PlotOptions, *, no_clobber: bool = False
 ) -> SavedPictures:
-    """Draw what files hold, the result of a run, a sweep, or several results, into pictures.
+    """Write pictures of the result of a run, of a sweep, or of several results.
 
     Parameters
     ----------
     files : sequence of Path
     path : Path or None
-        Ends in .png, .pdf or .svg. Of several views each is written to FILE-<view>.png; without a
-        path also one that is named.
-    choice : ViewSelection
-    look : Appearance
-    shown : Extent
+        Ends in .png, .pdf or .svg. Each of several views, or a single named view without a path,
+        is written to FILE-<view>.png.
+    options : PlotOptions
     no_clobber : bool
         Do not replace existing files.
 
@@ -92,26 +131,23 @@ def save_pictures(
     OutputError
         If a picture cannot be written.
     """
-    from frictionsim.plots.picture_file import check_format
-
     if path is not None:
         check_format(path)
     found = [(str(file), result_or_sweep(file)) for file in files]
     place = _Place(path or _default(files), path is not None, no_clobber)
     (_, first), *others = found
     if others:
-        check_no_choice(choice.at)
-        check_no_body(choice.body, "these are several")
-        return _save_overlays(overlaid(found), place, choice, look, shown)
+        options.check_for("several results")
+        return _save_overlays(overlaid(found), place, options)
     if isinstance(first, Sweep):
-        check_of_sweep(choice.body, shown)
-        return _save_sweep(first.table, place, choice, look)
-    check_no_choice(choice.at)
-    return _save_views(first, place, choice, look, shown)
+        options.check_for("a sweep")
+        return _save_sweep(first.table, place, options)
+    options.check_for("the result of a run")
+    return _save_views(first, place, options)
 
 
 def _default(files: Sequence[Path]) -> Path:
-    """Return the picture of some files: FILE.png, or both names, or how many there are more."""
+    """Return the default path: FILE.png, A-B.png of two files, A-and-N-more.png of more."""
     first, others = files[0], files[1:]
     if not others:
         return first.with_suffix(".png")
@@ -120,7 +156,7 @@ def _default(files: Sequence[Path]) -> Path:
 
 
 class _Place(NamedTuple):
-    """Where pictures are written to: `path`, which the user has `named` or not."""
+    """Target of pictures: `path`, `named` by the user or not."""
 
     path: Path
     named: bool
@@ -136,15 +172,13 @@ class _Place(NamedTuple):
         OutputError
             If one cannot be written.
         """
-        from frictionsim.plots import path_of
-
         if not views or (len(views) == 1 and self.named):
             paths = [self.path]
         else:
             names = [view.replace(",", "+").replace(" ", "") for view in views]
             check_apart(
                 {
-                    f"--view {view} (number {number})": path_of(self.path, name)
+                    f"view {view} (number {number})": path_of(self.path, name)
                     for number, (view, name) in enumerate(zip(views, names, strict=True), 1)
                 }
             )
@@ -154,66 +188,46 @@ class _Place(NamedTuple):
 
     def check(self, paths: Sequence[Path]) -> None:
         """Check that files can be written."""
-        from frictionsim.plots.picture_file import check_picture
-
         for path in paths:
             if self.no_clobber:
                 check_no_clobber(path)
             check_picture(path)
 
 
-def _views(choice: ViewSelection) -> list[str]:
-    """Return the views that are named, each once in a list; "all" stands alone."""
-    from frictionsim.plots import ALL
-
-    views = [name.strip() for text in choice.views for name in text.split(",")]
-    if ALL in views and len(views) > 1:
-        raise InputError(f"expected '--view {ALL}' alone, got it beside other views")
+def _views(options: PlotOptions) -> list[str]:
+    """Return the requested views of a result."""
+    views = [name.strip() for text in options.view for name in text.split(",")]
+    _check_all_alone(views)
     return views
 
 
-def _save_views(
-    result: results.Result,
-    place: _Place,
-    choice: ViewSelection,
-    look: "Appearance",
-    shown: "Extent",
-) -> SavedPictures:
-    from frictionsim.plots import (
-        ALL,
-        check_applies,
-        check_view,
-        draw,
-        path_of,
-        plot_all,
-        views_of,
-    )
+def _check_all_alone(views: Sequence[str]) -> None:
+    if ALL in views and len(views) > 1:
+        raise ArgumentError("view", f"expected '{ALL}' alone, got it beside other views")
 
-    views, body = _views(choice), choice.body
-    known = views_of(result.kind)
+
+def _save_views(result: results.Result, place: _Place, options: PlotOptions) -> SavedPictures:
+    views, known = _views(options), views_of(result.kind)
     if views == [ALL]:
         place.check([path_of(place.path, name) for name in known])
-        written, reasons = plot_all(result.record, place.path, body, look, shown)
+        written, reasons = plot_all(result.record, place.path, options.body, options, options)
         return SavedPictures(list(written), reasons)
     for view in views:
         check_view(result.kind, view)
-        check_applies(result.kind, view, shown)
+        check_applies(result.kind, view, options)
     return _save(
         {
-            path: _drawing(draw, result.record, view, body, None, look, shown)
+            path: partial(draw, result.record, view, options.body, None, options, options)
             for path, view in zip(place.of(views), views or FIRST, strict=True)
         },
-        look,
+        options,
     )
 
 
 def _save_overlays(
-    found: Any, place: _Place, choice: ViewSelection, look: "Appearance", shown: "Extent"
+    found: "Sequence[Overlaid]", place: _Place, options: PlotOptions
 ) -> SavedPictures:
-    from frictionsim.plots import ALL, check_overlaid, draw_overlay, views_of_overlay
-    from frictionsim.plots.overlay import check_overlay
-
-    views = _views(choice)
+    views = _views(options)
     kind = found[0].record.attributes["kind"]
     check_overlay(found)
     if views == [ALL]:
@@ -222,24 +236,17 @@ def _save_overlays(
         check_overlaid(kind, view)
     return _save(
         {
-            path: _drawing(draw_overlay, found, view, None, look, shown)
+            path: partial(draw_overlay, found, view, None, options, options)
             for path, view in zip(place.of(views), views or FIRST, strict=True)
         },
-        look,
+        options,
     )
 
 
-def _save_sweep(
-    table: "SweepTable", place: _Place, choice: ViewSelection, look: "Appearance"
-) -> SavedPictures:
-    from frictionsim.parameter_study.statistics import is_defined
-    from frictionsim.plots import ALL, path_of
-    from frictionsim.plots.sweep import draw_sweep
-
-    views, reasons = list(choice.views), list[str]()
-    if ALL in views:
-        if len(views) > 1:
-            raise InputError(f"expected '--view {ALL}' alone, got it beside other views")
+def _save_sweep(table: "SweepTable", place: _Place, options: PlotOptions) -> SavedPictures:
+    views, reasons = list(options.view), list[str]()
+    _check_all_alone(views)
+    if views == [ALL]:
         views = [name for name in table.values if is_defined(table, name)]
         reasons = [
             f"{name} is not defined in any run" for name in table.values if name not in views
@@ -249,21 +256,15 @@ def _save_sweep(
     else:
         paths = place.of(views)
     drawings = {
-        path: _drawing(draw_sweep, table, quantities_of(view), choice.at, None, look)
+        path: partial(draw_sweep, table, quantities_of(view), options.at, None, options)
         for path, view in zip(paths, views or FIRST, strict=True)
     }
-    return _save(drawings, look)._replace(skipped=reasons)
+    return _save(drawings, options)._replace(skipped=reasons)
 
 
-def _drawing(draw: Any, *arguments: Any) -> "Callable[[], Figure]":
-    return lambda: draw(*arguments)
-
-
-def _save(drawings: "Drawings", look: "Appearance") -> SavedPictures:
-    from frictionsim.plots.picture_file import save
-
-    for path, draw in drawings.items():
-        save(draw(), path, look.dots_per_inch)
+def _save(drawings: "Drawings", look: Appearance) -> SavedPictures:
+    for path, draw_figure in drawings.items():
+        save(draw_figure(), path, look.dots_per_inch)
     return SavedPictures(list(drawings), [])
 
 
@@ -291,7 +292,7 @@ def animate(
     no_clobber : bool
         Do not replace an existing file.
     progress : callable, optional
-        Is told the number of frames that are drawn, and of all.
+        Called with the number of frames drawn and the total.
 
     Returns
     -------
@@ -301,19 +302,21 @@ def animate(
     Raises
     ------
     InputError
-        If there is nothing to show, or no ffmpeg for MP4.
+        If the result cannot be animated, or MP4 lacks ffmpeg.
     OutputError
         If the file cannot be written, or would replace another kind of file.
     """
     from frictionsim.plots import animation
 
+    options = PlotOptions.of(fps=fps, speed=speed)
     target = as_path("animate", path)
     if no_clobber:
         check_no_clobber(target)
     animation.check_animation(target)
     if not isinstance(source, results.Result):
         source = results.open(as_path("result", source))
-    animation.animate(source.record, target, fps, speed, progress, str(source.path or ""))
+    name = str(source.path or "")
+    animation.animate(source.record, target, options.fps, options.speed, progress, name)
     return target
 
 
@@ -339,30 +342,30 @@ def plot(
     ----------
     result : Result, Sweep, xarray.Dataset or path; or a list of results
         A dataset is that of a sweep, or a part of it. Several results of
-        one kind are drawn over each other, with a key, in a view over time.
+        one kind are drawn over each other in a view over time, with a legend.
     view : str, optional
         Of a result one of the views of its kind; of a sweep a quantity, or several with commas
-        between them. An unknown one is refused with those that there are.
+        between them. The error for an unknown view lists the known ones.
     body : int, optional
         Number of the body of a belt, for the view `body`.
     at : mapping, optional
-        By varied key of a grid, the one value of it that is drawn.
+        Value to draw of a varied key, by key; of a grid.
     ax : Axes, optional
         Draw in the place of these axes, which are removed: a view may have several panels.
     width, height : str, optional
-        Of the picture, as ``"84mm"``; the text keeps its size in points.
+        Of the picture, e.g. ``"84mm"``; the text keeps its size in points.
     dpi : float, optional
         Dots per inch.
     style : str, optional
         "paper", "talk", or "user" for the user's settings of matplotlib.
     title : bool
-        False leaves it out.
+        False omits it.
     time : float, optional, s
-        The instant that a view of one shows.
+        Time of the view, if it shows one instant.
     window : pair of float or None, optional, s
-        Start and end of what a view over time shows; None is the start or end of the run.
+        Start and end of a view over time; None is the start or end of the run.
     channels : str or sequence of str, optional
-        What a view over time draws instead of its own.
+        Channels of a view over time in place of its own.
 
     Returns
     -------
@@ -375,28 +378,28 @@ def plot(
         If there is no such view, or the result lacks channels of it; if an option is not valid
         or does not apply to the view.
     """
-    from frictionsim.plots.style import appearance
-    from frictionsim.plots.view import extent
-
-    look, shown = appearance(width, height, dpi, title, style), extent(time, window, channels)
+    options = PlotOptions.of(
+        view=view,
+        body=body,
+        at=at,
+        width=width,
+        height=height,
+        dpi=dpi,
+        style=style,
+        title=title,
+        time=time,
+        window=window,
+        channels=channels,
+    )
     found = _found(result)
     if isinstance(found, list):
-        check_no_choice(at)
-        check_no_body(body, "these are several")
-        from frictionsim.plots import draw_overlay
-
-        figure = draw_overlay(found, view, ax, look, shown)
-    elif isinstance(found, results.Result):
-        check_no_choice(at)
-        from frictionsim.plots import draw
-
-        figure = draw(found.record, view, body, ax=ax, look=look, shown=shown)
-    else:
-        check_of_sweep(body, shown)
-        from frictionsim.plots.sweep import draw_sweep
-
-        figure = draw_sweep(found, quantities_of(view), at, ax=ax, look=look)
-    return figure
+        options.check_for("several results")
+        return draw_overlay(found, view, ax, options, options)
+    if isinstance(found, results.Result):
+        options.check_for("the result of a run")
+        return draw(found.record, view, body, ax, options, options)
+    options.check_for("a sweep")
+    return draw_sweep(found, quantities_of(view), options.at, ax, options)
 
 
 def _found(source: Any) -> "results.Result | SweepTable | list[Overlaid]":
@@ -429,40 +432,17 @@ def _name(source: Any, number: int) -> str:
 
 
 def overlaid(found: "Sequence[tuple[str, results.Result | SweepTable | Sweep]]") -> Any:
-    """Return several results as they are drawn over each other.
+    """Return several results to draw over each other.
 
     Raises
     ------
     InputError
         If there is a sweep among them.
     """
-    from frictionsim.plots.overlay import Overlaid
-
     for name, one in found:
         if not isinstance(one, results.Result):
             raise InputError(
-                f"{name}: this is a sweep; only results of runs are drawn over each other, draw it"
+                f"{name}: this is a sweep; only results of runs are drawn over each other; draw it"
                 " alone"
             )
     return [Overlaid(name, one.record) for name, one in found if isinstance(one, results.Result)]
-
-
-def check_no_choice(at: Mapping[str, Any] | None) -> None:
-    if at:
-        raise InputError(
-            f"--at {next(iter(at))}: it applies to sweeps; this file holds a single run"
-        )
-
-
-def check_no_body(body: int | None, what: str) -> None:
-    if body is not None:
-        raise InputError(f"'body' is for a view of the result of a run, {what}")
-
-
-def check_of_sweep(body: int | None, shown: "Extent") -> None:
-    check_no_body(body, "this is a sweep")
-    given = {"time": shown.time is not None, "window": shown.has_window}
-    given |= {"channels": bool(shown.channels)}
-    for name, is_given in given.items():
-        if is_given:
-            raise InputError(f"'{name}' is for a view of the result of a run, this is a sweep")

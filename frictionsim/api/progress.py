@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn
 
 from frictionsim.io.terminal import Stderr, print_on_stderr
-from frictionsim.simulation.monitor import RunMonitor, SweepProgress
+from frictionsim.simulation.monitor import RunMonitor, SweepProgress, compilation_text
 
 STEPS_BETWEEN_UPDATES = 256  # reading the clock costs a tenth of a step
 SECONDS_WITHOUT_BAR = 1.0  # a short run or sweep shows none
@@ -60,7 +60,7 @@ class RunProgress(RunMonitor):
     ----------
     duration : float, s
     delay : float, s
-        Wall time without a bar, which a short run does not need.
+        Wall time before the bar is shown.
     """
 
     def __init__(self, duration: float, delay: float = 0.0) -> None:
@@ -97,12 +97,12 @@ class RunProgress(RunMonitor):
 
     def compiling(self, expected: float) -> AbstractContextManager[None]:
         """Announce the compilation of kernels, which takes `expected` seconds."""
-        print_on_stderr(f"compiling the kernels, once (about {expected:.0f} s)")
+        print_on_stderr(compilation_text(expected))
         return nullcontext()
 
 
 class SweepBar:
-    """The progress of a sweep on a terminal: runs that are done, their rate and the time left."""
+    """The progress of a sweep on a terminal: completed runs, their rate and the remaining time."""
 
     def __enter__(self) -> Self:
         self._started = monotonic()
@@ -140,7 +140,7 @@ class SweepBar:
 
 
 def _text_of_sweep(progress: SweepProgress, seconds: float, first: int) -> str:
-    """Return the rate and the time left, after so many seconds from the first runs on."""
+    """Return the rate and the remaining time, from the seconds since the first run."""
     text, done = "runs", progress.done - first
     if done and seconds > 0.0:
         rate = done / seconds
@@ -149,7 +149,7 @@ def _text_of_sweep(progress: SweepProgress, seconds: float, first: int) -> str:
 
 
 def _bar(*columns: ProgressColumn, auto_refresh: bool = True) -> Progress:
-    """Return a bar on stderr if it is a terminal, which leaves no trace of itself."""
+    """Return a bar on stderr, if that is a terminal; it is erased at the end."""
     console = Console(file=cast("IO[str]", Stderr()), stderr=True)
     # In a log, rich would leave an empty line.
     disabled = not (console.is_terminal or console.is_jupyter)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def study_html(source: Any) -> str | None:
-    """Return the HTML of the report of a study, table of costs or sweep; None if it is none.
+    """Return the report of a cost study, table of costs or sweep; None of other sources.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def study_html(source: Any) -> str | None:
     Raises
     ------
     InputError
-        If it is damaged.
+        If the file is damaged.
     """
     if isinstance(source, Study):
         return _costs_html(source.data, "")
@@ -119,7 +119,7 @@ def _sweep_html(found: Sweep) -> str:
 
 
 def _pictures_of_sweep(table: "SweepTable") -> "Iterator[Picture]":
-    """Yield the pictures that `plot` draws of a sweep: the first quantities, then further ones."""
+    """Yield the pictures of a sweep: the first quantities together, then each alone."""
     from frictionsim.document import Picture
     from frictionsim.parameter_study.statistics import is_defined
     from frictionsim.plots.picture_file import image_for_page
@@ -150,7 +150,7 @@ def report(
     *,
     no_clobber: bool = False,
 ) -> Path:
-    """Write a report that any browser shows without a network, as `frictionsim report` does.
+    """Write a report as one HTML file, which a browser shows offline.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def report(
         The result of a run, a table of `frictionsim cost` in CSV or HDF5, or a sweep; several
         results of one kind are compared.
     path : path
-        Of the HTML file; it ends in .html or .htm.
+        HTML file, which ends in .html or .htm.
     no_clobber : bool
         Do not replace an existing file.
 
@@ -170,14 +170,14 @@ def report(
     Raises
     ------
     InputError
-        If the name is not one of HTML, a file is no result, or the results are of unlike kinds or
-        the same.
+        If the suffix is not .html or .htm, a file is no result, or results differ in kind or are
+        given twice.
     OutputError
         If the file cannot be written, or would replace one that is no report.
     """
     target = as_path("report", path)
     if target.suffix.lower() not in SUFFIXES:
-        raise InputError(f"{target}: expected the name of a report, which ends in .html or .htm")
+        raise InputError(f"{target}: expected a file name that ends in .html or .htm")
     html = _html(source)
     if no_clobber:
         check_no_clobber(target)
@@ -188,7 +188,7 @@ def report(
 
 
 def _html(source: Any) -> str:
-    """Return the report of what is given: here it is decided which one that is."""
+    """Return the report of a source, by its type."""
     several = isinstance(source, Sequence) and not isinstance(source, str)
     sources = list(source) if several else [source]
     if len(sources) == 1:
@@ -214,7 +214,7 @@ def _opened(sources: Sequence[Source]) -> list[results.Result]:
     Raises
     ------
     InputError
-        If a file is no result, or given twice.
+        If a file is not a result, or given twice.
     """
     _check_count(sources)
     _check_apart(sources)
@@ -256,7 +256,7 @@ def _html_of_runs(found: Sequence[results.Result]) -> str:
     Raises
     ------
     InputError
-        If the results do not go together.
+        If the results are of unlike kinds.
     """
     from frictionsim.reports.run_report import run_report
     from frictionsim.reports.run_tables import labels_of

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, Self
 
-from frictionsim.api.result_base import ResultBase, quantities_table
+from frictionsim.api.result_base import Ending, ResultBase, quantities_table
 from frictionsim.display import MODE_WORDS, number_text, short_text
 from frictionsim.document import Document, Table
 from frictionsim.errors import (
@@ -34,19 +34,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from frictionsim.parameter_study.report import Writable
     from frictionsim.scenario.settings import Origin, Scenario
     from frictionsim.work_precision.error_estimate import Estimate
 
 LOG = logging.getLogger(__name__)
 # Of more events, the table shows the first ones and the last.
 MAX_EVENTS = 20
-
-
-class Writable(Protocol):
-    """What text can be written to."""
-
-    def write(self, text: str, /) -> object:
-        """Write text."""
 
 
 class Result(ResultBase):
@@ -60,7 +54,7 @@ class Result(ResultBase):
     path : Path or None
         The file that holds it.
     record : Record
-        What the file holds, see `frictionsim.io.hdf5_writer`.
+        The contents of its file, see `frictionsim.io.hdf5_writer`.
     """
 
     def __init__(
@@ -83,25 +77,20 @@ class Result(ResultBase):
 
     @property
     def checkpoint(self) -> dict[str, Any] | None:
-        """The state of a run that was just solved and can be resumed.
+        """The state to resume a new result from.
 
-        `load_checkpoint` also reads that of a file.
+        `load_checkpoint` also reads the state in a file.
         """
         return self._record.checkpoint
 
     @property
-    def status(self) -> str:
-        """`done`, `failed` or `interrupted`."""
-        return self._record.status
-
-    @property
-    def reason(self) -> str:
-        """Why the run stopped, or which checks of its audit failed; empty if done and sound."""
-        return self._record.reason
+    def _ending(self) -> Ending:
+        code = self._record.exit_code or (self._estimate.exit_code if self._estimate else EXIT_DONE)
+        return Ending(self._record.status, self._record.reason, code)
 
     @property
     def failure(self) -> str:
-        """The kind of failure, as `chattering`; empty if not failed."""
+        """The kind of failure, e.g. `chattering`; empty if not failed."""
         return self._record.failure
 
     @property
@@ -159,7 +148,7 @@ class Result(ResultBase):
         Raises
         ------
         InputError
-            If another version wrote the file, whose scenario is not valid any more.
+            If the scenario of a file of another version is not valid any more.
         """
         if self._scenario is not None:
             return self._scenario
@@ -192,7 +181,7 @@ class Result(ResultBase):
 
     @property
     def origin(self) -> "Origin":
-        """Where the scenario came from: its file and overrides."""
+        """The file and the overrides of the scenario."""
         if self._scenario is not None:
             return self._scenario.origin
         from frictionsim.scenario.loading import origin_of
@@ -214,11 +203,6 @@ class Result(ResultBase):
         from frictionsim.io.hdf5_reader import read_checkpoint
 
         return read_checkpoint(self.path).state
-
-    @property
-    def exit_code(self) -> int:
-        """The exit code of the command line for this result."""
-        return self._record.exit_code or (self._estimate.exit_code if self._estimate else EXIT_DONE)
 
     def check(self) -> Self:
         """Return the result itself if the run is done and passed its audit.
@@ -372,7 +356,7 @@ def open(path: str | PathLike[str]) -> Result:
     Returns
     -------
     Result
-        The data are read at once; the file is closed.
+        All data are read; the file is closed.
 
     Raises
     ------
@@ -442,7 +426,7 @@ def _event_json(e: Transition) -> dict[str, Any]:
 BYTES_OF_NUMBER = 40  # with its place in a list
 
 
-def write_channels(record: Record, file: Writable) -> None:
+def write_channels(record: Record, file: "Writable") -> None:
     """Write one line for each sample; the first line has the names with their units.
 
     A channel with columns has one for each member of its axis: ``pulley_speed.driver [rad/s]``.

@@ -1,13 +1,12 @@
-"""What results of runs, sweeps, cost studies and fits have in common."""
+"""The base of results of runs, sweeps, cost studies and fits."""
 
 from abc import ABC, abstractmethod
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.display import error_text, number_text
 from frictionsim.document import Table, as_text
-from frictionsim.errors import EXIT_DONE
 from frictionsim.scenario.options import as_path
 
 if TYPE_CHECKING:
@@ -17,23 +16,35 @@ if TYPE_CHECKING:
     from frictionsim.results import Quantities
 
 
+class Ending(NamedTuple):
+    """How a run, a sweep, a cost study or a fit ended."""
+
+    status: str
+    reason: str
+    exit_code: int
+
+
 class ResultBase(ABC):
-    """A result: it has a status, and is summarised, drawn and saved."""
+    """A result with a status, a summary, a picture and a file."""
 
     @property
     @abstractmethod
+    def _ending(self) -> Ending: ...
+
+    @property
     def status(self) -> str:
-        """`done`, or how it ended before."""
+        """`done`, or the way it ended early: `failed`, `stopped` or `interrupted`."""
+        return self._ending.status
 
     @property
-    @abstractmethod
     def reason(self) -> str:
-        """Why it is not done, or not to be trusted; else empty."""
+        """Why it ended early or cannot be trusted; else empty."""
+        return self._ending.reason
 
     @property
     def exit_code(self) -> int:
         """The exit code of the command line for this result."""
-        return EXIT_DONE
+        return self._ending.exit_code
 
     @abstractmethod
     def parts(self) -> "Document":
@@ -41,7 +52,7 @@ class ResultBase(ABC):
 
     @abstractmethod
     def to_json(self) -> dict[str, Any]:
-        """Return the summary as plain data, as the command line prints it with --json."""
+        """Return the summary as plain data: the JSON of the command line."""
 
     @abstractmethod
     def save(self, path: str | PathLike[str]) -> Path:
@@ -50,14 +61,14 @@ class ResultBase(ABC):
         Raises
         ------
         InputError
-            If the suffix is none of those that it can be written as.
+            If the suffix is not supported.
         OutputError
             If the file cannot be written, or would replace one of another kind.
         """
 
     @abstractmethod
     def plot(self) -> "Figure":
-        """Draw the result, as the command line does."""
+        """Draw the result."""
 
     def save_picture(self, path: str | PathLike[str]) -> Path:
         """Write the picture, by the suffix of the path: .png, .pdf or .svg."""
@@ -68,7 +79,7 @@ class ResultBase(ABC):
         return target
 
     def summary(self) -> str:
-        """Return the summary as text, as the command line prints it."""
+        """Return the summary as text."""
         return as_text(self.parts())
 
     def _repr_html_(self) -> str:

@@ -32,13 +32,13 @@ def static(
     Parameters
     ----------
     scenario, overrides
-        As of `solve`.
+        As for `solve`.
 
     Returns
     -------
     dict of Quantity
-        By name, each with `value` and `unit`. Its attribute `notes`, a tuple of texts, says what
-        they mean, and why a value is none.
+        By name, each with `value` and `unit`. The attribute `notes`, a tuple of texts, explains
+        them and missing values.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def statics_text(quantities: StaticQuantities) -> str:
 
 
 def with_overrides(source: Scenario | ScenarioSource, overrides: "Overrides | None") -> Scenario:
-    """Return the scenario of a source, as of `solve`; errors of it name the overrides."""
+    """Return the scenario of a source, as for `solve`; its errors name the overrides."""
     if not isinstance(source, Scenario):
         return load(source, overrides)
     return source.replace(overrides) if overrides else source
@@ -72,7 +72,7 @@ def new(kind: str) -> str:
     ----------
     kind : str
         A kind of mechanism, for a commented scenario with all its keys; or the name of a shipped
-        scenario, as ``belt_verification`` or ``hard/jump``.
+        scenario, e.g. ``belt_verification`` or ``hard/jump``.
 
     Returns
     -------
@@ -104,19 +104,19 @@ def new(kind: str) -> str:
 
 
 def write_with_schema(file: "Path", text: str) -> "tuple[list[Path], list[str]]":
-    """Write a scenario, and beside it the schema that its first line names for editors.
+    """Write a scenario, and beside it its schema for editors.
 
     Returns
     -------
     list of Path
         The files that were written.
     list of str
-        A warning if another schema is there, which is kept.
+        A warning if another schema exists there; it is kept.
 
     Raises
     ------
     OutputError
-        If a file cannot be written, or the scenario is there already.
+        If a file cannot be written, or the scenario exists already.
     """
     from frictionsim.io.new_file import check_new, write_new
     from frictionsim.scenario.authoring import schema, schema_file
@@ -163,7 +163,7 @@ COMPILED_KINDS = ("belt_drive",)  # mechanisms of one coordinate are plain Pytho
 
 
 class WarmedUp(NamedTuple):
-    """A combination of effects and method whose kernels are on the disk now.
+    """A combination of effects and method with compiled kernels.
 
     Attributes
     ----------
@@ -172,7 +172,7 @@ class WarmedUp(NamedTuple):
     backend : str
         The method.
     seconds : float, s
-        What the compilation took; 0 where the kernels were there already.
+        Duration of the compilation; 0 if the kernels existed already.
     """
 
     scenario: str
@@ -188,7 +188,7 @@ def warm_up(kind: str | None = None) -> tuple[WarmedUp, ...]:
     Parameters
     ----------
     kind : str or None
-        A kind of mechanism; by default all that have kernels.
+        A kind of mechanism; by default all with kernels.
 
     Returns
     -------
@@ -204,13 +204,13 @@ def warm_up(kind: str | None = None) -> tuple[WarmedUp, ...]:
 
 
 def warming(kind: str | None, on_step: Callable[[float], Any]) -> Iterator[WarmedUp]:
-    """Do what `warm_up` does, one combination at a time.
+    """Compile as `warm_up` does, one combination at a time.
 
     Parameters
     ----------
     kind : str or None
     on_step : callable
-        As of `Simulation.prepare`.
+        As for `Simulation.prepare`.
     """
     if kind is not None and kind not in KINDS and kind not in kind_names():
         raise InputError(unknown("kind", kind, list(kind_names())))

@@ -54,9 +54,9 @@ def solve(
     Parameters
     ----------
     scenario : Scenario, path or mapping
-        As of `load`.
+        As for `load`.
     overrides : mapping or iterable of str, optional
-        As of `load`: ``{"effects.shaft_friction.mu_s": 0.3}``.
+        As for `load`: ``{"effects.shaft_friction.mu_s": 0.3}``.
     output : path, optional
         File to write the result to, NAME.h5. Until the run is done, and if it fails or is
         interrupted, it is in NAME.partial.h5: `Result.path` says where it is. Ctrl-C stops a run
@@ -66,11 +66,11 @@ def solve(
     max_wall : float, optional, s
         Limit of the wall time, from the call on. A run that reaches it is `failed` and can be
         resumed, except with SciPy's methods. It is checked before the first step and between
-        steps: the assembly of a large belt, a compilation of kernels and the writing of the result
-        come to their end.
+        steps, but does not interrupt the assembly of a large belt, a compilation of kernels or the
+        writing of the result.
     max_steps : int, optional
-        Limit of steps, in the place of `solver.max_steps`. It is not recorded: the run can be
-        resumed as after `max_wall`, and comes to the same file as an unlimited one.
+        Limit of steps, instead of `solver.max_steps`. It is not recorded: the run can be resumed
+        as after `max_wall`, and its file is that of an unlimited run.
     estimate_error : bool
         Solve a second time, more accurately, for `Result.errors`.
     progress : bool or callable
@@ -78,12 +78,12 @@ def solve(
         after each step; if it raises `frictionsim.errors.Interrupted`, the run stops and can be
         resumed.
     check : bool
-        Raise the error of a run that failed or whose self-audit failed, as `Result.check`.
+        Raise the error of a run that failed or whose self-audit failed, as `Result.check` does.
 
     Returns
     -------
     Result
-        Also of a run that failed: with the samples up to that time.
+        A failed run has a result, too, with the samples up to the failure.
 
     Raises
     ------
@@ -94,11 +94,15 @@ def solve(
     SolverError, AuditError
         Only with `check`.
     """
-    since = perf_counter()
-    options = RunOptions.of(max_wall=max_wall, max_steps=max_steps, progress=progress)
-    loaded = with_overrides(scenario, overrides)
-    destination = _destination(output, None, no_clobber)
-    return _simulate(loaded, destination, options, since, estimate_error, None, check)
+    options = RunOptions.of(
+        no_clobber=no_clobber,
+        max_wall=max_wall,
+        max_steps=max_steps,
+        estimate_error=estimate_error,
+        progress=progress,
+        check=check,
+    )
+    return solve_with(scenario, overrides, output, options)
 
 
 def resume(
@@ -121,7 +125,7 @@ def resume(
         File to write to, NAME.h5; by default that of the NAME.partial.h5 that is resumed, which is
         removed when the run is done. A `Result` that is in no file is not written.
     no_clobber, max_wall, max_steps, progress, check
-        As of `solve`, of this part of the run; the file that is resumed is always replaced.
+        As for `solve`, for this part of the run; the resumed file is always replaced.
 
     Raises
     ------
@@ -132,11 +136,50 @@ def resume(
     SolverError, AuditError
         Only with `check`.
     """
+    options = RunOptions.of(
+        no_clobber=no_clobber,
+        max_wall=max_wall,
+        max_steps=max_steps,
+        progress=progress,
+        check=check,
+    )
+    return resume_with(result, output, options)
+
+
+class RunOptions(Options):
+    """The limits and the progress display of a run, and what is done after it."""
+
+    no_clobber: bool = False
+    max_wall: float | None = unit_field("s", "Limit of wall time.", None, gt=0, allow_inf_nan=True)
+    max_steps: int | None = Field(None, gt=0)
+    estimate_error: bool = False
+    progress: Annotated[Any, function_of("the time", "True, False or ")] = False
+    check: bool = False
+
+
+def solve_with(
+    scenario: Scenario | ScenarioSource,
+    overrides: "Overrides | None",
+    output: str | PathLike[str] | None,
+    options: RunOptions,
+) -> Result:
+    """Simulate a scenario."""
+    since = perf_counter()
+    loaded = with_overrides(scenario, overrides)
+    destination = _destination(output, None, options.no_clobber)
+    return _simulate(loaded, destination, options, since, None)
+
+
+def resume_with(
+    result: Result | str | PathLike[str],
+    output: str | PathLike[str] | None,
+    options: RunOptions,
+) -> Result:
+    """Resume an interrupted run."""
     from frictionsim.api.sweep_result import result_or_sweep  # a run needs none of it
     from frictionsim.io.unfinished import whole_name
 
     since = perf_counter()
-    options = RunOptions.of(max_wall=max_wall, max_steps=max_steps, progress=progress)
     incomplete = (
         result if isinstance(result, Result) else result_or_sweep(as_path("result", result))
     )
@@ -146,20 +189,12 @@ def resume(
     scenario, path = incomplete.scenario, incomplete.path
     if output is None and path is not None:
         output = whole_name(path)
-    destination = _destination(output, path, no_clobber)
+    destination = _destination(output, path, options.no_clobber)
     try:
-        return _simulate(scenario, destination, options, since, False, state, check)
+        return _simulate(scenario, destination, options, since, state)
     except InputError as error:
         name = "this result" if path is None else path
         raise InputError(f"{name}: cannot resume this run: {error}") from None
-
-
-class RunOptions(Options):
-    """The limits of a part of a run, and what it shows."""
-
-    max_wall: float | None = unit_field("s", "Limit of wall time.", None, gt=0, allow_inf_nan=True)
-    max_steps: int | None = Field(None, gt=0)
-    progress: Annotated[Any, function_of("the time", "True, False or ")] = False
 
 
 def _destination(
@@ -180,11 +215,9 @@ def _simulate(
     destination: "Destination | None",
     options: RunOptions,
     since: float,
-    estimate_error: bool,
     state: dict[str, Any] | None,
-    check: bool,
 ) -> Result:
-    # Without a file nothing of an interrupted run could be kept: Ctrl-C raises at once.
+    # Without a file an interrupted run cannot be saved: Ctrl-C raises at once.
     stop = None if destination is None else StopSignals()
     with _monitor(options, since, scenario, stop) as monitor, _closing(destination):
         try:
@@ -195,14 +228,14 @@ def _simulate(
             raise failed.__cause__ or failed from None
         path = None if destination is None else destination.write_last(done)
         estimate = None
-        if estimate_error and done.status == "done":
+        if options.estimate_error and done.status == "done":
             from frictionsim.work_precision.error_estimate import estimate as estimate_errors
 
             estimate = estimate_errors(scenario, done, monitor, steps)
     if stop is not None and stop.received:
         raise KeyboardInterrupt(f"run {done.status}; its samples are in {path}")
     result = Result(done, path, scenario, estimate)
-    return result.check() if check else result
+    return result.check() if options.check else result
 
 
 def _closing(destination: "Destination | None") -> AbstractContextManager[Any]:
@@ -227,11 +260,11 @@ def _monitor(
 
 
 class _ProgressFailed(Exception):
-    """An error of the user's function, which is not one of the run."""
+    """An error of the user's function, not of the run."""
 
 
 class _ProgressFunction(RunMonitor):
-    """A function of the user, whose errors are not taken for those of the run."""
+    """A function of the user; its errors are told from those of the run."""
 
     def __init__(self, progress: Callable[[float], Any]) -> None:
         self._progress = progress

@@ -1,21 +1,21 @@
-"""Work-precision studies from Python: what accuracy costs in time."""
+"""Work-precision studies from Python: error against run time."""
 
 from collections.abc import Callable, Iterable
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.result_base import ResultBase
+from frictionsim.api.result_base import Ending, ResultBase
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.document import Document, Table
 from frictionsim.errors import InputError
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.options import as_path
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.variants import TOLERANCES
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.work_precision.outcome import WorkPrecision
 from frictionsim.work_precision.recommendation import recommendations
+from frictionsim.work_precision.settings import MAX_WALL, REPEATS
 from frictionsim.work_precision.settings import CostOptions as CostOptions
 from frictionsim.work_precision.study import study
 from frictionsim.work_precision.table import attributes, columns, study_json, write_csv
@@ -116,19 +116,8 @@ class Study(ResultBase):
         return self.data.scenario
 
     @property
-    def status(self) -> str:
-        """`done` or `interrupted`."""
-        return self.data.status
-
-    @property
-    def reason(self) -> str:
-        """Why it stopped; empty if done."""
-        return self.data.reason
-
-    @property
-    def exit_code(self) -> int:
-        """The exit code of the command line for this study."""
-        return self.data.exit_code
+    def _ending(self) -> Ending:
+        return Ending(self.data.status, self.data.reason, self.data.exit_code)
 
     @property
     def recommendations(self) -> list[str]:
@@ -209,22 +198,22 @@ def cost(
     laws: str | Iterable[str] | None = None,
     backends: str | Iterable[str] | None = None,
     tolerances: float | Iterable[float] | None = None,
-    max_wall: float = 5.0,
-    repeats: int = 3,
+    max_wall: float = MAX_WALL,
+    repeats: int = REPEATS,
     bodies: int | Iterable[int] | None = None,
     models: str | Iterable[str] | None = None,
     progress: Callable[[str], Any] | None = None,
 ) -> Study:
     """Measure error against run time for every friction law and method at several settings.
 
-    Of a belt, for several models and numbers of bodies, too.
+    A study of a belt also compares models and numbers of bodies.
 
     Parameters
     ----------
     scenario, overrides
-        As of `solve`.
+        As for `solve`.
     laws, backends : str or iterable of str, optional
-        Friction laws and methods to use; by default all that apply.
+        Friction laws and methods to use; by default all that fit the scenario.
     tolerances : float or iterable of float, optional
         Relative tolerances of adaptive methods.
     max_wall : float, s
@@ -232,10 +221,10 @@ def cost(
     repeats : int
         Maximum number of timed runs of each setting.
     bodies : int or iterable of int, optional
-        Of belts only, the numbers of bodies to compare; ``[]`` for time steps only. By default
-        from 0.4 to 4 times the scenario's.
+        Numbers of bodies of a belt; ``[]`` compares time steps only. By default from 0.4 to 4
+        times the scenario's.
     models : str or iterable of str, optional
-        Of belts only, of `string`, `corrected` and `polygon`; by default all.
+        Models of a belt: `string`, `corrected`, `polygon`; by default all.
     progress : callable, optional
         Called with the name of each setting.
 
@@ -249,7 +238,7 @@ def cost(
     options = CostOptions.of(
         laws=laws,
         backends=backends,
-        tolerances=TOLERANCES if tolerances is None else tolerances,
+        tolerances=tolerances,
         bodies=bodies,
         models=models,
         max_wall=max_wall,
@@ -260,7 +249,7 @@ def cost(
 
 
 def cost_with(scenario: Scenario, options: CostOptions, monitor: RunMonitor | None = None) -> Study:
-    """Run a study of a scenario, as `cost` and the command line do."""
+    """Run a study of a scenario."""
     show = options.progress or (lambda name: None)
     limits = (options.max_wall, options.repeats)
     return Study(study(scenario, options.plan(scenario), *limits, monitor or RunMonitor(), show))

@@ -1,4 +1,4 @@
-"""The result of a sweep: its table, and the same as a dataset."""
+"""The result of a sweep: its table and dataset."""
 
 from collections.abc import Iterator
 from functools import cached_property
@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.api.result import Result
-from frictionsim.api.result_base import ResultBase
+from frictionsim.api.result_base import Ending, ResultBase
 from frictionsim.display import study_text
 from frictionsim.document import Document, Table
-from frictionsim.errors import EXIT_DONE, EXIT_SOLVER_FAILED, InputError
+from frictionsim.errors import EXIT_DONE, EXIT_SOLVER_FAILED, InputError, exit_code_of_interruption
 from frictionsim.io.sweep_table import SOBOL, SobolIndices, SweepTable
 from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
 from frictionsim.parameter_study.design import SAMPLE, Sampling
@@ -48,13 +48,13 @@ CSV, HDF5 = ".csv", (".h5", ".hdf5", ".nc")
 class Sweep(ResultBase):
     """The result of a sweep, made by `sweep`, `resume_sweep` and `open_sweep`.
 
-    What an `xarray.Dataset` has, it has as well: ``sweep["breakaway_time"]``, ``sweep.sel(...)``.
-    A function that asks for a dataset takes ``sweep.dataset``.
+    It has the members of its `xarray.Dataset`: ``sweep["breakaway_time"]``, ``sweep.sel(...)``;
+    a function that requires a dataset is given ``sweep.dataset``.
 
     Attributes
     ----------
     table : SweepTable
-        What its file holds.
+        The contents of its file.
     path : Path or None
         Its file.
     """
@@ -73,24 +73,16 @@ class Sweep(ResultBase):
         return sweep_dataset(self.table)
 
     @property
-    def status(self) -> str:
-        """`done` or `interrupted`."""
-        return self.table.attributes["status"]
-
-    @property
-    def reason(self) -> str:
-        """Why it stopped; empty if done."""
-        return self.table.attributes["reason"]
-
-    @property
-    def exit_code(self) -> int:
-        """The exit code of the command line: that of a failure if all runs have failed."""
-        all_failed = bool((self.table.status == FAILED).all())
-        return EXIT_SOLVER_FAILED if all_failed else EXIT_DONE
+    def _ending(self) -> Ending:
+        status, reason = (self.table.attributes[name] for name in ("status", "reason"))
+        code = EXIT_SOLVER_FAILED if bool((self.table.status == FAILED).all()) else EXIT_DONE
+        if status != "done":
+            code = exit_code_of_interruption(reason)
+        return Ending(status, reason, code)
 
     @property
     def failures(self) -> list[str]:
-        """How many runs failed, and how many their audit; empty if none did."""
+        """The numbers of failed runs and of failed audits; empty without any."""
         counts = (
             (int((self.table.status == status).sum()), words)
             for status, words in ((FAILED, "failed"), (AUDIT_FAILED, "failed their audit"))
@@ -99,7 +91,7 @@ class Sweep(ResultBase):
 
     @property
     def missing_runs(self) -> str:
-        """How many runs are left and why; empty if the sweep is done."""
+        """The number of remaining runs and the reason; empty if the sweep is done."""
         if self.status == "done":
             return ""
         count = int((self.table.status == NOT_RUN).sum())
@@ -107,7 +99,7 @@ class Sweep(ResultBase):
         return f"sweep {self.status}: {count} of {self.table.runs} runs are left{reason}"
 
     def to_toml(self, name: str) -> str:
-        """Return the `scenario` that is varied, or the `study`, in TOML."""
+        """Return the varied `scenario`, or the `study`, in TOML."""
         return self.table.attributes[name].rstrip("\n")
 
     def parts(self) -> Document:
@@ -118,7 +110,7 @@ class Sweep(ResultBase):
         InputError
             If the study in the file is not valid.
         """
-        return sweep_parts(self.table, self.path)
+        return _parts(self.table, self.path)
 
     def to_json(self) -> dict[str, Any]:
         """Return the summary as plain data, as the command line prints it with --json.
@@ -128,10 +120,10 @@ class Sweep(ResultBase):
         InputError
             If the study in the file is not valid.
         """
-        return sweep_json(self.table, self.path)
+        return _json(self.table, self.path)
 
     def save(self, path: str | PathLike[str]) -> Path:
-        """Write the sweep to HDF5, which can be opened again, or a line for each run to CSV."""
+        """Write the sweep to HDF5, for `open_sweep`, or to CSV, one line per run."""
         target = as_path("path", path)
         if target.suffix == CSV:
             self.save_csv(target)
@@ -172,9 +164,9 @@ class Sweep(ResultBase):
         Parameters
         ----------
         quantities : str, optional
-            With commas between them; by default the first that vary.
+            Separated by commas; by default the first varying ones.
         at : mapping, optional
-            By varied key of a grid, the one value of it that is drawn.
+            Value to draw of a varied key, by key; of a grid.
         ax : Axes, optional
             Draw in the place of these axes, which are removed.
         """
@@ -234,7 +226,7 @@ def open_sweep(path: str | PathLike[str]) -> Sweep:
     Returns
     -------
     Sweep
-        As `sweep` returned it. The data are read at once; the file is closed.
+        As returned by `sweep`. All data are read; the file is closed.
 
     Raises
     ------
@@ -269,7 +261,7 @@ def result_or_sweep(path: Path) -> Result | Sweep:
 
 
 def quantities_of(view: str | None) -> list[str]:
-    """Return the quantities that a view of a sweep names."""
+    """Return the quantities of a view of a sweep."""
     return [] if view is None else [name.strip() for name in view.split(",")]
 
 
@@ -288,20 +280,8 @@ WORDS = {
 }
 
 
-def sweep_parts(table: SweepTable, path: Path | None = None) -> Document:
-    """Yield the summary of a sweep.
-
-    Parameters
-    ----------
-    table : SweepTable
-    path : Path, optional
-        Its file.
-
-    Raises
-    ------
-    InputError
-        If the study in it is not valid.
-    """
+def _parts(table: SweepTable, path: Path | None) -> Document:
+    """Yield the summary of a sweep and the path of its file."""
     attributes = table.attributes
     yield f"{attributes['title'] or attributes['kind']}: sweep {attributes['status']}"
     distributions, sampling = variation(table)
@@ -328,20 +308,8 @@ def sweep_parts(table: SweepTable, path: Path | None = None) -> Document:
     yield f"sweep: {path or 'none'}"
 
 
-def sweep_json(table: SweepTable, path: Path | None = None) -> dict[str, Any]:
-    """Return the JSON object of a sweep.
-
-    Parameters
-    ----------
-    table : SweepTable
-    path : Path, optional
-        Its file.
-
-    Raises
-    ------
-    InputError
-        If the study in it is not valid.
-    """
+def _json(table: SweepTable, path: Path | None) -> dict[str, Any]:
+    """Return the JSON object of a sweep and the path of its file."""
     attributes = table.attributes
     number = counts(table)
     distributions, sampling = variation(table)
@@ -379,7 +347,7 @@ def plain(value: Any) -> Any:
 
 
 def _reasons(table: SweepTable) -> dict[int, str]:
-    """Return why runs failed or are not to be trusted, by run; in one line each."""
+    """Return the reasons of failed runs and audits by run, in one line each."""
     failures, reasons = table.texts["failure"], table.texts["reason"]
     found = {}
     for run in sorted({*failures, *reasons}):
@@ -408,7 +376,7 @@ def _sample_lines(table: SweepTable, sampling: Sampling | None) -> list[str]:
 
 
 def _sobol_parts(table: SweepTable) -> Document:
-    """Yield the Sobol indices, and why quantities have none."""
+    """Yield the Sobol indices, or why a quantity has none."""
     found = table.sobol
     if found is None:
         return

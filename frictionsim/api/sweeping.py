@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from os import PathLike
 from pathlib import Path
-from signal import SIGINT
-from typing import TYPE_CHECKING, Any, Self
+from signal import SIGINT, Signals
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -24,24 +24,22 @@ from frictionsim.io.sweep_table import SweepTable
 from frictionsim.io.unfinished import existing_name, partial_name, whole_name
 from frictionsim.parameter_study.block import FAILED, Block
 from frictionsim.parameter_study.design import METHODS as METHODS
-from frictionsim.parameter_study.design import SAMPLE, Design
+from frictionsim.parameter_study.design import SAMPLE, Design, design_of
 from frictionsim.parameter_study.dispatch import Executor, check_combinations, run_sweep
 from frictionsim.parameter_study.executors import available_cores, local_executor
 from frictionsim.parameter_study.journal import remove_left_over
+from frictionsim.parameter_study.study_file import SweepOptions as SweepOptions
 from frictionsim.parameter_study.study_file import (
     SweepStudy,
     check_not_fixed,
     is_study,
-    settings_of,
     study_of,
     study_toml,
-    study_with,
 )
 from frictionsim.parameter_study.sweep import (
     Assembly,
     SweepPlan,
     coordinates_of,
-    plan_of,
 )
 from frictionsim.parameter_study.sweep_files import (
     SweepFiles,
@@ -50,9 +48,8 @@ from frictionsim.parameter_study.sweep_files import (
     make_series_folder,
     series_folder,
 )
-from frictionsim.parameter_study.values import values_by_key
 from frictionsim.scenario.loading import ScenarioSource, read_toml
-from frictionsim.scenario.options import Options, as_path
+from frictionsim.scenario.options import Options, as_path, function_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import scenario_file
 from frictionsim.scenario.toml_data import toml_tables
@@ -63,8 +60,8 @@ if TYPE_CHECKING:
     from frictionsim.scenario.overrides import Overrides
 
 RUNNING = (
-    "killed, or still running; 'frictionsim resume' goes on with it, and has what was done"
-    " meanwhile from the file .h5.runs beside this one"
+    "killed, or still running; 'frictionsim resume' continues it, including the runs journalled"
+    " in FILE.h5.runs"
 )
 
 
@@ -84,10 +81,12 @@ class SweepInterrupted(Interrupted):
 
 
 class ExecutionOptions(Options):
-    """The processes or the cluster of Dask that a sweep runs on."""
+    """Worker processes or Dask cluster of a sweep, its progress and its file."""
 
     workers: int | None = Field(None, gt=0)
     dask: str | None = None
+    progress: Annotated[Any, function_of("a SweepProgress", "True, False or ")] = False
+    no_clobber: bool = False
 
     @model_validator(mode="after")
     def _exclude_each_other(self) -> Self:
@@ -98,7 +97,7 @@ class ExecutionOptions(Options):
         return self
 
     def executor(self, runs: int) -> Executor:
-        """Return the executor of so many runs."""
+        """Return the executor for a number of runs."""
         if self.dask is not None:
             from frictionsim.parameter_study.dask_cluster import DaskCluster
 
@@ -128,22 +127,22 @@ def sweep(
     Parameters
     ----------
     scenario : Scenario, path or mapping
-        As of `solve`; or a study, whose tables are [study], [set] and [vary].
+        As for `solve`; or a study with the tables [study], [set] and [vary].
     vary : mapping of str
-        By key as of `solve`'s overrides: a list or array of values, or text as
-        ``"lin(0.1, 0.4, 4)"``, ``"log(1, 100, 5)"``; with `sample` distributions, as
+        Values by key: a list or array, or a text such as
+        ``"lin(0.1, 0.4, 4)"``, ``"log(1, 100, 5)"``; with `sample` distributions, e.g.
         ``"uniform(0.1, 0.4)"``, ``"normal(2224, 50)"``. Several keys with commas between them
         have one value. Without `zip` and `sample`, all combinations are run.
     overrides : mapping or iterable of str, optional
-        What is the same in all runs, as of `solve`.
+        Overrides of all runs, as for `solve`.
     zip : bool
         Vary the keys together: the first values of all, then the second ones.
     sample : int, optional
         Number of runs of a sample.
     method : str, optional
-        Of the sample: sobol (default), lhs or random.
+        Sampling method: sobol (default), lhs or random.
     seed : int, optional
-        Of the sample, by default 0.
+        Random seed, by default 0.
     indices : bool
         Run the combinations that Sobol indices need, sample (keys + 2) runs.
     keep_series : bool
@@ -156,15 +155,15 @@ def sweep(
     workers : int, optional
         Number of processes, by default as many as there are cores.
     dask : str, optional
-        Address of a scheduler of Dask, as ``"tcp://host:8786"``, or ``"local:4"``.
+        Address of a Dask scheduler, e.g. ``"tcp://host:8786"``, or ``"local:4"``.
     progress : bool or callable
-        True shows a bar on a terminal; a callable is called some times each second with how far
-        the sweep is.
+        True shows a bar on a terminal; a callable is called several times per second with
+        a `SweepProgress`.
 
     Returns
     -------
     Sweep
-        What it comes to; `dataset` has the varied keys and the quantities.
+        Its table; `dataset` has the varied keys and the quantities.
 
     Raises
     ------
@@ -173,15 +172,20 @@ def sweep(
     OutputError
         If the file cannot be written.
     """
-    options = {
-        "zip": zip, "sample": sample, "method": method, "seed": seed, "indices": indices,
-        "keep_series": keep_series,
-    }  # fmt: skip
     path = None if output is None else as_path("output", output)
-    execution = ExecutionOptions.of(workers=workers, dask=dask)
-    with shown(progress) as on_progress:
-        study = study_from(scenario, vary, overrides, options)
-        return run_study(study, path, no_clobber, on_progress, execution)
+    options = SweepOptions.of(
+        vary=vary,
+        zip=zip,
+        sample=sample,
+        method=method,
+        seed=seed,
+        indices=indices,
+        keep_series=keep_series,
+    )
+    execution = ExecutionOptions.of(
+        workers=workers, dask=dask, progress=progress, no_clobber=no_clobber
+    )
+    return run_study(study_from(scenario, overrides, options), path, execution)
 
 
 def resume_sweep(
@@ -193,7 +197,7 @@ def resume_sweep(
     dask: str | None = None,
     progress: OnProgress | bool = False,
 ) -> Sweep:
-    """Do the runs that are left of an interrupted sweep; the file is that of an uninterrupted one.
+    """Resume an interrupted sweep; the file is bit-identical to that of an uninterrupted one.
 
     Parameters
     ----------
@@ -202,12 +206,12 @@ def resume_sweep(
     output : path, optional
         File to write to, NAME.h5; by default that of the NAME.partial.h5 that is resumed.
     no_clobber, workers, dask, progress
-        As of `sweep`.
+        As for `sweep`.
 
     Returns
     -------
     Sweep
-        Of all runs, as `sweep` returns it.
+        The complete sweep, as returned by `sweep`.
 
     Raises
     ------
@@ -217,14 +221,15 @@ def resume_sweep(
         If another process is running it, or the file cannot be written.
     """
     target = None if output is None else as_path("output", output)
-    execution = ExecutionOptions.of(workers=workers, dask=dask)
-    with shown(progress) as on_progress:
-        return resume_study(as_path("path", path), target, no_clobber, on_progress, execution)
+    execution = ExecutionOptions.of(
+        workers=workers, dask=dask, progress=progress, no_clobber=no_clobber
+    )
+    return resume_study(as_path("path", path), target, execution)
 
 
 @contextmanager
 def shown(progress: OnProgress | bool) -> Iterator[OnProgress | None]:
-    """Return the context of a sweep that shows its progress as wanted."""
+    """Return the context with the progress function of a sweep, or none."""
     if callable(progress):
         yield progress
     elif progress:
@@ -237,47 +242,19 @@ def shown(progress: OnProgress | bool) -> Iterator[OnProgress | None]:
 
 
 def study_from(
-    scenario: Scenario | ScenarioSource,
-    vary: Mapping[str, Any] | Iterable[str] | None,
-    overrides: "Overrides | None",
-    options: Mapping[str, Any],
+    scenario: Scenario | ScenarioSource, overrides: "Overrides | None", options: SweepOptions
 ) -> SweepStudy:
-    """Return the study that arguments describe, as of `sweep`.
-
-    Parameters
-    ----------
-    options : mapping
-        Of `StudySettings`; None and False are those that are not given.
-    """
-    given = {
-        name: value for name, value in options.items() if value is not None and value is not False
-    }
+    """Return the study given by the arguments of `sweep`."""
     written = _written_study(scenario)
     if written is not None:
-        _check_alone(vary, overrides, given)
+        for name in [*(["set"] if overrides else []), *options.given]:
+            raise ArgumentError(
+                name, "the study file already defines the varied keys; change it there"
+            )
         return written
     loaded = with_overrides(scenario, overrides)
-    values = values_by_key(_varied(vary or {}))
-    check_not_fixed(_keys(overrides), values)
-    return study_with(loaded, values, settings_of(given))
-
-
-def _varied(vary: Mapping[str, Any] | Iterable[str]) -> list[tuple[str, Any]]:
-    """Return keys and their values, of a mapping or of texts KEY=VALUES."""
-    if isinstance(vary, Mapping):
-        return [(str(key), levels) for key, levels in vary.items()]
-    if isinstance(vary, str) or not isinstance(vary, Iterable):
-        raise ArgumentError("vary", f"expected values by key, got {type(vary).__name__}")
-    values: dict[str, str] = {}
-    for text in vary:
-        key, sign, levels = str(text).partition("=")
-        key = key.strip()
-        if not sign or not key:
-            raise ArgumentError("vary", f"expected KEY=VALUES, as a.b=[1, 2], got '{text}'")
-        if key in values:
-            raise ArgumentError("vary", f"{key} is given twice; give all its values in one list")
-        values[key] = levels
-    return list(values.items())
+    check_not_fixed(_keys(overrides), options.vary)
+    return SweepStudy(loaded, options)
 
 
 def _keys(overrides: "Overrides | None") -> list[str]:
@@ -298,27 +275,12 @@ def _written_study(source: Scenario | ScenarioSource) -> SweepStudy | None:
     return study_of(data, path.parent, str(path)) if is_study(data) else None
 
 
-def _check_alone(
-    vary: Mapping[str, Any] | Iterable[str] | None,
-    overrides: "Overrides | None",
-    options: Mapping[str, Any],
-) -> None:
-    """Check that a study is not given in two places, of which neither would say what is run."""
-    given = [*(["set"] if overrides else []), *(["vary"] if vary else []), *options]
-    if given:
-        raise InputError(
-            f"{given[0]}: this is a study already, which says what is varied; change it there"
-        )
-
-
 LOCAL = ExecutionOptions()
 
 
 def run_study(
     study: SweepStudy,
     target: Path | None = None,
-    no_clobber: bool = False,
-    progress: OnProgress | None = None,
     execution: ExecutionOptions = LOCAL,
 ) -> Sweep:
     """Run a study.
@@ -327,66 +289,64 @@ def run_study(
     ----------
     study : SweepStudy
     target : Path, optional
-        The file to write; its folder is there.
-    no_clobber : bool
-        Do not replace an existing file.
-    progress : callable, optional
-        Called some times each second; it may raise `SweepInterrupted`.
+        The file to write, in an existing folder.
     execution : ExecutionOptions
+        Its `progress` may raise `SweepInterrupted`.
 
     Raises
     ------
     InputError, OutputError
-        Before anything is run; OutputError also later, with what is done kept.
+        Before the first run; OutputError also later, with the completed runs saved.
     SweepInterrupted, KeyboardInterrupt
-        With what is done kept, if there is a target.
+        With the completed runs saved, if there is a target.
     """
     text = study_toml(study)
     files, series = None, None
-    if study.keep_series and target is None:
-        raise InputError("keep_series: the results of the runs are kept beside an output; give one")
+    options = study.options
+    if options.keep_series and target is None:
+        raise ArgumentError(
+            "keep_series", "the results of runs are saved beside an output; give one"
+        )
     if target is not None:
         files = SweepFiles(target)
-        files.check(no_clobber)
-        if study.keep_series:
+        files.check(execution.no_clobber)
+        if options.keep_series:
             series = series_folder(target)
             check_series_folder(series, text)
-    plan = plan_of(study.scenario, study.vary, study.together, study.sampling, series)
-    running = _SweepRun(plan, text, Assembly(plan.design.runs), files, progress)
-    return running.run(execution)
+    design = design_of(options.vary, options.zip, options.sampling)
+    plan = SweepPlan(study.scenario, design, series)
+    return _SweepRun(plan, text, Assembly(plan.design.runs), files).run(execution)
 
 
 def resume_study(
     path: Path,
     output: Path | None = None,
-    no_clobber: bool = False,
-    progress: OnProgress | None = None,
     execution: ExecutionOptions = LOCAL,
 ) -> Sweep:
-    """Do the runs that are left of an interrupted sweep.
+    """Resume an interrupted sweep.
 
     Parameters
     ----------
     path : Path
         The incomplete file.
     output : Path, optional
-        The file to write.
-    no_clobber, progress, execution
-        As of `run_study`.
+        The file for the complete sweep.
+    execution
+        As for `run_study`.
 
     Raises
     ------
     InputError
         If it cannot be resumed.
     OutputError, SweepInterrupted, KeyboardInterrupt
-        As `run_study`.
+        As for `run_study`.
     """
     from frictionsim.io.hdf5_reader import read_sweep
 
     path = existing_name(path)
     _check_unfinished(path, read_sweep(path))
     files = SweepFiles(whole_name(path) if output is None else output, path)
-    files.check(no_clobber)
+    files.check(execution.no_clobber)
     files.lock()
     try:
         # Once more: another process may have finished it since.
@@ -400,10 +360,8 @@ def resume_study(
     except BaseException:
         files.close()
         raise
-    running = _SweepRun(
-        plan, table.attributes["study"], assembly, files, progress, table.attributes
-    )
-    return running.run(execution)
+    text, attributes = table.attributes["study"], table.attributes
+    return _SweepRun(plan, text, assembly, files, attributes).run(execution)
 
 
 def _check_unfinished(path: Path, table: SweepTable) -> None:
@@ -426,19 +384,19 @@ def _plan_of_file(path: Path, table: SweepTable, whole: Path) -> SweepPlan:
         study = study_of(toml_tables(table.attributes["study"]), None, str(path))
     except ValueError:
         raise damaged from None
-    series = None
-    if study.keep_series:
+    series, vary = None, study.options.vary
+    if study.options.keep_series:
         series = series_folder(whole)
         check_is_series_folder(series_folder(whole_name(path)), table.attributes["study"])
-    if study.sampling is None:
-        plan = plan_of(study.scenario, study.vary, study.together, None, series)
+    if study.options.sampling is None:
+        design = design_of(vary, study.options.zip)
     else:
-        given = {key: table.coordinates.get(key) for key in study.vary}
+        given = {key: table.coordinates.get(key) for key in vary}
         if any(c is None or not _are_numbers(c.values) for c in given.values()):
             raise damaged
         levels = tuple(c.values for c in given.values() if c is not None)
-        design = Design(SAMPLE, tuple(study.vary), levels)
-        plan = SweepPlan(study.scenario, study.vary, design, study.sampling, series)
+        design = Design(SAMPLE, tuple(vary), levels)
+    plan = SweepPlan(study.scenario, design, series)
     made = coordinates_of(plan)
     same = made.keys() == table.coordinates.keys() and all(
         np.array_equal(made[key].values, table.coordinates[key].values) for key in made
@@ -461,21 +419,24 @@ class _SweepRun:
         study: str,
         assembly: Assembly,
         files: SweepFiles | None,
-        progress: OnProgress | None,
         attributes: dict[str, str] | None = None,
     ) -> None:
         self._plan, self._study, self._assembly = plan, study, assembly
-        self._files, self._progress, self._attributes = files, progress, attributes
+        self._files, self._attributes = files, attributes
         self._done = assembly.done
         self._failed = int(np.count_nonzero(assembly.status == FAILED))
         self._checked = self._done
 
     def run(self, options: ExecutionOptions) -> Sweep:
-        """Run what is left, and write the files."""
+        """Run the remaining combinations and write the files."""
         files = self._files
         try:
             executor = options.executor(self._plan.design.runs)
-            with _closing(executor), self._interruptible() as on_tick:
+            with (
+                shown(options.progress) as progress,
+                _closing(executor),
+                self._interruptible(progress) as on_tick,
+            ):
                 check_combinations(
                     executor, self._plan, self._assembly.left, self._on_checked, on_tick
                 )
@@ -521,9 +482,9 @@ class _SweepRun:
             files.write_whole(self._table())
 
     def _write_unfinished(self, files: SweepFiles, error: BaseException) -> None:
-        how = "interrupted"
-        if not isinstance(error, Interrupted | KeyboardInterrupt):
-            how = f"stopped by an error ({type(error).__name__})"
+        how = f"stopped by an error ({type(error).__name__})"
+        if isinstance(error, Interrupted | KeyboardInterrupt):
+            how = f"interrupted by {Signals(getattr(error, 'signal_number', SIGINT)).name}"
         total = self._plan.design.runs
         files.write_unfinished(self._table(f"{how} after {self._done} of {total} runs"))
 
@@ -532,12 +493,12 @@ class _SweepRun:
         if done == total:
             return f"interrupted, but all {total} runs were done; they are in {files.whole}"
         return (
-            f"sweep interrupted: {done} of {total} runs are done and kept in {files.partial};"
-            f" 'frictionsim resume {files.partial}' goes on"
+            f"sweep interrupted: {done} of {total} runs are saved in {files.partial};"
+            f" 'frictionsim resume {files.partial}' continues the sweep"
         )
 
     @contextmanager
-    def _interruptible(self) -> Iterator[Callable[[], Any]]:
+    def _interruptible(self, progress: OnProgress | None) -> Iterator[Callable[[], Any]]:
         """Return the context in which Ctrl-C waits for a tick, if there is a file."""
         stop: AbstractContextManager[StopSignals | None] = nullcontext(None)
         if self._files is not None:
@@ -547,9 +508,9 @@ class _SweepRun:
             def on_tick() -> None:
                 if interruption is not None and interruption.received:
                     raise KeyboardInterrupt
-                if self._progress is not None:
+                if progress is not None:
                     total = self._plan.design.runs
-                    self._progress(SweepProgress(self._done, total, self._failed, self._checked))
+                    progress(SweepProgress(self._done, total, self._failed, self._checked))
 
             yield on_tick
 

@@ -1,8 +1,9 @@
-"""The application, the options that several commands have, and the scenarios that they read."""
+"""The application, options of several commands, and reading of scenarios."""
 
 import sys
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from os.path import isdir
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
@@ -12,7 +13,7 @@ from typer.core import TyperCommand
 
 import frictionsim as fs
 from frictionsim.cli.messages import print_text
-from frictionsim.errors import EXIT_BAD_INPUT, InputError, ScenarioError
+from frictionsim.errors import EXIT_BAD_INPUT, ArgumentError, InputError, ScenarioError
 from frictionsim.io.terminal import print_on_stderr
 from frictionsim.version import __version__
 
@@ -21,17 +22,17 @@ if TYPE_CHECKING:
 
 
 class Process:
-    """Whether this process runs one command only, so that a limit may end it at any time."""
+    """Whether this process runs one command only: then a limit may end it at any time."""
 
     runs_one_command = False
 
 
 class Command(TyperCommand):
-    """A command that refuses an option whose first value a second one would replace silently."""
+    """A command that refuses an option given twice, where the second value would win silently."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the command line."""
-        if not ctx.resilient_parsing:  # as of completion
+        if not ctx.resilient_parsing:  # for completion
             _, _, order = self.make_parser(ctx).parse_args(args=list(args))
             for parameter, count in Counter(map(id, order)).items():
                 option: Any = next(one for one in order if id(one) == parameter)
@@ -138,6 +139,15 @@ def program(
         raise typer.Exit(EXIT_BAD_INPUT)
 
 
+@contextmanager
+def named_by_option(options: Mapping[str, str]) -> Iterator[None]:
+    """Return the context in which errors of arguments name options of other names."""
+    try:
+        yield
+    except ArgumentError as error:
+        raise ArgumentError(options.get(error.argument, error.argument), error.text) from None
+
+
 STDIN = "-"
 
 
@@ -151,7 +161,7 @@ def load_scenario(
     source : str
         A path, or "-" for the standard input.
     overrides, backend
-        As of `frictionsim.load`.
+        As for `frictionsim.load`.
     """
     if source != STDIN:
         return fs.load(source, overrides, backend)
@@ -187,7 +197,7 @@ def _standard_input() -> str:
 def check_read_once(sources: Sequence[str]) -> None:
     """Check that the standard input is given once at most."""
     if sources.count(STDIN) > 1:
-        raise InputError("-: given twice; the standard input can be read once only")
+        raise InputError("-: given twice; the standard input can be read only once")
 
 
 def scenarios_in(sources: Sequence[str]) -> list[str]:
@@ -199,6 +209,6 @@ def scenarios_in(sources: Sequence[str]) -> list[str]:
             continue
         inside = sorted(map(str, Path(source).rglob("*.toml")))
         if not inside:
-            raise InputError(f"{source}: there is no scenario (*.toml) in this folder")
+            raise InputError(f"{source}: this folder has no scenario (*.toml)")
         found += inside
     return found

@@ -1,13 +1,14 @@
-"""The commands that solve and check scenarios, and the exit code of all of them.
+"""The commands on scenarios, and the exit codes of all commands.
 
 Every command is a thin layer over `import frictionsim`: it reads options, calls a function and
 prints. Heavy imports happen when a function is called, so that --help is fast.
 """
 
 from copy import copy
+from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -47,9 +48,6 @@ from frictionsim.errors import (
     InputError,
     ScenarioError,
 )
-
-if TYPE_CHECKING:
-    from frictionsim.api.sweep_result import Sweep
 
 MODULES = {
     "solve": "commands",
@@ -100,7 +98,7 @@ def run_command_line(arguments: list[str], runs_one_command: bool = False) -> in
     ----------
     arguments : list of str
     runs_one_command : bool
-        The process is there for this command: a limit on wall time may end it in C code.
+        The process runs this command only: a wall-time limit may end it within C code.
     """
     Process.runs_one_command = runs_one_command
     if "" in arguments:
@@ -135,12 +133,12 @@ def solve(
     ],
     overrides: Overrides = None,
     output: Annotated[
-        Path | None,
+        str | None,  # a path loses the slash that ends the name of a folder
         typer.Option(
             "-o",
             "--output",
             metavar="FILE",
-            help="Result file; of several scenarios a folder. [results/<scenario name>.h5]",
+            help="Result file, or a folder for results. [results/<scenario name>.h5]",
         ),
     ] = None,
     backend: Annotated[
@@ -166,8 +164,13 @@ def solve(
     """Simulate scenarios, write the result files and print the summaries."""
     from frictionsim.api.solving import RunOptions
 
-    RunOptions.of(max_wall=max_wall, max_steps=max_steps)  # before anything is read
-    # All are read before the first is solved, so that an error in the last is told at once.
+    options = RunOptions.of(  # before anything is read
+        max_wall=max_wall,
+        max_steps=max_steps,
+        estimate_error=estimate_error,
+        no_clobber=no_clobber,
+    )
+    # All are read before the first is solved, so that an error in the last is reported at once.
     check_read_once(scenarios)
     loaded = [load_scenario(source, overrides, backend) for source in scenarios]
 
@@ -175,13 +178,7 @@ def solve(
 
     targets = targets_of(scenarios, output, no_clobber)
     report = Report(as_json, quiet, verbose, several=len(scenarios) > 1)
-    run_jobs(
-        [
-            Job(scenario, source, target, max_wall, max_steps, estimate_error, no_clobber)
-            for scenario, source, target in zip(loaded, scenarios, targets, strict=True)
-        ],
-        report,
-    )
+    run_jobs(list(map(Job, loaded, scenarios, targets)), options, report)
     return report.exit_code
 
 
@@ -207,27 +204,26 @@ def resume(
     """
     from frictionsim.api.solving import RunOptions
     from frictionsim.api.sweep_result import result_or_sweep
-    from frictionsim.cli.job import Report, Resumption, resume_job
+    from frictionsim.cli.job import Report, resume_job
 
     log_on_stderr(verbose)
-    RunOptions.of(max_wall=max_wall, max_steps=max_steps)  # before anything is read
-    found = result_or_sweep(result)
-    if not isinstance(found, fs.Result):
+    options = RunOptions.of(max_wall=max_wall, max_steps=max_steps, no_clobber=no_clobber)
+    incomplete = result_or_sweep(result)
+    if not isinstance(incomplete, fs.Result):
         from frictionsim.api.sweeping import ExecutionOptions, resume_study
         from frictionsim.cli.study_commands import SweepPrinting, run_with
 
         if max_wall is not None or max_steps is not None:
-            raise InputError(f"{result}: this is a sweep; --max-wall and --max-steps are of runs")
-        execution = ExecutionOptions.of(workers=workers, dask=dask)
-
-        def run(monitor: Any) -> "Sweep":
-            return resume_study(result, output, no_clobber, monitor, execution)
-
-        return run_with(run, SweepPrinting(str(result), None, as_json, quiet, verbose))
+            raise InputError(
+                f"{result}: this is a sweep; --max-wall and --max-steps apply to a run"
+            )
+        execution = ExecutionOptions.of(workers=workers, dask=dask, no_clobber=no_clobber)
+        printing = SweepPrinting(str(result), None, as_json, quiet, verbose)
+        return run_with(partial(resume_study, result, output), execution, printing)
     if workers is not None or dask is not None:
         raise InputError(f"{result}: expected a sweep with -j or --dask; this is the file of a run")
     report = Report(as_json, quiet, verbose)
-    resume_job(Resumption(found, output, max_wall, max_steps, no_clobber), report)
+    resume_job(incomplete, output, options, report)
     report.close()
     return report.exit_code
 

@@ -66,8 +66,6 @@ ERRORS = {
     "float_parsing": "a number",
     "int_parsing": "a whole number",
     "int_from_float": "a whole number",
-    "greater_than_equal": "a number of at least {ge}",
-    "greater_than": "a number above {gt}",
 }
 
 
@@ -140,18 +138,16 @@ def _expected(error: Any) -> str:
     judged = getattr(error.__cause__, "errors", None)
     if judged is not None:
         first = judged()[0]
-        wanted = ERRORS.get(first["type"], "").format(**first.get("ctx", {}))
+        wanted = ERRORS.get(first["type"], "")
         return f"expected {wanted}, got '{first['input']}'" if wanted else message
     if found := fullmatch(r"'(.*)' is not a valid (.+)", message):
         return f"expected {TYPES.get(found[2], found[2])}, got '{found[1]}'"
-    if found := fullmatch(r"(.+) is not in the range x>=(.+)", message):
-        return f"expected a number of at least {found[2]}, got '{found[1]}'"
     return message
 
 
-# What typer prints by itself, past our messages.
+# Options whose output typer prints itself.
 PRINTED_BY_TYPER = {"-h", "--help", "--version", "--show-completion", "--install-completion"}
-# Words by which the loader of libraries and the starter of threads say that memory is lacking.
+# Words for a lack of memory in errors of the loader of libraries and of threads.
 OUT_OF_MEMORY = (
     "cannot allocate memory",
     "failed to map segment",
@@ -162,7 +158,7 @@ OF_RUNS = ("solve", "resume")
 
 
 def ending_of(error: BaseException, arguments: Sequence[str]) -> tuple[str, int]:
-    """Return the message for what ended a command, and the exit code.
+    """Return the message and the exit code for the exception that ended a command.
 
     Parameters
     ----------
@@ -173,7 +169,7 @@ def ending_of(error: BaseException, arguments: Sequence[str]) -> tuple[str, int]
     Returns
     -------
     str
-        Empty if there is nothing to say.
+        Empty for none.
     int
     """
     if isinstance(error, ArgumentError):
@@ -197,7 +193,7 @@ def ending_of(error: BaseException, arguments: Sequence[str]) -> tuple[str, int]
 
 
 def is_lack_of_memory(error: BaseException) -> bool:
-    """Return whether an exception says, in one of many ways, that there is too little memory."""
+    """Return whether an exception means a lack of memory."""
     if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == ENOMEM):
         return True
     chain: BaseException | None = error
@@ -209,7 +205,7 @@ def is_lack_of_memory(error: BaseException) -> bool:
 
 
 def _memory_message(error: BaseException, arguments: Sequence[str]) -> str:
-    """Return the advice that holds for any command, and for runs."""
+    """Return the advice for a lack of memory, by command."""
     if isinstance(error, ImportError):
         return (
             "out of memory while loading a library; allow the process more (see 'ulimit -v' and"
@@ -225,9 +221,9 @@ def _memory_message(error: BaseException, arguments: Sequence[str]) -> str:
 
 @contextmanager
 def printed_by_typer(arguments: Sequence[str]) -> Iterator[None]:
-    """Return the context of a command whose help typer prints: it is printed as all output is.
+    """Return the context of a command whose help typer prints; it is printed as other output.
 
-    Typer would end the process with 1 where the reader of a pipe has gone.
+    Typer would end the process with 1 after the reader of a pipe has gone.
     """
     if not PRINTED_BY_TYPER.intersection(arguments) or sys.stdout is None:
         yield

@@ -44,12 +44,12 @@ def report(
     no_clobber: NoClobber = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write a report in one HTML file, which any browser shows without a network.
+    """Write a report as one HTML file, which a browser shows offline.
 
-    Of the result of a run, several of one kind, a sweep, or a table of `cost` in HDF5 or CSV.
+    RESULT is a run, several runs of one kind, a sweep, or a table of `cost` in HDF5 or CSV.
     """
     log_on_stderr(0)
-    # What has no name, as a folder that is given as '/', is refused when it is read.
+    # A path without a name, e.g. '/', is refused when it is read.
     target = output or result[0].parent / f"{result[0].stem or 'report'}.html"
     written = fs.report(list(result), target, no_clobber=no_clobber)
     if not quiet:
@@ -60,11 +60,11 @@ def report(
 def warm_up(
     kind: Annotated[
         str | None,
-        typer.Argument(help="Kind of mechanism. [all that have kernels]", show_default=False),
+        typer.Argument(help="Kind of mechanism. [all with kernels]", show_default=False),
     ] = None,
     quiet: Quiet = False,
 ) -> None:
-    """Compile the kernels of the shipped scenarios ahead of their use, for containers and CI."""
+    """Compile the kernels of the shipped scenarios in advance, for containers and CI."""
     from frictionsim.api.scenarios import warming
 
     total, found = 0.0, False
@@ -86,13 +86,13 @@ def show_sweep(
     scenario: bool = False,
     study: bool = False,
 ) -> None:
-    """Print the summary of a sweep, or what an option asks for instead.
+    """Print the summary of a sweep, or the output that an option selects.
 
     Parameters
     ----------
     sweep : Sweep
     as_json, as_csv, scenario, study : bool
-        The options of `frictionsim show`, of which at most one is true.
+        The options of `frictionsim show`; at most one is true.
     """
     if scenario or study:
         print_text(sweep.to_toml("study" if study else "scenario"))
@@ -173,34 +173,36 @@ def compare(
         Path, typer.Argument(metavar="GOLDEN", help="Reference result.", show_default=False)
     ],
     rtol: Annotated[
-        float, typer.Option(min=0.0, metavar="NUMBER", help="Relative tolerance.")
-    ] = 1e-6,
+        float | None, typer.Option(metavar="NUMBER", help="Relative tolerance. [1e-6]")
+    ] = None,
     atol: Annotated[
-        float,
+        float | None,
         typer.Option(
-            min=0.0, metavar="NUMBER", help="Absolute tolerance, in the unit of each channel."
+            metavar="NUMBER", help="Absolute tolerance, in the unit of each channel. [1e-9]"
         ),
-    ] = 1e-9,
+    ] = None,
     time_atol: Annotated[
-        float, typer.Option(min=0.0, metavar="NUMBER", help="Tolerance of event times, s.")
-    ] = 1e-6,
+        float | None, typer.Option(metavar="NUMBER", help="Tolerance of event times, s. [1e-6]")
+    ] = None,
     ignore: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="Channel or pattern (energy_*) to leave out."),
+        typer.Option(metavar="NAME", help="Channel or pattern (energy_*) to ignore."),
     ] = None,
     as_json: AsJson = False,
 ) -> int:
     """Compare a result with a reference result; exit 0 if they agree, 1 if they differ."""
     log_on_stderr(0)
-    comparison = fs.compare(
-        result, golden, rtol=rtol, atol=atol, time_atol=time_atol, ignore=ignore or []
-    )
-    from frictionsim.api.comparing import comparison_json, comparison_text
+    from frictionsim.api.comparing import CompareOptions, compare_with, comparison_parts
+    from frictionsim.document import as_json as json_of
+    from frictionsim.document import as_text
 
+    options = CompareOptions.of(rtol=rtol, atol=atol, time_atol=time_atol, ignore=ignore)
+    comparison = compare_with(result, golden, options)
+    parts = comparison_parts(comparison)
     if as_json:
-        print_json({"result": str(result), "golden": str(golden), **comparison_json(comparison)})
+        print_json({"result": str(result), "golden": str(golden), **json_of(parts)})
     else:
-        print_text(comparison_text(comparison))
+        print_text(as_text(parts))
     return EXIT_DONE if comparison.same else EXIT_DIFFERENT
 
 
@@ -225,7 +227,7 @@ def new(
 
     With FILE, the schema for editors is written beside it, as KIND.schema.json.
     """
-    log_on_stderr(0)  # a faulty plug-in is left out of lists with a warning
+    log_on_stderr(0)  # a faulty plug-in is skipped with a warning
     if listed:
         if kind is not None:
             raise InputError(f"new: expected no argument beside --list, got '{kind}'")
@@ -234,11 +236,11 @@ def new(
         print_text(list_of_scenarios())
         return
     if kind is None:
-        raise InputError("new: KIND is missing; 'frictionsim new --list' lists what there is")
+        raise InputError("new: KIND is missing; 'frictionsim new --list' lists the kinds")
     if Path(kind).suffix == ".toml":
         raise InputError(
             f"new: expected the kind before the file, got '{kind}'; 'frictionsim new pulley {kind}'"
-            " writes a pulley, 'frictionsim new --list' lists what there is"
+            " writes a pulley, 'frictionsim new --list' lists the kinds"
         )
     text = fs.new(kind)
     if file is None:

@@ -1,7 +1,8 @@
-"""Runs on the command line: simulate, print the summary, and what the run ended with."""
+"""Runs on the command line: simulate, print the summary and the end of the run."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+import os
+from collections.abc import Callable, Sequence
+from functools import partial
 from os.path import exists, isdir
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -27,36 +28,24 @@ from frictionsim.io.destination import Destination
 from frictionsim.io.unfinished import whole_name
 
 if TYPE_CHECKING:
+    from frictionsim.api.solving import RunOptions
     from frictionsim.scenario.settings import Scenario
 
 RESULTS = Path("results")
+FOLDER_ENDS = ("/", os.sep)
 SUFFIX = ".h5"
 
 
 class Job(NamedTuple):
-    """A scenario to simulate and where to write its result."""
+    """A scenario to simulate, and the file for its result."""
 
     scenario: "Scenario"
     source: str
     target: Path
-    max_wall: float | None
-    max_steps: int | None
-    estimate_error: bool
-    no_clobber: bool
-
-
-class Resumption(NamedTuple):
-    """An unfinished result to resume, and where to write the result if not there."""
-
-    unfinished: fs.Result
-    output: Path | None
-    max_wall: float | None
-    max_steps: int | None
-    no_clobber: bool
 
 
 class Report:
-    """What runs print on stdout, and the exit code of the command: the highest of all runs.
+    """The output of runs on stdout, and the exit code: the highest of all runs.
 
     Parameters
     ----------
@@ -74,46 +63,61 @@ class Report:
         self._as_json, self.quiet, self.several = as_json, quiet, several
         self._objects: list[dict[str, Any]] = []
         self.exit_code = EXIT_DONE
-        self.waiting = 0  # scenarios that are not begun yet
+        self.waiting = 0  # scenarios not started yet
         log_on_stderr(verbose)
 
-    @contextmanager
-    def monitored(self, scenario: "Scenario", max_wall: float | None) -> Iterator[CommandMonitor]:
-        """Return the context of a run that can be stopped and shows its progress."""
+    def run(
+        self,
+        scenario: "Scenario",
+        source: str,
+        whole: Path,
+        options: "RunOptions",
+        simulate: "Callable[[RunOptions], fs.Result]",
+    ) -> None:
+        """Run a scenario with stop signals, limit and progress; print its summary and its end.
+
+        Parameters
+        ----------
+        scenario : Scenario
+        source : str
+            The scenario or result as given.
+        whole : Path
+            The file for the complete result.
+        options : RunOptions
+        simulate : callable
+            Runs it with the options and a monitor, and writes the result.
+        """
+        known = scenario.warnings()
+        warn(known, self._prefix(source))  # before the run, so that the user can stop it
         shown = not (self.quiet or self._as_json)
+        # Written within the monitor, so that a first signal does not interrupt the writing.
         with (
             CommandMonitor(scenario.solver.duration, shown, quiet=self.quiet) as monitor,
-            monitor.limited(max_wall, self._give_up),
+            monitor.limited(options.max_wall, self._give_up),
         ):
-            yield monitor
-        if monitor.signals.received and self.waiting:  # one that came while the result was written
+            result = simulate(options.model_copy(update={"progress": monitor}))
+        if monitor.signals.received and self.waiting:  # received while the result was written
             self.exit_code = EXIT_SIGNAL + monitor.signals.received
+        self.add(result, source, known, whole)
 
     def _give_up(self) -> None:
-        """Print what there is before the process ends in the middle of a run."""
+        """Print the results so far before the process ends within a run."""
         self.report_waiting()
         if self.several:
             self.close()
 
     def report_waiting(self) -> None:
-        """Say how many scenarios were not begun."""
+        """Print the number of scenarios not started."""
         if self.waiting:
             print_error(f"not solved: {self.waiting} of the scenarios, after this one")
 
-    def add(self, result: "fs.Result", source: str, known: Sequence[str], whole: Path) -> None:
-        """Print the summary and how the run ended.
+    def _prefix(self, source: str) -> str:
+        return f"{source}: " if self.several else ""
 
-        Parameters
-        ----------
-        result : Result
-        source : str
-            The scenario or result as given.
-        known : sequence of str
-            Warnings that were printed before the run.
-        whole : Path
-            The file for the complete result.
-        """
-        warn(warning for warning in result.warnings if warning not in known)
+    def add(self, result: "fs.Result", source: str, known: Sequence[str], whole: Path) -> None:
+        """Print the summary, new warnings, and the end of a run."""
+        new = (warning for warning in result.warnings if warning not in known)
+        warn(new, self._prefix(source))
         if self._as_json:
             self._objects.append(result.to_json() | {"scenario": source})
         elif not self.quiet:
@@ -125,7 +129,7 @@ class Report:
         self.exit_code = max(self.exit_code, result.exit_code)
 
     def add_error(self, error: FrictionsimError, source: str) -> None:
-        """Print the error that kept one of several scenarios from being solved."""
+        """Print the error of one of several scenarios."""
         print_error(f"{source}: {str(error).removeprefix(f'{source}: ')}")
         self.exit_code = max(self.exit_code, error.exit_code)
 
@@ -135,15 +139,15 @@ class Report:
             print_beside_files(self._objects if self.several else self._objects[0])
 
 
-def run_jobs(jobs: Sequence[Job], report: Report) -> None:
-    """Run jobs one after the other until one is interrupted.
+def run_jobs(jobs: Sequence[Job], options: "RunOptions", report: Report) -> None:
+    """Run jobs in turn until one is interrupted; an error of one of several only skips it."""
+    from frictionsim.api.solving import solve_with
 
-    One of several that cannot be solved does not keep the others from it.
-    """
     for number, job in enumerate(jobs, start=1):
         report.waiting = len(jobs) - number
         try:
-            run_job(job, report)
+            simulate = partial(solve_with, job.scenario, None, job.target)
+            report.run(job.scenario, job.source, job.target, options, simulate)
         except (InputError, OutputError) as error:
             if not report.several:
                 raise
@@ -155,60 +159,37 @@ def run_jobs(jobs: Sequence[Job], report: Report) -> None:
     report.close()
 
 
-def run_job(job: Job, report: Report) -> None:
-    """Run a job, write its result and print its summary."""
-    known = job.scenario.warnings()
-    warn(known)  # before the run, so that the user can stop it
-    # Written within the monitor, so that a first signal does not interrupt the writing.
-    with report.monitored(job.scenario, job.max_wall) as monitor:
-        result = fs.solve(
-            job.scenario,
-            output=job.target,
-            no_clobber=job.no_clobber,
-            max_wall=job.max_wall,
-            max_steps=job.max_steps,
-            estimate_error=job.estimate_error,
-            progress=monitor,
-        )
-    report.add(result, job.source, known, job.target)
-
-
-def resume_job(job: Resumption, report: Report) -> None:
+def resume_job(
+    incomplete: fs.Result, output: Path | None, options: "RunOptions", report: Report
+) -> None:
     """Resume a run, write its result and print its summary."""
-    unfinished, path = job.unfinished, job.unfinished.path
+    from frictionsim.api.solving import resume_with
+
+    path = incomplete.path
     assert path is not None, "it is of a file"
-    unfinished.load_checkpoint()  # refuses one that cannot be resumed, before all else
-    known = unfinished.scenario.warnings()
-    warn(known)
-    with report.monitored(unfinished.scenario, job.max_wall) as monitor:
-        result = fs.resume(
-            unfinished,
-            output=job.output,
-            no_clobber=job.no_clobber,
-            max_wall=job.max_wall,
-            max_steps=job.max_steps,
-            progress=monitor,
-        )
-    report.add(result, str(path), known, job.output or whole_name(path))
+    incomplete.load_checkpoint()  # raises first if the run cannot be resumed
+    whole, simulate = output or whole_name(path), partial(resume_with, incomplete, output)
+    report.run(incomplete.scenario, str(path), whole, options, simulate)
 
 
-def targets_of(sources: Sequence[str], output: Path | None, no_clobber: bool) -> list[Path]:
+def targets_of(sources: Sequence[str], output: str | None, no_clobber: bool) -> list[Path]:
     """Return the result file of each scenario; of several it is checked that all can be written.
 
     Parameters
     ----------
     sources : sequence of str
         Paths of scenarios, or "-".
-    output : Path or None
-        The file; of several scenarios a folder.
+    output : str or None
+        A folder, which exists or ends with a slash; for one scenario a file otherwise.
     no_clobber : bool
         Do not replace existing files.
     """
-    if output == Path(STDIN):
-        raise InputError("-o -: a result is an HDF5 file, it is not printed; give a file name")
-    if output is not None and len(sources) == 1:
-        return [output]
-    targets = _targets_in(_folder(output), sources)
+    if output == STDIN:
+        raise InputError("-o -: a result is written as HDF5, not printed; give a file name")
+    is_folder = output is None or output.endswith(FOLDER_ENDS) or isdir(output)
+    if output is not None and len(sources) == 1 and not is_folder:
+        return [Path(output)]
+    targets = _targets_in(_folder(None if output is None else Path(output)), sources)
     if len(sources) > 1:
         for target in targets:
             Destination(target).check(no_clobber)
@@ -228,9 +209,7 @@ def _folder(output: Path | None) -> Path:
         return RESULTS
     if not isdir(output):
         found = "this is a file" if exists(output) else "there is no such folder, create it first"
-        raise OutputError(
-            f"{output}: expected a folder for the results of several scenarios; {found}"
-        )
+        raise OutputError(f"{output}: expected a folder for the results; {found}")
     return output
 
 
@@ -248,7 +227,7 @@ def _targets_in(folder: Path, sources: Sequence[str]) -> list[Path]:
 
 
 def _report_end(result: "fs.Result", whole: Path) -> None:
-    """Print how a run ended if it is not done and sound."""
+    """Print the end of a run that is not done and sound."""
     if result.status == "done":
         if result.reason:
             print_error(f"{result.reason}; do not trust {result.path}")

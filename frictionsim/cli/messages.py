@@ -28,7 +28,7 @@ def warn(warnings: Iterable[str], source: str = "") -> None:
 
 
 def warn_of_name(written: Path | None) -> None:
-    """Warn of a written file whose name does not say that it is HDF5."""
+    """Warn of an HDF5 file without a suffix of HDF5."""
     from frictionsim.io.atomic_write import SUFFIXES
 
     if written is not None and written.suffix.lower() not in SUFFIXES:
@@ -60,10 +60,10 @@ def print_data(data: Any) -> None:
 
 
 def print_beside_files(data: Any) -> None:
-    """Print what a command says besides the files it writes, as `print_data`.
+    """Print the summary of a command that writes files, as `print_data`.
 
-    The files are what it is for: if stdout cannot be written, as on a full disk, that is told on
-    stderr, and the exit code stays that of the run.
+    If stdout cannot be written, e.g. on a full disk, a warning on stderr says so, and the exit code
+    stays that of the run.
     """
     try:
         print_data(data)
@@ -72,7 +72,7 @@ def print_beside_files(data: Any) -> None:
 
 
 def log_on_stderr(verbose: int) -> None:
-    """Print warnings that the package logs; with -v also information, with -vv also details.
+    """Print logged warnings; with -v also information, with -vv also details.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def log_on_stderr(verbose: int) -> None:
     import logging  # imported here: --help does without, which it would slow down by a tenth
 
     class Lines(logging.Handler):
-        """Prints records as messages: one that cannot be printed does not end the run."""
+        """Prints records as messages; an unprintable one does not end the run."""
 
         def emit(self, record: logging.LogRecord) -> None:
             level = "" if record.levelno <= logging.INFO else f"{record.levelname.lower()}: "

@@ -13,7 +13,13 @@ from typing import TYPE_CHECKING, Any, Self
 from frictionsim.cli.app import Process
 from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_SIGNAL
 from frictionsim.io.terminal import is_terminal, print_on_stderr, visible, write_on_stderr
-from frictionsim.simulation.monitor import RunMonitor, StopSignals, SweepProgress
+from frictionsim.simulation.monitor import (
+    Monitors,
+    RunMonitor,
+    StopSignals,
+    SweepProgress,
+    compilation_text,
+)
 
 if TYPE_CHECKING:
     from socket import socket
@@ -27,7 +33,7 @@ NO_SIGNAL = b"\0"
 CLEAR_LINE = "\r\x1b[K"  # erases a status line that may be on the terminal
 # `timeout` and shells signal both the process and its group: a signal may be delivered twice.
 SECONDS_FOR_ONE_SIGNAL = 0.2
-# The limit is looked at after each step, too, which has something to keep.
+# The run itself checks the limit after each step, and keeps its samples.
 SECONDS_AFTER_LIMIT = 0.1
 SECONDS_OF_A_WAIT = 1e6  # threads cannot wait for years
 
@@ -37,8 +43,17 @@ class CommandSignals(StopSignals):
 
     NUMBERS = STOP_SIGNALS
 
+    def __init__(self) -> None:
+        super().__init__()
+        # Those of the program around it: within a run, that of `fs.solve` may be in the place.
+        self._before = {number: signal.getsignal(number) for number in STOP_SIGNALS}
+
     def __enter__(self) -> Self:
-        return self  # a monitor handles them as soon as there is something to keep
+        return self  # a monitor begins once there are samples to keep
+
+    def begin(self) -> None:
+        """Handle the signals, as long as they are not restored."""
+        self.handle(self._before)
 
     def replaces(self, handler: Any) -> bool:
         # What is ignored stays ignored, as by nohup; None is a handler that is not Python's.
@@ -54,7 +69,7 @@ class CommandSignals(StopSignals):
         super()._on_signal(number, frame)
 
 
-class CommandMonitor(RunMonitor):
+class CommandMonitor(Monitors):
     """Watches the run of a command: stop signals, wall time, compilations, progress bar.
 
     Parameters
@@ -73,26 +88,14 @@ class CommandMonitor(RunMonitor):
 
     def __init__(self, duration: float, with_progress: bool, quiet: bool = False) -> None:
         self._quiet = quiet
-        self._bar: RunMonitor | None = None
+        self.signals = CommandSignals()
+        bar: list[RunMonitor] = []
         if with_progress and is_terminal(sys.stderr):
             from frictionsim.api.progress import SECONDS_WITHOUT_BAR, RunProgress
 
-            self._bar = RunProgress(duration, SECONDS_WITHOUT_BAR)
+            bar = [RunProgress(duration, SECONDS_WITHOUT_BAR)]
+        super().__init__(self.signals, *bar)
         self._stepped = self._compiling = False
-        self.signals = CommandSignals()
-        # Those of the program around it: within a run, that of `fs.solve` may be in the place.
-        self._before = {number: signal.getsignal(number) for number in STOP_SIGNALS}
-
-    def __enter__(self) -> Self:
-        if self._bar is not None:
-            self._bar.__enter__()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Remove the progress bar; signals have their earlier action again."""
-        self.signals.restore()
-        if self._bar is not None:
-            self._bar.__exit__()
 
     def __call__(self, t: float) -> None:
         """Stop the run at a signal; update the progress bar.
@@ -100,12 +103,10 @@ class CommandMonitor(RunMonitor):
         Before the first step there is nothing to keep, and the default action stands: it also
         ends what C code does for a minute, such as the assembly of a large belt.
         """
-        self.signals(t)
+        super().__call__(t)
         if not self._stepped:
             self._stepped = True
-            self.signals.handle(self._before)
-        if self._bar is not None:
-            self._bar(t)
+            self.signals.begin()
 
     @contextmanager
     def compiling(self, expected: float) -> Iterator[None]:
@@ -123,10 +124,7 @@ class CommandMonitor(RunMonitor):
         if not self._quiet:
             if is_terminal(sys.stderr):
                 write_on_stderr(CLEAR_LINE)
-            print_on_stderr(
-                "frictionsim: compiling the kernels for this combination of effects, once"
-                f" (about {expected:.0f} s)"
-            )
+            print_on_stderr(f"frictionsim: {compilation_text(expected)}")
         from socket import socketpair  # imported here: compilations are rare
 
         reader, writer = socketpair()
@@ -134,7 +132,7 @@ class CommandMonitor(RunMonitor):
         previous = signal.set_wakeup_fd(writer.fileno())
         waiting = Thread(target=self._wait_for_signal, args=(reader,), daemon=True)
         waiting.start()
-        self.signals.handle(self._before)
+        self.signals.begin()
         self._compiling = True
         if self.signals.received:  # before the socket was set up
             self._exit_now(self.signals.received)
@@ -202,8 +200,7 @@ class CommandMonitor(RunMonitor):
             where = "while compiling kernels"
             help_ = "'frictionsim warm-up' compiles them beforehand"
         print_on_stderr(
-            f"frictionsim: wall-time limit --max-wall {seconds:g} s reached {where}; {self._kept};"
-            f" {help_}"
+            f"frictionsim: wall-time limit of {seconds:g} s reached {where}; {self._kept}; {help_}"
         )
         before_exit()
         os._exit(EXIT_BUDGET_EXCEEDED)
@@ -212,14 +209,13 @@ class CommandMonitor(RunMonitor):
 class SweepMonitor:
     """Watches the sweep of a command: shows a bar, and ends the sweep at a stop signal.
 
-    Until all combinations are checked there is nothing to keep: a signal ends the process at once.
+    A signal before all combinations are checked ends the process at once: no run is completed.
     """
 
     def __init__(self, with_bar: bool) -> None:
         self._with_bar = with_bar and is_terminal(sys.stderr)
         self._bar: Any = None
         self.signals = CommandSignals()
-        self._before = {number: signal.getsignal(number) for number in STOP_SIGNALS}
 
     def __enter__(self) -> Self:
         if self._with_bar:
@@ -235,7 +231,7 @@ class SweepMonitor:
 
     def __call__(self, progress: SweepProgress) -> None:
         if progress.checked >= progress.total:
-            self.signals.handle(self._before)
+            self.signals.begin()
         if self.signals.received:
             from frictionsim.api.sweeping import SweepInterrupted
 

@@ -1,69 +1,19 @@
 """`frictionsim plot`: pictures of results and sweeps."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 import frictionsim as fs
-from frictionsim.cli.app import AsJson, NoClobber, app
+from frictionsim.cli.app import AsJson, NoClobber, app, named_by_option
 from frictionsim.cli.completion import styles, views
 from frictionsim.cli.messages import log_on_stderr, print_beside_files, print_error
 from frictionsim.cli.monitor import StatusLine
-from frictionsim.errors import InputError
+from frictionsim.errors import ArgumentError
 
-
-def write_animation(
-    results: list[Path],
-    animation: Path,
-    fps: float | None,
-    speed: float | None,
-    *,
-    no_clobber: bool,
-    as_json: bool,
-) -> None:
-    """Write an animation, with its progress on a terminal."""
-    if len(results) > 1:
-        raise InputError(
-            f"--animate shows one result, got {len(results)}; 'frictionsim report' shows several"
-            " moving side by side"
-        )
-    result = results[0]
-    with StatusLine() as line:
-        fs.animate(
-            result,
-            animation,
-            fps=fps,
-            speed=speed,
-            no_clobber=no_clobber,
-            progress=lambda done, count: line(f"frame {done} of {count}"),
-        )
-    if as_json:
-        print_beside_files({"result": str(result), "pictures": [str(animation)], "skipped": []})
-    else:
-        print_beside_files(str(animation))
-
-
-def check_options(animate: Path | None, others: dict[str, object]) -> None:
-    """Check that options of animations come with --animate, and those of pictures without it.
-
-    Parameters
-    ----------
-    animate : Path or None
-    others : dict
-        By option its value, None if it is not given.
-    """
-    given = [name for name, value in others.items() if value is not None]
-    if animate is None:
-        wrong = [name for name in given if name in ("--fps", "--speed")]
-        if wrong:
-            raise InputError(f"{wrong[0]} is for an animation: give --animate FILE.gif as well")
-        return
-    wrong = [name for name in given if name not in ("--fps", "--speed")]
-    if wrong:
-        raise InputError(
-            f"{wrong[0]} is for a picture and --animate for an animation: give one of them"
-        )
+if TYPE_CHECKING:
+    from frictionsim.api.pictures import PlotOptions
 
 
 @app.command()
@@ -97,9 +47,7 @@ def plot(
     ] = None,
     at: Annotated[
         list[str] | None,
-        typer.Option(
-            "--at", metavar="KEY=VALUE", help="The one value of a varied key of a sweep to draw."
-        ),
+        typer.Option("--at", metavar="KEY=VALUE", help="Value to draw of a varied key of a sweep."),
     ] = None,
     time: Annotated[
         float | None,
@@ -159,39 +107,39 @@ def plot(
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
 ) -> None:
-    """Draw views of a result, or a sweep; each that is named is drawn into FILE-<view>.png."""
-    of_pictures: dict[str, object] = {
-        "--output": output,
-        "--view": view,
-        "--body": body,
-        "--at": at,
-        "--time": time,
-        "--from": start,
-        "--to": stop,
-        "--channels": channels,
-        "--width": width,
-        "--height": height,
-        "--dpi": dpi,
-        "--style": style,
-        "--no-title": no_title or None,
-    }
+    """Draw views of a result or sweep; named views are written to FILE-<view>.png."""
     log_on_stderr(0)
-    check_options(animate, of_pictures | {"--fps": fps, "--speed": speed})
-    if animate is not None:
-        write_animation(result, animate, fps, speed, no_clobber=no_clobber, as_json=as_json)
-        return
-    from frictionsim.api.pictures import ViewSelection, save_pictures
-    from frictionsim.plots.style import appearance
-    from frictionsim.plots.view import extent
+    from frictionsim.api.pictures import PlotOptions, SavedPictures, save_pictures
 
-    done = save_pictures(
-        result,
-        output,
-        ViewSelection(view or [], body, _values_by_key(at or [])),
-        appearance(width, height, dpi, not no_title, style),
-        extent(time, (start, stop), channels),
-        no_clobber=no_clobber,
-    )
+    with named_by_option({"window": "from and --to", "title": "no-title"}):
+        options = PlotOptions.of(
+            view=view,
+            body=body,
+            at=at,
+            time=time,
+            window=(start, stop),
+            channels=channels,
+            width=width,
+            height=height,
+            dpi=dpi,
+            style=style,
+            title=not no_title,
+            fps=fps,
+            speed=speed,
+        )
+        if animate is None:
+            done = save_pictures(result, output, options, no_clobber=no_clobber)
+        else:
+            if output is not None:
+                raise ArgumentError("output", "it does not apply to an animation")
+            options.check_for("an animation")
+            if len(result) > 1:
+                raise ArgumentError(
+                    "animate",
+                    f"expected one result, got {len(result)}; 'frictionsim report'"
+                    " shows several moving side by side",
+                )
+            done = SavedPictures([_animated(result[0], animate, options, no_clobber)], [])
     pictures = list(map(str, done.pictures))
     if as_json:
         named = str(result[0]) if len(result) == 1 else list(map(str, result))
@@ -202,14 +150,14 @@ def plot(
             print_error(f"view skipped: {reason}")
 
 
-def _values_by_key(given: list[str]) -> dict[str, str]:
-    """Return the values that --at gives."""
-    found: dict[str, str] = {}
-    for text in given:
-        key, equals, value = text.partition("=")
-        if not equals or not key.strip() or not value.strip():
-            raise InputError(f"--at {text}: expected KEY=VALUE, as mechanism.load=2000")
-        if key.strip() in found:
-            raise InputError(f"--at {text}: this key has a value already; give one for each key")
-        found[key.strip()] = value.strip()
-    return found
+def _animated(result: Path, path: Path, options: "PlotOptions", no_clobber: bool) -> Path:
+    """Write an animation, with its progress on a terminal."""
+    with StatusLine() as line:
+        return fs.animate(
+            result,
+            path,
+            fps=options.fps,
+            speed=options.speed,
+            no_clobber=no_clobber,
+            progress=lambda done, count: line(f"frame {done} of {count}"),
+        )

@@ -3,6 +3,7 @@
 import gc
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -21,6 +22,7 @@ from frictionsim.cli.app import (
     WorkerCount,
     app,
     load_scenario,
+    named_by_option,
 )
 from frictionsim.cli.completion import sampling_methods
 from frictionsim.cli.messages import (
@@ -32,11 +34,12 @@ from frictionsim.cli.messages import (
     warn_of_name,
 )
 from frictionsim.cli.monitor import CommandMonitor, StatusLine, SweepMonitor
-from frictionsim.errors import EXIT_SIGNAL, ArgumentError, InputError, OutputError, counted
+from frictionsim.errors import EXIT_SIGNAL, InputError, OutputError, counted
 
 if TYPE_CHECKING:
     from frictionsim.api.result_base import ResultBase
     from frictionsim.api.sweep_result import Sweep
+    from frictionsim.api.sweeping import ExecutionOptions
 
 # The option for an argument of `fs.fit` that has another name.
 OPTIONS = {"channels": "channel", "quantities": "quantity", "units": "unit"}
@@ -46,7 +49,7 @@ MARK = "-sweep"
 
 
 class StudyFiles(NamedTuple):
-    """The files that a study writes; None for those that are not wanted."""
+    """The output files of a study; None for those not requested."""
 
     output: Path | None
     csv: Path | None
@@ -55,7 +58,7 @@ class StudyFiles(NamedTuple):
     def check(self, no_clobber: bool, output_kind: Any = None, csv_kind: Any = None) -> None:
         """Check that the files can be written, before the study runs.
 
-        Without a kind of file to replace, the output must be a new file.
+        Without a kind of replaceable file, the output must be a new file.
         """
         from frictionsim.io.atomic_write import check_no_clobber
         from frictionsim.io.new_file import check_new
@@ -80,12 +83,12 @@ class StudyFiles(NamedTuple):
             check_target(self.csv, csv_kind)
 
     def print(self, result: "ResultBase", as_json: bool) -> None:
-        """Print the summary; where files are wanted, a full stdout does not end the command."""
+        """Print the summary; with output files, an unwritable stdout only warns."""
         show = print_beside_files if any(self) else print_data
         show(result.to_json() if as_json else result.summary())
 
     def write(self, writers: Mapping[str, Callable[[Path], Any]]) -> None:
-        """Write the files; one that cannot be written does not keep the others from it."""
+        """Write all files; then raise the errors of those that cannot be written."""
         errors = []
         for name, write in writers.items():
             path = getattr(self, name)
@@ -123,11 +126,13 @@ def cost(
         typer.Option(metavar="A,B", help="Models of a belt: string, corrected, polygon. [all]"),
     ] = None,
     max_wall: Annotated[
-        float, typer.Option(metavar="SECONDS", help="Limit the wall time of each run.")
-    ] = 5.0,
+        float | None,
+        typer.Option(metavar="SECONDS", help="Limit the wall time of each run. [5]"),
+    ] = None,
     repeats: Annotated[
-        int, typer.Option(min=1, metavar="N", help="Maximum number of timed runs of each setting.")
-    ] = 3,
+        int | None,
+        typer.Option(metavar="N", help="Maximum number of timed runs of each setting. [3]"),
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the table as HDF5.")
     ] = None,
@@ -151,9 +156,11 @@ def cost(
         CommandMonitor(loaded.solver.duration, with_progress=False) as monitor,
         StatusLine() as line,
     ):
-        given = {"backends": backends, "laws": laws, "tolerances": tolerances, "models": models}
         options = CostOptions.of(
-            **{name: value for name, value in given.items() if value is not None},
+            backends=backends,
+            laws=laws,
+            tolerances=tolerances,
+            models=models,
             bodies=bodies,
             max_wall=max_wall,
             repeats=repeats,
@@ -178,7 +185,7 @@ def fit(
         list[str] | None,
         typer.Option(
             metavar="KEY=LOW:HIGH[:START]",
-            help="Key to fit, with its bounds; A,B for two of one value.",
+            help="Key to fit, with its bounds; A,B for two keys of equal value.",
         ),
     ] = None,
     data: Annotated[
@@ -186,20 +193,17 @@ def fit(
     ] = None,
     channel: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME[=COLUMN]", help="Channel that was measured over time, and its column."
-        ),
+        typer.Option(metavar="NAME[=COLUMN]", help="Measured channel, and its column in the data."),
     ] = None,
     quantity: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUE", help="Quantity that was measured; with --over NAME[=COLUMN]."
-        ),
+        typer.Option(metavar="NAME=VALUE", help="Measured quantity; with --over NAME[=COLUMN]."),
     ] = None,
     over: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="KEY[=COLUMN]", help="Key set by each row of the data; one run per row."
+            metavar="KEY[=COLUMN]",
+            help="Key set by each row of the data, and its column; one run per row.",
         ),
     ] = None,
     overrides: Overrides = None,
@@ -213,26 +217,30 @@ def fit(
     ] = None,
     unit: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=UNIT", help="Unit of the data of a channel, as deg/s or rpm."),
+        typer.Option(metavar="NAME=UNIT", help="Unit of the data of a channel, e.g. deg/s or rpm."),
     ] = None,
     time: Annotated[
         str | None, typer.Option(metavar="COLUMN", help="Column of the times. [time, or the first]")
     ] = None,
     time_unit: Annotated[
-        str | None, typer.Option(metavar="UNIT", help="Unit of the times, as ms. [s]")
+        str | None, typer.Option(metavar="UNIT", help="Unit of the times, e.g. ms. [s]")
     ] = None,
     time_offset: Annotated[
-        float, typer.Option(metavar="SECONDS", help="Offset added to the times of the data.")
-    ] = 0.0,
+        float | None,
+        typer.Option(metavar="SECONDS", help="Offset added to the times of the data. [0]"),
+    ] = None,
     starts: Annotated[
-        int, typer.Option(min=1, metavar="N", help="Local searches, from points of a scan.")
-    ] = 3,
+        int | None,
+        typer.Option(metavar="N", help="Number of local searches, from points of a scan. [3]"),
+    ] = None,
     seed: Annotated[
-        int, typer.Option(min=0, metavar="N", help="Seed of the scan and of the bootstrap.")
-    ] = 0,
+        int | None,
+        typer.Option(metavar="N", help="Random seed of the scan and of the bootstrap. [0]"),
+    ] = None,
     bootstrap: Annotated[
-        int, typer.Option(min=0, metavar="N", help="Number of bootstrap resamples for intervals.")
-    ] = 0,
+        int | None,
+        typer.Option(metavar="N", help="Number of bootstrap resamples for intervals. [0]"),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -250,18 +258,18 @@ def fit(
     from frictionsim.api.fitting import FitOptions, fit_with
     from frictionsim.scenario.options import column_of
 
-    with _named_by_option(), StatusLine() as line:
+    with named_by_option(OPTIONS), StatusLine() as line:
         options = FitOptions.of(
             data=data,
-            channels=channel or (),
-            over=over or (),
-            quantities=quantity or (),
-            sigma=sigma or (),
-            units=unit or (),
+            channels=channel,
+            over=over,
+            quantities=quantity,
+            sigma=sigma,
+            units=unit,
             time=None if time is None else column_of(time),
             time_unit=time_unit,
             time_offset=time_offset,
-            free=free or (),
+            free=free,
             starts=starts,
             seed=seed,
             bootstrap=bootstrap,
@@ -283,17 +291,8 @@ def fit(
     return result.exit_code
 
 
-@contextmanager
-def _named_by_option() -> Iterator[None]:
-    """Return the context in which errors of `fit` name options instead of arguments."""
-    try:
-        yield
-    except ArgumentError as error:
-        raise ArgumentError(OPTIONS.get(error.argument, error.argument), error.text) from None
-
-
 class _Updates:
-    """Shows the number of runs of a fit some times each second."""
+    """Shows the number of runs of a fit several times per second."""
 
     def __init__(self, line: StatusLine) -> None:
         self._line, self._shown = line, 0.0
@@ -320,7 +319,7 @@ def sweep(
         typer.Option(
             "--vary",
             metavar="KEY=VALUES",
-            help="Vary a key, or several that have one value, as A,B=...: [0.1, 0.2],"
+            help="Vary a key, or several keys of equal value (A,B=...): [0.1, 0.2],"
             " lin(a, b, n), log(a, b, n); with --sample uniform(a, b), normal(m, s),"
             " lognormal(m, s), triangular(a, c, b).",
         ),
@@ -330,7 +329,8 @@ def sweep(
         bool, typer.Option("--zip", help="Vary the keys together, not in all combinations.")
     ] = False,
     sample: Annotated[
-        int | None, typer.Option(metavar="N", help="Draw a sample of N runs of distributions.")
+        int | None,
+        typer.Option(metavar="N", help="Run a sample of N combinations from distributions."),
     ] = None,
     method: Annotated[
         str | None,
@@ -357,7 +357,7 @@ def sweep(
     csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a table as CSV.")] = None,
     keep_series: Annotated[
         bool,
-        typer.Option("--keep-series", help="Keep the result of each run in a folder FILE.series."),
+        typer.Option("--keep-series", help="Save the result of each run in a folder FILE.series."),
     ] = False,
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
@@ -365,31 +365,32 @@ def sweep(
     verbose: Verbose = 0,
 ) -> int:
     """Run a scenario for many combinations of values and write them to one file."""
-    from frictionsim.api.sweeping import ExecutionOptions, run_study, study_from
+    from frictionsim.api.sweeping import ExecutionOptions, SweepOptions, run_study, study_from
 
-    execution = ExecutionOptions.of(workers=workers, dask=dask)
+    execution = ExecutionOptions.of(workers=workers, dask=dask, no_clobber=no_clobber)
+    options = SweepOptions.of(
+        vary=vary,
+        zip=together,
+        sample=sample,
+        method=method,
+        seed=seed,
+        indices=indices,
+        keep_series=keep_series,
+    )
     if output == Path(STDIN):
-        raise InputError("-o -: a sweep is an HDF5 file, it is not printed; give a file name")
-    given = {
-        "zip": together, "sample": sample, "method": method, "seed": seed, "indices": indices,
-        "keep_series": keep_series,
-    }  # fmt: skip
+        raise InputError("-o -: a sweep is written as HDF5, not printed; give a file name")
     study = study_from(
-        source if source != STDIN else load_scenario(source, overrides), vary, overrides, given
+        source if source != STDIN else load_scenario(source, overrides), overrides, options
     )
     printing = SweepPrinting(source, csv, as_json, quiet, verbose)
     with _target(output, source) as target:
-        _check_csv(csv, target, no_clobber, study.sampling is not None and study.sampling.indices)
+        _check_csv(csv, target, no_clobber, study.options.indices)
         warn(study.scenario.warnings())
-
-        def run(monitor: Any) -> "Sweep":
-            return run_study(study, target, no_clobber, monitor, execution)
-
-        return run_with(run, printing)
+        return run_with(partial(run_study, study, target), execution, printing)
 
 
 class SweepPrinting(NamedTuple):
-    """The table of a sweep to write, and what is printed: options of `sweep` and `resume`."""
+    """Output options of `sweep` and `resume`."""
 
     source: str
     csv: Path | None
@@ -398,12 +399,16 @@ class SweepPrinting(NamedTuple):
     verbose: int
 
 
-def run_with(run: "Callable[[Any], Sweep]", printing: SweepPrinting) -> int:
+def run_with(
+    run: "Callable[[ExecutionOptions], Sweep]",
+    execution: "ExecutionOptions",
+    printing: SweepPrinting,
+) -> int:
     """Run a sweep with a monitor, and print its summary; return the exit code."""
     log_on_stderr(printing.verbose)
-    gc.enable()  # off for commands that end soon; a sweep may take days
+    gc.enable()  # off for short commands; a sweep may take days
     with SweepMonitor(not (printing.quiet or printing.as_json)) as monitor:
-        swept = run(monitor)
+        swept = run(execution.model_copy(update={"progress": monitor}))
         if printing.csv is not None:
             swept.save_csv(printing.csv)
     if printing.as_json:
@@ -420,7 +425,7 @@ def run_with(run: "Callable[[Any], Sweep]", printing: SweepPrinting) -> int:
 
 @contextmanager
 def _target(output: Path | None, source: str) -> Iterator[Path]:
-    """Return the context with the file to write; a folder made for it is removed if unused."""
+    """Return the context with the file to write; its new folder is removed if unused."""
     if output is not None:
         yield output
         return

@@ -212,7 +212,7 @@ class Measured(NamedTuple):
         return sum(target.values.size for target in self.targets)
 
 
-BOUNDS = "KEY=LOW:HIGH or KEY=LOW:HIGH:START, as effects.shaft_friction.mu_s=0.05:0.4"
+BOUNDS = "KEY=LOW:HIGH or KEY=LOW:HIGH:START, e.g. effects.shaft_friction.mu_s=0.05:0.4"
 
 
 def _file_or_columns(data: Any) -> Any:
@@ -228,7 +228,9 @@ def _bounds_by_key(given: Any) -> dict[Any, Any]:
     if isinstance(given, Mapping):
         return dict(given)
     if isinstance(given, str) or not isinstance(given, Iterable):
-        raise ValueError(f"expected bounds by key, as {{'drive.force': (0.0, 1.0)}}, got {given!r}")
+        raise ValueError(
+            f"expected bounds by key, e.g. {{'drive.force': (0.0, 1.0)}}, got {given!r}"
+        )
     return dict(map(_bounds, given))
 
 
@@ -259,6 +261,9 @@ def _finite(name: str, value: Any, hint: str = "") -> float:
     return float(number)
 
 
+STARTS = 3  # local searches
+
+
 class FitOptions(Options):
     """The data of a fit, what of them is compared with the scenario, and how it is fitted."""
 
@@ -272,7 +277,7 @@ class FitOptions(Options):
     time_unit: str | None = None
     time_offset: float = unit_field("s", "Offset added to the times of the data.", 0.0)
     free: Annotated[dict[str, Any], BeforeValidator(_bounds_by_key)] = Field({})
-    starts: int = Field(3, gt=0)
+    starts: int = Field(STARTS, ge=1)
     seed: int = Field(0, ge=0)
     bootstrap: int = Field(0, ge=0)
     progress: Annotated[Any, function_of("a number")] = None
@@ -491,7 +496,7 @@ def _channel_unit(name: str, scenario: "Scenario") -> str:
         raise ArgumentError("channels", f"'{base}' counts or names something; it cannot be fitted")
     if bool(channel.axis) != bool(member):
         wanted = (
-            f"has a value for each {channel.axis}; give one, as {base}.NAME"
+            f"has a value for each {channel.axis}; give one, e.g. {base}.NAME"
             if channel.axis
             else f"has one value; give it without '.{member}'"
         )

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 LOG_RATIO = 100.0  # of bounds, from which on a key is scaled by its logarithm
 NOT_PHYSICAL = ("solver", "output", "kind", "title")
-ADVICE = "a free key needs bounds, as effects.shaft_friction.mu_s=0.05:0.4"
+ADVICE = "a free key needs bounds, e.g. effects.shaft_friction.mu_s=0.05:0.4"
 MAX_RUNS = 10_000  # that data may have rows for
 TRIES = 64  # points in the bounds at which a valid start is searched for
 # Of a field: whether a bound is beyond its limit, and how a bound should be relative to it.

@@ -220,7 +220,7 @@ def check_no_clobber(path: Path) -> None:
     """Check that there is no file at a path."""
     if os.path.lexists(path):
         raise OutputError(
-            f"{path}: the file exists and --no-clobber forbids to replace it; give another name"
+            f"{path}: the file exists and no-clobber forbids to replace it; give another name"
         )
 
 

@@ -36,7 +36,7 @@ class DaskCluster:
     Parameters
     ----------
     address : str
-        Of a scheduler, as tcp://host:8786; or local:N for one of N workers on this machine.
+        Of a scheduler, e.g. tcp://host:8786; or local:N for one of N workers on this machine.
     """
 
     seconds_of_a_block, ahead = 0.8, 2  # the scheduler takes some hundredths for each
@@ -215,17 +215,19 @@ def _other_version(where: str, version: Any, here: str) -> str:
 def _count_of(address: str) -> int | None:
     """Return the number of workers of local:N; None of an address."""
     if not isinstance(address, str):
-        raise InputError(f"dask: expected an address, as tcp://host:8786, got {address!r}")
+        raise InputError(f"dask: expected an address, e.g. tcp://host:8786, got {address!r}")
     if address.startswith(LOCAL):
         count = address.removeprefix(LOCAL)
         if not (count.isdecimal() and 0 < int(count) < 10_000):
-            raise InputError(f"dask: expected local:N with N workers, as local:4, got '{address}'")
+            raise InputError(
+                f"dask: expected local:N with N workers, e.g. local:4, got '{address}'"
+            )
         return int(count)
     scheme, sign, place = address.partition("://")
     host, _, port = place.rpartition(":")
     if not (scheme and sign and host and port.isdecimal() and int(port) < 2**16):
         raise InputError(
-            "dask: expected the address of a scheduler, as tcp://host:8786, or local:N, got"
+            "dask: expected the address of a scheduler, e.g. tcp://host:8786, or local:N, got"
             f" '{address}'"
         )
     return None

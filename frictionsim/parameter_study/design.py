@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from math import prod
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.errors import InputError, unknown
+from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.io.sweep_table import RUN
 from frictionsim.parameter_study.values import MAX_RUNS, Distribution, Levels, Values
 from frictionsim.scenario.toml_data import toml_value
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
 GRID, TOGETHER, SAMPLE = "grid", "zip", "sample"
 METHODS = ("sobol", "lhs", "random")
-MAX_SEED = 2**63 - 1
 
 
 class Sampling(NamedTuple):
@@ -108,7 +107,7 @@ def design_of(
         Of distributions.
     """
     if not vary:
-        raise InputError("nothing is varied: give --vary KEY=VALUES, or a table [vary]")
+        raise ArgumentError("vary", "expected at least one key with its values, got none")
     keys = tuple(vary)
     if sampling is not None:
         if together:
@@ -118,8 +117,8 @@ def design_of(
     for key, values in vary.items():
         if isinstance(values, Distribution):
             raise InputError(
-                f"vary {key}: {values.text} is a distribution, of which a sample is drawn: give its"
-                " number of runs with --sample N"
+                f"vary {key}: {values.text} is a distribution; give the number of runs of a sample"
+                " as 'sample'"
             )
     lengths = {key: values.size for key, values in vary.items() if isinstance(values, Levels)}
     count = prod(lengths.values())
@@ -164,21 +163,17 @@ def _check_sampling(vary: Mapping[str, Values], sampling: Sampling) -> None:
     for key, values in vary.items():
         if isinstance(values, Levels):
             raise InputError(
-                f"vary {key}: a sample needs a distribution, as uniform(0.1, 0.2), got"
-                f" {values.text}; a key that is the same in all runs is set with --set"
+                f"vary {key}: a sample needs a distribution, e.g. uniform(0.1, 0.2), got"
+                f" {values.text}; a key of one value is an override"
             )
     if sampling.method not in METHODS:
         raise InputError(unknown("method", sampling.method, list(METHODS)))
-    if sampling.runs < 1:
-        raise InputError(f"sample: expected a number of runs above 0, got {sampling.runs}")
-    if not 0 <= sampling.seed <= MAX_SEED:
-        raise InputError(f"seed: expected a whole number from 0, got {sampling.seed}")
     runs = sampling.runs * ((len(vary) + 2) if sampling.indices else 1)
     if runs > MAX_RUNS:
         raise InputError(f"sample: {runs} runs are more than the limit of {MAX_RUNS}")
     if sampling.indices and sampling.runs & (sampling.runs - 1):
         raise InputError(
-            f"sample: Sobol indices need a power of 2, as {_power_of_two_below(sampling.runs)},"
+            f"sample: Sobol indices need a power of 2, e.g. {_power_of_two_below(sampling.runs)},"
             f" got {sampling.runs}"
         )
 

@@ -103,7 +103,7 @@ def _indices_from_values(values: "Array", keys: tuple[str, ...], sampling: Sampl
     if len(keys) == 1:
         return Indices(keys, np.ones(1), np.ones(1), "only one key is varied")
     if not sampling.indices:
-        return _none(keys, "no Sobol indices: --indices runs what they need")
+        return _none(keys, "no Sobol indices: they need a sweep with 'indices'")
     return indices_from_blocks(keys, values.reshape(len(keys) + 2, sampling.runs))
 
 

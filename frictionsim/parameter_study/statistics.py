@@ -16,7 +16,7 @@ from frictionsim.errors import InputError
 from frictionsim.io.sweep_table import RUN, SweepTable
 from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
 from frictionsim.parameter_study.design import SAMPLE, Sampling
-from frictionsim.parameter_study.study_file import variation_of
+from frictionsim.parameter_study.study_file import options_of
 from frictionsim.parameter_study.values import Distribution
 from frictionsim.scenario.toml_data import toml_tables
 
@@ -90,7 +90,8 @@ def variation(table: SweepTable) -> tuple[Mapping[str, Distribution], Sampling |
         data = toml_tables(table.attributes["study"])
     except ValueError as error:
         raise InputError(f"cannot read the study in this sweep: {error}") from None
-    vary, sampling = variation_of(data, "study")
+    options = options_of(data, "study")
+    vary, sampling = options.vary, options.sampling
     distributions = {key: given for key, given in vary.items() if isinstance(given, Distribution)}
     if sampling is None or list(distributions) != list(table.coordinates):
         raise InputError("the study in this sweep does not describe its runs")

@@ -1,4 +1,4 @@
-"""A study as TOML, so that it can be kept and repeated.
+"""Study files in TOML.
 
 [study]
 scenario = "pulley.toml"            # relative to this file; or the tables of a scenario
@@ -6,27 +6,28 @@ sample = 256                        # of the distributions below; without it all
 method = "sobol"                    # or lhs, random
 seed = 1
 
-[set]                               # what is the same in all runs
+[set]                               # overrides of all runs
 "solver.rtol" = 1e-6
 
-[vary]                              # keys as of --set
+[vary]                              # keys as for --set
 "effects.shaft_friction.mu_s" = "uniform(0.1, 0.3)"
-"mechanism.load" = "normal(2224, 50)"   # several keys with commas between them have one value
+"mechanism.load" = "normal(2224, 50)"   # keys joined by commas are equal
 """
 
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field, model_validator
 
 from frictionsim.errors import InputError
 from frictionsim.parameter_study.design import Sampling
 from frictionsim.parameter_study.values import Distribution, Values, values_by_key
-from frictionsim.scenario.loading import load, load_tables, read_toml
+from frictionsim.scenario.loading import load, load_tables
 from frictionsim.scenario.model_fields import names_in
 from frictionsim.scenario.model_validation import ValidationFailure, key_text, validate_table
-from frictionsim.scenario.schema import Params
+from frictionsim.scenario.options import Options, by_name
+from frictionsim.scenario.schema import inconsistent
 from frictionsim.scenario.shipped import scenario_file
 from frictionsim.scenario.toml_data import keys_and_values
 
@@ -35,47 +36,59 @@ if TYPE_CHECKING:
 
 TABLES = ("study", "set", "vary")
 OF_SAMPLES = ("method", "seed", "indices")
+MAX_SEED = 2**63 - 1  # the largest number of TOML
 
 
-class StudySettings(Params):
-    """`[study]`, beside its `scenario`: a file, or the tables of one."""
+def _varied(given: Any) -> dict[str, Values]:
+    return values_by_key(by_name("KEY=VALUES, e.g. a.b=[1, 2]", str)(given).items())
 
+
+class SweepOptions(Options):
+    """The variation of a scenario: [vary], and [study] beside its `scenario`."""
+
+    vary: Annotated[dict[str, Any], BeforeValidator(_varied)] = Field({})  # Values by key
     zip: bool = Field(False, description="Vary the keys together instead of in all combinations.")
     sample: int | None = Field(None, description="Number of runs of a sample.", gt=0)
     method: str = Field("sobol", description="How a sample is drawn: sobol, lhs or random.")
-    seed: int = Field(0, description="Seed of the sample.", ge=0)
-    indices: bool = Field(False, description="Run what Sobol indices are computed from.")
+    seed: int = Field(0, description="Seed of the sample.", ge=0, le=MAX_SEED)
+    indices: bool = Field(False, description="Run the combinations for Sobol indices.")
     keep_series: bool = Field(False, description="Keep the result of each run.")
+
+    @property
+    def given(self) -> list[str]:
+        """The options that are given, and the switches that are on."""
+        return [
+            name
+            for name in type(self).model_fields
+            if name in self.model_fields_set and getattr(self, name) is not False
+        ]
+
+    @property
+    def sampling(self) -> Sampling | None:
+        """How a sample is drawn; None without one."""
+        if self.sample is None:
+            return None
+        return Sampling(self.sample, self.method, self.seed, self.indices)
+
+    @model_validator(mode="after")
+    def _need_a_sample(self) -> Self:
+        for name in OF_SAMPLES if self.sample is None else ():
+            if name in self.given:
+                fault = "it applies to a sample; give the number of its runs as 'sample'"
+                raise inconsistent((name,), fault)
+        return self
 
 
 class SweepStudy(NamedTuple):
-    """What a study file says.
-
-    Attributes
-    ----------
-    scenario : Scenario
-    vary : dict of Values
-        By key.
-    together : bool
-    sampling : Sampling or None
-    keep_series : bool
-    """
+    """A study: a scenario and its variation."""
 
     scenario: "Scenario"
-    vary: dict[str, Values]
-    together: bool = False
-    sampling: Sampling | None = None
-    keep_series: bool = False
+    options: SweepOptions
 
 
 def is_study(data: Mapping[str, Any]) -> bool:
     """Return whether tables are those of a study, not of a scenario."""
     return "study" in data
-
-
-def load_study(path: Path) -> SweepStudy:
-    """Read a study."""
-    return study_of(read_toml(path), path.parent, str(path))
 
 
 def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepStudy:
@@ -85,7 +98,7 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepSt
     ----------
     data : mapping
     folder : Path or None
-        Of file names in them; None for a study out of a sweep's file, which names no other files.
+        Base of relative file names; None for a study in the file of a sweep, which names no files.
     name : str
         For messages.
     """
@@ -95,8 +108,7 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepSt
             f"{name}: {key_text((unknown[0],))}: unknown table of a study; known: [study], [set],"
             " [vary]"
         )
-    given = dict(_table(data, "study", name))
-    source = given.pop("scenario", None)
+    source = _table(data, "study", name).get("scenario")
     if folder is None and not isinstance(source, dict):
         raise InputError(
             f"{name}: study.scenario: expected the tables of a scenario: the file of a sweep names"
@@ -104,10 +116,10 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepSt
         )
     if not isinstance(source, str | dict):
         raise InputError(
-            f"{name}: study.scenario: expected the file of a scenario, as"
+            f"{name}: study.scenario: expected the file of a scenario, e.g."
             ' scenario = "pulley.toml", or its tables'
         )
-    settings = _settings_of_file(given, name)
+    options = options_of(data, name)
     fixed = dict(_leaves(data, "set", name))
     if isinstance(source, dict):
         scenario = load_tables(source, folder, fixed)
@@ -116,19 +128,11 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepSt
         if path.exists() and not path.is_file():  # to open a pipe would wait for its writer
             raise InputError(f"{name}: study.scenario: expected a file, '{source}' is none")
         scenario = load(path, fixed)
-    vary = _vary(data, name)
-    check_not_fixed(fixed, vary)
-    return study_with(scenario, vary, settings)
+    check_not_fixed(fixed, options.vary)
+    return SweepStudy(scenario, options)
 
 
-def study_with(
-    scenario: "Scenario", vary: dict[str, Values], settings: StudySettings
-) -> SweepStudy:
-    """Return the study of a scenario with these settings."""
-    return SweepStudy(scenario, vary, settings.zip, _sampling(settings), settings.keep_series)
-
-
-def variation_of(data: Mapping[str, Any], name: str) -> tuple[dict[str, Values], Sampling | None]:
+def options_of(data: Mapping[str, Any], name: str) -> SweepOptions:
     """Return the variation in the tables of a study, without reading its scenario.
 
     Parameters
@@ -136,45 +140,16 @@ def variation_of(data: Mapping[str, Any], name: str) -> tuple[dict[str, Values],
     data : mapping
     name : str
         For messages.
-
-    Returns
-    -------
-    dict of Values
-        By key.
-    Sampling or None
     """
     given = {key: value for key, value in _table(data, "study", name).items() if key != "scenario"}
-    return _vary(data, name), _sampling(_settings_of_file(given, name))
-
-
-def settings_of(given: Mapping[str, Any], table: str = "") -> StudySettings:
-    """Return the settings of a study; messages name them with the table, if there is one."""
+    if "vary" in given:
+        raise InputError(f"{name}: study.vary: expected a table of its own, [vary]")
+    vary = values_by_key(_leaves(data, "vary", name))
     try:
-        return validate_table(StudySettings, dict(given))
+        return validate_table(SweepOptions, given | {"vary": vary})
     except ValidationFailure as failure:
-        raise InputError("; ".join(f"{table}{line}" for line in failure.lines())) from None
-
-
-def _settings_of_file(given: dict[str, Any], name: str) -> StudySettings:
-    try:
-        return settings_of(given, "study.")
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
-
-
-def _vary(data: Mapping[str, Any], name: str) -> dict[str, Values]:
-    return values_by_key(_leaves(data, "vary", name))
-
-
-def _sampling(settings: StudySettings) -> Sampling | None:
-    if settings.sample is not None:
-        return Sampling(settings.sample, settings.method, settings.seed, settings.indices)
-    for name in OF_SAMPLES:
-        if name in settings.model_fields_set:
-            raise InputError(
-                f"{name}: only a sample has this; give the number of its runs with --sample N"
-            )
-    return None
+        lines = "; ".join(f"study.{line}" for line in failure.lines())
+        raise InputError(f"{name}: {lines}") from None
 
 
 def check_not_fixed(fixed: Iterable[str], vary: Mapping[str, Any]) -> None:
@@ -186,15 +161,14 @@ def check_not_fixed(fixed: Iterable[str], vary: Mapping[str, Any]) -> None:
 
 
 def study_toml(study: SweepStudy) -> str:
-    """Return a study as TOML with its scenario in it, which `study_of` reads."""
+    """Return a study as TOML with its scenario in it, for `study_of`."""
     import tomli_w
 
     scenario = study.scenario.model_dump(by_alias=True, exclude_none=True, exclude_unset=True)
-    settings: dict[str, Any] = {"zip": study.together, "keep_series": study.keep_series}
-    if study.sampling is not None:
-        count, method, seed, indices = study.sampling
-        settings |= {"sample": count, "method": method, "seed": seed, "indices": indices}
-    vary = {key: _written(values) for key, values in study.vary.items()}
+    options = study.options
+    of_sample = () if options.sample is None else ("sample", *OF_SAMPLES)
+    settings = {name: getattr(options, name) for name in ("zip", "keep_series", *of_sample)}
+    vary = {key: _written(values) for key, values in options.vary.items()}
     return tomli_w.dumps({"study": settings | {"scenario": scenario}, "vary": vary})
 
 

@@ -10,9 +10,8 @@ import numpy as np
 from frictionsim.io.sweep_table import ORDER, RUN, Coordinate, SweepTable
 from frictionsim.parameter_study.block import NOT_RUN, STATUSES, TEXTS, Block
 from frictionsim.parameter_study.combinations import MIN_TOGETHER, Combinations
-from frictionsim.parameter_study.design import GRID, Design, Sampling, design_of
+from frictionsim.parameter_study.design import GRID, Design
 from frictionsim.parameter_study.sensitivity import sobol_indices_of
-from frictionsim.parameter_study.values import Values
 from frictionsim.scenario.model_fields import description_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.toml_data import json_value, toml_value
@@ -29,18 +28,13 @@ class SweepPlan(NamedTuple):
     ----------
     scenario : Scenario
         The one that is varied.
-    vary : mapping of str to Values
-        As given, by key.
     design : Design
-    sampling : Sampling or None
     series : Path or None
         The folder for the result of each run.
     """
 
     scenario: Scenario
-    vary: Mapping[str, Values]
     design: Design
-    sampling: Sampling | None = None
     series: Path | None = None
 
     @property
@@ -54,26 +48,6 @@ class SweepPlan(NamedTuple):
         if self.series is None and self.design.runs >= MIN_TOGETHER:
             return MIN_TOGETHER if self.combinations.go_together else 1
         return 1
-
-
-def plan_of(
-    scenario: Scenario,
-    vary: Mapping[str, Values],
-    together: bool = False,
-    sampling: Sampling | None = None,
-    series: Path | None = None,
-) -> SweepPlan:
-    """Return the plan of a sweep, of which every combination is valid.
-
-    Parameters
-    ----------
-    scenario : Scenario
-    vary : mapping of str to Values
-    together, sampling
-        As of `design_of`.
-    series : Path, optional
-    """
-    return SweepPlan(scenario, vary, design_of(vary, together, sampling), sampling, series)
 
 
 class Assembly:

@@ -28,7 +28,7 @@ CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*", re.DOTALL)
 # The largest double below 1 and its distance from 1: no quantile of a distribution is infinite.
 NEXT_TO_ZERO, NEXT_TO_ONE = 2.0**-53, 1.0 - 2.0**-53
 EXPECTED = (
-    "a TOML list, as [0.1, 0.2], lin(a, b, n), log(a, b, n), or with a sample uniform(a, b),"
+    "a TOML list, e.g. [0.1, 0.2], lin(a, b, n), log(a, b, n), or with a sample uniform(a, b),"
     " normal(m, s), lognormal(m, s), triangular(a, c, b)"
 )
 
@@ -91,7 +91,7 @@ def values_by_key(given: Iterable[tuple[str, Any]]) -> dict[str, Values]:
         for name in names:
             if not name:
                 raise InputError(
-                    f"vary: expected a key, or several with commas between them, as a.b,a.c; got"
+                    f"vary: expected a key, or several with commas between them, e.g. a.b,a.c; got"
                     f" '{text}'"
                 )
             if name in known:
@@ -140,7 +140,7 @@ def _parsed(key: str, text: str) -> Any:
         return parsed_value(text)
     except ValueError:
         raise InputError(
-            f'vary {key}: expected {EXPECTED}; words in quotes, as ["a"]; got {text!r}'
+            f'vary {key}: expected {EXPECTED}; words in quotes, e.g. ["a"]; got {text!r}'
         ) from None
 
 

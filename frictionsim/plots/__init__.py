@@ -62,16 +62,16 @@ def check_applies(kind: str, view: str, shown: Extent) -> None:
     """Check that a view can show a part of a result."""
     views = views_of(kind)
     words = {
-        "instant": "shows no single instant; a time (--time)",
-        "window": "does not go over time; a window of time (--from, --to)",
-        "channels": "draws channels of its own; a choice of channels (--channels)",
+        "time": "shows no single instant",
+        "window": "does not go over time",
+        "channels": "draws channels of its own",
     }
     for part, given in shown.given.items():
-        if not given or getattr(views[view], part):
+        if not given or views[view].shows(part):
             continue
-        fit = [name for name, other in views.items() if getattr(other, part)]
-        others = f"is for the view {' or '.join(map(repr, fit))}" if fit else "is for other kinds"
-        raise InputError(f"the view '{view}' {words[part]} {others}")
+        fit = [name for name, other in views.items() if other.shows(part)]
+        others = f"the view {' or '.join(map(repr, fit))}" if fit else "other kinds"
+        raise ArgumentError(part, f"the view '{view}' {words[part]}; it is for {others}")
 
 
 def views_of(kind: str) -> Views:
@@ -125,7 +125,9 @@ def draw(
     view = view or next(iter(views))
     check_view(kind, view)
     if body is not None and not views[view].body:
-        raise InputError(f"the view '{view}' shows no single body; 'body' is for the view '{BODY}'")
+        raise ArgumentError(
+            "body", f"the view '{view}' shows no single body; it is for the view '{BODY}'"
+        )
     if not result.channels["time"].size:
         raise InputError("cannot draw this result: it has no samples")
     check_applies(kind, view, shown)
@@ -154,12 +156,12 @@ def _part(result: "Record", view: View, shown: Extent) -> tuple["Record", dict[s
     if view.body and "pulley_index" in result.channels:
         # The body in the middle of a span at the start of the run, whatever the window.
         options = {BODY: middle_of_first_span(result.channels["pulley_index"][0])}
-    return within(result, shown.start, shown.stop), options
+    return within(result, *shown.window), options
 
 
 def _fitted(look: Appearance, shown: Extent) -> Appearance:
     """Return the appearance in which labels of any channels fit."""
-    return look._replace(fitted=True) if shown.channels else look
+    return look.model_copy(update={"fitted": True}) if shown.channels else look
 
 
 def draw_overlay(
@@ -190,12 +192,12 @@ def draw_overlay(
             raise InputError(f"{name}: cannot draw this result: it has no samples")
         check_numbers(record)
         check_channels(record, shown.channels)
-        part = within(record, shown.start, shown.stop) if shown.has_window else record
+        part = within(record, *shown.window) if shown.has_window else record
         parts.append(Overlaid(name, part))
     return drawn_in(
         lambda target: overlay(parts, target, views[view].overlaid or (), shown.channels),
         ax=ax,
-        look=look._replace(fitted=True),
+        look=look.model_copy(update={"fitted": True}),
     )
 
 
@@ -275,7 +277,7 @@ def plot_all(
     reasons = []
     views = views_of(kind)
     for part, given in shown.given.items():
-        if given and not any(getattr(view, part) for view in views.values()):
+        if given and not any(view.shows(part) for view in views.values()):
             check_applies(kind, next(iter(views)), shown)
     for name, view in views.items():
         if view.effect and view.effect not in scenario_of(result).get("effects", {}):

@@ -26,7 +26,7 @@ from frictionsim.display import (
     unit_text,
     with_minus,
 )
-from frictionsim.errors import InputError, OutputError
+from frictionsim.errors import ArgumentError, InputError, OutputError
 from frictionsim.io.atomic_write import write_atomically
 from frictionsim.io.replaceable import ANIMATIONS, check_target
 from frictionsim.motion import motion_of
@@ -339,7 +339,7 @@ def animate(
     speed : float, optional
         Simulated seconds per second; by default the run takes 8 s.
     progress : callable, optional
-        Is told the number of frames that are drawn, and of all.
+        Called with the number of frames drawn and the total.
     name : str
         Of the file of the result, for messages.
     """
@@ -392,20 +392,21 @@ def timing_of(motion: "Motion", kind: str, fps: float | None, speed: float | Non
     most = MAX_FRAMES_PER_SECOND[kind]
     fps = FRAMES_PER_SECOND[kind] if fps is None else fps
     if not 0.0 < fps <= most:
-        raise InputError(
-            f"fps: expected a number above 0 and up to {most:g} for {kind}, got {fps:g}"
+        raise ArgumentError(
+            "fps", f"expected a number above 0 and up to {most:g} for {kind}, got {fps:g}"
         )
     duration = float(motion.time[-1] - motion.time[0])
     speed = (duration / SECONDS if duration else 1.0) if speed is None else speed
     if not 0.0 < speed < np.inf:
-        raise InputError(f"speed: expected a number above 0, got {speed:g}")
+        raise ArgumentError("speed", f"expected a number above 0, got {speed:g}")
     shown = max(round(1.0 / fps / GIF_UNIT), 1) * GIF_UNIT if kind == ".gif" else 1.0 / fps
     count = duration / speed / shown
     if count > MAX_FRAMES:
-        raise InputError(
-            f"speed: at {speed:g} simulated seconds per second the animation would have"
+        raise ArgumentError(
+            "speed",
+            f"at {speed:g} simulated seconds per second the animation would have"
             f" {count:.6g} frames, more than {MAX_FRAMES}; give a larger speed or fewer frames per"
-            " second"
+            " second",
         )
     times = motion.time[0] + speed * shown * np.arange(ceil(count - 1e-9) + 1)
     return Timing(np.minimum(times, motion.time[-1]), shown)

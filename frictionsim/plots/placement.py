@@ -234,7 +234,7 @@ def _new(view: View, width: float, look: Appearance) -> Figure:
             figure.parameters = values
         view(figure)
         make_literal(figure)
-        if look != USUAL:
+        if not look.is_usual:
             with rendering(values):  # which says what the user's settings lack
                 arrange(figure, look)
             if look.dpi is not None:

@@ -6,19 +6,21 @@ of the user, of matplotlibrc or set in Python.
 """
 
 from collections.abc import Sequence
-from math import isfinite, sqrt
+from math import sqrt
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from matplotlib import rcParams
 from matplotlib.figure import Figure
+from pydantic import BeforeValidator, Field
 
 from frictionsim.display import COLOURS, DASHES, labelled, unit_text
-from frictionsim.errors import ArgumentError, InputError, unknown
+from frictionsim.errors import InputError, unknown
 from frictionsim.plots.picture_file import DOTS_PER_INCH, defaults, user_parameters
 from frictionsim.plots.texts import LINE_SPACING, points_of, text_width, wrapped
 from frictionsim.scenario.methods import SET_VALUED
+from frictionsim.scenario.options import Options
 from frictionsim.scenario.toml_data import scenario_of
 
 if TYPE_CHECKING:
@@ -64,13 +66,41 @@ STYLES: dict[str, dict[str, Any]] = {
 }
 
 
-class Appearance(NamedTuple):
+def _inches(text: Any) -> float:
+    """Return a length of a picture in inches."""
+    wanted = "expected a length with its unit (mm, cm, in or pt), e.g. 84mm"
+    if not isinstance(text, str):
+        raise ValueError(f"{wanted}, got {text!r:.60}")
+    unit = next((unit for unit in UNITS if text.strip().endswith(unit)), "")
+    try:
+        number = float(text.strip().removesuffix(unit))
+    except ValueError:
+        raise ValueError(f"{wanted}, got '{text:.60}'") from None
+    if not unit:
+        raise ValueError(f"{wanted}, got '{text:.60}' without a unit")
+    inches = number / UNITS[unit]
+    if not MIN_LENGTH <= inches <= MAX_LENGTH:  # also nan
+        limits = f"{MIN_LENGTH * UNITS[unit]:.4g} to {MAX_LENGTH * UNITS[unit]:.4g} {unit}"
+        raise ValueError(f"expected {limits}, got {text.strip():.60}")
+    return inches
+
+
+def _style(name: Any) -> Any:
+    if name not in (*STYLES, USER):
+        raise ValueError(unknown("style", name, [*STYLES, USER]))
+    return name
+
+
+Length = Annotated[float, BeforeValidator(_inches)]
+
+
+class Appearance(Options):
     """Size and style of a new picture.
 
     Attributes
     ----------
     width, height : float or None, inches
-        None is that of the view.
+        Given as a text, a number with its unit; None is that of the view.
     dpi : float or None
         Dots per inch of a PNG; None is the usual number.
     title : bool
@@ -80,11 +110,11 @@ class Appearance(NamedTuple):
         Labels are broken where they are too long, also in the usual size.
     """
 
-    width: float | None = None
-    height: float | None = None
-    dpi: float | None = None
+    width: Length | None = None
+    height: Length | None = None
+    dpi: float | None = Field(None, ge=MIN_DPI, le=MAX_DPI)
     title: bool = True
-    style: str = ""
+    style: Annotated[str, BeforeValidator(_style)] = ""
     fitted: bool = False
 
     @property
@@ -97,6 +127,11 @@ class Appearance(NamedTuple):
         """The name of an argument that only a new figure can have; empty if none is given."""
         given = {"width": self.width, "height": self.height, "dpi": self.dpi, "style": self.style}
         return next((name for name, value in given.items() if value), "")
+
+    @property
+    def is_usual(self) -> bool:
+        """Whether nothing differs from the defaults."""
+        return self.title and not self.fitted and not self.new_figure_option
 
     def parameters(self) -> dict[str, Any]:
         """Return matplotlib's parameters for this style."""
@@ -112,60 +147,6 @@ class Appearance(NamedTuple):
 
 
 USUAL = Appearance()
-
-
-def appearance(
-    width: Any = None, height: Any = None, dpi: Any = None, title: Any = True, style: Any = None
-) -> Appearance:
-    """Return an appearance from what a user gives.
-
-    Parameters
-    ----------
-    width, height : str or None
-        Number and unit: mm, cm, in or pt.
-    dpi : float or None
-    style : str or None
-    """
-    if not isinstance(title, bool):
-        raise ArgumentError("title", f"expected True or False, got {title!r:.60}")
-    if style is not None and style not in (*STYLES, USER):
-        raise ArgumentError("style", unknown("style", style, [*STYLES, USER]))
-    return Appearance(
-        None if width is None else _inches("width", width),
-        None if height is None else _inches("height", height),
-        None if dpi is None else _dots(dpi),
-        title,
-        style or "",
-    )
-
-
-def _inches(argument: str, text: Any) -> float:
-    """Return a length of a picture in inches."""
-    wanted = "expected a length with its unit (mm, cm, in or pt), as 84mm"
-    if not isinstance(text, str):
-        raise ArgumentError(argument, f"{wanted}, got {text!r:.60}")
-    unit = next((unit for unit in UNITS if text.strip().endswith(unit)), "")
-    try:
-        number = float(text.strip().removesuffix(unit))
-    except ValueError:
-        raise ArgumentError(argument, f"{wanted}, got '{text:.60}'") from None
-    if not unit:
-        raise ArgumentError(argument, f"{wanted}, got '{text:.60}' without a unit")
-    inches = number / UNITS[unit]
-    if not MIN_LENGTH <= inches <= MAX_LENGTH:  # also nan
-        limits = f"{MIN_LENGTH * UNITS[unit]:.4g} to {MAX_LENGTH * UNITS[unit]:.4g} {unit}"
-        raise ArgumentError(argument, f"expected {limits}, got {text.strip():.60}")
-    return inches
-
-
-def _dots(number: Any) -> float:
-    if isinstance(number, bool) or not isinstance(number, int | float):
-        raise ArgumentError("dpi", f"expected a number of dots per inch, got {number!r:.60}")
-    if not (isfinite(number) and MIN_DPI <= number <= MAX_DPI):
-        raise ArgumentError(
-            "dpi", f"expected {MIN_DPI:g} to {MAX_DPI:g} dots per inch, got {number:g}"
-        )
-    return float(number)
 
 
 LINE_STYLES: tuple[Any, ...] = tuple((0, dashes) if dashes else "-" for dashes in DASHES)

@@ -18,7 +18,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from frictionsim.errors import InputError, unknown
+from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import AUDIT_FAILED, FAILED, NOT_RUN
 from frictionsim.parameter_study.design import SAMPLE
@@ -91,14 +91,15 @@ def draw_sweep(
     _check(table, quantities)
     if table.attributes["design"] == SAMPLE:
         if at:
-            raise InputError(f"--at {next(iter(at))}: this sweep is a sample; leave it out")
+            raise ArgumentError("at", "it applies to a grid; this sweep is a sample")
         return drawn_in(lambda target: _draw_sample(table, quantities, target), ax, look=look)
     face = face_of(table, at or {})
     if len(face.axes) > MAX_KEYS:
         keys = ", ".join(axis.key for axis in face.axes)
-        raise InputError(
-            f"cannot draw this sweep: {len(face.axes)} keys have several values ({keys}), a picture"
-            f" shows {MAX_KEYS} at most; choose values of the others with --at KEY=VALUE"
+        raise ArgumentError(
+            "at",
+            f"{len(face.axes)} keys have several values ({keys}), a picture shows {MAX_KEYS} at"
+            " most; give values of the others",
         )
     third = _third(face, quantities) if len(face.axes) == MAX_KEYS else None
     return drawn_in(
@@ -112,15 +113,16 @@ def _third(face: Face, quantities: Sequence[str]) -> int:
     third = text_axes[-1] if text_axes else MAX_KEYS - 1
     axis = face.axes[third]
     if axis.values.size > MAX_PANELS:
-        raise InputError(
-            f"cannot draw this sweep: three keys have several values, and {axis.key} has"
-            f" {axis.values.size}, more than the {MAX_PANELS} panels of a picture; choose one with"
-            f" --at {axis.key}={axis.plain(0)}"
+        raise ArgumentError(
+            "at",
+            f"three keys have several values, and {axis.key} has {axis.values.size}, more than the"
+            f" {MAX_PANELS} panels of a picture; give a value of it, e.g. {axis.plain(0)}",
         )
     if len(quantities) > 1:
-        raise InputError(
+        raise ArgumentError(
+            "view",
             "with three keys of several values a picture shows one quantity, got"
-            f" {len(quantities)}; give one, or choose a value with --at {axis.key}={axis.plain(0)}"
+            f" {len(quantities)}; give one, or a value of {axis.key} as 'at', e.g. {axis.plain(0)}",
         )
     return third
 
@@ -134,9 +136,10 @@ def _check(table: SweepTable, quantities: Sequence[str]) -> None:
         if name not in table.values:
             raise InputError(unknown("quantity", name, list(table.values)))
     if len(quantities) > MAX_PANELS:
-        raise InputError(
-            f"expected at most {MAX_PANELS} quantities in a picture, got {len(quantities)};"
-            " '--view all' draws each into its own"
+        raise ArgumentError(
+            "view",
+            f"expected at most {MAX_PANELS} quantities in a picture, got {len(quantities)}; draw"
+            " them in several pictures",
         )
     numbers = {
         key: c.values for key, c in table.coordinates.items() if not isinstance(c.values, list)

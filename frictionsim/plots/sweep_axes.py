@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
 from frictionsim.display import with_unit
-from frictionsim.errors import InputError, unknown
+from frictionsim.errors import ArgumentError, unknown
 from frictionsim.io.sweep_table import RUN, Coordinate, SweepTable
 from frictionsim.plots.style import axis_label
 from frictionsim.plots.texts import LITERAL, literal
@@ -18,7 +18,7 @@ MAX_KEY, MAX_WORD = 44, 24  # characters of a label
 MAX_LABELS = 20  # of categories along an axis
 MAX_TICKS = 6  # at the values of numbers, one beside the other
 MAX_SHOWN = 8  # values of a key in a message
-CLOSE = 1e-9  # relative: a number that --at gives is this value of the sweep
+CLOSE = 1e-9  # relative: of a given number and a value of the sweep
 MIN_LOG_RATIO = 3.0  # of largest to least value, below which a logarithmic axis shows nothing more
 MAX_UNEVENNESS = 1.6  # largest to least step on a logarithmic axis; of 1, 2, 5, 10 it is 1.3
 LOG_DECADES = 100.0  # ratio, below which not only powers of ten have labels
@@ -71,7 +71,7 @@ class KeyAxis(NamedTuple):
         return with_unit(f"{self.values[place]:.6g}", self.unit)
 
     def plain(self, place: int) -> str:
-        """Return a value as --at takes it."""
+        """Return a value as the argument `at` takes it."""
         return self.labels[place] if self.labels else repr(float(self.values[place]))
 
     @property
@@ -148,14 +148,13 @@ def face_of(table: SweepTable, at: Mapping[str, Any]) -> Face:
     """
     if RUN in table.dimensions:
         if at:
-            raise InputError(
-                f"--at {next(iter(at))}: only of a grid a value of a key can be chosen; this sweep"
-                f" is a {table.attributes['design']}"
+            raise ArgumentError(
+                "at", f"it applies to a grid; this sweep is a {table.attributes['design']}"
             )
         return _together(table)
     for key in at:
         if key not in table.dimensions:
-            raise InputError("--at: " + unknown("varied key", key, list(table.dimensions)))
+            raise ArgumentError("at", unknown("varied key", key, list(table.dimensions)))
     runs: Any = np.arange(table.runs).reshape(table.shape)
     axes: list[KeyAxis] = []
     fixed: list[str] = []
@@ -267,7 +266,9 @@ def _place(coordinate: Coordinate, axis: KeyAxis, wanted: Any) -> int:
         shown = [f"{value:.6g}" for value in numbers]
     if len(shown) > MAX_SHOWN:
         shown = [*shown[: MAX_SHOWN - 1], "...", shown[-1]]
-    raise InputError(f"--at {axis.key}: the sweep has no value {text}; it has {', '.join(shown)}")
+    raise ArgumentError(
+        "at", f"{axis.key}: the sweep has no value {text}; it has {', '.join(shown)}"
+    )
 
 
 def shortened_key(key: str) -> str:

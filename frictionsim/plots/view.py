@@ -5,11 +5,13 @@ A view shows one instant, a window of time, or some channels.
 
 from collections.abc import Callable, Mapping, Sequence
 from math import inf, isfinite
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
+from pydantic import BeforeValidator
 
 from frictionsim.errors import ArgumentError, InputError, unknown
+from frictionsim.scenario.options import Options
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
@@ -18,84 +20,20 @@ if TYPE_CHECKING:
 MAX_DRAWN = 1e100
 
 
-class Extent(NamedTuple):
-    """The part of a result that is drawn.
-
-    Attributes
-    ----------
-    time : float or None, s
-        The instant of a view of one; None is the last sample.
-    start, stop : float or None, s
-        The window of a view over time; None is the first or last sample.
-    channels : tuple of str
-        Of a view over time; empty for those of the kind.
-    """
-
-    time: float | None = None
-    start: float | None = None
-    stop: float | None = None
-    channels: tuple[str, ...] = ()
-
-    @property
-    def has_window(self) -> bool:
-        """Whether a window of time is given."""
-        return self.start is not None or self.stop is not None
-
-    @property
-    def given(self) -> dict[str, bool]:
-        """Which of instant, window and channels are given."""
-        return {
-            "instant": self.time is not None,
-            "window": self.has_window,
-            "channels": bool(self.channels),
-        }
-
-
-WHOLE = Extent()
-
-
-def extent(
-    time: Any = None, window: Any = None, channels: str | Sequence[str] | None = None
-) -> Extent:
-    """Return the selection from the arguments of a user.
-
-    Parameters
-    ----------
-    time : float or None, s
-    window : pair of float or None, s
-        None for one of both is the first or last sample.
-    channels : str, sequence of str or None
-        A text has commas between the names.
-    """
-    start, stop = _pair(window)
-    selection = Extent(
-        _second("time", time), _second("from", start), _second("to", stop), _names(channels)
-    )
-    if (
-        selection.start is not None
-        and selection.stop is not None
-        and selection.start >= selection.stop
-    ):
-        raise InputError(
-            "expected a window whose start is before its end, got one from"
-            f" {selection.start:g} s to {selection.stop:g} s"
-        )
-    return selection
-
-
-def _pair(window: Any) -> tuple[Any, Any]:
-    if window is None:
-        return None, None
+def _window(given: Any) -> tuple[float | None, float | None]:
     try:
-        start, stop = window
+        start, stop = given
     except (TypeError, ValueError):
-        raise ArgumentError(
-            "window", f"expected start and end in s, as (0.5, 1.0), got {window!r:.60}"
+        raise ValueError(
+            f"expected start and end in s, e.g. (0.5, 1.0), got {given!r:.60}"
         ) from None
+    start, stop = _second(start), _second(stop)
+    if start is not None and stop is not None and start >= stop:
+        raise ValueError(f"expected a start before the end, got {start:g} s and {stop:g} s")
     return start, stop
 
 
-def _second(name: str, value: Any) -> float | None:
+def _second(value: Any) -> float | None:
     if value is None:
         return None
     try:
@@ -103,24 +41,53 @@ def _second(name: str, value: Any) -> float | None:
     except (TypeError, ValueError):
         number = inf
     if isinstance(value, str | bool) or not isfinite(number):
-        raise ArgumentError(name, f"expected a time in s, got {value!r:.60}")
+        raise ValueError(f"expected a time in s, got {value!r:.60}")
     return number
 
 
-def _names(channels: Any) -> tuple[str, ...]:
-    if channels is None:
-        return ()
-    names = channels.split(",") if isinstance(channels, str) else channels
+def _channels(given: Any) -> tuple[str, ...]:
+    names = given.split(",") if isinstance(given, str) else given
     if not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
-        raise ArgumentError(
-            "channels", f"expected names of channels, as angle,drive_force, got {channels!r:.60}"
-        )
+        raise ValueError(f"expected names of channels, e.g. angle,drive_force, got {given!r:.60}")
     wanted = tuple(dict.fromkeys(name.strip() for name in names if name.strip()))
     if not wanted:
-        raise ArgumentError(
-            "channels", "expected names of channels, as angle,drive_force; got none"
-        )
+        raise ValueError("expected names of channels, e.g. angle,drive_force; got none")
     return wanted
+
+
+class Extent(Options):
+    """The part of a result that is drawn.
+
+    Attributes
+    ----------
+    time : float or None, s
+        The instant of a view of one; None is the last sample.
+    window : pair of float or None, s
+        Start and end of a view over time; None is the first or last sample.
+    channels : tuple of str
+        Of a view over time; empty for those of the kind.
+    """
+
+    time: Annotated[float | None, BeforeValidator(_second)] = None
+    window: Annotated[tuple[float | None, float | None], BeforeValidator(_window)] = (None, None)
+    channels: Annotated[tuple[str, ...], BeforeValidator(_channels)] = ()
+
+    @property
+    def has_window(self) -> bool:
+        """Whether a window of time is given."""
+        return self.window != (None, None)
+
+    @property
+    def given(self) -> dict[str, bool]:
+        """Which of time, window and channels are given."""
+        return {
+            "time": self.time is not None,
+            "window": self.has_window,
+            "channels": bool(self.channels),
+        }
+
+
+WHOLE = Extent()
 
 
 def check_channels(result: "Record", names: Sequence[str]) -> None:
@@ -318,13 +285,18 @@ class View(NamedTuple):
     body: bool = False
     whole: bool = False
 
+    def shows(self, part: str) -> bool:
+        """Return whether it shows what `time`, `window` or `channels` of an extent select."""
+        return {"time": self.instant, "window": self.window, "channels": self.channels}[part]
+
     def applicable(self, shown: Extent) -> Extent:
         """Return the part of an extent that it can show."""
-        return Extent(
-            shown.time if self.instant else None,
-            shown.start if self.window else None,
-            shown.stop if self.window else None,
-            shown.channels if self.channels else (),
+        return Extent.of(
+            **{
+                part: getattr(shown, part)
+                for part in shown.given
+                if shown.given[part] and self.shows(part)
+            }
         )
 
 

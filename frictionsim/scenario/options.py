@@ -27,7 +27,7 @@ class Options(Params):
 
     @classmethod
     def of(cls, **given: Any) -> Self:
-        """Return the options; those that are not given have their defaults.
+        """Return the options; those that are None have their defaults.
 
         Raises
         ------
@@ -35,7 +35,9 @@ class Options(Params):
             If one is not valid.
         """
         try:
-            return validate_table(cls, given)
+            return validate_table(
+                cls, {name: value for name, value in given.items() if value is not None}
+            )
         except ValidationFailure as failure:
             (argument, *inner), message = failure.faults[0]
             where = f"{key_text(tuple(inner))}: " if inner else ""
@@ -117,7 +119,12 @@ def by_name(form: str, read: Callable[[str], Any]) -> Callable[[Any], Any]:
             return dict(given)
         if isinstance(given, str) or not isinstance(given, Iterable):
             raise ValueError(f"expected a mapping, or texts {form}, got {text_of(given)}")
-        return dict(_pair(text, form, read) for text in given)
+        pairs = [_pair(text, form, read) for text in given]
+        names = [name for name, _ in pairs]
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError(f"{name} is given twice; leave one out")
+        return dict(pairs)
 
     return values
 

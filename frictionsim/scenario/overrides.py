@@ -115,7 +115,7 @@ def _set(data: dict[str, Any], key: str, value: Any, where: str) -> KeyPath:
     """Set a key such as a.b.0 of the data, and return its path."""
     parts = [part.strip() for part in key.split(".")]
     if not all(parts):
-        raise ScenarioError([f"{where}: expected a key with dots, as solver.rtol"])
+        raise ScenarioError([f"{where}: expected a key with dots, e.g. solver.rtol"])
     path: KeyPath = ()
     table: Any = data
     for part in parts[:-1]:

@@ -65,6 +65,11 @@ def compilation_of(monitor: Any, expected: float) -> AbstractContextManager[None
     return nullcontext() if compiling is None else compiling(expected)
 
 
+def compilation_text(expected: float) -> str:
+    """Return the announcement of a compilation, of its expected duration in s."""
+    return f"compiling the kernels for this combination of effects, once (about {expected:.0f} s)"
+
+
 class WallTimeLimit(RunMonitor):
     """Stops a run at a wall-time limit.
 
@@ -104,7 +109,7 @@ class WallTimeLimit(RunMonitor):
         return nullcontext()
 
     def _exceeded(self, where: str) -> BudgetExceeded:
-        return BudgetExceeded(f"wall-time limit --max-wall {self._seconds:g} s reached {where}")
+        return BudgetExceeded(f"wall-time limit of {self._seconds:g} s reached {where}")
 
 
 class StopSignals(RunMonitor):

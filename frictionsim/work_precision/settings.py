@@ -112,7 +112,7 @@ def _tolerances(given: Any) -> tuple[float, ...]:
     if not values or not all(TIGHTEST <= rtol <= LOOSEST for rtol in values):
         shown = given if isinstance(given, str) else ",".join(map(str, as_list(given)))
         raise ValueError(
-            f"expected numbers from {TIGHTEST:g} to {LOOSEST:g}, as 1e-3,1e-6, got '{shown}'"
+            f"expected numbers from {TIGHTEST:g} to {LOOSEST:g}, e.g. 1e-3,1e-6, got '{shown}'"
         )
     return tuple(sorted(set(values), reverse=True))
 
@@ -127,9 +127,12 @@ def _bodies(given: Any) -> tuple[int, ...] | None:
     for count in counts:
         if not isinstance(count, int) or isinstance(count, bool) or count < 2:
             raise ValueError(
-                f"expected whole numbers of at least 2, as 60,150, or none, got {count!r}"
+                f"expected whole numbers of at least 2, e.g. 60,150, or none, got {count!r}"
             )
     return tuple(sorted(set(counts)))
+
+
+MAX_WALL, REPEATS = 5.0, 3  # s, and timed runs of each setting
 
 
 class CostOptions(Options):
@@ -140,8 +143,8 @@ class CostOptions(Options):
     tolerances: Annotated[tuple[float, ...], BeforeValidator(_tolerances)] = TOLERANCES
     bodies: Annotated[tuple[int, ...] | None, BeforeValidator(_bodies)] = None
     models: Names | None = None
-    max_wall: float = unit_field("s", "Limit of the wall time of each run.", 5.0, gt=0)
-    repeats: int = Field(3, ge=1)
+    max_wall: float = unit_field("s", "Limit of the wall time of each run.", MAX_WALL, gt=0)
+    repeats: int = Field(REPEATS, ge=1)
     progress: Annotated[Any, function_of("the name of a setting")] = None
 
     def plan(self, scenario: "Scenario") -> Plan:

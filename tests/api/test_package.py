@@ -110,9 +110,10 @@ LEAVES = {
     },
     # the picture of a study, in the format of its name
     "frictionsim.plots.picture_file": {"check_picture"},
-    # options of pictures, checked
-    "frictionsim.plots.style": {"STYLES", "USER", "appearance"},
-    "frictionsim.plots.view": {"extent"},
+    # completion of options
+    "frictionsim.plots.style": {"STYLES", "USER"},
+    # the summary of what has no class of results
+    "frictionsim.document": {"as_json", "as_text"},
     # JSON of `static`, the name of the standard input
     "frictionsim.results": {"quantities_json"},
     "frictionsim.scenario.settings": {"STDIN", "Scenario"},
@@ -123,7 +124,9 @@ LEAVES = {
     # the column of times, by name or number
     "frictionsim.scenario.options": {"column_of"},
     # what watches a run: the command line handles more signals
-    "frictionsim.simulation.monitor": {"RunMonitor", "StopSignals", "SweepProgress"},
+    "frictionsim.simulation.monitor": {
+        *("Monitors", "RunMonitor", "StopSignals", "SweepProgress", "compilation_text"),
+    },
     "frictionsim.scenario.kinds": {"GROUP", "KINDS", "kind_names"},
     "frictionsim.scenario.shipped": {"shipped_scenarios"},
 }

@@ -91,7 +91,7 @@ def test_a_result_under_any_name_is_replaced_unless_that_is_forbidden(tmp_path: 
     path = tmp_path / "result"
     before = fs.solve(PULLEY, output=path, no_clobber=True).save(path).read_bytes()
     other = fs.solve(PULLEY, {MU_S: 0.3})
-    with pytest.raises(fs.OutputError, match="--no-clobber forbids to replace it") as caught:
+    with pytest.raises(fs.OutputError, match="no-clobber forbids to replace it") as caught:
         other.save(path, no_clobber=True)
     assert caught.value.exit_code == 4
     assert path.read_bytes() == before
@@ -207,7 +207,7 @@ def test_max_wall_stops_a_run_that_can_be_resumed(tmp_path: Path) -> None:
     cycles = SCENARIOS / "hard" / "many_cycles.toml"
     part = fs.solve(cycles, max_wall=0.05)
     assert (part.status, part.failure, part.exit_code) == ("failed", "budget_exceeded", 5)
-    assert part.reason.startswith("wall-time limit --max-wall 0.05 s reached at t = ")
+    assert part.reason.startswith("wall-time limit of 0.05 s reached at t = ")
     again = fs.resume(part, max_wall=0.05)
     assert again.failure == "budget_exceeded"
     assert again.dataset["time"][-1] > part.dataset["time"][-1]

@@ -23,10 +23,11 @@ import numpy as np
 
 import frictionsim as fs
 from frictionsim.parameter_study.dask_cluster import DaskCluster
+from frictionsim.parameter_study.design import design_of
 from frictionsim.parameter_study.dispatch import CHECK, Executor, run_blocks
 from frictionsim.parameter_study.executors import InProcess, ProcessPool
 from frictionsim.parameter_study.single_run import Task
-from frictionsim.parameter_study.sweep import SweepPlan, plan_of
+from frictionsim.parameter_study.sweep import SweepPlan
 from frictionsim.parameter_study.values import values_of
 from frictionsim.results import Record
 from tests.benchmarks.results_common import SCENARIOS, say, solve
@@ -231,7 +232,8 @@ def plan(runs: int, rtol: float, alone: bool = False) -> SweepPlan:
     """Return a sweep of a pulley, whose runs go alone if channels are chosen, else together."""
     chosen = {"output.channels": ["angle"]} if alone else {}
     scenario = fs.load(PULLEY, {"solver.rtol": rtol, **chosen})
-    return plan_of(scenario, {LOAD: values_of(LOAD, f"lin(2000.0, 2400.0, {runs})")})
+    design = design_of({LOAD: values_of(LOAD, f"lin(2000.0, 2400.0, {runs})")})
+    return SweepPlan(scenario, design)
 
 
 def seconds_of(executor: Executor, what: SweepPlan) -> float:
@@ -272,15 +274,16 @@ import frictionsim as fs
 from pathlib import Path
 from frictionsim.io.sweep_file import write_sweep
 from frictionsim.parameter_study.block import Block
-from frictionsim.parameter_study.design import Sampling
-from frictionsim.parameter_study.study_file import SweepStudy, study_toml
-from frictionsim.parameter_study.sweep import Assembly, plan_of
+from frictionsim.parameter_study.design import design_of
+from frictionsim.parameter_study.study_file import SweepOptions, SweepStudy, study_toml
+from frictionsim.parameter_study.sweep import Assembly, SweepPlan
 from frictionsim.parameter_study.values import values_of
 runs, path = int(sys.argv[1]), Path(sys.argv[2])
 keys = {"mechanism.load": values_of("mechanism.load", "normal(2200.0, 50.0)"),
         "mechanism.inertia": values_of("mechanism.inertia", "uniform(1.0, 2.0)")}
-study = SweepStudy(fs.load(sys.argv[3]), keys, False, Sampling(runs, "random", 1))
-plan = plan_of(study.scenario, keys, sampling=study.sampling)
+options = SweepOptions.of(vary=keys, sample=runs, method="random", seed=1)
+study = SweepStudy(fs.load(sys.argv[3]), options)
+plan = SweepPlan(study.scenario, design_of(keys, sampling=options.sampling))
 peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 before, started = peak(), time.process_time()
 assembly, size, rng = Assembly(runs), 1000, np.random.default_rng(1)

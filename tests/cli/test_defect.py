@@ -28,7 +28,7 @@ ENDINGS = [
         ("static", error, 1, "out of memory; allow the process more (see 'ulimit -v')")
         for error in NO_MEMORY
     ),
-    *(("solve", error, 1, RECORD_LESS) for error in NO_MEMORY),
+    *(("api.solving.solve_with", error, 1, RECORD_LESS) for error in NO_MEMORY),
     ("api.solving.run", MemoryError(), 1, RECORD_LESS),
     (
         "load",

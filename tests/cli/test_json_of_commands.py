@@ -121,7 +121,7 @@ def test_plot_keeps_an_existing_picture(told: Run) -> None:
         picture.write_bytes(b"\x89PNG precious")
         assert told("plot", "a.h5", "--no-clobber", *options, code=4) == (
             "",
-            f"frictionsim: {picture}: the file exists and --no-clobber forbids to replace it; give"
+            f"frictionsim: {picture}: the file exists and no-clobber forbids to replace it; give"
             " another name\n",
         )
         assert picture.read_bytes() == b"\x89PNG precious"

@@ -52,9 +52,18 @@ def test_shipped_ones_are_solved_by_name(told: Run) -> None:
 def test_output_is_a_folder_or_the_only_file(told: Run, here: Path) -> None:
     Path("down").mkdir()
     assert told("solve", PULLEY, RETURN, "-q", "-o", "down") == ("", "")
-    written = ["down", "down/pulley.h5", "down/pulley_return.h5"]
-    assert told("solve", PULLEY, "-o", "down/pulley.h5", "--quiet") == ("", "")
+    written = ["down", "down/b.h5", "down/pulley.h5", "down/pulley_return.h5"]
+    assert told("solve", PULLEY, "-o", "down/b.h5", "--quiet") == ("", "")
+    Path("down/pulley.h5").unlink()
+    for folder in ("down", "down/"):  # the same for one scenario, as a loop of a shell gives it
+        assert told("solve", PULLEY, "-o", folder, "--quiet") == ("", "")
     assert sorted(str(path.relative_to(here)) for path in here.rglob("*")) == written
+
+
+def test_warnings_of_several_name_the_scenario(told: Run) -> None:
+    for scenarios, prefix in ([PULLEY], "warning: "), ([PULLEY, RETURN], f"warning: {PULLEY}: "):
+        _, err = told("solve", *scenarios, "--set", "solver.duration=0.2", "-q")
+        assert err.splitlines()[0].startswith(f"frictionsim: {prefix}nothing moves")
 
 
 def test_the_exit_code_is_the_highest(told: Run) -> None:

@@ -70,7 +70,7 @@ def test_max_wall_ends_an_assembly(tmp_path: Path) -> None:
         _, err = process.communicate(timeout=20)
     assert process.returncode == 5
     assert err == (
-        "frictionsim: wall-time limit --max-wall 0.2 s reached before the first step; nothing was"
+        "frictionsim: wall-time limit of 0.2 s reached before the first step; nothing was"
         " written; raise the limit\n"
     )
     assert os.listdir(tmp_path) == []
@@ -103,7 +103,7 @@ def test_max_wall_ends_a_compilation_and_prints_what_there_is(
         wait_for(lambda: left)
     assert (left, printed) == ([5], [1])
     assert capsys.readouterr().err == (
-        "frictionsim: wall-time limit --max-wall 0.01 s reached while compiling kernels; nothing"
+        "frictionsim: wall-time limit of 0.01 s reached while compiling kernels; nothing"
         " was written; 'frictionsim warm-up' compiles them beforehand\n"
     )
 

@@ -96,11 +96,11 @@ def test_a_study_in_a_file_is_run(told: Run, here: Path) -> None:
     told("sweep", "study.toml", "-q", "-j", "1", "-o", "s.h5")
     found = fs.open_sweep("s.h5")
     assert found["effects.shaft_friction.mu_s"].values.tolist() == [0.2, 0.3]
-    for options in (["--vary", f"{LOAD}=[1]"], ["--zip"], ["--sample", "4"], ["--seed", "0"]):
-        name = options[0].removeprefix("--")
+    for options in (["--vary", f"{LOAD}=[1]"], ["--zip"], ["--sample", "4"], ["--keep-series"]):
+        name = options[0]
         _, err = told("sweep", "study.toml", *options, code=2)
         assert err == (
-            f"frictionsim: {name}: this is a study already, which says what is varied; change it"
+            f"frictionsim: {name}: the study file already defines the varied keys; change it"
             " there\n"
         )
 
@@ -114,12 +114,13 @@ def test_a_signal_keeps_what_is_done(name: str, told: Run, here: Path) -> None:
     out, err = process.communicate(timeout=30.0)
     assert process.returncode == 128 + getattr(signal, name), err
     assert out == b""
+    assert fs.open_sweep(here / "s.partial.h5").exit_code == process.returncode
     table = read_sweep(here / "s.partial.h5")
     done = int((table.status == 1).sum())
     assert 0 < done < 2000
     assert err.decode() == (
-        f"frictionsim: sweep interrupted: {done} of 2000 runs are done and kept in s.partial.h5;"
-        " 'frictionsim resume s.partial.h5' goes on\n"
+        f"frictionsim: sweep interrupted: {done} of 2000 runs are saved in s.partial.h5;"
+        " 'frictionsim resume s.partial.h5' continues the sweep\n"
     )
     assert os.listdir() == ["s.partial.h5"]
 

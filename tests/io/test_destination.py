@@ -23,7 +23,7 @@ PULLEY = str(SCENARIOS / "pulley.toml")
 # The limit is reached at the first step: the run has one sample and can be resumed.
 NO_TIME = ["--max-wall", "1e-9"]
 OTHER = ["--set", "solver.duration=2.5"]
-EXISTS = "the file exists and --no-clobber forbids to replace it"
+EXISTS = "the file exists and no-clobber forbids to replace it"
 pytestmark = pytest.mark.usefixtures("here")
 
 

@@ -68,18 +68,18 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 def test_an_interrupted_sweep_is_resumed_to_the_same_bytes(whole: bytes, tmp_path: Path) -> None:
     path = tmp_path / "s.h5"
     assert interrupted(path) == (
-        f"sweep interrupted: 5 of 12 runs are done and kept in {partial_name(path)};"
-        f" 'frictionsim resume {partial_name(path)}' goes on"
+        f"sweep interrupted: 5 of 12 runs are saved in {partial_name(path)};"
+        f" 'frictionsim resume {partial_name(path)}' continues the sweep"
     )
     assert os.listdir(tmp_path) == ["s.partial.h5"]
     found = fs.open_sweep(path)  # only the unfinished one stands
     assert found.attrs["status"] == "interrupted"
-    assert found.attrs["reason"] == "interrupted after 5 of 12 runs"
+    assert found.attrs["reason"] == "interrupted by SIGTERM after 5 of 12 runs"
     assert found["status"].values.tolist() == [1] * 5 + [0] * 7
     assert np.isnan(found["final_angle"][5:]).all()
     assert not np.isnan(found["final_angle"][:5]).any()
     # Once more, with another number of workers.
-    with pytest.raises(SweepInterrupted, match="7 of 12 runs are done"):
+    with pytest.raises(SweepInterrupted, match="7 of 12 runs are saved"):
         fs.resume_sweep(path, workers=1, progress=after(7))
     fs.resume_sweep(path, workers=2)
     assert path.read_bytes() == whole
@@ -99,7 +99,7 @@ def test_a_sample_is_not_drawn_again(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_a_complete_sweep_stays_until_the_next_is_complete(whole: bytes, tmp_path: Path) -> None:
     path, part = tmp_path / "s.h5", tmp_path / "s.partial.h5"
     path.write_bytes(whole)
-    assert f"kept in {part};" in interrupted(path)
+    assert f"saved in {part};" in interrupted(path)
     assert path.read_bytes() == whole
     assert sorted(os.listdir(tmp_path)) == ["s.h5", "s.partial.h5"]
     fs.resume_sweep(part, workers=1)
@@ -161,8 +161,8 @@ def test_the_journal_of_a_killed_sweep_has_its_runs(
     found = fs.open_sweep(path)
     assert not found["status"].any()
     assert found.attrs["reason"] == (
-        "killed, or still running; 'frictionsim resume' goes on with it, and has what was done"
-        " meanwhile from the file .h5.runs beside this one"
+        "killed, or still running; 'frictionsim resume' continues it, including the runs journalled"
+        " in FILE.h5.runs"
     )
     ran: list[int] = []
     fs.resume_sweep(path, workers=1, progress=lambda found: ran.append(found.done))
@@ -387,7 +387,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
 
     handler = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        with pytest.raises(KeyboardInterrupt, match="of 12 runs are done and kept in"):
+        with pytest.raises(KeyboardInterrupt, match="of 12 runs are saved in"):
             sweep(tmp_path / "s.h5", progress=press)
     finally:
         signal.signal(signal.SIGINT, handler)
@@ -405,7 +405,7 @@ def test_a_long_run_is_left_when_a_sweep_is_interrupted(
     monkeypatch.setattr(executors, "may_fork", lambda: True)
     monkeypatch.setattr(dispatch, "run_task", lambda *_: time.sleep(600.0))
     begun = time.monotonic()
-    with pytest.raises(SweepInterrupted, match="0 of 2 runs are done"):
+    with pytest.raises(SweepInterrupted, match="0 of 2 runs are saved"):
         sweep(tmp_path / "s.h5", vary={LOAD: [2000.0, 2100.0]}, workers=2, progress=stop)
     assert time.monotonic() - begun < 20.0
 

@@ -134,7 +134,7 @@ def test_a_constant_has_no_indices(sampling: Sampling) -> None:
 def test_a_sample_without_indices_says_how_to_get_them() -> None:
     found = indices(CUBE, ishigami, Sampling(256))
     assert found.first.size == 0
-    assert found.basis == "no Sobol indices: --indices runs what they need"
+    assert found.basis == "no Sobol indices: they need a sweep with 'indices'"
 
 
 def test_rows_with_a_run_that_failed_are_left_out() -> None:

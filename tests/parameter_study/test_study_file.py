@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import frictionsim as fs
 from frictionsim.parameter_study.design import METHODS, Sampling
-from frictionsim.parameter_study.study_file import SweepStudy, load_study, study_of, study_toml
+from frictionsim.parameter_study.study_file import SweepOptions, SweepStudy, study_of, study_toml
 from frictionsim.parameter_study.values import Levels, values_of
 from tests.support.scenarios import SCENARIOS
 
@@ -41,18 +41,22 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
+def read(folder: Path, text: str) -> SweepStudy:
+    return study_of(tomllib.loads(written(folder, text).read_text()), folder, "study")
+
+
 def test_a_study_reads_no_pipe(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "study.toml").write_text('[study]\nscenario = "pipe"\n[vary]\n"a.b" = [1]\n')
     with pytest.raises(fs.InputError, match=r"study\.scenario: expected a file, 'pipe' is none"):
-        load_study(tmp_path / "study.toml")
+        fs.sweep(tmp_path / "study.toml")
 
 
 def test_a_study_is_read(tmp_path: Path) -> None:
-    found = load_study(written(tmp_path, STUDY))
+    found = read(tmp_path, STUDY)
     assert found.scenario == fs.load(PULLEY, {"solver.rtol": 1e-6, "mechanism.load": 2000.0})
-    assert found.sampling == Sampling(16, "lhs", 7)
-    assert found.vary == {
+    assert found.options.sampling == Sampling(16, "lhs", 7)
+    assert found.options.vary == {
         MU_S: values_of("", "uniform(0.1, 0.4)"),
         "drive.force.value.1": values_of("", "normal(3000.0, 50.0)"),
     }
@@ -61,7 +65,7 @@ def test_a_study_is_read(tmp_path: Path) -> None:
 def test_the_scenario_is_looked_for_beside_the_study(tmp_path: Path) -> None:
     (tmp_path / "p.toml").write_text((SCENARIOS / "pulley.toml").read_text())
     text = f'[study]\nscenario = "p.toml"\n[vary]\n"{MU_S}" = [0.2, 0.3]\n'
-    assert load_study(written(tmp_path, text)).scenario == fs.load(PULLEY)
+    assert read(tmp_path, text).scenario == fs.load(PULLEY)
 
 
 @given(
@@ -86,11 +90,13 @@ def test_a_study_that_is_written_is_the_same_when_read(
     given_values: object, sampling: Sampling | None, together: bool
 ) -> None:
     vary = {MU_S: values_of(MU_S, given_values)}
-    study = SweepStudy(fs.load(PULLEY, {"solver.duration": 2.0}), vary, together, sampling)
+    of_sample = dict(zip(("sample", "method", "seed", "indices"), sampling or (), strict=False))
+    options = SweepOptions.of(vary=vary, zip=together, **of_sample)
+    study = SweepStudy(fs.load(PULLEY, {"solver.duration": 2.0}), options)
     read = study_of(tomllib.loads(study_toml(study)), Path(), "study")
     assert read.scenario == study.scenario
-    assert (read.together, read.sampling) == (together, sampling)
-    before, after = vary[MU_S], read.vary[MU_S]
+    assert (read.options.zip, read.options.sampling) == (together, sampling)
+    before, after = vary[MU_S], read.options.vary[MU_S]
     if isinstance(before, Levels):
         assert isinstance(after, Levels)
         assert after.values == before.values

@@ -16,7 +16,7 @@ from frictionsim.display import ROLES
 from frictionsim.errors import InputError
 from frictionsim.plots import draw
 from frictionsim.plots.force_drawing import SIZE, SPARE, Area, Label, draw_labels
-from frictionsim.plots.style import appearance
+from frictionsim.plots.style import Appearance
 from frictionsim.plots.texts import LINE_SPACING, points_of, text_width
 from frictionsim.plots.view import Extent
 from frictionsim.results import Record
@@ -278,7 +278,7 @@ def test_an_end_stop_is_a_couple_and_a_missing_channel_is_named() -> None:
 def test_texts_of_shipped_scenarios_are_apart(name: str, look: dict[str, Any]) -> None:
     channels = {"time": TIMES, "angle": 2.0 * TIMES, "angular_velocity": 2.0 + 0.0 * TIMES}
     channels |= {"angular_acceleration": TIMES, "friction_torque": 0.1 + 0.0 * TIMES}
-    figure = draw(made(shipped(name), channels), VIEW, look=appearance(**look))
+    figure = draw(made(shipped(name), channels), VIEW, look=Appearance.of(**look))
     figure.draw_without_rendering()
     check_texts(figure)
 

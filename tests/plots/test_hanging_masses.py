@@ -198,7 +198,7 @@ def test_a_window_shows_its_part_of_the_slip_and_times_of_its_beginning_and_end_
     start, end = f"{START:.4g} s", f"{END:.4g} s"
     # Where the window ends nothing happens.
     for low, high, times in ((None, None, [start, end]), (12.0, 13.0, []), (12.0, None, [end])):
-        ax = draw(solved(LIFT), "traction", shown=Extent(start=low, stop=high)).axes[0]
+        ax = draw(solved(LIFT), "traction", shown=Extent(window=(low, high))).axes[0]
         assert [text.get_text() for text in ax.texts] == times
         (span,) = ax.patches
         assert span.get_x() == pytest.approx(low or START)

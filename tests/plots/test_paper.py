@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from frictionsim.errors import InputError
 from frictionsim.plots import draw, plot
 from frictionsim.plots.picture_file import parameters, png
-from frictionsim.plots.style import Appearance, add_legend, appearance
+from frictionsim.plots.style import Appearance, add_legend
 from frictionsim.plots.texts import text_width, wrapped
 from tests.support.belt_results import Pulley, belt_run
 from tests.support.records import BELTS, drawn_views, shown
@@ -68,7 +68,7 @@ def check_texts(figure: Figure) -> None:
 def test_texts_of_a_narrow_picture_are_apart_and_inside(
     name: str, view: str, style: str | None
 ) -> None:
-    figure = draw(shown(name), view, look=appearance("84mm", style=style))
+    figure = draw(shown(name), view, look=Appearance.of(width="84mm", style=style))
     assert figure.get_figwidth() == pytest.approx(84 / MM)
     check_texts(figure)
     sizes = {text.get_fontsize() for legend in figure.legends for text in legend.get_texts()}
@@ -87,7 +87,7 @@ def test_texts_of_a_narrow_picture_are_apart_and_inside(
 def test_texts_of_wide_pictures_and_large_type_are_apart(
     name: str, view: str, look: dict[str, Any]
 ) -> None:
-    check_texts(draw(shown(name), view, look=appearance(**look)))
+    check_texts(draw(shown(name), view, look=Appearance.of(**look)))
 
 
 FIVE = (
@@ -103,7 +103,7 @@ FIVE = (
 def test_a_belt_of_five_pulleys_fits_its_page(look: dict[str, Any]) -> None:
     record = belt_run(FIVE)
     for view in ("speeds", "drive"):
-        figure = draw(record, view, look=appearance(**look))
+        figure = draw(record, view, look=Appearance.of(**look))
         figure.draw_without_rendering()
         check_texts(figure)
 
@@ -116,7 +116,7 @@ def points_on(lines: LineCollection) -> np.ndarray:
 
 @pytest.mark.parametrize("look", [{}, {"width": "84mm", "style": "paper"}, {"style": "talk"}])
 def test_names_of_pulleys_are_within_the_frame_beside_the_belt(look: dict[str, Any]) -> None:
-    figure = draw(belt_run(FIVE), "drive", look=appearance(**look))
+    figure = draw(belt_run(FIVE), "drive", look=Appearance.of(**look))
     figure.draw_without_rendering()
     whole, frame = figure.axes[0], figure.axes[0].get_window_extent()
     names = [text for text in whole.texts if text.get_text() in {p.name for p in FIVE}]
@@ -140,19 +140,24 @@ def test_curves_of_five_pulleys_differ_without_colour_and_their_details_fill_two
 
 
 def test_a_png_has_its_width_and_resolution(tmp_path: Path) -> None:
-    plot(shown("epicyclic"), tmp_path / "a.png", "torque", look=appearance("84mm", dpi=600.0))
+    plot(
+        shown("epicyclic"),
+        tmp_path / "a.png",
+        "torque",
+        look=Appearance.of(width="84mm", dpi=600.0),
+    )
     data = (tmp_path / "a.png").read_bytes()
     width, _ = struct.unpack(">II", data[16:24])
     assert abs(width - 84 / MM * 600) <= 1.0
     x, y, unit = struct.unpack(">IIB", data.split(b"pHYs")[1][:9])
     assert (x, y, unit) == (round(600 / 0.0254), round(600 / 0.0254), 1)
-    usual = png(draw(shown("epicyclic"), "path", look=appearance("84mm", style="paper")))
+    usual = png(draw(shown("epicyclic"), "path", look=Appearance.of(width="84mm", style="paper")))
     assert np.frombuffer(usual[16:20], ">u4")[0] == int(84 / MM * 100)
 
 
 @pytest.mark.parametrize("style", [None, "talk"])
 def test_fonts_are_truetype_and_text_is_text(style: str | None, tmp_path: Path) -> None:
-    look = appearance(style=style)
+    look = Appearance.of(style=style)
     for name in ("a.pdf", "a.svg"):
         plot(shown("epicyclic"), tmp_path / name, "torque", look=look)
     pdf, svg = (tmp_path / "a.pdf").read_bytes(), (tmp_path / "a.svg").read_text(encoding="utf-8")
@@ -166,7 +171,9 @@ def test_fonts_are_truetype_and_text_is_text(style: str | None, tmp_path: Path) 
 
 def test_a_figure_that_the_user_saves_has_such_fonts_too(tmp_path: Path) -> None:
     before = dict(mpl.rcParams)
-    draw(shown("epicyclic"), "torque", look=appearance(style="paper")).savefig(tmp_path / "a.pdf")
+    draw(shown("epicyclic"), "torque", look=Appearance.of(style="paper")).savefig(
+        tmp_path / "a.pdf"
+    )
     assert b"/Type3" not in (tmp_path / "a.pdf").read_bytes()
     assert dict(mpl.rcParams) == before
 
@@ -176,7 +183,7 @@ OF_USER = {"font.family": ["serif"], "font.size": 13.0, "axes.facecolor": "#ffee
 
 @pytest.mark.parametrize("style", ["paper", "user"])
 def test_only_the_style_user_takes_the_settings_of_the_user(style: str) -> None:
-    result, look = shown("epicyclic"), appearance(style=style)
+    result, look = shown("epicyclic"), Appearance.of(style=style)
     plain = png(draw(result, "torque", look=look))
     with parameters(OF_USER):
         changed = draw(result, "torque", look=look)
@@ -192,12 +199,12 @@ def test_latex_that_is_not_there_is_said(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setenv("PATH", "")
     message = r"user's settings of matplotlib: text\.usetex needs"
     with parameters({"text.usetex": True}), pytest.raises(InputError, match=message):
-        draw(shown("epicyclic"), "torque", look=appearance(style="user"))
+        draw(shown("epicyclic"), "torque", look=Appearance.of(style="user"))
 
 
 def test_lines_are_thin_on_paper_and_thick_in_talks() -> None:
     widths = [
-        draw(shown("epicyclic"), "torque", look=appearance(style=style)).axes[0].lines[0]
+        draw(shown("epicyclic"), "torque", look=Appearance.of(style=style)).axes[0].lines[0]
         for style in ("paper", None, "talk")
     ]
     thin, usual, thick = (line.get_linewidth() for line in widths)
@@ -206,16 +213,16 @@ def test_lines_are_thin_on_paper_and_thick_in_talks() -> None:
 
 def test_a_picture_without_title_is_less_high() -> None:
     with_title = draw(shown("epicyclic"), "torque")
-    bare = draw(shown("epicyclic"), "torque", look=appearance(title=False))
+    bare = draw(shown("epicyclic"), "torque", look=Appearance.of(title=False))
     assert bare.get_suptitle() == ""
     assert 0.1 < with_title.get_figheight() - bare.get_figheight() < 0.3
-    high = draw(shown("epicyclic"), "torque", look=appearance(height="120mm"))
+    high = draw(shown("epicyclic"), "torque", look=Appearance.of(height="120mm"))
     assert high.get_figheight() == pytest.approx(120 / MM)
 
 
 def test_each_line_of_a_title_makes_a_picture_higher() -> None:
     narrow, bare = (
-        draw(shown("epicyclic"), "torque", look=appearance(width="60mm", title=title))
+        draw(shown("epicyclic"), "torque", look=Appearance.of(width="60mm", title=title))
         for title in (True, False)
     )
     lines = narrow.get_suptitle().count("\n") + 1
@@ -225,7 +232,7 @@ def test_each_line_of_a_title_makes_a_picture_higher() -> None:
 
 @pytest.mark.parametrize("text", ["84mm", "8.4cm", "8.4 cm", "3.3070866in", "238.1102pt"])
 def test_lengths_in_four_units(text: str) -> None:
-    assert appearance(text).width == pytest.approx(84 / MM)
+    assert Appearance.of(width=text).width == pytest.approx(84 / MM)
 
 
 def test_a_view_in_the_place_of_axes_may_have_no_title() -> None:

@@ -287,7 +287,7 @@ def test_a_sample_without_indices_says_why() -> None:
     table = sample_of(vary, {"f": lambda a, b: np.sin(40.0 * a + 30.0 * b)}, Sampling(64))
     figure = draw_sweep(table)
     said = " ".join(figure.axes[1].texts[0].get_text().split())
-    assert "--indices runs what they need" in said
+    assert "they need a sweep with 'indices'" in said
     assert legend_of(figure) == ["mean", "50 %", "5 % and 95 %"]
 
 

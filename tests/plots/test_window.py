@@ -12,7 +12,7 @@ from frictionsim.errors import InputError
 from frictionsim.plots import draw, draw_overlay
 from frictionsim.plots.overlay import Overlaid, labels_of
 from frictionsim.plots.style import USUAL, Appearance
-from frictionsim.plots.view import Extent, extent, until, within
+from frictionsim.plots.view import Extent, until, within
 from frictionsim.results import Record
 from frictionsim.simulation.stored_channel import StoredChannel
 from tests.support.records import shown, with_channels
@@ -67,7 +67,7 @@ def test_a_window_ends_at_its_edges_between_samples() -> None:
 def test_a_window_shows_sticking_events_and_scales_of_its_own() -> None:
     record = shown(PULLEY)
     breakaway, rest = record.events["time"]
-    figure = draw(record, shown=Extent(start=rest - 0.5, stop=rest + 0.5))
+    figure = draw(record, shown=Extent(window=(rest - 0.5, rest + 0.5)))
     top = figure.axes[0]
     assert top.get_xlim() == pytest.approx((rest - 0.5, rest + 0.5))
     texts = [text.get_text() for text in top.texts]
@@ -82,7 +82,7 @@ def test_a_window_between_two_samples_is_a_straight_line() -> None:
     record = shown(PULLEY)
     a, b = times(record)[30:32]
     low, high = a + 0.25 * (b - a), a + 0.75 * (b - a)
-    line = draw(record, shown=Extent(start=low, stop=high)).axes[3].lines[0]
+    line = draw(record, shown=Extent(window=(low, high))).axes[3].lines[0]
     assert line.get_xdata() == pytest.approx([low, high])
     between = np.interp([low, high], times(record), record.channels["angle"])
     assert line.get_ydata() == pytest.approx(between)
@@ -125,10 +125,10 @@ def test_channels_in_a_file_are_read_in_part(cut: Callable[[Record], Record]) ->
 
 def test_chosen_channels_are_drawn_instead() -> None:
     labels = [
-        ax.get_ylabel() for ax in draw(shown(PULLEY), shown=extent(channels="angle, mode")).axes
+        ax.get_ylabel() for ax in draw(shown(PULLEY), shown=Extent.of(channels="angle, mode")).axes
     ]
     assert [text.split(",")[0] for text in labels] == ["angle", "mode"]
-    of_belt = draw(shown(FOUR), shown=extent(channels=["pulley_torque"]))
+    of_belt = draw(shown(FOUR), shown=Extent.of(channels=["pulley_torque"]))
     assert len(of_belt.axes) == 1
     assert len(of_belt.axes[0].lines) == 4
 
@@ -161,7 +161,7 @@ def test_results_are_drawn_over_each_other_with_a_key() -> None:
     ]
 
 
-@pytest.mark.parametrize("look", [USUAL, Appearance(width=3.3, style="paper")])
+@pytest.mark.parametrize("look", [USUAL, Appearance.of(width="84mm", style="paper")])
 def test_rows_above_panels_are_distinguished_without_colour(look: Appearance) -> None:
     figure = draw_overlay(pair(), look=look)
     figure.draw_without_rendering()

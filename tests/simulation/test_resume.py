@@ -213,7 +213,7 @@ def test_resume_replaces_the_result_in_place(told: Any) -> None:
     told("solve", PULLEY, "-q", "-o", "whole.h5")
     # The limit is reached at the first step, so the resumed run needs another limit.
     _, said = told("solve", PULLEY, "-q", "-o", "a.h5", "--max-wall", "1e-9", code=5)
-    assert "wall-time limit --max-wall 1e-09 s reached at t = 0 s of 3 s; resume the run" in said
+    assert "wall-time limit of 1e-09 s reached at t = 0 s of 3 s; resume the run" in said
     assert "'frictionsim resume a.partial.h5' continues the run" in said
     assert hdf5_reader.read(Path("a.partial.h5")).attributes["failure"] == "budget_exceeded"
     summary = json.loads(told("resume", "a.h5", "--json")[0])

@@ -328,7 +328,7 @@ def test_runs_over_the_wall_time_limit_are_reported() -> None:
     reference = simulate(pulley())  # whatever it is: there is nothing to judge
     found = benchmark.row(slow, reference, ignore)
     assert found.status == "failed"
-    assert found.reason.startswith("wall-time limit --max-wall 0.001 s reached at t = ")
+    assert found.reason.startswith("wall-time limit of 0.001 s reached at t = ")
 
 
 def test_failed_references_are_reported_and_an_error_if_all_fail() -> None:
