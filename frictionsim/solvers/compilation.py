@@ -10,7 +10,6 @@ a build carries a digest of all sources: of the marked functions, of the classes
 and of all modules beside them.
 """
 
-import logging
 import sys
 from array import array
 from bisect import bisect_right
@@ -22,8 +21,6 @@ from math import inf, ulp
 from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar
-
-LOG = logging.getLogger(__name__)
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -171,8 +168,11 @@ class Kernel:
         call : callable
             Calls the function that it is given, which compiles it, and evaluates no equation.
         """
+        import logging  # imported here: commands that only check a scenario do without
+
+        log = logging.getLogger(__name__)
         if self.reason or _failed_forms & {self.form, ANY_FORM}:
-            LOG.info("not compiled: %s", self.reason or "it failed before")
+            log.info("not compiled: %s", self.reason or "it failed before")
             return None
         try:
             function = _dispatcher(self._function, self._classes)
@@ -180,7 +180,7 @@ class Kernel:
                 call(function)
         except Exception as error:  # whatever is wrong with a compiler, the run takes its time
             _failed_forms.add(ANY_FORM if isinstance(error, ImportError) else self.form)
-            LOG.warning(
+            log.warning(
                 "the equation of motion is not compiled, so that long runs and sweeps take the time"
                 " of Python (%s: %s)",
                 type(error).__name__,

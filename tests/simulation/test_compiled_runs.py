@@ -143,12 +143,6 @@ def test_a_broken_compiler_is_one_warning(
     assert warning.endswith("(ImportError: no module named numba)")
 
 
-def test_a_single_run_does_not_import_the_compiler() -> None:
-    code = "import sys; import frictionsim as fs; fs.solve('pulley'); print('numba' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "False"
-
-
 MODULE = """
 from typing import NamedTuple
 
