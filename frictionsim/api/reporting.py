@@ -132,8 +132,9 @@ def _pictures_of_sweep(table: "SweepTable") -> "Iterator[Picture]":
         try:
             yield Picture(title, image_for_page(draw_sweep(table, names)))
         except InputError as refused:
-            if str(refused) != told:
-                told = str(refused)
+            reason = refused.text if isinstance(refused, ArgumentError) else str(refused)
+            if reason != told:
+                told = reason
                 yield Picture(title, b"", told)
 
 

@@ -34,7 +34,7 @@ class SweepFiles:
     ----------
     whole : Path
     resumed : Path, optional
-        The file of the sweep that goes on. Unless it is that of `whole`, it stays as it is.
+        The file of the resumed sweep; it is kept unless it is that of `whole`.
 
     Attributes
     ----------
@@ -60,8 +60,8 @@ class SweepFiles:
         if partial != self._resumed and partial.is_file() and partial.stat().st_size:
             Journal(partial).close(remove=False)  # raises if a process is running it
             raise OutputError(
-                f"{partial}: this is an interrupted sweep: 'frictionsim resume {partial}' goes on"
-                " with it; give another name, or remove it"
+                f"{partial}: this is an interrupted sweep: 'frictionsim resume {partial}' continues"
+                " it; give another name, or remove it"
             )
 
     def lock(self) -> None:

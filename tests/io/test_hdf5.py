@@ -2,7 +2,6 @@
 
 import errno
 import os
-import re
 import resource
 import warnings
 from collections.abc import Callable
@@ -78,28 +77,6 @@ def test_root_attributes_describe_the_run(done: Record, result: Path) -> None:
         "failure": "",
         "warnings": "",
     }
-
-
-def test_the_documented_layout_matches_a_new_file(done: Record, result: Path) -> None:
-    layout = hdf5_writer.__doc__ or ""
-    root = layout.partition("but the first:\n")[2].partition("    /time")[0]
-    names = set(re.findall(r"^ {25}(\w[\w, ]*?)(?:  |$)", root, flags=re.MULTILINE))
-    documented = set(re.findall(r"^    (/[a-z_/<>, ]*[a-z>])  ", layout, flags=re.MULTILINE))
-    documented = {name for names in documented for name in names.split(", ")}
-    with h5py.File(result) as file:
-        assert set(file.attrs) == {name for text in names for name in text.split(", ")}
-        found = set(datasets(file))
-    channels = {f"/{name}" for name in CHANNELS}
-    energies = {f"/energy_{name}" for name in ENERGIES}
-    literal = {name for name in documented if "<" not in name}
-    sides = {"/events/<channel>_before", "/events/<channel>_after"}
-    families = {"/<channel>", "/energy_<name>", "/<axis>", "/quantities/<name>"} | sides
-    assert documented - literal == families
-    jumping = channels - {"/angle", "/mode"}
-    beside = {f"/events{name}_{side}" for name in jumping for side in ("before", "after")}
-    quantities = {f"/quantities/{name}" for name in done.quantities}
-    expected = (literal - {"/checkpoint"}) | channels | energies | beside | quantities
-    assert found == expected
 
 
 def test_numbers_have_types_units_and_meanings(result: Path) -> None:

@@ -113,7 +113,7 @@ def test_a_sweep_is_resumed_into_another_file(whole: bytes, tmp_path: Path) -> N
     interrupted(path)
     part = partial_name(path)
     before = part.read_bytes()
-    with pytest.raises(SweepInterrupted, match=r"kept in .*longer\.partial\.h5;"):
+    with pytest.raises(SweepInterrupted, match=r"saved in .*longer\.partial\.h5;"):
         fs.resume_sweep(part, workers=1, output=other, progress=after(7))
     fs.resume_sweep(partial_name(other), workers=1)
     assert other.read_bytes() == whole
@@ -357,8 +357,8 @@ def test_a_lost_scheduler_ends_a_sweep_that_can_be_resumed(whole: bytes, tmp_pat
     assert lost.value.exit_code == 5
     assert str(lost.value) == (
         "dask tcp://there: lost the connection to the scheduler. sweep interrupted: 3 of 12 runs"
-        f" are done and kept in {partial_name(path)};"
-        f" 'frictionsim resume {partial_name(path)}' goes on"
+        f" are saved in {partial_name(path)};"
+        f" 'frictionsim resume {partial_name(path)}' continues the sweep"
     )
     fs.resume_sweep(path, workers=1)
     assert path.read_bytes() == whole
