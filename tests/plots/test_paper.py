@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from frictionsim.errors import InputError
 from frictionsim.plots import draw, plot
 from frictionsim.plots.picture_file import parameters, png
-from frictionsim.plots.style import Appearance, add_legend
+from frictionsim.plots.style import Appearance, add_legend, set_title, title_height
 from frictionsim.plots.texts import text_width, wrapped
 from tests.support.belt_results import Pulley, belt_run
 from tests.support.records import BELTS, drawn_views, shown
@@ -221,13 +221,20 @@ def test_a_picture_without_title_is_less_high() -> None:
 
 
 def test_each_line_of_a_title_makes_a_picture_higher() -> None:
+    short, long = Figure(figsize=(2.4, 1.0)), Figure(figsize=(2.4, 1.0))
+    set_title(short, "one", 3.0)
+    set_title(long, "some words " * 8, 3.0)
+    further = long.get_suptitle().count("\n")
+    assert further > 1
+    assert long.get_figheight() - short.get_figheight() == pytest.approx(
+        further * title_height("one")
+    )
     narrow, bare = (
         draw(shown("epicyclic"), "torque", look=Appearance.of(width="60mm", title=title))
         for title in (True, False)
     )
-    lines = narrow.get_suptitle().count("\n") + 1
-    assert lines > 1
-    assert 0.1 * lines < narrow.get_figheight() - bare.get_figheight() < 0.3 * lines
+    shown_title = title_height(narrow.get_suptitle())
+    assert narrow.get_figheight() - bare.get_figheight() == pytest.approx(shown_title)
 
 
 @pytest.mark.parametrize("text", ["84mm", "8.4cm", "8.4 cm", "3.3070866in", "238.1102pt"])

@@ -15,7 +15,7 @@ from frictionsim.mechanisms.pulley import build
 from frictionsim.scenario.loading import validate
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation import many_runs
-from frictionsim.simulation.many_runs import kernel_for, run_many
+from frictionsim.simulation.many_runs import Unlike, joined, kernel_for, run_many
 from frictionsim.simulation.single_dof import SingleDofSimulation
 from frictionsim.solvers.compilation import Kernel
 from tests.support.drawn_scenarios import gears, pulleys, shafts
@@ -115,6 +115,14 @@ def check_bits(data: dict[str, Any], key: str, values: tuple[float, ...]) -> Non
             assert result is not None
             assert expected is not None
             assert result.warnings == expected.warnings
+
+
+def test_numbers_are_joined_and_the_rest_has_to_be_alike() -> None:
+    numbers, word, count = joined([(1.0, "up", 2), (3.0, "up", 2)])
+    assert (numbers.tolist(), word, count) == ([1.0, 3.0], "up", 2)
+    for unlike in ((3.0, "down", 2), (3.0, "up", 3)):
+        with pytest.raises(Unlike):
+            joined([(1.0, "up", 2), unlike])
 
 
 @pytest.mark.parametrize(("data", "key", "values"), SWEEPS)

@@ -55,17 +55,12 @@ class EquationTerms:
         self.radial = self.rolling is not None and self.rolling.normal_load == "radial"
         # Without weight and radial load, the mesh carries no load.
         self.rolls = self.rolling is not None and (self.radial or self.planet_weight > 0.0)
-
-    def mesh_load(self, angle: Value, velocity: Value) -> Value:
-        """Return N, in N."""
-        if self.radial:
-            return abs(self.radial_balance(angle, velocity))
-        return abs(self.planet_weight * sin(angle))
-
-    def radial_balance(self, angle: Value, velocity: Value) -> Value:
-        """Return G_2 sin phi - m_2 L phi'^2, N."""
-        centripetal = self.planet_mass * self.length * velocity * velocity
-        return self.planet_weight * sin(angle) - centripetal
+        lever = self.arm * self.planet_speed_ratio
+        self.mesh: Any = (
+            MeshUnderRadialLoad(lever, self.planet_weight, self.planet_mass, self.length)
+            if self.radial
+            else MeshUnderWeight(lever, self.planet_weight)
+        )
 
 
 def build(scenario: EpicyclicScenario) -> Mechanism:
@@ -96,7 +91,7 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
             "uniform_torque": uniform_torque(angle, velocity),
         }
         if terms.rolling is not None:
-            values["normal_load"] = terms.mesh_load(angle, velocity)
+            values["normal_load"] = terms.mesh.normal_load(angle, velocity)
         if published and has_friction:
             values["friction_torque"] = -resistance(angle)
         if scenario.effects.tracer_point is not None:
@@ -183,7 +178,11 @@ class MeshUnderWeight(NamedTuple):
 
     def limit(self, angle: Value, velocity: Value) -> Value:
         """Return f lambda N, N m."""
-        return self.lever * abs(self.weight * sin(angle))
+        return self.lever * self.normal_load(angle, velocity)
+
+    def normal_load(self, angle: Value, velocity: Value) -> Value:
+        """Return N, in N."""
+        return abs(self.weight * sin(angle))
 
 
 class MeshUnderRadialLoad(NamedTuple):
@@ -200,7 +199,11 @@ class MeshUnderRadialLoad(NamedTuple):
 
     def limit(self, angle: Value, velocity: Value) -> Value:
         """Return f lambda N, N m."""
-        return self.lever * abs(self.balance(angle, velocity))
+        return self.lever * self.normal_load(angle, velocity)
+
+    def normal_load(self, angle: Value, velocity: Value) -> Value:
+        """Return N, in N."""
+        return abs(self.balance(angle, velocity))
 
     def balance(self, angle: Value, velocity: Value) -> Value:
         """Return G_2 sin phi - m_2 L phi'^2, N."""
@@ -308,19 +311,17 @@ def _plus_kinetic(hinge: tuple[Hinge, ...], limit: Value) -> Value:
 
 def gear_of(terms: EquationTerms, scenario: EpicyclicScenario, signal: Signal) -> EpicyclicGear:
     """Return the consistent equation with the terms of the effects."""
-    lever, weight = terms.arm * terms.planet_speed_ratio, terms.planet_weight
     static_hinge = terms.static_couple * terms.sun_planet_ratio
     mesh: tuple[Any, ...] = ()
     surfaces: tuple[Any, ...] = ()
     if terms.rolls and terms.radial:
-        mesh = (MeshUnderRadialLoad(lever, weight, terms.planet_mass, terms.length),)
-        surfaces = (RadialBalance(mesh[0]),)
+        mesh, surfaces = (terms.mesh,), (RadialBalance(terms.mesh),)
     elif terms.rolls:
-        mesh, surfaces = (MeshUnderWeight(lever, weight),), (MultiplesOf(pi, is_event=False),)
+        mesh, surfaces = (terms.mesh,), (MultiplesOf(pi, is_event=False),)
     return EpicyclicGear(
         curve_of(signal),
         scenario.mechanism.inertia,
-        terms.gravity_moment + static_hinge + lever * weight,
+        terms.gravity_moment + static_hinge + terms.mesh.lever * terms.planet_weight,
         gravity=(Weight(terms.gravity_moment),) if scenario.effects.gravity else (),
         hinge=(Hinge(static_hinge, terms.kinetic_couple * terms.sun_planet_ratio),)
         if terms.hinge
@@ -376,7 +377,7 @@ def switching_surfaces(terms: EquationTerms) -> tuple[SwitchingSurface, ...]:
     if not terms.rolls:
         return ()
     if terms.radial:
-        return (SwitchingSurface(terms.radial_balance),)
+        return (SwitchingSurface(terms.mesh.balance),)
     return (SwitchingSurface(every=pi),)
 
 
