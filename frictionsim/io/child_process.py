@@ -29,6 +29,13 @@ sys.path[:] = {path!r}
 from frictionsim.io.child_questions import serve
 serve()
 """
+# A thread for each core takes time and address space, and no matrix is there. Files are replaced as
+# a whole: to read one needs no lock, which some file systems and other programs do not grant.
+ENVIRONMENT = {
+    "OPENBLAS_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1",
+    "HDF5_USE_FILE_LOCKING": "FALSE",
+}
 PATH = str(Path(__file__).parents[2])
 
 _waiting: "list[subprocess.Popen[bytes]]" = []
@@ -105,8 +112,7 @@ def _started() -> "subprocess.Popen[bytes]":
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
-        # A thread for each core takes time and address space; no matrix is there.
-        env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+        env={**os.environ, **ENVIRONMENT},
         start_new_session=True,  # Ctrl-C goes to this process, which decides
         creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
     )

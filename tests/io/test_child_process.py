@@ -165,6 +165,13 @@ def test_children_are_asked_from_any_thread(result: str) -> None:
     assert len(found) == 2
 
 
+def test_a_file_that_another_program_has_locked_is_read(result: str) -> None:
+    fcntl = pytest.importorskip("fcntl")
+    with open(result, "rb") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        assert answer_of("content", result).attributes["status"] == "done"
+
+
 def test_a_command_that_reads_does_not_import_hdf5(result: str) -> None:
     code = (
         "import sys, os; sys.argv = ['frictionsim', 'show', 'a.h5']\n"
