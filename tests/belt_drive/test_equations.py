@@ -40,11 +40,10 @@ from tests.support.belt_scenarios import (
     pair,
     reference,
     scenario_of,
-    trio,
 )
 from tests.support.scenarios import Scenario
 
-# `test_compiled` has the compiled kernels; at these close limits a slow test has them once more.
+# `test_compiled` has the compiled kernels.
 uncompiled = pytest.mark.usefixtures("uncompiled")
 
 # Of the largest of its kind. Coordinates of 0.3 m are rounded by 1e-16 m, which a joint of 4e5 N/m
@@ -170,6 +169,7 @@ def assert_same(both: Both, close: float) -> None:
     e, a = both.expected, both.model
     motion, parts = both.motion_rates(), kinematics(both.state, a)
     assert np.array_equal(motion[:3], parts[3:6])
+    assert np.array_equal(kinematics(both.rate, a)[6], both._kinematics()[7])
     force = np.array([e.ax, e.ay])
     assert_close(motion[3:5], force, close)
     assert_close(motion[5], e.aphi, close)
@@ -190,17 +190,7 @@ def assert_same(both: Both, close: float) -> None:
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("wrap", ["corrected", "polygon"])
 def test_all_effects_together(wrap: str, seed: int) -> None:
-    assert_all_effects(every_effect(mechanism__belt__wrap=wrap), seed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(2))
-def test_all_effects_compiled(seed: int) -> None:
-    assert_all_effects(trio(), seed)
-
-
-def assert_all_effects(data: Scenario, seed: int) -> None:
-    both = Both(data, seed)
+    both = Both(every_effect(mechanism__belt__wrap=wrap), seed)
     stuck = both.of_bodies(STICKING)[both.expected.N > 0.0]
     assert 0.0 < np.mean(stuck) < 0.9
     assert np.sum((both.expected.p == 0.0) & (both.model.equilibrium.pulley >= 0)) > 0
@@ -240,18 +230,6 @@ def test_damping_at_one_pulley_alone() -> None:
     both = Both(pair(effects__contact__damping=0.0, effects__contact__pulleys=own), 1)
     assert both.expected.powers.contact > 0.0
     assert_same(both, CLOSE_STUCK)
-
-
-@uncompiled
-def test_a_prescribed_speed_is_its_channel() -> None:
-    both = Both(every_effect(), 1)
-    signal = signal_from(both.scenario.drive["driver"].speed)
-    table = both.model.system.pulleys.table
-    # The sine of 2 rad and its derivative, in another order of operations.
-    assert table[SPEED, 0] == pytest.approx(signal(both.t), rel=1e-14)
-    assert table[ALPHA, 0] == pytest.approx(signal.derivative(both.t), rel=1e-13)
-    speeds = kinematics(both.rate, both.model)[6]
-    assert np.array_equal(speeds, table[SPEED])
 
 
 WITHOUT = ["axial_damping", "bending", "belt_friction", "contact__damping"]

@@ -220,43 +220,6 @@ def test_without_bending_all_joints_pull_alike(bodies: int, spread: float) -> No
     assert np.ptp(rest.tension) <= spread * 555.0
 
 
-@pytest.mark.parametrize("name", ["heavy 60", "light 150", "light 150 with a roller"])
-def test_force_on_a_pulley_is_that_of_its_spans(name: str) -> None:
-    drive = DRIVES[name]
-    rest = drive.rest()
-    joints = joint_forces(drive, rest)
-    path, centers = belt_path(drive.pulleys), np.column_stack([rest.x, rest.y])
-    for i, pulley in enumerate(drive.pulleys):
-        touching = np.flatnonzero(rest.pulley == i)
-        outward = centers[touching] - pulley.center
-        outward /= np.hypot(*outward.T)[:, None]
-        on_pulley = -rest.normal_force[touching] @ outward
-        before, after = (
-            joints[np.argmin(np.hypot(*(centers - np.mean(span, axis=0)).T))]
-            for span in (path.spans[i - 1], path.spans[i])
-        )
-        # The residuals of some forty bodies add up.
-        assert on_pulley == pytest.approx(after - before, abs=1e-6)
-        # The spans are those of the ideal line, but for the depth of the contact, 2e-4 m, and the
-        # corners, a l/8 = 3e-4 m, over 0.25 m; tensions differ by 2 per cent where it bends.
-        ideal = [np.subtract(*span[::-1]) for span in (path.spans[i - 1], path.spans[i])]
-        incoming, outgoing = (d / np.hypot(*d) for d in ideal)
-        tension = float(np.mean(rest.tension))
-        assert on_pulley == pytest.approx(tension * (outgoing - incoming), abs=0.05 * tension)
-
-
-def test_pulleys_carry_the_weight() -> None:
-    drive = DRIVES["heavy 60 in gravity"]
-    rest = drive.rest()
-    lift = 0.0
-    for i, pulley in enumerate(drive.pulleys):
-        on = rest.pulley == i
-        height, width = rest.y[on] - pulley.center[1], rest.x[on] - pulley.center[0]
-        lift += float(np.sum(rest.normal_force[on] * height / np.hypot(width, height)))
-    weight = 1.036 * 60 * rest.body_length * 9.81
-    assert lift == pytest.approx(weight, abs=60 * RESIDUAL * 250.0)
-
-
 def asymmetry(rest: Equilibrium, pulleys: list[Pulley]) -> float:
     """Return how far the bodies are from their mirror image in the line of the centres."""
     (x0, y0), (x1, y1) = pulleys[0].center, pulleys[1].center
@@ -280,21 +243,6 @@ def test_a_symmetric_drive_has_a_symmetric_belt(name: str) -> None:
 
 def test_a_leaning_drive_has_a_symmetric_belt() -> None:
     assert asymmetry(light(150, LEANING).rest(), LEANING) <= 1e-12
-
-
-def test_bodies_follow_the_path() -> None:
-    drive = light(150, TENSIONED)
-    path, rest = belt_path(TENSIONED), drive.rest()
-    line = path.at((np.arange(2000) + 0.5) * path.length / 2000)
-    for k in range(150):
-        away = np.hypot(*(line.position - (rest.x[k], rest.y[k])).T)
-        # Indentation 2e-4 m, corners of a l/8 = 3e-4 m, half a step of the line, 3e-4 m, and the
-        # bow of the bent belt off its tangent, EI/(2 T R) = 1.2e-3 m at the roller.
-        assert np.min(away) <= 2e-3
-    # Bending lets the angle run before and after the arc by a few bodies of 0.3 rad.
-    assert abs(rest.angle[0] - line.angle[0]) <= 0.6
-    assert abs(rest.angle[-1] + rest.angle[0] - line.angle[-1] - line.angle[0]) <= 0.6
-    assert np.max(np.abs(np.diff(rest.angle))) <= 1.5 * rest.body_length / 0.02
 
 
 @pytest.mark.parametrize("drive", [heavy(12), heavy(60), light(150), light(45)])
@@ -328,20 +276,6 @@ def _offsets(rest: Equilibrium) -> Array:
     return np.column_stack([rest.x[on], rest.y[on]])
 
 
-@pytest.mark.parametrize("pretension", [0.5, 5.0, 50.0, 500.0, 5000.0])
-@pytest.mark.parametrize("drive", [heavy(12), heavy(60), light(45), light(150)])
-def test_pretensions_of_four_decades(drive: Drive, pretension: float) -> None:
-    rest = drive.rest(pretension=pretension)
-    assert np.mean(rest.tension) == pytest.approx(pretension, rel=MEAN)
-    assert rest.residual <= RESIDUAL * pretension
-
-
-def test_pretension_and_length_exclude_each_other() -> None:
-    for both in ({"length": 1.0}, {"pretension": None}):
-        with pytest.raises(ValueError, match="either the pretension or the length"):
-            heavy(12).rest(**both)
-
-
 BARELY = [*PAIR, Pulley("roller", (0.2575, 0.0465), 0.02, "outside")]
 
 
@@ -353,7 +287,6 @@ def of_bodies(pulleys: list[Pulley], bodies: int) -> tuple[str, str]:
 
 # What has no rest position, and what is said of it.
 REFUSED: dict[str, tuple[Drive, dict[str, Any], str]] = {
-    "too few bodies": (heavy(3), {}, "a belt needs at least 4 bodies, not 3"),
     "a strain above a half": (
         heavy(60),
         {"pretension": 6000.0},
@@ -391,12 +324,6 @@ REFUSED: dict[str, tuple[Drive, dict[str, Any], str]] = {
         "no body of the belt rests on pulley roller: bodies of {} m are too long for its arc of"
         " {} m, or the belt leaves it. Take more bodies or raise the"
         " pretension".format(*of_bodies(BARELY, 30)),
-    ),
-    "a contact softer than the pretension": (
-        heavy(60, c2=500.0),
-        {},
-        "a tension of 250 N presses the belt ... m deep into pulley drive, more than its radius of"
-        " 0.08125 m: raise the stiffness of the contact",
     ),
 }
 

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.mechanisms.belt_drive.quantities import equilibrium_quantities
 from frictionsim.results import Record
 from tests.support.belt_closed_forms import SECTION_4, two_pulley_mode
@@ -149,24 +148,6 @@ def test_two_pulleys_swing_against_each_other_as_the_closed_form_has_it() -> Non
     omega = 2.0 * pi * cycles / (5e-5 * (crossings[-1] - crossings[0]))
     # A point at an end of an arc is held with all of its mass, as is half of the next joint.
     assert omega == pytest.approx(two_pulley_mode(SECTION_4), rel=2e-2)
-
-
-def test_a_belt_without_load_has_one_tension_and_no_slip() -> None:
-    done = simulate(
-        string(
-            drive__driver={"speed": {"smooth_step": smooth(0.0, -25.0)}},
-            drive__driven=None,
-            solver__duration=0.6,
-        )
-    )
-    tension = done.channels["tension"][done.time > 0.5]
-    assert value(done, "tension_tight") == pytest.approx(value(done, "tension_slack"), rel=1e-3)
-    assert np.ptp(tension.mean(axis=0)) < 1e-3 * 555.0
-    assert abs(value(done, "slip_percent")) < 1e-3
-
-
-def smooth(start: float, stop: float) -> dict[str, float]:
-    return {"from": start, "to": stop, "start": 0.0, "stop": 0.1}
 
 
 def test_the_belt_at_rest_is_exact() -> None:
@@ -324,12 +305,6 @@ def test_a_belt_that_would_lift_off_is_warned_of() -> None:
     found = [text for text in done.warnings if "is hardly pressed on 'driver'" in text]
     assert len(found) == 1
     assert found[0].endswith("add [effects.contact]")
-
-
-def test_the_effects_of_the_summary_say_what_is_simulated() -> None:
-    scenario = scenario_of(string())
-    assert scenario.effect_names == ("belt_friction", "axial_damping")
-    assert assemble(scenario).system.effects.contact is None
 
 
 def test_a_slack_span_is_warned_of() -> None:

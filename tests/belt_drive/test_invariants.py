@@ -230,18 +230,6 @@ def test_samples_do_not_change_a_run(data: Scenario, solver: dict[str, Any]) -> 
         assert np.array_equal(channel[-1], fine.channels[name][-1]), name
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_stored_channels_change_neither_quantities_nor_audit(backend: str) -> None:
-    everything = on(backend, pair())
-    few = on(backend, pair(output__channels=["tension", "pulley_speed"]))
-    assert set(few.channels) == {"time", "tension", "pulley_speed"}
-    assert few.quantities == everything.quantities
-    assert few.checks == everything.checks
-    assert few.statistics[:4] == everything.statistics[:4]
-    for name, channel in few.channels.items():
-        assert np.array_equal(channel, everything.channels[name])
-
-
 # --- dampers at the default step -----------------------------------------------------------------
 
 DAMPERS = {

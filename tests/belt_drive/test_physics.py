@@ -1,8 +1,5 @@
 """Known results: the capstan equation, the fastest waves, what the published friction does."""
 
-from itertools import product
-from math import exp, pi
-
 import numpy as np
 import pytest
 
@@ -20,52 +17,6 @@ from tests.support.belt_scenarios import (
 )
 from tests.support.belt_waves import waves
 from tests.support.scenarios import Scenario, changed, simulate
-
-# --- capstan -------------------------------------------------------------------------------------
-
-
-def test_a_belt_that_slips_has_the_ratio_of_the_capstan() -> None:
-    """Eytelwein: T1/T2 = exp(mu pi) where the driver spins under a belt that is hardly bent."""
-    done = simulate(
-        shipped(
-            "belt_drive",
-            effects__belt_friction={"mu_s": 0.3, "mu_k": 0.3},
-            effects__bending__rigidity=1e-9,
-            drive__driver__torque=-20.0,
-            solver={"backend": "moreau", "duration": 0.2},
-        )
-    )
-    assert done.status == "done"
-    assert all(check.ok for check in done.checks.values())
-    quantities = {name: quantity.value for name, quantity in done.quantities.items()}
-    # The driver runs away from a belt that keeps the speed at which the load balances friction.
-    assert quantities["drive_speed"] < -4000.0
-    assert quantities["adhesion_arc_driver"] == 0.0
-    assert quantities["driven_speed"] == pytest.approx(-22.4, abs=0.3)
-    ratio = quantities["tension_tight"] / quantities["tension_slack"]
-    # The eleven bodies of an arc meet it at 17 degrees: its ends lie up to half of that inside.
-    assert ratio == pytest.approx(exp(0.3 * pi), rel=0.015)
-
-
-def test_the_limit_of_the_torque_is_that_of_the_capstan() -> None:
-    """The driver holds to the belt just below 2 T R (e - 1)/(e + 1), and slips just above."""
-    ratio = exp(0.6 * pi)
-    limit = 2.0 * 200.0 * 0.08 * (ratio - 1.0) / (ratio + 1.0)
-    stuck = {}
-    for share in (0.8, 1.2):
-        held = simulate(
-            pair(
-                solver={"backend": "moreau", "duration": 0.2},
-                drive__driver__torque={"time": [0.0, 0.15], "value": [0.0, -share * limit]},
-                # A load that grows with the speed: it hardly turns.
-                drive__driven__torque={"speed": [-1.0, 1.0], "value": [1.5 * limit, -1.5 * limit]},
-            )
-        )
-        stuck[share] = held.quantities["drive_speed"].value
-    # It creeps on with a load of 1/s; or runs away with 0.2 of the limit over 2e-3 kg m^2.
-    assert abs(stuck[0.8]) < 2.0
-    assert abs(stuck[1.2]) > 20.0
-
 
 # --- waves ---------------------------------------------------------------------------------------
 
@@ -168,21 +119,6 @@ def test_published_laws_creep_where_exact_stick_holds(law: str) -> None:
     # Both give the pulleys nearly the same motion: what creeps is slow against the belt's 0.4 m/s.
     found, expected = (run.channels["pulley_speed"][-1, 0] for run in (done, exact))
     assert found == pytest.approx(expected, rel=0.1)
-
-
-def test_the_creep_law_depends_on_the_step_and_the_regularised_does_not() -> None:
-    """Eq 13 takes the creep as slip times step: at half the step half of it, and less friction."""
-    laws = {"regularised": {}, "creep": {"maximum_creep": 1e-6}}
-    slips = {}
-    for law, step in product(laws, (2e-5, 5e-6)):
-        done = simulate(
-            changed(of_law(law=law, transition_speed=0.1, **laws[law]), solver__max_step=step)
-        )
-        touching = done.channels["normal_force"][-1] > 1.0
-        slips[law, step] = np.mean(np.abs(done.channels["slip_velocity"][-1][touching]))
-    assert slips["regularised", 5e-6] == pytest.approx(slips["regularised", 2e-5], rel=1e-3)
-    # The torque is the same: with a quarter of the creep it takes more slip to pass it on.
-    assert slips["creep", 5e-6] > 1.05 * slips["creep", 2e-5]
 
 
 def test_a_creep_law_whose_slip_depends_on_the_steps_is_warned_of() -> None:

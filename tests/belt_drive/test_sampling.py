@@ -75,14 +75,6 @@ def test_xarray_opens_a_result_of_a_belt(result: Path) -> None:
         assert float(data["time"][-1]) == pytest.approx(0.02)
 
 
-def test_a_file_has_the_channels_that_were_asked_for(tmp_path: Path) -> None:
-    done = simulate(pair(output__channels=["sticking", "energy_input"], solver__duration=5e-3))
-    path = tmp_path / "few.h5"
-    hdf5_writer.write(done, path)
-    with h5py.File(path) as file:
-        assert set(file) == {"time", "body", "sticking", "energy_input", *SUMMARY}
-
-
 def test_what_the_channels_mean(done: Record) -> None:
     c = done.channels
     assert set(np.unique(c["pulley_index"])) == {-1.0, 0.0, 1.0, 2.0}
@@ -97,15 +89,6 @@ def test_what_the_channels_mean(done: Record) -> None:
     # Bodies are one length and one stretch of a joint apart.
     apart = np.hypot(np.diff(c["x"], axis=1), np.diff(c["y"], axis=1))
     assert np.all(np.abs(apart / np.mean(apart) - 1.0) < 0.1)
-
-
-@pytest.mark.parametrize("backend", ["rkf45", "moreau"])
-def test_the_first_sample_is_the_belt_at_rest(backend: str) -> None:
-    done = simulate(pair(solver__backend=backend, solver__duration=5e-3))
-    tension = done.channels["tension"][0]
-    assert np.mean(tension) == pytest.approx(200.0, rel=1e-6)
-    assert np.any(done.channels["normal_force"][0] > 10.0)
-    assert done.quantities["pretension"].value == pytest.approx(200.0, rel=1e-6)
 
 
 QUANTITIES = {

@@ -81,46 +81,17 @@ def seen_of(done: Record, spans: Array) -> dict[str, Array]:
     }
 
 
-def nearest_line_tensions(done: Record) -> Array:
-    """Return what stood in summaries once: means of the joints next to the infinite line."""
-    spans = scenario_run(done).mechanism.path().spans  # type: ignore[attr-defined]
-    starts = np.array([s.start for s in spans])
-    ways = np.array([s.end for s in spans]) - starts
-    lengths = np.hypot(*ways.T)
-    found = []
-    for x, y, tension in zip(*(done.channels[n] for n in ("x", "y", "tension")), strict=True):
-        dx, dy = x - starts[:, :1], y - starts[:, 1:]
-        share = (dx * ways[:, :1] + dy * ways[:, 1:]) / lengths[:, None] ** 2
-        off = np.abs(dy * ways[:, :1] - dx * ways[:, 1:]) / lengths[:, None]
-        between = (share > 0.2) & (share < 0.8)
-        nearest = np.argmin(np.where(between, off, np.inf), axis=0)
-        found.append([tension[b & (nearest == i)].mean() for i, b in enumerate(between)])
-    return np.array(found)
-
-
-def test_the_balance_of_torques_catches_wrong_spans(tensioner: Record) -> None:
+def test_the_balance_of_torques_catches_wrong_spans_and_friction(tensioner: Record) -> None:
     scenario: Any = scenario_run(tensioner)
-    model = assemble(scenario)
+    model, c = assemble(scenario), tensioner.channels
     pulleys = len(scenario.mechanism.pulleys)
-    c = tensioner.channels
     right = np.array(
         [span_tensions(*row, pulleys) for row in zip(c["tension"], c["pulley_index"], strict=True)]
     )
-    check = torque_balance(scenario, model, tensioner.time, seen_of(tensioner, right))
-    assert check.ok
-    wrong = nearest_line_tensions(tensioner)
-    assert np.mean(wrong[-100:], axis=0).max() == pytest.approx(311.6, abs=1.0)
-    check = torque_balance(scenario, model, tensioner.time, seen_of(tensioner, wrong))
-    assert not check.ok
-    assert check.value > 5.0 * check.limit
-
-
-def test_the_balance_of_torques_catches_friction_that_turns_nothing(tensioner: Record) -> None:
-    scenario: Any = scenario_run(tensioner)
-    spans = np.tile([300.0, 200.0, 250.0, 280.0], (len(tensioner.time), 1))
-    seen = seen_of(tensioner, spans[:, : len(scenario.mechanism.pulleys)])
-    seen["_friction"] = 0.9 * seen["_friction"]
-    assert not torque_balance(scenario, assemble(scenario), tensioner.time, seen).ok
+    seen = seen_of(tensioner, right)
+    little = seen | {"_friction": 0.9 * seen["_friction"]}
+    for values, ok in ((seen, True), (seen_of(tensioner, 0.95 * right), False), (little, False)):
+        assert torque_balance(scenario, model, tensioner.time, values).ok is ok
 
 
 def test_the_spans_of_a_shipped_drive_are_what_its_torques_ask_for(tensioner: Record) -> None:

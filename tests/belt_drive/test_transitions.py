@@ -2,21 +2,19 @@
 
 from itertools import groupby
 from math import asin, exp, pi, tanh
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from frictionsim.errors import BudgetExceeded
-from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.mechanisms.belt_drive.transitions import lasting_changes
 from frictionsim.results import BACKWARD, FORWARD, OPEN, SLACK, STICK, TAUT
 from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import pair, scenario_of, trio
-from tests.support.scenarios import Scenario, observed, simulate
+from tests.support.scenarios import Scenario, simulate
 from tests.support.second_way_belt import walked
-from tests.support.second_way_transitions import ahead, events, read, read_pulley
+from tests.support.second_way_transitions import ahead, events, read
 
 INTERVAL = 5e-4
 RUN = {
@@ -90,13 +88,6 @@ def test_a_driven_pulley_slips_at_the_limit_of_the_capstan(seed: int, mirror: bo
     # The polygon of 36 bodies, inertia, and mu_s up to a tenth above mu_k.
     assert 0.85 * most < torque < 1.25 * most
     assert not [event for event in found if event[1] == "driver"]
-
-
-def test_the_mirrored_drive_has_the_same_transitions_with_other_signs() -> None:
-    data, _, _ = overloaded(1)
-    one, other = events(simulate(data)), events(simulate(mirrored(data)))
-    assert one
-    assert other == [(t, contact, -before, -after) for t, contact, before, after in one]
 
 
 THREE: dict[str, Scenario] = {
@@ -259,7 +250,8 @@ def test_a_span_goes_slack(torque: float, slack: bool) -> None:
     found = events(done)
     assert found == read(done)
     spans = [event for event in found if event[1].startswith("span.")]
-    assert any("goes slack" in warning for warning in done.warnings) is slack
+    told = [text for text in done.warnings if "goes slack" in text]
+    assert ["from 'driver' to 'driven'" in text for text in told] == [True] * slack
     if not slack:
         assert spans == []
         return
@@ -300,21 +292,6 @@ def test_a_state_that_is_a_matter_of_chance_gives_few_transitions() -> None:
     assert len(lasting_changes(modes)) < 60
 
 
-def test_a_belt_at_the_very_limit_does_not_flicker() -> None:
-    """Between one and two samples in three differ from the one before."""
-    load = {"speed": [-10.0, -2.0, 2.0, 10.0], "value": [14.0, 14.0, -14.0, -14.0]}
-    data = pair(
-        **RUN | {"solver__duration": 1.0, "output__interval": 1e-3},
-        drive__driver__torque={"speed": [-40.0, -20.0, 0.0], "value": [0.0, -20.0, -20.0]},
-        drive__driven__torque=load,
-        effects__belt_friction={"mu_s": 0.3, "mu_k": 0.3},
-    )
-    done = simulate(data)
-    states = read_pulley(done, 0)
-    assert len(list(groupby(states))) > 300
-    assert 1 <= len([e for e in done.transitions if e.contact == "driver"]) < 10
-
-
 # --- what they do not depend on -------------------------------------------------------------------
 
 
@@ -342,26 +319,3 @@ def test_an_interrupted_run_has_its_own_transitions_and_resumed_those_of_all(par
     assert all(event in events(whole) for event in events(first))
     assert events(run(scenario, lambda t: None, checkpoint=first.checkpoint)) == events(whole)
     assert len(events(whole)) == 2
-
-
-def test_a_result_file_holds_them(tmp_path: Path) -> None:
-    done = simulate(pulse(16.0))
-    hdf5_writer.write(done, tmp_path / "belt.h5")
-    kept = hdf5_reader.read(tmp_path / "belt.h5")
-    assert [kept.contacts[int(i)] for i in kept.events["contact"]] == ["driven", "driven"]
-    assert list(kept.events["time"]) == [e.time for e in done.transitions]
-    assert list(kept.events["mode_from"]) == [STICK, FORWARD]
-    assert list(kept.events["mode_to"]) == [FORWARD, STICK]
-
-
-def test_channels_of_integers_have_the_meanings_of_this_scenario() -> None:
-    data = trio(solver__duration=2e-3)
-    flags, channels = simulate(data).flags, observed(data).channels
-    assert flags["pulley_index"] == ((-1, "none"), (0, "driver"), (1, "roller"), (2, "driven"))
-    assert flags["sticking"] == ((0, "not_sticking"), (1, "sticking"))
-    whole = {
-        name
-        for name, values in channels.items()
-        if np.array_equal(values, np.round(values)) and np.ptp(values) > 0.0
-    }
-    assert whole == flags.keys() == {"pulley_index", "sticking"}
