@@ -1,12 +1,9 @@
 """Effects and channels of mechanisms of one coordinate: what is absent, and what is an integer."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms import epicyclic, marble_machine
-from frictionsim.mechanisms import pulley as pulley_module
+from frictionsim.scenario.kinds import mechanism_module
 from tests.support.scenarios import mechanism_of, observed, pulley, shipped, simulate, with_method
 
 pytestmark = pytest.mark.quick
@@ -72,14 +69,6 @@ def test_absent_friction_equals_friction_of_zero_strength() -> None:
     assert zero.channels["angle"] == pytest.approx(absent.channels["angle"], rel=1e-8, abs=1e-9)
 
 
-def test_sampling_does_not_change_the_run() -> None:
-    dense = simulate(pulley(output__interval=0.001))
-    sparse = simulate(pulley(output__interval=1.0))
-    assert dense.statistics.steps == sparse.statistics.steps
-    assert dense.channels["angle"][-1] == sparse.channels["angle"][-1]
-    assert dense.transitions == sparse.transitions
-
-
 def test_samples_are_at_multiples_of_the_interval_and_at_the_end() -> None:
     for duration, interval, expected in (
         (1.0, 0.25, [0.0, 0.25, 0.5, 0.75, 1.0]),
@@ -93,29 +82,13 @@ def test_samples_are_at_multiples_of_the_interval_and_at_the_end() -> None:
         assert run.time.tolist() == expected
 
 
-COUNTS = {"carried_marbles"}
-
-
-@pytest.mark.parametrize(
-    ("kind", "integers"),
-    [
-        (pulley_module, {"mode", "cord_mode", "slack"}),
-        (marble_machine, {"mode", "carried_marbles"}),
-        (epicyclic, {"mode"}),
-    ],
-    ids=lambda value: getattr(value, "__name__", "").rpartition(".")[2],
-)
-def test_modes_and_counts_are_integers(kind: Any, integers: set[str]) -> None:
-    info = kind.CHANNELS
-    assert {name for name, channel in info.items() if channel.integer} == integers
-    assert info["mode"].flags == ((-1, "sliding_backward"), (0, "stick"), (1, "sliding_forward"))
-    assert {name for name, channel in info.items() if channel.flags} == integers - COUNTS
-
-
-def test_recorded_integers_are_whole_numbers_with_a_meaning() -> None:
-    for name, values in observed(shipped("marble_machine")).channels.items():
-        channel = marble_machine.CHANNELS[name]
-        if channel.integer:
-            assert np.array_equal(values, np.round(values)), name
-        if channel.flags:
-            assert set(values) <= {float(value) for value, _ in channel.flags}, name
+@pytest.mark.parametrize("name", ["marble_machine", "epicyclic", "lift"])
+def test_integers_are_the_whole_numbers_and_have_a_meaning(name: str) -> None:
+    data = shipped(name)
+    info = mechanism_module(data["kind"]).CHANNELS
+    channels = observed(data).channels
+    whole = {n for n, values in channels.items() if np.array_equal(values, np.round(values))}
+    integers = {n for n in channels if info[n].integer}
+    assert {n for n in whole if np.ptp(channels[n]) > 0.0} <= integers <= whole
+    for channel in integers - {"carried_marbles"}:
+        assert set(channels[channel]) <= {float(value) for value, _ in info[channel].flags}, channel

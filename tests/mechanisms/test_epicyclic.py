@@ -10,15 +10,12 @@ from hypothesis import strategies as st
 
 from frictionsim.mechanisms import epicyclic
 from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint, tracer_position
-from frictionsim.results import Record
 from frictionsim.scenario.loading import validate
 from tests.support.problems import assert_agrees, cases
 from tests.support.scenarios import (
     SCENARIOS,
     Scenario,
     changed,
-    mechanism_of,
-    scenario_run,
     simulate,
 )
 
@@ -45,10 +42,6 @@ def gear(**changes: Any) -> Scenario:
     return changed(GEAR, **changes)
 
 
-def modes(run: Record) -> list[tuple[int, int]]:
-    return [(e.mode_from, e.mode_to) for e in run.transitions]
-
-
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
 @pytest.mark.parametrize("case", cases("epicyclic"), ids=lambda case: case["name"])
 def test_motion_agrees_with_the_reference(case: dict[str, Any], backend: str) -> None:
@@ -60,23 +53,6 @@ def test_motion_agrees_with_the_reference(case: dict[str, Any], backend: str) ->
     assert_agrees(run, run.transitions, case)
     work = case["energy"][0]
     assert run.channels["energy_input"][-1] == pytest.approx(work, rel=1e-8, abs=1e-8)
-
-
-# phi(1) from phi = 0 at 3 rad/s under 6 N m, computed at rtol 1e-13 by another program.
-@pytest.mark.parametrize(
-    ("formulation", "angle", "velocity"),
-    [
-        ("consistent", 41.4502986322420, 84.264210239713),
-        ("published", 33.2911944709596, 73.390264949651),
-    ],
-)
-def test_formulations_differ_by_the_terms_counted_twice(
-    formulation: str, angle: float, velocity: float
-) -> None:
-    data = gear(mechanism__formulation=formulation, mechanism__initial_angular_velocity=3.0)
-    run = simulate(data)
-    assert run.channels["angle"][-1] == pytest.approx(angle, abs=1e-8)
-    assert run.channels["angular_velocity"][-1] == pytest.approx(velocity, abs=1e-8)
 
 
 # Eq 28 in both forms, N m.
@@ -100,14 +76,6 @@ def test_uniform_torque_is_eq_28(degrees: float, published: float, consistent: f
         run = simulate(data)
         # A few roundings of terms near 5 N m.
         assert run.channels["uniform_torque"][0] == pytest.approx(torque, abs=1e-14)
-
-
-@pytest.mark.parametrize(
-    ("formulation", "mean"), [("published", 0.45), ("consistent", 0.311241431940467)]
-)
-def test_mean_of_the_uniform_torque_over_a_turn(formulation: str, mean: float) -> None:
-    scenario = validate(gear(mechanism__formulation=formulation), SCENARIOS)
-    assert epicyclic.uniform_torque_mean(scenario, 0.0) == pytest.approx(mean, rel=1e-14)
 
 
 @pytest.mark.parametrize("speed", [0.0, 3.0, 7.0, 7.38, 7.39, 20.0])
@@ -134,29 +102,6 @@ def test_prescribed_speed_needs_the_uniform_torque() -> None:
     assert run.channels["energy_input"][-1] == pytest.approx(heat, rel=1e-9)
 
 
-def test_torque_of_a_prescribed_speed_reproduces_the_motion() -> None:
-    """The torque of a prescribed speed moves the free gear with this speed."""
-    times = [0.0, 0.5, 1.0]
-    speeds = [2.0, 5.0, 1.0]
-    driven = simulate(
-        gear(drive={"speed": {"time": times, "value": speeds}}, output__interval=1e-4)
-    )
-    torque = driven.channels["drive_torque"]
-    time = driven.time
-    # The slope jumps at 0.5 s: two samples there, a hair apart.
-    corner = int(np.searchsorted(time, 0.5))
-    after = 2 * torque[corner + 1] - torque[corner + 2]
-    points = {
-        "time": [*time[: corner + 1], 0.5 + 1e-9, *time[corner + 1 :]],
-        "value": [*torque[: corner + 1], after, *torque[corner + 1 :]],
-    }
-    before = 2 * torque[corner - 1] - torque[corner - 2]
-    points["value"][corner] = before
-    free = simulate(gear(drive={"torque": points}, mechanism__initial_angular_velocity=2.0))
-    # The torque is joined by lines between samples 1e-4 s apart.
-    assert free.channels["angle"][-1] == pytest.approx(driven.channels["angle"][-1], abs=1e-6)
-
-
 def test_friction_reverses_with_the_prescribed_speed() -> None:
     data = gear(
         drive={"speed": {"time": [0.0, 1.0, 1.5], "value": [2.0, -2.0, 0.0]}},
@@ -166,20 +111,6 @@ def test_friction_reverses_with_the_prescribed_speed() -> None:
     assert [(e.mode_from, e.mode_to) for e in run.transitions] == [(1, -1), (-1, 0)]
     assert [e.time for e in run.transitions] == pytest.approx([0.5, 1.5], abs=1e-15)
     assert [name for name, check in run.checks.items() if not check.ok] == []
-
-
-def test_free_decay_sticks_after_finitely_many_reversals() -> None:
-    run = simulate(gear(drive={"torque": 0.0}, solver__duration=60.0))
-    contact = mechanism_of(run).contact
-    assert contact is not None
-    assert modes(run)[-1][1] == 0
-    angle = run.channels["angle"]
-    assert abs(2.82528 * cos(angle[-1])) <= contact.static_limit(0.0, angle[-1])
-    turning = [e.position for e in run.transitions]
-    swings = np.abs(np.diff(turning))
-    assert np.all(np.diff(swings) < 0.0)  # each is shorter than the one before
-    energy = run.channels["energy_kinetic"] + run.channels["energy_potential"]
-    assert np.all(np.diff(energy) <= 1e-10)  # rtol 1e-11 of 5 J
 
 
 def test_without_gravity_there_is_no_weight() -> None:
@@ -247,26 +178,6 @@ def test_dwell_at_a_cusp_agrees_with_the_epicycloid(
     assert found == pytest.approx(halves * half, rel=0.05)
 
 
-@pytest.mark.parametrize("load", ["weight", "radial"])
-def test_static_quantities_agree_with_those_of_a_run(load: str) -> None:
-    data = gear(effects__rolling_friction__normal_load=load)
-    run = simulate(data)
-    scenario = scenario_run(run)
-    statics, solved = epicyclic.statics(scenario), run.quantities
-    assert {n: q for n, q in statics.items() if n in solved} == {
-        n: q for n, q in solved.items() if n in statics
-    }
-    assert "uniform_torque_mean" in statics.keys() & solved.keys()
-    # With the radial load of the motion there is another one at the speed of the end.
-    name = "uniform_torque_mean_at_final_speed"
-    assert (name in solved) is (load == "radial")
-    if load == "radial":
-        speed = float(run.channels["angular_velocity"][-1])
-        mean = epicyclic.uniform_torque_mean(scenario, speed)  # tested above
-        assert solved[name].value == pytest.approx(mean, rel=1e-14)
-        assert solved[name].value != pytest.approx(solved["uniform_torque_mean"].value, rel=1e-3)
-
-
 def test_torques_of_impending_motion_bound_the_stick_band() -> None:
     scenario = validate(gear(mechanism__initial_angle_deg=-60.0), SCENARIOS)
     found = epicyclic.statics(scenario)
@@ -319,28 +230,3 @@ def test_masses_and_torques_scale_together(
     assert simulate(scaled).channels["angle"] == pytest.approx(
         simulate(data).channels["angle"], abs=1e-7
     )
-
-
-@given(starts, speeds, torques, loads, st.sampled_from(["events", "rkf45"]))
-def test_every_run_passes_its_audit(
-    angle: float, speed: float, torque: float, load: str, backend: str
-) -> None:
-    run = simulate(free(angle, speed, torque, load, solver__backend=backend))
-    assert run.status == "done"
-    assert [name for name, check in run.checks.items() if not check.ok] == []
-    assert run.checks["energy_balance"].value < 1e-9
-
-
-@given(starts, torques, st.floats(0.05, 0.95))
-def test_time_shift_changes_nothing(angle: float, torque: float, shift: float) -> None:
-    """A torque releases a gear at rest; a later release gives the same motion, shifted."""
-    still = 2.82528 * cos(radians(angle))  # holds it in balance
-    step = 1e-3
-
-    def released(at: float) -> Record:
-        force = {"time": [at, at + step], "value": [still, still + torque]}
-        data = free(angle, 0.0, 0.0, "weight", solver__duration=at + 1.0, output__interval=at + 1.0)
-        return simulate(changed(data, drive__torque=force))
-
-    early, late = released(shift), released(shift + 1.0)
-    assert late.channels["angle"][-1] == pytest.approx(early.channels["angle"][-1], abs=1e-7)

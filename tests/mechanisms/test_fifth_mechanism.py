@@ -10,7 +10,6 @@ import tomli_w
 
 from frictionsim.cli.commands import run_command_line
 from frictionsim.io import hdf5_reader
-from frictionsim.mechanisms.single_dof import total
 from frictionsim.scenario.kinds import KINDS
 from frictionsim.scenario.methods import SINGLE_DOF
 
@@ -83,16 +82,3 @@ def test_it_is_solved_drawn_and_studied(pendulum: Any) -> None:
     pairs = {(row["law"], row["backend"]) for row in studied["settings"]}
     assert pairs == {pair for pair in SINGLE_DOF if pair[0] != "published"}
     assert all(row["status"] == "done" for row in studied["settings"])
-
-
-def test_a_sum_has_the_terms_that_there_are_in_their_order() -> None:
-    def term(value: float) -> Any:
-        return lambda x, y: value * x + y
-
-    values = (1e16, 1.0, -1e16, 3.0, 7e-3)
-    for count in range(1, len(values) + 1):
-        added = term(values[0])(2.0, 0.5)
-        for value in values[1:count]:
-            added += term(value)(2.0, 0.5)
-        assert total(None, *map(term, values[:count]), None)(2.0, 0.5) == added
-    assert total(None, term(1.0))(2.0, 0.5) == 2.5

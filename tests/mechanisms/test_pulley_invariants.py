@@ -166,14 +166,6 @@ def test_forces_and_inertias_scale_together(data: Scenario, a: float) -> None:
     assert close(simulate(scaled).channels["angle"], simulate(data).channels["angle"])
 
 
-@given(scenarios(), st.floats(0.1, 10.0))
-def test_lengths_scale_with_inertia(data: Scenario, a: float) -> None:
-    """(r, r_e, I, b) -> a (r, r_e, I, b) leaves the motion as it is."""
-    lengths = ("mechanism.cord_radius", "shaft_friction.shaft_radius")
-    scaled = times_a(data, a, "mechanism.inertia", *lengths)
-    assert close(simulate(scaled).channels["angle"], simulate(data).channels["angle"])
-
-
 points = st.lists(st.floats(0.0, 6000.0), min_size=2, max_size=6)
 
 

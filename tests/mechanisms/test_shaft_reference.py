@@ -10,14 +10,11 @@ from tests.support.scenarios import Scenario, changed, simulate, with_method
 from tests.support.shaft_reference import solution
 from tests.support.shaft_reference_closed import closed_form
 from tests.support.shaft_scenarios import (
-    delayed,
     drawn,
     in_units,
-    mirrored,
     ramp,
     shaft_scenario,
     sine,
-    step,
     turned,
 )
 
@@ -160,14 +157,6 @@ VIEWED = ["any_loads_0", "equal_coefficients_14", "tables_16", "many_turns_8", "
 
 
 @pytest.mark.parametrize("name", VIEWED)
-def test_a_scenario_in_a_mirror_moves_as_in_a_mirror(name: str) -> None:
-    data = CASES[name]["scenario"]
-    events, final = seen(data)
-    expected = [(t, -a, -b, -q) for t, a, b, q in events], [-value for value in final]
-    assert_same(seen(mirrored(data)), expected, time=1e-11, angle=1e-10)
-
-
-@pytest.mark.parametrize("name", VIEWED)
 def test_the_unit_of_mass_and_length_does_not_matter(name: str) -> None:
     """Powers of two change no digit: with the same unit of energy, every step is the same."""
     data = CASES[name]["scenario"]
@@ -188,17 +177,6 @@ def test_the_unit_of_time_does_not_matter(name: str, unit: float) -> None:
 def test_the_directions_of_the_picture_do_not_matter(name: str) -> None:
     data = changed(CASES[name]["scenario"], effects__gravity=None)
     assert_same(seen(turned(data, 73.0)), seen(data), 1e-11, 1e-10)
-
-
-def test_a_later_start_of_all_signals_moves_all_events() -> None:
-    data = shaft_scenario(
-        [{"size": step(80.0, 20.0, 0.1, 0.7), "direction": [0.0, -1.0], "point": [0.004, 0.0]},
-         {"size": ramp(0.0, 0.0, 0.5, 40.0), "direction": [1.0, 0.0], "point": [0.0, 0.1]}],
-        [ramp(0.0, 0.0, 0.3, 1.2, 0.6, -1.0)], effects={"torsion_spring": {"stiffness": 2.0}},
-    )  # fmt: skip
-    (events, final), found = seen(data), seen(delayed(data, 0.25))
-    assert len(events) > 1
-    assert_same(found, ([(t + 0.25, *rest) for t, *rest in events], final), 1e-11, 1e-10)
 
 
 @pytest.mark.parametrize("start", [15.0, -20.0])

@@ -7,7 +7,6 @@ from typing import Any
 import mpmath
 import pytest
 from hypothesis import assume, given
-from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 import frictionsim as fs
@@ -23,7 +22,6 @@ pytestmark = pytest.mark.quick
 
 DIRECTIONS = {"counter_clockwise": 1, "clockwise": -1}
 TOLERANCE = mpf("1e-12")
-LABELS = {"one", "two", "three", "couple"}
 
 
 @pytest.fixture(autouse=True)
@@ -80,58 +78,6 @@ def test_roots_are_those_of_many_digits(data: Scenario) -> None:
     wanted = shaft_balance.roots(data, data["statics"]["angle_deg"])
     assert misses(roots, wanted) == []
     assert len(roots) == sum(1 if sign else 2 for _, sign in wanted)
-
-
-def quadratic_size(data: Scenario, value: float, degrees: float) -> Any:
-    """Return the sum of the magnitudes of the terms of eq 24 with a value of the unknown."""
-    without, with_it = (
-        shaft_balance.balance(shaft_balance.placed(data, mpf(x)), degrees) for x in (0, value)
-    )
-    r = shaft_balance.friction_radius(data)
-    sizes = [abs(x) + abs(y - x) for x, y in zip(without, with_it, strict=True)]
-    return sizes[0] ** 2 + r * r * (sizes[1] ** 2 + sizes[2] ** 2)
-
-
-@given(shaft_balance.scenarios())
-def test_a_root_substituted_gives_eq_24(data: Scenario) -> None:
-    found, degrees = solved(data), data["statics"]["angle_deg"]
-    roots = found_roots(found or {})
-    assume(roots)
-    for value, sign in roots:
-        excess = shaft_balance.excess(data, mpf(value), degrees)
-        if data["statics"]["unknown"].endswith(("mu_s", "shaft_radius")):
-            size = shaft_balance.balance(data, degrees)[0] ** 2
-        else:
-            size = quadratic_size(data, value, degrees)
-        # Decimals that cancel leave the references a hundredth digit of their terms.
-        terms = max(abs(load["size"]) for load in (*data["forces"], *data["couples"]))
-        noise = TOLERANCE * terms
-        assert abs(excess) <= TOLERANCE * size + noise**2
-        moment = shaft_balance.balance(shaft_balance.placed(data, mpf(value)), degrees)[0]
-        assert sign * moment >= -TOLERANCE * mpmath.sqrt(size) - noise
-
-
-@given(shaft_balance.scenarios(), st.data())
-def test_without_a_root_friction_exceeds_the_moment_with_every_value(
-    data: Scenario, drawn: st.DataObject
-) -> None:
-    """And with two roots, it does on one side of each only."""
-    assume(not data["statics"]["unknown"].endswith(("mu_s", "shaft_radius")))
-    found, degrees = solved(data), data["statics"]["angle_deg"]
-    assume(found is not None)
-    values = sorted({value for value, _ in found_roots(found)})
-    if len(values) == 2:
-        low, high = map(mpf, values)
-        inside, outside = (low + high) / 2, (2 * low - high, 2 * high - low)
-        rests = shaft_balance.excess(data, inside, degrees) < 0
-        assert all((shaft_balance.excess(data, x, degrees) > 0) == rests for x in outside)
-    if not values:
-        size = mpf(max(abs(force["size"]) for force in data["forces"]) or 1.0)
-        exponents = drawn.draw(st.lists(st.floats(-30.0, 30.0), min_size=8, max_size=8))
-        for exponent in exponents:
-            for sign in (1, -1):
-                value = sign * size * mpf(10) ** exponent
-                assert shaft_balance.excess(data, value, degrees) <= 0
 
 
 # These turn the other way in a mirror; a size, a distance or a coefficient is the same.
@@ -355,17 +301,6 @@ def test_the_balance_without_an_unknown() -> None:
     back = fs.static(CRANK, {"forces.effort.size": 100.0})
     assert back["breakaway_direction"].value == -1.0
     assert fs.static(DOOR, {"forces.hinges.size": 0.0})["lever_arm"].value is None
-
-
-def test_a_coefficient_that_is_found_holds() -> None:
-    keys = {"statics.unknown": "effects.shaft_friction.mu_s", "forces.effort.size": 210.0}
-    found = fs.static(CRANK, keys)
-    assert found["mu_s_clockwise"].value is None
-    holding = found["mu_s_counter_clockwise"].value
-    held = {"forces.effort.size": 210.0, "effects.shaft_friction.mu_s": holding}
-    assert fs.static(CRANK, held)["breakaway_direction"].value == 0.0
-    heavy = fs.load(CRANK, keys | {"forces.effort.size": 400.0})
-    assert breakaway_values(heavy)["mu_s_counter_clockwise"].value is None
 
 
 def test_a_run_has_the_values_of_its_unknown() -> None:

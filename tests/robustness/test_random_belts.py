@@ -98,32 +98,3 @@ def test_interrupting_random_belts_changes_nothing(
     assert part is not None
     for name, channel in whole.channels.items():
         assert np.array_equal(channel, part.channels[name]), name
-
-
-def _is_its_own_image(done: Record) -> bool:
-    """Return whether the equilibrium is symmetric about the x axis; bodies may shift it."""
-    x, y = done.channels["x"][0], done.channels["y"][0]
-    apart = np.hypot(x[:, None] - x, y[:, None] + y)
-    return bool((apart.min(axis=0) < 1e-9).all())
-
-
-@by_both
-@examples(8)
-@given(data=belts())
-def test_a_reversed_torque_mirrors_the_motion(backend: str, data: Scenario) -> None:
-    """With both pulleys on the x axis, most belts are symmetric except for the numbering."""
-    for pulley in data["mechanism"]["pulleys"]:
-        pulley["center"][1] = 0.0
-    one = simulated(data, backend)
-    torque = data["drive"]["driver"]["torque"]
-    mirrored = {**torque, "value": [-value for value in torque["value"]]}
-    data = {**data, "drive": {**data["drive"], "driver": {"torque": mirrored}}}
-    other = simulated(data, backend)
-    if one is None or other is None or {one.status, other.status} != {"done"} or one.warnings:
-        return
-    if not _is_its_own_image(one):
-        return
-    speeds, mirror = one.channels["pulley_speed"], other.channels["pulley_speed"]
-    # The equilibrium is symmetric to rounding; contacts that
-    # open and close amplify the difference.
-    assert mirror == pytest.approx(-speeds, abs=1e-3 * max(1e-3, np.max(np.abs(speeds))))

@@ -18,7 +18,7 @@ from tests.support.drawn_scenarios import (
 )
 from tests.support.examples import examples
 from tests.support.scenarios import Scenario, simulate
-from tests.support.shaft_scenarios import delayed, in_units, mirrored, shaft_scenario
+from tests.support.shaft_scenarios import delayed, mirrored, shaft_scenario
 
 
 @pytest.fixture(scope="module")
@@ -58,19 +58,6 @@ def test_a_body_on_a_shaft_in_a_mirror_moves_as_in_a_mirror(data: Scenario) -> N
     assert [-e.mode_to for e in other.transitions] == [e.mode_to for e in done.transitions]
     angle = done.channels["angle"][-1]
     assert other.channels["angle"][-1] == pytest.approx(-angle, rel=1e-8, abs=1e-8)
-
-
-@given(bodies(), st.integers(-9, 9), st.integers(-3, 3))
-def test_a_body_on_a_shaft_moves_alike_in_other_units(
-    data: Scenario, mass: int, length: int
-) -> None:
-    """Of mass and length; the tolerance of the energies remains in joules, the steps change."""
-    data = data | {"solver": {"duration": 0.5, "rtol": 1e-9, "max_steps": 20_000}}
-    done, other = simulate(data), simulate(in_units(data, 2.0**mass, 2.0**length, 1.0))
-    assert other.status == done.status
-    assert [e.mode_to for e in other.transitions] == [e.mode_to for e in done.transitions]
-    angle = done.channels["angle"][-1]
-    assert other.channels["angle"][-1] == pytest.approx(angle, rel=1e-6, abs=1e-6)
 
 
 @given(

@@ -2,7 +2,6 @@
 
 import itertools
 import json
-import random
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,18 +16,10 @@ from frictionsim.results import Record
 from frictionsim.scenario.loading import load, scenario_from_result, validate
 from frictionsim.simulation.simulate import run
 from frictionsim.simulation.single_dof import SingleDofSimulation
-from tests.support.belt_scenarios import trio
-from tests.support.problems import cases
-from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
+from tests.support.scenarios import SCENARIOS, Scenario, pulley, simulate
 
 SINE = {"sine": {"mean": 2224.1, "amplitude": 1000.0, "frequency_hz": 1.0}}
 PULLEY = SCENARIOS / "pulley.toml"
-CHATTER = {
-    "effects__shaft_friction__law": "published",
-    "solver__backend": "rkf45",
-    "solver__step": 1e-3,
-    "effects__viscous_damping": None,
-}
 
 
 def stopping(after: int) -> Callable[[float], None]:
@@ -67,72 +58,6 @@ def assert_same_when_interrupted(data: Scenario, folder: Path, *stops: list[int]
                 break
         hdf5_writer.write(result, part)
         assert part.read_bytes() == whole.read_bytes()
-
-
-def shipped(name: str) -> Scenario:
-    return load(SCENARIOS / f"{name}.toml").model_dump(by_alias=True, exclude_none=True)
-
-
-def case(kind: str, name: str) -> Scenario:
-    return next(c["scenario"] for c in cases(kind) if c["name"] == name)
-
-
-PRESCRIBED = {
-    **shipped("epicyclic"),
-    "drive": {"speed": {"sine": {"mean": 0.5, "amplitude": 3.0, "frequency_hz": 0.7}}},
-    "solver": {"duration": 3.0},
-}
-CASES = {
-    "pulley": pulley(),
-    "pulley that sticks and slips": pulley(drive__force=SINE),
-    "pulley without friction": pulley(effects__shaft_friction=None),
-    "pulley of eq 30": pulley(**CHATTER),
-    "marble machine": changed(shipped("marble_machine"), solver__rtol=1e-6),
-    "marble machine both ways": case("marble_machine", "sine_both_ways"),
-    "gear": shipped("epicyclic"),
-    "gear of published form": case("epicyclic", "S1_published"),
-    "gear that decays": case("epicyclic", "decay_from_80"),
-    "gear of given speed": PRESCRIBED,
-}
-
-
-# `test_budget` resumes these mechanisms with both methods too.
-@pytest.mark.parametrize(
-    ("name", "backend"), list(zip(CASES, itertools.cycle(["events", "rkf45"]), strict=False))
-)
-def test_resumed_runs_give_identical_bytes(name: str, backend: str, tmp_path: Path) -> None:
-    data = CASES[name]
-    if "step" not in data["solver"]:
-        data = changed(data, solver__backend=backend)
-    calls = calls_of(data)
-    rng = random.Random(name)
-    stops = ([rng.randrange(calls // count) for _ in range(count)] for count in (1, 4))
-    assert_same_when_interrupted(data, tmp_path, *stops)
-
-
-NO_MOTION_ACROSS = {"effects__contact": None, "effects__bending": None, "effects__gravity": None}
-BELTS = {
-    "chain": trio(),
-    "string": trio(**NO_MOTION_ACROSS, mechanism__belt__bodies=80),
-}
-
-
-# `test_budget` resumes a string and a belt with rkf45 as well, every time.
-@pytest.mark.parametrize(
-    ("name", "backend"),
-    [
-        ("chain", "moreau"),
-        pytest.param("chain", "rkf45", marks=pytest.mark.slow),
-        pytest.param("string", "moreau", marks=pytest.mark.slow),
-        pytest.param("string", "rkf45", marks=pytest.mark.slow),
-    ],
-)
-def test_resumed_belts_give_identical_bytes(name: str, backend: str, tmp_path: Path) -> None:
-    data = changed(BELTS[name], solver__backend=backend, solver__duration=0.01)
-    calls = calls_of(data)
-    rng = random.Random(name)
-    stops = ([rng.randrange(calls // count) for _ in range(count)] for count in (1, 2))
-    assert_same_when_interrupted(data, tmp_path, *stops)
 
 
 @pytest.mark.parametrize(("backend", "first"), [("events", 0), ("rkf45", 1)])

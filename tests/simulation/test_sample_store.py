@@ -7,7 +7,7 @@ import pytest
 
 from frictionsim.errors import InputError
 from frictionsim.simulation import sample_store
-from frictionsim.simulation.sample_store import SampleStore, power_of_two, rows_per_segment
+from frictionsim.simulation.sample_store import SampleStore, rows_per_segment
 
 pytestmark = pytest.mark.quick
 
@@ -86,10 +86,6 @@ def assert_same(store: SampleStore, count: int) -> None:
     assert list(found) == names
     assert store.gain("energy") == whole.gain("energy")
     assert np.array_equal(store.first("x"), whole.first("x"))
-
-
-def test_a_power_of_two() -> None:
-    assert [power_of_two(n) for n in (0, 1, 2, 3, 1023, 1024)] == [1, 1, 2, 2, 512, 1024]
 
 
 @pytest.mark.parametrize("count", [1, 15, 16, 17, 32, 33, 100, 700])

@@ -23,7 +23,6 @@ from tests.support.problems import (
     R_K,
     R_S,
     RAMP,
-    RETURN_STICK,
 )
 from tests.support.scenarios import SCENARIOS, changed, pulley, simulate, with_method
 
@@ -86,20 +85,6 @@ def test_the_error_of_a_stop_is_of_first_order_in_the_transition_speed() -> None
         assert log10(coarse / fine) == pytest.approx(1.0, abs=0.01)
 
 
-def test_a_transition_speed_below_the_tolerance_does_not_help() -> None:
-    exact = simulate(pulley(solver__rtol=1e-12)).channels["angle"][-1]
-
-    def error(speed: float) -> float:
-        run = smoothed("bdf", speed, solver__rtol=1e-4, solver__atol=1e-8)
-        assert run.status == "done"
-        return float(abs(run.channels["angle"][-1] - exact))
-
-    errors = [error(speed) for speed in (1e-2, 1e-4, 1e-8, 1e-10)]
-    assert errors[1] < 0.1 * errors[0]
-    # The remaining error is that of the integrator.
-    assert min(errors[2:]) > 1e-4
-
-
 def test_the_delay_of_breakaway_on_a_ramp_is_of_order_two_thirds() -> None:
     """The torque passes the maximum of the curve, a fold, at a finite rate."""
     late = [
@@ -116,20 +101,6 @@ def test_regularised_friction_creeps_instead_of_sticking() -> None:
     x = run.channels["angular_velocity"][-1] / speed
     assert 1.5 * x - 0.5 * x**3 == pytest.approx(moment / limit, rel=1e-6)
     assert np.all(run.channels["mode"] == 0)
-
-
-def test_the_stop_is_recorded_on_the_return_profile() -> None:
-    run = simulate(
-        load_with(
-            "pulley_return",
-            *("solver.backend=lsoda", "effects.shaft_friction.law=regularised"),
-            "effects.shaft_friction.transition_speed=1e-5",
-        )
-    )
-    assert [(e.mode_from, e.mode_to) for e in run.transitions] == [(0, 1), (1, 0)]
-    # The delay of the breakaway above, in time and in angle.
-    assert run.transitions[1].time == pytest.approx(RETURN_STICK[0], abs=1e-4)
-    assert run.channels["angle"][-1] == pytest.approx(RETURN_STICK[1], abs=2e-3)
 
 
 def load_with(name: str, *overrides: str) -> Any:

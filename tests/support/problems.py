@@ -31,13 +31,6 @@ RAMP = (
     (5.0, 79.265498512658450, 23.101775325535755, 0.295543836799),
     (10.0, 195.958541846241300, 23.395327803626450, 0.001991358708),
 )
-RAMP_ENERGIES = {  # J, at 10 s
-    "energy_input": 30993.812821607,
-    "energy_potential": 22140.234760347,
-    "energy_kinetic": 370.823773459,
-    "energy_friction": 2643.517670522,
-    "energy_damping": 5839.236617279,
-}
 
 # The force rises and returns to the band between kinetic and static limit:
 # kinetic limit 10.25 < |M| = 19.89 < static limit 20.21 N m.
