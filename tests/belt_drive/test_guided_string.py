@@ -120,17 +120,6 @@ def belt_speed(done: Record) -> float:
     return float(np.sqrt((2.0 * value(done, "energy_kinetic") - inertia) / mass))
 
 
-def test_arcs_hold_the_tension_of_the_span_before_them() -> None:
-    done = loaded(150)
-    late = done.time > 1.6
-    tension, index = done.channels["tension"][late], done.channels["pulley_index"][late]
-    held = (index == 0) & (done.channels["sticking"][late] > 0.0)
-    inside = held & np.roll(held, 1, axis=1) & np.roll(held, -1, axis=1)
-    assert inside.sum() > 100
-    # Points enter with the tension of the span; the waves that friction makes are left, 0.3 N.
-    assert np.mean(tension[inside]) == pytest.approx(value(done, "tension_tight"), rel=2e-3)
-
-
 def test_two_pulleys_swing_against_each_other_as_the_closed_form_has_it() -> None:
     data = string(
         mechanism__belt__bodies=200,

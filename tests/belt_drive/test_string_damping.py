@@ -96,18 +96,6 @@ def test_it_is_of_second_order(name: str) -> None:
     assert distance(ends[-1], exact) < 3.0 * errors[-1]
 
 
-@pytest.mark.parametrize("name", SMOOTH)
-def test_extrapolated_dampers_come_to_the_same_end(name: str) -> None:
-    """Explicit steps where those are stable: both are off by their own errors of second order."""
-    data, disturb = SMOOTH[name]
-    explicit = [stepped(changed_step(data, "step", h), disturb) for h in (3.2e-6, 1.6e-6)]
-    assert not any(solves_for_dampers(end.stepper) for end in explicit)
-    solved = [stepped(changed_step(data, "step", h), disturb) for h in (1.28e-5, 6.4e-6)]
-    assert all(solves_for_dampers(end.stepper) for end in solved)
-    off = distance(*explicit) + distance(*solved)
-    assert distance(explicit[-1], solved[-1]) < off
-
-
 def test_through_switches_both_methods_agree() -> None:
     """At the default step, on drives of up to 7 pulleys that start to slide."""
     for seed in range(4):

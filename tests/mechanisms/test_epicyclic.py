@@ -16,30 +16,21 @@ from tests.support.scenarios import (
     SCENARIOS,
     Scenario,
     changed,
+    shipped,
     simulate,
 )
 
-# The gear of scenarios/epicyclic.toml, which the quantities below belong to.
-GEAR: Scenario = {
-    "kind": "epicyclic",
-    "mechanism": {
-        "sun_radius": 0.12,
-        "planet_radius": 0.06,
-        "crank_mass": 0.8,
-        "planet_mass": 1.2,
-    },
-    "drive": {"torque": 6.0},
-    "effects": {
-        "gravity": {"g": 9.81},
-        "hinge_friction": {"torque_static": 0.15, "torque_kinetic": 0.15},
-        "rolling_friction": {"arm": 5e-4},
-    },
-    "solver": {"duration": 1.0, "rtol": 1e-11, "atol": 1e-13},
-}
-
 
 def gear(**changes: Any) -> Scenario:
-    return changed(GEAR, **changes)
+    """Return the shipped gear on a level crank under 6 N m, its hinge with one coefficient."""
+    plain: Scenario = {
+        "mechanism__initial_angle_deg": None,
+        "drive": {"torque": 6.0},
+        "effects__hinge_friction": {"torque_static": 0.15, "torque_kinetic": 0.15},
+        "effects__tracer_point": None,
+        "solver": {"duration": 1.0, "rtol": 1e-11, "atol": 1e-13},
+    }
+    return shipped("epicyclic", **plain | changes)
 
 
 @pytest.mark.parametrize("backend", ["events", "rkf45"])

@@ -14,35 +14,20 @@ from frictionsim.mechanisms.marble_machine.statics import limit_torques, mesh_of
 from frictionsim.results import Record
 from frictionsim.scenario.loading import validate
 from tests.support.problems import assert_agrees, cases
-from tests.support.scenarios import SCENARIOS, Scenario, changed, mechanism_of, simulate
+from tests.support.scenarios import SCENARIOS, Scenario, mechanism_of, shipped, simulate
 
-# The machine of scenarios/marble_machine.toml, its pinion turned by a given torque.
-MACHINE: Scenario = {
-    "kind": "marble_machine",
-    "mechanism": {
-        "pinion_radius": 0.017993,
-        "pressure_angle_deg": 20.0,
-        "gear_ratio": 4.0,
-        "mesh_azimuth_deg": 102.6007,
-        "slots": 10,
-        "marble_mass": 0.007,
-        "marble_circle_radius": 0.0573425,
-        "gear_mass": 0.128,
-        "gear_inertia": 3.315e-4,
-    },
-    "drive": {"torque": 0.005},
-    "effects": {
-        "gravity": {"g": 9.81},
-        "shaft_friction": {"shaft_radius": 0.003, "mu_s": 0.5, "mu_k": 0.4},
-    },
-    "solver": {"duration": 1.0, "rtol": 1e-11, "atol": 1e-13},
-}
 LIFT, HOLD = 3.631e-3, 2.44e-3  # N m, the paper's
 LIFT_ONE = 0.007 * 9.81 * 0.0573425  # m g R, J
 
 
 def machine(**changes: Any) -> Scenario:
-    return changed(MACHINE, **changes)
+    """Return the shipped machine, its pinion turned by a given torque."""
+    plain: Scenario = {
+        "drive": {"torque": 0.005},
+        "effects__motor_inertia": None,
+        "solver": {"duration": 1.0, "rtol": 1e-11, "atol": 1e-13},
+    }
+    return shipped("marble_machine", **plain | changes)
 
 
 def statics(**changes: Any) -> dict[str, float | None]:

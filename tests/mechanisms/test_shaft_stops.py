@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 from frictionsim.results import Check
-from frictionsim.scenario.loading import load
 from frictionsim.simulation.audit import audit
-from frictionsim.simulation.simulate import run
 from frictionsim.simulation.single_dof import SingleDofSimulation
-from tests.support.scenarios import SCENARIOS, changed, mechanism_of, scenario_run, simulate
+from tests.support.scenarios import changed, mechanism_of, scenario_run, simulate
 from tests.support.stopped_bodies import stopped, with_friction
 
 OF_EFFECT = {"stop_torque", "energy_impact"}
@@ -111,14 +109,3 @@ def test_impacts_are_counted_without_samples_at_them(at_events: bool) -> None:
     assert found["impacts"].value == 2
     # From rest over the angle to the stop with 1 rad/s^2.
     assert found["impact_speed_max"].value == pytest.approx(sqrt(2.0 * radians(60.0)), rel=1e-11)
-
-
-def test_the_swing_door_hits_the_wall_and_stops_half_open() -> None:
-    done = run(load(SCENARIOS / "swing_door.toml"), lambda t: None)
-    hit, rest = done.transitions[1:]
-    assert (hit.contact, hit.mode_from, hit.mode_to) == ("stop", 1, -1)
-    assert hit.position == radians(100.0)
-    assert (rest.contact, rest.mode_to) == ("shaft", 0)
-    assert radians(40.0) < done.channels["angle"][-1] < radians(50.0)
-    # The spring pulls, and friction holds it.
-    assert done.channels["applied_torque"][-1] == -done.channels["friction_torque"][-1] < -0.1

@@ -9,7 +9,6 @@ import pytest
 from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.results import Record
 from frictionsim.scenario.loading import load
-from frictionsim.scenario.methods import SINGLE_DOF
 from frictionsim.simulation.simulate import run
 from tests.support.problems import BREAKAWAY, CORD_RADIUS, LOAD, R_K, R_S, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate, with_method
@@ -150,15 +149,3 @@ def test_sides_are_recorded_for_the_output_channels_only(tmp_path: Path) -> None
         before = file["events/friction_torque_before"].attrs
         assert before["units"] == "N m"
         assert before["long_name"].endswith("on the pulley, immediately before the event")
-
-
-@pytest.mark.parametrize(("law", "backend"), SINGLE_DOF)
-def test_every_pair_records_both_sides_of_a_breakaway(law: str, backend: str) -> None:
-    found = simulate(with_method(pulley(solver={"duration": 0.6, "rtol": 1e-7}), law, backend))
-    event = next(e for e in found.transitions if e.mode_from == 0)
-    assert event.time == pytest.approx(BREAKAWAY, abs=0.02)
-    torques = [found.events[f"friction_torque_{side}"][0] for side in ("before", "after")]
-    # eq 30 has no friction at breakaway.
-    assert torques[1] < 0.0
-    assert torques[0] < 0.0 or law == "published"
-    assert event.time in found.time

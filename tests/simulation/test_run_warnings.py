@@ -7,7 +7,7 @@ import random
 import tomllib
 from functools import cache
 from itertools import pairwise
-from math import cos, pi, radians, sin
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from frictionsim.scenario.loading import validate
 from frictionsim.scenario.signal_tables import PiecewiseLinearTable, extremes, period_of
 from tests.support.problems import CORD_RADIUS, LOAD, R_S, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
+from tests.support.second_way_shafts import machine_at_rest
 
 SHORTER = "is longer than a tenth of the period of"
 STICK_SLIP = "of the shortest time between two changes of stick and slip"
@@ -216,29 +217,9 @@ MACHINE = next(c["scenario"] for c in cases("marble_machine") if c["name"] == "c
 
 
 def needed(data: Scenario) -> float:
-    """Return the torque that lifts in every position of the gear, by bisection, N m."""
-    m = data["mechanism"]
-    friction = data["effects"].get("shaft_friction", {"shaft_radius": 0.0, "mu_s": 0.0})
-    mu = friction["mu_s"]
-    radius = friction["shaft_radius"] * mu / (1.0 + mu * mu) ** 0.5
-    g, half = data["effects"]["gravity"]["g"], pi / m["slots"]
-    lift = m["marble_mass"] * g * m["marble_circle_radius"]
-    along = radians(m["mesh_azimuth_deg"] + 90.0 + m["pressure_angle_deg"])
-    force = 1.0 / (m["pinion_radius"] * cos(radians(m["pressure_angle_deg"])))
-    found = 0.0
-    for marbles, load in (
-        (0.5 * m["slots"] + 1, lift * cos(half) / sin(half)),
-        (0.5 * m["slots"], lift / sin(half)),
-    ):
-        weight = (m["gear_mass"] + marbles * m["marble_mass"]) * g
-        low, high = 0.0, 1.0
-        for _ in range(200):
-            torque = 0.5 * (low + high)
-            reaction = np.hypot(force * cos(along) * torque, weight - force * sin(along) * torque)
-            lifts = m["gear_ratio"] * torque - load > radius * reaction
-            low, high = (low, torque) if lifts else (torque, high)
-        found = max(found, high)
-    return found
+    """Return the torque that lifts in every position of the gear, N m, by a second way."""
+    scenario = validate(data, SCENARIOS).to_dict()
+    return float(machine_at_rest(scenario)["torque_to_lift_worst"].value or 0.0)
 
 
 def drawn_machine(seed: int) -> tuple[Scenario, float]:

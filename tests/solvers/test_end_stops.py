@@ -109,27 +109,6 @@ def test_the_drawn_bodies_are_of_all_sorts() -> None:
     assert sum(map(len, ends)) > 150
 
 
-@pytest.mark.parametrize(
-    ("law", "backend"),
-    [("", "events"), ("", "lsoda"), ("set-valued", "events"), ("set-valued", "rkf45")],
-)
-def test_a_mirrored_body_moves_mirrored_to_the_last_bit(law: str, backend: str) -> None:
-    sizes = [{"time": PRESSED["time"], "value": [s * v for v in PRESSED["value"]]} for s in (1, -1)]
-    stops = [(-50.0, 60.0), (-60.0, 50.0)]
-    both = []
-    for size, (lowest, highest) in zip(sizes, stops, strict=True):
-        keys = {"lowest_angle_deg": lowest, "highest_angle_deg": highest, "restitution": 0.6}
-        data = stopped(size, effects__end_stops=keys, solver__backend=backend)
-        data = with_friction(data, 0.1, 0.05) if law else data
-        both.append(sound(data))
-    one, other = both
-    assert times(one) == times(other)
-    assert len(times(one)) > 3
-    for name in ("angle", "angular_velocity", "stop_torque"):
-        assert np.array_equal(one.channels[name], -other.channels[name])
-    assert np.array_equal(one.channels["energy_impact"], other.channels["energy_impact"])
-
-
 LEAVING = [
     # law, method, when the body leaves a stop against 0.1 N m of dry friction, within
     ("", "events", 4.5, 1e-12),
@@ -308,35 +287,6 @@ def test_a_tiny_capture_speed_does_not_make_flights_without_end(
     done = sound(data)
     assert done.transitions[-1][1:4] == ("stop", 1, 0)
     assert 50 < done.quantities["impacts"].value < 400
-
-
-@pytest.mark.parametrize("backend", EXACT)
-@pytest.mark.parametrize(("capture", "after"), [(0.999, -1), (1.001, 0)])
-def test_a_body_slower_than_the_capture_speed_does_not_rebound(
-    capture: float, after: int, backend: str
-) -> None:
-    speed = sqrt(2.0 * HIGHEST * 0.8)
-    data = stopped(0.5, effects__end_stops__capture_speed=capture * speed)
-    data = changed(with_friction(data, 0.1, 0.1), solver__backend=backend)
-    hit = sound(data).transitions[1]
-    assert (hit.contact, hit.mode_from, hit.mode_to) == ("stop", 1, after)
-
-
-@pytest.mark.parametrize(("law", "backend"), [("", "events"), ("set-valued", "rkf45")])
-def test_an_impact_loses_what_the_law_of_restitution_says(law: str, backend: str) -> None:
-    data = stopped(PRESSED, solver__backend=backend)
-    done = sound(with_friction(data, 0.1, 0.05) if law else data)
-    hits = [i for i, event in enumerate(done.transitions) if event.contact == "stop"]
-    hits = [i for i in hits if done.transitions[i].mode_from != 0]
-    before = np.array(done.events["angular_velocity_before"])[hits]
-    after = np.array(done.events["angular_velocity_after"])[hits]
-    fast = np.abs(before) >= 1e-3
-    assert fast.sum() > 2
-    assert np.array_equal(after[fast], -0.6 * before[fast])
-    lost = 0.25 * np.sum(before**2 - after**2)  # I/2 = 0.25 kg m^2
-    assert done.quantities["energy_impact"].value == pytest.approx(lost, rel=1e-12)
-    assert done.quantities["impact_speed_max"].value == np.max(np.abs(before))
-    assert done.quantities["impacts"].value == len(hits)
 
 
 CASES: list[tuple[str, str, dict[str, Any]]] = [
