@@ -17,7 +17,7 @@ from tests.support.scenarios import ROOT, SCENARIOS
 
 pytestmark = pytest.mark.slow
 
-STIFFNESS, DAMPING = 400.0, 0.5  # as in `foundation_run`
+DAMPING = 0.5  # as in `foundation_run`
 # 80 found; a large function more is 0.15 s more on one core.
 MAX_FUNCTIONS = 82
 
@@ -69,22 +69,6 @@ def test_the_belt_rests_under_its_force(found: dict[str, Any]) -> None:
     assert np.max(np.abs(at_rest["acceleration"])) * at_rest["mass"] < 1e-6
     shift = np.hypot(*(np.subtract(at_rest[key], found["without"][key]) for key in "xy"))
     assert np.max(shift) > 1e-4
-
-
-def test_its_damper_brakes(found: dict[str, Any]) -> None:
-    at_rest = found["with"]
-    braked = np.array(at_rest["damped"]) * at_rest["mass"]
-    assert braked == pytest.approx(-DAMPING * np.array([[1.0], [2.0]]) * np.ones(braked.shape))
-
-
-def test_its_energy_is_in_the_channel(found: dict[str, Any]) -> None:
-    x, y = (np.array(found["with"][key]) for key in "xy")
-    own = 0.5 * STIFFNESS * np.sum(x**2 + y**2)
-    potential = found["adaptive"]["potential"]
-    # What is left is of springs and contacts: T^2 L/(2 EA) = 2 J, and about as much in contacts.
-    assert 2.0 < potential - own < 10.0
-    assert own > 100.0
-    assert found["fixed"]["potential"] == pytest.approx(potential, rel=1e-12)
 
 
 def test_it_bounds_the_steps(found: dict[str, Any]) -> None:

@@ -223,12 +223,24 @@ def test_a_belt_that_is_turned_or_mirrored_does_the_same(
     assert np.max(np.abs(off)) < 1e-6 * max(float(np.max(np.abs(speeds))), 1e-3)
 
 
-@examples(8)
-@given(seed=st.integers(0, 10_000), law=st.sampled_from(["equal", "static above kinetic"]))
-def test_drawn_strings_keep_energy_friction_and_balance(seed: int, law: str) -> None:
-    data = drawn(seed, solver__backend="moreau")
-    if law != "equal":
-        data["effects"]["belt_friction"]["mu_s"] += 0.1
+@examples(16)
+@given(
+    seed=st.integers(0, 10_000),
+    more=st.sampled_from([0.0, 0.2]),
+    damping=st.just(5.0) | st.floats(50.0, 1e4),
+    prescribed=st.booleans(),
+    patch=st.booleans(),
+)
+def test_drawn_strings_keep_energy_friction_and_balance(
+    seed: int, more: float, damping: float, prescribed: bool, patch: bool
+) -> None:
+    """With dampers that are stiffer than the waves, and those that are not."""
+    data = drawn(seed, solver__backend="moreau", effects__axial_damping__coefficient=damping)
+    data["effects"]["belt_friction"]["mu_s"] += more
+    if prescribed:
+        data["drive"]["p0"] = {"speed": {"sine": {"amplitude": 5.0, "frequency_hz": 20.0}}}
+    if patch and damping > 5.0:  # so that its kernels are compiled once
+        data["effects"]["patch"] = {"from": 0.2, "to": 0.6, "mu_s": 0.15, "mu_k": 0.1}
     done = simulate(data)
     assert done.status == "done"
     assert all(check.ok for check in done.checks.values()), done.checks
@@ -243,6 +255,8 @@ def test_drawn_strings_keep_energy_friction_and_balance(seed: int, law: str) -> 
     inertia = np.array([p.inertia for p in scenario_run(done).mechanism.pulleys])
     radius = np.array([p.radius for p in scenario_run(done).mechanism.pulleys])
     for j in range(len(names)):
+        if prescribed and names[j] == "p0":
+            continue
         on = channels["pulley_index"] == j
         pull = np.sum(channels["friction_force"] * on, axis=1)
         moment = channels["pulley_torque"][:, j] - radius[j] * pull
@@ -286,19 +300,3 @@ def test_points_need_not_follow_the_curve_of_a_small_roller() -> None:
     done = simulate(data)
     assert done.status == "done"
     assert all(check.ok for check in done.checks.values())
-
-
-def test_a_belt_that_would_lift_off_is_warned_of() -> None:
-    fast = {"speed": {"time": [0.0, 0.3], "value": [0.0, -4000.0]}}  # 108 m/s: rho v^2 = 1120 N
-    done = simulate(string(drive__driver=fast, drive__driven={"torque": 0.0}, solver__duration=0.4))
-    found = [text for text in done.warnings if "is hardly pressed on 'driver'" in text]
-    assert len(found) == 1
-    assert found[0].endswith("add [effects.contact]")
-
-
-def test_a_slack_span_is_warned_of() -> None:
-    much = {"mu_s": 10.0, "mu_k": 10.0}
-    done = simulate(string(mechanism__belt__pretension=100.0, effects__belt_friction=much))
-    assert any(
-        "a slack span goes into compression instead of sagging" in text for text in done.warnings
-    )

@@ -77,21 +77,6 @@ def test_friction_never_exceeds_its_limit(done: Record) -> None:
     assert done.checks["friction_law"].ok
 
 
-def test_friction_brakes_what_slides(done: Record) -> None:
-    """Force on the body and rim less body have one sign, but for the tail of what sticks."""
-    friction, slip = done.channels["friction_force"], done.channels["slip_velocity"]
-    sliding = (done.channels["sticking"] == 0.0) & (np.abs(slip) > 1e-3)
-    assert np.sum(sliding) > 50
-    assert np.all(friction[sliding] * slip[sliding] >= 0.0)
-
-
-def test_bodies_apart_from_pulleys_feel_none(done: Record) -> None:
-    apart = done.channels["pulley_index"] < 0.0
-    assert np.any(apart)
-    for name in ("normal_force", "friction_force", "slip_velocity", "sticking"):
-        assert np.all(done.channels[name][apart] == 0.0), name
-
-
 # --- rest ----------------------------------------------------------------------------------------
 
 WAVE = 141.0  # m/s

@@ -119,8 +119,3 @@ def test_published_laws_creep_where_exact_stick_holds(law: str) -> None:
     # Both give the pulleys nearly the same motion: what creeps is slow against the belt's 0.4 m/s.
     found, expected = (run.channels["pulley_speed"][-1, 0] for run in (done, exact))
     assert found == pytest.approx(expected, rel=0.1)
-
-
-def test_a_creep_law_whose_slip_depends_on_the_steps_is_warned_of() -> None:
-    scenario = scenario_of(of_law(law="creep", maximum_creep=1e-4))
-    assert any("depends on the steps of the solver" in warning for warning in scenario.warnings())

@@ -6,8 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import frictionsim as fs
 from frictionsim.errors import Interrupted
@@ -23,7 +21,6 @@ from tests.support.belt_scenarios import (
     stepped,
 )
 from tests.support.drawn_belts import drawn
-from tests.support.examples import examples
 from tests.support.scenarios import Scenario, changed, simulate
 
 NO_MOTION_ACROSS = {"effects__contact": None, "effects__bending": None, "effects__gravity": None}
@@ -151,34 +148,6 @@ def test_it_is_stable_for_any_damping(coefficient: float) -> None:
     assert all(check.ok for check in done.checks.values()), done.checks
     # Energies add up to the second order of a step, of which there are 16 in a period of a wave.
     assert done.checks["energy_balance"].value < 1e-5
-
-
-@examples(8)
-@given(
-    seed=st.integers(0, 10_000),
-    damping=st.floats(50.0, 1e4),
-    more=st.sampled_from([0.0, 0.2]),
-    prescribed=st.booleans(),
-    patch=st.booleans(),
-)
-def test_drawn_belts_keep_energy_friction_and_balance(
-    seed: int, damping: float, more: float, prescribed: bool, patch: bool
-) -> None:
-    data = drawn(seed, solver__backend="moreau", effects__axial_damping__coefficient=damping)
-    friction = data["effects"]["belt_friction"]
-    friction["mu_s"] += more
-    if prescribed:
-        data["drive"]["p0"] = {"speed": {"sine": {"amplitude": 5.0, "frequency_hz": 20.0}}}
-    if patch:
-        data["effects"]["patch"] = {"from": 0.2, "to": 0.6, "mu_s": 0.15, "mu_k": 0.1}
-    done = simulate(data)
-    assert done.status == "done"
-    assert all(check.ok for check in done.checks.values()), done.checks
-    channels = done.channels
-    # What sticks has no slip, to rounding of the speeds, which are of some m/s.
-    assert np.max(np.abs(channels["slip_velocity"][channels["sticking"] > 0.0]), initial=0.0) < 1e-9
-    limit = max(friction["mu_s"], 0.5) * channels["normal_force"]
-    assert np.all(np.abs(channels["friction_force"]) <= limit * (1.0 + 1e-9) + 1e-9)
 
 
 @pytest.mark.parametrize("points", [6, 8, 12])

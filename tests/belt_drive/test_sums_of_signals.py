@@ -115,13 +115,6 @@ def test_terms_are_set_and_varied_by_their_index() -> None:
     assert two == pytest.approx(4.0 * one, rel=1e-6)  # linear, so that energies are squares
 
 
-def test_the_shortest_period_of_a_sum_is_warned_of() -> None:
-    fast = {"sine": {"amplitude": 1.0, "frequency_hz": 5000.0}}
-    scenario = scenario_of(pair(drive__driven={"torque": [RAMPS[2], fast]}))
-    (found,) = scenario.warnings()
-    assert "a tenth of the period of drive.driven.torque, 0.0002 s" in found
-
-
 def test_the_schema_for_editors_knows_lists() -> None:
     drive = schema("belt_drive")["$defs"]["PulleyDrive"]["properties"]
     for key in ("torque", "speed"):

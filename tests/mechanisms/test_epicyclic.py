@@ -69,18 +69,6 @@ def test_uniform_torque_is_eq_28(degrees: float, published: float, consistent: f
         assert run.channels["uniform_torque"][0] == pytest.approx(torque, abs=1e-14)
 
 
-@pytest.mark.parametrize("speed", [0.0, 3.0, 7.0, 7.38, 7.39, 20.0])
-def test_mean_torque_with_radial_load_is_the_mean_of_the_channel(speed: float) -> None:
-    data = gear(effects__rolling_friction__normal_load="radial")
-    scenario = validate(data, SCENARIOS)
-    contact = epicyclic.build(scenario).contact
-    assert contact is not None
-    angles = (np.arange(200_000) + 0.5) * (2 * pi / 200_000)
-    mean = np.mean(contact.kinetic_limit(0.0, angles, speed, 1))
-    # The midpoint rule has an error of order h^2 at the kinks.
-    assert epicyclic.uniform_torque_mean(scenario, speed) == pytest.approx(mean, rel=1e-9)
-
-
 def test_prescribed_speed_needs_the_uniform_torque() -> None:
     speed = 4.0
     data = gear(drive={"speed": speed}, solver__duration=2 * pi / speed)

@@ -94,28 +94,6 @@ def test_loads_linear_in_time_give_the_closed_form(name: str) -> None:
     )
 
 
-def resultant_that_vanishes(times: float) -> Scenario:
-    """Return a scenario that slides while two opposite forces balance so often in a second."""
-    return shaft_scenario(
-        [{"size": 900.0, "direction": [0.3, 1.0], **THROUGH_THE_AXIS},
-         {"size": sine(900.0, 700.0, 0.5 * times), "direction": [-0.3, -1.0], **THROUGH_THE_AXIS}],
-        [3.0], mechanism={"inertia": 0.02, "initial_angular_velocity": 20.0},
-        effects={"viscous_damping": {"coefficient": 0.05}},
-    )  # fmt: skip
-
-
-@pytest.mark.parametrize("backend", ["events", "rkf45"])
-def test_friction_of_a_load_that_passes_zero_is_accurate(backend: str) -> None:
-    """The size of the load has a corner there; no step goes across it."""
-    data = resultant_that_vanishes(20.0)
-    found = solution(data)
-    # Without it, the error of the angle is 3e-8 rad.
-    assert_same(
-        seen(with_method(data, "set-valued", backend)), (found["events"], found["final"]),
-        angle=1e-9,
-    )  # fmt: skip
-
-
 CHOSEN = ["any_loads_10", "load_through_zero_51", "resultant_vanishes_12", "tables_16"]
 
 

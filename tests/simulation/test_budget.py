@@ -4,11 +4,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import tomli_w
 
 import frictionsim as fs
 from tests.attacks.checkpoints import ORIGINALS
-from tests.support.scenarios import SCENARIOS, changed, pulley
+from tests.support.scenarios import SCENARIOS
 
 PULLEY = SCENARIOS / "pulley.toml"
 
@@ -102,9 +101,3 @@ def test_fixed_steps_have_no_tolerances() -> None:
         found = fs.solve(ORIGINALS["belt moreau"][0](), **limit)
         assert "; resume the run, raise the limit or take longer steps" in found.reason
         assert "tolerance" not in found.reason
-
-
-def test_a_scenario_with_a_limit_is_written_with_it(tmp_path: Path) -> None:
-    path = tmp_path / "s.toml"
-    path.write_text(tomli_w.dumps(changed(pulley(), solver__max_steps=77)))
-    assert "max_steps = 77" in fs.solve(path, max_steps=5).scenario.to_toml()
