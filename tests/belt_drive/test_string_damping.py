@@ -21,7 +21,7 @@ from tests.support.belt_scenarios import (
     stepped,
 )
 from tests.support.drawn_belts import drawn
-from tests.support.scenarios import Scenario, changed, simulate
+from tests.support.scenarios import Scenario, changed, sound
 
 NO_MOTION_ACROSS = {"effects__contact": None, "effects__bending": None, "effects__gravity": None}
 END = 6.4e-3  # s
@@ -141,11 +141,9 @@ def test_the_default_step_is_that_of_the_waves_alone(points: int, most: int) -> 
 
 @pytest.mark.parametrize("coefficient", [0.2, 20.0, 2e4, 1e6])
 def test_it_is_stable_for_any_damping(coefficient: float) -> None:
-    done = simulate(
+    done = sound(
         changed(stretchy(40), effects__axial_damping__coefficient=coefficient, solver__duration=0.1)
     )
-    assert done.status == "done"
-    assert all(check.ok for check in done.checks.values()), done.checks
     # Energies add up to the second order of a step, of which there are 16 in a period of a wave.
     assert done.checks["energy_balance"].value < 1e-5
 

@@ -15,10 +15,10 @@ from tests.simulation.test_resume import calls_of, stopping
 from tests.support.end_stops_reference import drawn_body, events_of, mirrored
 from tests.support.scenarios import (
     SCENARIOS,
-    Scenario,
     changed,
     mechanism_of,
     simulate,
+    sound,
     with_method,
 )
 from tests.support.stopped_bodies import scenario_of, stopped, with_friction
@@ -27,14 +27,6 @@ HIGHEST, LOWEST = radians(60.0), radians(-50.0)
 EXACT = ("events", "rkf45")
 SMOOTH = ("events", "dop853", "radau", "lsoda")  # methods of a body without dry friction
 PRESSED = {"time": [0.0, 4.0, 5.0, 8.0], "value": [0.5, 0.5, -0.5, -0.5]}  # turns at 4.5 s
-
-
-def sound(data: Scenario) -> Record:
-    """Run a scenario, which must pass its audit."""
-    done = simulate(data)
-    assert (done.status, done.reason) == ("done", "")
-    assert {name for name, check in done.checks.items() if not check.ok} == set()
-    return done
 
 
 def events(done: Record) -> list[tuple[str, int, int]]:
