@@ -318,19 +318,6 @@ def test_failed_settings_are_reported_with_the_reason(failing: WorkPrecision) ->
     assert failing.rows[0].error is None
 
 
-def test_runs_over_the_wall_time_limit_are_reported() -> None:
-    slow = Setting(
-        *("rkf45", "tiny steps", ("solver.step=1e-5",), "published"),
-        ("effects.shaft_friction.law=published",),
-    )
-    scenario = load(Path(PULLEY))
-    benchmark = Benchmark(ScenarioVariants(scenario), mechanism_module("pulley").METRICS, 1e-3, 1)
-    reference = simulate(pulley())  # whatever it is: there is nothing to judge
-    found = benchmark.row(slow, reference, ignore)
-    assert found.status == "failed"
-    assert found.reason.startswith("wall-time limit of 0.001 s reached at t = ")
-
-
 def test_failed_references_are_reported_and_an_error_if_all_fail() -> None:
     few = Setting("events", "few", ("solver.max_steps=2",))
     with pytest.raises(SolverError, match=r"all reference runs failed: events, few: limit"):
@@ -417,19 +404,6 @@ def test_the_command_writes_table_json_csv_hdf5_and_picture(
     refused = cli("compare", "a.h5", "a.h5")
     assert refused.returncode == 2
     assert "this is a table of `frictionsim cost`, not the result of a run" in refused.stderr
-
-
-def test_the_table_has_each_setting_and_the_recommendations(
-    timed_by_steps: None, capsys: pytest.CaptureFixture[str]
-) -> None:
-    arguments = ["cost", PULLEY, *SHORT, "--laws", "set-valued,published", "--tolerances", "1e-4"]
-    assert run_command_line([*arguments, "--repeats", "1"]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[1] == ("reference: events, set-valued, rtol 5e-6 and rkf45, set-valued, rtol 1e-5")
-    rows = [tuple(line.split()[:2]) for line in lines[5:10]]
-    exact = [("set-valued", "events"), ("set-valued", "rkf45")]
-    assert rows == [*exact, *[("published", "rkf45")] * 3]
-    assert [line[:10] for line in lines[10:]] == ["for 1 %: e", "for 0.1 %:", "for 0.01 %"]
 
 
 @pytest.mark.parametrize("suffix", [".pdf", ".svg"])
