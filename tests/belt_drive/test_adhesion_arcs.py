@@ -5,7 +5,7 @@ import pytest
 
 from frictionsim.results import Record
 from tests.support.belt_closed_forms import SECTION_4, creep
-from tests.support.belt_scenarios import shipped
+from tests.support.belt_scenarios import CONTINUED, shipped
 from tests.support.drawn_drives import drawn_drive, scenario_of_drive, steady
 from tests.support.scenarios import simulate
 
@@ -42,7 +42,7 @@ def test_bodies_in_the_plane_come_close(bodies: int) -> None:
         "belt_drive",
         effects__bending__rigidity=1e-9,
         mechanism__belt__bodies=bodies,
-        drive__driven__torque={"speed": [-251.327412, 251.327412], "value": [150.0, -150.0]},
+        drive__driven__torque=CONTINUED,
         solver={"backend": "moreau", "duration": 0.6},
         output={"interval": 1e-3, "channels": []},
     )

@@ -23,7 +23,7 @@ from frictionsim.mechanisms.belt_drive.kernels.jit import Kernel, announce_compi
 from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
 from frictionsim.simulation.simulate import run
-from tests.support.belt_scenarios import COMPILED, STEPS, pair, scenario_of
+from tests.support.belt_scenarios import COMPILED, NO_MOTION_ACROSS, STEPS, pair, scenario_of
 from tests.support.old_results import old_result
 from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, pulley, simulate
 
@@ -169,7 +169,7 @@ FORMS: dict[str, Scenario] = {
 def test_one_kernel_is_compiled_for_all_forms_of_signals(
     backend: str, guided: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    without = {"effects__contact": None, "effects__bending": None} if guided else {}
+    without = NO_MOTION_ACROSS if guided else {}
     calls, seen = Calls(monkeypatch), set()
     for form, drive in FORMS.items():
         data = pair(solver__backend=backend, drive={"driver": drive} if drive else {}, **without)

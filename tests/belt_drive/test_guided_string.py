@@ -12,14 +12,18 @@ from hypothesis import strategies as st
 from frictionsim.mechanisms.belt_drive.quantities import equilibrium_quantities
 from frictionsim.results import Record
 from tests.support.belt_closed_forms import SECTION_4, two_pulley_mode
-from tests.support.belt_scenarios import scenario_of, shipped, stepped, trio
+from tests.support.belt_scenarios import (
+    CONTINUED,
+    NO_MOTION_ACROSS,
+    scenario_of,
+    shipped,
+    stepped,
+    trio,
+)
 from tests.support.drawn_belts import drawn
 from tests.support.examples import examples
 from tests.support.scenarios import Scenario, changed, scenario_run, simulate, sound
 from tests.support.string_reference import arcs_of, end_state
-
-CONTINUED = {"speed": [-251.327412, 251.327412], "value": [150.0, -150.0]}  # the resistance
-NO_MOTION_ACROSS = {"effects__contact": None, "effects__bending": None, "effects__gravity": None}
 
 EA, RHO, R = 1.52e5, 0.096, 0.027  # of the shipped drive
 

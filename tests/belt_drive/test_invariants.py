@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frictionsim.results import Record
-from tests.support.belt_scenarios import Array, pair, scenario_of, trio
+from tests.support.belt_scenarios import Array, mirrored, pair, scenario_of, trio
 from tests.support.scenarios import Scenario, changed, scenario_run, simulate
 
 BACKENDS = ["rkf45", "moreau"]
@@ -165,21 +165,6 @@ def test_without_friction_nothing_is_transmitted(backend: str) -> None:
 
 
 # --- mirror images -------------------------------------------------------------------------------
-
-
-def mirrored(data: Scenario) -> Scenario:
-    """Return a scenario turned over about the y axis, its pulleys in order.
-
-    What ran round counter-clockwise runs round clockwise: so do torques and speeds.
-    """
-    image = changed(data)
-    for pulley in image["mechanism"]["pulleys"]:
-        pulley["center"][0] *= -1.0
-    sine = image["drive"]["driver"]["speed"]["sine"]
-    sine["amplitude"] *= -1.0
-    sine = image["drive"]["roller"]["torque"]["sine"]
-    sine["amplitude"], sine["mean"] = -sine["amplitude"], -sine["mean"]
-    return image
 
 
 CLOSE = {"rkf45": 5e-3, "moreau": 1e-6}

@@ -14,7 +14,7 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     MODE,
     STICKING,
 )
-from tests.support.belt_scenarios import Stepped, pair, scenario_of, stepped
+from tests.support.belt_scenarios import NO_MOTION_ACROSS, Stepped, pair, scenario_of, stepped
 from tests.support.scenarios import simulate
 
 SLIPPERY = {"mu_s": 0.2, "mu_k": 0.1}
@@ -26,7 +26,7 @@ PLACES = ("in the plane", "guided")
 def belt(place: str, backend: str) -> dict[str, Any]:
     changes: dict[str, Any] = {"solver__backend": backend, "solver__duration": 4e-3, **OVERLOADED}
     if place == "guided":
-        changes |= {"effects__contact": None, "effects__bending": None}
+        changes |= NO_MOTION_ACROSS
     return pair(**changes)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from frictionsim.results import Record
-from tests.support.belt_scenarios import pair, shipped, trio
+from tests.support.belt_scenarios import NO_MOTION_ACROSS, pair, shipped, trio
 from tests.support.scenarios import Scenario, scenario_run, simulate
 
 LONG = {"solver__duration": 0.3, "solver__backend": "moreau"}
@@ -158,9 +158,6 @@ def test_a_roller_that_carries_nothing_is_not_overloaded() -> None:
     done = simulate(data)
     assert full_slip(done, "roller") > 0.01
     assert not warned(done, "slips on 'roller'")
-
-
-NO_MOTION_ACROSS = {"effects__contact": None, "effects__bending": None}
 
 
 @pytest.mark.parametrize(("mu_k", "torque", "told"), [(0.6, -5.0, False), (0.4, -5.0, True)])

@@ -12,6 +12,7 @@ from frictionsim.errors import Interrupted
 from frictionsim.mechanisms.belt_drive.model import BeltModel, assemble
 from frictionsim.mechanisms.belt_drive.steppers import moreau
 from tests.support.belt_scenarios import (
+    NO_MOTION_ACROSS,
     Disturb,
     changed_step,
     distance,
@@ -23,7 +24,6 @@ from tests.support.belt_scenarios import (
 from tests.support.drawn_belts import drawn
 from tests.support.scenarios import Scenario, changed, sound
 
-NO_MOTION_ACROSS = {"effects__contact": None, "effects__bending": None, "effects__gravity": None}
 END = 6.4e-3  # s
 # b/l a joint is 960 N s/m: 4 b/m decays in 5e-6 s; waves alone allow steps of 3e-4 s.
 SECTION = {"coefficient": 40.0, "basis": "section"}

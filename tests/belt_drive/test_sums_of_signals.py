@@ -12,7 +12,7 @@ import frictionsim as fs
 from frictionsim.mechanisms.belt_drive.belt_simulation import _discontinuities
 from frictionsim.scenario.authoring import schema
 from frictionsim.scenario.model_fields import unit_of_key
-from tests.support.belt_scenarios import NO_FRICTION, pair, scenario_of
+from tests.support.belt_scenarios import NO_FRICTION, NO_MOTION_ACROSS, pair, scenario_of
 from tests.support.scenarios import Scenario, simulate
 
 INERTIA = 2e-3  # kg m^2, of a pulley of `pair`
@@ -21,9 +21,8 @@ DURATION = 0.05  # s
 
 def smooth_pulleys(signal: Any, key: str = "torque", **changes: Any) -> Scenario:
     """Return pulleys on which the belt slides without friction: nothing but torques turns them."""
-    guided = {"effects__contact": None, "effects__bending": None}
     rubs = {"effects__belt_friction": NO_FRICTION, "drive": {"driven": {key: signal}}}
-    return pair(**guided, **rubs, **changes)
+    return pair(**NO_MOTION_ACROSS, **rubs, **changes)
 
 
 def over_speed(slope: float, offset: float = 0.0) -> dict[str, Any]:

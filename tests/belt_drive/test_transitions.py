@@ -11,7 +11,7 @@ from frictionsim.errors import BudgetExceeded
 from frictionsim.mechanisms.belt_drive.transitions import lasting_changes
 from frictionsim.results import BACKWARD, FORWARD, OPEN, SLACK, STICK, TAUT
 from frictionsim.simulation.simulate import run
-from tests.support.belt_scenarios import pair, scenario_of, trio
+from tests.support.belt_scenarios import mirrored, pair, scenario_of, trio
 from tests.support.scenarios import Scenario, simulate
 from tests.support.second_way_belt import walked
 from tests.support.second_way_transitions import ahead, events, read
@@ -26,16 +26,6 @@ RUN = {
 
 
 # --- full slip ------------------------------------------------------------------------------------
-
-
-def mirrored(data: Scenario) -> Scenario:
-    """Return a drive on two pulleys seen from behind: it turns the other way round."""
-    for pulley in data["mechanism"]["pulleys"]:
-        pulley["center"][0] *= -1.0
-    for drive in data["drive"].values():
-        for signal in drive.values():
-            signal["value"] = [-value for value in signal["value"]]
-    return data
 
 
 def limit(radius: float, mu: float, wrap: float, pretension: float = 200.0) -> float:

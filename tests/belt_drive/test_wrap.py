@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from frictionsim.results import Record
-from tests.support.belt_scenarios import Array, pair, shipped
-from tests.support.scenarios import Scenario, changed, sound
+from tests.support.belt_scenarios import CONTINUED, Array, mirrored, pair, shipped
+from tests.support.scenarios import Scenario, sound
 
 
 def late(done: Record, name: str) -> Array:
@@ -27,7 +27,6 @@ def joints_on(done: Record, pulley: int) -> Any:
 
 # What a soft contact leaves of the slip in fine meshes, 1200 bodies, over the creep of a string.
 LIMIT_OF_MESH = {"with": 0.91, "without": 0.92}
-CONTINUED = {"speed": [-251.327412, 251.327412], "value": [150.0, -150.0]}  # the resistance
 
 
 @cache
@@ -132,15 +131,6 @@ LAYOUTS = {
         pulley("roller", 0.2, 0.055, 0.06, side="outside"),
     ),
 }
-
-
-def mirrored(data: Scenario) -> Scenario:
-    """Return a belt turned over about the y axis: it runs round the other way."""
-    image = changed(data)
-    for one in image["mechanism"]["pulleys"]:
-        one["center"][0] *= -1.0
-    image["drive"]["driver"]["speed"] = {"time": [0.0, 0.05], "value": [0.0, 10.0]}
-    return image
 
 
 @pytest.mark.parametrize("name", LAYOUTS)

@@ -9,20 +9,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-import frictionsim as fs
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.pulley import build
 from frictionsim.mechanisms.pulley.masses import CAR, OTHER
 from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
 from frictionsim.scenario.loading import validate
-from frictionsim.simulation.many_runs import kernel_for
 from frictionsim.simulation.multi_contact import (
     MultiContactSimulation,
     audit,
     friction_violation,
     release_check,
 )
-from frictionsim.simulation.record import event_names, sticking_phases
 from frictionsim.simulation.simulate import run
 from frictionsim.solvers import multi_contact_solver
 from frictionsim.solvers.multi_contact import Modes, MultiContactTrajectory
@@ -103,16 +100,6 @@ def test_events_have_both_sides_and_their_own_sample() -> None:
             assert result.events["cord_mode_before"][i] == event.mode_from
             assert result.events["cord_mode_after"][i] == event.mode_to
     assert np.all(np.diff(result.time) > 0.0)
-
-
-def test_the_phases_of_the_shaft_are_not_those_of_the_cord() -> None:
-    record = solved(slipping_lift(solver__duration=4.0))
-    names = event_names(record)
-    assert {"breakaway", "cord: slips"} <= set(names)
-    sticks = record.channels["mode"] == STICK
-    for start, stop in sticking_phases(record):
-        inside = (record.channels["time"] > start) & (record.channels["time"] < stop)
-        assert np.all(sticks[inside])
 
 
 def trajectory(data: Scenario) -> tuple[MultiContactTrajectory, Any]:
@@ -339,14 +326,6 @@ def test_the_error_is_estimated_by_a_second_run() -> None:
     found = estimate(scenario_run(done), done, lambda t: None)
     assert found.errors["final_angle"] is not None
     assert found.errors["final_angle"] < 1e-6
-
-
-def test_many_lifts_are_run_one_by_one() -> None:
-    scenario = validate(slipping_lift(), SCENARIOS)
-    assert kernel_for(scenario) is None
-    found = fs.sweep(scenario, {"effects.hanging_masses.car": [90.0, 100.0]}, workers=1)
-    alone = solved(slipping_lift()).quantities["cord_slip_max"].value
-    assert float(found["cord_slip_max"][1]) == alone
 
 
 def test_events_at_one_time_have_one_state_on_each_side() -> None:

@@ -15,7 +15,7 @@ import pytest
 
 from frictionsim.results import Record
 from frictionsim.scenario.loading import validate
-from frictionsim.scenario.signal_tables import PiecewiseLinearTable, extremes, period_of
+from frictionsim.scenario.signal_tables import PiecewiseLinearTable, period_of
 from tests.support.problems import CORD_RADIUS, LOAD, R_S, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
 from tests.support.second_way_shafts import machine_at_rest
@@ -326,18 +326,6 @@ def test_the_drawn_machines_cover_all_warnings() -> None:
     for words in ("not above", "ran back", "stands still"):
         assert 5 < sum(bool(warnings_with(run, words)) for run in runs) < 55, words
     assert sum(not run.warnings for run in runs) > 5
-
-
-def test_extremes_of_signals_within_the_run() -> None:
-    for seed in range(40):
-        force, _ = drawn_signal(random.Random(seed))
-        scenario = validate(pulley(drive__force=force, solver__duration=2.5), SCENARIOS)
-        signal = scenario.drive.force.signal()
-        values = [signal(t) for t in np.linspace(0.0, 2.5, 20_001)]
-        # The grid misses an extremum by at most half its step.
-        found = extremes(scenario.drive.force, 2.5)
-        assert found == pytest.approx((min(values), max(values)), abs=5.0)
-        assert found[0] <= min(values) <= max(values) <= found[1]
 
 
 @pytest.mark.parametrize("torque", [-4.0, -1.5, 1.5, 4.0])

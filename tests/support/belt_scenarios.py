@@ -93,6 +93,27 @@ def shipped(name: str, **changes: Any) -> Scenario:
     return as_shipped(name, **{"solver__backend": "moreau", **changes})
 
 
+# A belt that is guided on its pitch line.
+NO_MOTION_ACROSS = {"effects__contact": None, "effects__bending": None, "effects__gravity": None}
+# The resistance of `belt_drive.toml`, linear throughout.
+CONTINUED = {"speed": [-251.327412, 251.327412], "value": [150.0, -150.0]}
+
+
+def mirrored(data: Scenario) -> Scenario:
+    """Return a belt turned over about the y axis; what ran round one way runs round the other."""
+    image = changed(data)
+    for pulley in image["mechanism"]["pulleys"]:
+        pulley["center"][0] *= -1.0
+    for drive in image["drive"].values():
+        for signal in drive.values():
+            sine = signal.get("sine", {})
+            for key in {"mean", "amplitude"} & sine.keys():
+                sine[key] *= -1.0
+            if "time" in signal:  # loads over the speed are odd
+                signal["value"] = [-value for value in signal["value"]]
+    return image
+
+
 class Stepped(NamedTuple):
     """Where a backend got to, without samples on the way."""
 
