@@ -96,10 +96,7 @@ class NotedKernel(Kernel):
 class Calls:
     """Notes the types of what the kernels that Python calls are given: each is compiled for."""
 
-    ENTRIES: ClassVar = {
-        rkf45: ("advance",),
-        moreau: ("integrate",),
-    }
+    ENTRIES: ClassVar = {rkf45: ("advance",), moreau: ("integrate",)}
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.seen: set[tuple[str, ...]] = set()
@@ -211,10 +208,7 @@ def test_the_table_has_the_seconds_of_compilation_where_there_was_one() -> None:
 
 @pytest.mark.parametrize(
     ("number", "option"),
-    [
-        (signal.SIGINT, "-o"),
-        pytest.param(signal.SIGTERM, "--json -o", marks=pytest.mark.slow),
-    ],
+    [(signal.SIGINT, "-o"), pytest.param(signal.SIGTERM, "--json -o", marks=pytest.mark.slow)],
 )
 def test_a_signal_ends_a_compilation_at_once(
     number: signal.Signals, option: str, tmp_path: Path

@@ -210,10 +210,7 @@ def test_signals_that_add() -> None:
 
 
 # The roller's contact is its own in all, the driven pulley's in its linear stiffness.
-OWN = {
-    "roller": {"c1": 4e7, "c2": 5e5, "damping": 60.0, "p_max": 3e-4},
-    "driven": {"c2": 3e5},
-}
+OWN = {"roller": {"c1": 4e7, "c2": 5e5, "damping": 60.0, "p_max": 3e-4}, "driven": {"c2": 3e5}}
 
 
 @uncompiled

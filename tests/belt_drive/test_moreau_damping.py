@@ -195,13 +195,7 @@ def damped(**changes: object) -> Scenario:
 
 SMOOTH = {
     "without friction": (damped(effects__belt_friction=NO_FRICTION), kick(GENTLY)),
-    "sticking": (
-        damped(
-            effects__belt_friction=MUCH_FRICTION,
-            drive__driver__torque=RISING,
-        ),
-        None,
-    ),
+    "sticking": (damped(effects__belt_friction=MUCH_FRICTION, drive__driver__torque=RISING), None),
 }
 
 
@@ -260,9 +254,7 @@ def test_it_is_stable_at_the_default_step_and_its_energies_add_up() -> None:
     """With dampers a thousand times as stiff, for many steps."""
     done = simulate(
         damped(
-            effects__axial_damping__coefficient=2e4,
-            solver__backend="moreau",
-            solver__duration=0.1,
+            effects__axial_damping__coefficient=2e4, solver__backend="moreau", solver__duration=0.1
         )
     )
     assert done.status == "done"

@@ -7,14 +7,7 @@ from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.mechanisms.belt_drive.stability_limits import max_frequency_and_decay
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
-from tests.support.belt_scenarios import (
-    NO_FRICTION,
-    kick,
-    pair,
-    scenario_of,
-    shipped,
-    stepped,
-)
+from tests.support.belt_scenarios import NO_FRICTION, kick, pair, scenario_of, shipped, stepped
 from tests.support.belt_waves import waves
 from tests.support.scenarios import Scenario, changed, simulate
 

@@ -15,12 +15,7 @@ from tests.support.belt_scenarios import pair
 from tests.support.examples import examples
 from tests.support.scenarios import SCENARIOS, Scenario
 from tests.support.second_way import Recorded, Seen
-from tests.support.second_way_belt import (
-    belt_drive,
-    last,
-    power_residual,
-    torque_residuals,
-)
+from tests.support.second_way_belt import belt_drive, last, power_residual, torque_residuals
 
 # The fastest wave in belts of these is seen by so many samples a radian.
 RIGIDITY, DENSITY, SAMPLES = 1e4, 0.5, 1.0

@@ -12,13 +12,7 @@ from frictionsim.mechanisms import epicyclic
 from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint, tracer_position
 from frictionsim.scenario.loading import validate
 from tests.support.problems import assert_agrees, cases
-from tests.support.scenarios import (
-    SCENARIOS,
-    Scenario,
-    changed,
-    shipped,
-    simulate,
-)
+from tests.support.scenarios import SCENARIOS, Scenario, changed, shipped, simulate
 
 
 def gear(**changes: Any) -> Scenario:
@@ -83,8 +77,7 @@ def test_prescribed_speed_needs_the_uniform_torque() -> None:
 
 def test_friction_reverses_with_the_prescribed_speed() -> None:
     data = gear(
-        drive={"speed": {"time": [0.0, 1.0, 1.5], "value": [2.0, -2.0, 0.0]}},
-        solver__duration=2.0,
+        drive={"speed": {"time": [0.0, 1.0, 1.5], "value": [2.0, -2.0, 0.0]}}, solver__duration=2.0
     )
     run = simulate(data)
     assert [(e.mode_from, e.mode_to) for e in run.transitions] == [(1, -1), (-1, 0)]

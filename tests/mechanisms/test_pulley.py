@@ -102,12 +102,7 @@ def test_rkf45_agrees_with_events_to_its_tolerance(case: dict[str, Any]) -> None
 # higher order has its steps elsewhere about the switch: 0.03 rad is an error of 1e-2 s in it.
 @pytest.mark.parametrize(("step", "tolerance"), [(None, 1e-4), (1e-2, 0.1), (1e-3, 0.01)])
 def test_published_law_runs_back_instead_of_sticking(step: float | None, tolerance: float) -> None:
-    data = pulley(
-        drive__force=RETURN_FORCE,
-        **PUBLISHED,
-        solver__duration=12.0,
-        solver__step=step,
-    )
+    data = pulley(drive__force=RETURN_FORCE, **PUBLISHED, solver__duration=12.0, solver__step=step)
     run = simulate(data)
     assert run.channels["angle"][-1] == pytest.approx(RETURN_OF_EQ_30, abs=tolerance)
     assert run.channels["angular_velocity"][-1] == pytest.approx(-7.10352, abs=tolerance)

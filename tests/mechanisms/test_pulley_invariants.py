@@ -27,12 +27,7 @@ forces = st.one_of(
     ),
     st.builds(
         lambda mean, amplitude, hz, phase: {
-            "sine": {
-                "mean": mean,
-                "amplitude": amplitude,
-                "frequency_hz": hz,
-                "phase_deg": phase,
-            }
+            "sine": {"mean": mean, "amplitude": amplitude, "frequency_hz": hz, "phase_deg": phase}
         },
         st.floats(1000.0, 4000.0),
         st.floats(1.0, 3000.0),

@@ -9,14 +9,7 @@ from tests.support.problems import cases
 from tests.support.scenarios import Scenario, changed, simulate, sound, with_method
 from tests.support.shaft_reference import solution
 from tests.support.shaft_reference_closed import closed_form
-from tests.support.shaft_scenarios import (
-    drawn,
-    in_units,
-    ramp,
-    shaft_scenario,
-    sine,
-    turned,
-)
+from tests.support.shaft_scenarios import drawn, in_units, ramp, shaft_scenario, sine, turned
 
 TIME, ANGLE = 1e-9, 1e-8  # s, rad, at rtol 1e-11
 CASES = {case["name"]: case for case in cases("shaft")}

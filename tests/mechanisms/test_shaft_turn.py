@@ -280,10 +280,7 @@ PUSH: Scenario = {
     "kind": "shaft",
     "mechanism": {"inertia": 0.5, "mass": 3.0},
     "forces": [{"name": "push", "size": 300.0, "point": [0.1, 0.05], "direction": [-0.5, 1.0]}],
-    "effects": {
-        "gravity": {},
-        "shaft_friction": {"shaft_radius": 0.02, "mu_s": 0.25, "mu_k": 0.2},
-    },
+    "effects": {"gravity": {}, "shaft_friction": {"shaft_radius": 0.02, "mu_s": 0.25, "mu_k": 0.2}},
 }
 
 

@@ -103,11 +103,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, bytes, float]
 @pytest.mark.parametrize("seed", range(100, 150))
 @pytest.mark.parametrize("way", ["kills", "signals"])
 def test_many_runs_stopped_at_random_times_leave_an_old_or_a_valid_file(
-    way: str,
-    seed: int,
-    whole: tuple[Path, bytes, float],
-    tmp_path: Path,
-    tally: dict[str, int],
+    way: str, seed: int, whole: tuple[Path, bytes, float], tmp_path: Path, tally: dict[str, int]
 ) -> None:
     scenario, content, seconds = whole
     target, before = tmp_path / "a.h5", OLD if way == "kills" and seed % 2 else None

@@ -107,10 +107,7 @@ def test_a_stopped_run_counts_its_segments_and_resumes_to_the_same_bytes(
     assert os.listdir(tmp_path) == ["a.h5"]
 
 
-@pytest.mark.parametrize(
-    "change",
-    [(f" {ROWS} ", " 2 "), (f" {ROWS} ", f" {ROWS} 00"), (" ", "")],
-)
+@pytest.mark.parametrize("change", [(f" {ROWS} ", " 2 "), (f" {ROWS} ", f" {ROWS} 00"), (" ", "")])
 def test_segments_that_are_not_those_of_the_result_are_not_shown(
     change: tuple[str, str], tmp_path: Path
 ) -> None:

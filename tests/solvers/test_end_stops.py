@@ -13,14 +13,7 @@ from frictionsim.simulation.simulate import run
 from frictionsim.solvers.end_stops import StopContact
 from tests.simulation.test_resume import calls_of, stopping
 from tests.support.end_stops_reference import drawn_body, events_of, mirrored
-from tests.support.scenarios import (
-    SCENARIOS,
-    changed,
-    mechanism_of,
-    simulate,
-    sound,
-    with_method,
-)
+from tests.support.scenarios import SCENARIOS, changed, mechanism_of, simulate, sound, with_method
 from tests.support.stopped_bodies import scenario_of, stopped, with_friction
 
 HIGHEST, LOWEST = radians(60.0), radians(-50.0)

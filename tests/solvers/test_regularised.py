@@ -15,15 +15,7 @@ from frictionsim.scenario.loading import load
 from frictionsim.scenario.methods import SCIPY
 from frictionsim.simulation.simulate import run as simulate_scenario
 from frictionsim.solvers.friction_curve import friction_curve
-from tests.support.problems import (
-    BREAKAWAY,
-    CORD_RADIUS,
-    INERTIA,
-    LOAD,
-    R_K,
-    R_S,
-    RAMP,
-)
+from tests.support.problems import BREAKAWAY, CORD_RADIUS, INERTIA, LOAD, R_K, R_S, RAMP
 from tests.support.scenarios import SCENARIOS, changed, pulley, simulate, with_method
 
 REGULARISED = "effects.shaft_friction.law=regularised"

@@ -387,10 +387,7 @@ def test_the_command_writes_table_json_csv_hdf5_and_picture(
         *("solver.rtol=0.0001", "solver.atol=1e-07"),
     ]
     assert told["recommendations"][0]["backend"] == "events"
-    assert told["references"] == [
-        "events, set-valued, rtol 5e-10",
-        "rkf45, set-valued, rtol 1e-9",
-    ]
+    assert told["references"] == ["events, set-valued, rtol 5e-10", "rkf45, set-valued, rtol 1e-9"]
     errors = [s["error"] for s in told["settings"]]
     with (tmp_path / "a.csv").open(encoding="utf-8") as file:
         lines = list(csv.DictReader(file))
