@@ -1,4 +1,4 @@
-"""The wrap factor: closed forms that a polygon of bodies misses."""
+"""The wrap factor: closed forms that a polygon of bodies misses, for the belt of the paper."""
 
 from functools import cache
 from typing import Any
@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from frictionsim.results import Record
-from tests.support.belt_scenarios import CONTINUED, Array, mirrored, pair, shipped
-from tests.support.scenarios import Scenario, sound
+from tests.support.belt_scenarios import CONTINUED, Array, shipped
+from tests.support.scenarios import sound
 
 
 def late(done: Record, name: str) -> Array:
@@ -22,8 +22,6 @@ def joints_on(done: Record, pulley: int) -> Any:
     on = late(done, "pulley_index") == pulley
     return on & np.roll(on, 1, axis=1)
 
-
-# --- the belt of the paper ------------------------------------------------------------------------
 
 # What a soft contact leaves of the slip in fine meshes, 1200 bodies, over the creep of a string.
 LIMIT_OF_MESH = {"with": 0.91, "without": 0.92}
@@ -91,58 +89,3 @@ def test_without_load_an_arc_has_the_tension_of_its_spans(bending: str) -> None:
     done = paper(bending, False)
     assert arc_over_span(done) == pytest.approx(1.0, abs={"without": 0.03, "with": 0.09}[bending])
     assert abs(quantity(done, "slip_percent")) < 0.02
-
-
-# --- drawn belts ----------------------------------------------------------------------------------
-
-# The driver comes to 10 rad/s, the driven pulley takes out 3 N m at that speed.
-RUNNING = {"time": [0.0, 0.05], "value": [0.0, -10.0]}
-# Contacts some 1e-5 m deep: on soft ones the forces of a body have another lever than the rim.
-STIFF = 4e6  # N/m
-BRAKED = {"speed": [-20.0, 20.0], "value": [6.0, -6.0]}
-
-
-def belt(bodies: int, *pulleys: dict[str, Any]) -> Scenario:
-    """Return a belt without gravity round pulleys of 2e-3 kg m^2, the second one driven."""
-    return pair(
-        mechanism__belt__bodies=bodies,
-        mechanism__pulleys=[{"inertia": 2e-3, **pulley} for pulley in pulleys],
-        drive={"driver": {"speed": RUNNING}, "driven": {"torque": BRAKED}},
-        effects__contact={"c1": 0.0, "c2": STIFF, "damping": 20.0, "reference_bodies": 48},
-        solver={"backend": "moreau", "duration": 0.6},
-    )
-
-
-def pulley(name: str, x: float, y: float, radius: float, **more: str) -> dict[str, Any]:
-    return {"name": name, "center": [x, y], "radius": radius, **more}
-
-
-LAYOUTS = {
-    "two alike": (pulley("driver", 0.0, 0.0, 0.08), pulley("driven", 0.25, 0.0, 0.08)),
-    "two unlike": (pulley("driver", 0.0, 0.0, 0.05), pulley("driven", 0.3, 0.04, 0.11)),
-    "three": (
-        pulley("driver", 0.0, 0.0, 0.06),
-        pulley("driven", 0.35, 0.02, 0.1),
-        pulley("idler", 0.15, 0.22, 0.05),
-    ),
-    "a roller on the back": (
-        pulley("driver", 0.0, 0.0, 0.08),
-        pulley("driven", 0.4, 0.01, 0.07),
-        pulley("roller", 0.2, 0.055, 0.06, side="outside"),
-    ),
-}
-
-
-@pytest.mark.parametrize("name", LAYOUTS)
-@pytest.mark.parametrize("image", [False, True], ids=["", "mirrored"])
-def test_drawn_belts_creep_and_balance_their_torques(name: str, image: bool) -> None:
-    data = belt(96, *LAYOUTS[name])
-    data = mirrored(data) if image else data
-    done = sound(data)
-    tight, slack = (quantity(done, f"tension_{name}") for name in ("tight", "slack"))
-    creep = 100.0 * (tight - slack) / 1e4
-    radius = data["mechanism"]["pulleys"][0]["radius"]
-    torque = abs(float(np.mean(late(done, "pulley_torque")[:, 0])))
-    # Bodies of 0.2 radii, on contacts that are not rigid; samples each 1 ms see some corners only.
-    assert quantity(done, "slip_percent") == pytest.approx(creep, rel=0.3)
-    assert tight - slack == pytest.approx(torque / radius, rel=8e-3)
