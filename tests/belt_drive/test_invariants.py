@@ -30,9 +30,6 @@ def done(request: pytest.FixtureRequest) -> Record:
     return on(backend, data)
 
 
-# --- energies and friction -----------------------------------------------------------------------
-
-
 def test_energies_add_up(done: Record) -> None:
     energy = {name: channel for name, channel in done.channels.items() if name.startswith("energy")}
     assert len(energy) == 5
@@ -76,8 +73,6 @@ def test_friction_never_exceeds_its_limit(done: Record) -> None:
     assert np.any(done.channels["sticking"] == 1.0)
     assert done.checks["friction_law"].ok
 
-
-# --- rest ----------------------------------------------------------------------------------------
 
 WAVE = 141.0  # m/s
 
@@ -164,9 +159,6 @@ def test_without_friction_nothing_is_transmitted(backend: str) -> None:
     assert speed[-1, 0] == pytest.approx(-2500.0 * (0.05 - 0.01), rel=1e-6)
 
 
-# --- mirror images -------------------------------------------------------------------------------
-
-
 CLOSE = {"rkf45": 5e-3, "moreau": 1e-6}
 ODD = ("x", "pulley_angle", "pulley_speed", "pulley_torque", "friction_force", "slip_velocity")
 EVEN = ("y", "normal_force", "sticking", "pulley_index", "tension")
@@ -187,9 +179,6 @@ def test_a_mirror_image_moves_as_a_mirror_image(backend: str) -> None:
             assert np.max(np.abs(found - expected)) <= CLOSE[backend] * size, name
 
 
-# --- samples and channels ------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("data", [pair(), trio()], ids=["pair", "trio"])
 @pytest.mark.parametrize("solver", [{"backend": "rkf45"}, {"backend": "moreau", "step": 5e-5}])
 def test_samples_do_not_change_a_run(data: Scenario, solver: dict[str, Any]) -> None:
@@ -199,8 +188,6 @@ def test_samples_do_not_change_a_run(data: Scenario, solver: dict[str, Any]) -> 
     for name, channel in coarse.channels.items():
         assert np.array_equal(channel[-1], fine.channels[name][-1]), name
 
-
-# --- dampers at the default step -----------------------------------------------------------------
 
 DAMPERS = {
     "axial": {"effects__axial_damping__coefficient": 2000.0},

@@ -11,12 +11,9 @@ from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.mechanisms.belt_drive.quantities import torque_balance
 from frictionsim.mechanisms.belt_drive.slip import span_tensions
 from frictionsim.results import Record
-from frictionsim.scenario.loading import load
-from frictionsim.simulation.simulate import run
-from tests.support.scenarios import SCENARIOS, scenario_run
+from tests.support.belt_scenarios import Array, shipped
+from tests.support.scenarios import scenario_run, simulate
 from tests.support.second_way_belt import walked
-
-Array = Any
 
 
 @st.composite
@@ -56,7 +53,7 @@ def test_with_one_pulley_touched_the_rest_of_the_belt_is_every_span() -> None:
 
 @pytest.fixture(scope="module")
 def tensioner() -> Record:
-    return run(load(SCENARIOS / "belt_tensioner.toml", backend="moreau"), lambda t: None)
+    return simulate(shipped("belt_tensioner"))
 
 
 def seen_of(done: Record, spans: Array) -> dict[str, Array]:

@@ -11,7 +11,6 @@ from tests.support.belt_scenarios import NO_FRICTION, kick, pair, scenario_of, s
 from tests.support.belt_waves import waves
 from tests.support.scenarios import changed, simulate
 
-
 STILL = {"effects__belt_friction": NO_FRICTION, "drive__driver__torque": 0.0}
 BELTS = {
     "pair": pair(**STILL),

@@ -74,9 +74,6 @@ SMOOTH: dict[str, tuple[Scenario, Disturb | None]] = {
 }
 
 
-# --- order of convergence, and methods that agree -------------------------------------------------
-
-
 @pytest.mark.parametrize("name", SMOOTH)
 def test_it_is_of_second_order(name: str) -> None:
     data, disturb = SMOOTH[name]
@@ -104,9 +101,6 @@ def test_through_switches_both_methods_agree() -> None:
         assert solves_for_dampers(ends[1].stepper)
         # In sizes of the states; a step that straddles a switch is off by some thousandths.
         assert distance(*ends) < 2e-2
-
-
-# --- steps and energy -----------------------------------------------------------------------------
 
 
 def stretchy(points: int) -> Scenario:
@@ -164,9 +158,6 @@ def test_a_point_in_a_short_span_has_the_friction_of_the_pulley_that_it_is_on(po
     assert solves_for_dampers(found.stepper)
     # In sizes of the states: the step leaves 2e-7, the friction of the other pulley 0.05.
     assert distance(found, exact) < 1e-5
-
-
-# --- checkpoints ----------------------------------------------------------------------------------
 
 
 def stopping_at(end: float) -> Callable[[float], None]:
