@@ -75,6 +75,7 @@ def test_summary_and_channels_are_those_of_a_run_in_memory(
     some = ["sticking", "pulley_speed", "energy_input"]
     found = fs.solve(LONG, {"output.channels": some}, output=tmp_path / "a.h5")
     assert found.quantities == in_memory.quantities
+    assert found.audit == in_memory.audit
     assert set(found.record.channels) == {"time", *some}
     for name, values in found.record.channels.items():
         assert np.array_equal(in_memory.record.channels[name], values), name
