@@ -194,15 +194,6 @@ def test_resume_refuses_an_invalid_scenario(stopped: Path, monkeypatch: pytest.M
         resumed(stopped)
 
 
-def test_resume_refuses_the_state_of_another_scenario(stopped: Path) -> None:
-    state = hdf5_reader.read_checkpoint(stopped).state
-    for other in (pulley(solver__backend="rkf45"), pulley(effects__viscous_damping=None)):
-        with pytest.raises(
-            InputError, match="its checkpoint does not belong to this scenario or was changed: "
-        ):
-            run(validate(other, SCENARIOS), lambda t: None, checkpoint=state)
-
-
 def test_resume_needs_neither_scenario_nor_csv_file(tmp_path: Path) -> None:
     """Signals from CSV are in the result file."""
     (tmp_path / "force.csv").write_text("0, 1832.6\n0.8, 3113.75\n")
