@@ -102,11 +102,11 @@ LEAVES = {
     "frictionsim.io.atomic_write": {"SUFFIXES", "check_no_clobber"},
     "frictionsim.io.new_file": {"check_new"},
     "frictionsim.io.replaceable": {
-        *("COSTS", "COSTS_IN_HDF5", "files_of_sweep_in_csv", "check_apart", "check_target"),
+        *("COSTS", "COSTS_IN_HDF5", "files_of_sweep_in_csv", "check_apart", "check_target")
     },
     # text of others on streams that may fail
     "frictionsim.io.terminal": {
-        *("ReaderGone", "Stdout", "is_terminal", "print_on_stderr", "visible", "write_on_stderr"),
+        *("ReaderGone", "Stdout", "is_terminal", "print_on_stderr", "visible", "write_on_stderr")
     },
     # the picture of a study, in the format of its name
     "frictionsim.plots.picture_file": {"check_picture"},
@@ -125,7 +125,7 @@ LEAVES = {
     "frictionsim.scenario.options": {"column_of"},
     # what watches a run: the command line handles more signals
     "frictionsim.simulation.monitor": {
-        *("Monitors", "RunMonitor", "StopSignals", "SweepProgress", "compilation_text"),
+        *("Monitors", "RunMonitor", "StopSignals", "SweepProgress", "compilation_text")
     },
     "frictionsim.scenario.kinds": {"GROUP", "KINDS", "kind_names"},
     "frictionsim.scenario.shipped": {"shipped_scenarios"},

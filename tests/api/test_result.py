@@ -54,30 +54,6 @@ def test_a_dataset_has_units_names_and_meanings(returned: fs.Result) -> None:
     assert float(data["angle"].sel(time=3.0, method="nearest")) > 0.0
 
 
-@quick
-def test_events_are_a_dataset(returned: fs.Result) -> None:
-    events = returned.events
-    expected = returned.record.transitions
-    assert dict(events.sizes) == {"event": len(expected)}
-    assert events["contact"].values.tolist() == [e.contact for e in expected]
-    assert events["time"].values.tolist() == [e.time for e in expected]
-    assert events["mode_to"].values.tolist() == [e.mode_to for e in expected]
-    assert events["mode_to"].dtype == np.int8
-    assert events["time"].attrs == {"units": "s", "long_name": "time of the event"}
-    breakaway = events.where(events["mode_from"] == 0, drop=True)
-    assert float(breakaway["time"][0]) == returned.quantities["breakaway_time"].value
-
-
-def test_the_columns_of_a_belt_have_names(belt: fs.Result) -> None:
-    data = belt.dataset
-    assert data["pulley"].values.tolist() == ["driver", "driven"]
-    driven = data["pulley_speed"].sel(pulley="driven")
-    assert np.array_equal(driven, belt.record.channels["pulley_speed"][:, 1])
-    assert data["body"].values.tolist() == list(range(24))
-    assert data["body"].dtype == np.int32
-    assert data["tension"].dims == ("time", "joint")
-
-
 def assert_like_the_file(result: fs.Result, path: Path) -> None:
     """Compare datasets with what xarray reads, which is a second way."""
     result.save(path)
@@ -347,10 +323,7 @@ ARGUMENTS: dict[type, tuple[Any, ...]] = {
     errors.Interrupted: (15, 0.25),
     ValidationFailure: ([(("solver", "rtol"), "too small")],),
 }
-ERRORS = [
-    *(kind for kind in vars(errors).values() if inspect.isclass(kind)),
-    ValidationFailure,
-]
+ERRORS = [*(kind for kind in vars(errors).values() if inspect.isclass(kind)), ValidationFailure]
 
 
 @quick

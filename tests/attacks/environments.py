@@ -3,14 +3,7 @@
 import random
 from pathlib import Path
 
-from tests.attacks.disturbed import (
-    COMMANDS,
-    check_written,
-    originals,
-    prepare,
-    run,
-    undisturbed,
-)
+from tests.attacks.disturbed import COMMANDS, check_written, originals, prepare, run, undisturbed
 from tests.attacks.promise import BrokenPromise
 
 VARIABLES: dict[str, tuple[str | None, ...]] = {

@@ -10,14 +10,7 @@ from pathlib import Path
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import FrictionsimError
 from frictionsim.io import hdf5_reader
-from tests.attacks.disturbed import (
-    COMMANDS,
-    SECONDS,
-    command_line,
-    originals,
-    prepare,
-    undisturbed,
-)
+from tests.attacks.disturbed import COMMANDS, SECONDS, command_line, originals, prepare, undisturbed
 from tests.attacks.promise import BrokenPromise
 from tests.support.scenarios import ROOT
 

@@ -5,14 +5,7 @@ import random
 from contextlib import suppress
 from pathlib import Path
 
-from tests.attacks.disturbed import (
-    COMMANDS,
-    check_written,
-    originals,
-    prepare,
-    run,
-    undisturbed,
-)
+from tests.attacks.disturbed import COMMANDS, check_written, originals, prepare, run, undisturbed
 from tests.attacks.promise import BrokenPromise
 
 STDOUT = ("", ">&-", ">/dev/full", "> >(exit)", "> >(head -c 10 >/dev/null)")

@@ -182,7 +182,7 @@ def wrap() -> None:
         " of a body's centre, `corrected` from that times its wrap factor. The torque asks for"
         " T1 - T2 = 555.56 N; a string without mass, bending or depth has T1 = 835.7 N, T2 ="
         " 280.1 N, and 1 in each of the ratios. The limit of the slip is that of `corrected` at"
-        " the two finest meshes, extrapolated with the square of the length of a body.",
+        " the two finest meshes, extrapolated with the square of the length of a body."
     ]
     families = {
         (bending, model): [row for row in rows if (row.model, row.bending) == (model, bending)]
@@ -274,7 +274,7 @@ def seat() -> None:
         " are so many times the paper's; their damping goes with the root of that, their p_max with"
         " the depth. Wrap factors, fixed steps (`moreau`), each as long as the method takes by"
         f" itself; {DURATION} s, means of the last 0.6 of it. A string without mass, bending or"
-        " depth has T1 = 835.7 N, T2 = 280.1 N, and 1 in both ratios.",
+        " depth has T1 = 835.7 N, T2 = 280.1 N, and 1 in both ratios."
     ]
     write(Table("What the depth of the contact does", above, rows), "belt_seat")
 

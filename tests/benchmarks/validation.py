@@ -17,14 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tests.benchmarks import validation_belts as belts
-from tests.benchmarks.results_common import (
-    RESULTS,
-    ROOT,
-    provenance,
-    quantity_of,
-    say,
-    solve,
-)
+from tests.benchmarks.results_common import RESULTS, ROOT, provenance, quantity_of, say, solve
 from tests.support.closed_forms_of_others import (
     RATIOS,
     den_hartog_amplitude,

@@ -130,19 +130,6 @@ def test_a_table_of_runs(told: Run, here: Path) -> None:
     assert fitted.quantities["breakaway_time"].value == pytest.approx(0.6)
 
 
-def test_what_is_not_identified_is_a_warning(told: Run, log: Path) -> None:
-    stuck = ("--set", "drive.force=2000.0")
-    arguments = ("fit", PULLEY, *SET, *stuck, *ONE, "--data", log)
-    out, err = told(*arguments)
-    why = "the data do not change with it"
-    assert f"{MU_S} is not identified: {why}" in out.splitlines()
-    assert err.splitlines()[0] == f"frictionsim: warning: 1 of 1 key not identified: {MU_S}"
-    out, err = told(*arguments, "--json")
-    assert strict_json(out)["keys"][MU_S]["not_identified"] == why
-    assert strict_json(out)["keys"][MU_S]["standard_error"] is None
-    assert err.splitlines()[0] == f"frictionsim: warning: {MU_S} is not identified: {why}"
-
-
 @pytest.mark.slow
 def test_a_value_out_of_reach_is_exit_1(told: Run, here: Path) -> None:
     arguments = ("fit", PULLEY, *SET, "--free", f"{MU_S}=0.1:0.4", "--quantity")

@@ -33,7 +33,7 @@ def test_check_takes_folders_and_files(told: Run) -> None:
     Path("a/bad.toml").write_text('kind = "puley"\n')
     out, err = told("check", "three.toml", "a", code=2)
     assert [line.split(":")[0] for line in out.splitlines()] == [
-        *("three.toml", "a/b/two.toml", "a/one.toml"),
+        *("three.toml", "a/b/two.toml", "a/one.toml")
     ]
     assert err.startswith("frictionsim: a/bad.toml:1: kind: unknown kind 'puley'")
 
@@ -62,20 +62,6 @@ def test_check_lists_each_scenario_and_its_faults_as_json(told: Run) -> None:
         f"{PULLEY}: ok; effects shaft_friction, viscous_damping; backend events\n"
     )
     assert os.listdir() == ["bad.toml"]
-
-
-def test_an_implausible_radius_is_warned_of_wherever_warnings_are(told: Run) -> None:
-    wrong = ("--set", "mechanism.cord_radius=50.8")
-    words = (
-        "mechanism.cord_radius = 50.8 m is a radius above 5 m; did you mean 0.0508, for 50.8 mm?"
-    )
-    assert told("check", "pulley", *wrong)[1] == f"frictionsim: warning: pulley: {words}\n"
-    (checked,) = strict_json(told("check", "pulley", *wrong, "--json")[0])["scenarios"]
-    assert (checked["ok"], checked["warnings"]) == (True, [words])
-    out, err = told("solve", "pulley", *wrong, "--set", "output.interval=9", "--json")
-    assert err.startswith(f"frictionsim: warning: {words}\n")
-    assert strict_json(out)["warnings"][0] == words
-    assert strict_json(told("show", "results/pulley.h5", "--json")[0])["warnings"][0] == words
 
 
 def test_compare_as_json_has_only_finite_numbers(told: Run) -> None:

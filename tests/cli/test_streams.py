@@ -76,8 +76,7 @@ def test_letters_missing_in_the_terminal_encoding_are_replaced(tmp_path: Path) -
 
 @needs_full
 @pytest.mark.parametrize(
-    ("arguments", "code"),
-    [("--help", 4), ('check "$PULLEY"', 4), ('solve "$PULLEY" -o a.h5', 0)],
+    ("arguments", "code"), [("--help", 4), ('check "$PULLEY"', 4), ('solve "$PULLEY" -o a.h5', 0)]
 )
 def test_a_full_stdout_matters_to_those_who_only_print(
     arguments: str, code: int, tmp_path: Path

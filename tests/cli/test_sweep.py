@@ -1,7 +1,6 @@
 """`frictionsim sweep`, and `resume` of a sweep."""
 
 import csv
-import io
 import os
 import random
 import signal
@@ -52,16 +51,6 @@ def test_a_sweep_is_written_and_summarised(told: Run, here: Path) -> None:
     # Both are replaced by another sweep, and nothing else is.
     told(*command(2, "s.h5", "--csv", "s.csv", "-q"))
     assert len(Path("s.csv").read_text(encoding="utf-8").splitlines()) == 3
-
-
-def test_several_keys_are_varied_as_fit_frees_them(told: Run, here: Path) -> None:
-    names = [f"effects.shaft_friction.{name}" for name in ("mu_s", "mu_k")]
-    told("sweep", PULLEY, "--vary", f"{','.join(names)}=[0.1, 0.2]", "-o", "s.h5", "--csv", "s.csv")
-    heads = next(csv.reader(io.StringIO(Path("s.csv").read_text(encoding="utf-8"))))
-    assert heads[:2] == ["run [1]", f"{','.join(names)} [1]"]
-    single = fs.solve(PULLEY, dict.fromkeys(names, 0.2))
-    last = fs.open_sweep("s.h5")["breakaway_time"].values[1]
-    assert last == single.quantities["breakaway_time"].value
 
 
 def test_sobol_indices_replace_no_other_file(told: Run, here: Path) -> None:

@@ -10,13 +10,7 @@ import frictionsim as fs
 from frictionsim.errors import InputError
 from frictionsim.fitting.data import factor
 from frictionsim.scenario.csv_columns import read_columns
-from tests.fitting.measurements import (
-    FORCE,
-    MU_S,
-    SLOPE,
-    frictionless,
-    pulley,
-)
+from tests.fitting.measurements import FORCE, MU_S, SLOPE, frictionless, pulley
 
 pytestmark = pytest.mark.quick
 

@@ -105,10 +105,7 @@ def test_pickled_arrays_are_no_answer(result: str, child_that: Callable[[str], N
     ],
 )
 def test_a_child_without_an_answer_is_an_error(
-    code: str,
-    said: str,
-    child_that: Callable[[str], None],
-    capfd: pytest.CaptureFixture[str],
+    code: str, said: str, child_that: Callable[[str], None], capfd: pytest.CaptureFixture[str]
 ) -> None:
     child_that(code)
     with pytest.raises(ChildFailed) as failed:

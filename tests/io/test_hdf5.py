@@ -148,16 +148,6 @@ def test_a_file_holds_what_the_run_and_its_record_hold(done: Record, result: Pat
     ]
 
 
-def test_format_version_1_is_still_read() -> None:
-    """The file was written by version 0.1.0 before format version 2."""
-    record = hdf5_reader.read(Path(__file__).parent / "format_1.h5")
-    assert record.attributes["format_version"] == "1"
-    assert (record.quantities, record.checks, record.statistics) == ({}, {}, None)
-    assert record.members == {"pulley": ("driver", "driven")}
-    assert record.axes["pulley_speed"] == "pulley"
-    assert record.channels["time"].size == record.channels["pulley_speed"].shape[0]
-
-
 @pytest.mark.parametrize(
     ("effect", "channels"),
     [
@@ -320,18 +310,6 @@ def test_symbolic_links_are_followed(done: Record, tmp_path: Path) -> None:
     assert link.is_symlink()
     assert hdf5_reader.read(tmp_path / "there" / "old.h5").attributes["status"] == "done"
     assert os.listdir(tmp_path / "there") == ["old.h5"]
-
-
-def test_the_stored_scenario_reproduces_the_result(result: Path, tmp_path: Path) -> None:
-    again = tmp_path / "again.toml"
-    again.write_text(hdf5_reader.read(result).attributes["scenario"])
-    copy = tmp_path / "again.h5"
-    assert run_command_line(["solve", str(again), "-o", str(copy), "--quiet"]) == 0
-    found, expected = hdf5_reader.read(copy), hdf5_reader.read(result)
-    origin = {"source": "again.toml", "command": "frictionsim solve again.toml", "overrides": ""}
-    assert found.attributes == expected.attributes | origin
-    exact = ["--rtol", "0", "--atol", "0", "--time-atol", "0"]
-    assert run_command_line(["compare", str(copy), str(result), *exact]) == 0
 
 
 def test_hdf5_survives_a_long_result_that_it_cannot_write(here: Path) -> None:

@@ -14,8 +14,6 @@ from frictionsim.api.result import Result
 from frictionsim.errors import InputError
 from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.io.comparison import ComparedChannel
-from frictionsim.mechanisms import pulley as kind
-from frictionsim.plots import plot
 from frictionsim.results import (
     Channel,
     Check,
@@ -202,29 +200,7 @@ def test_samples_near_an_event_are_not_compared(run: Record, path: Path) -> None
     assert not compare(other, path).same
 
 
-def test_columns_are_drawn_with_the_names_of_their_members(
-    run: Record, path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    picture = tmp_path / "a.svg"
-    plot(
-        hdf5_reader.read(path), picture
-    )  # other channels than those of the kind, which are missing
-    assert ">belt speed" in picture.read_text()
-    monkeypatch.setattr(kind, "PANELS", ("speed", "tension"))
-    plot(hdf5_reader.read(path), picture)
-    text = picture.read_text()
-    for label in ("pulley driver", "pulley driven", "speed,"):
-        assert f">{label}" in text
-    assert "tension" not in text
-    kept = {name: run.channels[name] for name in ("time", "tension")}
-    hdf5_writer.write(run._replace(channels=kept), path)
-    with pytest.raises(InputError, match="no channel that can be drawn over time"):
-        plot(hdf5_reader.read(path), picture)
-
-
-def test_transitions_without_position_have_no_angle_in_json_and_table(
-    run: Record,
-) -> None:
+def test_transitions_without_position_have_no_angle_in_json_and_table(run: Record) -> None:
     result = Result(run)
     (event,) = result.to_json()["events"]
     assert event == {"time": 1.5, "contact": "driver", "mode_from": 0, "mode_to": 1}

@@ -80,13 +80,6 @@ def test_a_pickled_figure_is_the_same_in_a_notebook(name: str) -> None:
     assert np.mean(np.any(found != expected, axis=2)) < DOTS_OF_EDGES
 
 
-def test_a_view_is_returned_as_a_figure() -> None:
-    title = "Epicyclic gear with hinge and rolling friction (backend events)"
-    figure = draw(shown("epicyclic"), "torque")
-    assert figure.get_suptitle() == title
-    assert tuple(figure.get_size_inches()) == (8.0, 4.25)
-
-
 def test_axes_of_subfigures_are_replaced_too() -> None:
     figure = Figure(figsize=(12.0, 6.0), layout="constrained")
     left, right = figure.subfigures(1, 2)

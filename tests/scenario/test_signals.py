@@ -156,11 +156,7 @@ def test_a_torque_over_speed_comes_from_columns(tmp_path: Path) -> None:
 
 signals = st.one_of(
     st.builds(
-        Sine,
-        st.floats(-10, 10),
-        st.floats(0.1, 10),
-        st.floats(0.01, 1000),
-        st.floats(-10, 10),
+        Sine, st.floats(-10, 10), st.floats(0.1, 10), st.floats(0.01, 1000), st.floats(-10, 10)
     ),
     st.lists(st.tuples(st.floats(0.01, 10), st.floats(-10, 10)), min_size=2, max_size=8).map(
         lambda p: PiecewiseLinear(np.cumsum([x for x, _ in p]).tolist(), [v for _, v in p])

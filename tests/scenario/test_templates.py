@@ -83,11 +83,6 @@ def test_each_effect_is_there_in_use_or_as_a_comment(kind: str) -> None:
     assert set(loaded(with_effects(TEXTS[kind], left_out)).effect_names) == set(effects)
 
 
-def test_effects_are_left_out_where_the_shipped_scenario_has_not_all() -> None:
-    assert effects_left_out("belt_drive") == ["gravity", "patch"]
-    assert effects_left_out("marble_machine") == ["viscous_damping"]
-
-
 @given(st.data())
 def test_it_loads_with_any_of_the_effects(data: st.DataObject) -> None:
     kind = data.draw(st.sampled_from(sorted(KINDS)))

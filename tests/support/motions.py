@@ -18,10 +18,7 @@ def scenario(kind: str, **changes: Any) -> dict[str, Any]:
 
 
 def record_of(
-    kind: str,
-    channels: dict[str, Any],
-    data: dict[str, Any] | None = None,
-    events: Any = (),
+    kind: str, channels: dict[str, Any], data: dict[str, Any] | None = None, events: Any = ()
 ) -> Record:
     """Return a result with given channels, of the shipped scenario of its kind."""
     text = tomli_w.dumps(scenario(kind) if data is None else data)

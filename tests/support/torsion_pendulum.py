@@ -102,8 +102,7 @@ def build(scenario: TorsionPendulumScenario) -> Mechanism:
         drive=signal_from(scenario.drive.torque),
         inertia=inertia,
         applied_torque=total(
-            lambda u, angle, velocity: u,
-            (lambda u, angle, velocity: -c * angle) if wire else None,
+            lambda u, angle, velocity: u, (lambda u, angle, velocity: -c * angle) if wire else None
         ),
         contact=contact,
         power_flows={"energy_input": lambda u, angle, velocity: u * velocity},
