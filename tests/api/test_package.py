@@ -1,15 +1,13 @@
 """`import frictionsim`: nothing heavy is imported, every name is there and has its type."""
 
 import ast
-import subprocess
-import sys
 from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 import frictionsim as fs
-from tests.support.scenarios import ROOT
+from tests.support.scenarios import ROOT, python
 
 pytestmark = pytest.mark.quick
 
@@ -17,19 +15,7 @@ INIT = ROOT / "frictionsim" / "__init__.py"
 
 
 def run_code(code: str) -> str:
-    done = subprocess.run(
-        [
-            sys.executable,
-            "-I",
-            "-S",
-            "-c",
-            f"import sys; sys.path.insert(0, {str(ROOT)!r})\n{code}",
-        ],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    done = python("-I", "-S", "-c", f"import sys; sys.path.insert(0, {str(ROOT)!r})\n{code}")
     assert done.returncode == 0, done.stderr
     return done.stdout
 

@@ -16,9 +16,9 @@ import h5py
 import numpy as np
 
 import frictionsim as fs
-from frictionsim.io.checksum import LENGTH, append_trailer
+from frictionsim.io.checksum import append_trailer
 from tests.attacks import hdf5_bytes, sweeps
-from tests.attacks.hdf5_bytes import Files, damaged, place, sealed
+from tests.attacks.hdf5_bytes import Files, damaged_file, place
 from tests.attacks.hdf5_structure import change
 from tests.attacks.promise import BrokenPromise, outcome
 from tests.attacks.toml import edited
@@ -128,12 +128,9 @@ def attack(rng: random.Random, folder: Path) -> str:
 
 def _bytes(rng: random.Random, folder: Path) -> str:
     path = folder / TARGET
-    whole = path.read_bytes()
-    content = bytearray(whole[:-LENGTH])
-    way = damaged(rng, content)
-    raw, seal = sealed(rng, bytes(content), whole[-LENGTH:])
+    raw, way = damaged_file(rng, path.read_bytes())
     path.write_bytes(raw)
-    return f"{way}, checksum {seal}"
+    return way
 
 
 def _structure(rng: random.Random, folder: Path) -> str:

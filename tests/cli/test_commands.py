@@ -2,7 +2,6 @@
 
 import os
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -19,7 +18,7 @@ from frictionsim.cli import commands, monitor
 from frictionsim.io import hdf5_reader
 from frictionsim.results import Quantity, quantities_json
 from tests.cli.conftest import Run, long_run, strict_json
-from tests.support.scenarios import ROOT, SCENARIOS, pulley
+from tests.support.scenarios import SCENARIOS, pulley, python
 
 PULLEY = str(SCENARIOS / "pulley.toml")
 LOAD = 2224.1  # N, of the shipped pulley
@@ -249,11 +248,8 @@ HEAVY = {"numpy", "h5py", "scipy", "numba", "matplotlib", "xarray", "pandas", "h
 
 def loaded_by(program: str, cwd: Path) -> set[str]:
     """Return the modules that a program in Python loads."""
-    command = [sys.executable, "-c", f"import sys\n{program}\nprint(*sys.modules, file=sys.stderr)"]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    done = subprocess.run(
-        command, cwd=cwd, env=environment, capture_output=True, text=True, check=True
-    )
+    done = python("-c", f"import sys\n{program}\nprint(*sys.modules, file=sys.stderr)", cwd=cwd)
+    assert done.returncode == 0, done.stderr
     return set(done.stderr.split())
 
 

@@ -20,7 +20,7 @@ from frictionsim.io.child_answer import Checkpoint, Refusal, decoded, encoded
 from frictionsim.io.child_process import ChildFailed, EndedFromOutside, answer_of
 from frictionsim.results import Quantity
 from tests.support.old_results import old_result
-from tests.support.scenarios import ROOT, pulley, simulate
+from tests.support.scenarios import ROOT, pulley, python, simulate
 
 HARMFUL = "the file is corrupt or malicious"
 
@@ -176,7 +176,7 @@ def test_a_command_that_reads_does_not_import_hdf5(result: str) -> None:
         "os._exit = lambda code: None\n"
         "__main__.main(); assert 'h5py' not in sys.modules"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    done = python("-c", code, cwd=Path())
     assert done.returncode == 0, done.stderr
 
 

@@ -2,8 +2,6 @@
 
 import json
 import os
-import subprocess
-import sys
 import tomllib
 from collections.abc import Callable, Iterator
 from math import log
@@ -20,7 +18,7 @@ from frictionsim.io import hdf5_reader
 from frictionsim.mechanisms import extension
 from frictionsim.scenario.kinds import KINDS, kind_names, mechanism_module
 from tests.support.plugins import BRAKE, install, searched
-from tests.support.scenarios import ROOT, Scenario, changed, simulate
+from tests.support.scenarios import ROOT, Scenario, changed, python, simulate
 
 SCENARIO = BRAKE / "frictionsim_brake" / "block_brake.toml"
 DATA: Scenario = tomllib.loads(SCENARIO.read_text())
@@ -50,14 +48,9 @@ def command(brake: Any, told: Callable[..., tuple[str, str]]) -> Command:
 def in_a_new_process(site: Path, *arguments: str) -> str:
     """Return what a Python prints that finds the installed package."""
     path = os.pathsep.join([str(site), str(ROOT)])
-    return subprocess.run(
-        [sys.executable, *arguments],
-        env=os.environ | {"PYTHONPATH": path, "PYDANTIC_DISABLE_PLUGINS": "__all__"},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=True,
-    ).stdout
+    done = python(*arguments, PYTHONPATH=path, PYDANTIC_DISABLE_PLUGINS="__all__")
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 def test_the_package_is_found_beside_the_built_in_kinds(brake: Any, site: Path) -> None:
