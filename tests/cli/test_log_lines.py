@@ -21,12 +21,6 @@ def test_the_log_is_not_in_the_json(told: Run) -> None:
     assert SCENARIO in err
 
 
-def test_checkpoints_are_logged(told: Run) -> None:
-    options = ["--set", "output.checkpoint=1e-9", "--max-steps", "5"]  # each is written
-    _, err = told("solve", PULLEY, "-q", "-v", "-o", "a.h5", *options, code=5)
-    assert "frictionsim: unfinished result written: a.partial.h5 (checkpoint at t = " in err
-
-
 def test_the_folder_of_kernels_and_the_transitions_of_a_belt_are_logged(told: Run) -> None:
     from frictionsim.mechanisms.belt_drive.kernels import jit
 

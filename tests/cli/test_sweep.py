@@ -85,13 +85,6 @@ def test_a_study_in_a_file_is_run(told: Run, here: Path) -> None:
     told("sweep", "study.toml", "-q", "-j", "1", "-o", "s.h5")
     found = fs.open_sweep("s.h5")
     assert found["effects.shaft_friction.mu_s"].values.tolist() == [0.2, 0.3]
-    for options in (["--vary", f"{LOAD}=[1]"], ["--zip"], ["--sample", "4"], ["--keep-series"]):
-        name = options[0]
-        _, err = told("sweep", "study.toml", *options, code=2)
-        assert err == (
-            f"frictionsim: {name}: the study file already defines the varied keys; change it"
-            " there\n"
-        )
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="signals of POSIX")

@@ -161,6 +161,7 @@ def test_a_sticky_folder_is_seen_before_the_run(monkeypatch: pytest.MonkeyPatch)
         ("loop.h5", "this is a link that leads to itself; give a file name"),
         ("dangling.h5", "there is no folder '{here}/none'"),
         ("fifo.h5", "this is a device; give a file name"),
+        ("/dev/null", "this is a device; give a file name"),
     ],
 )
 def test_what_cannot_be_written_is_seen_before_the_run(path: str, reason: str, here: Path) -> None:

@@ -90,7 +90,7 @@ def test_one_byte_on_which_hdf5_aborts_is_an_error(seal: bytes | None, result: P
         fs.compare(result, result)
 
 
-@pytest.mark.parametrize("command", ["show", "plot", "report", "resume"])
+@pytest.mark.parametrize("command", ["show", "resume"])
 def test_one_byte_on_which_hdf5_never_returns_is_an_error_after_one_try(
     command: str, result: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

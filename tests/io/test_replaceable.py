@@ -60,6 +60,7 @@ def test_no_other_file_is_replaced(
         ("a.csv", "table: the existing file is not a table of costs", [*COST, "--csv"]),
         ("a.png", "picture: the existing file is not a picture", [*COST, "--plot"]),
         ("b.png", "picture: the existing file is not a picture", ["plot", "r.h5", "-o"]),
+        ("b.pdf", "picture: the existing file is not a picture", ["plot", "r.h5", "-o"]),
     ):
         if kind == "PNG" and "picture" in described:
             continue
