@@ -37,7 +37,7 @@ def pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[fs.Result, fs
         return decoded(answer(*map(str, asked)))
 
     monkeypatch.setattr(child_process, "answer_of", in_this_process)  # a child has other limits
-    monkeypatch.setattr(stored_channel, "BLOCK_BYTES", 10_000)
+    monkeypatch.setattr(stored_channel, "BLOCK_BYTES", 25_000)  # three blocks
     hdf5_writer.write(run, tmp_path / "long.h5")
     long = fs.open(tmp_path / "long.h5")
     assert isinstance(long.record.channels["x"], StoredChannel)

@@ -19,7 +19,8 @@ from frictionsim.motion.parts import (
 )
 from frictionsim.results import Record
 from frictionsim.simulation.record import sticking_phases
-from tests.support.motions import body, motion, record_of, scenario
+from tests.support.motions import body, motion, record_of
+from tests.support.scenarios import shipped
 
 pytestmark = pytest.mark.quick
 
@@ -48,7 +49,7 @@ MAIN = {"pulley": "pulley", "marble_machine": "gear", "epicyclic": "crank"}
 @cache
 def solved(name: str, interval: float, at_events: int) -> Record:
     kind, changes = RUNS[name]
-    data = scenario(kind, solver__rtol=1e-6, **{k: v for k, v in changes.items() if "__" in k})
+    data = shipped(kind, solver__rtol=1e-6, **{k: v for k, v in changes.items() if "__" in k})
     data |= {k: v for k, v in changes.items() if "__" not in k}
     data["output"] = {"interval": interval, "at_events": bool(at_events)}
     return fs.solve(data).record
