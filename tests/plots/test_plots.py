@@ -89,19 +89,11 @@ def test_many_events_are_not_marked() -> None:
     assert len(png(figure)) < MAX_BYTES
 
 
-@pytest.mark.parametrize(
-    ("name", "view", "scenario", "message"),
-    [
-        ("marble_machine", "torque", "", "the scenario in this result has no mechanism.gear_ratio"),
-        ("epicyclic", "path", "a = ", "cannot read the scenario in this result"),
-        ("two pulleys", "drive", "", "the scenario in this result has no mechanism.pulleys"),
-    ],
-)
-def test_missing_scenario_values_are_reported(
-    name: str, view: str, scenario: str, message: str
-) -> None:
-    with pytest.raises(InputError, match=message):
-        draw(with_scenario(shown(name), scenario), view)
+def test_missing_scenario_values_are_reported() -> None:
+    with pytest.raises(InputError, match=r"in this result has no mechanism\.gear_ratio"):
+        draw(with_scenario(shown("marble_machine"), ""), "torque")
+    with pytest.raises(InputError, match="cannot read the scenario in this result"):
+        draw(with_scenario(shown("epicyclic"), "a = "), "path")
 
 
 def test_lines_of_dense_events_are_thinner() -> None:
