@@ -24,9 +24,6 @@ from tests.support.stopped_runs import stopped_at
 
 pytestmark = pytest.mark.quick
 
-CHANNELS = ["angle", "angular_velocity", "angular_acceleration", "drive_force"]
-CHANNELS += ["friction_torque", "shaft_reaction", "mode"]
-ENERGIES = ["input", "kinetic", "potential", "friction", "damping"]
 SINE = {"sine": {"mean": 2224.1, "amplitude": 1000.0, "frequency_hz": 1.0}}
 
 

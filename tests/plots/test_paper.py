@@ -239,11 +239,15 @@ def test_a_view_in_the_place_of_axes_may_have_no_title() -> None:
     plt.close(figure)
 
 
-def test_labels_of_a_legend_are_broken_where_one_column_is_too_wide() -> None:
+def test_a_legend_leaves_panels_their_height_and_breaks_long_labels() -> None:
     figure = Figure(figsize=(2.0, 2.0), layout="constrained")
     lines = [figure.subplots().plot([0.0], label="a label of a good many words and more")[0]]
+    figure.draw_without_rendering()
+    panel = figure.axes[0].get_window_extent().height
     add_legend(figure, lines)
     figure.draw_without_rendering()
+    # The panel keeps its height, but for the space between it and the legend.
+    assert figure.axes[0].get_window_extent().height == pytest.approx(panel, rel=0.1)
     assert "\n" in figure.legends[0].get_texts()[0].get_text()
     assert figure.legends[0].get_window_extent().x0 >= 0.0
 
