@@ -23,8 +23,6 @@ PULLEY = str(SCENARIOS / "pulley.toml")
 COST = ["cost", PULLEY, "--backends", "events", "--tolerances", "1e-3", "--repeats", "1"]
 UNSEALED = "was changed or made by another program (it has no checksum)"
 GIVE = "and is not overwritten; give another name\n"
-OTHER = ["--set", "solver.duration=2.5"]
-NO_TIME = ["--max-wall", "1e-9"]
 pytestmark = pytest.mark.usefixtures("here")
 
 

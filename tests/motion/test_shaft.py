@@ -216,19 +216,6 @@ def test_without_friction_there_is_no_detail_and_the_reaction_goes_through_the_a
     assert "lever arm of the reaction" not in bands(found)
 
 
-def test_where_the_resultant_vanishes_there_is_no_reaction() -> None:
-    data = drawn_shaft(0)
-    pair = [
-        {"name": name, "size": 50.0, "point": [x, 0.0], "direction": [0.0, x]}
-        for name, x in (("left", -0.3), ("right", 0.3))
-    ]
-    data |= {"forces": pair, "couples": [], "mechanism": {"inertia": 1.0}}
-    del data["effects"]["gravity"]
-    foot, way = arrows(of(data, drawn_motion(0)))["reaction of the shaft"]
-    assert np.abs(way).max() < 1e-12
-    assert not foot.any()
-
-
 def test_without_the_channels_of_a_force_the_body_moves_alone() -> None:
     data, channels = drawn_shaft(1), drawn_motion(1)
     del channels["angular_acceleration"]
