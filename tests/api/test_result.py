@@ -4,7 +4,6 @@ import copy
 import inspect
 import pickle
 from collections.abc import Callable
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ import frictionsim as fs
 from frictionsim import errors
 from frictionsim.scenario.loading import ValidationFailure
 from tests.support.belt_scenarios import pair
+from tests.support.html_elements import Elements
 from tests.support.scenarios import ROOT, SCENARIOS, pulley
 
 PULLEY, RETURN = (SCENARIOS / f"{name}.toml" for name in ("pulley", "pulley_return"))
@@ -176,36 +176,14 @@ def test_format_version_1_is_read_and_saved_as_version_2(tmp_path: Path) -> None
 # --- notebooks ------------------------------------------------------------------------------
 
 
-class Tags(HTMLParser):
-    """Collects the tags, and checks that they are closed in order."""
-
-    def __init__(self, html: str) -> None:
-        super().__init__()
-        self.seen: set[str] = set()
-        self.text = ""
-        self._open: list[str] = []
-        self.feed(html)
-        assert self._open == []
-
-    def handle_starttag(self, tag: str, attrs: Any) -> None:
-        self.seen.add(tag)
-        self._open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self._open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        self.text += data
-
-
 NOTEBOOK_TAGS = {"div", "style", "p", "table", "thead", "tbody", "tr", "th", "td"}
 HOSTILE = "<script>alert('x')</script> & \"quoted\" </td></table>"
 
 
 @quick
 def test_a_notebook_shows_the_summary(returned: fs.Result) -> None:
-    shown = Tags(returned._repr_html_())
-    assert shown.seen == NOTEBOOK_TAGS
+    shown = Elements(returned._repr_html_())
+    assert (shown.faults, set(shown.found)) == ([], NOTEBOOK_TAGS)
     for name, quantity in returned.quantities.items():
         assert name in shown.text
         assert quantity.unit in shown.text
@@ -218,13 +196,13 @@ def test_html_is_escaped() -> None:
     result = fs.solve(PULLEY, {"title": HOSTILE})
     html = result._repr_html_()
     assert "<script" not in html
-    shown = Tags(html)
-    assert shown.seen == NOTEBOOK_TAGS
+    shown = Elements(html)
+    assert (shown.faults, set(shown.found)) == ([], NOTEBOOK_TAGS)
     assert HOSTILE in shown.text
     study = fs.cost(result.scenario, laws="set-valued", backends="events", tolerances=1e-3)
     html = study._repr_html_()
     assert "<script" not in html
-    assert HOSTILE in Tags(html).text
+    assert HOSTILE in Elements(html).text
 
 
 @quick
