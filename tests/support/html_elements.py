@@ -14,9 +14,10 @@ class Elements(HTMLParser):
         self.open: list[str] = []
         self.found: list[str] = []
         self.faults: list[str] = []
-        self.text = ""
+        self._texts: list[str] = []
         self.feed(page)
         self.close()
+        self.text = "".join(self._texts)
         self.faults += [f"{tag} has no end" for tag in self.open]
 
     def handle_starttag(self, tag: str, attrs: Any) -> None:
@@ -30,4 +31,4 @@ class Elements(HTMLParser):
             self.faults.append(f"an end of {tag} that has no begin")
 
     def handle_data(self, data: str) -> None:
-        self.text += data
+        self._texts.append(data)
