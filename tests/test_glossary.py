@@ -52,10 +52,7 @@ NAMES = {
 }
 
 # The same for constants; in lower case these are words of every day.
-CONSTANTS = {
-    r"MOST|LARGEST|LONGEST|DEEPEST": "MAX_...",
-    r"LEAST|SHORTEST|FEWEST": "MIN_...",
-}
+CONSTANTS = {r"MOST|LARGEST|LONGEST|DEEPEST": "MAX_...", r"LEAST|SHORTEST|FEWEST": "MIN_..."}
 
 # Retired words of docstrings, comments, messages and pages.
 WORDS = {

@@ -181,21 +181,6 @@ def test_a_scenario_is_frozen_hashable_and_picklable() -> None:
         assert found.origin == scenario.origin
 
 
-def test_faults_are_listed_with_the_lines_of_a_file(tmp_path: Path) -> None:
-    path = tmp_path / "a.toml"
-    text = PULLEY.read_text(encoding="utf-8").replace("inertia =", "inertai =")
-    path.write_text(text, encoding="utf-8")
-    line = text[: text.index("inertai")].count("\n") + 1
-    with pytest.raises(fs.ScenarioError) as caught:
-        fs.load(path)
-    assert any(
-        fault.startswith(f"{path}:{line}: mechanism.inertai: ") for fault in caught.value.faults
-    )
-    assert len(caught.value.faults) > 1
-    assert str(caught.value) == "\n".join(caught.value.faults)
-    assert caught.value.exit_code == 2
-
-
 def test_an_effect_is_taken_out_by_none() -> None:
     mapping = fs.load(PULLEY, {"effects.viscous_damping": None})
     text = fs.load(PULLEY, ["effects.viscous_damping=none"])

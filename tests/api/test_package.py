@@ -1,15 +1,13 @@
 """`import frictionsim`: nothing heavy is imported, every name is there and has its type."""
 
 import ast
-import subprocess
-import sys
 from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 import frictionsim as fs
-from tests.support.scenarios import ROOT
+from tests.support.scenarios import ROOT, python
 
 pytestmark = pytest.mark.quick
 
@@ -17,19 +15,7 @@ INIT = ROOT / "frictionsim" / "__init__.py"
 
 
 def run_code(code: str) -> str:
-    done = subprocess.run(
-        [
-            sys.executable,
-            "-I",
-            "-S",
-            "-c",
-            f"import sys; sys.path.insert(0, {str(ROOT)!r})\n{code}",
-        ],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    done = python("-I", "-S", "-c", f"import sys; sys.path.insert(0, {str(ROOT)!r})\n{code}")
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -102,11 +88,11 @@ LEAVES = {
     "frictionsim.io.atomic_write": {"SUFFIXES", "check_no_clobber"},
     "frictionsim.io.new_file": {"check_new"},
     "frictionsim.io.replaceable": {
-        *("COSTS", "COSTS_IN_HDF5", "files_of_sweep_in_csv", "check_apart", "check_target"),
+        *("COSTS", "COSTS_IN_HDF5", "files_of_sweep_in_csv", "check_apart", "check_target")
     },
     # text of others on streams that may fail
     "frictionsim.io.terminal": {
-        *("ReaderGone", "Stdout", "is_terminal", "print_on_stderr", "visible", "write_on_stderr"),
+        *("ReaderGone", "Stdout", "is_terminal", "print_on_stderr", "visible", "write_on_stderr")
     },
     # the picture of a study, in the format of its name
     "frictionsim.plots.picture_file": {"check_picture"},
@@ -125,7 +111,7 @@ LEAVES = {
     "frictionsim.scenario.options": {"column_of"},
     # what watches a run: the command line handles more signals
     "frictionsim.simulation.monitor": {
-        *("Monitors", "RunMonitor", "StopSignals", "SweepProgress", "compilation_text"),
+        *("Monitors", "RunMonitor", "StopSignals", "SweepProgress", "compilation_text")
     },
     "frictionsim.scenario.kinds": {"GROUP", "KINDS", "kind_names"},
     "frictionsim.scenario.shipped": {"shipped_scenarios"},

@@ -1,8 +1,6 @@
 """Threads and processes: results are bit-identical to those of one thread."""
 
 import multiprocessing
-import subprocess
-import sys
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from io import BytesIO
@@ -13,7 +11,7 @@ import pytest
 
 import frictionsim as fs
 from tests.support.belt_scenarios import pair
-from tests.support.scenarios import ROOT, SCENARIOS
+from tests.support.scenarios import SCENARIOS, python
 
 # Different kinds, laws, methods; events, failures and CSV files.
 JOBS: Mapping[str, tuple[Any, dict[str, Any]]] = {
@@ -121,24 +119,12 @@ print("equal", len(set(digests)))
 """
 
 
-def run_code(code: str) -> str:
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        capture_output=True,
-        text=True,
-        cwd=ROOT,
-        timeout=120,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
 @pytest.mark.slow
 def test_threads_may_use_the_package_first() -> None:
     """Nothing but the bare package is imported when eight threads start."""
     for _ in range(3):
-        assert run_code(FIRST_USE) == "equal 4\n"
+        done = python("-c", FIRST_USE)
+        assert done.stdout == "equal 4\n", done.stderr
 
 
 FIRST_BELT = """
@@ -166,7 +152,8 @@ def test_threads_may_solve_the_first_belt_of_a_process() -> None:
     """Kernels are loaded, or compiled, by several threads at once."""
     data = pair(solver__backend="moreau", solver__rtol=None)
     solved("belt")  # compiles them if need be
-    assert run_code(FIRST_BELT.format(short=repr(data))) == "equal 1\n"
+    done = python("-c", FIRST_BELT.format(short=repr(data)))
+    assert done.stdout == "equal 1\n", done.stderr
 
 
 def drawn(result: fs.Result) -> bytes:

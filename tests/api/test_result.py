@@ -4,7 +4,6 @@ import copy
 import inspect
 import pickle
 from collections.abc import Callable
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +14,9 @@ import xarray
 
 import frictionsim as fs
 from frictionsim import errors
-from frictionsim.results import Quantity, defined
 from frictionsim.scenario.loading import ValidationFailure
 from tests.support.belt_scenarios import pair
+from tests.support.html_elements import Elements
 from tests.support.scenarios import ROOT, SCENARIOS, pulley
 
 PULLEY, RETURN = (SCENARIOS / f"{name}.toml" for name in ("pulley", "pulley_return"))
@@ -52,30 +51,6 @@ def test_a_dataset_has_units_names_and_meanings(returned: fs.Result) -> None:
     assert data.attrs["kind"] == "pulley"
     assert data.attrs["title"] == returned.title
     assert float(data["angle"].sel(time=3.0, method="nearest")) > 0.0
-
-
-@quick
-def test_events_are_a_dataset(returned: fs.Result) -> None:
-    events = returned.events
-    expected = returned.record.transitions
-    assert dict(events.sizes) == {"event": len(expected)}
-    assert events["contact"].values.tolist() == [e.contact for e in expected]
-    assert events["time"].values.tolist() == [e.time for e in expected]
-    assert events["mode_to"].values.tolist() == [e.mode_to for e in expected]
-    assert events["mode_to"].dtype == np.int8
-    assert events["time"].attrs == {"units": "s", "long_name": "time of the event"}
-    breakaway = events.where(events["mode_from"] == 0, drop=True)
-    assert float(breakaway["time"][0]) == returned.quantities["breakaway_time"].value
-
-
-def test_the_columns_of_a_belt_have_names(belt: fs.Result) -> None:
-    data = belt.dataset
-    assert data["pulley"].values.tolist() == ["driver", "driven"]
-    driven = data["pulley_speed"].sel(pulley="driven")
-    assert np.array_equal(driven, belt.record.channels["pulley_speed"][:, 1])
-    assert data["body"].values.tolist() == list(range(24))
-    assert data["body"].dtype == np.int32
-    assert data["tension"].dims == ("time", "joint")
 
 
 def assert_like_the_file(result: fs.Result, path: Path) -> None:
@@ -179,18 +154,6 @@ def test_a_belt_is_read_and_copied_as_it_was(belt: fs.Result, tmp_path: Path) ->
 
 
 @quick
-def test_a_quantity_without_a_value_is_none_of_run_and_file(tmp_path: Path) -> None:
-    def undefined(record: Any) -> Any:
-        nan = {"final_angle": Quantity(float("nan"), "rad")}
-        return record._replace(quantities=defined({**record.quantities, **nan}))
-
-    result = fs.Result(undefined(fs.solve(PULLEY).record))
-    assert result.quantities["final_angle"] == Quantity(None, "rad")
-    found = fs.open(result.save(tmp_path / "a.h5"))
-    assert found.quantities == result.quantities
-
-
-@quick
 def test_format_version_1_is_read_and_saved_as_version_2(tmp_path: Path) -> None:
     result = fs.open(FORMAT_1)
     assert (result.status, result.quantities, result.audit, result.statistics) == (
@@ -213,36 +176,14 @@ def test_format_version_1_is_read_and_saved_as_version_2(tmp_path: Path) -> None
 # --- notebooks ------------------------------------------------------------------------------
 
 
-class Tags(HTMLParser):
-    """Collects the tags, and checks that they are closed in order."""
-
-    def __init__(self, html: str) -> None:
-        super().__init__()
-        self.seen: set[str] = set()
-        self.text = ""
-        self._open: list[str] = []
-        self.feed(html)
-        assert self._open == []
-
-    def handle_starttag(self, tag: str, attrs: Any) -> None:
-        self.seen.add(tag)
-        self._open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self._open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        self.text += data
-
-
 NOTEBOOK_TAGS = {"div", "style", "p", "table", "thead", "tbody", "tr", "th", "td"}
 HOSTILE = "<script>alert('x')</script> & \"quoted\" </td></table>"
 
 
 @quick
 def test_a_notebook_shows_the_summary(returned: fs.Result) -> None:
-    shown = Tags(returned._repr_html_())
-    assert shown.seen == NOTEBOOK_TAGS
+    shown = Elements(returned._repr_html_())
+    assert (shown.faults, set(shown.found)) == ([], NOTEBOOK_TAGS)
     for name, quantity in returned.quantities.items():
         assert name in shown.text
         assert quantity.unit in shown.text
@@ -255,13 +196,13 @@ def test_html_is_escaped() -> None:
     result = fs.solve(PULLEY, {"title": HOSTILE})
     html = result._repr_html_()
     assert "<script" not in html
-    shown = Tags(html)
-    assert shown.seen == NOTEBOOK_TAGS
+    shown = Elements(html)
+    assert (shown.faults, set(shown.found)) == ([], NOTEBOOK_TAGS)
     assert HOSTILE in shown.text
     study = fs.cost(result.scenario, laws="set-valued", backends="events", tolerances=1e-3)
     html = study._repr_html_()
     assert "<script" not in html
-    assert HOSTILE in Tags(html).text
+    assert HOSTILE in Elements(html).text
 
 
 @quick
@@ -347,10 +288,7 @@ ARGUMENTS: dict[type, tuple[Any, ...]] = {
     errors.Interrupted: (15, 0.25),
     ValidationFailure: ([(("solver", "rtol"), "too small")],),
 }
-ERRORS = [
-    *(kind for kind in vars(errors).values() if inspect.isclass(kind)),
-    ValidationFailure,
-]
+ERRORS = [*(kind for kind in vars(errors).values() if inspect.isclass(kind)), ValidationFailure]
 
 
 @quick

@@ -87,17 +87,6 @@ def test_output_is_the_file_of_the_command_line(tmp_path: Path, cli: Callable[..
     assert fs.open(tmp_path / "a.h5").save(tmp_path / "d.h5").read_bytes() == written
 
 
-def test_a_result_under_any_name_is_replaced_unless_that_is_forbidden(tmp_path: Path) -> None:
-    path = tmp_path / "result"
-    before = fs.solve(PULLEY, output=path, no_clobber=True).save(path).read_bytes()
-    other = fs.solve(PULLEY, {MU_S: 0.3})
-    with pytest.raises(fs.OutputError, match="no-clobber forbids to replace it") as caught:
-        other.save(path, no_clobber=True)
-    assert caught.value.exit_code == 4
-    assert path.read_bytes() == before
-    assert other.save(path).read_bytes() != before
-
-
 # --- runs that fail -------------------------------------------------------------------------
 
 
@@ -191,18 +180,6 @@ def test_a_run_is_resumed_from_its_file_to_the_same_bytes(tmp_path: Path) -> Non
     assert (tmp_path / "other.h5").read_bytes() == whole
 
 
-def test_a_part_does_not_replace_a_whole_result(tmp_path: Path) -> None:
-    path = tmp_path / "a.h5"
-    fs.solve(PULLEY, output=path)
-    whole = path.read_bytes()
-    part = fs.solve(PULLEY, output=path, progress=stopping_at(0.6))
-    assert part.path == tmp_path / "a.partial.h5"
-    assert path.read_bytes() == whole
-    assert fs.resume(part).path == path
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.h5"]
-    assert path.read_bytes() == whole
-
-
 def test_max_wall_stops_a_run_that_can_be_resumed(tmp_path: Path) -> None:
     cycles = SCENARIOS / "hard" / "many_cycles.toml"
     part = fs.solve(cycles, max_wall=0.05)
@@ -267,12 +244,3 @@ def test_an_exception_of_progress_ends_the_run(error: Exception) -> None:
     with pytest.raises(type(error)) as raised:
         fs.solve(PULLEY, progress=broken)
     assert raised.value is error
-
-
-def test_errors_of_quantities_are_estimated() -> None:
-    result = fs.solve(PULLEY, {"solver.rtol": 1e-5}, estimate_error=True)
-    assert result.errors.keys() == result.quantities.keys()
-    assert result.error_estimate.startswith("error: the difference to a run with rtol 1e-6")
-    found, exact = (float(r.quantities["final_angle"]) for r in (result, fs.solve(PULLEY)))
-    assert abs(found - exact) < 10.0 * (result.errors["final_angle"] or 0.0)
-    assert "error" in result.to_json()["quantities"]["final_angle"]

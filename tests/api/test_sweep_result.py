@@ -95,9 +95,7 @@ def test_the_table_of_a_dataset_is_that_of_its_file(grid: tuple[xarray.Dataset, 
         assert found.coordinates[key]._replace(values=0) == coordinate._replace(values=0)
 
 
-def test_a_file_and_a_dataset_and_a_part_of_it_are_drawn(
-    grid: tuple[xarray.Dataset, Path],
-) -> None:
+def test_a_file_and_a_dataset_and_a_part_of_it_are_drawn(grid: tuple[xarray.Dataset, Path]) -> None:
     dataset, path = grid
     for source in (path, str(path), dataset):
         figure = fs.plot(source, "final_angle")

@@ -59,11 +59,6 @@ def prepare(folder: Path) -> None:
         shutil.copy(path, folder)
 
 
-def command_line(line: str) -> str:
-    """Return a line for a shell that runs this package."""
-    return f"{sys.executable} -m frictionsim {line}"
-
-
 def run(
     line: str,
     folder: Path,
@@ -80,7 +75,7 @@ def run(
     given = {name: value for name, value in variables.items() if value is not None}
     there = set(os.listdir(folder))
     source = "< pulley.toml" if " - " in line and "<" not in redirections else ""
-    text = f"{before} {command_line(line)} {source} {redirections}"
+    text = f"{before} {sys.executable} -m frictionsim {line} {source} {redirections}"
     try:
         done = subprocess.run(
             ["bash", "-c", text], cwd=folder, env=given, capture_output=True, timeout=SECONDS
@@ -108,8 +103,16 @@ def undisturbed(line: str) -> Outcome:
     return found
 
 
-def check_written(line: str, found: Outcome, case: str) -> None:
-    """Check that what a command has written is what it writes if nothing is in its way."""
+def check_undisturbed(line: str, found: Outcome, case: str, code: int | None = None) -> str:
+    """Check that a command ends and writes as if nothing were in its way; return its exit code.
+
+    A code that is given stands for that of the undisturbed command.
+    """
+    expected = undisturbed(line)
+    code = expected.code if code is None else code
+    if found.code != code:
+        raise BrokenPromise(f"{case}: exit {found.code} instead of {code}\n{found.err}")
     name = dict(COMMANDS)[line]
-    if name and found.files.get(name) != undisturbed(line).files.get(name):
+    if name and found.files.get(name) != expected.files.get(name):
         raise BrokenPromise(f"{case}: {name} is another file")
+    return f"exit {code}"

@@ -3,15 +3,7 @@
 import random
 from pathlib import Path
 
-from tests.attacks.disturbed import (
-    COMMANDS,
-    check_written,
-    originals,
-    prepare,
-    run,
-    undisturbed,
-)
-from tests.attacks.promise import BrokenPromise
+from tests.attacks.disturbed import COMMANDS, check_undisturbed, originals, prepare, run
 
 VARIABLES: dict[str, tuple[str | None, ...]] = {
     "HOME": (None, "", "/nonexistent", "/dev/null"),
@@ -57,12 +49,7 @@ def attack(rng: random.Random, folder: Path) -> str:
     if rng.random() < 0.3:
         (folder / "matplotlibrc").write_text(rng.choice(PARAMETERS))
     found = run(line, folder, environment=surroundings, before=limits)
-    expected = undisturbed(line)
-    case = f"{surroundings} {limits} {line}"
-    if found.code != expected.code:
-        raise BrokenPromise(f"{case}: exit {found.code} instead of {expected.code}\n{found.err}")
-    check_written(line, found, case)
-    return f"exit {found.code}"
+    return check_undisturbed(line, found, f"{surroundings} {limits} {line}")
 
 
 warm_up = originals

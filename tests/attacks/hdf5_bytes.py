@@ -89,11 +89,15 @@ def damaged(rng: random.Random, raw: bytearray) -> str:
     return way
 
 
-def sealed(rng: random.Random, content: bytes, trailer: bytes) -> tuple[bytes, str]:
-    """Return the content of a file with a checksum made anew, with none, or with the old one."""
-    seal = rng.choice(["anew", "anew", "none", "none", "kept"])
-    end = {"anew": checksum_trailer(content), "none": b"", "kept": trailer}
-    return content + end[seal], seal
+def damaged_file(rng: random.Random, whole: bytes) -> tuple[bytes, str]:
+    """Return a file with changed bytes, and what was done.
+
+    Its checksum is made anew, missing, or the old one.
+    """
+    content = bytearray(whole[:-LENGTH])
+    way, seal = damaged(rng, content), rng.choice(["anew", "anew", "none", "none", "kept"])
+    end = {"anew": checksum_trailer(bytes(content)), "none": b"", "kept": whole[-LENGTH:]}
+    return bytes(content) + end[seal], f"{way}, checksum {seal}"
 
 
 def use(rng: random.Random, folder: Path, description: str) -> str:
@@ -126,12 +130,9 @@ def attack(rng: random.Random, folder: Path) -> str:
     files = dict(rng.choice(originals()))
     name = TARGET if rng.random() < 0.8 else rng.choice(sorted(files))
     place(folder, {**files, SOUND: files[TARGET]})
-    whole = files[name]
-    content = bytearray(whole[:-LENGTH])
-    way = damaged(rng, content)
-    raw, seal = sealed(rng, bytes(content), whole[-LENGTH:])
+    raw, way = damaged_file(rng, files[name])
     (folder / name).write_bytes(raw)
-    return use(rng, folder, f"{name}: {way}, checksum {seal}")
+    return use(rng, folder, f"{name}: {way}")
 
 
 warm_up = originals

@@ -21,7 +21,7 @@ VALUES: list[Any] = [
     *("belt_drive", "pulley", "2", "stick " * 5000, np.void(b"x"), 1j),
 ]
 NUMBERS: list[Any] = [
-    *(np.nan, np.inf, -np.inf, -1.0, 0.0, 1.5, 3.0, 7.0, 1e300, -1e308, 2.0**40, 1e-320),
+    *(np.nan, np.inf, -np.inf, -1.0, 0.0, 1.5, 3.0, 7.0, 1e300, -1e308, 2.0**40, 1e-320)
 ]
 SHAPES: list[tuple[int, ...]] = [
     *((10**12,), (10**6, 10**6), (2**40, 3), (0,), (1,), (), (0, 3), (3, 0), (2, 2, 2)),

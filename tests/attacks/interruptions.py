@@ -10,16 +10,9 @@ from pathlib import Path
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import FrictionsimError
 from frictionsim.io import hdf5_reader
-from tests.attacks.disturbed import (
-    COMMANDS,
-    SECONDS,
-    command_line,
-    originals,
-    prepare,
-    undisturbed,
-)
+from tests.attacks.disturbed import COMMANDS, SECONDS, originals, prepare, undisturbed
 from tests.attacks.promise import BrokenPromise
-from tests.support.scenarios import ROOT
+from tests.support.sweep_files import started
 
 NUMBERS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LINES = tuple(line for line, _ in COMMANDS if " - " not in line)
@@ -40,20 +33,13 @@ def attack(rng: random.Random, folder: Path) -> str:
     old = rng.random() < 0.3 and "a.h5" in line
     if old:
         (folder / "a.h5").write_bytes(before["p.h5"])
-    process = subprocess.Popen(
-        ["bash", "-c", f"exec {command_line(line)}"],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    process = started(line.split(), folder)
     for _ in range(times):
         time.sleep(rng.uniform(0.0, LATEST / times))
         process.send_signal(number)
     case = f"{line}: {times} times {number.name}"
     try:
-        _, err = process.communicate(timeout=SECONDS)
+        err = process.communicate(timeout=SECONDS)[1].decode()
     except subprocess.TimeoutExpired:
         process.kill()
         raise BrokenPromise(f"{case}: deaf") from None

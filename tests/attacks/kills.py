@@ -4,7 +4,6 @@ import os
 import random
 import signal
 import subprocess
-import sys
 import time
 from functools import cache
 from pathlib import Path
@@ -13,6 +12,7 @@ from tempfile import TemporaryDirectory
 from tests.attacks.promise import BrokenPromise, outcome
 from tests.support.old_results import old_result
 from tests.support.scenarios import SCENARIOS
+from tests.support.sweep_files import started
 
 # Hundreds of cycles of stick and slip, with checkpoints all the time.
 RUN = (
@@ -66,10 +66,7 @@ def _killed(rng: random.Random, arguments: list[str], folder: Path) -> str:
     at_file = rng.random() < 0.8
     count, pause = rng.choice((1, 1, 2, 3, 5)), rng.choice((0.0, 1e-4, 1e-3, 1e-2)) * rng.random()
     late = rng.uniform(0.0, 1.5)
-    command = [sys.executable, "-m", "frictionsim", *arguments]
-    with subprocess.Popen(
-        command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-    ) as process:
+    with started(arguments, folder) as process:
         if at_file:
             _wait_for_files(process, folder, count)
             time.sleep(pause)

@@ -5,8 +5,7 @@ import random
 from pathlib import Path
 
 from frictionsim.scenario.kinds import GROUP
-from tests.attacks.disturbed import COMMANDS, check_written, originals, prepare, run, undisturbed
-from tests.attacks.promise import BrokenPromise
+from tests.attacks.disturbed import COMMANDS, check_undisturbed, originals, prepare, run
 from tests.support.scenarios import ROOT
 
 MODULES = (
@@ -31,12 +30,7 @@ def attack(rng: random.Random, folder: Path) -> str:
     module, points = rng.choice(MODULES), rng.sample(POINTS, k=rng.randint(1, 2))
     _install(folder / "site", module, points)
     found = run(line, folder, environment={"PYTHONPATH": f"{ROOT}{os.pathsep}{folder / 'site'}"})
-    expected = undisturbed(line)
-    case = f"{module!r}, {points}: {line}"
-    if found.code != expected.code:
-        raise BrokenPromise(f"{case}: exit {found.code} instead of {expected.code}\n{found.err}")
-    check_written(line, found, case)
-    return f"exit {found.code}"
+    return check_undisturbed(line, found, f"{module!r}, {points}: {line}")
 
 
 def _install(site: Path, module: str, points: list[str]) -> None:

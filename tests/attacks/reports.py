@@ -8,7 +8,6 @@ import random
 import tempfile
 from contextlib import suppress
 from functools import cache
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -16,19 +15,19 @@ import h5py
 import numpy as np
 
 import frictionsim as fs
-from frictionsim.io.checksum import LENGTH, append_trailer
+from frictionsim.io.checksum import append_trailer
 from tests.attacks import hdf5_bytes, sweeps
-from tests.attacks.hdf5_bytes import Files, damaged, place, sealed
+from tests.attacks.hdf5_bytes import Files, damaged_file, place
 from tests.attacks.hdf5_structure import change
 from tests.attacks.promise import BrokenPromise, outcome
 from tests.attacks.toml import edited
+from tests.support.html_elements import Elements
 from tests.support.scenarios import SCENARIOS
 
 TARGET, REPORT, TABLE = "a.h5", "a.html", "a.csv"
 MAX_BYTES = 6e6
 HUGE = 2**31
 SCRIPTS = 3  # elements of a report: data, library and scripts
-VOID = {"meta", "link", "br", "hr", "img", "input", "col", "wbr"}
 OF_HDF5 = ("DIMENSION_LIST", "REFERENCE_LIST", "CLASS")  # attributes of its own
 # An element of this name is in no report: it would be of the data's making.
 MARKUP = "<x-hostile onclick=alert(1)>"
@@ -67,34 +66,12 @@ def originals() -> tuple[Files, ...]:
     return (*hdf5_bytes.originals(), *files)
 
 
-class Elements(HTMLParser):
-    """The elements of a report: whether they are balanced, and which there are."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.found: list[str] = []
-        self.faults: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: Any) -> None:
-        self.found.append(tag)
-        self.faults += [f"{tag} has {key}" for key, _ in attrs if key.startswith("on")]
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        if not self.open or self.open.pop() != tag:
-            self.faults.append(f"an end of {tag} that has no begin")
-
-
 def check_html(text: str) -> None:
     """Check that a report is balanced HTML without an element of its data's making."""
-    parser = Elements()
-    parser.feed(text)
-    parser.close()
-    faults = [*parser.faults, *(f"{tag} has no end" for tag in parser.open)]
-    if parser.found.count("script") != SCRIPTS or "x-hostile" in parser.found:
-        faults.append(f"it has {parser.found.count('script')} scripts, {set(parser.found)}")
+    elements = Elements(text)
+    faults, found = elements.faults, elements.found
+    if found.count("script") != SCRIPTS or "x-hostile" in found:
+        faults.append(f"it has {found.count('script')} scripts, {set(found)}")
     if any(ord(sign) < 32 and sign not in "\n\t" for sign in text):
         faults.append("it has control characters")
     if len(text) > MAX_BYTES:
@@ -128,12 +105,9 @@ def attack(rng: random.Random, folder: Path) -> str:
 
 def _bytes(rng: random.Random, folder: Path) -> str:
     path = folder / TARGET
-    whole = path.read_bytes()
-    content = bytearray(whole[:-LENGTH])
-    way = damaged(rng, content)
-    raw, seal = sealed(rng, bytes(content), whole[-LENGTH:])
+    raw, way = damaged_file(rng, path.read_bytes())
     path.write_bytes(raw)
-    return f"{way}, checksum {seal}"
+    return way
 
 
 def _structure(rng: random.Random, folder: Path) -> str:

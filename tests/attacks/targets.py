@@ -14,7 +14,6 @@ from tests.support.scenarios import SCENARIOS
 
 PULLEY = SCENARIOS / "pulley.toml"
 COST = ("--backends", "events", "--tolerances", "1e-3", "--repeats", "1")
-WRITERS = ("solve", "resume", "sweep")  # of what `show` reads
 SWEEP = ("--vary", "mechanism.load=[2000.0, 2100.0]", "-j", "1", "-q")
 NAMES = ("a.h5", "a.nc", "a", "a.png", "a.svg", "a.csv", "s.toml", "a.partial.h5", "a.html")
 KINDS = (

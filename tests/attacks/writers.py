@@ -2,35 +2,21 @@
 
 import os
 import random
-import subprocess
-import sys
 import time
 from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
 
 from tests.attacks.promise import BrokenPromise
-from tests.support.scenarios import ROOT, SCENARIOS
+from tests.support.sweep_files import PULLEY, started
 
-PULLEY = str(SCENARIOS / "pulley.toml")
 LOADS = (2000.0, 2100.0)
 SECONDS = 60.0
 
 
 def _command(load: float, checkpoints: bool) -> list[str]:
     often = ["--set", "output.checkpoint=1e-3"] if checkpoints else []
-    return ["solve", PULLEY, "-q", "-o", "a.h5", "--set", f"mechanism.load={load}", *often]
-
-
-def _started(arguments: list[str], folder: Path) -> "subprocess.Popen[str]":
-    return subprocess.Popen(
-        [sys.executable, "-m", "frictionsim", *arguments],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    return ["solve", str(PULLEY), "-q", "-o", "a.h5", "--set", f"mechanism.load={load}", *often]
 
 
 @cache
@@ -39,7 +25,7 @@ def originals() -> tuple[bytes, ...]:
     folder, found = Path(mkdtemp(prefix="attack-")), []
     for checkpoints in (False, True):
         for load in LOADS:
-            _started(_command(load, checkpoints), folder).communicate(timeout=SECONDS)
+            started(_command(load, checkpoints), folder).communicate(timeout=SECONDS)
             found.append((folder / "a.h5").read_bytes())
     return tuple(found)
 
@@ -49,9 +35,9 @@ def attack(rng: random.Random, folder: Path) -> str:
     commands = [_command(load, rng.random() < 0.5) for load in LOADS]
     processes = []
     for command in commands:
-        processes.append(_started(command, folder))
+        processes.append(started(command, folder))
         time.sleep(rng.choice((0.0, 0.0, rng.uniform(0.0, 0.5))))
-    said = [process.communicate(timeout=SECONDS)[1] for process in processes]
+    said = [process.communicate(timeout=SECONDS)[1].decode() for process in processes]
     codes = sorted(process.returncode for process in processes)
     case = f"{commands}: {codes}, {said}"
     if codes not in ([0, 0], [0, 4]) or any("Traceback" in text for text in said):

@@ -57,10 +57,7 @@ METHODS = {
         DORMAND_PRINCE,
         np.array([35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84]),
     ),
-    "Cash-Karp, order 5": (
-        CASH_KARP,
-        np.array([37 / 378, 0, 250 / 621, 125 / 594, 0, 512 / 1771]),
-    ),
+    "Cash-Karp, order 5": (CASH_KARP, np.array([37 / 378, 0, 250 / 621, 125 / 594, 0, 512 / 1771])),
     "classical, order 4": (CLASSICAL, np.array([1 / 6, 1 / 3, 1 / 3, 1 / 6])),
 }
 DAMPING_RATIOS = np.linspace(0.0, 1.0, 41)

@@ -100,7 +100,7 @@ def energy() -> None:
     above = [
         "The work put in less what is stored and dissipated, over the largest of these energies, at"
         " the worst sample (check `energy_balance`). Where that is above the target, the scenario"
-        " was run again with half the step (`moreau`) or a hundredth of the tolerances.",
+        " was run again with half the step (`moreau`) or a hundredth of the tolerances."
     ]
     write(Table("Energy balance of the shipped scenarios", above, rows), "energy")
 

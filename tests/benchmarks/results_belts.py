@@ -9,7 +9,7 @@ rim enter it at an angle.
 from collections.abc import Mapping
 from itertools import pairwise
 from math import degrees, log2, pi, sqrt
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -153,19 +153,7 @@ MODELS = ("polygon", "corrected")
 DURATIONS, FINE, OF_FINE = (2.0, 2.0), 1200, (1.2, 0.8)
 
 
-class Wrapped(NamedTuple):
-    """One mesh, loaded and without load: N, ratios, %."""
-
-    model: str
-    bending: str
-    bodies: int
-    tight: float
-    slack: float
-    ratio: float  # of the slip to the elastic creep
-    arc: float  # where it sticks to the driver, over T1
-    unloaded_arc: float  # over the span
-    unloaded_slip: float
-    warning: str
+RATIO, OFF = "slip over elastic creep", "off its limit [%]"
 
 
 def wrap() -> None:
@@ -182,71 +170,65 @@ def wrap() -> None:
         " of a body's centre, `corrected` from that times its wrap factor. The torque asks for"
         " T1 - T2 = 555.56 N; a string without mass, bending or depth has T1 = 835.7 N, T2 ="
         " 280.1 N, and 1 in each of the ratios. The limit of the slip is that of `corrected` at"
-        " the two finest meshes, extrapolated with the square of the length of a body.",
+        " the two finest meshes, extrapolated with the square of the length of a body."
     ]
     families = {
-        (bending, model): [row for row in rows if (row.model, row.bending) == (model, bending)]
+        (bending, model): [r for r in rows if (r["bending"], r["model"]) == (bending, model)]
         for bending in reversed(BENDING)
         for model in MODELS
     }
     limits = {bending: _limit(families[bending, "corrected"]) for bending in BENDING}
-    cells = [
-        {
-            "model": row.model,
-            "bending": row.bending,
-            "bodies": row.bodies,
-            "T1 [N]": row.tight,
-            "T2 [N]": row.slack,
-            "T1 - T2 [N]": row.tight - row.slack,
-            "slip over elastic creep": row.ratio,
-            "off its limit [%]": 100.0 * (row.ratio / limits[row.bending] - 1.0),
-            "tension where it sticks to the driver, over T1": row.arc,
-            "unloaded: arc over span": row.unloaded_arc,
-            "unloaded: slip [%]": row.unloaded_slip,
-            "warning": row.warning,
-        }
-        for row in rows
-    ]
+    for row in rows:
+        row[OFF] = 100.0 * (row[RATIO] / limits[row["bending"]] - 1.0)
     below = [_order(family, limits[bending]) for (bending, _), family in families.items()]
-    write(Table("What the wrap factor is worth", above, cells, below), "belt_wrap")
+    write(Table("What the wrap factor is worth", above, rows, below), "belt_wrap")
 
 
-def _wrapped(model: str, bending: str, count: int) -> Wrapped:
+def _wrapped(model: str, bending: str, count: int) -> dict[str, Any]:
+    """Return the figures of a mesh, loaded and without load; nan in the place of its error."""
     loaded, idle = (
         _belt("belt_drive", bending, count, time, f"mechanism.belt.wrap={model}", *drive, RECORDED)
         for time, drive in zip(OF_FINE if count >= FINE else DURATIONS, (LOAD, IDLE), strict=True)
     )
     tight, slack = quantity_of(loaded, "tension_tight"), quantity_of(loaded, "tension_slack")
-    return Wrapped(
-        *(model, bending, count, tight, slack),
-        slip(loaded) * RIGIDITY / (tight - slack),
-        where_it_sticks(loaded) / tight,
-        arc_over_span(idle),
-        100.0 * slip(idle),
-        warning_on(loaded) or warning_on(idle),
-    )
+    return {
+        "model": model,
+        "bending": bending,
+        "bodies": count,
+        "T1 [N]": tight,
+        "T2 [N]": slack,
+        "T1 - T2 [N]": tight - slack,
+        RATIO: slip(loaded) * RIGIDITY / (tight - slack),
+        OFF: float("nan"),
+        "tension where it sticks to the driver, over T1": where_it_sticks(loaded) / tight,
+        "unloaded: arc over span": arc_over_span(idle),
+        "unloaded: slip [%]": 100.0 * slip(idle),
+        "warning": warning_on(loaded) or warning_on(idle),
+    }
 
 
-def _limit(family: list[Wrapped]) -> float:
+def _limit(family: list[dict[str, Any]]) -> float:
     """Return the slip of bodies without length, over elastic creep."""
     coarse, fine = family[-2:]
-    grown = (fine.bodies / coarse.bodies) ** 2
-    return fine.ratio + (fine.ratio - coarse.ratio) / (grown - 1.0)
+    grown = (fine["bodies"] / coarse["bodies"]) ** 2
+    return float(fine[RATIO] + (fine[RATIO] - coarse[RATIO]) / (grown - 1.0))
 
 
-def _order(family: list[Wrapped], limit: float) -> str:
+def _order(family: list[dict[str, Any]], limit: float) -> str:
     """Return in words how fast the slip comes to its limit, from mesh to mesh.
 
     Where the limit follows from the two finest meshes, these say nothing about an order.
     """
-    known = family[:-1] if family[0].model == "corrected" else family
+    model, bending = family[0]["model"], family[0]["bending"]
+    known = family[:-1] if model == "corrected" else family
     orders = [
-        log2(abs((coarse.ratio - limit) / (fine.ratio - limit))) / log2(fine.bodies / coarse.bodies)
+        log2(abs((coarse[RATIO] - limit) / (fine[RATIO] - limit)))
+        / log2(fine["bodies"] / coarse["bodies"])
         for coarse, fine in pairwise(known)
     ]
     listed = ", ".join(f"{order:.1f}" for order in orders)
     return (
-        f"{family[0].model}, {family[0].bending} bending: slip goes to {limit:.4f} with the orders"
+        f"{model}, {bending} bending: slip goes to {limit:.4f} with the orders"
         f" {listed} from mesh to mesh; its own two finest meshes give {_limit(family):.4f}."
     )
 
@@ -274,7 +256,7 @@ def seat() -> None:
         " are so many times the paper's; their damping goes with the root of that, their p_max with"
         " the depth. Wrap factors, fixed steps (`moreau`), each as long as the method takes by"
         f" itself; {DURATION} s, means of the last 0.6 of it. A string without mass, bending or"
-        " depth has T1 = 835.7 N, T2 = 280.1 N, and 1 in both ratios.",
+        " depth has T1 = 835.7 N, T2 = 280.1 N, and 1 in both ratios."
     ]
     write(Table("What the depth of the contact does", above, rows), "belt_seat")
 

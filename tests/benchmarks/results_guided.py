@@ -36,7 +36,7 @@ def creep() -> None:
         f"{DRIVES} drives of two pulleys, with radii of 20 to 120 mm, coefficients of friction of"
         " 0.25 to 1 and 10 to 90 % of the torque at which the belt slips as a whole, with a tenth"
         " of each arc at least that sticks, run as guided belts with `moreau` for 2 s; means of the"
-        " last fifth.",
+        " last fifth."
     ]
     write(Table("Creep of guided belts", above, rows), "guided_creep")
 
@@ -77,7 +77,7 @@ def drawn_belts() -> None:
         f" over speed on another; {POINTS} points of a guided string against {BODIES} bodies with"
         f" wrap factors, pressed p = {1e3 * DEPTHS[0]:g} mm into the rims at rest, and"
         f" {1e3 * DEPTHS[1]:g} mm; {SETTINGS['solver__duration']} s, means of the last fifth. R is"
-        " the smallest radius.",
+        " the smallest radius."
     ]
     rows = [_drawn_row(seed) for seed in range(8)]
     write(Table("Guided strings against chains of bodies", above, rows), "belt_drawn")

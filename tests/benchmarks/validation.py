@@ -17,14 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tests.benchmarks import validation_belts as belts
-from tests.benchmarks.results_common import (
-    RESULTS,
-    ROOT,
-    provenance,
-    quantity_of,
-    say,
-    solve,
-)
+from tests.benchmarks.results_common import RESULTS, ROOT, provenance, quantity_of, say, solve
 from tests.support.closed_forms_of_others import (
     RATIOS,
     den_hartog_amplitude,
@@ -122,14 +115,12 @@ def load() -> dict[str, Any]:
 
 
 def measure(name: str) -> None:
-    belts.REFUSED.clear()
     rows = [[_plain(value) for value in row] for row in PARTS[name].measure()]
     numbers = load()
     numbers[name] = {
         "provenance": provenance(),
         "heading": list(PARTS[name].heading),
         "rows": rows,
-        "left_out": sorted(set(belts.REFUSED)),
     }
     ordered = {part: numbers[part] for part in PARTS if part in numbers}
     NUMBERS.write_text(json.dumps(ordered, indent=1) + "\n", encoding="utf-8")
@@ -157,8 +148,7 @@ def _table(numbers: dict[str, Any]) -> str:
     ]
     lines = [[numbers["heading"][i] for i in kept], ["---"] * len(kept)]
     lines += [[_text(row[i]) for i in kept] for row in rows]
-    notes = "".join(f"\n{note}\n" for note in numbers["left_out"])
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n" + notes
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
 def _text(value: Any) -> str:

@@ -1,8 +1,5 @@
 """What a shell offers: commands, options, kinds, shipped scenarios, views and backends."""
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -11,6 +8,7 @@ from frictionsim.cli import completion
 from frictionsim.errors import InputError
 from frictionsim.scenario.kinds import KINDS
 from tests.cli.conftest import Run
+from tests.support.scenarios import python
 
 
 def surroundings(*words: str) -> dict[str, str]:
@@ -48,11 +46,7 @@ def test_options_and_names_that_fit_are_offered(
 
 
 def test_a_new_process_offers_words(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "frictionsim"],
-        cwd=tmp_path, env={**os.environ, **surroundings("new", "pul")},
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = python("-m", "frictionsim", cwd=tmp_path, **surroundings("new", "pul"))
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.split() == ["pulley", "pulley_horizontal", "pulley_return"]
 

@@ -1,12 +1,9 @@
 """`-v` and `-vv` log what runs, on stderr."""
 
 import logging
-from pathlib import Path
 
 import pytest
 
-from frictionsim.errors import OutputError
-from frictionsim.io.destination import Destination
 from tests.cli.conftest import Run, strict_json
 from tests.support.scenarios import SCENARIOS
 
@@ -24,12 +21,6 @@ def test_the_log_is_not_in_the_json(told: Run) -> None:
     assert SCENARIO in err
 
 
-def test_checkpoints_are_logged(told: Run) -> None:
-    options = ["--set", "output.checkpoint=1e-9", "--max-steps", "5"]  # each is written
-    _, err = told("solve", PULLEY, "-q", "-v", "-o", "a.h5", *options, code=5)
-    assert "frictionsim: unfinished result written: a.partial.h5 (checkpoint at t = " in err
-
-
 def test_the_folder_of_kernels_and_the_transitions_of_a_belt_are_logged(told: Run) -> None:
     from frictionsim.mechanisms.belt_drive.kernels import jit
 
@@ -37,22 +28,6 @@ def test_the_folder_of_kernels_and_the_transitions_of_a_belt_are_logged(told: Ru
     _, err = told("solve", BELT, "-q", "-vv", "-o", "a.h5", "--set", "solver.duration=1e-3")
     assert "frictionsim: folder of the compiled kernels: " in err
     assert "kind belt_drive" in err
-
-
-def test_a_checkpoint_that_cannot_be_written_is_a_warning_without_v(
-    told: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    write = Destination.write
-
-    def deny_parts(self: Destination, run: object) -> object:
-        if run.status != "done":  # type: ignore[attr-defined]
-            raise OutputError("the disk is full")
-        return write(self, run)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(Destination, "write", deny_parts)
-    _, err = told("solve", PULLEY, "-q", "-o", "a.h5", "--set", "output.checkpoint=1e-9")
-    assert err == "frictionsim: warning: checkpoint not written: the disk is full\n"
-    assert Path("a.h5").exists()
 
 
 def test_python_has_the_same_log(told: Run, caplog: pytest.LogCaptureFixture) -> None:

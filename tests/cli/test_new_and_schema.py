@@ -2,13 +2,10 @@
 
 import json
 import shutil
-import sys
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
-from frictionsim.cli.commands import run_command_line
 from frictionsim.scenario.authoring import schema
 from frictionsim.scenario.kinds import KINDS
 from frictionsim.scenario.shipped import shipped_scenarios
@@ -71,18 +68,3 @@ def test_the_list_has_all(told: Run) -> None:
 @pytest.mark.parametrize("kind", [None, *KINDS])
 def test_the_printed_schema_is_that_of_python_indented(kind: str | None, told: Run) -> None:
     assert told("schema", *filter(None, [kind])) == (json.dumps(schema(kind), indent=2) + "\n", "")
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")
-@pytest.mark.parametrize("arguments", [["new", "pulley"], ["new", "--list"], ["schema"]])
-def test_a_full_device_is_reported(
-    arguments: list[str], here: Path, monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
-    full = open("/dev/full", "w", encoding="utf-8")  # noqa: SIM115  its closing fails
-    monkeypatch.setattr(sys, "stdout", full)
-    assert run_command_line(arguments) == 4
-    monkeypatch.undo()
-    with suppress(OSError):
-        full.close()
-    assert "cannot print the output: No space left on device" in capsys.readouterr().err

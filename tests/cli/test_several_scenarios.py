@@ -11,7 +11,7 @@ import pytest
 import tomli_w
 
 from frictionsim.cli.commands import run_command_line
-from frictionsim.errors import Interrupted, ScenarioError
+from frictionsim.errors import ScenarioError
 from frictionsim.io import hdf5_reader
 from frictionsim.simulation import simulate
 from tests.cli.conftest import Run, long_run, strict_json
@@ -89,26 +89,6 @@ def test_one_that_cannot_be_solved_does_not_stop_the_others(
     assert [item["scenario"] for item in strict_json(out)] == [RETURN]
     assert err == "frictionsim: first.toml: the belt has no rest position\n"
     assert told("solve", "first.toml", code=2)[0] == ""
-
-
-def test_a_signal_stops_all(told: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    sources = []
-
-    def run(scenario: object, on_step: object, *others: object) -> simulate.Record:
-        sources.append(scenario.origin.source)  # type: ignore[attr-defined]
-
-        def interrupting(t: float) -> None:
-            if t > 0.1:
-                raise Interrupted(signal.SIGINT, t)
-
-        return simulate.run(scenario, interrupting, *others)  # type: ignore[arg-type]
-
-    monkeypatch.setattr("frictionsim.api.solving.run", run)
-    out, err = told("solve", PULLEY, RETURN, "--json", code=130)
-    assert sources == [PULLEY]
-    assert [item["status"] for item in strict_json(out)] == ["interrupted"]
-    assert "frictionsim: run interrupted: by SIGINT" in err
-    assert not Path("results/pulley_return.h5").exists()
 
 
 def test_the_standard_input_is_a_scenario(told: Run, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -109,6 +109,8 @@ def test_a_failed_audit_is_reported(told: Run) -> None:
     out, err = told("show", "a.h5")
     assert "FAILED" in out
     assert "frictionsim: self-audit failed: energy_balance" in err
+    found = strict_json(told("show", "a.h5", "--json")[0])
+    assert found["audit"]["energy_balance"]["ok"] is False
     assert err.endswith("; do not trust a.h5\n")
     attributes = hdf5_reader.read(Path("a.h5")).attributes
     assert attributes["status"] == "done"

@@ -15,7 +15,6 @@ import frictionsim as fs
 from frictionsim import __main__ as entry
 from frictionsim.api import solving
 from frictionsim.cli import monitor
-from frictionsim.cli.commands import run_command_line
 from frictionsim.cli.job import Report
 from frictionsim.cli.monitor import CommandMonitor
 from frictionsim.errors import BudgetExceeded, Interrupted
@@ -109,10 +108,7 @@ def test_max_wall_ends_a_compilation_and_prints_what_there_is(
 
 
 def test_a_run_with_steps_is_not_ended_by_the_clock(left: list[int]) -> None:
-    with (
-        CommandMonitor(1.0, with_progress=False) as on_step,
-        on_step.limited(0.01, lambda: None),
-    ):
+    with CommandMonitor(1.0, with_progress=False) as on_step, on_step.limited(0.01, lambda: None):
         on_step(0.0)
         time.sleep(monitor.SECONDS_AFTER_LIMIT + 0.2)
     assert left == []
@@ -210,9 +206,3 @@ def test_a_compilation_does_not_begin_after_the_limit() -> None:
         limited.compiling(20.0),
     ):
         pytest.fail("the compilation began")
-
-
-def test_the_command_line_is_deaf_to_nothing_after_a_run(told: Run) -> None:
-    before = [signal.getsignal(number) for number in NUMBERS]
-    assert run_command_line(["solve", PULLEY, "-q"]) == 0
-    assert [signal.getsignal(number) for number in NUMBERS] == before

@@ -1,7 +1,6 @@
 """`frictionsim sweep`, and `resume` of a sweep."""
 
 import csv
-import io
 import os
 import random
 import signal
@@ -54,16 +53,6 @@ def test_a_sweep_is_written_and_summarised(told: Run, here: Path) -> None:
     assert len(Path("s.csv").read_text(encoding="utf-8").splitlines()) == 3
 
 
-def test_several_keys_are_varied_as_fit_frees_them(told: Run, here: Path) -> None:
-    names = [f"effects.shaft_friction.{name}" for name in ("mu_s", "mu_k")]
-    told("sweep", PULLEY, "--vary", f"{','.join(names)}=[0.1, 0.2]", "-o", "s.h5", "--csv", "s.csv")
-    heads = next(csv.reader(io.StringIO(Path("s.csv").read_text(encoding="utf-8"))))
-    assert heads[:2] == ["run [1]", f"{','.join(names)} [1]"]
-    single = fs.solve(PULLEY, dict.fromkeys(names, 0.2))
-    last = fs.open_sweep("s.h5")["breakaway_time"].values[1]
-    assert last == single.quantities["breakaway_time"].value
-
-
 def test_sobol_indices_replace_no_other_file(told: Run, here: Path) -> None:
     vary = [
         ("--vary", f"{key}=uniform({values})")
@@ -96,13 +85,6 @@ def test_a_study_in_a_file_is_run(told: Run, here: Path) -> None:
     told("sweep", "study.toml", "-q", "-j", "1", "-o", "s.h5")
     found = fs.open_sweep("s.h5")
     assert found["effects.shaft_friction.mu_s"].values.tolist() == [0.2, 0.3]
-    for options in (["--vary", f"{LOAD}=[1]"], ["--zip"], ["--sample", "4"], ["--keep-series"]):
-        name = options[0]
-        _, err = told("sweep", "study.toml", *options, code=2)
-        assert err == (
-            f"frictionsim: {name}: the study file already defines the varied keys; change it"
-            " there\n"
-        )
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="signals of POSIX")

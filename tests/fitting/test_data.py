@@ -10,13 +10,7 @@ import frictionsim as fs
 from frictionsim.errors import InputError
 from frictionsim.fitting.data import factor
 from frictionsim.scenario.csv_columns import read_columns
-from tests.fitting.measurements import (
-    FORCE,
-    MU_S,
-    SLOPE,
-    frictionless,
-    pulley,
-)
+from tests.fitting.measurements import FORCE, MU_S, SLOPE, frictionless, pulley
 
 pytestmark = pytest.mark.quick
 
@@ -48,16 +42,11 @@ class Frame:
     ("data", "options"),
     [
         ({"time": TIME, "angular_velocity": VELOCITY}, {}),
-        ({"time": TIME.tolist(), "angular_velocity": VELOCITY.tolist()}, {}),
         (Frame(time=TIME, angular_velocity=VELOCITY), {}),
         ({"t": TIME, "w": VELOCITY}, {"time": "t", "channels": {"angular_velocity": "w"}}),
         (
             {"time": 1e3 * TIME, "angular_velocity": np.degrees(VELOCITY)},
             {"time_unit": "ms", "units": {"angular_velocity": "deg/s"}},
-        ),
-        (
-            {"time": TIME, "angular_velocity": VELOCITY * 30.0 / np.pi},
-            {"units": {"angular_velocity": "rpm"}},
         ),
         ({"time": TIME + 7.0, "angular_velocity": VELOCITY}, {"time_offset": -7.0}),
         ({"time": TIME, "angular_velocity": np.where(TIME == 0.5, np.nan, VELOCITY)}, {}),
@@ -91,22 +80,18 @@ def rows(line: str, header: str = "") -> str:
         (rows("{t},{w}\n", "time,angular_velocity\n"), {}),
         (rows("{t},{w}\n", "# a comment; 1;2\ntime [s],angular_velocity [rad/s]\n"), {}),
         (rows("{t};{w}\n", "t;w\n").replace(".", ","), {"channels": {"angular_velocity": "w"}}),
-        (rows("{t}\t{w}\n", "t\tw\n"), {"channels": {"angular_velocity": 2}}),
-        (rows("{t} {w}\n"), {"channels": {"angular_velocity": 2}}),
-        (rows("{w},{t}\n", "angular_velocity,time\n"), {}),
         (rows("{w},{t}\n"), {"time": 2, "channels": {"angular_velocity": 1}}),
-        (rows("{t},{w},x\n", "time,angular_velocity,note\n"), {}),
-        (rows("{t},{w}\n", "Log of the rig\n\ntime,angular_velocity\n"), {}),
         (
             rows("{t},{w}\n", "t,w (motor)\n"),
             {"channels": {"angular_velocity": "w"}, "units": {"angular_velocity": "rad/s"}},
         ),
     ],
 )
-def test_data_in_csv(text: str, options: dict[str, Any], tmp_path: Path) -> None:
+def test_data_in_csv_are_read_by_name_or_number(
+    text: str, options: dict[str, Any], tmp_path: Path
+) -> None:
     path = tmp_path / "log.csv"
     path.write_text(text)
-    assert force_of(path, **options) == pytest.approx(300.0, rel=1e-6)
     assert force_of(str(path), **options) == pytest.approx(300.0, rel=1e-6)
 
 

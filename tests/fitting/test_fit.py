@@ -284,14 +284,6 @@ def test_two_keys_of_which_only_the_difference_counts() -> None:
     assert found.values[FORCE] - found.values[LOAD] == pytest.approx(200.0, abs=10.0)
 
 
-def test_two_keys_of_which_only_the_product_counts() -> None:
-    """The angular acceleration is (P - W) r_e/I."""
-    free = {"mechanism.cord_radius": (0.02, 0.1), "mechanism.inertia": (1.0, 5.0)}
-    found = fit_line(line(0.1, 2), free)
-    assert set(found.not_identified) == set(free)
-    assert all("(correlation 1.000)" in why for why in found.not_identified.values())
-
-
 def test_an_estimate_at_its_bound() -> None:
     found = fit_line(line(0.1, 2), {FORCE: (100.0, 250.0)})
     why = "its estimate is at the upper bound 250; widen the bounds"

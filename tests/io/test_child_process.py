@@ -20,7 +20,7 @@ from frictionsim.io.child_answer import Checkpoint, Refusal, decoded, encoded
 from frictionsim.io.child_process import ChildFailed, EndedFromOutside, answer_of
 from frictionsim.results import Quantity
 from tests.support.old_results import old_result
-from tests.support.scenarios import ROOT, pulley, simulate
+from tests.support.scenarios import ROOT, pulley, python, simulate
 
 HARMFUL = "the file is corrupt or malicious"
 
@@ -105,10 +105,7 @@ def test_pickled_arrays_are_no_answer(result: str, child_that: Callable[[str], N
     ],
 )
 def test_a_child_without_an_answer_is_an_error(
-    code: str,
-    said: str,
-    child_that: Callable[[str], None],
-    capfd: pytest.CaptureFixture[str],
+    code: str, said: str, child_that: Callable[[str], None], capfd: pytest.CaptureFixture[str]
 ) -> None:
     child_that(code)
     with pytest.raises(ChildFailed) as failed:
@@ -179,7 +176,7 @@ def test_a_command_that_reads_does_not_import_hdf5(result: str) -> None:
         "os._exit = lambda code: None\n"
         "__main__.main(); assert 'h5py' not in sys.modules"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    done = python("-c", code, cwd=Path())
     assert done.returncode == 0, done.stderr
 
 

@@ -23,8 +23,6 @@ PULLEY = str(SCENARIOS / "pulley.toml")
 COST = ["cost", PULLEY, "--backends", "events", "--tolerances", "1e-3", "--repeats", "1"]
 UNSEALED = "was changed or made by another program (it has no checksum)"
 GIVE = "and is not overwritten; give another name\n"
-OTHER = ["--set", "solver.duration=2.5"]
-NO_TIME = ["--max-wall", "1e-9"]
 pytestmark = pytest.mark.usefixtures("here")
 
 
@@ -60,6 +58,7 @@ def test_no_other_file_is_replaced(
         ("a.csv", "table: the existing file is not a table of costs", [*COST, "--csv"]),
         ("a.png", "picture: the existing file is not a picture", [*COST, "--plot"]),
         ("b.png", "picture: the existing file is not a picture", ["plot", "r.h5", "-o"]),
+        ("b.pdf", "picture: the existing file is not a picture", ["plot", "r.h5", "-o"]),
     ):
         if kind == "PNG" and "picture" in described:
             continue

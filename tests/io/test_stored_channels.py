@@ -37,7 +37,7 @@ def pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[fs.Result, fs
         return decoded(answer(*map(str, asked)))
 
     monkeypatch.setattr(child_process, "answer_of", in_this_process)  # a child has other limits
-    monkeypatch.setattr(stored_channel, "BLOCK_BYTES", 10_000)
+    monkeypatch.setattr(stored_channel, "BLOCK_BYTES", 25_000)  # a third of a channel
     hdf5_writer.write(run, tmp_path / "long.h5")
     long = fs.open(tmp_path / "long.h5")
     assert isinstance(long.record.channels["x"], StoredChannel)
@@ -88,7 +88,7 @@ def test_a_stored_channel_is_an_array_where_one_is_needed(
 
 
 def test_everything_made_of_a_long_result_is_that_of_a_short_one(
-    pair: tuple[fs.Result, fs.Result], tmp_path: Path
+    pair: tuple[fs.Result, fs.Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     short, long = pair
     again = pickle.loads(pickle.dumps(long))
@@ -96,6 +96,8 @@ def test_everything_made_of_a_long_result_is_that_of_a_short_one(
     long.save(tmp_path / "copy.h5")
     assert (tmp_path / "copy.h5").read_bytes() == (tmp_path / "long.h5").read_bytes()
     assert fs.compare(long, short, rtol=0.0, atol=0.0).same
+    # A line of the table takes 12 kB: some forty lines are read at once.
+    monkeypatch.setattr(stored_channel, "BLOCK_BYTES", 500_000)
     tables = [io.StringIO(), io.StringIO()]
     for result, table in zip(pair, tables, strict=True):
         write_channels(result.record, table)

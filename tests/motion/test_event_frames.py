@@ -16,12 +16,11 @@ from frictionsim.motion.parts import (
     moment_of,
     place_of,
     shown_value,
-    state_word,
 )
-from frictionsim.plots.animation import timing_of
 from frictionsim.results import Record
 from frictionsim.simulation.record import sticking_phases
-from tests.support.motions import body, motion, record_of, scenario
+from tests.support.motions import body, motion, record_of
+from tests.support.scenarios import shipped
 
 pytestmark = pytest.mark.quick
 
@@ -50,7 +49,7 @@ MAIN = {"pulley": "pulley", "marble_machine": "gear", "epicyclic": "crank"}
 @cache
 def solved(name: str, interval: float, at_events: int) -> Record:
     kind, changes = RUNS[name]
-    data = scenario(kind, solver__rtol=1e-6, **{k: v for k, v in changes.items() if "__" in k})
+    data = shipped(kind, solver__rtol=1e-6, **{k: v for k, v in changes.items() if "__" in k})
     data |= {k: v for k, v in changes.items() if "__" not in k}
     data["output"] = {"interval": interval, "at_events": bool(at_events)}
     return fs.solve(data).record
@@ -166,17 +165,6 @@ def test_neither_a_transfer_in_creep_nor_rest_after_the_last_sample_changes_the_
     record = synthetic([0.0, 1.0, 2.0], [1, 1, 1], [(2.5, 1, 0)])
     record.axes["mode"] = ""
     assert list(sticking_phases(record)) == []
-
-
-@pytest.mark.parametrize("name", RUNS)
-def test_a_frame_of_an_animation_shows_the_state_after_the_last_event(name: str) -> None:
-    record = solved(name, 0.3, 0)
-    found = motion(record)
-    words = {0: "sticks", 1: "slips forward", -1: "slips backward"}
-    changes = [e for e in record.transitions if e.mode_from != e.mode_to]
-    for time in timing_of(found, ".gif", 20.0, None).times.tolist():
-        modes = [changes[0].mode_from, *(e.mode_to for e in changes if e.time <= time)]
-        assert state_word(found, moment_of(found.time, time)) == words[modes[-1]], time
 
 
 def test_of_many_events_changes_of_mode_are_frames_and_all_frames_are_right(

@@ -12,7 +12,7 @@ from frictionsim.motion.parts import Arrow, Band, Motion, moment_of, shown_word
 from frictionsim.motion.pulley import drawn_scale
 from frictionsim.motion.shapes import MAX_ARC
 from frictionsim.results import MODES, SLACK, Record
-from tests.support.motions import body, motion, record_of, scenario
+from tests.support.motions import body, motion, record_of
 from tests.support.records import shown
 from tests.support.scenarios import shipped
 
@@ -266,7 +266,7 @@ def test_no_counterweight_is_an_end_that_a_force_pulls() -> None:
 
 
 def test_a_pulley_that_a_torque_turns_shows_it_and_its_reaction() -> None:
-    data = scenario(
+    data = shipped(
         "pulley", drive__force=None, drive__torque=TURNED, solver__rtol=1e-6, solver__duration=2.0
     )
     found = motion(fs.solve(data).record)
@@ -284,7 +284,7 @@ def test_a_pulley_that_a_torque_turns_shows_it_and_its_reaction() -> None:
 
 @pytest.mark.parametrize("shaft", [0.05, 0.01])
 def test_both_friction_circles_are_in_the_enlarged_view(shaft: float) -> None:
-    data = scenario("lift", effects__shaft_friction__shaft_radius=shaft)
+    data = shipped("lift", effects__shaft_friction__shaft_radius=shaft)
     names = ("time", "angle", "car_position", "counterweight_position")
     found = motion(record_of("pulley", dict.fromkeys(names, np.linspace(0.0, 0.1, 3)), data))
     friction = data["effects"]["shaft_friction"]

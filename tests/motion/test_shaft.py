@@ -17,7 +17,8 @@ from frictionsim.motion.shaft import (
     spring_line,
     stops_of,
 )
-from tests.support.motions import body, motion, point_of, record_of, scenario
+from tests.support.motions import body, motion, point_of, record_of
+from tests.support.scenarios import shipped
 from tests.support.shaft_forces import (
     TIMES,
     acting,
@@ -170,7 +171,7 @@ def test_couples_are_arcs_on_one_scale_about_the_axis(drawn: Drawn) -> None:
 
 def test_a_solved_run_shows_its_channels_and_states() -> None:
     changes = {"solver__rtol": 1e-6, "solver__duration": 1.2}
-    record = fs.solve(scenario("shaft", **changes)).record
+    record = fs.solve(shipped("shaft", **changes)).record
     found = motion(record)
     foot, way = arrows(found)["reaction of the shaft"]
     circles = [body(found, f"{name} friction circle").shapes[0] for name in ("static", "kinetic")]
@@ -215,19 +216,6 @@ def test_without_friction_there_is_no_detail_and_the_reaction_goes_through_the_a
     assert "lever arm of the reaction" not in bands(found)
 
 
-def test_where_the_resultant_vanishes_there_is_no_reaction() -> None:
-    data = drawn_shaft(0)
-    pair = [
-        {"name": name, "size": 50.0, "point": [x, 0.0], "direction": [0.0, x]}
-        for name, x in (("left", -0.3), ("right", 0.3))
-    ]
-    data |= {"forces": pair, "couples": [], "mechanism": {"inertia": 1.0}}
-    del data["effects"]["gravity"]
-    foot, way = arrows(of(data, drawn_motion(0)))["reaction of the shaft"]
-    assert np.abs(way).max() < 1e-12
-    assert not foot.any()
-
-
 def test_without_the_channels_of_a_force_the_body_moves_alone() -> None:
     data, channels = drawn_shaft(1), drawn_motion(1)
     del channels["angular_acceleration"]
@@ -259,10 +247,10 @@ def scenario_of_shaft(**changes: Any) -> Any:
 
 
 def test_a_bell_crank_has_two_arms_and_a_drum_is_a_wheel() -> None:
-    crank = scenario_in(record_of("shaft", {"time": TIMES}, scenario("shaft")))
+    crank = scenario_in(record_of("shaft", {"time": TIMES}, shipped("shaft")))
     look = look_of(crank)
     assert (look.reach, look.rim, len(look.arms)) == (0.2, 0.0, 2)
-    drum = scenario_in(record_of("shaft", {"time": TIMES}, scenario("hoist_drum")))
+    drum = scenario_in(record_of("shaft", {"time": TIMES}, shipped("hoist_drum")))
     assert (look_of(drum).rim, look_of(drum).arms) == (0.15, ())
     outer = shapes_of(drum)[0]
     assert outer.radius == 0.15

@@ -21,8 +21,9 @@ from frictionsim.motion.parts import (
     path_until,
     place_of,
 )
-from tests.support.motions import body, motion, point_of, record_of, scenario
+from tests.support.motions import body, motion, point_of, record_of
 from tests.support.records import shown
+from tests.support.scenarios import shipped
 
 pytestmark = pytest.mark.quick
 
@@ -44,7 +45,7 @@ def drawn_pulley(number: int) -> tuple[dict[str, Any], dict[str, Any]]:
     rng = np.random.default_rng(number)
     angle, force = drawn_angles(rng), rng.uniform(100.0, 900.0) + 200.0 * np.sin(TIMES)
     radius = rng.uniform(0.02, 2.0)
-    data = scenario(
+    data = shipped(
         "pulley",
         mechanism__cord_radius=radius,
         mechanism__load=rng.uniform(10.0, 900.0),
@@ -120,7 +121,7 @@ def test_a_long_travel_is_cut_and_said() -> None:
 def test_slots_carry_marbles_on_the_rising_half(number: int) -> None:
     rng = np.random.default_rng(number)
     slots, radius = int(2 * rng.integers(2, 12)), rng.uniform(0.02, 0.5)
-    data = scenario(
+    data = shipped(
         "marble_machine",
         mechanism__slots=slots,
         mechanism__marble_circle_radius=radius,
@@ -175,7 +176,7 @@ def test_the_tracer_point_is_on_its_path(number: int) -> None:
     rng = np.random.default_rng(number)
     sun, planet = rng.uniform(0.01, 0.5, 2)
     radius, degrees = rng.uniform(0.0, 2.0) * planet, rng.uniform(-180.0, 180.0)
-    data = scenario(
+    data = shipped(
         "epicyclic",
         mechanism__sun_radius=sun,
         mechanism__planet_radius=planet,
@@ -222,7 +223,7 @@ def test_a_gear_without_its_angle_shows_the_tracer_point_alone() -> None:
 
 @pytest.mark.parametrize("kind", ["pulley", "pulley_horizontal", "marble_machine", "epicyclic"])
 def test_bounds_hold_everything_at_all_times(kind: str) -> None:
-    data = scenario(kind)
+    data = shipped(kind)
     channels = {"time": TIMES, "angle": 5.0 * np.sin(2.0 * TIMES), "drive_force": 3e3 - 900 * TIMES}
     found = motion(record_of(data["kind"], channels, data))
     left, right, bottom, top = found.bounds

@@ -6,11 +6,10 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from tests.support.scenarios import ROOT, SCENARIOS
+from tests.support.scenarios import SCENARIOS, frictionsim, python
 
 pytestmark = pytest.mark.slow
 
@@ -70,20 +69,12 @@ def test_what_is_not_there_fails() -> None:
         "    try: exec(line); print('done')\n"
         "    except Exception as error: print(type(error).__name__)\n"
     )
-    environment: dict[str, Any] = {**os.environ, "PYTHONPATH": str(ROOT)}
-    done = subprocess.run(
-        [sys.executable, "-c", program, *REFUSED, "len('')"],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    done = python("-c", program, *REFUSED, "len('')")
     assert done.stdout.split() == [*REFUSED.values(), "done"]
 
 
 def test_the_result_is_the_same(folder: Path) -> None:
-    command = [sys.executable, "-m", "frictionsim", "solve", str(PULLEY), "-q", "-o", "b.h5"]
-    subprocess.run(command, cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT)}, check=True)
+    assert frictionsim("solve", PULLEY, "-q", "-o", "b.h5", cwd=folder).returncode == 0
     assert (folder / "a.h5").read_bytes() == (folder / "b.h5").read_bytes()
 
 

@@ -30,7 +30,7 @@ MISSING = {
         *("sysconf", "confstr", "sched_getaffinity", "sendfile", "pread", "pwrite"),
     ),
     signal: (
-        *("SIGHUP", "SIGQUIT", "SIGKILL", "SIGPIPE", "SIGALRM", "SIGUSR1", "SIGUSR2", "SIGCHLD"),
+        *("SIGHUP", "SIGQUIT", "SIGPIPE", "SIGALRM", "SIGUSR1", "SIGUSR2", "SIGCHLD"),
         *("SIGCONT", "SIGSTOP", "SIGTSTP", "SIGWINCH", "alarm", "setitimer", "pause", "sigwait"),
         *("pthread_kill", "pthread_sigmask", "siginterrupt"),
     ),

@@ -110,18 +110,6 @@ def test_the_indices_of_a_sum_are_the_parts_of_its_variance() -> None:
     np.testing.assert_allclose(found.total, parts, atol=0.03)
 
 
-def test_the_indices_of_a_product() -> None:
-    vary = {key: MIXED[key] for key in ("a", "c", "d")}
-    found = indices(vary, lambda a, c, d: a * c * d, SAMPLING)
-    mean, variance = moments(vary)
-    # V = prod(m² + v) - prod(m²); alone v_i prod(m_j²), together v_i prod(m_j² + v_j).
-    everything = np.prod(mean**2 + variance) - np.prod(mean**2)
-    first = variance / mean**2 * np.prod(mean**2) / everything
-    total = variance / (mean**2 + variance) * np.prod(mean**2 + variance) / everything
-    np.testing.assert_allclose(found.first, first, atol=0.04)
-    np.testing.assert_allclose(found.total, total, atol=0.04)
-
-
 @pytest.mark.parametrize("sampling", [Sampling(64, indices=True), Sampling(64)])
 def test_a_constant_has_no_indices(sampling: Sampling) -> None:
     rounding = 3.0 * (1.0 + np.finfo(float).eps)
@@ -129,12 +117,6 @@ def test_a_constant_has_no_indices(sampling: Sampling) -> None:
         found = indices(MIXED, function, sampling)
         assert found.first.size == 0
         assert found.basis == "no Sobol indices: the quantity does not vary"
-
-
-def test_a_sample_without_indices_says_how_to_get_them() -> None:
-    found = indices(CUBE, ishigami, Sampling(256))
-    assert found.first.size == 0
-    assert found.basis == "no Sobol indices: they need a sweep with 'indices'"
 
 
 def test_rows_with_a_run_that_failed_are_left_out() -> None:

@@ -82,13 +82,6 @@ def test_the_file_opens_in_xarray_with_the_same_data(tmp_path: Path) -> None:
         assert read["drive.direction"].values.tolist() == ["vertical", "horizontal"]
 
 
-def test_the_study_in_the_file_runs_again(tmp_path: Path) -> None:
-    vary = {MU_S: "uniform(0.1, 0.4)", LOAD: "normal(2000.0, 50.0)"}
-    found = fs.sweep(PULLEY, vary, LOOSE, sample=4, seed=3)
-    again = fs.sweep(tomllib.loads(found.attrs["study"]))
-    assert found.equals(again)
-
-
 @pytest.mark.parametrize(
     ("kind", "steps"), [("pulley", [20, 60]), ("marble_machine", [5, 200]), ("epicyclic", [5, 100])]
 )
@@ -147,14 +140,6 @@ def test_sobol_indices_are_numbers_in_the_dataset_and_every_file(tmp_path: Path)
     assert "force_to_lift" in swept.summary().partition("Sobol indices of")[2]
     report = fs.report(found, tmp_path / "s.html").read_text(encoding="utf-8")
     assert "first-order index" in report
-
-
-def test_a_run_that_fails_is_a_row() -> None:
-    found = fs.sweep(PULLEY, {"solver.max_steps": [5, 10_000]}, LOOSE)
-    assert found["status"].values.tolist() == [2, 1]
-    assert found["failure"].values.tolist() == ["budget_exceeded", ""]
-    assert str(found["reason"].values[0]).startswith("limit of 5 steps reached at t = ")
-    assert np.isfinite(found["final_angle"].values[1])
 
 
 def test_an_error_in_the_program_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,8 +15,9 @@ from frictionsim.motion.parts import Motion
 from frictionsim.plots import animation
 from frictionsim.plots.animation import MovingPicture, animate, timing_of
 from frictionsim.results import Record
-from tests.support.motions import motion, record_of, scenario
+from tests.support.motions import motion, record_of
 from tests.support.records import shown
+from tests.support.scenarios import shipped
 
 TIMES = np.linspace(0.0, 2.0, 21)
 
@@ -133,7 +134,7 @@ def test_an_mp4_replaces_an_mp4_alone(tmp_path: Path) -> None:
 
 
 def test_the_command_writes_one(told: Any, here: Path) -> None:
-    fs.solve(scenario("pulley", solver__rtol=1e-6), output=here / "a.h5")
+    fs.solve(shipped("pulley", solver__rtol=1e-6), output=here / "a.h5")
     wanted = ("plot", "a.h5", "--animate", "a.gif", "--fps", "1", "--speed", "3")
     assert told(*wanted)[0] == "a.gif\n"
     assert len(frames_of(here / "a.gif")) == 2

@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.slip import Ends, ends_of, slip_percent
 from frictionsim.plots import draw
 from frictionsim.results import Record
 from tests.support.belt_results import FOUR, TWO, Pulley, belt_run
@@ -101,11 +100,3 @@ def test_the_scale_is_that_of_a_driver_in_motion() -> None:
     low, high = ax.get_ylim()
     assert (0.7 < low < 1.0, 2.98 < high < 3.3) == (True, True)
     assert np.nanmax(np.asarray(ax.lines[0].get_ydata())) > 1e5
-
-
-def test_ends_are_chosen_by_power_and_their_rims_give_the_slip() -> None:
-    assert ends_of(np.array([1.0, -3.0, 2.0])) == Ends(2, 1)
-    assert ends_of(np.zeros(3)) == Ends(0, 2)
-    rims = np.array([[2.0, 1.9], [-2.0, -1.9], [2.0, -0.2], [1e-9, 1.0], [0.0, 0.0]])
-    found = slip_percent(rims, Ends(0, 1), 1e-6)
-    np.testing.assert_allclose(found, [5.0, 5.0, 110.0, np.nan, np.nan])

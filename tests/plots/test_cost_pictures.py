@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from frictionsim.plots.studies import STRIP, cost_diagram, places_of
+from frictionsim.plots.studies import STRIP, cost_diagram
 from frictionsim.scenario.variants import Mesh, Setting
 from frictionsim.work_precision.outcome import Error, Row, WorkPrecision
 
@@ -63,11 +63,6 @@ def test_without_failed_runs_there_is_no_strip() -> None:
         assert not crosses(ax)
         assert not ax.texts
         assert ax.get_ylim()[1] == pytest.approx(10.0)
-
-
-def test_runs_without_work_are_marked_at_the_least_work() -> None:
-    assert places_of([0.0, 3.0], [0.5, 3.0, 0.0]).tolist() == [0.5, 3.0]
-    assert places_of([0.0], [0.0]).tolist() == [1.0]
 
 
 def test_crosses_of_failed_meshes_lie_inside_the_left_panel() -> None:

@@ -105,18 +105,6 @@ def test_an_epicycloid_has_its_cusps_on_the_sun(cusps: int) -> None:
     assert gear(sun=0.06 * cusps).quantities["tracer_cusps"].value == cusps + 1
 
 
-def test_the_speed_of_the_point_is_zero_at_its_cusps_alone() -> None:
-    """By differences of the recorded path, whose least speeds are next to a cusp."""
-    record = gear(sun=0.18, output__interval=1e-4)
-    x, y = record.channels["tracer_x"], record.channels["tracer_y"]
-    speed = np.hypot(np.diff(x), np.diff(y)) / 1e-4
-    slow = np.flatnonzero(speed < 0.05 * speed.max())
-    places, _ = marks(record)
-    assert len(slow) >= len(places) > 0
-    for i in slow:
-        assert np.min(np.hypot(*(places - [x[i], y[i]]).T)) < 2e-3
-
-
 @pytest.mark.parametrize("tracer", [0.0599, 0.0601, 0.03, 0.0])
 def test_points_off_the_rim_have_no_cusps(tracer: float) -> None:
     places, words = marks(gear(tracer=tracer))

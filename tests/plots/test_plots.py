@@ -4,14 +4,12 @@ import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
-from frictionsim.errors import InputError, OutputError
+from frictionsim.errors import InputError
 from frictionsim.io import hdf5_writer
-from frictionsim.plots import draw, save
+from frictionsim.plots import draw
 from frictionsim.plots.picture_file import png
 from frictionsim.plots.time_history import EVENT_LINES, label_rows, line_widths
 from tests.support.records import shown, views_of_record, with_scenario, words_of
@@ -91,19 +89,11 @@ def test_many_events_are_not_marked() -> None:
     assert len(png(figure)) < MAX_BYTES
 
 
-@pytest.mark.parametrize(
-    ("name", "view", "scenario", "message"),
-    [
-        ("marble_machine", "torque", "", "the scenario in this result has no mechanism.gear_ratio"),
-        ("epicyclic", "path", "a = ", "cannot read the scenario in this result"),
-        ("two pulleys", "drive", "", "the scenario in this result has no mechanism.pulleys"),
-    ],
-)
-def test_missing_scenario_values_are_reported(
-    name: str, view: str, scenario: str, message: str
-) -> None:
-    with pytest.raises(InputError, match=message):
-        draw(with_scenario(shown(name), scenario), view)
+def test_missing_scenario_values_are_reported() -> None:
+    with pytest.raises(InputError, match=r"in this result has no mechanism\.gear_ratio"):
+        draw(with_scenario(shown("marble_machine"), ""), "torque")
+    with pytest.raises(InputError, match="cannot read the scenario in this result"):
+        draw(with_scenario(shown("epicyclic"), "a = "), "path")
 
 
 def test_lines_of_dense_events_are_thinner() -> None:
@@ -135,27 +125,6 @@ def test_the_title_names_another_law_than_the_set_valued() -> None:
     published = simulate(with_method(pulley(solver__duration=0.1), "published", "rkf45"))
     assert "law published; backend rkf45" in words_of(draw(published))
     assert "law" not in words_of(draw(shown("pulley")))
-
-
-@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
-def test_a_picture_replaces_pictures_alone(suffix: str, tmp_path: Path) -> None:
-    picture = tmp_path / f"a{suffix}"
-    for _ in range(2):
-        save(Figure(), picture)
-    picture.write_text("notes of mine")
-    with pytest.raises(OutputError, match="the existing file is not a picture and is not"):
-        save(Figure(), picture)
-    assert picture.read_text() == "notes of mine"
-
-
-def test_a_matplotlibrc_changes_no_picture(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Not even one that needs LaTeX; it is that of the working folder or of the user."""
-    picture = png(draw(shown("pulley")))
-    of_user = {"text.usetex": True, "font.size": 20.0, "savefig.transparent": True}
-    for name, value in of_user.items():
-        monkeypatch.setitem(mpl.rcParams, name, value)
-    assert png(draw(shown("pulley"))) == picture
-    assert {name: mpl.rcParams[name] for name in of_user} == of_user
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="a folder that nobody can write to")

@@ -19,6 +19,7 @@ from frictionsim.parameter_study.statistics import sample_statistics
 from frictionsim.plots.picture_file import png
 from frictionsim.plots.sweep import draw_sweep
 from frictionsim.plots.sweep_axes import KeyAxis, key_axis, short_keys, shortened_key
+from tests.plots.test_paper import check_texts
 from tests.plots.test_plots import MAX_BYTES
 from tests.support.sweeps import Function, grid_of, sample_of, with_outcomes
 
@@ -291,15 +292,6 @@ def test_a_sample_without_indices_says_why() -> None:
     assert legend_of(figure) == ["mean", "50 %", "5 % and 95 %"]
 
 
-def texts_of(figure: Figure) -> list[Any]:
-    """Return the boxes of titles and labels of a figure that was drawn."""
-    found = [figure._suptitle]  # type: ignore[attr-defined]
-    for ax in figure.axes:
-        found += [ax.xaxis.label, ax.yaxis.label, ax.title, ax._left_title]  # type: ignore[attr-defined]
-    boxes = [text.get_window_extent() for text in found if text.get_text()]
-    return boxes + [legend.get_window_extent() for legend in figure.legends]
-
-
 LONG = "mechanism.pulleys.of_the_second_shaft.contact_of_the_rim.friction.static_coefficient"
 
 
@@ -323,11 +315,7 @@ def test_long_titles_and_keys_do_not_overlap_and_are_no_formulas(kind: str) -> N
     for text in figure.findobj(Text):
         assert not ("$" in text.get_text() and text.get_parse_math()), text
     figure.draw_without_rendering()
-    boxes, page = texts_of(figure), figure.bbox
-    for i, box in enumerate(boxes):
-        assert box.x0 >= page.x0 - 1.0, (i, box)
-        assert box.x1 <= page.x1 + 1.0, (i, box)
-        assert not any(box.overlaps(other) for other in boxes[:i]), (i, box)
+    check_texts(figure)
 
 
 def test_a_single_run_is_a_point() -> None:

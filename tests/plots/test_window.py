@@ -78,16 +78,6 @@ def test_a_window_shows_sticking_events_and_scales_of_its_own() -> None:
     assert figure.axes[2].get_ylim()[1] < 0.7 * record.channels["angular_velocity"].max()
 
 
-def test_a_window_between_two_samples_is_a_straight_line() -> None:
-    record = shown(PULLEY)
-    a, b = times(record)[30:32]
-    low, high = a + 0.25 * (b - a), a + 0.75 * (b - a)
-    line = draw(record, shown=Extent(window=(low, high))).axes[3].lines[0]
-    assert line.get_xdata() == pytest.approx([low, high])
-    between = np.interp([low, high], times(record), record.channels["angle"])
-    assert line.get_ydata() == pytest.approx(between)
-
-
 def test_jumps_at_the_edges_are_those_of_the_events() -> None:
     record = shown(PULLEY)
     at = float(record.events["time"][0])

@@ -1,8 +1,5 @@
 """Faulty plug-ins are named where they are needed, and disturb nothing else."""
 
-import os
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -13,7 +10,7 @@ from frictionsim.errors import InputError
 from frictionsim.scenario.authoring import schema
 from frictionsim.scenario.kinds import KINDS, kind_names, mechanism_module
 from tests.support.plugins import BRAKE, install, searched, write_metadata
-from tests.support.scenarios import ROOT, SCENARIOS
+from tests.support.scenarios import SCENARIOS, python
 
 PULLEY = SCENARIOS / "pulley.toml"
 BUILT_IN = "pulley, marble_machine, epicyclic, shaft, belt_drive"
@@ -280,11 +277,5 @@ def test_a_built_in_kind_does_not_search_the_installed_packages(tmp_path: Path) 
     )
     commands = [f"check '{PULLEY}'", f"solve '{PULLEY}' -q -o a.h5", f"static '{PULLEY}'"]
     commands.append("plot a.h5")
-    subprocess.run(
-        [sys.executable, "-c", code, *commands],
-        env=os.environ | {"PYTHONPATH": str(ROOT), "PYDANTIC_DISABLE_PLUGINS": "__all__"},
-        cwd=tmp_path,
-        check=True,
-        capture_output=True,
-        timeout=120,
-    )
+    done = python("-c", code, *commands, cwd=tmp_path, PYDANTIC_DISABLE_PLUGINS="__all__")
+    assert done.returncode == 0, done.stderr

@@ -13,7 +13,7 @@ from frictionsim.io import hdf5_writer
 from frictionsim.motion import belt_drive
 from tests.support.belt_results import TWO, belt_run
 from tests.support.browser import opened, set_time, wait_until
-from tests.support.motions import scenario
+from tests.support.scenarios import shipped
 
 # Of bodies in the plane: a guided string has points between its bodies.
 IN_PLANE = {"belt_friction": {"mu_s": 1.0}, "contact": {}}
@@ -48,7 +48,7 @@ def drawn(
     if request.param == "belt_drive":
         hdf5_writer.write(belt_run(TWO, effects=IN_PLANE), result)
     else:
-        fs.solve(scenario(request.param, solver__rtol=1e-6), output=result)
+        fs.solve(shipped(request.param, solver__rtol=1e-6), output=result)
     report = fs.report(result, result.with_suffix(".html"))
     with (
         opened(browser, report, color_scheme="light", device_scale_factor=2) as page,
@@ -145,7 +145,7 @@ def beside(page: Any, time: float) -> dict[str, str]:
 def test_without_samples_at_events_a_page_agrees_with_its_events(
     browser: Any, tmp_path: Path
 ) -> None:
-    data = scenario("pulley_return", solver__rtol=1e-6, solver__duration=6.0)
+    data = shipped("pulley_return", solver__rtol=1e-6, solver__duration=6.0)
     record = fs.solve(data | {"output": {"interval": 0.2, "at_events": False}},
                       output=tmp_path / "a.h5").record  # fmt: skip
     away, rest = record.transitions
@@ -167,7 +167,7 @@ def test_without_samples_at_events_a_page_agrees_with_its_events(
 def test_a_marble_is_delivered_at_its_transfer_without_a_sample(
     browser: Any, tmp_path: Path
 ) -> None:
-    data = scenario("marble_machine", solver__rtol=1e-6, solver__duration=1.5)
+    data = shipped("marble_machine", solver__rtol=1e-6, solver__duration=1.5)
     record = fs.solve(data | {"output": {"interval": 0.3, "at_events": False}},
                       output=tmp_path / "a.h5").record  # fmt: skip
     transfers = [event.time for event in record.transitions if event.contact == "transfer"]

@@ -98,23 +98,17 @@ def test_all_forms_of_a_signal_fit(force: Any) -> None:
 
 WRONG: list[tuple[dict[str, Any], str]] = [
     ({"mechanism__lod": 3.0}, "Additional properties are not allowed ('lod' was unexpected)"),
-    ({"drvie": {}}, "Additional properties are not allowed ('drvie' was unexpected)"),
     # A retired key, which loading refuses with advice.
     ({"effects__air_drag": {"coefficient": 1.0}}, "Additional properties are not allowed"),
-    ({"solver__transition_speed": 1.0}, "Additional properties are not allowed"),
     ({"mechanism__load": None}, "'load' is a required property"),
     ({"mechanism__load": "x"}, "'x' is not of type 'number'"),
     ({"mechanism__load": -1.0}, "-1.0 is less than the minimum of 0"),
     ({"mechanism__inertia": 0}, "0 is less than or equal to the minimum of 0"),
     ({"solver__max_steps": 1.5}, "1.5 is not of type 'integer'"),
     ({"solver__backend": "moreau"}, "'moreau' is not one of ['events', 'rkf45', "),
-    ({"effects__shaft_friction__law": "creep"}, "'creep' is not one of ['set-valued', "),
     ({"output__channels": ["angel"]}, "'angel' is not one of ['angle', "),
     ({"drive__force": "x"}, "'x' is not valid under any of the given schemas"),
-    ({"drive__force": {}}, "{} is not valid under any"),
-    ({"drive__force": {"csv": "a", "time": 0}}, "{'csv': 'a', 'time': 0} is not valid under any"),
     ({"drive__force": {"csv": "a", "decimal": ";"}}, "{'csv': 'a', 'decimal': ';'} is not valid"),
-    ({"drive__force": {"csv": "a", "delimiter": "ab"}}, "{'csv': 'a', 'delimiter': 'ab'} is not"),
     ({"drive__force": {"csv": "a", "speed": 1}}, "{'csv': 'a', 'speed': 1} is not valid under any"),
     ({"drive__force": {"speed": [1], "value": [1]}}, "{'speed': [1], 'value': [1]} is not valid"),
 ]
@@ -196,24 +190,3 @@ def test_taplo_takes_the_shipped_scenarios() -> None:
     done = lint(*SHIPPED)
     assert done.returncode == 0, done.stderr
     assert f"total={len(SHIPPED)} " in done.stderr
-
-
-@with_taplo
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("load = ", "lod = ", "Additional properties are not allowed ('lod' was unexpected)"),
-        ("mu_s = 0.2", 'mu_s = "x"', '"x" is not of type "number"'),
-        ("inertia = 1.355", "inertia = -1", "-1 is less than or equal to the minimum of 0"),
-    ],
-)
-def test_taplo_finds_what_is_wrong(old: str, new: str, message: str, tmp_path: Path) -> None:
-    text = (SCENARIOS / "pulley.toml").read_text()
-    text = text.replace("./schemas", (SCENARIOS / "schemas").as_uri())
-    right, wrong = tmp_path / "right.toml", tmp_path / "wrong.toml"
-    right.write_text(text)
-    wrong.write_text(text.replace(old, new, 1))
-    assert lint(right).returncode == 0
-    done = lint(wrong)
-    assert done.returncode != 0
-    assert message in done.stderr

@@ -8,7 +8,6 @@ import pytest
 import frictionsim as fs
 from frictionsim.results import Record
 from frictionsim.simulation.record import event_names, sticking_phases, with_jumps
-from tests.support.motions import scenario
 from tests.support.scenarios import shipped
 
 pytestmark = pytest.mark.quick
@@ -69,7 +68,7 @@ def records() -> dict[bool, Record]:
     """A run with and without samples at its events."""
     found = {}
     for at_events in (True, False):
-        data = scenario("pulley_return", solver__rtol=1e-6)
+        data = shipped("pulley_return", solver__rtol=1e-6)
         data["output"] = {"interval": 0.3, "at_events": at_events}
         found[at_events] = fs.solve(data).record
     return found

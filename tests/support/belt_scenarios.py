@@ -261,9 +261,7 @@ def halved(step: float, times: int) -> list[float]:
 SMOOTH = {
     "without friction": pair(effects__belt_friction=NO_FRICTION, solver__duration=SHORT),
     "sticking": pair(
-        effects__belt_friction=MUCH_FRICTION,
-        drive__driver__torque=RISING,
-        solver__duration=SHORT,
+        effects__belt_friction=MUCH_FRICTION, drive__driver__torque=RISING, solver__duration=SHORT
     ),
 }
 STARTS = {"without friction": kick(GENTLY), "sticking": None}

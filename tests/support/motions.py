@@ -1,6 +1,5 @@
 """Results with chosen channels, for motions."""
 
-import tomllib
 from typing import Any
 
 import numpy as np
@@ -9,22 +8,14 @@ import tomli_w
 from frictionsim.motion import motion_of
 from frictionsim.motion.parts import Body, Motion, moment_of, place_of
 from frictionsim.results import Record
-from tests.support.scenarios import SCENARIOS, changed
-
-
-def scenario(kind: str, **changes: Any) -> dict[str, Any]:
-    """Return the shipped scenario of a kind with keys changed, as of `changed`."""
-    return changed(tomllib.loads((SCENARIOS / f"{kind}.toml").read_text()), **changes)
+from tests.support.scenarios import shipped
 
 
 def record_of(
-    kind: str,
-    channels: dict[str, Any],
-    data: dict[str, Any] | None = None,
-    events: Any = (),
+    kind: str, channels: dict[str, Any], data: dict[str, Any] | None = None, events: Any = ()
 ) -> Record:
     """Return a result with given channels, of the shipped scenario of its kind."""
-    text = tomli_w.dumps(scenario(kind) if data is None else data)
+    text = tomli_w.dumps(shipped(kind) if data is None else data)
     units = dict.fromkeys(channels, "1") | {"angle": "rad", "drive_force": "N"}
     return Record(
         attributes={"kind": kind, "scenario": text, "title": "", "status": "done", "reason": ""},

@@ -2,6 +2,7 @@
 
 import copy
 import json
+import os
 import subprocess
 import sys
 import tomllib
@@ -152,9 +153,17 @@ def in_this_process(
 
 def frictionsim(*arguments: str | Path, cwd: Path) -> "subprocess.CompletedProcess[str]":
     """Run the command line in a new process."""
+    return python("-m", "frictionsim", *arguments, cwd=cwd)
+
+
+def python(
+    *arguments: str | Path, cwd: Path = ROOT, **environment: str
+) -> "subprocess.CompletedProcess[str]":
+    """Run a new Python that finds this package, with some variables of the environment set."""
     return subprocess.run(
-        [sys.executable, "-m", "frictionsim", *map(str, arguments)],
+        [sys.executable, *map(str, arguments)],
         cwd=cwd,
+        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
         capture_output=True,
         text=True,
         timeout=120,

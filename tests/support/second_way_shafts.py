@@ -211,8 +211,7 @@ def machine_at_rest(scenario: Table) -> dict[str, Seen]:
         # Without a torque, the load nowhere exceeds the static limit.
         "self_locking": Seen(float(max(surplus) <= 0.0)),
         "torque_to_lift_in_gf_cm": Seen(
-            lift / (GRAM_FORCE * 0.01) if lift is not None else None,
-            rounding / (GRAM_FORCE * 0.01),
+            lift / (GRAM_FORCE * 0.01) if lift is not None else None, rounding / (GRAM_FORCE * 0.01)
         ),
     }
     motor = scenario["drive"].get("motor")

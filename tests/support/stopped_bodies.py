@@ -26,11 +26,7 @@ def stopped(size: Any, **changes: Any) -> Scenario:
         "mechanism": {"inertia": 0.5},
         "couples": [{"name": "drive", "size": size}],
         "effects": {
-            "end_stops": {
-                "lowest_angle_deg": -50.0,
-                "highest_angle_deg": 60.0,
-                "restitution": 0.6,
-            }
+            "end_stops": {"lowest_angle_deg": -50.0, "highest_angle_deg": 60.0, "restitution": 0.6}
         },
         "solver": {"duration": 8.0, "rtol": 1e-11},
         "output": {"interval": 0.05},
