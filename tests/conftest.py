@@ -77,7 +77,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 # Where results are read as users read them; elsewhere an interpreter for each would take minutes.
 READ_IN_A_CHILD = (
     *("tests/io/test_child_process.py", "tests/io/test_files_of_others.py"),
-    *("tests/io/test_sample_segments.py", "tests/robustness/", "tests/api/test_parallel.py"),
+    *("tests/io/test_sample_segments.py", "tests/robustness/test_crash_safety.py"),
+    "tests/api/test_parallel.py",
 )
 
 
