@@ -101,9 +101,9 @@ def integrate(
     """Take at most `steps` steps of length h, s; return ENDED, NON_FINITE or OTHER_FORM.
 
     There are two forms, each compiled when it is first needed: with `stiff` the dampers along the
-    belt are solved for, and `system` has none; else `system` has them. Where a search for
-    candidates finds a body that is more oblique to its joints than `max_obliquity`, or no more,
-    the other form is due, and this one stops before the step; None: the form never changes. With
+    belt are solved for, and `system` has none; else `system` has them. Where a body is more oblique
+    to its joints than `max_obliquity` after the last step before a search for candidates, or no
+    more, the other form is due, and this one stops; None: the form never changes. With
     distinct static friction the modes of contacts are updated after each step. With no step at
     the start it evaluates the forces there, without friction.
     """
@@ -115,22 +115,25 @@ def integrate(
     while starts or counts[STEPS] < before + steps:
         if counts[SINCE_SEARCH] == 0:
             find_contact_candidates(system, state.new)
-            if starts:
-                initial_forces(system.kinematics, state, system)
+        if starts:
+            initial_forces(system.kinematics, state, system)
+        else:
+            step(counts[STEPS] * h, h, state, stiff, system)
+            if distinct_static_friction:
+                update_contact_modes(system.contacts)
+            counts[IMPLICIT_STEPS] += counts[IMPLICIT_NOW]
+            counts[STEPS] += 1
+            counts[SINCE_SEARCH] = (counts[SINCE_SEARCH] + 1) % CANDIDATE_UPDATE_INTERVAL
+        if max_obliquity is not None and counts[SINCE_SEARCH] == 0:
+            # Now, as the workspace of this step is in no checkpoint.
+            implicit = has_oblique_joints(system.workspace, system.chain, max_obliquity)
+            if implicit != counts[IMPLICIT_NOW]:
+                counts[IMPLICIT_NOW] = implicit
+                reset_damping_prediction(stiff)
+                end = OTHER_FORM
                 break
-            if max_obliquity is not None:
-                implicit = has_oblique_joints(system.workspace, system.chain, max_obliquity)
-                if implicit != counts[IMPLICIT_NOW]:
-                    counts[IMPLICIT_NOW] = implicit
-                    reset_damping_prediction(stiff)
-                    end = OTHER_FORM
-                    break
-        step(counts[STEPS] * h, h, state, stiff, system)
-        if distinct_static_friction:
-            update_contact_modes(system.contacts)
-        counts[IMPLICIT_STEPS] += counts[IMPLICIT_NOW]
-        counts[STEPS] += 1
-        counts[SINCE_SEARCH] = (counts[SINCE_SEARCH] + 1) % CANDIDATE_UPDATE_INTERVAL
+        if starts:
+            break
     if counts[STEPS] > before:
         finish(system.kinematics, h, state, system)
     total = 0.0
