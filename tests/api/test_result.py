@@ -304,16 +304,6 @@ def test_errors_can_be_copied(kind: type[Exception]) -> None:
         assert getattr(found, "exit_code", None) == getattr(error, "exit_code", None)
 
 
-@quick
-def test_errors_of_check_can_be_copied() -> None:
-    with pytest.raises(fs.SolverError) as caught:
-        fs.solve(PULLEY, progress=_stop).check()
-    assert caught.value.exit_code == 130
-    for copied in COPIES.values():
-        found = copied(caught.value)
-        assert (str(found), found.exit_code) == (str(caught.value), 130)
-
-
 def test_names_of_digits_stay_names(tmp_path: Path) -> None:
     data = pair(solver__duration=1e-3, output__interval=1e-3)
     names = {"driver": "1", "driven": "0"}

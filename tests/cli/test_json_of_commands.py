@@ -27,19 +27,6 @@ def test_check_of_a_folder_checks_all_in_it(told: Run) -> None:
     assert all(line.startswith("frictionsim: warning: ") for line in err.splitlines())
 
 
-def test_check_takes_folders_and_files(told: Run) -> None:
-    Path("a/b").mkdir(parents=True)
-    for place in ("a/one.toml", "a/b/two.toml", "three.toml"):
-        shutil.copy(PULLEY, place)
-    Path("a/notes.txt").write_text("no scenario")
-    Path("a/bad.toml").write_text('kind = "puley"\n')
-    out, err = told("check", "three.toml", "a", code=2)
-    assert [line.split(":")[0] for line in out.splitlines()] == [
-        *("three.toml", "a/b/two.toml", "a/one.toml")
-    ]
-    assert err.startswith("frictionsim: a/bad.toml:1: kind: unknown kind 'puley'")
-
-
 def test_check_lists_each_scenario_and_its_faults_as_json(told: Run) -> None:
     Path("bad.toml").write_text('kind = "pulley"\nmechanism.load = -1\n')
     out, err = told("check", PULLEY, "bad.toml", "--json", code=2)

@@ -204,11 +204,6 @@ def test_lines_are_thin_on_paper_and_thick_in_talks() -> None:
     assert (usual, thin < 1.0, thick > 2.5) == (1.5, True, True)
 
 
-def test_a_height_is_that_of_the_picture() -> None:
-    high = draw(shown("epicyclic"), "torque", look=Appearance.of(height="120mm"))
-    assert high.get_figheight() == pytest.approx(120 / MM)
-
-
 def test_each_line_of_a_title_makes_a_picture_higher() -> None:
     short, long = Figure(figsize=(2.4, 1.0)), Figure(figsize=(2.4, 1.0))
     set_title(short, "one", 3.0)
