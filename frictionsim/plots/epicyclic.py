@@ -17,9 +17,10 @@ import numpy as np
 from matplotlib.patches import Circle
 
 from frictionsim.display import BLACK, BLUE, GREY, ORANGE, ROLES, SKY, VERMILION
-from frictionsim.errors import InputError
+from frictionsim.errors import InputError, counted
 from frictionsim.mechanisms.epicyclic.tracer_point import (
     TracerPoint,
+    count_cusps,
     cusp_angles,
     pace,
     place_of_longest_dwell,
@@ -63,6 +64,7 @@ PLACE: Style = {
 }
 FINE = 200  # points of the path of a dwell
 SAME = 1e-9  # of the length of the crank: cusps of several turns that lie in one place
+MAX_CUSPS = 100_000  # more would cover the path and take minutes
 
 
 def draw_marks(plane: Any, result: "Record", sun_radius: float, radius: float) -> list[Any]:
@@ -79,14 +81,15 @@ def draw_marks(plane: Any, result: "Record", sun_radius: float, radius: float) -
     channels = result.channels
     point = TracerPoint.model_validate(scenario_value(result, "effects", "tracer_point"))
     length = sun_radius + radius
-    angles = cusp_angles(sun_radius, radius, point, channels["angle"])
+    cusps = count_cusps(sun_radius, radius, point, channels["angle"])
     handles = []
-    if angles.size:
+    if cusps and cusps <= MAX_CUSPS:
+        angles = cusp_angles(sun_radius, radius, point, channels["angle"])
         x, y = tracer_position(length, length / radius, point, angles)
         places = np.round(np.column_stack([x, y]) / (SAME * length)).astype(np.int64)
         _, first = np.unique(places, axis=0, return_index=True)
-        count = f"{angles.size} cusp{'' if angles.size == 1 else 's'}"
-        handles += plane.plot(x[first], y[first], **CUSP, zorder=3.5, label=count)
+        label = counted(angles.size, "cusp")
+        handles += plane.plot(x[first], y[first], **CUSP, zorder=3.5, label=label)
     if "angular_velocity" in channels:
         handles += _draw_dwell(plane, result, length, radius, point)
     return handles

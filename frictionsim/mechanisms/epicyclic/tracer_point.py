@@ -68,7 +68,8 @@ def count_cusps(
     """
     if point.radius != planet_radius or not angle.size:
         return None
-    return float(cusp_angles(sun_radius, planet_radius, point, angle).size)
+    first, last = _cusp_numbers(sun_radius / planet_radius, point, angle)
+    return max(last - first + 1.0, 0.0)
 
 
 def cusp_angles(sun_radius: float, planet_radius: float, point: TracerPoint, angle: Any) -> Any:
@@ -81,13 +82,20 @@ def cusp_angles(sun_radius: float, planet_radius: float, point: TracerPoint, ang
     if point.radius != planet_radius or not angle.size:
         return np.zeros(0)
     sun_planet_ratio = sun_radius / planet_radius
-    # A cusp at the start or end counts, in spite of rounding.
-    slack = 1e-9
-    offset = radians(point.angle_deg) - pi
-    revolutions = (offset + sun_planet_ratio * angle) / (2.0 * pi)
+    first, last = _cusp_numbers(sun_planet_ratio, point, angle)
+    return (2.0 * pi * np.arange(first, last + 0.5) - _cusp_offset(point)) / sun_planet_ratio
+
+
+def _cusp_offset(point: TracerPoint) -> float:
+    return radians(point.angle_deg) - pi
+
+
+def _cusp_numbers(sun_planet_ratio: float, point: TracerPoint, angle: Any) -> tuple[float, float]:
+    """Return k of the first and the last cusp within the angles; the last is less if none is."""
+    slack = 1e-9  # a cusp at the start or end counts, in spite of rounding
+    revolutions = (_cusp_offset(point) + sun_planet_ratio * angle) / (2.0 * pi)
     lowest, highest = float(revolutions.min()), float(revolutions.max())
-    numbers = np.arange(-((-(lowest - slack)) // 1.0), (highest + slack) // 1.0 + 0.5)
-    return (2.0 * pi * numbers - offset) / sun_planet_ratio
+    return -((-(lowest - slack)) // 1.0), (highest + slack) // 1.0
 
 
 def pace(length: float, turns: float, point: TracerPoint, angle: Any, velocity: Any) -> Any:
