@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from frictionsim.api.result_base import Ending, ResultBase, quantities_table
 from frictionsim.display import MODE_WORDS, number_text, short_text
-from frictionsim.document import Document, Table
+from frictionsim.document import Data, Document, Table
 from frictionsim.errors import (
     EXIT_DONE,
     AuditError,
@@ -281,7 +281,7 @@ class Result(ResultBase):
         return draw(self.record, view, body, ax=ax)
 
     def parts(self) -> Document:
-        """Yield the lines and tables of the summary."""
+        """Yield the lines and tables of the summary, and its data."""
         attributes = self.record.attributes
         effects = ", ".join(self.effects) or "none"
         law = f"law {attributes['law']}, " if attributes.get("law") else ""
@@ -300,9 +300,10 @@ class Result(ResultBase):
         else:
             yield "from a file of format version 1, which holds no quantities, audit and counts"
         yield f"result: {self.path or 'none'}"
+        yield Data(self._json())
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the summary as plain data, as the command line prints it with --json.
+    def _json(self) -> dict[str, Any]:
+        """Return the JSON of the command line.
 
         With estimated errors each quantity has an `error`, and there is an `error_estimate`.
         """

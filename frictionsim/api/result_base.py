@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.display import error_text, number_text
-from frictionsim.document import Table, as_text
+from frictionsim.document import Table, as_json, as_text
 from frictionsim.scenario.options import as_path
 
 if TYPE_CHECKING:
@@ -48,11 +48,7 @@ class ResultBase(ABC):
 
     @abstractmethod
     def parts(self) -> "Document":
-        """Yield the lines and tables of the summary."""
-
-    @abstractmethod
-    def to_json(self) -> dict[str, Any]:
-        """Return the summary as plain data: the JSON of the command line."""
+        """Yield the lines and tables of the summary, and its data."""
 
     @abstractmethod
     def save(self, path: str | PathLike[str]) -> Path:
@@ -81,6 +77,10 @@ class ResultBase(ABC):
     def summary(self) -> str:
         """Return the summary as text."""
         return as_text(self.parts())
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the summary as plain data, as the command line prints it with --json."""
+        return as_json(self.parts())
 
     def _repr_html_(self) -> str:
         from frictionsim.reports.html import notebook

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from frictionsim.api.result_base import Ending, ResultBase
 from frictionsim.api.scenarios import with_overrides
-from frictionsim.document import Document, Table
+from frictionsim.document import Data, Document, Table
 from frictionsim.errors import InputError
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.options import as_path
@@ -178,12 +178,9 @@ class Study(ResultBase):
         return cost_diagram(self.data, ax=ax)
 
     def parts(self) -> Document:
-        """Yield the reference uncertainty, the table and the recommendations."""
-        return study_parts(self.data)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the table as plain data, as the command line prints it with --json."""
-        return study_json(self.data, self._scenario)
+        """Yield the reference uncertainty, the table and the recommendations, and their data."""
+        yield from study_parts(self.data)
+        yield Data(study_json(self.data, self._scenario))
 
     def __repr__(self) -> str:
         study, rows = self.data, len(self.data.rows)
