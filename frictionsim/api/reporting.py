@@ -99,7 +99,7 @@ def _costs_html(study: "WorkPrecision", source: str) -> str:
     from frictionsim.document import Picture
     from frictionsim.plots.picture_file import image_for_page
     from frictionsim.plots.studies import cost_diagram
-    from frictionsim.reports.cost_report import cost_page
+    from frictionsim.reports.study_report import cost_page
 
     drawn = study._replace(rows=study.drawable)
     left = len(study.rows) - len(drawn.rows)
@@ -111,7 +111,7 @@ def _costs_html(study: "WorkPrecision", source: str) -> str:
 def _sweep_html(found: Sweep) -> str:
     import numpy as np
 
-    from frictionsim.reports.sweep_report import sweep_page
+    from frictionsim.reports.study_report import sweep_page
 
     with np.errstate(all="ignore"):  # of a file that holds extreme numbers: they are shown
         pictures = _pictures_of_sweep(found.table)

@@ -5,15 +5,13 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.display import error_text, number_text
-from frictionsim.document import Table, as_json, as_text
+from frictionsim.document import as_json, as_text
 from frictionsim.scenario.options import as_path
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from frictionsim.document import Document
-    from frictionsim.results import Quantities
 
 
 class Ending(NamedTuple):
@@ -86,15 +84,3 @@ class ResultBase(ABC):
         from frictionsim.reports.html import notebook
 
         return notebook(self.parts())
-
-
-def quantities_table(
-    quantities: "Quantities", errors: "dict[str, float | None] | None" = None
-) -> Table:
-    """Return quantities with their units, and their errors if there are any."""
-    headings = ["quantity", ">value", *((">error",) if errors else ()), "unit"]
-    rows = [
-        (name, number_text(q.value), *((error_text(errors.get(name)),) if errors else ()), q.unit)
-        for name, q in quantities.items()
-    ]
-    return Table(headings, rows)

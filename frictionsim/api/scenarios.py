@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 from json import dumps
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.api.result_base import quantities_table
 from frictionsim.document import as_text
 from frictionsim.errors import InputError, overflow_refused, unknown
+from frictionsim.reports.run_tables import quantities_table
 from frictionsim.results import Quantities, StaticQuantities, defined
 from frictionsim.scenario import methods
 from frictionsim.scenario.kinds import KINDS, kind_names, mechanism_module
@@ -55,7 +55,7 @@ def static(
 
 def statics_text(quantities: StaticQuantities) -> str:
     """Return the quantities of impending motion, as the command line prints them."""
-    return as_text([quantities_table(quantities), *quantities.notes])
+    return as_text([quantities_table([quantities]), *quantities.notes])
 
 
 def with_overrides(source: Scenario | ScenarioSource, overrides: "Overrides | None") -> Scenario:

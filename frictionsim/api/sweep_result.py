@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from frictionsim.parameter_study.report import Writable
+    from frictionsim.parameter_study.sweep_files import Writable
 
 CSV, HDF5 = ".csv", (".h5", ".hdf5", ".nc")
 
@@ -132,13 +132,13 @@ class Sweep(ResultBase):
 
     def save_csv(self, path: Path) -> None:
         """Write a line for each run, and the Sobol indices of a sample beside it."""
-        from frictionsim.parameter_study.report import write_csv
+        from frictionsim.parameter_study.sweep_files import write_csv
 
         write_csv(self.table, path)
 
     def write_csv(self, file: "Writable") -> None:
         """Write a line for each run."""
-        from frictionsim.parameter_study.report import write_lines
+        from frictionsim.parameter_study.sweep_files import write_lines
 
         write_lines(self.table, file)
 
