@@ -90,11 +90,9 @@ def new(kind: str) -> str:
         return new_scenario(kind)
     shipped = shipped_scenarios()
     if kind not in shipped:
-        raise InputError(
-            unknown(
-                "kind or shipped scenario", kind, list(dict.fromkeys((*kind_names(), *shipped)))
-            )
-        )
+        names = list(dict.fromkeys((*kind_names(), *shipped)))
+        listed = f"kinds: {', '.join(kind_names())}; 'frictionsim new --list' lists the scenarios"
+        raise InputError(unknown("kind or shipped scenario", kind, names, listed))
     text = shipped[kind].read_text(encoding="utf-8")
     if "csv" in text:  # the file would not stand beside the copy
         text = load(shipped[kind]).to_toml()

@@ -24,12 +24,25 @@ if TYPE_CHECKING:
 
 
 Role = Literal[
-    "fixed", "still", "moving", "marked", "load", "path", "force", "friction", "paper", "cut"
+    "fixed",
+    "still",
+    "moving",
+    "marked",
+    "load",
+    "path",
+    "friction",
+    "paper",
+    "cut",
+    "force",
+    "force-2",
+    "force-3",
+    "force-4",
 ]
 """The role of a part, which gives its colour: a shaft or hinge; a wheel that stands still; one
-that moves; what the eye follows, as a mark on a wheel; what hangs, rolls or is carried; a path; an
-applied force; a friction force; a hole, or a line on something dark; the outline of what is beyond
-the picture."""
+that moves; what the eye follows, as a mark on a wheel; what hangs, rolls or is carried; a path; a
+friction force; a hole, or a line on something dark; the outline of what is beyond the picture;
+applied forces and couples, of which each of several has its own."""
+FORCE_ROLES: "tuple[Role, ...]" = ("force", "force-2", "force-3", "force-4")
 
 
 class Disc(NamedTuple):

@@ -70,8 +70,10 @@ def check_applies(kind: str, view: str, shown: Extent) -> None:
         if not given or views[view].shows(part):
             continue
         fit = [name for name, other in views.items() if other.shows(part)]
-        others = f"the view {' or '.join(map(repr, fit))}" if fit else "other kinds"
-        raise ArgumentError(part, f"the view '{view}' {words[part]}; it is for {others}")
+        way_out = f"it is for the view {' or '.join(map(repr, fit))}"
+        if not fit:
+            way_out = f"no view of kind '{kind}' does; give a window of time instead"
+        raise ArgumentError(part, f"the view '{view}' {words[part]}; {way_out}")
 
 
 def views_of(kind: str) -> Views:

@@ -286,21 +286,22 @@ def _handles(table: SweepTable, layout: _Layout, panels: list[_Panel]) -> list[A
 def _draw_sample(
     table: SweepTable, quantities: Sequence[str], figure: "Figure | SubFigure"
 ) -> None:
-    """Draw histogram and indices of each quantity in a row."""
+    """Draw histogram and indices of each quantity in a row; of a single key no indices."""
     sampling = variation(table)[1]
     runs = independent_runs(table, sampling)
     names, notes = list(quantities), list[str]()
     if not names:
         names, notes = chosen(table, runs)
-    indices = indices_of(table, names)
+    indices = indices_of(table, names) if len(table.coordinates) > 1 else {}
     row = SAMPLES + HEIGHT_OF_BAR * max(0, min(len(table.coordinates), MAX_BARS) - 2)
     if isinstance(figure, Figure):
         figure.set_figheight(HEADING + row * len(names))
-    axes = figure.subplots(len(names), 2, squeeze=False)
-    for (left, right), name in zip(axes, names, strict=True):
+    axes = figure.subplots(len(names), 2 if indices else 1, squeeze=False)
+    for (left, *right), name in zip(axes, names, strict=True):
         values = sound_values(table, name)[runs]
         draw_histogram(left, table, name, values, statistics_of(values))
-        draw_tornado(right, indices[name])
+        for ax in right:
+            draw_tornado(ax, indices[name])
     if sampling is not None:
         independent = f", {runs.stop} independent runs" if sampling.indices else ""
         notes.insert(0, f"{sampling.method} sample{independent}")

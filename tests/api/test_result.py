@@ -235,7 +235,7 @@ class Tags(HTMLParser):
         self.text += data
 
 
-NOTEBOOK_TAGS = {"div", "style", "p", "table", "thead", "tbody", "tr", "th", "td"}
+NOTEBOOK_TAGS = {"div", "style", "p", "table", "caption", "thead", "tbody", "tr", "th", "td"}
 HOSTILE = "<script>alert('x')</script> & \"quoted\" </td></table>"
 
 
