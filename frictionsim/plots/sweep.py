@@ -26,6 +26,7 @@ from frictionsim.parameter_study.sensitivity import indices_of
 from frictionsim.parameter_study.statistics import (
     counts,
     independent_runs,
+    is_constant,
     sound_values,
     statistics_of,
     variation,
@@ -41,7 +42,6 @@ from frictionsim.plots.sweep_axes import (
     shortened_key,
 )
 from frictionsim.plots.sweep_panels import (
-    FLAT,
     MAX_BARS,
     draw_curves,
     draw_histogram,
@@ -155,12 +155,7 @@ def chosen(table: SweepTable, runs: Any, count: int = MAX_PANELS) -> tuple[list[
 
     Those that do not vary are drawn if there are no others.
     """
-    varying = []
-    for name in table.values:
-        values = sound_values(table, name)[runs]
-        values = values[np.isfinite(values)]
-        if values.size and float(np.ptp(values)) > FLAT * float(np.abs(values).max()):
-            varying.append(name)
+    varying = [name for name in table.values if not is_constant(sound_values(table, name)[runs])]
     candidates = varying or list(table.values)
     defined = any(np.isfinite(sound_values(table, name)[runs]).any() for name in table.values)
     several = not isinstance(runs, np.ndarray) or runs.size > 1

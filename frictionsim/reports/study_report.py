@@ -15,6 +15,7 @@ from frictionsim.parameter_study.sensitivity import Indices, indices_of
 from frictionsim.parameter_study.statistics import (
     extremes,
     grouped,
+    is_constant,
     is_defined,
     sound_values,
     varied_values,
@@ -35,7 +36,6 @@ from frictionsim.work_precision.recommendation import recommendations
 
 MAX_KEYS, MAX_QUANTITIES = 30, 60  # columns of the table of runs
 MAX_WITH_INDICES = 6  # quantities
-FLAT = 1e-6  # a quantity that varies relatively less does not vary
 
 
 class Kept(NamedTuple):
@@ -67,11 +67,6 @@ def kept_of(table: SweepTable) -> Kept:
     return Kept(runs, keys, quantities)
 
 
-def _is_flat(values: Any) -> bool:
-    defined = values[np.isfinite(values)]
-    return not defined.size or bool(np.ptp(defined) <= FLAT * np.abs(defined).max())
-
-
 def indices_of_sample(table: SweepTable, kept: Kept) -> dict[str, Indices]:
     """Return the Sobol indices of the first quantities that vary, of a sample of several keys."""
     if table.attributes["design"] != SAMPLE or len(table.coordinates) < 2:
@@ -79,7 +74,7 @@ def indices_of_sample(table: SweepTable, kept: Kept) -> dict[str, Indices]:
     varying = [
         name
         for name in kept.quantities
-        if is_defined(table, name) and not _is_flat(sound_values(table, name))
+        if is_defined(table, name) and not is_constant(sound_values(table, name))
     ]
     return indices_of(table, varying[:MAX_WITH_INDICES])
 
