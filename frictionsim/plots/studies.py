@@ -81,7 +81,7 @@ def places_of(work: Sequence[float], others: Sequence[float]) -> "Array":
 MESH_MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")  # of numbers of bodies
 MESH_LINES: tuple[Any, ...] = ("-", "--", "-.", ":")  # of models
 STEP_MARKERS = ("+", "x", "1", "2", "3", "4", "|", "_")  # of methods on the scenario's own mesh
-MESH_HEIGHT = 4.8  # inches, without the legend
+MESH_HEIGHT = 5.1  # inches, without the legend
 MIN_MESH_ERROR = 1e-12  # smaller errors are drawn here
 TARGETS = (1e-2, 1e-3)
 
@@ -189,7 +189,7 @@ LINE_COLOURS = (*COLOURS, WINE)
 # Markers and line styles differ too, for grey print.
 MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")
 LINES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)))
-WIDTH, HEIGHT = 9.0, 4.4  # inches, without the legend
+WIDTH, HEIGHT = 9.0, 4.9  # inches, without the legend
 COLUMNS = 5  # of the legend
 DECADE = 10.0
 MIN_ERROR = 1e-16  # smaller errors are drawn here
