@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.api.result import Result
-from frictionsim.api.result_base import Ending, ResultBase
+from frictionsim.api.result_base import Ending, TableResult
 from frictionsim.display import study_text
 from frictionsim.document import Data, Document, Table
-from frictionsim.errors import EXIT_DONE, EXIT_SOLVER_FAILED, InputError, exit_code_of_interruption
+from frictionsim.errors import EXIT_DONE, EXIT_SOLVER_FAILED, exit_code_of_interruption
 from frictionsim.io.sweep_table import SOBOL, SobolIndices, SweepTable
 from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
 from frictionsim.parameter_study.design import SAMPLE, Sampling
@@ -42,10 +42,8 @@ if TYPE_CHECKING:
 
     from frictionsim.parameter_study.sweep_files import Writable
 
-CSV, HDF5 = ".csv", (".h5", ".hdf5", ".nc")
 
-
-class Sweep(ResultBase):
+class Sweep(TableResult):
     """The result of a sweep, made by `sweep`, `resume_sweep` and `open_sweep`.
 
     It has the members of its `xarray.Dataset`: ``sweep["breakaway_time"]``, ``sweep.sel(...)``;
@@ -112,29 +110,23 @@ class Sweep(ResultBase):
         """
         return _parts(self.table, self.path)
 
-    def save(self, path: str | PathLike[str]) -> Path:
-        """Write the sweep to HDF5, for `open_sweep`, or to CSV, one line per run."""
-        target = as_path("path", path)
-        if target.suffix == CSV:
-            self.save_csv(target)
-        elif target.suffix in HDF5:
-            from frictionsim.io.replaceable import SWEEP, check_replaceable
-            from frictionsim.io.sweep_file import write_sweep
-            from frictionsim.io.unfinished import partial_name, whole_name
-
-            target = whole_name(target)
-            target = target if self.status == "done" else partial_name(target)
-            check_replaceable(target, SWEEP)
-            write_sweep(self.table, target)
-        else:
-            raise InputError(f"{target}: expected a name that ends in {', '.join(HDF5)} or {CSV}")
-        return target
-
     def save_csv(self, path: Path) -> None:
         """Write a line for each run, and the Sobol indices of a sample beside it."""
         from frictionsim.parameter_study.sweep_files import write_csv
 
         write_csv(self.table, path)
+
+    def save_hdf5(self, path: Path) -> Path:
+        """Write the sweep as HDF5, for `open_sweep`: NAME.partial.h5 if it is not done."""
+        from frictionsim.io.replaceable import SWEEP, check_replaceable
+        from frictionsim.io.sweep_file import write_sweep
+        from frictionsim.io.unfinished import partial_name, whole_name
+
+        target = whole_name(path)
+        target = target if self.status == "done" else partial_name(target)
+        check_replaceable(target, SWEEP)
+        write_sweep(self.table, target)
+        return target
 
     def write_csv(self, file: "Writable") -> None:
         """Write a line for each run."""
