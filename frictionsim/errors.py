@@ -162,7 +162,7 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def unknown(what: str, found: str, known: list[str]) -> str:
+def unknown(what: str, found: str, known: list[str], listed: str = "") -> str:
     """Return the message for an unknown name.
 
     Parameters
@@ -173,13 +173,16 @@ def unknown(what: str, found: str, known: list[str]) -> str:
         The unknown name.
     known : list of str
         The valid names; the closest is suggested, all are listed if none is close.
+    listed : str
+        What is listed instead of all names, where there are many.
     """
     from difflib import get_close_matches  # imported here: needed for error messages only
 
     near = get_close_matches(str(found), known, n=1)
     if near:
         return f"unknown {what} '{found}' (did you mean '{near[0]}'?)"
-    return f"unknown {what} '{found}'; known: {', '.join(known)}"
+    listed = listed or f"known: {', '.join(known)}"
+    return f"unknown {what} '{found}'; {listed}"
 
 
 def near_files(path: Path, suffixes: tuple[str, ...]) -> str:

@@ -21,9 +21,10 @@ def api(name: str, *members: str) -> str:
     parts = [f"### `fs.{name}`", _markdown(found)]
     own = {
         key: value
-        for base in (*found.__bases__, found)
+        for base in reversed(found.__mro__)
+        if base.__module__.startswith(frictionsim.__name__)
         for key, value in vars(base).items()
-        if not key.startswith("_") and (base is found or isinstance(value, property))
+        if not key.startswith("_")
     }
     chosen = {key: getattr(found, key) for key in members} if members else own
     values = {key: value for key, value in chosen.items() if _is_value(value)}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from frictionsim.api.result_base import Ending, ResultBase
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.display import number_text, study_text
-from frictionsim.document import Document, Table
+from frictionsim.document import Data, Document, Table
 from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_DONE, EXIT_SOLVER_FAILED, counted
 from frictionsim.fitting.data import STARTS, measured
 from frictionsim.fitting.data import FitOptions as FitOptions
@@ -290,12 +290,9 @@ class Fit(ResultBase):
         return self.save_toml(target) if target.suffix == ".toml" else self.save_picture(target)
 
     def parts(self) -> Document:
-        """Yield the estimates, their correlations and the residuals."""
-        return fit_parts(self.data)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the fit as plain data, as the command line prints it with --json."""
-        return outcome_json(self.data, self.source, self.overrides)
+        """Yield the estimates, their correlations and the residuals, and their data."""
+        yield from fit_parts(self.data)
+        yield Data(outcome_json(self.data, self.source, self.overrides))
 
     def __repr__(self) -> str:
         values = ", ".join(f"{key}={value:.6g}" for key, value in self.values.items())

@@ -21,10 +21,9 @@ from frictionsim.plots import (
     check_view,
     draw,
     draw_overlay,
-    path_of,
-    plot_all,
     views_of,
     views_of_overlay,
+    views_with_effects,
 )
 from frictionsim.plots.overlay import Overlaid, check_overlay
 from frictionsim.plots.picture_file import check_format, check_picture, save
@@ -155,6 +154,11 @@ def _default(files: Sequence[Path]) -> Path:
     return first.with_name(f"{first.stem}-{second}.png")
 
 
+def _path_of(path: Path, view: str) -> Path:
+    """Return the picture of a view if several are drawn: FILE-<view>.png for FILE.png."""
+    return path.with_name(f"{path.stem}-{view}{path.suffix}")
+
+
 class _Place(NamedTuple):
     """Target of pictures: `path`, `named` by the user or not."""
 
@@ -178,11 +182,11 @@ class _Place(NamedTuple):
             names = [view.replace(",", "+").replace(" ", "") for view in views]
             check_apart(
                 {
-                    f"view {view} (number {number})": path_of(self.path, name)
+                    f"view {view} (number {number})": _path_of(self.path, name)
                     for number, (view, name) in enumerate(zip(views, names, strict=True), 1)
                 }
             )
-            paths = [path_of(self.path, name) for name in names]
+            paths = [_path_of(self.path, name) for name in names]
         self.check(paths)
         return paths
 
@@ -209,9 +213,14 @@ def _check_all_alone(views: Sequence[str]) -> None:
 def _save_views(result: results.Result, place: _Place, options: PlotOptions) -> SavedPictures:
     views, known = _views(options), views_of(result.kind)
     if views == [ALL]:
-        place.check([path_of(place.path, name) for name in known])
-        written, reasons = plot_all(result.record, place.path, options.body, options, options)
-        return SavedPictures(list(written), reasons)
+        place.check([_path_of(place.path, name) for name in known])
+        drawings = {}
+        for name, of in views_with_effects(result.record, options).items():
+            body, shown = options.body if of.body else None, of.applicable(options)
+            drawings[_path_of(place.path, name)] = partial(
+                draw, result.record, name, body, None, options, shown
+            )
+        return _save(drawings, options, skips=True)
     for view in views:
         check_view(result.kind, view)
         check_applies(result.kind, view, options)
@@ -251,7 +260,7 @@ def _save_sweep(table: "SweepTable", place: _Place, options: PlotOptions) -> Sav
         reasons = [
             f"{name} is not defined in any run" for name in table.values if name not in views
         ]
-        paths = [path_of(place.path, name) for name in views]
+        paths = [_path_of(place.path, name) for name in views]
         place.check(paths)
     else:
         paths = place.of(views)
@@ -262,10 +271,20 @@ def _save_sweep(table: "SweepTable", place: _Place, options: PlotOptions) -> Sav
     return _save(drawings, options)._replace(skipped=reasons)
 
 
-def _save(drawings: "Drawings", look: Appearance) -> SavedPictures:
+def _save(drawings: "Drawings", look: Appearance, skips: bool = False) -> SavedPictures:
+    """Write pictures; where it `skips`, those that can be drawn, of which there must be one."""
+    saved = SavedPictures([], [])
     for path, draw_figure in drawings.items():
-        save(draw_figure(), path, look.dots_per_inch)
-    return SavedPictures(list(drawings), [])
+        try:
+            save(draw_figure(), path, look.dots_per_inch)
+            saved.pictures.append(path)
+        except InputError as error:
+            if not skips or isinstance(error, ArgumentError):
+                raise
+            saved.skipped.append(str(error))
+    if not saved.pictures and skips:
+        raise InputError("\n".join(saved.skipped))
+    return saved
 
 
 def animate(

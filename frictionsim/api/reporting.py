@@ -1,6 +1,5 @@
 """Reports: HTML files that show results in a browser."""
 
-import os
 from collections.abc import Iterator, Sequence
 from os import PathLike
 from pathlib import Path
@@ -13,7 +12,7 @@ from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.atomic_write import check_no_clobber, write_atomically
 from frictionsim.io.replaceable import REPORT, check_target
 from frictionsim.io.sweep_table import SweepTable
-from frictionsim.results import HDF5_SIGNATURE, Record
+from frictionsim.results import Record
 from frictionsim.scenario.options import as_path
 
 if TYPE_CHECKING:
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def study_html(source: Any) -> str | None:
-    """Return the report of a cost study, table of costs or sweep; None of other sources.
+    """Return the report of a cost study, a sweep or a file; None of the result of a run.
 
     Parameters
     ----------
@@ -46,24 +45,14 @@ def study_html(source: Any) -> str | None:
         from frictionsim.api.dataset import sweep_table
 
         return _sweep_html(Sweep(sweep_table(source)))
-    return _of_file(Path(source)) if isinstance(source, (str, os.PathLike)) else None
+    return None if isinstance(source, results.Result) else _of_file(as_path("result", source))
 
 
-def _of_file(path: Path) -> str | None:
-    from frictionsim.io.unfinished import existing_name
-
-    path = existing_name(path)
-    if _is_hdf5(path):
-        from frictionsim.io.hdf5_reader import read_any
-
-        found = read_any(path)
-        if isinstance(found, Record):
-            return _html_of_runs([results.Result(found, path)])
-        if isinstance(found, SweepTable):
-            return _sweep_html(Sweep(found, path))
-        return _costs_of_file(found, path)
+def _of_file(path: Path) -> str:
     from frictionsim.io.cost_table import is_costs_in_csv, read_csv
+    from frictionsim.io.hdf5_reader import read_any
     from frictionsim.io.replaceable import SWEEP_IN_CSV
+    from frictionsim.io.unfinished import existing_name
 
     if is_costs_in_csv(path):
         return _costs_of_file(read_csv(path), path)
@@ -72,17 +61,13 @@ def _of_file(path: Path) -> str | None:
         if SWEEP_IN_CSV.recognises(path):
             words = "a sweep in CSV; give its file in HDF5"
         raise InputError(f"{path}: cannot make a report: this is {words}")
-    return None
-
-
-def _is_hdf5(path: Path) -> bool:
-    try:
-        if not path.is_file():
-            return False
-        with path.open("rb") as file:
-            return file.read(len(HDF5_SIGNATURE)) == HDF5_SIGNATURE
-    except (OSError, ValueError):
-        return False
+    path = existing_name(path)
+    found = read_any(path)
+    if isinstance(found, Record):
+        return _html_of_runs([results.Result(found, path)])
+    if isinstance(found, SweepTable):
+        return _sweep_html(Sweep(found, path))
+    return _costs_of_file(found, path)
 
 
 def _costs_of_file(table: "CostTable", path: Path) -> str:
@@ -99,7 +84,7 @@ def _costs_html(study: "WorkPrecision", source: str) -> str:
     from frictionsim.document import Picture
     from frictionsim.plots.picture_file import image_for_page
     from frictionsim.plots.studies import cost_diagram
-    from frictionsim.reports.cost_report import cost_page
+    from frictionsim.reports.study_report import cost_page
 
     drawn = study._replace(rows=study.drawable)
     left = len(study.rows) - len(drawn.rows)
@@ -111,7 +96,7 @@ def _costs_html(study: "WorkPrecision", source: str) -> str:
 def _sweep_html(found: Sweep) -> str:
     import numpy as np
 
-    from frictionsim.reports.sweep_report import sweep_page
+    from frictionsim.reports.study_report import sweep_page
 
     with np.errstate(all="ignore"):  # of a file that holds extreme numbers: they are shown
         pictures = _pictures_of_sweep(found.table)

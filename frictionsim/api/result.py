@@ -7,9 +7,9 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-from frictionsim.api.result_base import Ending, ResultBase, quantities_table
-from frictionsim.display import MODE_WORDS, number_text, short_text
-from frictionsim.document import Document, Table
+from frictionsim.api.result_base import Ending, ResultBase
+from frictionsim.display import MODE_WORDS, number_text
+from frictionsim.document import Data, Document, Table
 from frictionsim.errors import (
     EXIT_DONE,
     AuditError,
@@ -17,6 +17,7 @@ from frictionsim.errors import (
     InputError,
     failure_class,
 )
+from frictionsim.reports.run_tables import audit_table, quantities_table
 from frictionsim.results import (
     Check,
     Quantities,
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from frictionsim.parameter_study.report import Writable
+    from frictionsim.parameter_study.sweep_files import Writable
     from frictionsim.scenario.settings import Origin, Scenario
     from frictionsim.work_precision.error_estimate import Estimate
 
@@ -281,28 +282,29 @@ class Result(ResultBase):
         return draw(self.record, view, body, ax=ax)
 
     def parts(self) -> Document:
-        """Yield the lines and tables of the summary."""
+        """Yield the lines and tables of the summary, and its data."""
         attributes = self.record.attributes
         effects = ", ".join(self.effects) or "none"
         law = f"law {attributes['law']}, " if attributes.get("law") else ""
         yield f"{self.title or self.kind}: {self.status}"
         yield f"kind {self.kind}, effects {effects}, {law}backend {attributes['backend']}"
         if self.quantities:
-            yield quantities_table(self.quantities, self.errors)
+            yield quantities_table([self.quantities], [self.errors])
         if self.errors:
             yield self.error_estimate
         if transitions := self.record.transitions:
             yield _transitions_table(transitions)
         if self.audit:
-            yield _audit_table(self.audit)
+            yield audit_table([self.audit])
         if self.statistics is not None:
             yield _statistics(self.statistics, len(self.record.channels["time"]))
         else:
             yield "from a file of format version 1, which holds no quantities, audit and counts"
         yield f"result: {self.path or 'none'}"
+        yield Data(self._json())
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the summary as plain data, as the command line prints it with --json.
+    def _json(self) -> dict[str, Any]:
+        """Return the JSON of the command line.
 
         With estimated errors each quantity has an `error`, and there is an `error_estimate`.
         """
@@ -403,14 +405,6 @@ def _transition_cells(number: int, e: Transition) -> tuple[str, ...]:
     modes = MODE_WORDS[e.mode_from], MODE_WORDS[e.mode_to]
     angle = () if e.position is None else (number_text(e.position),)
     return (str(number), f"{e.time:.9f}", e.contact, *modes, *angle)
-
-
-def _audit_table(checks: dict[str, Check]) -> Table:
-    rows = [
-        (name, short_text(check.value), short_text(check.limit), "ok" if check.ok else "FAILED")
-        for name, check in checks.items()
-    ]
-    return Table(("audit", ">value", ">limit", ""), rows)
 
 
 def _event_json(e: Transition) -> dict[str, Any]:

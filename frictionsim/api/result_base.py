@@ -5,15 +5,14 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.display import error_text, number_text
-from frictionsim.document import Table, as_text
+from frictionsim.document import as_json, as_text
+from frictionsim.errors import InputError
 from frictionsim.scenario.options import as_path
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from frictionsim.document import Document
-    from frictionsim.results import Quantities
 
 
 class Ending(NamedTuple):
@@ -48,11 +47,7 @@ class ResultBase(ABC):
 
     @abstractmethod
     def parts(self) -> "Document":
-        """Yield the lines and tables of the summary."""
-
-    @abstractmethod
-    def to_json(self) -> dict[str, Any]:
-        """Return the summary as plain data: the JSON of the command line."""
+        """Yield the lines and tables of the summary, and its data."""
 
     @abstractmethod
     def save(self, path: str | PathLike[str]) -> Path:
@@ -82,19 +77,46 @@ class ResultBase(ABC):
         """Return the summary as text."""
         return as_text(self.parts())
 
+    def to_json(self) -> dict[str, Any]:
+        """Return the summary as plain data, as the command line prints it with --json."""
+        return as_json(self.parts())
+
     def _repr_html_(self) -> str:
         from frictionsim.reports.html import notebook
 
         return notebook(self.parts())
 
 
-def quantities_table(
-    quantities: "Quantities", errors: "dict[str, float | None] | None" = None
-) -> Table:
-    """Return quantities with their units, and their errors if there are any."""
-    headings = ["quantity", ">value", *((">error",) if errors else ()), "unit"]
-    rows = [
-        (name, number_text(q.value), *((error_text(errors.get(name)),) if errors else ()), q.unit)
-        for name, q in quantities.items()
-    ]
-    return Table(headings, rows)
+CSV = ".csv"
+
+
+class TableResult(ResultBase):
+    """A result that is a table: a sweep or a cost study."""
+
+    @abstractmethod
+    def save_csv(self, path: Path) -> None:
+        """Write the table as CSV, with units in the header line."""
+
+    @abstractmethod
+    def save_hdf5(self, path: Path) -> Path:
+        """Write the table as HDF5; return its file."""
+
+    def save(self, path: str | PathLike[str]) -> Path:
+        """Write the table as HDF5 or CSV, by the suffix of the path; return its file.
+
+        Raises
+        ------
+        InputError
+            If the suffix is another one.
+        OutputError
+            If it cannot be written, or would replace a file of another kind.
+        """
+        from frictionsim.io.atomic_write import SUFFIXES
+
+        target = as_path("path", path)
+        if target.suffix == CSV:
+            self.save_csv(target)
+            return target
+        if target.suffix in SUFFIXES:
+            return self.save_hdf5(target)
+        raise InputError(f"{target}: expected a name that ends in {', '.join(SUFFIXES)} or {CSV}")

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 from json import dumps
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.api.result_base import quantities_table
 from frictionsim.document import as_text
 from frictionsim.errors import InputError, overflow_refused, unknown
+from frictionsim.reports.run_tables import quantities_table
 from frictionsim.results import Quantities, StaticQuantities, defined
 from frictionsim.scenario import methods
 from frictionsim.scenario.kinds import KINDS, kind_names, mechanism_module
@@ -55,7 +55,7 @@ def static(
 
 def statics_text(quantities: StaticQuantities) -> str:
     """Return the quantities of impending motion, as the command line prints them."""
-    return as_text([quantities_table(quantities), *quantities.notes])
+    return as_text([quantities_table([quantities]), *quantities.notes])
 
 
 def with_overrides(source: Scenario | ScenarioSource, overrides: "Overrides | None") -> Scenario:
@@ -90,11 +90,9 @@ def new(kind: str) -> str:
         return new_scenario(kind)
     shipped = shipped_scenarios()
     if kind not in shipped:
-        raise InputError(
-            unknown(
-                "kind or shipped scenario", kind, list(dict.fromkeys((*kind_names(), *shipped)))
-            )
-        )
+        names = list(dict.fromkeys((*kind_names(), *shipped)))
+        listed = f"kinds: {', '.join(kind_names())}; 'frictionsim new --list' lists the scenarios"
+        raise InputError(unknown("kind or shipped scenario", kind, names, listed))
     text = shipped[kind].read_text(encoding="utf-8")
     if "csv" in text:  # the file would not stand beside the copy
         text = load(shipped[kind]).to_toml()

@@ -1,16 +1,13 @@
 """Work-precision studies from Python: error against run time."""
 
 from collections.abc import Callable, Iterable
-from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.result_base import Ending, ResultBase
+from frictionsim.api.result_base import Ending, TableResult
 from frictionsim.api.scenarios import with_overrides
-from frictionsim.document import Document, Table
-from frictionsim.errors import InputError
+from frictionsim.document import Data, Document, Table
 from frictionsim.scenario.loading import ScenarioSource
-from frictionsim.scenario.options import as_path
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.work_precision.outcome import WorkPrecision
@@ -95,10 +92,7 @@ def _cells(study: WorkPrecision, row: "Row", names: list[str]) -> list[str]:
     ]
 
 
-CSV, HDF5 = ".csv", (".h5", ".hdf5", ".nc")
-
-
-class Study(ResultBase):
+class Study(TableResult):
     """A work-precision study: errors and run times of a scenario for several settings.
 
     Attributes
@@ -136,34 +130,16 @@ class Study(ResultBase):
             }
         )
 
-    def save(self, path: str | PathLike[str]) -> Path:
-        """Write the table as HDF5 or CSV, by the suffix of the path.
-
-        Raises
-        ------
-        InputError
-            If the suffix is another one.
-        OutputError
-            If it cannot be written.
-        """
-        target = as_path("path", path)
-        if target.suffix == CSV:
-            self.save_csv(target)
-        elif target.suffix in HDF5:
-            self.save_hdf5(target)
-        else:
-            raise InputError(f"{target}: expected a name that ends in {', '.join(HDF5)} or {CSV}")
-        return target
-
     def save_csv(self, path: Path) -> None:
         """Write the table as CSV, with units in the header line."""
         write_csv(self.data, path)
 
-    def save_hdf5(self, path: Path) -> None:
+    def save_hdf5(self, path: Path) -> Path:
         """Write the table as HDF5, see `frictionsim.io.hdf5_writer.write_table`."""
         from frictionsim.io.hdf5_writer import write_table
 
         write_table(self._scenario, columns(self.data), attributes(self.data), path)
+        return path
 
     def plot(self, *, ax: "Axes | None" = None) -> "Figure":
         """Draw error against wall time and against evaluations of the right-hand side.
@@ -178,12 +154,9 @@ class Study(ResultBase):
         return cost_diagram(self.data, ax=ax)
 
     def parts(self) -> Document:
-        """Yield the reference uncertainty, the table and the recommendations."""
-        return study_parts(self.data)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the table as plain data, as the command line prints it with --json."""
-        return study_json(self.data, self._scenario)
+        """Yield the reference uncertainty, the table and the recommendations, and their data."""
+        yield from study_parts(self.data)
+        yield Data(study_json(self.data, self._scenario))
 
     def __repr__(self) -> str:
         study, rows = self.data, len(self.data.rows)

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.api.result import Result
-from frictionsim.api.result_base import Ending, ResultBase
+from frictionsim.api.result_base import Ending, TableResult
 from frictionsim.display import study_text
-from frictionsim.document import Document, Table
-from frictionsim.errors import EXIT_DONE, EXIT_SOLVER_FAILED, InputError, exit_code_of_interruption
+from frictionsim.document import Data, Document, Table
+from frictionsim.errors import EXIT_DONE, EXIT_SOLVER_FAILED, exit_code_of_interruption
 from frictionsim.io.sweep_table import SOBOL, SobolIndices, SweepTable
 from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
 from frictionsim.parameter_study.design import SAMPLE, Sampling
@@ -40,12 +40,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from frictionsim.parameter_study.report import Writable
-
-CSV, HDF5 = ".csv", (".h5", ".hdf5", ".nc")
+    from frictionsim.parameter_study.sweep_files import Writable
 
 
-class Sweep(ResultBase):
+class Sweep(TableResult):
     """The result of a sweep, made by `sweep`, `resume_sweep` and `open_sweep`.
 
     It has the members of its `xarray.Dataset`: ``sweep["breakaway_time"]``, ``sweep.sel(...)``;
@@ -103,7 +101,7 @@ class Sweep(ResultBase):
         return self.table.attributes[name].rstrip("\n")
 
     def parts(self) -> Document:
-        """Yield the lines and tables of the summary: of a sample statistics, else extremes.
+        """Yield the summary and its data: of a sample statistics, else extremes.
 
         Raises
         ------
@@ -112,43 +110,27 @@ class Sweep(ResultBase):
         """
         return _parts(self.table, self.path)
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the summary as plain data, as the command line prints it with --json.
-
-        Raises
-        ------
-        InputError
-            If the study in the file is not valid.
-        """
-        return _json(self.table, self.path)
-
-    def save(self, path: str | PathLike[str]) -> Path:
-        """Write the sweep to HDF5, for `open_sweep`, or to CSV, one line per run."""
-        target = as_path("path", path)
-        if target.suffix == CSV:
-            self.save_csv(target)
-        elif target.suffix in HDF5:
-            from frictionsim.io.replaceable import SWEEP, check_replaceable
-            from frictionsim.io.sweep_file import write_sweep
-            from frictionsim.io.unfinished import partial_name, whole_name
-
-            target = whole_name(target)
-            target = target if self.status == "done" else partial_name(target)
-            check_replaceable(target, SWEEP)
-            write_sweep(self.table, target)
-        else:
-            raise InputError(f"{target}: expected a name that ends in {', '.join(HDF5)} or {CSV}")
-        return target
-
     def save_csv(self, path: Path) -> None:
         """Write a line for each run, and the Sobol indices of a sample beside it."""
-        from frictionsim.parameter_study.report import write_csv
+        from frictionsim.parameter_study.sweep_files import write_csv
 
         write_csv(self.table, path)
 
+    def save_hdf5(self, path: Path) -> Path:
+        """Write the sweep as HDF5, for `open_sweep`: NAME.partial.h5 if it is not done."""
+        from frictionsim.io.replaceable import SWEEP, check_replaceable
+        from frictionsim.io.sweep_file import write_sweep
+        from frictionsim.io.unfinished import partial_name, whole_name
+
+        target = whole_name(path)
+        target = target if self.status == "done" else partial_name(target)
+        check_replaceable(target, SWEEP)
+        write_sweep(self.table, target)
+        return target
+
     def write_csv(self, file: "Writable") -> None:
         """Write a line for each run."""
-        from frictionsim.parameter_study.report import write_lines
+        from frictionsim.parameter_study.sweep_files import write_lines
 
         write_lines(self.table, file)
 
@@ -282,10 +264,12 @@ WORDS = {
 
 def _parts(table: SweepTable, path: Path | None) -> Document:
     """Yield the summary of a sweep and the path of its file."""
-    attributes = table.attributes
-    yield f"{attributes['title'] or attributes['kind']}: sweep {attributes['status']}"
+    attributes, number = table.attributes, counts(table)
     distributions, sampling = variation(table)
+    independent = independent_runs(table, sampling).stop
     texts = {key: d.text for key, d in distributions.items()}
+    failed, warnings = grouped(_reasons(table)), grouped(table.texts["warnings"])
+    yield f"{attributes['title'] or attributes['kind']}: sweep {attributes['status']}"
     yield f"kind {attributes['kind']}, {DESIGNS.get(attributes['design'], attributes['design'])}"
     yield Table(
         ("key", ">values", "unit"),
@@ -294,51 +278,36 @@ def _parts(table: SweepTable, path: Path | None) -> Document:
             for key, coordinate in table.coordinates.items()
         ],
     )
-    yield _counts_text(table)
-    if attributes["design"] == SAMPLE:
-        yield _statistics_table(table)
-        yield from _sample_lines(table, sampling)
-        yield from _sobol_parts(table)
-    else:
-        yield _extremes_table(table)
-    yield from _group_lines("failed", grouped(_reasons(table)))
-    yield from _group_lines("warnings", grouped(table.texts["warnings"]))
+    yield _counts_text(table, number)
+    is_sample = attributes["design"] == SAMPLE
+    yield from _sample_parts(table, sampling, independent) if is_sample else _extreme_parts(table)
+    yield from _group_lines("failed", failed)
+    yield from _group_lines("warnings", warnings)
     if attributes["reason"]:
         yield f"stopped: {attributes['reason']}"
     yield f"sweep: {path or 'none'}"
-
-
-def _json(table: SweepTable, path: Path | None) -> dict[str, Any]:
-    """Return the JSON object of a sweep and the path of its file."""
-    attributes = table.attributes
-    number = counts(table)
-    distributions, sampling = variation(table)
-    is_sample = attributes["design"] == SAMPLE
-    return {
-        "scenario": attributes["source"] or None,
-        "overrides": origin_of(attributes).values,
-        "kind": attributes["kind"],
-        "title": attributes["title"],
-        "design": attributes["design"],
-        "status": attributes["status"],
-        "reason": attributes["reason"],
-        "runs": {"all": table.runs}
-        | {word: number[status] for status, word in table.statuses if status in number},
-        "varied": {
-            key: {
-                "unit": coordinate.unit or None,
-                "distribution": distributions[key].text if key in distributions else None,
-                "values": None if is_sample else list(map(plain, coordinate.values)),
-            }
-            for key, coordinate in table.coordinates.items()
-        },
-        "independent_runs": independent_runs(table, sampling).stop if is_sample else None,
-        "quantities": _sample_json(table) if is_sample else _extremes_json(table),
-        "sobol_indices": _sobol_json(table),
-        "failures": _groups_json(grouped(_reasons(table))),
-        "warnings": _groups_json(grouped(table.texts["warnings"])),
-        "output": None if path is None else str(path),
-    }
+    yield Data(
+        {
+            "scenario": attributes["source"] or None,
+            "overrides": origin_of(attributes).values,
+            **{name: attributes[name] for name in ("kind", "title", "design", "status", "reason")},
+            "runs": {"all": table.runs}
+            | {word: number[status] for status, word in table.statuses if status in number},
+            "varied": {
+                key: {
+                    "unit": coordinate.unit or None,
+                    "distribution": texts.get(key),
+                    "values": None if is_sample else list(map(plain, coordinate.values)),
+                }
+                for key, coordinate in table.coordinates.items()
+            },
+            "independent_runs": independent if is_sample else None,
+            "sobol_indices": None if table.sobol is None else _sobol_json(table.sobol),
+            "failures": [group._asdict() for group in failed],
+            "warnings": [group._asdict() for group in warnings],
+            "output": None if path is None else str(path),
+        }
+    )
 
 
 def plain(value: Any) -> Any:
@@ -357,22 +326,30 @@ def _reasons(table: SweepTable) -> dict[int, str]:
     return found
 
 
-def _counts_text(table: SweepTable) -> str:
-    number = counts(table)
+def _counts_text(table: SweepTable, number: dict[int, int]) -> str:
     parts = [f"{number[s]} {WORDS[s]}" for s in (FAILED, AUDIT_FAILED, NOT_RUN) if number[s]]
     runs = "run is" if table.runs == 1 else "runs are"
     text = f"{number[DONE]} of {table.runs} {runs} done"
     return f"{text}; {', '.join(parts)}: not in the table below" if parts else text
 
 
-def _sample_lines(table: SweepTable, sampling: Sampling | None) -> list[str]:
-    if sampling is None or not sampling.indices:
-        return []
-    count = independent_runs(table, sampling).stop
-    return [
-        f"the first {count} runs are independent and make these numbers; the others are for Sobol"
-        " indices"
+def _sample_parts(table: SweepTable, sampling: Sampling | None, independent: int) -> Document:
+    """Yield the statistics of a sample and its Sobol indices."""
+    found = sample_statistics(table)
+    headings = ("quantity", ">mean", ">standard deviation", ">5 %", ">50 %", ">95 %", "unit")
+    rows = [
+        (name, *map(study_text, s[1:]), table.units[name], str(s.runs)) for name, s in found.items()
     ]
+    yield Table((*headings, ">defined in runs"), rows)
+    if sampling is not None and sampling.indices:
+        yield (
+            f"the first {independent} runs are independent and make these numbers; the others are"
+            " for Sobol indices"
+        )
+    yield from _sobol_parts(table)
+    yield Data(
+        {"quantities": {name: _statistics_json(s, table.units[name]) for name, s in found.items()}}
+    )
 
 
 def _sobol_parts(table: SweepTable) -> Document:
@@ -408,21 +385,8 @@ def _value_text(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else toml_value(value)
 
 
-def _statistics_table(table: SweepTable) -> Table:
-    headings = ("quantity", ">mean", ">standard deviation", ">5 %", ">50 %", ">95 %", "unit")
-    rows = [
-        (
-            name,
-            *(study_text(v) for v in (s.mean, s.deviation, s.low, s.median, s.high)),
-            table.units[name],
-            str(s.runs),
-        )
-        for name, s in sample_statistics(table).items()
-    ]
-    return Table((*headings, ">defined in runs"), rows)
-
-
-def _extremes_table(table: SweepTable) -> Table:
+def _extreme_parts(table: SweepTable) -> Document:
+    """Yield the least and largest values of a grid, and their data."""
     headings = ("quantity", ">least", ">in run", ">largest", ">in run", "unit", ">defined in runs")
     found = extremes(table)
     rows = []
@@ -436,7 +400,9 @@ def _extremes_table(table: SweepTable) -> Table:
         if e.least == e.largest:
             places = ("", "")
         rows.append((name, least, places[0], largest, places[1], table.units[name], str(e.runs)))
-    return Table(headings, rows)
+    yield Table(headings, rows)
+    data = {name: _extreme_json(table, found.get(name), name) for name in table.values}
+    yield Data({"quantities": data})
 
 
 def _group_lines(word: str, groups: list[Group]) -> list[str]:
@@ -452,16 +418,7 @@ def _group_lines(word: str, groups: list[Group]) -> list[str]:
     return lines
 
 
-def _sample_json(table: SweepTable) -> dict[str, Any]:
-    return {
-        name: _statistics_json(s, table.units[name]) for name, s in sample_statistics(table).items()
-    }
-
-
-def _sobol_json(table: SweepTable) -> dict[str, Any] | None:
-    found = table.sobol
-    if found is None:
-        return None
+def _sobol_json(found: SobolIndices) -> dict[str, Any]:
     return {
         name: {
             "basis": found.basis[i],
@@ -496,11 +453,6 @@ def _statistics_json(s: Statistics, unit: str) -> dict[str, Any]:
     }
 
 
-def _extremes_json(table: SweepTable) -> dict[str, Any]:
-    found = extremes(table)
-    return {name: _extreme_json(table, found.get(name), name) for name in table.values}
-
-
 def _extreme_json(table: SweepTable, e: Extremes | None, name: str) -> dict[str, Any]:
     data: dict[str, Any] = {"unit": table.units[name], "runs": e.runs if e else 0}
     for word, value, run in (
@@ -512,9 +464,3 @@ def _extreme_json(table: SweepTable, e: Extremes | None, name: str) -> dict[str,
             at = {key: plain(given) for key, given in varied_values(table, run).items()}
         data[word] = {"value": finite(value), "run": run, "at": at}
     return data
-
-
-def _groups_json(groups: list[Group]) -> list[dict[str, Any]]:
-    return [
-        {"runs": group.runs, "first_run": group.first_run, "text": group.text} for group in groups
-    ]

@@ -13,7 +13,7 @@ from typer.core import TyperCommand
 
 import frictionsim as fs
 from frictionsim.cli.messages import print_text
-from frictionsim.errors import EXIT_BAD_INPUT, ArgumentError, InputError, ScenarioError
+from frictionsim.errors import EXIT_BAD_INPUT, ArgumentError, InputError, OutputError, ScenarioError
 from frictionsim.io.terminal import print_on_stderr
 from frictionsim.version import __version__
 
@@ -149,6 +149,23 @@ def named_by_option(options: Mapping[str, str]) -> Iterator[None]:
 
 
 STDIN = "-"
+RESULTS = Path("results")  # the folder of results by default
+
+
+def default_folder() -> Path:
+    """Return the folder of results by default, which is made."""
+    try:
+        RESULTS.mkdir(exist_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"cannot create the folder '{RESULTS}' ({error.strerror}); give a file with -o"
+        ) from None
+    return RESULTS
+
+
+def stem_of(source: str) -> str:
+    """Return the name of a result by default, without its suffix."""
+    return "stdin" if source == STDIN else Path(source).stem
 
 
 def load_scenario(

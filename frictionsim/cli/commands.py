@@ -33,12 +33,13 @@ from frictionsim.cli.app import (
     scenarios_in,
 )
 from frictionsim.cli.completion import backends as backends_of
-from frictionsim.cli.ending import ending_of, printed_by_typer
 from frictionsim.cli.messages import (
+    ending_of,
     log_on_stderr,
     print_error,
     print_json,
     print_text,
+    printed_by_typer,
     warn,
 )
 from frictionsim.errors import (

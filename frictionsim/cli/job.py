@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import frictionsim as fs
-from frictionsim.cli.app import STDIN
+from frictionsim.cli.app import STDIN, default_folder, stem_of
 from frictionsim.cli.messages import (
     log_on_stderr,
     print_beside_files,
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from frictionsim.api.solving import RunOptions
     from frictionsim.scenario.settings import Scenario
 
-RESULTS = Path("results")
 FOLDER_ENDS = ("/", os.sep)
 SUFFIX = ".h5"
 
@@ -199,14 +198,7 @@ def targets_of(sources: Sequence[str], output: str | None, no_clobber: bool) -> 
 def _folder(output: Path | None) -> Path:
     """Return the folder for results; the default one is created."""
     if output is None:
-        try:
-            RESULTS.mkdir(exist_ok=True)
-        except OSError as error:
-            raise OutputError(
-                f"cannot create the folder '{RESULTS}' ({error.strerror}); give a result file with"
-                " -o"
-            ) from None
-        return RESULTS
+        return default_folder()
     if not isdir(output):
         found = "this is a file" if exists(output) else "there is no such folder, create it first"
         raise OutputError(f"{output}: expected a folder for the results; {found}")
@@ -216,7 +208,7 @@ def _folder(output: Path | None) -> Path:
 def _targets_in(folder: Path, sources: Sequence[str]) -> list[Path]:
     targets: dict[Path, str] = {}
     for source in sources:
-        target = folder / f"{'stdin' if source == STDIN else Path(source).stem}{SUFFIX}"
+        target = folder / f"{stem_of(source)}{SUFFIX}"
         if target in targets:
             raise InputError(
                 f"{targets[target]} and {source} would both be written to {target}; solve them one"

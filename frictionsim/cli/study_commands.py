@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from frictionsim.cli.app import (
+    RESULTS,
     STDIN,
     AsJson,
     NoClobber,
@@ -21,8 +22,10 @@ from frictionsim.cli.app import (
     Verbose,
     WorkerCount,
     app,
+    default_folder,
     load_scenario,
     named_by_option,
+    stem_of,
 )
 from frictionsim.cli.completion import sampling_methods
 from frictionsim.cli.messages import (
@@ -44,7 +47,6 @@ if TYPE_CHECKING:
 # The option for an argument of `fs.fit` that has another name.
 OPTIONS = {"channels": "channel", "quantities": "quantity", "units": "unit"}
 SECONDS_BETWEEN_UPDATES = 0.2  # of the status line
-RESULTS = Path("results")
 MARK = "-sweep"
 
 
@@ -430,18 +432,13 @@ def _target(output: Path | None, source: str) -> Iterator[Path]:
         yield output
         return
     made = not RESULTS.is_dir()
+    folder = default_folder()
     try:
-        RESULTS.mkdir(exist_ok=True)
-    except OSError as error:
-        raise OutputError(
-            f"cannot create the folder '{RESULTS}' ({error.strerror}); give a file with -o"
-        ) from None
-    try:
-        yield RESULTS / f"{'stdin' if source == STDIN else Path(source).stem}{MARK}.h5"
+        yield folder / f"{stem_of(source)}{MARK}.h5"
     finally:
         if made:
             with suppress(OSError):  # there is something in it
-                RESULTS.rmdir()
+                folder.rmdir()
 
 
 def _check_csv(csv: Path | None, target: Path, no_clobber: bool, indices: bool) -> None:

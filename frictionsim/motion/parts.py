@@ -5,7 +5,7 @@ of the frame before. What is carried round a centre has a `carrier`, so that it 
 between frames. Whoever draws a motion looks up colours by the name of a `role`.
 """
 
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -23,13 +23,16 @@ if TYPE_CHECKING:
     Bounds = tuple[float, float, float, float]
 
 
-Role = Literal[
-    "fixed", "still", "moving", "marked", "load", "path", "force", "friction", "paper", "cut"
-]
+ForceRole = Literal["force", "force-2", "force-3", "force-4"]
+Role = (
+    ForceRole
+    | Literal["fixed", "still", "moving", "marked", "load", "path", "friction", "paper", "cut"]
+)
 """The role of a part, which gives its colour: a shaft or hinge; a wheel that stands still; one
-that moves; what the eye follows, as a mark on a wheel; what hangs, rolls or is carried; a path; an
-applied force; a friction force; a hole, or a line on something dark; the outline of what is beyond
-the picture."""
+that moves; what the eye follows, as a mark on a wheel; what hangs, rolls or is carried; a path; a
+friction force; a hole, or a line on something dark; the outline of what is beyond the picture;
+applied forces and couples, of which each of several has its own."""
+FORCE_ROLES: tuple[ForceRole, ...] = get_args(ForceRole)
 
 
 class Disc(NamedTuple):

@@ -27,7 +27,17 @@ from frictionsim.motion.frames import (
     state_at,
     values_at,
 )
-from frictionsim.motion.parts import Arrow, Band, Body, Disc, Line, Motion, Part, Readout
+from frictionsim.motion.parts import (
+    FORCE_ROLES,
+    Arrow,
+    Band,
+    Body,
+    Disc,
+    Line,
+    Motion,
+    Part,
+    Readout,
+)
 from frictionsim.motion.shapes import (
     arc,
     bounds_of,
@@ -243,7 +253,7 @@ ARROW, CORD, CORD_MARK = 0.9, 0.7, 0.3  # largest force, cords and marks on them
 ARC, BETWEEN = 0.5, 0.09  # radius of the arc of the first couple, and how much further in the next
 MAX_COUPLES = 4  # that are drawn: the largest
 MAX_ARROWS, MAX_NUMBERS = 24, 6  # of forces that are drawn; of those whose sizes stand beside it
-ROLES: "dict[str, Role]" = {"force": "force", "cord": "force", "weight": "load", "inertia": "path"}
+ROLES: "dict[str, Role]" = {"weight": "load", "inertia": "path"}
 NUMBERS = {
     "angle": "angle",
     "angular_velocity": "angular velocity",
@@ -362,11 +372,12 @@ def _arrows(body: FreeBody, scale: float, reach: float) -> list[Part]:
     parts: list[Part] = []
     by_size = sorted(body.forces, key=lambda force: -float(np.max(np.abs(force.size), initial=0)))
     drawn = {force.name for force in by_size[:MAX_ARROWS]}
-    for force in body.forces:
+    for i, force in enumerate(body.forces):  # those of the scenario are the first
         if force.name in drawn:
             x, y = tail_of(force, reach)
             across, up = scale * force.across, scale * force.up
-            parts.append(Arrow(force.name, x, y, across, up, ROLES[force.kind]))
+            role = ROLES.get(force.kind, FORCE_ROLES[i % len(FORCE_ROLES)])
+            parts.append(Arrow(force.name, x, y, across, up, role))
     return parts
 
 
@@ -380,10 +391,11 @@ def _couples(scenario: "ShaftScenario", body: FreeBody, reach: float) -> list[Pa
     }
     drawn = sorted(sizes, key=lambda name: -sizes[name])[:MAX_COUPLES]
     parts: list[Part] = []
-    for couple in body.couples:
+    for i, couple in enumerate(body.couples, start=len(scenario.forces)):
         if couple.name in drawn:
             radius = (ARC - BETWEEN * drawn.index(couple.name)) * reach
-            parts += torque_arc(couple.name, couple.size, radius, sizes[drawn[0]])
+            role = FORCE_ROLES[i % len(FORCE_ROLES)]
+            parts += torque_arc(couple.name, couple.size, radius, sizes[drawn[0]], role)
     return parts
 
 

@@ -22,7 +22,11 @@ POINTS = 25
 
 
 def torque_arc(
-    name: str, torque: "Array", radius: float, largest: float | None = None
+    name: str,
+    torque: "Array",
+    radius: float,
+    largest: float | None = None,
+    role: "Role" = "force",
 ) -> list[Part]:
     """Return a torque about the origin; nothing if it is zero throughout.
 
@@ -44,8 +48,8 @@ def torque_arc(
     length = radius * np.clip(turn, -HEAD, HEAD)
     tip_x, tip_y = radius * np.cos(end), radius * np.sin(end)
     dx, dy = -length * np.sin(end), length * np.cos(end)
-    line = Band("", radius * np.cos(angle), radius * np.sin(angle), closed=False, role="force")
-    return [line, Arrow(name, tip_x, tip_y, dx, dy, "force")]
+    line = Band("", radius * np.cos(angle), radius * np.sin(angle), closed=False, role=role)
+    return [line, Arrow(name, tip_x, tip_y, dx, dy, role)]
 
 
 def reaction_foot(

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from frictionsim.results import Array
 
 LOW, MEDIAN, HIGH = 0.05, 0.5, 0.95
+FLAT = 1e-6  # a quantity that varies relatively less is constant
 NUMBER = re.compile(r"[-+]?\d+(\.\d+)?([eE][-+]?\d+)?")
 
 
@@ -75,6 +76,12 @@ def counts(table: SweepTable) -> dict[int, int]:
 def sound_values(table: SweepTable, name: str) -> "Array":
     """Return a quantity of all runs; NaN if a run is not done, or its audit failed."""
     return np.where(table.status == DONE, table.values[name], np.nan)
+
+
+def is_constant(values: "Array") -> bool:
+    """Return whether the values that are finite do not vary; also where there are none."""
+    defined = values[np.isfinite(values)]
+    return not defined.size or bool(np.ptp(defined) <= FLAT * np.abs(defined).max())
 
 
 def is_defined(table: SweepTable, name: str) -> bool:

@@ -1,26 +1,47 @@
 """The files of a sweep: NAME.h5 when it is done, until then NAME.partial.h5 and its journal.
 
 While a sweep runs, NAME.partial.h5 is without the newest runs, which are in the journal beside it.
+
+A sweep as CSV has a line for each run, and of a sample with Sobol indices a second file with these:
+
+    run [1], <key> [unit] ..., <quantity> [unit] ..., status, failure, reason, warnings
+    quantity, key, sobol_first [1], ..., sobol_total_high [1], sobol_basis
+
+Numbers have as many digits as they need to be read back exactly; a quantity that is not defined is
+empty. Text that a spreadsheet would take for a formula begins with an apostrophe.
 """
 
+import csv
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from hashlib import sha256
+from io import TextIOWrapper
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
 
 from frictionsim.errors import InputError, OutputError
-from frictionsim.io.atomic_write import check_no_clobber, check_place
+from frictionsim.io.atomic_write import check_no_clobber, check_place, replaced_atomically
 from frictionsim.io.destination import check_whole_name
 from frictionsim.io.regular_file import open_regular
-from frictionsim.io.replaceable import SWEEP, check_replaceable
+from frictionsim.io.replaceable import SWEEP, check_replaceable, files_of_sweep_in_csv
 from frictionsim.io.sweep_file import write_sweep
+from frictionsim.io.sweep_table import (
+    RUN,
+    SOBOL,
+    SOBOL_BASIS,
+    STATUS,
+    TEXTS,
+    Coordinate,
+    SobolIndices,
+    SweepTable,
+)
 from frictionsim.io.unfinished import partial_name
 from frictionsim.parameter_study.journal import Journal, journal_name
 
 if TYPE_CHECKING:
-    from frictionsim.io.sweep_table import SweepTable
     from frictionsim.parameter_study.block import Block
     from frictionsim.parameter_study.sweep import Assembly
 
@@ -70,7 +91,7 @@ class SweepFiles:
         if self._resumed is not None and self._resumed != self.partial:
             self._earlier = Journal(self._resumed)
 
-    def take_up(self, assembly: "Assembly", table: "SweepTable") -> None:
+    def take_up(self, assembly: "Assembly", table: SweepTable) -> None:
         """Add what the resumed file and its journal have."""
         journal = self._earlier or self._journal
         assert journal is not None
@@ -81,7 +102,7 @@ class SweepFiles:
         except (ValueError, KeyError, TypeError):
             raise InputError(f"{self._resumed}: cannot resume this sweep: it is damaged") from None
 
-    def begin(self, table: "SweepTable") -> None:
+    def begin(self, table: SweepTable) -> None:
         """Write the unfinished file, and begin the journal."""
         if self._journal is None:
             self.lock()
@@ -104,7 +125,7 @@ class SweepFiles:
                 self.whole.unlink(missing_ok=True)
             self._earlier.close(remove=of_earlier_version)
 
-    def _write(self, table: "SweepTable", path: Path) -> None:
+    def _write(self, table: SweepTable, path: Path) -> None:
         check_replaceable(path, SWEEP)
         write_sweep(table, path)
 
@@ -125,13 +146,13 @@ class SweepFiles:
                 f" 'frictionsim resume {self.partial}' continues the sweep"
             ) from None
 
-    def write_unfinished(self, table: "SweepTable") -> None:
+    def write_unfinished(self, table: SweepTable) -> None:
         """Write what is done of a sweep that was stopped."""
         assert self._journal is not None
         self._write(table, self.partial)
         self._journal.close(remove=True)
 
-    def write_whole(self, table: "SweepTable") -> None:
+    def write_whole(self, table: SweepTable) -> None:
         """Write the file of a sweep that is done, and remove all others."""
         assert self._journal is not None
         self._write(table, self.whole)
@@ -191,7 +212,7 @@ def make_series_folder(folder: Path, study: str) -> None:
         raise OutputError(f"{folder}: cannot make this folder: {error.strerror}") from None
 
 
-def digest_of(table: "SweepTable") -> bytes:
+def digest_of(table: SweepTable) -> bytes:
     """Return the identity of a sweep in its journal: study, version and the values of the keys."""
     found = sha256()
     for name in ("frictionsim_version", "study", "overrides"):
@@ -201,3 +222,88 @@ def digest_of(table: "SweepTable") -> bytes:
         found.update(key.encode() + b"\0")
         found.update(repr(values).encode() if isinstance(values, list) else values.tobytes())
     return found.digest()
+
+
+RUNS_AT_ONCE = 4096
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+
+
+class Writable(Protocol):
+    """What text can be written to."""
+
+    def write(self, text: str, /) -> object:
+        """Write text."""
+
+
+def write_csv(table: SweepTable, path: Path) -> None:
+    """Write a sweep as CSV, each file whole or not at all."""
+    files = files_of_sweep_in_csv(path, table.sobol is not None)
+    for target, kind in files.items():
+        check_replaceable(target, kind)
+    for target, kind in files.items():
+        with (
+            replaced_atomically(target, kind.word) as part,
+            TextIOWrapper(part, encoding="utf-8", newline="") as file,
+        ):
+            if target == path:
+                write_lines(table, file)
+            elif table.sobol is not None:
+                _write_indices(table.sobol, file)
+
+
+def _write_indices(found: SobolIndices, file: Writable) -> None:
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(["quantity", "key", *(f"{name} [1]" for name in SOBOL), SOBOL_BASIS])
+    for i, quantity in enumerate(found.quantities):
+        for j, key in enumerate(found.keys):
+            values = (found.columns[name][i, j].item() for name in SOBOL)
+            cells = ["" if value != value else value for value in values]
+            writer.writerow([quantity, key, *cells, found.basis[i]])
+
+
+def write_lines(table: SweepTable, file: Writable) -> None:
+    """Write the heading and a line for each run."""
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(
+        [
+            f"{RUN} [1]",
+            *(_heading(key, coordinate) for key, coordinate in table.coordinates.items()),
+            *(f"{name} [{table.units[name]}]" for name in table.values),
+            *(STATUS, *TEXTS),
+        ]
+    )
+    for start in range(0, table.runs, RUNS_AT_ONCE):
+        runs = range(start, min(start + RUNS_AT_ONCE, table.runs))
+        writer.writerows(zip(*_columns(table, runs), strict=True))
+
+
+def _heading(key: str, coordinate: Coordinate) -> str:
+    return key if isinstance(coordinate.values, list) else f"{key} [{coordinate.unit or '1'}]"
+
+
+def _columns(table: SweepTable, runs: range) -> Iterator[list[Any]]:
+    """Yield the cells of some runs, column by column."""
+    yield list(runs)
+    numbers = np.arange(runs.start, runs.stop)
+    indices = (
+        dict.fromkeys(table.coordinates, numbers)
+        if RUN in table.dimensions
+        else dict(zip(table.dimensions, np.unravel_index(numbers, table.shape), strict=True))
+    )
+    for key, coordinate in table.coordinates.items():
+        if isinstance(coordinate.values, list):
+            yield [_text(coordinate.values[i]) for i in indices[key].tolist()]
+        else:
+            values = coordinate.values[indices[key]]
+            # As in a file of HDF5, which has no truth values.
+            yield (values.astype(np.int8) if values.dtype == np.bool_ else values).tolist()
+    for values in table.values.values():
+        yield ["" if value != value else value for value in values[runs.start : runs.stop].tolist()]
+    words = dict(table.statuses)
+    yield [words[status] for status in table.status[runs.start : runs.stop].tolist()]
+    for name in TEXTS:
+        yield [_text(table.texts[name].get(run, "")) for run in runs]
+
+
+def _text(text: str) -> str:
+    return f"'{text}" if text.startswith(FORMULA) else text

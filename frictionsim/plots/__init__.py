@@ -6,19 +6,18 @@ may have a mapping VIEWS in its module; without one, its channels are drawn over
 
 `draw` returns a matplotlib figure, which needs no pyplot: a notebook shows it as the value of a
 cell, `figure.savefig(path)` saves it, and it can be pickled. Threads may draw and save different
-figures at once; `save` and `plot` write the same bytes as in one thread.
+figures at once; `save` writes the same bytes as in one thread.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import frictionsim.plots.picture_file  # noqa: F401  says what matplotlib lacks
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.plots.belt_geometry import middle_of_first_span
 from frictionsim.plots.overlay import Overlaid, check_overlay, overlay
-from frictionsim.plots.picture_file import check_format, save
+from frictionsim.plots.picture_file import save
 from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.style import USUAL, Appearance
 from frictionsim.plots.time_history import response
@@ -41,7 +40,7 @@ if TYPE_CHECKING:
 
     from frictionsim.results import Record
 
-__all__ = ["ALL", "BODY", "VIEWS", "Views", "draw", "plot", "plot_all", "save", "views_of"]
+__all__ = ["ALL", "BODY", "VIEWS", "Views", "draw", "save", "views_of"]
 
 ALL = "all"
 
@@ -70,8 +69,10 @@ def check_applies(kind: str, view: str, shown: Extent) -> None:
         if not given or views[view].shows(part):
             continue
         fit = [name for name, other in views.items() if other.shows(part)]
-        others = f"the view {' or '.join(map(repr, fit))}" if fit else "other kinds"
-        raise ArgumentError(part, f"the view '{view}' {words[part]}; it is for {others}")
+        way_out = f"it is for the view {' or '.join(map(repr, fit))}"
+        if not fit:
+            way_out = f"no view of kind '{kind}' does; give a window of time instead"
+        raise ArgumentError(part, f"the view '{view}' {words[part]}; {way_out}")
 
 
 def views_of(kind: str) -> Views:
@@ -218,78 +219,12 @@ def check_overlaid(kind: str, view: str) -> None:
         )
 
 
-def plot(
-    result: "Record",
-    path: Path,
-    view: str | None = None,
-    body: int | None = None,
-    look: Appearance = USUAL,
-    shown: Extent = WHOLE,
-) -> "Figure":
-    """Write the picture of a view of a result; return it as a figure.
-
-    Parameters
-    ----------
-    result : Record
-    path : Path
-        Ends in .png, .pdf or .svg.
-    view, body, look, shown
-        As of `draw`.
-    """
-    check_format(path)
-    figure = draw(result, view, body, look=look, shown=shown)
-    save(figure, path, look.dots_per_inch)
-    return figure
-
-
-def path_of(path: Path, view: str) -> Path:
-    """Return the picture of a view if several are drawn: FILE-<view>.png for FILE.png."""
-    return path.with_name(f"{path.stem}-{view}{path.suffix}")
-
-
-def plot_all(
-    result: "Record",
-    path: Path,
-    body: int | None = None,
-    look: Appearance = USUAL,
-    shown: Extent = WHOLE,
-) -> tuple[dict[Path, "Figure"], list[str]]:
-    """Draw all views of a result, each into its own file: FILE-<view>.png for FILE.png.
-
-    Parameters
-    ----------
-    result : Record
-    path : Path
-        Ends in .png, .pdf or .svg.
-    body, look, shown
-        As of `draw`; each view shows what applies to it.
-
-    Returns
-    -------
-    dict of Figure
-        By the pictures that were written.
-    list of str
-        The reasons why other views were skipped.
-    """
-    check_format(path)
+def views_with_effects(result: "Record", shown: Extent = WHOLE) -> Views:
+    """Return the views whose effects a result has; one of the kind must show each given part."""
     kind = result.attributes["kind"]
-    written: dict[Path, Figure] = {}
-    reasons = []
     views = views_of(kind)
     for part, given in shown.given.items():
         if given and not any(view.shows(part) for view in views.values()):
             check_applies(kind, next(iter(views)), shown)
-    for name, view in views.items():
-        if view.effect and view.effect not in scenario_of(result).get("effects", {}):
-            continue
-        picture = path_of(path, name)
-        try:
-            number = body if view.body else None
-            written[picture] = plot(result, picture, name, number, look, view.applicable(shown))
-        except ArgumentError:
-            raise
-        except InputError as error:
-            reasons.append(str(error))
-    if not written:
-        raise InputError("\n".join(reasons))
-    return written, reasons
+    effects = scenario_of(result).get("effects", {})
+    return {name: view for name, view in views.items() if not view.effect or view.effect in effects}

@@ -41,6 +41,7 @@ from frictionsim.motion.belt_path import (
 )
 from frictionsim.plots.belt_geometry import has_friction, pulleys_of
 from frictionsim.plots.belt_time_history import body, recorded_speed_at_rest, speeds, tension
+from frictionsim.plots.force_drawing import Area, Label, draw_labels
 from frictionsim.plots.style import (
     Style,
     add_legend,
@@ -385,6 +386,7 @@ TITLE = 0.5  # inches, of a detail
 WINDOW = 1.75  # radii, from the centre of a pulley to the edge of its detail
 POINTS_PER_INCH = 72.0  # per inch
 NAME_SIZE, INNER = "x-small", 0.75  # of a name; part of the sides of a drawing within its labels
+NAME_ROOM = 24.0  # points for the height of a name and its distance from what is drawn
 WHOLE, DETAIL = 4.5, 6.0  # points, width of the belt in the whole and in a detail
 HALO = [withStroke(linewidth=2.0, foreground="white")]
 # Teeth on both sides of the belt, which are seen in grey too.
@@ -484,58 +486,32 @@ def _draw_whole(
 
 def _write_names(ax: Any, pulleys: Sequence[DrawnPulley], belt: Belt) -> None:
     """Write the name of each pulley into its circle, or beside it where it does not fit."""
-    sizes = [np.array([text_width(p.name, NAME_SIZE), points_of(NAME_SIZE)]) for p in pulleys]
-    width = max(INNER * POINTS_PER_INCH * width_of(ax.figure), 2.0 * np.max(sizes))
-    wide, high = np.ptp(belt.bodies, axis=0)
-    # Before there is a layout it can be estimated only how long a point is, m.
-    point = max(wide / (width - np.max(sizes)), high / (INNER * POINTS_PER_INCH * MAX_HEIGHT))
-    taken = list[Any]()
-    for pulley, size in zip(pulleys, sizes, strict=True):
-        half = 0.5 * point * size
-        place = _place_of_name(pulley, half, pulleys, belt, taken, point)
-        taken.append((place, half))
-        ax.update_datalim([place - half, place + half])
-        style = {"ha": "center", "va": "center", "fontsize": NAME_SIZE, "path_effects": HALO}
-        ax.annotate(pulley.name, tuple(place), zorder=6, **style)
-
-
-def _place_of_name(
-    own: DrawnPulley,
-    half: "Array",
-    pulleys: Sequence[DrawnPulley],
-    belt: Belt,
-    taken: Sequence[Any],
-    point: float,
-) -> "Array":
-    """Return the middle of a name: in its circle, or where it covers nothing, rather outside.
-
-    Parameters
-    ----------
-    half : (2,), m
-        Half width and height of the name.
-    taken : sequence of ((2,), (2,)), m
-        Middle and half sides of the other names.
-    point : float, m
-        How long a point of the picture is.
-    """
-    centre = np.array([own.x, own.y])
-    if np.hypot(*half) + WHOLE * point <= own.radius:
-        return centre
-    circles = np.array([[p.x, p.y, p.radius] for p in pulleys])
-    steps = [np.linspace(piece[:-1], piece[1:], 8).reshape(-1, 2) for piece in belt.pieces]
-    line, outward = np.concatenate(steps), centre - np.mean(circles[:, :2], axis=0)
-    turns = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
-    ways = np.round(np.column_stack([np.cos(turns), np.sin(turns)]), 9)
-    for way in sorted(ways, key=lambda way: -float(way @ outward)):
-        place = centre + (own.radius + 2.0 * WHOLE * point) * way + half * np.sign(way)
-        beyond = np.maximum(np.abs(circles[:, :2] - place) - half, 0.0)
-        if (
-            np.all(np.hypot(*beyond.T) > circles[:, 2])
-            and not np.any(np.all(np.abs(line - place) < half + WHOLE * point, axis=1))
-            and not any(np.all(np.abs(place - other) < half + side) for other, side in taken)
-        ):
-            return place
-    return centre
+    room = max(text_width(pulley.name, NAME_SIZE) for pulley in pulleys) + NAME_ROOM
+    low, high = np.min(belt.bodies, axis=0), np.max(belt.bodies, axis=0)
+    # Before there is a layout it can be estimated only how many points a metre has.
+    sides = INNER * POINTS_PER_INCH * np.array([width_of(ax.figure), MAX_HEIGHT])
+    sides = np.maximum(sides - 2.0 * np.array([room, NAME_ROOM]), room)
+    scale = float(np.min(sides / np.maximum(high - low, np.finfo(float).tiny)))
+    turns = np.linspace(0.0, 2.0 * np.pi, 48)
+    rim = np.column_stack([np.cos(turns), np.sin(turns)])
+    steps = (np.linspace(piece[:-1], piece[1:], 8).reshape(-1, 2) for piece in belt.pieces)
+    drawn, beside = list(steps), list[Label]()
+    middle = np.mean([(pulley.x, pulley.y) for pulley in pulleys], axis=0)
+    for pulley in pulleys:
+        centre = np.array([pulley.x, pulley.y])
+        drawn.append(centre + pulley.radius * rim)
+        half = 0.5 * np.array([text_width(pulley.name, NAME_SIZE), points_of(NAME_SIZE)])
+        if np.hypot(*half) + WHOLE <= pulley.radius * scale:
+            style = {"ha": "center", "va": "center", "fontsize": NAME_SIZE, "path_effects": HALO}
+            ax.annotate(pulley.name, tuple(centre), zorder=6, **style)
+            continue
+        away = (centre - middle) / max(float(np.hypot(*(centre - middle))), 1e-12)
+        edge = centre + (pulley.radius + WHOLE / scale) * away
+        beside.append(Label(pulley.name, tuple(edge), tuple(away)))
+    if beside:
+        view = Area(tuple(low - room / scale), tuple(high + room / scale), scale)
+        boxes = draw_labels(ax, beside, np.concatenate(drawn), view, NAME_SIZE)
+        ax.update_datalim(boxes.reshape(-1, 2))
 
 
 def _disc(pulley: DrawnPulley) -> Circle:

@@ -60,10 +60,13 @@ class Area(NamedTuple):
     scale: float
 
 
-def draw_labels(ax: Any, labels: Sequence[Label], drawn: "Array", view: Area) -> None:
+def draw_labels(
+    ax: Any, labels: Sequence[Label], drawn: "Array", view: Area, size: str = SIZE
+) -> "Array":
     """Write names beside their places, apart from each other and from lines where that is possible.
 
-    A name without room is left out: what it names is in the key as well.
+    A name without room is left out: what it names is in the key as well. Returns the corners
+    (left, bottom, right, top) of the others, m.
 
     Parameters
     ----------
@@ -76,8 +79,8 @@ def draw_labels(ax: Any, labels: Sequence[Label], drawn: "Array", view: Area) ->
     lines = drawn * view.scale
     kept: list[tuple[float, float, float, float]] = []
     for label in labels:
-        wide = text_width(label.text, SIZE) + 2.0 * SPARE
-        high = LINE_SPACING * points_of(SIZE) + 2.0 * SPARE
+        wide = text_width(label.text, size) + 2.0 * SPARE
+        high = LINE_SPACING * points_of(size) + 2.0 * SPARE
         best: tuple[float, Any] = (np.inf, None)
         for order, (x, y) in enumerate(_offsets(label.away, wide, high)):
             at_x, at_y = label.place[0] * view.scale + x, label.place[1] * view.scale + y
@@ -99,10 +102,11 @@ def draw_labels(ax: Any, labels: Sequence[Label], drawn: "Array", view: Area) ->
             textcoords="offset points",
             ha="center",
             va="center",
-            fontsize=SIZE,
+            fontsize=size,
             zorder=9,
         )
         text.set_path_effects(HALO)
+    return np.array(kept).reshape(-1, 4) / view.scale
 
 
 def _offsets(away: tuple[float, float], wide: float, high: float) -> list[tuple[float, float]]:

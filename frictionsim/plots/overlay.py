@@ -20,7 +20,6 @@ from frictionsim.plots.style import (
     POINTS,
     Style,
     add_legend,
-    grid,
     label,
     line_style,
     set_title,
@@ -32,6 +31,7 @@ from frictionsim.plots.time_history import (
     MAX_PANELS,
     channels_of,
     panel_heights,
+    panels_over_time,
 )
 from frictionsim.scenario.loading import ValidationFailure, validate
 from frictionsim.scenario.model_fields import description_of
@@ -100,14 +100,10 @@ def overlay(
     title = titles.pop() if len(titles) == 1 else first.attributes["kind"]
     words = f"{title} ({len(results)} results)"
     set_title(figure, words, panel_heights(len(panels)))
-    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    axes = panels_over_time(figure, [_label(first, panel) for panel in panels])
     for ax, panel in zip(axes, panels, strict=True):
-        ax.set_ylabel(_label(first, panel))
-        grid(ax)
         for number, one in enumerate(results):
             _draw(ax, one.record, panel, number)
-    axes[-1].set_xlabel("time, s")
-    figure.align_ylabels(axes)
     names = labels_of(results)
     marks = _mark(axes[0], results)
     handles = [

@@ -23,6 +23,7 @@ from frictionsim.display import (
 )
 from frictionsim.mechanisms.shaft.free_body import (
     ECCENTRIC_WEIGHT,
+    VANISHES,
     AppliedCouple,
     FreeBody,
     channels_needed,
@@ -113,10 +114,20 @@ def instant_of(result: "Record", view: str) -> Instant:
     couples = body.couples
     if stop[0]:
         couples = (*couples, AppliedCouple(STOP, stop))
-    reaction = _line_of_action(
-        body, body.reaction_across, body.reaction_up, last("friction_torque")
+    moments = [np.abs(force.size) * np.hypot(force.x, force.y) for force in body.forces]
+    small = VANISHES * sum([*moments, *(np.abs(couple.size) for couple in couples)])
+
+    def without_rounding(torque: Any) -> Any:
+        return np.where(np.abs(torque) <= small, 0.0, torque)
+
+    couples = tuple(c._replace(size=without_rounding(c.size)) for c in couples)
+    reaction, resultant = (
+        _line_of_action(body, *force, without_rounding(torque))
+        for force, torque in (
+            ((body.reaction_across, body.reaction_up), last("friction_torque")),
+            ((body.across, body.up), body.moment + stop),
+        )
     )
-    resultant = _line_of_action(body, body.across, body.up, body.moment + stop)
     mode = int(result.channels["mode"][-1]) if "mode" in result.channels else None
     state = "" if mode is None else CONTACT_WORDS.get(mode, "")
     return Instant(scenario, float(time[0]), angle, body, couples, reaction, resultant, state)
@@ -143,6 +154,8 @@ def words_of_resultant(now: Instant, reach: float) -> str:
     """Return the name of the resultant with its size and place, for the key."""
     resultant = now.resultant
     if resultant.vanishes:
+        if not resultant.torque:
+            return "resultant: none"
         return f"resultant: none, but a couple of {number(resultant.torque, 'N m')}"
     size = number(resultant.size, "N")
     if resultant.arm > reach:

@@ -22,7 +22,6 @@ from frictionsim.plots.style import (
     LABEL_WIDTH,
     add_legend,
     axis_label,
-    relative_width,
     set_title,
 )
 from frictionsim.scenario.model_fields import description_of
@@ -82,8 +81,7 @@ def places_of(work: Sequence[float], others: Sequence[float]) -> "Array":
 MESH_MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")  # of numbers of bodies
 MESH_LINES: tuple[Any, ...] = ("-", "--", "-.", ":")  # of models
 STEP_MARKERS = ("+", "x", "1", "2", "3", "4", "|", "_")  # of methods on the scenario's own mesh
-MESH_HEIGHT = 5.8  # inches
-MESH_COLUMNS = 4  # of the legend
+MESH_HEIGHT = 5.1  # inches, without the legend
 MIN_MESH_ERROR = 1e-12  # smaller errors are drawn here
 TARGETS = (1e-2, 1e-3)
 
@@ -114,8 +112,7 @@ def draw_mesh_study(study: "WorkPrecision", figure: "Figure | SubFigure") -> Non
     for ax in (left, right):
         for target in TARGETS:
             ax.axhline(target, color=GREY, linewidth=0.8, linestyle=":")
-    columns = max(1, int(MESH_COLUMNS * min(1.0, relative_width(figure))))
-    figure.legend(handles=handles, loc="outside lower center", fontsize="small", ncols=columns)
+    add_legend(figure, handles)
 
 
 def _lowest(study: "WorkPrecision", in_time: float) -> float:
@@ -192,8 +189,8 @@ LINE_COLOURS = (*COLOURS, WINE)
 # Markers and line styles differ too, for grey print.
 MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")
 LINES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)))
-WIDTH, HEIGHT = 9.0, 5.4  # inches
-COLUMNS, LONG_LABEL = 5, 24  # of the legend; characters of a name with which there is one fewer
+WIDTH, HEIGHT = 9.0, 4.9  # inches, without the legend
+COLUMNS = 5  # of the legend
 DECADE = 10.0
 MIN_ERROR = 1e-16  # smaller errors are drawn here
 WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand-side evaluations"))
@@ -221,11 +218,7 @@ def _draw(study: "WorkPrecision", figure: "Figure | SubFigure") -> None:
         _draw_panel(ax, study, quantity)
         ax.set_xlabel(label)
     axes[0].set_ylabel("largest relative error")
-    handles, labels = axes[0].get_legend_handles_labels()
-    if handles:
-        columns = COLUMNS - (max(map(len, labels)) > LONG_LABEL)
-        columns = max(1, int(columns * min(1.0, relative_width(figure))))
-        figure.legend(handles, labels, loc="outside lower center", fontsize="small", ncols=columns)
+    add_legend(figure, axes[0].get_legend_handles_labels()[0], COLUMNS)
 
 
 def _draw_panel(ax: Any, study: "WorkPrecision", quantity: str) -> None:

@@ -26,6 +26,7 @@ from frictionsim.parameter_study.sensitivity import indices_of
 from frictionsim.parameter_study.statistics import (
     counts,
     independent_runs,
+    is_constant,
     sound_values,
     statistics_of,
     variation,
@@ -41,7 +42,6 @@ from frictionsim.plots.sweep_axes import (
     shortened_key,
 )
 from frictionsim.plots.sweep_panels import (
-    FLAT,
     MAX_BARS,
     draw_curves,
     draw_histogram,
@@ -155,12 +155,7 @@ def chosen(table: SweepTable, runs: Any, count: int = MAX_PANELS) -> tuple[list[
 
     Those that do not vary are drawn if there are no others.
     """
-    varying = []
-    for name in table.values:
-        values = sound_values(table, name)[runs]
-        values = values[np.isfinite(values)]
-        if values.size and float(np.ptp(values)) > FLAT * float(np.abs(values).max()):
-            varying.append(name)
+    varying = [name for name in table.values if not is_constant(sound_values(table, name)[runs])]
     candidates = varying or list(table.values)
     defined = any(np.isfinite(sound_values(table, name)[runs]).any() for name in table.values)
     several = not isinstance(runs, np.ndarray) or runs.size > 1
@@ -286,21 +281,22 @@ def _handles(table: SweepTable, layout: _Layout, panels: list[_Panel]) -> list[A
 def _draw_sample(
     table: SweepTable, quantities: Sequence[str], figure: "Figure | SubFigure"
 ) -> None:
-    """Draw histogram and indices of each quantity in a row."""
+    """Draw histogram and indices of each quantity in a row; of a single key no indices."""
     sampling = variation(table)[1]
     runs = independent_runs(table, sampling)
     names, notes = list(quantities), list[str]()
     if not names:
         names, notes = chosen(table, runs)
-    indices = indices_of(table, names)
+    indices = indices_of(table, names) if len(table.coordinates) > 1 else {}
     row = SAMPLES + HEIGHT_OF_BAR * max(0, min(len(table.coordinates), MAX_BARS) - 2)
     if isinstance(figure, Figure):
         figure.set_figheight(HEADING + row * len(names))
-    axes = figure.subplots(len(names), 2, squeeze=False)
-    for (left, right), name in zip(axes, names, strict=True):
+    axes = figure.subplots(len(names), 2 if indices else 1, squeeze=False)
+    for (left, *right), name in zip(axes, names, strict=True):
         values = sound_values(table, name)[runs]
         draw_histogram(left, table, name, values, statistics_of(values))
-        draw_tornado(right, indices[name])
+        for ax in right:
+            draw_tornado(ax, indices[name])
     if sampling is not None:
         independent = f", {runs.stop} independent runs" if sampling.indices else ""
         notes.insert(0, f"{sampling.method} sample{independent}")

@@ -22,7 +22,6 @@ CLOSE = 1e-9  # relative: of a given number and a value of the sweep
 MIN_LOG_RATIO = 3.0  # of largest to least value, below which a logarithmic axis shows nothing more
 MAX_UNEVENNESS = 1.6  # largest to least step on a logarithmic axis; of 1, 2, 5, 10 it is 1.3
 LOG_DECADES = 100.0  # ratio, below which not only powers of ten have labels
-SLANTED: dict[str, Any] = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"}
 FALSE_TRUE = ("false", "true")
 
 

@@ -16,6 +16,7 @@ from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RU
 from frictionsim.parameter_study.sensitivity import Indices
 from frictionsim.parameter_study.statistics import (
     Statistics,
+    is_constant,
     sound_values,
 )
 from frictionsim.plots.style import (
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
 
 
 MAX_MARKED = 60  # runs along a curve
-FLAT = 1e-6  # a quantity that varies relatively less is drawn as constant
 LOG_RATIO = 1e3  # of largest to least value, above which the axis of a quantity is logarithmic
 MARKERS = ("o", "s", "^", "D", "v", "P", "*", "h")
 RAISED = 0.05  # of the height of a panel, from curve to curve, of the marks at its lower edge
@@ -152,14 +152,25 @@ def scale_values(ax: Any, values: "Array") -> None:
     if not defined.size:
         ax.set_yticks([])
         return
-    least, largest = float(defined.min()), float(defined.max())
-    size = max(abs(least), abs(largest))
-    if largest - least <= FLAT * size:
-        middle = 0.5 * (least + largest)
-        half = 0.1 * size or 1.0
-        ax.set_ylim(middle - half, middle + half)
-    elif least > 0.0 and largest >= LOG_RATIO * least:
+    least, largest = limits_of(defined)
+    if is_constant(defined):
+        ax.set_ylim(least, largest)
+    elif is_over_decades(least, largest):
         ax.set_yscale("log")
+
+
+def limits_of(values: "Array") -> tuple[float, float]:
+    """Return the least and the largest value; two values around those that do not vary."""
+    least, largest = float(values.min()), float(values.max())
+    if not is_constant(values):
+        return least, largest
+    half = 0.1 * max(abs(least), abs(largest)) or 1.0
+    return least - half, largest + half
+
+
+def is_over_decades(least: float, largest: float) -> bool:
+    """Return whether the scale of values is logarithmic."""
+    return least > 0.0 and largest >= LOG_RATIO * least
 
 
 def _make_room(ax: Any, part: float) -> None:
@@ -207,14 +218,8 @@ def norm_of(values: "Array") -> Normalize | None:
     defined = values[np.isfinite(values)]
     if not defined.size:
         return None
-    least, largest = float(defined.min()), float(defined.max())
-    size = max(abs(least), abs(largest))
-    if largest - least <= FLAT * size:
-        half = 0.1 * size or 1.0
-        return Normalize(least - half, largest + half)
-    if least > 0.0 and largest >= LOG_RATIO * least:
-        return LogNorm(least, largest)
-    return Normalize(least, largest)
+    scale = LogNorm if is_over_decades(*limits_of(defined)) else Normalize
+    return scale(*limits_of(defined))
 
 
 def draw_map(
@@ -274,13 +279,8 @@ def _mark_runs(ax: Any, x: KeyAxis, y: KeyAxis, marks: dict[str, Any]) -> None:
 
 def _has_contours(x: KeyAxis, y: KeyAxis, values: "Array") -> bool:
     """Return whether contour lines help: over numbers, enough of them, and of what varies."""
-    defined = values[np.isfinite(values)]
-    return (
-        not x.labels
-        and not y.labels
-        and min(values.shape) >= MIN_FOR_CONTOURS
-        and bool(np.ptp(defined) > FLAT * np.abs(defined).max())
-    )
+    over_numbers = not x.labels and not y.labels
+    return over_numbers and min(values.shape) >= MIN_FOR_CONTOURS and not is_constant(values)
 
 
 def _draw_contours(ax: Any, x: KeyAxis, y: KeyAxis, masked: Any, norm: Normalize) -> None:
@@ -387,13 +387,10 @@ def draw_histogram(
 
 def _bins(values: "Array") -> Any:
     """Return the edges of the bins; a quantity that does not vary has one."""
-    least, largest = float(values.min()), float(values.max())
-    size = max(abs(least), abs(largest))
-    if largest - least <= FLAT * size:
-        half = 0.1 * size or 1.0
-        return np.array([least - half, largest + half])
+    if is_constant(values):
+        return np.array(limits_of(values))
     edges = np.histogram_bin_edges(values, "rice")
-    return edges if edges.size <= MAX_BINS else np.linspace(least, largest, MAX_BINS + 1)
+    return edges if edges.size <= MAX_BINS else np.linspace(*limits_of(values), MAX_BINS + 1)
 
 
 def draw_tornado(ax: Any, indices: Indices) -> None:

@@ -172,14 +172,22 @@ def stacked_axes(
         By channel.
     """
     scale = set_up(figure, result, panel_heights(len(names)), *notes)
-    axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
-    for ax, name in zip(axes, names, strict=True):
-        ax.set_ylabel(label(result, name) if name in result.units else name)
+    labels = [label(result, name) if name in result.units else name for name in names]
+    axes = panels_over_time(figure, labels)
+    for ax in axes:
         shrink(ax.yaxis.label, scale)
+    return dict(zip(names, axes, strict=True))
+
+
+def panels_over_time(figure: "Figure | SubFigure", labels: Sequence[str]) -> list[Any]:
+    """Add stacked, empty Axes over time with labels to an empty figure."""
+    axes = figure.subplots(len(labels), 1, sharex=True, squeeze=False)[:, 0]
+    for ax, text in zip(axes, labels, strict=True):
+        ax.set_ylabel(text)
         grid(ax)
     axes[-1].set_xlabel("time, s")
     figure.align_ylabels(axes)
-    return dict(zip(names, axes, strict=True))
+    return list(axes)
 
 
 def panel_heights(count: int) -> float:

@@ -176,7 +176,7 @@ def test_format_version_1_is_read_and_saved_as_version_2(tmp_path: Path) -> None
 # --- notebooks ------------------------------------------------------------------------------
 
 
-NOTEBOOK_TAGS = {"div", "style", "p", "table", "thead", "tbody", "tr", "th", "td"}
+NOTEBOOK_TAGS = {"div", "style", "p", "table", "caption", "thead", "tbody", "tr", "th", "td"}
 HOSTILE = "<script>alert('x')</script> & \"quoted\" </td></table>"
 
 

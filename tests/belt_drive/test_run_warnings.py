@@ -115,7 +115,7 @@ def test_energy_that_the_steps_put_in_is_warned_of() -> None:
 
 
 @pytest.mark.parametrize(("wrap", "divisor"), [("polygon", 12.0), ("corrected", 72.0)])
-@pytest.mark.parametrize("bodies", [24, 48, 96])
+@pytest.mark.parametrize("bodies", [14, 24, 48, 96])
 def test_slip_that_corners_make_is_warned_of(bodies: int, wrap: str, divisor: float) -> None:
     data = pair(mechanism__belt__bodies=bodies, drive__driver__torque=-3.0, **LONG)
     data["mechanism"]["belt"]["wrap"] = wrap
@@ -127,6 +127,11 @@ def test_slip_that_corners_make_is_warned_of(bodies: int, wrap: str, divisor: fl
     corner = 100.0 * (length / 0.08) ** 2 / divisor
     assert abs(abs(slip) / corner - 1.0) > 0.05  # the length is known to a per cent
     assert warned(done, "what the corners between the bodies do") is (abs(slip) < corner)
+    # At the least, a driven rim that sticks to the tight span and a driver to the slack one.
+    tight, slack = (done.quantities[f"tension_{which}"].value for which in ("tight", "slack"))
+    stretch = 100.0 * (tight - slack) / data["mechanism"]["belt"]["axial_rigidity"]
+    backwards = slip < -stretch and abs(slip) >= corner
+    assert warned(done, "the driven rim is faster than the driver's") is backwards
 
 
 def test_a_belt_at_rest_has_no_efficiency_and_no_slip_and_says_why() -> None:

@@ -12,7 +12,7 @@ import xarray
 import frictionsim as fs
 from frictionsim.io.sweep_file import write_sweep
 from frictionsim.parameter_study.block import FAILED, NOT_RUN
-from frictionsim.parameter_study.report import write_csv
+from frictionsim.parameter_study.sweep_files import write_csv
 from tests.cli.conftest import Run, strict_json
 from tests.support.scenarios import ROOT, SCENARIOS
 from tests.support.sweeps import grid_of, with_outcomes

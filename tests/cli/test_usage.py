@@ -15,7 +15,7 @@ from frictionsim.api.fitting import FitOptions
 from frictionsim.api.studies import CostOptions
 from frictionsim.api.sweeping import SweepOptions
 from frictionsim.cli.app import app
-from frictionsim.cli.ending import usage_message
+from frictionsim.cli.messages import usage_message
 from frictionsim.scenario.options import Options
 from tests.cli.conftest import Run
 from tests.support.scenarios import SCENARIOS

@@ -7,8 +7,18 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
+from frictionsim.display import ROLES
 from frictionsim.errors import InputError
-from frictionsim.motion.parts import Arrow, Band, Disc, Motion, line_of, moment_of, state_word
+from frictionsim.motion.parts import (
+    FORCE_ROLES,
+    Arrow,
+    Band,
+    Disc,
+    Motion,
+    line_of,
+    moment_of,
+    state_word,
+)
 from frictionsim.motion.shaft import (
     circle_window,
     look_of,
@@ -52,7 +62,7 @@ def torque_arcs(found: Motion) -> dict[str, Any]:
     return {
         head.name: line.x + 1j * line.y
         for line, head in pairs
-        if isinstance(line, Band) and line.role == "force" and isinstance(head, Arrow)
+        if isinstance(line, Band) and line.role in FORCE_ROLES and isinstance(head, Arrow)
     }
 
 
@@ -122,6 +132,14 @@ def test_a_cord_is_tangential_and_runs_with_the_body(drawn: Drawn) -> None:
     # A point of the rim at the foot goes along the cord as its marks do.
     turned = channels["angle"] - channels["angle"][0]
     assert cord.travel == pytest.approx(radius * turned)
+
+
+def test_forces_and_couples_that_are_given_have_a_colour_each(drawn: Drawn) -> None:
+    data, _, moved = drawn
+    given = [each["name"] for each in (*data["forces"], *data.get("couples", ()))]
+    roles = {part.name: part.role for part in moved.parts if isinstance(part, Arrow)}
+    shown = [name for name in given if name in roles]
+    assert len({ROLES[roles[name]] for name in shown}) == min(len(shown), len(FORCE_ROLES))
 
 
 def test_arms_and_eccentric_mass_turn_with_the_body(drawn: Drawn) -> None:

@@ -11,7 +11,7 @@ from frictionsim.errors import OutputError
 from frictionsim.io.hdf5_reader import read_sweep
 from frictionsim.io.replaceable import COSTS, SWEEP_IN_CSV, check_replaceable
 from frictionsim.parameter_study.block import FAILED
-from frictionsim.parameter_study.report import write_csv
+from frictionsim.parameter_study.sweep_files import write_csv
 from tests.support.scenarios import SCENARIOS
 from tests.support.sweeps import grid_of, with_outcomes
 

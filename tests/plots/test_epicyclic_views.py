@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint, count_cusps
 from frictionsim.plots import draw
 from frictionsim.plots.epicyclic import refined
 from frictionsim.results import Record
@@ -103,6 +104,12 @@ def test_an_epicycloid_has_its_cusps_on_the_sun(cusps: int) -> None:
         assert np.min(np.hypot(*(places - place).T)) < 1e-12
     assert f"{cusps + 1} cusps" in words  # the first one twice, in just over a turn
     assert gear(sun=0.06 * cusps).quantities["tracer_cusps"].value == cusps + 1
+
+
+def test_cusps_of_any_number_of_turns_are_counted() -> None:
+    """The list of them would not fit into the memory."""
+    point = TracerPoint(radius=0.06, angle_deg=180.0)
+    assert count_cusps(0.06, 0.06, point, 2.0 * pi * np.array([0.0, 1e15])) == 1e15 + 1.0
 
 
 @pytest.mark.parametrize("tracer", [0.0599, 0.0601, 0.03, 0.0])

@@ -21,7 +21,7 @@ from matplotlib.patches import Patch
 from matplotlib.spines import Spine
 
 from frictionsim.errors import InputError, OutputError
-from frictionsim.plots import VIEWS, draw, plot, save, views_of
+from frictionsim.plots import VIEWS, draw, save, views_of
 from frictionsim.plots import time_history as over_time
 from frictionsim.plots.picture_file import png
 from frictionsim.plots.view import Extent, View
@@ -160,10 +160,7 @@ def test_threads_write_the_same_pictures_as_one_in_every_format(tmp_path: Path) 
 
     def written(name: str, view: str, suffix: str, folder: str) -> bytes:
         path = tmp_path / f"{folder}-{name}-{view}{suffix}"
-        if folder == "alone":
-            save(draw(shown(name), view), path)
-        else:
-            plot(shown(name), path, view)
+        save(draw(shown(name), view), path)
         return path.read_bytes()
 
     alone = [written(*job, "alone") for job in jobs]

@@ -173,6 +173,17 @@ def test_a_couple_of_forces_has_no_resultant_and_one_far_away_goes_through_the_a
     assert words == "resultant, 1 N, with a couple of \N{MINUS SIGN}30.3 N m"
 
 
+def test_a_torque_of_rounding_is_none() -> None:
+    forces = [
+        {"name": name, "size": size, "point": [arm, 0.0], "direction": [0.0, 1.0]}
+        for name, size, arm in (("a", 1.0, 0.1), ("b", 1.0, 0.2), ("c", -2.0, 0.15))
+    ]
+    assert 0.1 + 0.2 - 2.0 * 0.15 != 0.0
+    words = key_of(draw(two_forces(forces=forces), VIEW))
+    assert "resultant: none" in words
+    assert not any("e-1" in text or "e\N{MINUS SIGN}1" in text for text in words)
+
+
 def test_without_dry_friction_there_is_the_body_alone() -> None:
     figure = draw(without(two_forces(effects={}), "friction_torque", "mode"), VIEW)
     (ax,) = figure.axes

@@ -14,7 +14,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from frictionsim.errors import InputError
-from frictionsim.plots import draw, plot
+from frictionsim.plots import draw, save
 from frictionsim.plots.picture_file import parameters, png
 from frictionsim.plots.style import Appearance, add_legend, set_title, title_height
 from frictionsim.plots.texts import text_width, wrapped
@@ -132,12 +132,8 @@ def test_curves_of_five_pulleys_differ_without_colour_and_their_details_fill_two
 
 
 def test_a_png_has_its_width_and_resolution(tmp_path: Path) -> None:
-    plot(
-        shown("epicyclic"),
-        tmp_path / "a.png",
-        "torque",
-        look=Appearance.of(width="84mm", dpi=600.0),
-    )
+    look = Appearance.of(width="84mm", dpi=600.0)
+    save(draw(shown("epicyclic"), "torque", look=look), tmp_path / "a.png", look.dots_per_inch)
     data = (tmp_path / "a.png").read_bytes()
     width, _ = struct.unpack(">II", data[16:24])
     assert abs(width - 84 / MM * 600) <= 1.0
@@ -151,7 +147,7 @@ def test_a_png_has_its_width_and_resolution(tmp_path: Path) -> None:
 def test_fonts_are_truetype_and_text_is_text(style: str | None, tmp_path: Path) -> None:
     look = Appearance.of(style=style)
     for name in ("a.pdf", "a.svg"):
-        plot(shown("epicyclic"), tmp_path / name, "torque", look=look)
+        save(draw(shown("epicyclic"), "torque", look=look), tmp_path / name)
     pdf, svg = (tmp_path / "a.pdf").read_bytes(), (tmp_path / "a.svg").read_text(encoding="utf-8")
     assert re.search(rb"/Subtype /(Type0|TrueType)", pdf)
     assert b"/Type3" not in pdf

@@ -15,8 +15,8 @@ from frictionsim.api import reporting
 from frictionsim.api.dataset import sweep_table
 from frictionsim.parameter_study.statistics import extremes
 from frictionsim.plots.picture_file import save
-from frictionsim.reports import sweep_report
-from frictionsim.reports.sweep_report import sweep_page
+from frictionsim.reports import study_report
+from frictionsim.reports.study_report import sweep_page
 from tests.support.browser import check_sorting, opened, without_scripts
 from tests.support.scenarios import SCENARIOS
 
@@ -170,8 +170,8 @@ def large(shape: tuple[int, int]) -> Any:
 
 def test_a_large_sweep_is_thinned_and_keeps_extremes_and_failures(tmp_path: Path) -> None:
     table = sweep_table(large((1000, 300)))
-    kept = sweep_report.kept_of(table)
-    assert kept.runs.size * 8 < 1.1 * sweep_report.MAX_CELLS
+    kept = study_report.kept_of(table)
+    assert kept.runs.size * 8 < 1.1 * study_report.MAX_CELLS
     assert {77 * 300 + 123, 5 * 300 + 3} <= set(kept.runs.tolist())
     assert extremes(table)["value0"].largest_run in kept.runs
     html = sweep_page(table, iter(["many", "a line"]), "many.h5")

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from frictionsim.reports.run_report import MIN_LIMIT, thinned
+from frictionsim.reports.run_charts import MIN_LIMIT, thinned
 
 pytestmark = pytest.mark.quick
 

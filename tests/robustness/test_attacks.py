@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from frictionsim.cli.ending import ending_of
+from frictionsim.cli.messages import ending_of
 from tests.attacks import campaign, checkpoints, extremes, promise
 from tests.attacks.campaign import SHARES, Case, Tally, cases, run_campaign
 from tests.attacks.promise import BrokenPromise, outcome

@@ -57,7 +57,7 @@ def warnings_of(
         if scenario.guided:
             found += _bursts(model, quantities)
         else:
-            found += _slip_of_corners(model, quantities)
+            found += _slip_of_corners(scenario, model, quantities)
         found += _no_efficiency(time, quantities)
     return tuple(found)
 
@@ -190,21 +190,37 @@ def _changes(time: Array, values: Array, size: float, names: list[str]) -> list[
     ]
 
 
-def _slip_of_corners(model: "BeltModel", quantities: "Quantities") -> Iterator[str]:
-    """Say that the slip is no larger than what the polygon of the bodies makes of it.
+def _slip_of_corners(
+    scenario: "BeltDriveScenario", model: "BeltModel", quantities: "Quantities"
+) -> Iterator[str]:
+    """Say that the slip is what the polygon of the bodies makes of it.
 
     Links at the angle l/R slow down by (l/R)^2/12 as they wrap, and friction takes hold of them
     before that: a drive of unlike radii may even seem to slip backwards. Wrap factors leave some
     tenth of it.
+
+    Of any belt a rim that sticks has the speed c (1 + T/EA) of the span that runs onto it; a driver
+    that slides is faster, a driven pulley slower. A driven rim is thus faster than the driver's by
+    no more than the stretch T/EA of the spans differs.
     """
     slip = quantities["slip_percent"].value
+    tight, slack = (quantities[f"tension_{which}"].value or 0.0 for which in ("tight", "slack"))
+    stretch = 100.0 * (tight - slack) / scenario.mechanism.belt.axial_rigidity
     divisor = 12 if model.system.contacts.wrap is None else CORRECTED_DIVISOR
     corner = 100.0 * float(np.max(model.system.chain.length / _radii(model))) ** 2 / divisor
-    if slip is not None and abs(slip) < corner:
+    if slip is None:
+        return
+    way_out = "take slip, and tensions on the arcs, from a belt of more bodies"
+    if abs(slip) < corner:
         yield (
             f"slip_percent = {slip:.3g} is no more than what the corners between the bodies do,"
-            f" (l/R)^2/{divisor} = {corner:.2g} %: take slip, and tensions on the arcs, from a belt"
-            " of more bodies"
+            f" (l/R)^2/{divisor} = {corner:.2g} %: {way_out}"
+        )
+    elif slip < -stretch:
+        yield (
+            f"slip_percent = {slip:.3g}: the driven rim is faster than the driver's by more than"
+            f" the stretch of the spans differs, {stretch:.2g} %, which the corners between the"
+            f" bodies do: {way_out}"
         )
 
 

@@ -110,9 +110,17 @@ frictionsim.Chart = class {
       hoverlabel: { bgcolor: colours.hover, bordercolor: colours.axis, font: { color: colours.text } },
       showlegend: false,
       xaxis: { ...axis, range: [...this.all.range], title: { text: "time, s", standoff: 4 }, unifiedhovertitle: { text: "%{x:.9~g} s" } },
-      yaxis: { ...axis, title: { text: frictionsim.plain(`${this.chart.name.replaceAll("_", " ")}${unit}`), standoff: 6 }, automargin: true },
+      yaxis: { ...axis, title: { text: this.inLines(`${this.chart.name.replaceAll("_", " ")}${unit}`), standoff: 6 }, automargin: true },
       shapes: frictionsim.marks(this.all.data.results, this.all.comparison, colours, this.all.dark),
     };
+  }
+
+  // In two lines if it is longer than the chart is high.
+  inLines(text) {
+    const words = text.split(" ");
+    const half = Math.ceil(words.length / 2);
+    const lines = text.length > 22 ? [words.slice(0, half), words.slice(half)] : [words];
+    return lines.map((line) => frictionsim.plain(line.join(" "))).join("<br>");
   }
 
   // What Plotly says after the reader has zoomed this chart.
