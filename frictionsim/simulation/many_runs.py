@@ -40,7 +40,7 @@ from frictionsim.simulation.single_dof import (
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.compilation import form_of
 from frictionsim.solvers.event_driven import CompiledRuns, event_names, kernel_of, run_of
-from frictionsim.solvers.mechanism import Mechanism, Trajectory, equation_of, friction_of
+from frictionsim.solvers.mechanism import Mechanism, Trajectory, equation_of
 from frictionsim.solvers.one_contact_state import EVENT_COLUMNS, ROW_COLUMNS, Run
 
 if TYPE_CHECKING:
@@ -53,6 +53,16 @@ BATCH = 2000  # runs that are observed together; more take as long each
 
 class Unlike(Exception):
     """Two runs differ in more than numbers."""
+
+
+class _OfEachRun:
+    """An array that differs between runs; if an equation reads it, runs are observed alone."""
+
+    def __len__(self) -> int:
+        raise Unlike
+
+    def __array__(self, *_: Any, **__: Any) -> Any:
+        raise Unlike
 
 
 def kernel_for(scenario: "Scenario") -> "Kernel | None":
@@ -269,10 +279,10 @@ def joined_mechanism(mechanisms: Sequence[Mechanism]) -> Mechanism:
 def _with_system(mechanism: Mechanism, system: Any) -> Mechanism:
     contact = mechanism.contact
     assert contact is not None  # of `_kernel`
-    law = {"law": contact.law, "transition_speed": contact.transition_speed}
+    limits = {name: getattr(system, name) for name in ("static_limit", "kinetic_limit", "roundoff")}
     flows, stored = tuple(mechanism.power_flows), tuple(mechanism.stored_energies)
     return mechanism._replace(
-        **equation_of(system, flows, stored), contact=friction_of(system, contact.name, law)
+        **equation_of(system, flows, stored), contact=contact._replace(**limits)
     )
 
 
@@ -284,9 +294,11 @@ def joined(values: Sequence[Any]) -> Any:
         return tuple(parts) if type(first) is tuple else type(first)(*parts)
     if isinstance(first, float):
         return np.array(values)
-    if not isinstance(first, array) and any(value != first for value in values):
-        raise Unlike
-    return first
+    if all(value == first for value in values):
+        return first
+    if isinstance(first, array):
+        return _OfEachRun()
+    raise Unlike
 
 
 def selected(mechanism: Mechanism, runs: Any) -> Mechanism:

@@ -4,7 +4,7 @@ from array import array
 from collections import deque
 from collections.abc import Callable, Sequence
 from math import floor, inf, ulp
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from frictionsim.errors import Chattering
 from frictionsim.results import Transition
@@ -326,9 +326,15 @@ def _cut_at_surfaces(stepper: Stepper, mechanism: "Mechanism") -> tuple[Crossing
     event, of_table = None, False
     for surface in mechanism.switching_surfaces:
         y_old, y = stepper.y_old, stepper.y
-        crossing = surface.crossing(y_old[0], y_old[1], y[0], y[1])
-        if crossing(y[0], y[1]) > 0.0:
-            before, after = _crossing_bracket_in_step(crossing, stepper)
+        start = y_old[0], y_old[1], y[0]
+        if surface.beyond(*start, y[0], y[1]) > 0.0:
+
+            def beyond(t: float, surface: Any = surface, start: Any = start) -> float:
+                q, v, *_ = stepper.interpolate(t)
+                past: float = surface.beyond(*start, q, v)
+                return past
+
+            before, after = bracket_root(beyond, stepper.t_old, stepper.t)
             event = (
                 Crossing(surface.event, list(stepper.interpolate(before)))
                 if surface.event
@@ -337,18 +343,6 @@ def _cut_at_surfaces(stepper: Stepper, mechanism: "Mechanism") -> tuple[Crossing
             stepper.truncate(after)
             of_table = surface.is_of_table
     return event, of_table
-
-
-def _crossing_bracket_in_step(
-    crossing: Callable[[float, float], float], stepper: Stepper
-) -> tuple[float, float]:
-    """Return adjacent times within the last step between which a function becomes positive."""
-
-    def inside(t: float) -> float:
-        y = stepper.interpolate(t)
-        return crossing(y[0], y[1])
-
-    return bracket_root(inside, stepper.t_old, stepper.t)
 
 
 def rhs_without_friction(mechanism: "Mechanism") -> Rhs:

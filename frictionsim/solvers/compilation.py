@@ -22,7 +22,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar
 
-Function = TypeVar("Function", bound=Callable[..., Any])
+Function = TypeVar("Function", bound=Callable[..., Any] | type)
 
 # Without contraction of products and sums compiled arithmetic has the bits of Python's, and a
 # division by zero ends compiled code as it ends Python's. Nothing here makes arrays (`_nrt`).
@@ -47,7 +47,10 @@ ANY_FORM: tuple[Any, ...] = ()
 
 
 def compilable(function: Function) -> Function:
-    """Mark a function that compiled functions call: numbers and tuples of them in and out."""
+    """Mark a function that compiled functions call, or a class of named tuples that they make.
+
+    A function takes and returns numbers and tuples of them.
+    """
     _marked.append(function)
     return function
 
@@ -249,6 +252,9 @@ def _prepare() -> Any:
         _replaced.extend(((ulp, ulp_of), (bisect_right, _bisect_right)))
     while _marked:  # modules that were imported since the last time may have more
         function = _marked.pop()
+        if isinstance(function, type):
+            _register_methods(function)
+            continue
         dispatcher = numba.njit(function, **OPTIONS, no_cpython_wrapper=True)
         _alive.append(dispatcher)
         function._numba_type_ = dispatcher._numba_type_
@@ -297,3 +303,12 @@ def _register_methods(kind: type) -> None:
             chosen = _typing_function(method, f"getattr(x0.instance_class, '{name}', None)")
             named_tuple = numba.types.BaseNamedTuple
             numba.extending.overload_method(named_tuple, name, **known_as)(chosen)
+            _let_fields_have_the_name(numba.core.typing.templates.builtin_registry.attributes[-1])
+
+
+def _let_fields_have_the_name(template: Any) -> None:
+    """Have numba take a method of one class for no field of another."""
+    resolve = template._resolve
+    template._resolve = lambda self, typ, name: (
+        None if name in getattr(typ, "fields", ()) else resolve(self, typ, name)
+    )

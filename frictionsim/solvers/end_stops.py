@@ -123,7 +123,7 @@ class StopContact:
 
         if away(t) > 0.0:
             return t, -side
-        until = self._stops.first_departure(q, t, end)
+        until = mechanism.system.first_departure(q, t, end)
         if away(until) <= 0.0:
             return until, STICK
         return bracket_root(away, t, until)[0], -side

@@ -60,9 +60,8 @@ def against_load(system: Any, s: Any, t: float, q: float, v: float) -> float:
 def _against(loads: Any, system: Any, s: Any, u: float, q: float, v: float) -> float:
     if len(loads) == 0:
         return 0.0
-    load = loads[0]
-    x_old, y_old = load.load(system.drive.at(s[T_OLD]), s[Y_OLD], s[Y_OLD + 1])
-    x, y = load.load(u, q, v)
+    x_old, y_old = system.contact_load(system.drive.at(s[T_OLD]), s[Y_OLD], s[Y_OLD + 1])
+    x, y = system.contact_load(u, q, v)
     return -(x * x_old + y * y_old)
 
 

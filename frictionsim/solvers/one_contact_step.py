@@ -79,9 +79,9 @@ Derivatives = tuple[float, ...]
 def derivatives(system: Any, t: float, q: float, v: float, direction: float) -> Derivatives:
     """Return the derivatives of a state while the contact slides in a direction."""
     u = system.drive.at(t)
-    friction = -direction * system.kinetic_limit(u, q, v, direction)
-    acceleration = (system.applied_torque(u, q, v) + friction) / system.inertia
-    return (v, acceleration, *system.powers(u, q, v), -friction * v)
+    applied, limit, powers = system.torques_and_powers(u, q, v, direction)
+    friction = -direction * limit
+    return (v, (applied + friction) / system.inertia, *powers, -friction * v)
 
 
 @compilable

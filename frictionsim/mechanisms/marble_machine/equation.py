@@ -130,6 +130,16 @@ class MarbleMachine(NamedTuple):
         powers: tuple[Value, ...] = with_damping_power((power,), self.damping, velocity)
         return powers
 
+    def torques_and_powers(
+        self, u: Value, angle: Value, velocity: Value, s: Value
+    ) -> tuple[Value, Value, tuple[Value, ...]]:
+        """Return the applied torque, its kinetic limit and the powers."""
+        return (
+            self.applied_torque(u, angle, velocity),
+            self.kinetic_limit(u, angle, velocity, s),
+            self.powers(u, angle, velocity),
+        )
+
     def stored_energies(self, angle: Value, velocity: Value) -> tuple[Value, ...]:
         """Return the kinetic energy, and the potential one with gravity, J."""
         kinetic = kinetic_energy_of(self.inertia, velocity)

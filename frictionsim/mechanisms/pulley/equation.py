@@ -133,6 +133,17 @@ class Pulley(NamedTuple):
         powers: tuple[Value, ...] = with_damping_power((self.load.power(u, w),), self.damping, w)
         return powers
 
+    def torques_and_powers(
+        self, u: Value, angle: Value, w: Value, s: Value
+    ) -> tuple[Value, Value, tuple[Value, ...]]:
+        """Return the applied torque, its kinetic limit and the powers."""
+        load = self.load
+        return (
+            with_damping(load.moment(u), self.damping, w),
+            self.journal[0].r_k * load.shaft_reaction(u),
+            with_damping_power((load.power(u, w),), self.damping, w),
+        )
+
     def stored_energies(self, angle: Value, w: Value) -> tuple[Value, ...]:
         """Return the kinetic energy, and the potential one of the load, J."""
         return kinetic_energy_of(self.inertia, w), self.load.W * self.load.r_e * angle
