@@ -35,9 +35,6 @@ from frictionsim.solvers.one_contact_location import (
 )
 from frictionsim.solvers.one_contact_state import (
     BEFORE,
-    CHATTERING_EVENTS,
-    CHATTERING_WINDOW,
-    CHATTERS,
     DIRECTION,
     DIVERGED,
     EVENT_COLUMNS,
@@ -60,8 +57,6 @@ from frictionsim.solvers.one_contact_state import (
     SEGMENT_END,
     STARTED,
     SURFACE_EVENT,
-    SWITCH_TIMES,
-    SWITCHES,
     T_NEW,
     T_OLD,
     TIME,
@@ -71,6 +66,7 @@ from frictionsim.solvers.one_contact_state import (
     Run,
     Y,
     copy,
+    count_switch,
     fail,
     sample_time,
 )
@@ -176,7 +172,7 @@ def _begin_slip(system: Any, run: Run, s: Any) -> None:
 @compilable
 def _switch_mode(system: Any, run: Run, s: Any, events: Any, mode: float) -> None:
     """Switch to the next mode and record the transition if the mode changes."""
-    _count_switch(run, s)
+    count_switch(run, s)
     t, before = s[TIME], s[MODE]
     if mode != before:
         held = s[HELD] if before == 0.0 else t
@@ -192,17 +188,6 @@ def _switch_mode(system: Any, run: Run, s: Any, events: Any, mode: float) -> Non
         s[MODE] = mode
     if mode != 0.0:
         _begin_slip(system, run, s)
-
-
-@compilable
-def _count_switch(run: Run, s: Any) -> None:
-    """Count a change of mode; the run ends if there are too many in the window."""
-    t, place = s[TIME], SWITCH_TIMES + int(s[SWITCHES] % CHATTERING_EVENTS)
-    window = CHATTERING_WINDOW * min(1.0, run.end)
-    if s[SWITCHES] >= CHATTERING_EVENTS and t - s[place] < window:
-        fail(CHATTERS, t, t - s[place], 0.0, 0.0)
-    s[place] = t
-    s[SWITCHES] += 1.0
 
 
 @compilable
@@ -410,7 +395,7 @@ def _hit_stop(stops: Any, system: Any, run: Run, s: Any, events: Any) -> None:
     if len(stops) == 0:
         return
     stop, n, t, mode_before = stops[0], run.states, s[TIME], s[MODE]
-    _count_switch(run, s)
+    count_switch(run, s)
     q = s[Y]
     side = 1.0 if q >= stop.highest else -1.0
     speed = side * s[Y + 1]

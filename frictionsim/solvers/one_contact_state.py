@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from frictionsim.solvers.compilation import compilable, compiled_as
 
-MAX_STATES = 32
+MAX_STATES = 64
 
 # The run: time, s; mode of the contact; end of the samples in the last step, s; whether the phase
 # ends there, and in which direction the contact then breaks away; the last time at which it held;
@@ -128,3 +128,14 @@ def sample_time(run: Run, number: float) -> float:
     if number <= run.last:
         return number * run.interval
     return run.end if number == run.last + 1.0 else inf
+
+
+@compilable
+def count_switch(run: Run, s: Any) -> None:
+    """Count a change of mode; the run ends if there are too many in the window."""
+    t, place = s[TIME], SWITCH_TIMES + int(s[SWITCHES] % CHATTERING_EVENTS)
+    window = CHATTERING_WINDOW * min(1.0, run.end)
+    if s[SWITCHES] >= CHATTERING_EVENTS and t - s[place] < window:
+        fail(CHATTERS, t, t - s[place], 0.0, 0.0)
+    s[place] = t
+    s[SWITCHES] += 1.0
