@@ -41,7 +41,7 @@ OF_CONTACT, OF_STOP = 0.0, 1.0
 OF_SURFACE = 2.0  # and above: the number of the surface
 
 # Why a run cannot continue.
-TOO_MANY_STEPS, NON_FINITE, UNDERFLOW, HIDDEN_EVENT, DIVERGED, CHATTERS = range(6)
+TOO_MANY_STEPS, NON_FINITE, UNDERFLOW, HIDDEN_EVENT, DIVERGED, CHATTERS, NO_MODES = range(7)
 
 
 class Run(NamedTuple):
@@ -49,8 +49,8 @@ class Run(NamedTuple):
 
     Attributes
     ----------
-    states : int
-        Length of the state: position, velocity, energy integrals.
+    states, columns : int
+        Length of the state (position, velocity, energy integrals) and of a sample.
     end : float, s
     rtol, atol : float
     max_step, fixed_step : float, s
@@ -69,6 +69,7 @@ class Run(NamedTuple):
     """
 
     states: int
+    columns: int
     end: float
     rtol: float
     atol: float
