@@ -212,7 +212,7 @@ def _balance(
     s[Y : Y + 2 * n] = array("d", [*q, *v])
     s[several.MODES : several.MODES + len(modes)] = array("d", modes)
     several.balance(mechanism.system, s, u, Y)
-    forces = s[several.FORCES : several.FORCES + mechanism.system.forces]
+    forces = s[several.FORCES : several.TERMS + mechanism.system.contacts.terms]
     return s[several.ACCELERATION : several.ACCELERATION + n].tolist(), forces.tolist()
 
 
@@ -307,7 +307,7 @@ class MultiContactSimulation(RecordedSimulation):
 
     def __init__(self, scenario: "Scenario", mechanism: MultiContactMechanism) -> None:
         coordinates, contacts = len(mechanism.position), len(mechanism.contacts)
-        first = 2 + 3 * coordinates + mechanism.system.forces
+        first = 3 * coordinates + mechanism.system.contacts.terms
         super().__init__(
             scenario,
             lambda recording: SOLVER(mechanism, scenario.solver, recording),

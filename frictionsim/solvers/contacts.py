@@ -70,7 +70,6 @@ class Unilateral(NamedTuple):
 
     restitution: float = 0.0
     capture_speed: float = 0.0
-    heat: str = "energy_impact"
 
 
 class Contact(NamedTuple):
@@ -109,41 +108,55 @@ class Contact(NamedTuple):
         return value_of(self.roundoff, abs(u), [abs(force) for force in forces])
 
 
-# A contact in the table of a system: whether it is unilateral, its coordinate, restitution, capture
-# speed, the place of its heat in the state; then forms: its force, what must not be negative while
-# it holds (of friction, in either direction), and the roundoff.
-UNILATERAL, COORDINATE, RESTITUTION, CAPTURE_SPEED, HEAT, FORMS = range(6)
-FORCE, MARGIN, ROUNDOFF = 0, 1, 3  # numbers of the forms
+class ContactTable(NamedTuple):
+    """The contacts of a system as numbers, those with friction first.
+
+    Attributes
+    ----------
+    numbers : array
+        Contact after contact: its coordinate, restitution and capture speed, then forms: its force,
+        what must not be negative while it holds (of friction, in either direction), its roundoff.
+    size, frictions : int
+        Number of contacts, and of those with friction.
+    terms, width : int
+        Length of a form and of a contact.
+    """
+
+    numbers: "array[float]"
+    size: int
+    frictions: int
+    terms: int
+    width: int
+
+
+COORDINATE, RESTITUTION, CAPTURE_SPEED, FORMS = range(4)  # places in a contact
+FORCE, MARGIN, ROUNDOFF, END_OF_FORMS = 0, 1, 3, 4  # numbers of the forms
+
+
+def table_of(contacts: Sequence[Contact]) -> ContactTable:
+    """Return contacts as numbers; those with friction are first."""
+    frictions = sum(isinstance(contact.law, Friction) for contact in contacts)
+    if not all(isinstance(contact.law, Friction) for contact in contacts[:frictions]):
+        raise ValueError("contacts with friction come before those with gaps")
+    terms = len(contacts[0].force)
+    numbers = array("d", [number for contact in contacts for number in _row(contact)])
+    width = FORMS + END_OF_FORMS * terms
+    return ContactTable(numbers, len(contacts), frictions, terms, width)
 
 
 def heats_of(contacts: Sequence[Contact]) -> tuple[str, ...]:
-    """Return the names of the energies that contacts dissipate, each once; impacts last."""
+    """Return the names of the energies that contacts dissipate: of each friction, and of gaps."""
     heats = [contact.law.heat for contact in contacts if isinstance(contact.law, Friction)]
-    heats += [contact.law.heat for contact in contacts if isinstance(contact.law, Unilateral)]
-    return tuple(dict.fromkeys(heats))
+    return (*heats, *(["energy_impact"] if len(heats) < len(contacts) else []))
 
 
-def table_of(contacts: Sequence[Contact], first_heat: int) -> "array[float]":
-    """Return contacts as numbers, one after the other.
-
-    Parameters
-    ----------
-    contacts : sequence of Contact
-    first_heat : int
-        Place of the first of their heats in the state: two for each coordinate, and the powers.
-    """
-    heats = heats_of(contacts)
-    rows = (_row(contact, first_heat + heats.index(contact.law.heat)) for contact in contacts)
-    return array("d", [number for row in rows for number in row])
-
-
-def _row(contact: Contact, heat: int) -> Iterator[float]:
+def _row(contact: Contact) -> Iterator[float]:
     force, law = contact.force, contact.law
     if isinstance(law, Unilateral):
-        yield from (1.0, contact.coordinate, law.restitution, law.capture_speed, heat)
+        yield from (contact.coordinate, law.restitution, law.capture_speed)
         margins = force, tuple(0.0 for _ in force)
     else:
-        yield from (0.0, contact.coordinate, 0.0, 0.0, heat)
+        yield from (contact.coordinate, 0.0, 0.0)
         forward, backward = law.static
         margins = (
             tuple(limit + x for limit, x in zip(forward, force, strict=True)),

@@ -404,7 +404,7 @@ def _hit_stop(stops: Any, system: Any, run: Run, s: Any, events: Any) -> None:
     if speed < stop.capture_speed or _is_hidden(stop, system, s, side, rebound):
         rebound = 0.0
     s[Y + 1] = -side * rebound if rebound > 0.0 else 0.0
-    s[Y + run.impact] += kinetic_before - system.stored_energies(q, s[Y + 1])[0]
+    s[Y + run.heats] += kinetic_before - system.stored_energies(q, s[Y + 1])[0]
     mode = -mode_before if s[Y + 1] != 0.0 else mode_from_rest(system, s)
     at = _begin_event(run, s, events, OF_STOP, t, mode_before, mode)
     _write_row(system, run, s, events, at, t, BEFORE, mode_before)

@@ -64,8 +64,9 @@ class Run(NamedTuple):
         The stored energies at the start, the kinetic one first.
     energy_floor : float, J
         Energies below are accurate to the absolute tolerance only.
-    input, impact : int
-        Where the energy input and the heat of impacts are in the state.
+    input, heats : int
+        Where the energy input and the heat of impacts are in the state; of several contacts the
+        first of their heats, that of impacts behind those of friction.
     """
 
     states: int
@@ -82,7 +83,7 @@ class Run(NamedTuple):
     stored: tuple[float, ...]
     energy_floor: float
     input: int
-    impact: int
+    heats: int
 
 
 class Failure(RuntimeError):

@@ -13,7 +13,7 @@ from frictionsim.solvers import one_contact, several_contacts
 from frictionsim.solvers import one_contact_state as layout
 from frictionsim.solvers import several_contacts_state as several
 from frictionsim.solvers.common import SampleBuffer, subject_of
-from frictionsim.solvers.contacts import HOLDING, Friction
+from frictionsim.solvers.contacts import Friction
 from frictionsim.solvers.end_stops import ENERGY, EVENT
 from frictionsim.solvers.multi_contact import MultiContactMechanism
 from frictionsim.solvers.one_contact_state import NEVER, ROW_COLUMNS, Run
@@ -174,8 +174,7 @@ class SeveralContacts(Problem):
             friction = isinstance(contact.law, Friction)
             if mode not in ((STICK, FORWARD, BACKWARD) if friction else (TAUT, SLACK)):
                 return "modes"
-        holding = sum(mode in HOLDING for mode in modes)
-        self.state[several.RESTING] = float(holding == len(self._mechanism.position))
+        several.write_phase(self.system, self.state)
         return ""
 
     @property
@@ -206,7 +205,7 @@ def run_of(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuf
         stored=tuple(map(float, stored)),
         energy_floor=stored[0] + settings.atol / settings.rtol,
         input=2 + names.index("energy_input"),
-        impact=2 + names.index(ENERGY) if ENERGY in names else 0,
+        heats=2 + names.index(ENERGY) if ENERGY in names else 0,
         **_settings_of(settings, buffer),
     )
 
@@ -217,11 +216,11 @@ def _run_of_several(
     n, states = len(mechanism.position), len(mechanism.initial_state)
     return Run(
         states=states,
-        columns=2 + n + mechanism.system.forces + len(mechanism.contacts) + states,
+        columns=n + mechanism.system.contacts.terms + len(mechanism.contacts) + states,
         stored=(0.0, 0.0),
         energy_floor=0.0,
         input=2 * n,
-        impact=states - 1,
+        heats=2 * n + len(mechanism.power_flows),
         **_settings_of(settings, buffer),
     )
 

@@ -13,9 +13,9 @@ this one has its form, its steps and its state. A `system` is a named tuple of n
 
 drive
     The input u over time, a `Curve`.
-coordinates, forces : int
-    The number of coordinates and of unknown forces.
-contacts : array
+coordinates : int
+    Their number.
+contacts : ContactTable
     `frictionsim.solvers.contacts.table_of` its contacts.
 balance(u, s, y)
     Writes accelerations and forces into s[ACCELERATION] and s[FORCES] that solve the equations of
@@ -36,7 +36,7 @@ from typing import Any
 
 from frictionsim.results import SLACK
 from frictionsim.solvers.compilation import compilable
-from frictionsim.solvers.contacts import CAPTURE_SPEED, HEAT, RESTITUTION
+from frictionsim.solvers.contacts import CAPTURE_SPEED, RESTITUTION
 from frictionsim.solvers.one_contact import DONE, FULL, PAUSED
 from frictionsim.solvers.one_contact_state import (
     BEFORE,
@@ -62,7 +62,6 @@ from frictionsim.solvers.one_contact_state import (
 from frictionsim.solvers.several_contacts_location import find_first_events
 from frictionsim.solvers.several_contacts_modes import (
     direction_of,
-    holds,
     write_consistent_modes,
 )
 from frictionsim.solvers.several_contacts_state import (
@@ -76,9 +75,9 @@ from frictionsim.solvers.several_contacts_state import (
     RELEASED_NOW,
     RESTING,
     balance,
-    contact_count,
     coordinate_of,
-    row_of,
+    holds,
+    write_phase,
 )
 from frictionsim.solvers.several_contacts_step import advance, start_segment, write_inside
 
@@ -90,7 +89,7 @@ def integrate(system: Any, run: Run, s: Any, rows: Any, events: Any, steps: floa
     As `frictionsim.solvers.one_contact.integrate`; the buffer of events has room for one of each
     contact at least.
     """
-    room = contact_count(system) * (EVENT_COLUMNS + 2 * run.columns)
+    room = system.contacts.size * (EVENT_COLUMNS + 2 * run.columns)
     s[ROWS] = s[EVENTS] = s[TURNS] = 0.0
     if s[STARTED] == 0.0:
         copy(s, BEFORE, Y, run.states)
@@ -135,7 +134,7 @@ def _step(system: Any, run: Run, s: Any) -> None:
 def _ends(system: Any, s: Any) -> bool:
     """Return whether the mode of a contact ends at the end of the last step."""
     ending = False
-    for i in range(contact_count(system)):
+    for i in range(system.contacts.size):
         ending = ending or s[ENDS + i] != 0.0
     return ending
 
@@ -148,7 +147,7 @@ def _end_phase(system: Any, run: Run, s: Any, events: Any) -> None:
         write_inside(system, run, s, s[TIME])
         copy(s, Y, INSIDE, run.states)
     copy(s, BEFORE, Y, run.states)
-    for i in range(contact_count(system)):
+    for i in range(system.contacts.size):
         mode, c = s[MODES + i], coordinate_of(system, i)
         s[RELEASED_NOW + i] = s[RELEASED_BEFORE + i] = 0.0
         if s[ENDS + i] == 0.0:
@@ -159,30 +158,30 @@ def _end_phase(system: Any, run: Run, s: Any, events: Any) -> None:
             s[RELEASED_NOW + i] = s[ENDS + i]
         elif mode == SLACK:
             s[BEFORE + c] = s[Y + c] = 0.0
-            _close_gap(system, s, i)
+            _close_gap(system, run, s, i)
         else:
             s[BEFORE + n + c] = s[Y + n + c] = 0.0
     _switch_modes(system, run, s, events)
 
 
 @compilable
-def _close_gap(system: Any, s: Any, i: int) -> None:
+def _close_gap(system: Any, run: Run, s: Any, i: int) -> None:
     """Change the state by the impact of a gap that closes."""
-    row, m = row_of(system, i), contact_count(system)
-    rate = s[Y + system.coordinates + coordinate_of(system, i)]
-    is_slow = -rate < system.contacts[row + CAPTURE_SPEED]
+    n, contacts, m = system.coordinates, system.contacts, system.contacts.size
+    row = i * contacts.width
+    is_slow = -s[Y + n + coordinate_of(system, i)] < contacts.numbers[row + CAPTURE_SPEED]
     for j in range(m):
         s[HEATS + j] = 0.0
-    system.impact(i, 0.0 if is_slow else system.contacts[row + RESTITUTION], s, Y)
+    system.impact(i, 0.0 if is_slow else contacts.numbers[row + RESTITUTION], s, Y)
     for j in range(m):
-        s[Y + int(system.contacts[row_of(system, j) + HEAT])] += s[HEATS + j]
+        s[Y + run.heats + min(j, contacts.frictions)] += s[HEATS + j]
 
 
 @compilable
 def _switch_modes(system: Any, run: Run, s: Any, events: Any) -> None:
     """Switch to the consistent modes, record what changes, and start the integrator."""
     count_switch(run, s)
-    m, t, width = contact_count(system), s[TIME], EVENT_COLUMNS + 2 * run.columns
+    m, t, width = system.contacts.size, s[TIME], EVENT_COLUMNS + 2 * run.columns
     first = int(s[EVENTS]) * width + EVENT_COLUMNS  # samples are of all that changes
     located = False
     for i in range(m):
@@ -193,14 +192,11 @@ def _switch_modes(system: Any, run: Run, s: Any, events: Any) -> None:
         events[first] = t
     copy(s, OLD_MODES, MODES, m)
     write_consistent_modes(system, run, s)
-    holding, n = 0, system.coordinates
     _write_row(system, run, s, events, first + run.columns, t, Y)
     if not t > 0.0:
         _write_row(system, run, s, events, first, t, Y)
     for i in range(m):
         mode, before = s[MODES + i], s[OLD_MODES + i]
-        if holds(mode):
-            holding += 1
         if mode != before or (before == SLACK and s[ENDS + i] != 0.0):
             at = int(s[EVENTS]) * width
             events[at] = float(i)
@@ -212,8 +208,8 @@ def _switch_modes(system: Any, run: Run, s: Any, events: Any) -> None:
                 events[at + EVENT_COLUMNS + j] = events[first + j]
             s[EVENTS] += 1.0
         s[ENDS + i] = s[RELEASED_NOW + i] = s[RELEASED_BEFORE + i] = 0.0
-    s[RESTING] = 1.0 if holding == n else 0.0
-    if holding < n:
+    write_phase(system, s)
+    if s[RESTING] == 0.0:
         start_segment(system, run, s, t)
         s[SEGMENT_END] = t
 
@@ -237,7 +233,7 @@ def _write_row(system: Any, run: Run, s: Any, out: Any, at: int, t: float, y: in
 
     Time, drive, positions, velocities, accelerations, forces, modes, energy integrals.
     """
-    n, m, u = system.coordinates, contact_count(system), system.drive.at(t)
+    n, m, u = system.coordinates, system.contacts.size, system.drive.at(t)
     balance(system, s, u, y)
     out[at] = t
     out[at + 1] = u
@@ -248,9 +244,10 @@ def _write_row(system: Any, run: Run, s: Any, out: Any, at: int, t: float, y: in
     for i in range(n):
         out[at + i] = s[ACCELERATION + i]
     at += n
-    for i in range(system.forces):
+    forces = system.contacts.terms - 2
+    for i in range(forces):
         out[at + i] = s[FORCES + i]
-    at += system.forces
+    at += forces
     for i in range(m):
         out[at + i] = s[MODES + i]
     at += m

@@ -2,8 +2,7 @@
 
 A margin must stay positive, or not negative, for a contact to keep its mode: of a contact that
 holds that of its force, one in either direction of friction; else its gap, or its velocity in the
-direction of its slip, whose zero ends the mode. It has a number: twice that of the contact, and 1
-more for the direction -1.
+direction of its slip, whose zero ends the mode.
 
 A margin may reach zero and recover within one step, as where a motion nearly stops. The margins
 are therefore evaluated between the ends of a step, on the cubic polynomial through its ends, and
@@ -13,10 +12,8 @@ where one is small on the solution itself.
 from math import inf, ulp
 from typing import Any
 
-from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK
 from frictionsim.solvers.common import SAME_TIME_ULPS
 from frictionsim.solvers.compilation import compilable
-from frictionsim.solvers.contacts import MARGIN
 from frictionsim.solvers.one_contact_state import (
     HELD,
     HIDDEN_EVENT,
@@ -31,17 +28,20 @@ from frictionsim.solvers.one_contact_state import (
     fail,
 )
 from frictionsim.solvers.root_finding import is_narrow, narrowed, next_point
-from frictionsim.solvers.several_contacts_modes import holds
 from frictionsim.solvers.several_contacts_state import (
+    COMPONENT,
+    CONTACT,
+    DIRECTION,
     ENDS,
     EVENT_HELD,
     EVENT_TIME,
-    MODES,
+    FORM,
+    MARGINS,
+    PLACE_TIMES,
     RESTING,
     SEEN,
+    SIGN,
     balance,
-    contact_count,
-    coordinate_of,
     form_value,
     roundoff_of,
 )
@@ -57,27 +57,24 @@ RESOLUTION = 1e-12
 MINIMUM_RESOLUTION = 1e-9
 GOLDEN = 0.381966011250105
 
-# What of a margin is evaluated: it, or a force plus its roundoff.
+# What of a margin is evaluated: it, or that of a force plus its roundoff.
 BARE, BEYOND_ROUNDOFF = range(2)
 
 
 @compilable
-def is_margin(s: Any, k: int) -> bool:
-    """Return whether there is a margin of a number in the present modes."""
-    return k % 2 == 0 or s[MODES + k // 2] == STICK
+def is_of_force(s: Any, k: int) -> bool:
+    """Return whether a margin is of a force, which may be zero."""
+    return s[FORM + k] >= 0.0
 
 
 @compilable
 def margin(system: Any, s: Any, k: int, which: int) -> float:
     """Return the margin number k of the state in INSIDE, after its balance."""
-    i = k // 2
-    mode, c = s[MODES + i], coordinate_of(system, i)
-    if mode == SLACK:
-        return s[INSIDE + c]
-    if mode in (FORWARD, BACKWARD):
-        return mode * s[INSIDE + system.coordinates + c]
-    value = form_value(system, s, i, MARGIN + k % 2)
-    return value + roundoff_of(system, s, i) if which == BEYOND_ROUNDOFF else value
+    form = int(s[FORM + k])
+    if form < 0:
+        return s[SIGN + k] * s[INSIDE + int(s[COMPONENT + k])]
+    value = form_value(system, s, form)
+    return value if which == BARE else value + roundoff_of(system, s, int(s[CONTACT + k]))
 
 
 @compilable
@@ -103,27 +100,16 @@ def find_first_events(system: Any, run: Run, s: Any) -> None:
 
     Several are only if at the same time. The part is the last step, or the rest from TIME on.
     """
-    m, first = contact_count(system), inf
+    margins, first = int(s[MARGINS]), inf
     places = _see(system, run, s)
-    for k in range(2 * m):
+    for k in range(margins):
         s[EVENT_TIME + k] = inf
-        if is_margin(s, k):
-            _search(system, run, s, k, places)
-            first = min(first, s[EVENT_TIME + k])
-    for k in range(2 * m):
+        _search(system, run, s, k, places)
+        first = min(first, s[EVENT_TIME + k])
+    for k in range(margins):
         if s[EVENT_TIME + k] - first <= SAME_TIME_ULPS * ulp(run.end):
             s[SAMPLED_UNTIL], s[HELD] = s[EVENT_TIME + k], s[EVENT_HELD + k]
-            s[ENDS + k // 2] = 1.0 - 2.0 * (k % 2)
-
-
-@compilable
-def _time_of(s: Any, place: int) -> float:
-    """Return the time of a place in the part, s."""
-    if s[RESTING] != 0.0:
-        return s[TIME] if place == 0 else s[SAMPLED_UNTIL]
-    if place == len(PLACES) - 1:
-        return s[T_NEW]
-    return s[T_OLD] + PLACES[place] * (s[T_NEW] - s[T_OLD])
+            s[ENDS + int(s[CONTACT + k])] = s[DIRECTION + k]
 
 
 @compilable
@@ -132,34 +118,36 @@ def _see(system: Any, run: Run, s: Any) -> int:
 
     At rest, where they are monotone, only the ends are places.
     """
-    m, last = contact_count(system), 1 if s[RESTING] != 0.0 else len(PLACES) - 1
+    resting, margins = s[RESTING] != 0.0, int(s[MARGINS])
+    start, end = (s[TIME], s[SAMPLED_UNTIL]) if resting else (s[T_OLD], s[T_NEW])
+    last, at = 1 if resting else len(PLACES) - 1, SEEN
     for place in range(last + 1):
-        t = _time_of(s, place)
+        t = end if place == last else start + PLACES[place] * (end - start)
+        s[PLACE_TIMES + place] = t
         if place == 0 or place == last:
             write_at(system, run, s, t)
         else:
-            write_cubic(system, s, (t - s[T_OLD]) / (s[T_NEW] - s[T_OLD]))
+            write_cubic(system, s, (t - start) / (end - start))
             balance(system, s, system.drive.at(t), INSIDE)
-        for k in range(2 * m):
-            if is_margin(s, k):
-                s[SEEN + 2 * m * place + k] = margin(system, s, k, BEYOND_ROUNDOFF)
+        for k in range(margins):
+            s[at + k] = margin(system, s, k, BARE)
+        at += margins
     return last + 1
 
 
 @compilable
 def _search(system: Any, run: Run, s: Any, k: int, places: int) -> None:
-    """Write the time at which a margin is used up first; inf if it lasts."""
-    s[EVENT_TIME + k] = inf
-    step, at = 2 * contact_count(system), SEEN + k
+    """Write the time at which a margin is used up first, if it is."""
+    margins, at = int(s[MARGINS]), SEEN + k
     for place in range(1, places):
-        at += step
-        t = _time_of(s, place)
-        if _is_used_up(s, k, s[at]) and _is_used_up_at(system, run, s, k, t):
-            _locate(system, run, s, k, _time_of(s, place - 1), t)
+        at += margins
+        t, before = s[PLACE_TIMES + place], s[PLACE_TIMES + place - 1]
+        if s[at] <= 0.0 and _is_used_up_at(system, run, s, k, t):
+            _locate(system, run, s, k, before, t)
             return
-        if place < places - 1 and s[at - step] >= s[at] <= s[at + step]:
-            before, after = _time_of(s, place - 1), _time_of(s, place + 1)
-            if _may_dip(t - before, after - t, s[at - step], s[at], s[at + step]):
+        if place < places - 1 and s[at - margins] >= s[at] <= s[at + margins]:
+            after = s[PLACE_TIMES + place + 1]
+            if _may_dip(t - before, after - t, s[at - margins], s[at], s[at + margins]):
                 lowest = _lowest(system, run, s, k, before, after)
                 if lowest != inf:
                     _locate(system, run, s, k, before, lowest)
@@ -168,7 +156,7 @@ def _search(system: Any, run: Run, s: Any, k: int, places: int) -> None:
 
 @compilable
 def _is_used_up(s: Any, k: int, value: float) -> bool:
-    return value < 0.0 if holds(s[MODES + k // 2]) else value <= 0.0
+    return value < 0.0 if is_of_force(s, k) else value <= 0.0
 
 
 @compilable
@@ -218,10 +206,10 @@ def _lowest(system: Any, run: Run, s: Any, k: int, a: float, b: float) -> float:
 @compilable
 def _locate(system: Any, run: Run, s: Any, k: int, a: float, b: float) -> None:
     """Write the event between a, where a margin is positive, and b, where it is not."""
-    if holds(s[MODES + k // 2]):
+    if is_of_force(s, k):
         # If the force equals its limit at a, ignore an excess that is roundoff.
         at_a, which = value(system, run, s, k, BARE, a), BARE
-        tie = roundoff_of(system, s, k // 2)
+        tie = roundoff_of(system, s, int(s[CONTACT + k]))
         if not at_a >= 0.0:
             at_a, which = at_a + tie, BEYOND_ROUNDOFF
         held, time = _bracket(system, run, s, k, which, a, b, 0.0)
@@ -229,7 +217,7 @@ def _locate(system: Any, run: Run, s: Any, k: int, a: float, b: float) -> None:
             held = time = a
         s[EVENT_HELD + k], s[EVENT_TIME + k] = held, time
         return
-    start = _time_of(s, 0)
+    start = s[PLACE_TIMES]
     time = inf
     if not value(system, run, s, k, BARE, a) > 0.0:
         # Only at the start, or by the error of what is approximate.
@@ -263,7 +251,7 @@ def _bracket(
 
     A force may be zero, so that it is the negative of its margin that becomes positive.
     """
-    sign = -1.0 if holds(s[MODES + k // 2]) else 1.0
+    sign = -1.0 if is_of_force(s, k) else 1.0
     f_a = sign * value(system, run, s, k, which, a)
     f_b = sign * value(system, run, s, k, which, b)
     if (f_a > 0.0) == (f_b > 0.0):

@@ -9,7 +9,7 @@ from typing import Any
 
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
 from frictionsim.solvers.compilation import compilable
-from frictionsim.solvers.contacts import MARGIN, UNILATERAL
+from frictionsim.solvers.contacts import MARGIN
 from frictionsim.solvers.one_contact_state import NO_MODES, TIME, Run, Y, fail
 from frictionsim.solvers.several_contacts_state import (
     ACCELERATION,
@@ -18,11 +18,11 @@ from frictionsim.solvers.several_contacts_state import (
     RELEASED_BEFORE,
     RELEASED_NOW,
     balance,
-    contact_count,
     coordinate_of,
+    form_of,
     form_value,
+    holds,
     roundoff_of,
-    row_of,
 )
 
 RELEASED = 1.0  # direction in which a rope is released
@@ -30,12 +30,6 @@ RELEASED = 1.0  # direction in which a rope is released
 # Whose accelerations do not count: of none, of those that gave way before at the same time, of
 # these and of those whose force was located at its limit, for it may be roundoff of the wrong sign.
 NONE, GONE, LOCATED = range(3)
-
-
-@compilable
-def holds(mode: float) -> bool:
-    """Return whether a contact holds in a mode."""
-    return mode in (STICK, TAUT)
 
 
 @compilable
@@ -52,7 +46,7 @@ def write_consistent_modes(system: Any, run: Run, s: Any) -> None:
 
     Zeros of velocities and gaps are exact.
     """
-    m, u = contact_count(system), system.drive.at(s[TIME])
+    m, u = system.contacts.size, system.drive.at(s[TIME])
     combinations = 1
     for i in range(m):
         s[CHOICES + i] = float(_choices(system, s, i))
@@ -72,7 +66,7 @@ def _choices(system: Any, s: Any, i: int) -> int:
     """Return the number of modes of a contact that its slip or gap allows."""
     c, n = coordinate_of(system, i), system.coordinates
     gap, rate = s[Y + c], s[Y + n + c]
-    if system.contacts[row_of(system, i) + UNILATERAL] != 0.0:
+    if i >= system.contacts.frictions:
         return 1 if gap > 0.0 or rate > 0.0 else 2
     return 1 if rate != 0.0 else 3
 
@@ -80,7 +74,7 @@ def _choices(system: Any, s: Any, i: int) -> int:
 @compilable
 def _mode(system: Any, s: Any, i: int, choice: int) -> float:
     """Return a mode of a contact by its number, the one that holds first."""
-    if system.contacts[row_of(system, i) + UNILATERAL] != 0.0:
+    if i >= system.contacts.frictions:
         return float(SLACK) if choice + 1 == int(s[CHOICES + i]) else float(TAUT)
     if s[CHOICES + i] == 1.0:
         rate = s[Y + system.coordinates + coordinate_of(system, i)]
@@ -108,7 +102,7 @@ def _is_found(
 def _write_modes(system: Any, s: Any, number: int) -> int:
     """Write a combination of modes; return how many contacts hold in it."""
     holding = 0
-    for i in range(contact_count(system) - 1, -1, -1):
+    for i in range(system.contacts.size - 1, -1, -1):
         choices = int(s[CHOICES + i])
         mode = _mode(system, s, i, number % choices)
         number //= choices
@@ -122,7 +116,7 @@ def _write_modes(system: Any, s: Any, number: int) -> int:
 def _gives_way(system: Any, s: Any, forgiven: int) -> bool:
     """Return whether one of the located contacts gives way, and all that are forgiven."""
     some_now = any_now = False
-    for i in range(contact_count(system)):
+    for i in range(system.contacts.size):
         direction = direction_of(s[MODES + i])
         now, before = s[RELEASED_NOW + i], s[RELEASED_BEFORE + i]
         if now != 0.0:
@@ -143,13 +137,14 @@ def _is_consistent(system: Any, s: Any, u: float, forgiven: int) -> bool:
     """
     n = system.coordinates
     balance(system, s, u, Y)
-    for i in range(contact_count(system)):
+    for i in range(system.contacts.size):
         mode, c = s[MODES + i], coordinate_of(system, i)
         if holds(mode):
             roundoff = roundoff_of(system, s, i)
-            if form_value(system, s, i, MARGIN) < -roundoff:
+            if form_value(system, s, form_of(system, i, MARGIN)) < -roundoff:
                 return False
-            if mode == STICK and form_value(system, s, i, MARGIN + 1) < -roundoff:
+            backward = form_of(system, i, MARGIN + 1)
+            if mode == STICK and form_value(system, s, backward) < -roundoff:
                 return False
         elif s[Y + n + c] == 0.0 and not (mode == SLACK and s[Y + c] > 0.0):
             is_forgiven = forgiven != NONE and s[RELEASED_BEFORE + i] != 0.0

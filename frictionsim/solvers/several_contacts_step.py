@@ -8,7 +8,7 @@ depend on these.
 from typing import Any
 
 from frictionsim.solvers.compilation import compilable
-from frictionsim.solvers.contacts import FORCE, HEAT, UNILATERAL
+from frictionsim.solvers.contacts import FORCE
 from frictionsim.solvers.one_contact_state import (
     EVALUATIONS,
     F_NEW,
@@ -71,10 +71,9 @@ from frictionsim.solvers.several_contacts_state import (
     K6,
     STAGE,
     balance,
-    contact_count,
     coordinate_of,
+    form_of,
     form_value,
-    row_of,
 )
 
 
@@ -86,15 +85,15 @@ def write_derivatives(system: Any, s: Any, t: float, y: int, f: int) -> None:
     copy(s, f, y + n, n)
     copy(s, f + n, ACCELERATION, n)
     powers = system.powers(u, s, y)
+    at, frictions = f + 2 * n, system.contacts.frictions
     for i in range(len(powers)):
-        s[f + 2 * n + i] = powers[i]
-    for i in range(contact_count(system)):
-        row = row_of(system, i)
-        heat = f + int(system.contacts[row + HEAT])
-        if system.contacts[row + UNILATERAL] != 0.0:
-            s[heat] = 0.0  # it grows at impacts
-        else:
-            s[heat] = -form_value(system, s, i, FORCE) * s[y + n + coordinate_of(system, i)]
+        s[at + i] = powers[i]
+    at += len(powers)
+    for i in range(frictions):
+        force = form_value(system, s, form_of(system, i, FORCE))
+        s[at + i] = -force * s[y + n + coordinate_of(system, i)]
+    if frictions < system.contacts.size:
+        s[at + frictions] = 0.0  # the heat of impacts
 
 
 @compilable

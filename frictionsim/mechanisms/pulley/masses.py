@@ -54,7 +54,6 @@ References
 Channels, quantities, warnings and checks of a pulley with masses on its cord.
 """
 
-from array import array
 from collections.abc import Callable, Sequence
 from math import inf, radians, sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -79,6 +78,7 @@ from frictionsim.scenario.signals import Curve, curve_of
 from frictionsim.solvers.compilation import compilable
 from frictionsim.solvers.contacts import (
     Contact,
+    ContactTable,
     Form,
     Friction,
     Unilateral,
@@ -376,9 +376,8 @@ class Ropes(NamedTuple):
     """
 
     drive: Curve
-    contacts: "array[float]"
+    contacts: ContactTable
     coordinates: int
-    forces: int
     n: LiftParameters
     P_per_u: float
     tau_per_u: float
@@ -440,9 +439,8 @@ class SlippingCord(NamedTuple):
     """
 
     drive: Curve
-    contacts: "array[float]"
+    contacts: ContactTable
     coordinates: int
-    forces: int
     n: LiftParameters
     P_per_u: float
     tau_per_u: float
@@ -554,9 +552,8 @@ def with_masses(scenario: PulleyScenario) -> MultiContactMechanism:
     flows = ("energy_input", *(["energy_damping"] if damping else []))
     system = form(
         curve_of(scenario.drive_signal),
-        table_of(contacts, 2 * coordinates + len(flows)),
+        table_of(contacts),
         coordinates,
-        len((TORQUE, CAR, OTHER)),
         n,
         P_per_u=0.0 if n.by_torque else 1.0,
         tau_per_u=1.0 if n.by_torque else 0.0,
