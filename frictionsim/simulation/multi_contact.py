@@ -13,6 +13,7 @@ release             what leaves stick was at its static limit just before; or el
                     instant, no combination in which more contacts hold is within all limits
 """
 
+from array import array
 from itertools import product
 from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -47,21 +48,20 @@ from frictionsim.simulation.single_dof import (
     quantities_of_transitions,
     samples_of,
 )
-from frictionsim.solvers.multi_contact import (
-    HOLDING,
-    FrictionContact,
-    Modes,
-    MultiContactMechanism,
-    MultiContactTrajectory,
-    Vector,
-)
-from frictionsim.solvers.multi_contact_solver import MODE, MultiContactSolver
+from frictionsim.solvers import several_contacts_state as several
+from frictionsim.solvers.contacts import HOLDING, Contact, Friction, Vector
+from frictionsim.solvers.event_driven import SOLVER
+from frictionsim.solvers.multi_contact import MultiContactMechanism, MultiContactTrajectory
+from frictionsim.solvers.one_contact_state import Y
+from frictionsim.solvers.problems import MODE
 
 if TYPE_CHECKING:
     from frictionsim.results import Array, Quantities
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.solvers.multi_contact import Contact
     from frictionsim.solvers.state_values import Values
+
+
+Modes = tuple[int, ...]
 
 
 def audit(
@@ -101,27 +101,29 @@ def audit(
 
 
 def friction_violation(
-    trajectory: "MultiContactTrajectory", contact: "FrictionContact", index: int
+    trajectory: "MultiContactTrajectory", contact: "Contact", index: int
 ) -> float:
     """Return the largest violation of a friction law, relative to the largest static limit."""
     forces, mode = trajectory.forces, trajectory.modes[index]
-    friction = contact.force(forces)
-    forward, backward = (contact.static_limit(forces, s) for s in (1, -1))
-    roundoff = contact.roundoff(trajectory.drive, forces)
+    u = trajectory.drive
+    friction, roundoff = contact.force_of(forces, u), contact.roundoff_of(forces, u)
+    forward, backward = (contact.limit_of("static", s, forces, u) for s in (1, -1))
     excess = np.maximum(-friction - forward, friction - backward) - roundoff
-    sliding = np.where(mode == STICK, 1, mode)
-    error = np.abs(friction + sliding * contact.kinetic_limit(forces, sliding)) - roundoff
+    kinetic = [contact.limit_of("kinetic", s, forces, u) for s in (1, -1)]
+    sliding = np.where(mode == BACKWARD, -kinetic[1], kinetic[0])
+    error = np.abs(friction + sliding) - roundoff
     worst = float(np.max(np.where(mode == STICK, excess, error), initial=0.0))
     largest = float(np.max(np.maximum(forward, backward), initial=0.0))
     return worst / largest if largest > 0.0 else worst
 
 
-def driving_power(trajectory: "MultiContactTrajectory", contact: "FrictionContact") -> float:
+def driving_power(trajectory: "MultiContactTrajectory", contact: "Contact") -> float:
     """Return the largest positive power of a contact, relative to the largest magnitude."""
     velocity = trajectory.velocity[contact.coordinate]
-    power = contact.force(trajectory.forces) * velocity
+    forces, u = trajectory.forces, trajectory.drive
+    power = contact.force_of(forces, u) * velocity
     # A rope is taut down to a tension that is below zero by its roundoff.
-    beyond = power - contact.roundoff(trajectory.drive, trajectory.forces) * np.abs(velocity)
+    beyond = power - contact.roundoff_of(forces, u) * np.abs(velocity)
     largest = float(np.max(np.abs(power), initial=0.0))
     return max(0.0, float(np.max(beyond, initial=0.0)) / largest) if largest > 0.0 else 0.0
 
@@ -179,7 +181,7 @@ def release_check(
         ]
         _, q, v, modes = _state(before, k)
         sides = [
-            _margin(contact, u, mechanism.balance(u, q, v, modes).forces, event.mode_to)
+            _margin(contact, u, _balance(mechanism, u, q, v, modes)[1], event.mode_to)
             for u in (mechanism.drive(early), mechanism.drive(event.time))
         ]
         jumps = sides[0] >= 0.0 >= sides[1]
@@ -195,10 +197,23 @@ def release_check(
     return Check(max(distance.values(), default=0.0), RELEASE_DISTANCE)
 
 
-def _margin(contact: "FrictionContact", u: float, forces: Vector, direction: int) -> float:
+def _margin(contact: "Contact", u: float, forces: Vector, direction: int) -> float:
     """Return the margin of a contact to its static limit in a direction, relative to the limit."""
-    limit, force = contact.static_limit(forces, direction), -direction * contact.force(forces)
-    return float(relative_margin(limit, force, contact.roundoff(u, forces)))
+    limit = contact.limit_of("static", direction, forces, u)
+    force = -direction * contact.force_of(forces, u)
+    return float(relative_margin(limit, force, contact.roundoff_of(forces, u)))
+
+
+def _balance(
+    mechanism: "MultiContactMechanism", u: float, q: list[float], v: list[float], modes: Modes
+) -> tuple[list[float], list[float]]:
+    """Return accelerations and forces in given modes."""
+    s, n = array("d", bytes(8 * several.LENGTH)), len(q)
+    s[Y : Y + 2 * n] = array("d", [*q, *v])
+    s[several.MODES : several.MODES + len(modes)] = array("d", modes)
+    several.balance(mechanism.system, s, u, Y)
+    forces = s[several.FORCES : several.TERMS + mechanism.system.contacts.terms]
+    return s[several.ACCELERATION : several.ACCELERATION + n].tolist(), forces.tolist()
 
 
 State = tuple[float, list[float], list[float], Modes]
@@ -246,7 +261,7 @@ def _margin_if_held(
 
 def _modes_of(contact: "Contact", q: float, v: float) -> Modes:
     """Return the modes that a contact may have at a slip or gap q with its rate v."""
-    if isinstance(contact, FrictionContact):
+    if isinstance(contact.law, Friction):
         return (STICK, FORWARD, BACKWARD) if v == 0.0 else (FORWARD if v > 0.0 else BACKWARD,)
     return (SLACK,) if q > 0.0 or v > 0.0 else (TAUT, SLACK)
 
@@ -257,14 +272,16 @@ def _smallest_margin(mechanism: "MultiContactMechanism", state: State, gone: set
     Not above zero where a rope pushes, or a contact at rest does not move as its mode says.
     """
     u, q, v, modes = state
-    acceleration, forces = mechanism.balance(u, q, v, modes)
+    acceleration, forces = _balance(mechanism, u, q, v, modes)
     margins = []
     for contact, mode in zip(mechanism.contacts, modes, strict=True):
         c = contact.coordinate
-        if mode == STICK and isinstance(contact, FrictionContact):
+        if mode == STICK and isinstance(contact.law, Friction):
             margins += [_margin(contact, u, forces, s) for s in (FORWARD, BACKWARD)]
         elif mode == TAUT:
-            margins += [0.0] if contact.force(forces) < -contact.roundoff(u, forces) else []
+            margins += (
+                [0.0] if contact.force_of(forces, u) < -contact.roundoff_of(forces, u) else []
+            )
         elif v[c] == 0.0 and not (mode == SLACK and q[c] > 0.0) and contact.name not in gone:
             way = FORWARD if mode == SLACK else mode
             margins += [] if way * acceleration[c] > 0.0 else [0.0]
@@ -290,10 +307,10 @@ class MultiContactSimulation(RecordedSimulation):
 
     def __init__(self, scenario: "Scenario", mechanism: MultiContactMechanism) -> None:
         coordinates, contacts = len(mechanism.position), len(mechanism.contacts)
-        first = 2 + 3 * coordinates + mechanism.forces
+        first = 3 * coordinates + mechanism.system.contacts.terms
         super().__init__(
             scenario,
-            lambda recording: MultiContactSolver(mechanism, scenario.solver, recording),
+            lambda recording: SOLVER(mechanism, scenario.solver, recording),
             first + contacts + len(mechanism.energy_integrals),
         )
         self.mode_columns = slice(first, first + contacts)
@@ -331,10 +348,13 @@ class MultiContactSimulation(RecordedSimulation):
             forces=columns[2 + 3 * n : self.mode_columns.start],
             modes=modes,
             energy_integrals=dict(zip(mechanism.energy_integrals, integrals, strict=True)),
-            stored_energies={
-                name: energy(position, velocity)
-                for name, energy in mechanism.stored_energies.items()
-            },
+            stored_energies=dict(
+                zip(
+                    mechanism.stored_energies,
+                    mechanism.system.stored_energies(position, velocity),
+                    strict=True,
+                )
+            ),
             transitions=transitions,
         )
 

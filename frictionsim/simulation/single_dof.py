@@ -26,7 +26,6 @@ from frictionsim.solvers.state_values import DIRECTION, NUMBER, TIME, Values, un
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.solvers.base import SteppingSolver
 
 
 # Channels that /events holds as `angle`, `mode_from` and `mode_to`, not as sides.
@@ -139,7 +138,7 @@ class RecordedSimulation:
     mode_columns = slice(MODE_COLUMN, MODE_COLUMN + 1)
 
     def __init__(
-        self, scenario: "Scenario", solver: "Callable[[SampleBuffer], SteppingSolver]", width: int
+        self, scenario: "Scenario", solver: "Callable[[SampleBuffer], Any]", width: int
     ) -> None:
         self._settings = scenario.solver
         self._at_events, self._interval = scenario.output.at_events, scenario.interval

@@ -257,12 +257,21 @@ def _prepare() -> Any:
             continue
         dispatcher = numba.njit(function, **OPTIONS, no_cpython_wrapper=True)
         _alive.append(dispatcher)
+        _compile_once(dispatcher)
         function._numba_type_ = dispatcher._numba_type_
     while _replaced:
         function, replacement = _replaced.pop()
         chosen = _typing_function(replacement, "replacement", replacement=replacement)
         numba.extending.overload(function, jit_options=OPTIONS, strict=False)(chosen)
     return numba
+
+
+def _compile_once(dispatcher: Any) -> None:
+    """Have a function compiled once for all constants as arguments, not for each of them."""
+    from numba.core.types import unliteral
+
+    template = dispatcher.get_call_template
+    dispatcher.get_call_template = lambda args, kws: template(tuple(map(unliteral, args)), kws)
 
 
 def _typing_function(function: Any, choice: str, **names: Any) -> Any:

@@ -1,128 +1,16 @@
-"""The interface between mechanisms of several coordinates and contacts and their solver.
-
-Each contact has a coordinate of its own, chosen by the mechanism: the slip of dry friction, or the
-gap of a rope that can only pull. While the contact holds, that is, sticks or is taut, its
-coordinate stands still, so that sticking is exact: the others follow from it and from the gaps and
-slips, which are differences that are integrated themselves and lose no digits.
-
-    STICK            friction: v_c = 0, and the force is within its limits
-    FORWARD, BACKWARD    friction: the force is at its kinetic limit, against v_c
-    TAUT             rope: gap and its rate are zero, the tension is not negative
-    SLACK            rope: the tension is zero, the gap is not negative
-
-Given a mode of each contact, the mechanism solves its equations of motion, which may be implicit:
-loads of contacts depend on accelerations, and accelerations on friction. All functions are smooth
-for one combination of modes; u is the value of the drive.
+"""Mechanisms of several coordinates and contacts.
 
 `frictionsim.solvers.mechanism` is the interface for one coordinate, which is faster.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.results import STICK, TAUT
+from frictionsim.solvers.contacts import Contact, Friction, heats_of
 
 if TYPE_CHECKING:
     from frictionsim.results import Array, Channel, Check, Quantities, Transition
     from frictionsim.scenario.signals import Signal
-
-Value = Any  # float in a step, array in post-processing
-Vector = Any  # sequence of float in a step, array (k, n) in post-processing
-Modes = tuple[int, ...]
-"""A mode of each contact, in their order."""
-
-HOLDING = (STICK, TAUT)
-
-
-class Balance(NamedTuple):
-    """The solution of the equations of motion for given modes.
-
-    Attributes
-    ----------
-    acceleration : tuple of float, (n,)
-        Exactly zero of the coordinate of a contact that holds.
-    forces : tuple of float
-        What the mechanism records of forces and torques; contacts find theirs in it.
-    """
-
-    acceleration: tuple[float, ...]
-    forces: tuple[float, ...]
-
-
-class Impact(NamedTuple):
-    """The state after an impact.
-
-    Attributes
-    ----------
-    velocity : list of float, (n,)
-    losses : mapping of name to float, J
-        Increments of the energy integrals by name, not negative.
-    """
-
-    velocity: list[float]
-    losses: Mapping[str, float]
-
-
-class FrictionContact(NamedTuple):
-    """Dry friction along a coordinate.
-
-    Sticking holds while -limit(forces, +1) <= force <= limit(forces, -1), where limit is the
-    static limit for an impending motion in a direction; sliding in direction s, the force is
-    -s kinetic_limit(forces, s).
-
-    Attributes
-    ----------
-    name : str
-        In events and messages, without blanks.
-    coordinate : int
-        Of the slip.
-    force : callable
-        force(forces): the friction along the coordinate.
-    static_limit, kinetic_limit : callable
-        Of (forces, s), not negative; arithmetic only, so that both may be arrays.
-    roundoff : callable
-        roundoff(u, forces): smaller differences of force and limit count as equal; it sticks.
-    heat : str
-        Name of the energy that it dissipates.
-    """
-
-    name: str
-    coordinate: int
-    force: Callable[[Vector], Value]
-    static_limit: Callable[[Vector, Value], Value]
-    kinetic_limit: Callable[[Vector, Value], Value]
-    roundoff: Callable[[Value, Vector], Value]
-    heat: str = "energy_friction"
-
-
-class UnilateralContact(NamedTuple):
-    """A rope that pulls and does not push, and takes up its slack by an impact.
-
-    Attributes
-    ----------
-    name : str
-        In events and messages, without blanks.
-    coordinate : int
-        Of the gap: zero while taut, positive while slack.
-    force : callable
-        force(forces): the tension.
-    roundoff : callable
-        roundoff(u, forces): a tension that is below zero by less counts as zero; it is taut.
-    restitution : float
-        e, from 0 to below 1: the part e^2 of the work that takes the rope up is given back.
-    capture_speed : float
-        An impact with a slower rate has no restitution.
-    """
-
-    name: str
-    coordinate: int
-    force: Callable[[Vector], Value]
-    roundoff: Callable[[Value, Vector], Value]
-    restitution: float = 0.0
-    capture_speed: float = 0.0
-
-
-Contact = FrictionContact | UnilateralContact
 
 
 class MultiContactTrajectory(NamedTuple):
@@ -158,20 +46,14 @@ class MultiContactMechanism(NamedTuple):
     ----------
     drive : Signal
         The input u over time.
+    system : named tuple
+        Its equations, see `frictionsim.solvers.several_contacts`.
     contacts : tuple of Contact, (m,)
-    balance : callable
-        balance(u, q, v, modes) returns a `Balance`. It depends on u and v linearly, so that a
-        monotone drive lets a contact at rest go at most once.
-    impact : callable
-        impact(contact, v, modes, restitution) returns the `Impact` in which a rope, the contact
-        with that index, becomes taut. It may stop or reverse sliding, and slacken other ropes.
-    forces : int
-        Length of `Balance.forces`.
-    power_flows : mapping of name to callable, W
-        power(u, q, v): `energy_input` into the mechanism, `energy_damping` out of it. Contacts add
-        their heat and `energy_impact`.
-    stored_energies : mapping of name to callable, J
-        energy(q, v): `energy_kinetic`, `energy_potential`.
+    power_flows : tuple of str
+        Names of the powers of the system: `energy_input` into the mechanism, `energy_damping` out
+        of it. Contacts add their heat.
+    stored_energies : tuple of str
+        Names of the stored energies of the system.
     position, velocity : tuple of float, (n,)
         The initial state.
     channels : callable
@@ -185,12 +67,10 @@ class MultiContactMechanism(NamedTuple):
     """
 
     drive: "Signal"
+    system: Any
     contacts: tuple[Contact, ...]
-    balance: Callable[[float, Sequence[float], Sequence[float], Modes], Balance]
-    impact: Callable[[int, Sequence[float], Modes, float], Impact]
-    forces: int
-    power_flows: Mapping[str, Callable[[Value, Vector, Vector], Value]]
-    stored_energies: Mapping[str, Callable[[Vector, Vector], Value]]
+    power_flows: tuple[str, ...]
+    stored_energies: tuple[str, ...]
     position: tuple[float, ...]
     velocity: tuple[float, ...]
     channels: Callable[[MultiContactTrajectory], dict[str, Any]]
@@ -202,16 +82,14 @@ class MultiContactMechanism(NamedTuple):
     checks: Callable[[MultiContactTrajectory], dict[str, "Check"]] = lambda trajectory: {}
 
     @property
-    def frictions(self) -> tuple[tuple[int, FrictionContact], ...]:
+    def frictions(self) -> tuple[tuple[int, Contact], ...]:
         """The contacts with dry friction, with their indices."""
-        return tuple((i, c) for i, c in enumerate(self.contacts) if isinstance(c, FrictionContact))
+        return tuple((i, c) for i, c in enumerate(self.contacts) if isinstance(c.law, Friction))
 
     @property
     def energy_integrals(self) -> tuple[str, ...]:
         """The names of the energy integrals, in the order of the state vector."""
-        heats = [contact.heat for _, contact in self.frictions]
-        ropes = len(self.contacts) > len(heats)
-        return (*self.power_flows, *heats, *(("energy_impact",) if ropes else ()))
+        return (*self.power_flows, *heats_of(self.contacts))
 
     @property
     def initial_state(self) -> list[float]:

@@ -35,9 +35,6 @@ from frictionsim.solvers.one_contact_location import (
 )
 from frictionsim.solvers.one_contact_state import (
     BEFORE,
-    CHATTERING_EVENTS,
-    CHATTERING_WINDOW,
-    CHATTERS,
     DIRECTION,
     DIVERGED,
     EVENT_COLUMNS,
@@ -60,8 +57,6 @@ from frictionsim.solvers.one_contact_state import (
     SEGMENT_END,
     STARTED,
     SURFACE_EVENT,
-    SWITCH_TIMES,
-    SWITCHES,
     T_NEW,
     T_OLD,
     TIME,
@@ -71,6 +66,7 @@ from frictionsim.solvers.one_contact_state import (
     Run,
     Y,
     copy,
+    count_switch,
     fail,
     sample_time,
 )
@@ -108,15 +104,14 @@ def integrate(system: Any, run: Run, s: Any, rows: Any, events: Any, steps: floa
     int
         DONE at the end of the run, FULL where a buffer has no room, PAUSED after the steps.
     """
-    row_width = ROW_COLUMNS + run.states - 2
-    event_width = EVENT_COLUMNS + 2 * row_width
+    event_width = EVENT_COLUMNS + 2 * run.columns
     s[ROWS] = s[EVENTS] = s[TURNS] = 0.0
     if s[STARTED] == 0.0:
         _start(system, run, s, events)
         s[STARTED] = 1.0
     while True:
         while s[NEXT_TIME] < s[SAMPLED_UNTIL]:
-            if (s[ROWS] + 1.0) * row_width > len(rows):
+            if (s[ROWS] + 1.0) * run.columns > len(rows):
                 return FULL
             _sample(system, run, s, rows, s[NEXT_TIME])
         if (s[EVENTS] + 1.0) * event_width > len(events):
@@ -126,7 +121,7 @@ def integrate(system: Any, run: Run, s: Any, rows: Any, events: Any, steps: floa
             _end_phase(system, run, s, events)
         if s[TIME] >= run.end:
             if s[NEXT_TIME] <= run.end:
-                if (s[ROWS] + 1.0) * row_width > len(rows):
+                if (s[ROWS] + 1.0) * run.columns > len(rows):
                     return FULL
                 _sample(system, run, s, rows, run.end)
             return DONE
@@ -176,33 +171,21 @@ def _begin_slip(system: Any, run: Run, s: Any) -> None:
 @compilable
 def _switch_mode(system: Any, run: Run, s: Any, events: Any, mode: float) -> None:
     """Switch to the next mode and record the transition if the mode changes."""
-    _count_switch(run, s)
+    count_switch(run, s)
     t, before = s[TIME], s[MODE]
     if mode != before:
         held = s[HELD] if before == 0.0 else t
         at = _begin_event(run, s, events, OF_CONTACT, t, before, mode)
-        width = ROW_COLUMNS + run.states - 2
         if held >= 0.0:
             # The last time in the mode before is one rounding earlier if the drive jumps at t.
             _write_row(system, run, s, events, at, min(held, t), Y, before)
             events[at] = t
         else:  # the run starts in the mode after
             _write_row(system, run, s, events, at, t, Y, mode)
-        _write_row(system, run, s, events, at + width, t, Y, mode)
+        _write_row(system, run, s, events, at + run.columns, t, Y, mode)
         s[MODE] = mode
     if mode != 0.0:
         _begin_slip(system, run, s)
-
-
-@compilable
-def _count_switch(run: Run, s: Any) -> None:
-    """Count a change of mode; the run ends if there are too many in the window."""
-    t, place = s[TIME], SWITCH_TIMES + int(s[SWITCHES] % CHATTERING_EVENTS)
-    window = CHATTERING_WINDOW * min(1.0, run.end)
-    if s[SWITCHES] >= CHATTERING_EVENTS and t - s[place] < window:
-        fail(CHATTERS, t, t - s[place], 0.0, 0.0)
-    s[place] = t
-    s[SWITCHES] += 1.0
 
 
 @compilable
@@ -344,7 +327,7 @@ def _record_crossing(system: Any, run: Run, s: Any, events: Any) -> None:
     at = _begin_event(run, s, events, OF_SURFACE + s[SURFACE_EVENT], t, mode, mode)
     events[at - 1] = s[Y_NEW]
     _write_row(system, run, s, events, at, t, BEFORE, mode)
-    _write_row(system, run, s, events, at + ROW_COLUMNS + run.states - 2, t, Y_NEW, mode)
+    _write_row(system, run, s, events, at + run.columns, t, Y_NEW, mode)
 
 
 @compilable
@@ -410,7 +393,7 @@ def _hit_stop(stops: Any, system: Any, run: Run, s: Any, events: Any) -> None:
     if len(stops) == 0:
         return
     stop, n, t, mode_before = stops[0], run.states, s[TIME], s[MODE]
-    _count_switch(run, s)
+    count_switch(run, s)
     q = s[Y]
     side = 1.0 if q >= stop.highest else -1.0
     speed = side * s[Y + 1]
@@ -421,11 +404,11 @@ def _hit_stop(stops: Any, system: Any, run: Run, s: Any, events: Any) -> None:
     if speed < stop.capture_speed or _is_hidden(stop, system, s, side, rebound):
         rebound = 0.0
     s[Y + 1] = -side * rebound if rebound > 0.0 else 0.0
-    s[Y + run.impact] += kinetic_before - system.stored_energies(q, s[Y + 1])[0]
+    s[Y + run.heats] += kinetic_before - system.stored_energies(q, s[Y + 1])[0]
     mode = -mode_before if s[Y + 1] != 0.0 else mode_from_rest(system, s)
     at = _begin_event(run, s, events, OF_STOP, t, mode_before, mode)
     _write_row(system, run, s, events, at, t, BEFORE, mode_before)
-    _write_row(system, run, s, events, at + ROW_COLUMNS + n - 2, t, Y, mode)
+    _write_row(system, run, s, events, at + run.columns, t, Y, mode)
     s[MODE] = mode
     if mode != 0.0:
         _begin_slip(system, run, s)
@@ -460,7 +443,7 @@ def _impact_within_step(
 @compilable
 def _sample(system: Any, run: Run, s: Any, rows: Any, t: float) -> None:
     """Record the state at t, s, and advance to the next sample time."""
-    at, y = int(s[ROWS]) * (ROW_COLUMNS + run.states - 2), Y
+    at, y = int(s[ROWS]) * run.columns, Y
     if s[MODE] != 0.0:
         write_inside(system, run, s, s[MODE], t)
         y = INSIDE
@@ -475,7 +458,7 @@ def _begin_event(
     run: Run, s: Any, events: Any, number: float, t: float, before: float, after: float
 ) -> int:
     """Write an event at the position of the phase; return where its first sample goes."""
-    at = int(s[EVENTS]) * (EVENT_COLUMNS + 2 * (ROW_COLUMNS + run.states - 2))
+    at = int(s[EVENTS]) * (EVENT_COLUMNS + 2 * run.columns)
     events[at] = number
     events[at + 1] = t
     events[at + 2] = before

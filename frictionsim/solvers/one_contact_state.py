@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from frictionsim.solvers.compilation import compilable, compiled_as
 
-MAX_STATES = 32
+MAX_STATES = 64
 
 # The run: time, s; mode of the contact; end of the samples in the last step, s; whether the phase
 # ends there, and in which direction the contact then breaks away; the last time at which it held;
@@ -41,7 +41,7 @@ OF_CONTACT, OF_STOP = 0.0, 1.0
 OF_SURFACE = 2.0  # and above: the number of the surface
 
 # Why a run cannot continue.
-TOO_MANY_STEPS, NON_FINITE, UNDERFLOW, HIDDEN_EVENT, DIVERGED, CHATTERS = range(6)
+TOO_MANY_STEPS, NON_FINITE, UNDERFLOW, HIDDEN_EVENT, DIVERGED, CHATTERS, NO_MODES = range(7)
 
 
 class Run(NamedTuple):
@@ -49,8 +49,8 @@ class Run(NamedTuple):
 
     Attributes
     ----------
-    states : int
-        Length of the state: position, velocity, energy integrals.
+    states, columns : int
+        Length of the state (position, velocity, energy integrals) and of a sample.
     end : float, s
     rtol, atol : float
     max_step, fixed_step : float, s
@@ -64,11 +64,13 @@ class Run(NamedTuple):
         The stored energies at the start, the kinetic one first.
     energy_floor : float, J
         Energies below are accurate to the absolute tolerance only.
-    input, impact : int
-        Where the energy input and the heat of impacts are in the state.
+    input, heats : int
+        Where the energy input and the heat of impacts are in the state; of several contacts the
+        first of their heats, that of impacts behind those of friction.
     """
 
     states: int
+    columns: int
     end: float
     rtol: float
     atol: float
@@ -81,7 +83,7 @@ class Run(NamedTuple):
     stored: tuple[float, ...]
     energy_floor: float
     input: int
-    impact: int
+    heats: int
 
 
 class Failure(RuntimeError):
@@ -128,3 +130,14 @@ def sample_time(run: Run, number: float) -> float:
     if number <= run.last:
         return number * run.interval
     return run.end if number == run.last + 1.0 else inf
+
+
+@compilable
+def count_switch(run: Run, s: Any) -> None:
+    """Count a change of mode; the run ends if there are too many in the window."""
+    t, place = s[TIME], SWITCH_TIMES + int(s[SWITCHES] % CHATTERING_EVENTS)
+    window = CHATTERING_WINDOW * min(1.0, run.end)
+    if s[SWITCHES] >= CHATTERING_EVENTS and t - s[place] < window:
+        fail(CHATTERS, t, t - s[place], 0.0, 0.0)
+    s[place] = t
+    s[SWITCHES] += 1.0
