@@ -3,7 +3,8 @@
 import logging
 from array import array
 from collections import Counter, deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -43,6 +44,51 @@ PATIENCE = 2000
 STEPS_THAT_PAY, STEPS_THAT_PAY_COMPILING = 40_000.0, 600_000.0
 SECONDS_OF_COMPILATION = 10.0  # on an idle core
 _python_steps: Counter[Any] = Counter()  # of this process, by the form of the kernel
+
+
+@contextmanager
+def named_failures(problem: Problem, settings: "SolverSettings") -> Iterator[None]:
+    """Report the failures of a run by their errors."""
+    try:
+        yield
+    except Failure as failure:
+        raise error_of(failure, problem, settings) from None
+    except ArithmeticError:
+        t = problem.state[layout.TIME]
+        raise NonFinite(
+            f"after t = {t:.9g} s {problem.subject} exceeds the range of double precision; check"
+            " the scenario for forces or inertias that are far too large or too small"
+        ) from None
+
+
+def error_of(failure: Failure, problem: Problem, settings: "SolverSettings") -> FrictionsimError:
+    """Return the error with which the run ends."""
+    t, x, y, z = failure.numbers
+    what = problem.subject
+    if failure.reason == layout.TOO_MANY_STEPS:
+        return BudgetExceeded(
+            f"limit of {settings.max_steps} steps reached at t = {t:.9g} s of {what};"
+            f" {settings.budget_advice} (unless a short time constant, such as inertia over"
+            " damping, limits the steps)"
+        )
+    if failure.reason == layout.NON_FINITE:
+        return non_finite_error(t, what)
+    if failure.reason == layout.UNDERFLOW:
+        return step_underflow(t, x, what)
+    if failure.reason == layout.HIDDEN_EVENT:
+        return hidden_event(t, x, y, z)
+    if failure.reason == layout.DIVERGED:
+        return Diverged(
+            f"at t = {t:.9g} s the kinetic energy is {x:.3g} J, but the energy input"
+            f" only {y:.3g} J: {what} diverges; give a shorter solver.step or max_step"
+        )
+    if failure.reason == layout.NO_MODES:
+        return SolverError(
+            f"at t = {t:.9g} s no combination of sticking, sliding and slack satisfies the"
+            f" equations of {what}: the friction is too large for them; check the coefficients"
+            " of friction and the radius of the shaft"
+        )
+    return chattering_error(t, problem.change, CHATTERING_EVENTS, x, problem.advice)
 
 
 class StatePart:
@@ -180,16 +226,8 @@ class EventDrivenSolver:
         bool
             True if the rest is so long that it pays to `compile` first.
         """
-        try:
+        with named_failures(self._problem, self._settings):
             return self._integrate(on_step)
-        except Failure as failure:
-            raise self._error(failure) from None
-        except ArithmeticError:
-            raise NonFinite(
-                f"after t = {self._solver.t:.9g} s {self._problem.subject} exceeds the range"
-                " of double precision; check the scenario for forces or inertias that are far too"
-                " large or too small"
-            ) from None
 
     @property
     def compile_seconds(self) -> float:
@@ -291,35 +329,6 @@ class EventDrivenSolver:
             name = self._problem.event_names[int(number)]
             buffer.transitions.append(Transition(t, name, int(before), int(after), position))
             buffer.sides.extend(events[at + EVENT_COLUMNS : at + EVENT_COLUMNS + 2 * width])
-
-    def _error(self, failure: Failure) -> FrictionsimError:
-        """Return the error with which the run ends."""
-        t, x, y, z = failure.numbers
-        what, settings = self._problem.subject, self._settings
-        if failure.reason == layout.TOO_MANY_STEPS:
-            return BudgetExceeded(
-                f"limit of {settings.max_steps} steps reached at t = {t:.9g} s of {what};"
-                f" {settings.budget_advice} (unless a short time constant, such as inertia over"
-                " damping, limits the steps)"
-            )
-        if failure.reason == layout.NON_FINITE:
-            return non_finite_error(t, what)
-        if failure.reason == layout.UNDERFLOW:
-            return step_underflow(t, x, what)
-        if failure.reason == layout.HIDDEN_EVENT:
-            return hidden_event(t, x, y, z)
-        if failure.reason == layout.DIVERGED:
-            return Diverged(
-                f"at t = {t:.9g} s the kinetic energy is {x:.3g} J, but the energy input"
-                f" only {y:.3g} J: {what} diverges; give a shorter solver.step or max_step"
-            )
-        if failure.reason == layout.NO_MODES:
-            return SolverError(
-                f"at t = {t:.9g} s no combination of sticking, sliding and slack satisfies the"
-                f" equations of {what}: the friction is too large for them; check the coefficients"
-                " of friction and the radius of the shaft"
-            )
-        return chattering_error(t, self._problem.change, CHATTERING_EVENTS, x, self._problem.advice)
 
 
 def SOLVER(  # noqa: N802  a class, of other methods

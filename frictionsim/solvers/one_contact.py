@@ -14,7 +14,6 @@ from there.
 from math import inf, ulp
 from typing import Any
 
-from frictionsim.solvers.base import MAX_ENERGY_RATIO
 from frictionsim.solvers.common import SAME_TIME_ULPS
 from frictionsim.solvers.compilation import compilable
 from frictionsim.solvers.end_stops import HIDDEN_ULPS
@@ -80,6 +79,9 @@ from frictionsim.solvers.one_contact_step import (
 
 DONE, PAUSED, FULL = range(3)
 
+# Kinetic energy above this multiple of the energy input indicates an unstable integration.
+MAX_ENERGY_RATIO = 100.0
+
 # Resolution of the end of a slip phase, relative to the step.
 RESOLUTION = 1e-12
 
@@ -138,7 +140,7 @@ def integrate(system: Any, run: Run, s: Any, rows: Any, events: Any, steps: floa
 
 @compilable
 def _start(system: Any, run: Run, s: Any, events: Any) -> None:
-    if _is_hit(system.stops, s):
+    if is_hit(system.stops, s):
         _hit_stop(system.stops, system, run, s, events)
     elif s[MODE] == 0.0:
         _switch_mode(system, run, s, events, mode_from_rest(system, s))
@@ -155,7 +157,7 @@ def _end_phase(system: Any, run: Run, s: Any, events: Any) -> None:
         return
     write_inside(system, run, s, s[MODE], s[TIME])
     copy(s, Y, INSIDE, run.states)
-    if _is_hit(system.stops, s):
+    if is_hit(system.stops, s):
         _hit_stop(system.stops, system, run, s, events)
         return
     s[Y + 1] = 0.0
@@ -200,7 +202,7 @@ def mode_from_rest(system: Any, s: Any) -> float:
 def _stick(system: Any, run: Run, s: Any) -> None:
     """Stick for a monotone segment of the drive, or up to the breakaway in it."""
     a = s[TIME]
-    b = system.first_excess(s[Y], a, _monotone_segment_end(system, run, s, a))
+    b = system.first_excess(s[Y], a, monotone_segment_end(system, run, s, a))
     s[SAMPLED_UNTIL] = b
     direction = 1.0
     if not excess_beyond_roundoff(system, s, b, 1.0) > 0.0:
@@ -231,7 +233,7 @@ def breakaway(
 
 
 @compilable
-def _monotone_segment_end(system: Any, run: Run, s: Any, t: float) -> float:
+def monotone_segment_end(system: Any, run: Run, s: Any, t: float) -> float:
     """Return a time after t up to which drive and friction limits are smooth and monotone, s."""
     b = min(run.end, system.drive.next_extremum(t))
     for i in range(len(system.breaks)):
@@ -246,9 +248,9 @@ def _slip(system: Any, run: Run, s: Any, events: Any) -> None:
     """Slide for a step, or up to the rest or impact within it."""
     direction = s[MODE]
     if s[T_NEW] >= s[SEGMENT_END]:
-        s[SEGMENT_END] = _monotone_segment_end(system, run, s, s[T_NEW])
+        s[SEGMENT_END] = monotone_segment_end(system, run, s, s[T_NEW])
     _step(system, run, s, direction)
-    _check_energy(system, run, s)
+    check_energy(system, run, s, 0.0)
     s[TIME] = s[T_NEW]
     rest = _rest_within_step(system, run, s, direction)
     until = min(s[T_NEW], rest)
@@ -310,10 +312,14 @@ def _may_reverse(loads: Any, system: Any, run: Run, s: Any, direction: float) ->
 
 
 @compilable
-def _check_energy(system: Any, run: Run, s: Any) -> None:
-    """End a run whose kinetic energy far exceeds the energy input."""
+def check_energy(system: Any, run: Run, s: Any, gained: float) -> None:
+    """End a run whose kinetic energy far exceeds the energy input.
+
+    The input is the initial kinetic energy, the work of the drive, the energy released by the
+    other stores, and what friction has given, J.
+    """
     stored = system.stored_energies(s[Y_NEW], s[Y_NEW + 1])
-    put_in = run.energy_floor + abs(s[Y_NEW + run.input])
+    put_in = run.energy_floor + abs(s[Y_NEW + run.input]) + gained
     for i in range(1, len(stored)):
         put_in += abs(stored[i] - run.stored[i])
     if stored[0] > MAX_ENERGY_RATIO * put_in:
@@ -376,7 +382,7 @@ def _time_of_min_velocity(system: Any, run: Run, s: Any, direction: float) -> fl
 
 
 @compilable
-def _is_hit(stops: Any, s: Any) -> bool:
+def is_hit(stops: Any, s: Any) -> bool:
     """Return whether a state is beyond a stop, or at it and moving into it."""
     if len(stops) == 0:
         return False
@@ -389,22 +395,12 @@ def _is_hit(stops: Any, s: Any) -> bool:
 
 @compilable
 def _hit_stop(stops: Any, system: Any, run: Run, s: Any, events: Any) -> None:
-    """Switch to the mode after an impact on a stop, v+ = -e v-, at the stop exactly."""
+    """Switch to the mode after an impact on a stop."""
     if len(stops) == 0:
         return
-    stop, n, t, mode_before = stops[0], run.states, s[TIME], s[MODE]
+    t, mode_before = s[TIME], s[MODE]
     count_switch(run, s)
-    q = s[Y]
-    side = 1.0 if q >= stop.highest else -1.0
-    speed = side * s[Y + 1]
-    kinetic_before = system.stored_energies(q, s[Y + 1])[0]
-    s[Y] = min(max(q, stop.lowest), stop.highest)
-    copy(s, BEFORE, Y, n)
-    rebound = stop.restitution * speed
-    if speed < stop.capture_speed or _is_hidden(stop, system, s, side, rebound):
-        rebound = 0.0
-    s[Y + 1] = -side * rebound if rebound > 0.0 else 0.0
-    s[Y + run.heats] += kinetic_before - system.stored_energies(q, s[Y + 1])[0]
+    rebound(stops, system, run, s)
     mode = -mode_before if s[Y + 1] != 0.0 else mode_from_rest(system, s)
     at = _begin_event(run, s, events, OF_STOP, t, mode_before, mode)
     _write_row(system, run, s, events, at, t, BEFORE, mode_before)
@@ -412,6 +408,27 @@ def _hit_stop(stops: Any, system: Any, run: Run, s: Any, events: Any) -> None:
     s[MODE] = mode
     if mode != 0.0:
         _begin_slip(system, run, s)
+
+
+@compilable
+def rebound(stops: Any, system: Any, run: Run, s: Any) -> None:
+    """Write the state after an impact on a stop, v+ = -e v-, and that before it into BEFORE.
+
+    Both are at the stop exactly.
+    """
+    if len(stops) == 0:
+        return
+    stop, q = stops[0], s[Y]
+    side = 1.0 if q >= stop.highest else -1.0
+    speed = side * s[Y + 1]
+    kinetic_before = system.stored_energies(q, s[Y + 1])[0]
+    s[Y] = min(max(q, stop.lowest), stop.highest)
+    copy(s, BEFORE, Y, run.states)
+    v = stop.restitution * speed
+    if speed < stop.capture_speed or _is_hidden(stop, system, s, side, v):
+        v = 0.0
+    s[Y + 1] = -side * v if v > 0.0 else 0.0
+    s[Y + run.heats] += kinetic_before - system.stored_energies(q, s[Y + 1])[0]
 
 
 @compilable

@@ -64,6 +64,8 @@ class Run(NamedTuple):
         The stored energies at the start, the kinetic one first.
     energy_floor : float, J
         Energies below are accurate to the absolute tolerance only.
+    jump_ulps : float
+        A step of this number of units in the last place of the time is accepted whatever its error.
     input, heats : int
         Where the energy input and the heat of impacts are in the state; of several contacts the
         first of their heats, that of impacts behind those of friction.
@@ -84,6 +86,7 @@ class Run(NamedTuple):
     energy_floor: float
     input: int
     heats: int
+    jump_ulps: float = 0.0
 
 
 class Failure(RuntimeError):

@@ -196,7 +196,10 @@ def begin_segment(run: Run, s: Any, t: float) -> None:
 
 @compilable
 def trial_of_first_step(run: Run, s: Any) -> float:
-    """Return the length of a trial of the first step, s; see `RungeKuttaFehlberg45`."""
+    """Return the length of a trial of the first step, s [1]_.
+
+    .. [1] Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, II.4.
+    """
     size, rate = _size_and_rate(run, s)
     if not isfinite(rate):
         fail(NON_FINITE, s[T_NEW], 0.0, 0.0, 0.0)
@@ -272,10 +275,11 @@ def is_accepted(run: Run, s: Any, h: float, error: float, limit: float) -> bool:
     """Return whether a trial is accepted; if not, set a shorter length."""
     if not isfinite(error):
         fail(NON_FINITE, s[T_OLD], 0.0, 0.0, 0.0)
-    if run.fixed_step > 0.0 or error <= 1.0 or h <= 0.0:
+    shortest = run.jump_ulps * ulp(s[T_OLD])
+    if run.fixed_step > 0.0 or error <= 1.0 or h <= shortest:
         return True
     s[REJECTED] += 1.0
-    s[STEP] = reduced_step(h, error)
+    s[STEP] = max(shortest, reduced_step(h, error))
     if s[STEP] < 4.0 * ulp(limit):
         fail(UNDERFLOW, s[T_OLD], s[STEP], 0.0, 0.0)
     return False
@@ -314,7 +318,7 @@ def repeats_shorter(system: Any, run: Run, s: Any, direction: float) -> bool:
     if run.fixed_step > 0.0 or error <= 1.0 or h <= MIN_REPEATED_ULPS * ulp(s[T_NEW]):
         return False
     s[T_NEW] = s[T_OLD]
-    s[STEP] = reduced_step(h, error)
+    s[STEP] = max(run.jump_ulps * ulp(s[T_OLD]), reduced_step(h, error))
     copy(s, Y_NEW, Y_OLD, n)
     copy(s, F_NEW, F_OLD, n)
     s[STEPS] -= 1.0

@@ -269,5 +269,5 @@ def _state_with(y: list[float], length: int) -> "array[float]":
 def event_names(mechanism: "Mechanism") -> tuple[str, ...]:
     """Return the names of events of one contact by their numbers."""
     surfaces = [surface.event for surface in mechanism.switching_surfaces]
-    assert mechanism.contact is not None  # else another solver takes it
-    return (mechanism.contact.name, EVENT, *surfaces)
+    contact = "drive" if mechanism.contact is None else mechanism.contact.name
+    return (contact, EVENT, *surfaces)

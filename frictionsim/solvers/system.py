@@ -117,18 +117,17 @@ class FunctionSystem(NamedTuple):
 
 
 def system_of(mechanism: "Mechanism") -> Any:
-    """Return the system of a mechanism with dry friction."""
+    """Return the system of a mechanism; without dry friction its limits are not called."""
     if mechanism.system is not None:
         return mechanism.system
-    contact = mechanism.contact
-    assert contact is not None  # checked by the solver
+    contact: Any = mechanism.contact
     return FunctionSystem(
         mechanism,
         contact,
         FunctionDrive(mechanism.drive),
         mechanism.inertia,
-        breaks=array("d", contact.monotonicity_breaks),
+        breaks=array("d", contact.monotonicity_breaks if contact else ()),
         surfaces=mechanism.switching_surfaces,
         stops=() if mechanism.stops is None else (mechanism.stops,),
-        reversing_load=() if contact.load is None else (True,),
+        reversing_load=(True,) if contact and contact.load else (),
     )

@@ -420,7 +420,7 @@ def shaft_of(scenario: ShaftScenario) -> Shaft:
     mass = EccentricMass(p, cos(azimuth), sin(azimuth), (inertia - r_k * p) * (inertia + r_k * p))
     fixed, turning, _ = all_loads.constant
     varies = any(any(triple[1:]) for load in loads if not load.is_constant for triple in load.arms)
-    reverses = bool(p) or varies or (any(fixed[1:]) and any(turning[1:]))
+    reverses = journal and (p or varies or (any(fixed[1:]) and any(turning[1:])))
     return Shaft(
         all_loads,
         inertia,
