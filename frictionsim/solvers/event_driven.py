@@ -39,7 +39,7 @@ SECONDS_OF_A_CALL = 0.1  # of compiled code, which is not interrupted
 FIRST_CALL = 1000.0  # steps
 STEPS_OF_A_CALL = 500_000.0  # of many runs
 # After so many steps as Python, a run that has as many left is compiled: code on the disk takes
-# half a second, a compilation some twelve, a step as Python 20 us.
+# half a second, a compilation some twelve, a step of one contact as Python 20 us.
 PATIENCE = 2000
 STEPS_THAT_PAY, STEPS_THAT_PAY_COMPILING = 40_000.0, 600_000.0
 SECONDS_OF_COMPILATION = 10.0  # on an idle core
@@ -264,7 +264,7 @@ class EventDrivenSolver:
                         return True
             if status == DONE:
                 if not self._kernel.reason:
-                    _python_steps[self._kernel.form] += steps
+                    _python_steps[self._kernel.form] += steps * self._problem.cost
                 return False
 
     def _pays_already(self) -> bool:
@@ -284,7 +284,7 @@ class EventDrivenSolver:
 
     def _pays(self, done: float) -> bool:
         """Return whether it pays to compile the rest after PATIENCE steps for so many s."""
-        left = self._run.end - self._state[layout.TIME]
+        left = self._problem.cost * (self._run.end - self._state[layout.TIME])
         if not PATIENCE * left > STEPS_THAT_PAY * done:
             return False
         if self._kernel.reason:

@@ -89,6 +89,8 @@ class Problem:
         The loop, of `system`, `run` and `state`.
     contacts : int
         The number of events that may be at one time.
+    cost : int
+        How long a step takes as Python, relative to one contact.
     event_names : tuple of str
         By the number of the event.
     change, advice : str
@@ -96,7 +98,7 @@ class Problem:
     """
 
     integrate: Callable[..., int] = staticmethod(one_contact.integrate)
-    contacts = 1
+    contacts = cost = 1
 
     def __init__(
         self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
@@ -140,6 +142,7 @@ class SeveralContacts(Problem):
     """Several contacts on several coordinates."""
 
     integrate = staticmethod(several_contacts.integrate)
+    cost = 5
 
     def __init__(
         self,

@@ -104,7 +104,8 @@ def integrate(system: Any, run: Run, s: Any, rows: Any, events: Any, steps: floa
             return FULL
         s[TIME] = s[SAMPLED_UNTIL]
         if _ends(system, s):
-            _end_phase(system, run, s, events)
+            _end_phase(system, run, s)
+            _switch_modes(system, run, s, events)
         if s[TIME] >= run.end:
             if s[NEXT_TIME] <= run.end:
                 if (s[ROWS] + 1.0) * run.columns > len(rows):
@@ -115,11 +116,12 @@ def integrate(system: Any, run: Run, s: Any, rows: Any, events: Any, steps: floa
             return PAUSED
         s[TURNS] += 1.0
         _step(system, run, s)
+        find_first_events(system, run, s)
 
 
 @compilable
 def _step(system: Any, run: Run, s: Any) -> None:
-    """Stay at rest, or move, up to the first event or the end of the step."""
+    """Stay at rest for a monotone segment of the drive, or take a step."""
     if s[RESTING] != 0.0:
         s[SAMPLED_UNTIL] = min(run.end, system.drive.next_extremum(s[TIME]))
     else:
@@ -127,7 +129,6 @@ def _step(system: Any, run: Run, s: Any) -> None:
             s[SEGMENT_END] = min(run.end, system.drive.next_extremum(s[T_NEW]))
         advance(system, run, s, s[SEGMENT_END])
         s[SAMPLED_UNTIL] = s[T_NEW]
-    find_first_events(system, run, s)
 
 
 @compilable
@@ -140,8 +141,8 @@ def _ends(system: Any, s: Any) -> bool:
 
 
 @compilable
-def _end_phase(system: Any, run: Run, s: Any, events: Any) -> None:
-    """Switch to the modes that follow at the end of the last step."""
+def _end_phase(system: Any, run: Run, s: Any) -> None:
+    """Write the state at the end of the last step, and which contacts are released there."""
     n = system.coordinates
     if s[RESTING] == 0.0:
         write_inside(system, run, s, s[TIME])
@@ -161,7 +162,6 @@ def _end_phase(system: Any, run: Run, s: Any, events: Any) -> None:
             _close_gap(system, run, s, i)
         else:
             s[BEFORE + n + c] = s[Y + n + c] = 0.0
-    _switch_modes(system, run, s, events)
 
 
 @compilable

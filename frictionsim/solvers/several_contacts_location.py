@@ -104,7 +104,9 @@ def find_first_events(system: Any, run: Run, s: Any) -> None:
     places = _see(system, run, s)
     for k in range(margins):
         s[EVENT_TIME + k] = inf
-        _search(system, run, s, k, places)
+        before, after = _search(system, run, s, k, places)
+        if after != inf:
+            _locate(system, run, s, k, before, after)
         first = min(first, s[EVENT_TIME + k])
     for k in range(margins):
         if s[EVENT_TIME + k] - first <= SAME_TIME_ULPS * ulp(run.end):
@@ -136,32 +138,26 @@ def _see(system: Any, run: Run, s: Any) -> int:
 
 
 @compilable
-def _search(system: Any, run: Run, s: Any, k: int, places: int) -> None:
-    """Write the time at which a margin is used up first, if it is."""
+def _search(system: Any, run: Run, s: Any, k: int, places: int) -> tuple[float, float]:
+    """Return two times between which a margin is used up first, s; infinite if it lasts."""
     margins, at = int(s[MARGINS]), SEEN + k
     for place in range(1, places):
         at += margins
         t, before = s[PLACE_TIMES + place], s[PLACE_TIMES + place - 1]
-        if s[at] <= 0.0 and _is_used_up_at(system, run, s, k, t):
-            _locate(system, run, s, k, before, t)
-            return
+        if s[at] <= 0.0 and _is_used_up(s, k, value(system, run, s, k, BEYOND_ROUNDOFF, t)):
+            return before, t
         if place < places - 1 and s[at - margins] >= s[at] <= s[at + margins]:
             after = s[PLACE_TIMES + place + 1]
             if _may_dip(t - before, after - t, s[at - margins], s[at], s[at + margins]):
                 lowest = _lowest(system, run, s, k, before, after)
                 if lowest != inf:
-                    _locate(system, run, s, k, before, lowest)
-                    return
+                    return before, lowest
+    return inf, inf
 
 
 @compilable
 def _is_used_up(s: Any, k: int, value: float) -> bool:
     return value < 0.0 if is_of_force(s, k) else value <= 0.0
-
-
-@compilable
-def _is_used_up_at(system: Any, run: Run, s: Any, k: int, t: float) -> bool:
-    return _is_used_up(s, k, value(system, run, s, k, BEYOND_ROUNDOFF, t))
 
 
 @compilable
@@ -218,29 +214,18 @@ def _locate(system: Any, run: Run, s: Any, k: int, a: float, b: float) -> None:
         s[EVENT_HELD + k], s[EVENT_TIME + k] = held, time
         return
     start = s[PLACE_TIMES]
-    time = inf
+    resolution = RESOLUTION * (b - start)
     if not value(system, run, s, k, BARE, a) > 0.0:
-        # Only at the start, or by the error of what is approximate.
-        a = _after(system, run, s, k, start, b)
-        if a >= b or not value(system, run, s, k, BARE, a) > 0.0:
-            time = a
-    if time == inf:
-        time = _bracket(system, run, s, k, BARE, a, b, RESOLUTION * (b - start))[1]
+        # The zero at the start of a motion does not count, nor the error of what is approximate.
+        width = b - start
+        while width > resolution and not value(system, run, s, k, BARE, start + width) > 0.0:
+            width *= 0.1
+        a = start + width if width > resolution else start
+        if a >= b or (width <= resolution and not value(system, run, s, k, BARE, a) > 0.0):
+            s[EVENT_HELD + k] = s[EVENT_TIME + k] = a
+            return
+    time = _bracket(system, run, s, k, BARE, a, b, resolution)[1]
     s[EVENT_HELD + k] = s[EVENT_TIME + k] = time
-
-
-@compilable
-def _after(system: Any, run: Run, s: Any, k: int, start: float, b: float) -> float:
-    """Return a time after the start at which the motion has begun; the start if it does not.
-
-    The zero at the start of a motion does not count.
-    """
-    width, resolution = b - start, RESOLUTION * (b - start)
-    while not value(system, run, s, k, BARE, start + width) > 0.0:
-        width *= 0.1
-        if width <= resolution:
-            return start
-    return start + width
 
 
 @compilable

@@ -97,8 +97,11 @@ def write_derivatives(system: Any, s: Any, t: float, y: int, f: int) -> None:
 
 
 @compilable
-def _write_stages(system: Any, s: Any, h: float) -> None:
-    """Write the derivatives at the stages 2 to 6 of a step of length h, s."""
+def _write_solution(system: Any, run: Run, s: Any, h: float, y: int) -> None:
+    """Write the state after a step of length h, s, from the start of the last one, into s[y].
+
+    The derivatives at its stages 2 to 6 are in K2 to K6.
+    """
     t, n = s[T_OLD], 2 * system.coordinates
     for i in range(n):
         s[STAGE + i] = s[Y_OLD + i] + h * (A21 * s[F_OLD + i])
@@ -119,12 +122,6 @@ def _write_stages(system: Any, s: Any, h: float) -> None:
         s[STAGE + i] = s[Y_OLD + i] + h * of_3 + h * (A64 * s[K4 + i] + A65 * s[K5 + i])
     write_derivatives(system, s, t + C6 * h, STAGE, K6)
     s[EVALUATIONS] += 5.0
-
-
-@compilable
-def _write_solution(system: Any, run: Run, s: Any, h: float, y: int) -> None:
-    """Write the state after a step of length h, s, from the start of the last one, into s[y]."""
-    _write_stages(system, s, h)
     for i in range(run.states):
         of_4 = B1 * s[F_OLD + i] + B3 * s[K3 + i] + B4 * s[K4 + i]
         s[y + i] = s[Y_OLD + i] + h * of_4 + h * (B5 * s[K5 + i] + B6 * s[K6 + i])
