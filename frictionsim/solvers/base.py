@@ -30,10 +30,9 @@ State = list[float]
 
 
 class Law(NamedTuple):
-    """A friction law as `one_contact_step` takes it; friction is that of (u, q, v, torque)."""
+    """A friction law as `one_contact_step` takes it."""
 
-    system: Any
-    friction: Callable[[float, float, float, float], float]
+    solver: "Solver"
     drive: Any
     inertia: float
 
@@ -41,8 +40,8 @@ class Law(NamedTuple):
         self, u: float, q: float, v: float, s: float
     ) -> tuple[float, float, tuple[float, ...]]:
         """Return the applied torque, the friction against s, N m, and the powers, W."""
-        applied = self.system.applied_torque(u, q, v)
-        return applied, -s * self.friction(u, q, v, applied), self.system.powers(u, q, v)
+        applied, kinetic, powers = self.solver.torques_and_powers(u, q, v)
+        return applied, -s * self.solver.friction(u, q, v, applied, kinetic), powers
 
 
 class Crossing(NamedTuple):
@@ -144,15 +143,22 @@ class Solver:
 
     def new_law(self) -> Any:
         """Return the equation that is integrated."""
-        return Law(self.system, self.friction, self.system.drive, self.system.inertia)
+        return Law(self, self.system.drive, self.system.inertia)
 
-    def friction(self, u: float, q: float, v: float, applied_torque: float) -> float:
-        """Return the friction torque, N m, for a given applied torque."""
+    def torques_and_powers(self, u: float, q: float, v: float) -> tuple[float, float, Any]:
+        """Return the applied torque, the kinetic limit in the direction of motion, the powers."""
+        found: tuple[float, float, Any] = self.system.torques_and_powers(
+            u, q, v, FORWARD if v > 0.0 else BACKWARD
+        )
+        return found
+
+    def friction(self, u: float, q: float, v: float, applied: float, kinetic: float) -> float:
+        """Return the friction torque for an applied torque and a kinetic limit, N m."""
         raise NotImplementedError
 
-    def friction_in(self, mode: int, u: float, q: float, v: float, applied_torque: float) -> float:
+    def friction_in(self, mode: int, u: float, q: float, v: float, applied: float) -> float:
         """Return the friction torque of a sample in a mode, N m."""
-        return self.friction(u, q, v, applied_torque)
+        return self.friction(u, q, v, applied, self.torques_and_powers(u, q, v)[1])
 
     def start(self) -> None:
         """Start at the initial state."""

@@ -1,5 +1,7 @@
 """Integration of a mechanism without dry friction."""
 
+from typing import Any
+
 from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
 from frictionsim.solvers.base import Solver, State
 from frictionsim.solvers.end_stops import EVENT
@@ -12,7 +14,10 @@ def _direction(v: float) -> int:
 class FrictionlessSolver(Solver):
     """Solver for a mechanism without dry friction: smooth between discontinuities."""
 
-    def friction(self, u: float, q: float, v: float, applied_torque: float) -> float:
+    def torques_and_powers(self, u: float, q: float, v: float) -> tuple[float, float, Any]:
+        return self.system.applied_torque(u, q, v), 0.0, self.system.powers(u, q, v)
+
+    def friction(self, u: float, q: float, v: float, applied: float, kinetic: float) -> float:
         return 0.0
 
     def step(self) -> None:

@@ -75,16 +75,15 @@ class PublishedSolver(Solver):
     def checkpoint_parts(self) -> dict[str, object]:
         return {**super().checkpoint_parts, "chattering": self.chattering, "creep": self.creep}
 
-    def friction(self, u: float, q: float, v: float, applied_torque: float) -> float:
+    def friction(self, u: float, q: float, v: float, applied: float, kinetic: float) -> float:
         """Return the friction torque of eq 30, N m."""
-        if switch(applied_torque, self.system.static_limit(u, q), v) == 0:
-            return -applied_torque
-        s = sign(v)
-        return -s * self.system.kinetic_limit(u, q, v, s)
+        if switch(applied, self.system.static_limit(u, q), v) == 0:
+            return -applied
+        return -sign(v) * kinetic
 
-    def friction_in(self, mode: int, u: float, q: float, v: float, applied_torque: float) -> float:
+    def friction_in(self, mode: int, u: float, q: float, v: float, applied: float) -> float:
         if mode == STICK:
-            return self.friction(u, q, v, applied_torque)
+            return super().friction_in(mode, u, q, v, applied)
         return -mode * self.system.kinetic_limit(u, q, v, mode)
 
     def step(self) -> None:

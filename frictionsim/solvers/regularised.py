@@ -38,13 +38,11 @@ class RegularisedSolver(Solver):
         self.speed = self.contact.transition_speed
         self.mode, self.segment_end = self.mode_at(mechanism.velocity), 0.0
 
-    def friction(self, u: float, q: float, v: float, applied_torque: float) -> float:
-        """Return the friction torque, N m."""
+    def friction(self, u: float, q: float, v: float, applied: float, kinetic: float) -> float:
         s = FORWARD if v > 0.0 else BACKWARD
         x = s * v / self.speed
         static = self.system.static_limit(u, q) if x < KINETIC_FROM else 0.0
-        kinetic = self.system.kinetic_limit(u, q, v, s) if x > 1.0 else 0.0
-        return -s * friction_curve(x, static, kinetic)
+        return -s * friction_curve(x, static, kinetic if x > 1.0 else 0.0)
 
     def mode_at(self, v: float) -> int:
         """Return the mode that a velocity counts as."""

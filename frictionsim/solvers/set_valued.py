@@ -45,15 +45,14 @@ class SetValuedSolver(Solver):
         self.segment_end = 0.0  # of the segment on which the drive is monotone
         self.is_new = False  # the mode is not yet updated after the last step
 
-    def friction(self, u: float, q: float, v: float, applied_torque: float) -> float:
-        """Return the friction torque, N m, for a given applied torque."""
-        return self.friction_in(self.mode_at(u, q, v, applied_torque), u, q, v, applied_torque)
+    def friction(self, u: float, q: float, v: float, applied: float, kinetic: float) -> float:
+        mode = self.mode_at(u, q, v, applied)
+        if mode * v > 0.0:
+            return -mode * kinetic
+        return self.friction_in(mode, u, q, v, applied)
 
-    def friction_in(self, mode: int, u: float, q: float, v: float, applied_torque: float) -> float:
-        """Return the friction torque in a mode, N m."""
-        return (
-            -applied_torque if mode == STICK else -mode * self.system.kinetic_limit(u, q, v, mode)
-        )
+    def friction_in(self, mode: int, u: float, q: float, v: float, applied: float) -> float:
+        return -applied if mode == STICK else -mode * self.system.kinetic_limit(u, q, v, mode)
 
     def mode_at(self, u: float, q: float, v: float, applied_torque: float) -> int:
         """Return the mode of the contact.
