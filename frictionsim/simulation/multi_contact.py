@@ -27,7 +27,6 @@ from frictionsim.results import (
     STICK,
     TAUT,
     Check,
-    SimulationResult,
     Transition,
 )
 from frictionsim.simulation.audit import (
@@ -39,14 +38,9 @@ from frictionsim.simulation.audit import (
     leaves_stick,
     relative_margin,
 )
-from frictionsim.simulation.run_warnings import hidden_stick_slip
 from frictionsim.simulation.single_dof import (
-    OF_EVENTS,
     RecordedSimulation,
     Samples,
-    final_quantities,
-    quantities_of_transitions,
-    samples_of,
 )
 from frictionsim.solvers import several_contacts_state as several
 from frictionsim.solvers.contacts import HOLDING, Contact, Friction, Vector
@@ -56,7 +50,7 @@ from frictionsim.solvers.one_contact_state import Y
 from frictionsim.solvers.problems import MODE
 
 if TYPE_CHECKING:
-    from frictionsim.results import Array, Quantities
+    from frictionsim.results import Array
     from frictionsim.scenario.settings import Scenario
     from frictionsim.solvers.state_values import Values
 
@@ -304,124 +298,63 @@ class MultiContactSimulation(RecordedSimulation):
     """
 
     MODE: ClassVar["Values"] = MODE
+    SEVERAL: ClassVar[bool] = True
 
     def __init__(self, scenario: "Scenario", mechanism: MultiContactMechanism) -> None:
-        coordinates, contacts = len(mechanism.position), len(mechanism.contacts)
-        first = 3 * coordinates + mechanism.system.contacts.terms
+        first = 3 * len(mechanism.position) + mechanism.system.contacts.terms
+        last = first + len(mechanism.contacts)
         super().__init__(
             scenario,
+            mechanism,
             lambda recording: SOLVER(mechanism, scenario.solver, recording),
-            first + contacts + len(mechanism.energy_integrals),
+            last + len(mechanism.energy_integrals),
         )
-        self.mode_columns = slice(first, first + contacts)
-        self._mechanism = mechanism
-        self.effects = mechanism.effects
-        self.states = len(mechanism.initial_state)
-        self.channel_info = mechanism.channel_info
+        self.mode_columns = slice(first, last)
 
     @property
     def event_names(self) -> tuple[str, ...]:
         return tuple(contact.name for contact in self._mechanism.contacts)
 
-    def trajectory(self) -> MultiContactTrajectory:
-        """Return the samples before the first non-finite one."""
-        samples = self._samples()
-        return self._trajectory_of(samples.rows, samples.transitions)
-
-    def _samples(self) -> Samples:
-        return samples_of(self._recording, self._width, self._at_events, several=True)
+    @property
+    def _contact_names(self) -> tuple[str, ...]:
+        return tuple(contact.name for _, contact in self._mechanism.frictions[:1])
 
     def _trajectory_of(self, rows: Any, transitions: list[Transition]) -> MultiContactTrajectory:
-        """Return the trajectory of rows (n, width)."""
         mechanism, n = self._mechanism, len(self._mechanism.position)
         columns = rows.T.copy()
-        time, drive = columns[:2]
         position, velocity, acceleration = columns[2 : 2 + 3 * n].reshape(3, n, -1)
-        modes = columns[self.mode_columns]
-        integrals = columns[self.mode_columns.stop :]
+        stored = mechanism.system.stored_energies(position, velocity)
         return MultiContactTrajectory(
-            time=time,
-            drive=drive,
+            time=columns[0],
+            drive=columns[1],
             position=position,
             velocity=velocity,
             acceleration=acceleration,
             forces=columns[2 + 3 * n : self.mode_columns.start],
-            modes=modes,
-            energy_integrals=dict(zip(mechanism.energy_integrals, integrals, strict=True)),
-            stored_energies=dict(
-                zip(
-                    mechanism.stored_energies,
-                    mechanism.system.stored_energies(position, velocity),
-                    strict=True,
-                )
+            modes=columns[self.mode_columns],
+            energy_integrals=dict(
+                zip(mechanism.energy_integrals, columns[self.mode_columns.stop :], strict=True)
             ),
+            stored_energies=dict(zip(mechanism.stored_energies, stored, strict=True)),
             transitions=transitions,
         )
 
-    def observe(self) -> SimulationResult:
-        """Return the finite samples, and quantities, checks and warnings from them."""
-        mechanism, settings, samples = self._mechanism, self._settings, self._samples()
-        trajectory = self._trajectory_of(samples.rows, samples.transitions)
-        before, after = (
-            self._trajectory_of(rows, samples.transitions)
-            for rows in (samples.before, samples.after)
-        )
-        energies = trajectory.energy_integrals | trajectory.stored_energies
-        return SimulationResult(
-            time=trajectory.time,
-            channels=mechanism.channels(trajectory) | energies,
-            transitions=trajectory.transitions,
-            quantities=self._quantities(trajectory, energies),
-            checks=audit(
-                trajectory,
-                mechanism,
-                allowed_residual(settings.rtol, self.statistics()[0]),
-                settings.atol,
-            )
-            | self._release_check(before, after),
-            non_finite_tail=samples.non_finite_tail,
-            warnings=tuple(self._run_warnings(trajectory)),
-            sides={
-                f"{name}_{side}": channel
-                for side, trajectory in (("before", before), ("after", after))
-                for name, channel in mechanism.channels(trajectory).items()
-                if name not in OF_EVENTS
-            },
-        )
+    def _channels(self, trajectory: MultiContactTrajectory) -> dict[str, Any]:
+        channels: dict[str, Any] = self._mechanism.channels(trajectory)
+        return channels
 
-    def _release_check(
-        self, before: MultiContactTrajectory, after: MultiContactTrajectory
-    ) -> dict[str, Check]:
-        mechanism = self._mechanism
-        if not mechanism.frictions:
-            return {}
-        return {"release": release_check(mechanism, before, after, self._settings.duration)}
-
-    def _quantities(
-        self, trajectory: MultiContactTrajectory, energies: dict[str, Any]
-    ) -> "Quantities":
-        """Return the quantities of the mechanism, of its first contact and of the end."""
-        mechanism = self._mechanism
-        quantities = mechanism.quantities(trajectory)
+    def _checks(self, trajectory: MultiContactTrajectory, samples: Samples) -> dict[str, Check]:
+        mechanism, settings = self._mechanism, self._settings
+        allowed = allowed_residual(settings.rtol, self.statistics()[0])
+        checks = audit(trajectory, mechanism, allowed, settings.atol)
         if mechanism.frictions:
-            end, name = np.max(trajectory.time, initial=-np.inf), mechanism.frictions[0][1].name
-            quantities |= quantities_of_transitions(
-                [e for e in trajectory.transitions if e.contact == name and e.time <= end]
+            before, after = (
+                self._trajectory_of(rows, samples.transitions)
+                for rows in (samples.before, samples.after)
             )
-        if trajectory.time.size:
-            quantities |= final_quantities(
-                float(trajectory.time[-1]),
-                float(trajectory.position[0, -1]),
-                float(trajectory.velocity[0, -1]),
-                {name: float(energy[-1]) for name, energy in energies.items()},
-            )
-        return quantities
+            checks["release"] = release_check(mechanism, before, after, settings.duration)
+        return checks
 
-    def _run_warnings(self, trajectory: MultiContactTrajectory) -> list[str]:
-        """Return the warnings about the run; none if it stopped before its end."""
-        duration = self._settings.duration
-        if trajectory.time.size < 2 or trajectory.time[-1] < duration:
-            return []
+    def _warnings(self, trajectory: MultiContactTrajectory) -> list[str]:
         warnings = [] if np.any(trajectory.velocity) else ["nothing moves: all contacts hold"]
-        warnings += self._mechanism.run_warnings(trajectory)
-        return warnings + hidden_stick_slip(trajectory.transitions, self._interval, duration)
+        return warnings + list(self._mechanism.run_warnings(trajectory))

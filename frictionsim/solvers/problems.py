@@ -16,7 +16,7 @@ from frictionsim.solvers.common import SampleBuffer, subject_of
 from frictionsim.solvers.contacts import Friction
 from frictionsim.solvers.end_stops import ENERGY, EVENT
 from frictionsim.solvers.multi_contact import MultiContactMechanism
-from frictionsim.solvers.one_contact_state import NEVER, ROW_COLUMNS, Run
+from frictionsim.solvers.one_contact_state import MAX_STATES, NEVER, ROW_COLUMNS, Run
 from frictionsim.solvers.state_values import (
     COUNT,
     DIRECTION,
@@ -151,6 +151,12 @@ class SeveralContacts(Problem):
         buffer: SampleBuffer,
     ) -> None:
         self._mechanism, self.contacts = mechanism, len(mechanism.contacts)
+        states, terms = len(mechanism.initial_state), mechanism.system.contacts.terms
+        if max(states, terms, 2 * self.contacts) > MAX_STATES:
+            raise ValueError(
+                f"at most {MAX_STATES} states and forces and {MAX_STATES // 2} contacts have room;"
+                f" found {states} states, {terms - 2} forces, {self.contacts} contacts"
+            )
         self.subject, self.system = mechanism.subject, mechanism.system
         self.run = _run_of_several(mechanism, settings, buffer)
         self.state = _state_of_several(mechanism)

@@ -7,6 +7,7 @@ depend on these.
 
 from typing import Any
 
+from frictionsim.solvers import runge_kutta_fehlberg as rk
 from frictionsim.solvers.compilation import compilable
 from frictionsim.solvers.contacts import FORCE
 from frictionsim.solvers.one_contact_state import (
@@ -30,37 +31,6 @@ from frictionsim.solvers.one_contact_step import (
     set_first_step,
     trial_length,
     trial_of_first_step,
-)
-from frictionsim.solvers.runge_kutta_fehlberg import (
-    A21,
-    A31,
-    A32,
-    A41,
-    A42,
-    A43,
-    A51,
-    A52,
-    A53,
-    A54,
-    A61,
-    A62,
-    A63,
-    A64,
-    A65,
-    B1,
-    B3,
-    B4,
-    B5,
-    B6,
-    C2,
-    C3,
-    C4,
-    C6,
-    E1,
-    E3,
-    E4,
-    E5,
-    E6,
 )
 from frictionsim.solvers.several_contacts_state import (
     ACCELERATION,
@@ -104,27 +74,30 @@ def _write_solution(system: Any, run: Run, s: Any, h: float, y: int) -> None:
     """
     t, n = s[T_OLD], 2 * system.coordinates
     for i in range(n):
-        s[STAGE + i] = s[Y_OLD + i] + h * (A21 * s[F_OLD + i])
-    write_derivatives(system, s, t + C2 * h, STAGE, K2)
+        s[STAGE + i] = s[Y_OLD + i] + h * (rk.A21 * s[F_OLD + i])
+    write_derivatives(system, s, t + rk.C2 * h, STAGE, K2)
     for i in range(n):
-        s[STAGE + i] = s[Y_OLD + i] + h * (A31 * s[F_OLD + i] + A32 * s[K2 + i])
-    write_derivatives(system, s, t + C3 * h, STAGE, K3)
+        s[STAGE + i] = s[Y_OLD + i] + h * (rk.A31 * s[F_OLD + i] + rk.A32 * s[K2 + i])
+    write_derivatives(system, s, t + rk.C3 * h, STAGE, K3)
     for i in range(n):
-        of_3 = A41 * s[F_OLD + i] + A42 * s[K2 + i] + A43 * s[K3 + i]
+        of_3 = rk.A41 * s[F_OLD + i] + rk.A42 * s[K2 + i] + rk.A43 * s[K3 + i]
         s[STAGE + i] = s[Y_OLD + i] + h * of_3
-    write_derivatives(system, s, t + C4 * h, STAGE, K4)
+    write_derivatives(system, s, t + rk.C4 * h, STAGE, K4)
     for i in range(n):
-        of_2, of_4 = A51 * s[F_OLD + i] + A52 * s[K2 + i], A53 * s[K3 + i] + A54 * s[K4 + i]
+        of_2, of_4 = (
+            rk.A51 * s[F_OLD + i] + rk.A52 * s[K2 + i],
+            rk.A53 * s[K3 + i] + rk.A54 * s[K4 + i],
+        )
         s[STAGE + i] = s[Y_OLD + i] + h * of_2 + h * of_4
     write_derivatives(system, s, t + h, STAGE, K5)
     for i in range(n):
-        of_3 = A61 * s[F_OLD + i] + A62 * s[K2 + i] + A63 * s[K3 + i]
-        s[STAGE + i] = s[Y_OLD + i] + h * of_3 + h * (A64 * s[K4 + i] + A65 * s[K5 + i])
-    write_derivatives(system, s, t + C6 * h, STAGE, K6)
+        of_3 = rk.A61 * s[F_OLD + i] + rk.A62 * s[K2 + i] + rk.A63 * s[K3 + i]
+        s[STAGE + i] = s[Y_OLD + i] + h * of_3 + h * (rk.A64 * s[K4 + i] + rk.A65 * s[K5 + i])
+    write_derivatives(system, s, t + rk.C6 * h, STAGE, K6)
     s[EVALUATIONS] += 5.0
     for i in range(run.states):
-        of_4 = B1 * s[F_OLD + i] + B3 * s[K3 + i] + B4 * s[K4 + i]
-        s[y + i] = s[Y_OLD + i] + h * of_4 + h * (B5 * s[K5 + i] + B6 * s[K6 + i])
+        of_4 = rk.B1 * s[F_OLD + i] + rk.B3 * s[K3 + i] + rk.B4 * s[K4 + i]
+        s[y + i] = s[Y_OLD + i] + h * of_4 + h * (rk.B5 * s[K5 + i] + rk.B6 * s[K6 + i])
 
 
 @compilable
@@ -133,8 +106,8 @@ def _trial_step(system: Any, run: Run, s: Any, h: float) -> float:
     _write_solution(system, run, s, h, Y_NEW)
     rtol, atol, worst = run.rtol, run.atol, 0.0
     for i in range(run.states):
-        of_4 = E1 * s[F_OLD + i] + E3 * s[K3 + i] + E4 * s[K4 + i]
-        error = h * of_4 + h * (E5 * s[K5 + i] + E6 * s[K6 + i])
+        of_4 = rk.E1 * s[F_OLD + i] + rk.E3 * s[K3 + i] + rk.E4 * s[K4 + i]
+        error = h * of_4 + h * (rk.E5 * s[K5 + i] + rk.E6 * s[K6 + i])
         ratio = abs(error) / (atol + rtol * max(abs(s[Y_OLD + i]), abs(s[Y_NEW + i])))
         if not ratio <= worst:  # also true if it is NaN
             worst = ratio

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from frictionsim.mechanisms.effects import Journal
-from frictionsim.mechanisms.pulley.masses import Ropes
+from frictionsim.mechanisms.pulley.masses import Lift
 from frictionsim.mechanisms.pulley.schema import LiftParameters
 from frictionsim.results import FORWARD, SLACK, STICK, TAUT
 from frictionsim.solvers.one_contact_state import Y
@@ -93,7 +93,7 @@ def struck(
     journal = (Journal(n.r_s, n.r_k),) if has_shaft else ()
     s = array("d", bytes(8 * LENGTH))
     s[Y + 3 : Y + 6], s[MODES : MODES + len(modes)] = array("d", v), array("d", modes)
-    Ropes(nothing, nothing, 3, n, 0.0, 1.0, journal, ()).impact(contact, e, s, Y)
+    Lift(nothing, nothing, 3, n, 0.0, 1.0, journal, (), ()).impact(contact, e, s, Y)
     return s[Y + 3 : Y + 6].tolist(), s[HEATS : HEATS + len(modes)].tolist()
 
 

@@ -11,7 +11,7 @@ from frictionsim.errors import SolverError
 from frictionsim.mechanisms.pulley import build
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
 from frictionsim.scenario.loading import validate
-from frictionsim.scenario.signals import Constant, Curve, curve_of
+from frictionsim.scenario.signals import Constant, Curve, PiecewiseLinear, curve_of
 from frictionsim.solvers import several_contacts_location
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.contacts import Contact, ContactTable, Friction, Unilateral, table_of
@@ -47,7 +47,7 @@ class Bodies(NamedTuple):
     drive: Curve = curve_of(Constant(0.0))
 
     def powers(self, u: float, s: Any, y: int) -> tuple[float, ...]:
-        return (0.0,)
+        return (u * s[y + self.coordinates],)
 
 
 def form(place: int, width: int, value: float = 1.0) -> tuple[float, ...]:
@@ -198,30 +198,91 @@ def test_the_contact_holds_at_its_limit_and_gives_way_beyond_it() -> None:
     assert modes_from_rest(sliding_block(0.0, 0.5), [FORWARD]) == (FORWARD,)
 
 
-def test_equations_without_a_solution_are_an_error() -> None:
+def integrated(system: Any, contacts: list[Contact], duration: float) -> Any:
+    """Return the samples and transitions of bodies that start at rest."""
     nothing: Any = lambda *arguments: {}  # noqa: E731
+    rest = (0.0,) * system.coordinates
     mechanism = MultiContactMechanism(
         drive=Constant(0.0),
-        system=sliding_block(-3.0, 0.6),
-        contacts=(BLOCK,),
+        system=system,
+        contacts=tuple(contacts),
         power_flows=("energy_input",),
         stored_energies=(),
-        position=(0.0,),
-        velocity=(0.0,),
+        position=rest,
+        velocity=rest,
         channels=nothing,
         channel_info={},
         quantities=nothing,
         effects=(),
         energy_scale=1.0,
     )
-    settings = validate(lift(), SCENARIOS).solver
+    settings = validate(lift(solver__duration=duration), SCENARIOS).solver
+    buffer = SampleBuffer(SampleTimes(duration, duration))
+    SOLVER(mechanism, settings, buffer).run(lambda t: None)
+    return buffer
+
+
+def test_equations_without_a_solution_are_an_error() -> None:
     with pytest.raises(SolverError) as error:
-        SOLVER(mechanism, settings, SampleBuffer(SampleTimes(1.0, 1.0))).run(lambda t: None)
+        integrated(sliding_block(-3.0, 0.6), [BLOCK], 1.0)
     assert str(error.value) == (
         "at t = 0 s no combination of sticking, sliding and slack satisfies the equations of the"
         " motion on the contacts 'block': the friction is too large for them; check the"
         " coefficients of friction and the radius of the shaft"
     )
+
+
+def test_more_contacts_than_have_room_are_refused() -> None:
+    contacts = [BLOCK._replace(name=f"block {i}", coordinate=i) for i in range(33)]
+    system = Bodies(table_of(contacts), 33, lambda u, s, y: None)
+    with pytest.raises(ValueError, match="found 100 states, 2 forces, 33 contacts"):
+        integrated(system, contacts, 1.0)
+
+
+def test_a_pile_of_blocks_slips_from_top_to_bottom_and_comes_to_rest_together() -> None:
+    """Three blocks on each other and on the ground; a force on the lowest rises, then is gone."""
+    m, g = np.array([3.0, 2.0, 1.0]), 10.0
+    mu = np.array([0.1, 0.3, 0.2])  # of the ground, and of the blocks on it
+    limits = mu * g * np.cumsum(m[::-1])[::-1]
+    top = 60.0  # N; up to it the force rises by 20 N/s
+
+    def balance(u: float, s: Any, y: int) -> None:
+        matrix, right = np.zeros((6, 6)), np.zeros(6)  # accelerations of blocks, frictions below
+        right[0] = u
+        for i in range(3):
+            matrix[i, i], matrix[i, 3 + i] = m[i], -1.0
+            if i < 2:
+                matrix[i, 4 + i] = 1.0
+            if s[MODES + i] == STICK:
+                matrix[3 + i, i], matrix[3 + i, i - 1] = 1.0, -1.0 if i else 0.0
+            else:
+                matrix[3 + i, 3 + i], right[3 + i] = 1.0, -s[MODES + i] * limits[i]
+        found = np.linalg.solve(matrix, right)
+        for i in range(3):
+            moves = s[MODES + i] != STICK
+            s[ACCELERATION + i] = moves * (found[i] - (found[i - 1] if i else 0.0))
+            s[FORCES + i] = found[3 + i]
+
+    contacts = []
+    for i in range(3):
+        law = Friction((form(0, 5, limits[i]),) * 2, (form(0, 5, limits[i]),) * 2)
+        contacts.append(Contact(f"below {i}", i, law, form(2 + i, 5), form(0, 5, 1e-12)))
+    signal = PiecewiseLinear([0.0, top / 20.0, top / 20.0 + 1e-3], [0.0, top, 0.0])
+    system = Bodies(table_of(contacts), 3, balance, curve_of(signal))
+    buffer = integrated(system, contacts, 40.0)
+    # The ground, then the top block at its mu g, then the middle one with that on it.
+    of_middle = (mu[1] * (m[1] + m[2]) - mu[2] * m[2]) * g / m[1]
+    forces = (
+        limits[0],
+        limits[0] + m.sum() * mu[2] * g,
+        limits[0] + limits[2] + (m[0] + m[1]) * of_middle,
+    )
+    slips = [(e.time, e.contact) for e in buffer.transitions if e.mode_from == STICK]
+    expected = [(f / 20.0, f"below {i}") for f, i in zip(forces, (0, 2, 1), strict=True)]
+    assert slips == [(pytest.approx(t, abs=1e-11), name) for t, name in expected]
+    assert buffer.rows[-7:-4].tolist() == [STICK, STICK, STICK]
+    work, *heats = buffer.rows[-4:]
+    assert sum(heats) == pytest.approx(work, rel=1e-10)
 
 
 def test_two_contacts_hold_in_turn_before_both_give_way() -> None:

@@ -363,11 +363,18 @@ def shift_of(journal: tuple[Journal, ...], s: Any) -> float:
     return s[MODES] * journal[0].r_k
 
 
-class Ropes(NamedTuple):
-    """The equations of masses on a cord that does not slip, and may fall slack.
+class Cord(NamedTuple):
+    """The ratio of the tensions of a cord that slips."""
 
-    The coordinates are the angle and the gaps; a massless end has none, since its tension is P.
-    The shaft, if it has friction, is the first contact.
+    ratio: float
+
+
+class Lift(NamedTuple):
+    """The equations of masses on a cord, which may fall slack, or with cord friction slip.
+
+    The coordinates are the angle and the gaps; a massless end has none, since its tension is P. A
+    cord that may slip is always taut: its slip is in the place of the gaps. The shaft, if it has
+    friction, is the first contact.
 
     Attributes
     ----------
@@ -383,17 +390,18 @@ class Ropes(NamedTuple):
     tau_per_u: float
     journal: tuple[Journal, ...]
     damping: tuple[Damping, ...]
+    cord: tuple[Cord, ...]
 
     def is_taut(self, s: Any, side: int) -> bool:
         """Return whether a side is taut, 0 of the car; an end without mass is."""
-        if self.coordinates == 2 and side == 1:
+        if len(self.cord) > 0 or (self.coordinates == 2 and side == 1):
             return True
         return s[MODES + len(self.journal) + side] == TAUT
 
     def balance(self, u: float, s: Any, y: int) -> None:
-        """Write accelerations and tensions for the modes of shaft and ropes."""
-        taut_1, taut_2 = self.is_taut(s, 0), self.is_taut(s, 1)
-        write_rigid(self, u, s, y, taut_1, taut_2)
+        """Write accelerations and tensions for the modes of shaft and cord."""
+        if not write_slipping(self.cord, self, u, s, y):
+            write_rigid(self, u, s, y)
 
     def impact(self, contact: int, restitution: float, s: Any, y: int) -> None:
         """Change the state by the impact in which the rope of a side becomes taut."""
@@ -413,90 +421,39 @@ class Ropes(NamedTuple):
         if first > 0:
             s[HEATS] += after.heat
 
-    def heights(self, q: Vector) -> tuple[Value, Value]:
-        """Return x1 and x2 of the coordinates, or their rates of rates."""
-        rim = self.n.r * q[TURN]
-        return rim + q[GAP_1], (q[GAP_2] - rim if self.coordinates == 3 else -rim)
-
-    def rise_of_counterweight(self, s: Any, v: int) -> float:
-        """Return the velocity of the counterweight, upward, of velocities at s[v], m/s."""
-        rim = self.n.r * s[v + TURN]
-        return s[v + GAP_2] - rim if self.coordinates == 3 else -rim
+    def heights(self, angle: Value, first: Value, last: Value) -> tuple[Value, Value]:
+        """Return x1 and x2, or their rates, of the coordinates: the angle, the next, the last."""
+        rim = self.n.r * angle
+        if self.coordinates == 3:
+            return rim + first, last - rim
+        return rim + first, -(rim + len(self.cord) * first)
 
     def powers(self, u: float, s: Any, y: int) -> tuple[float, ...]:
         """Return the powers of drive and damping, W."""
-        return lift_powers(self, u, s, y)
+        v, n = y + self.coordinates, self.coordinates
+        w = s[v + TURN]
+        rise = self.heights(w, s[v + 1], s[v + n - 1])[1]
+        drive = self.tau_per_u * u * w - self.P_per_u * u * rise
+        powers: tuple[float, ...] = with_damping_power((drive,), self.damping, w)
+        return powers
 
     def stored_energies(self, q: Vector, v: Vector) -> tuple[Value, Value]:
         """Return the kinetic energy, and the potential one of the masses, J."""
-        return lift_energies(self, q, v)
-
-
-class SlippingCord(NamedTuple):
-    """The equations of masses on a cord that may slip, and is always taut.
-
-    The coordinates are the angle and the slip c = x - r theta; the fields are those of `Ropes`.
-    """
-
-    drive: Curve
-    contacts: ContactTable
-    coordinates: int
-    n: LiftParameters
-    P_per_u: float
-    tau_per_u: float
-    journal: tuple[Journal, ...]
-    damping: tuple[Damping, ...]
-
-    def balance(self, u: float, s: Any, y: int) -> None:
-        """Write accelerations and tensions for the modes of shaft and cord."""
-        sigma = s[MODES + len(self.journal)]
-        if sigma == STICK:
-            write_rigid(self, u, s, y, True, True)
-            return
-        n = self.n
-        torque = with_damping(self.tau_per_u * u, self.damping, s[y + self.coordinates + TURN])
-        ratio = n.kinetic_ratio if sigma == FORWARD else 1.0 / n.kinetic_ratio
-        weight_1, weight_2 = n.m1 * n.g, n.m2 * n.g + self.P_per_u * u
-        t1 = (weight_1 * n.m2 + weight_2 * n.m1) / (n.m2 + ratio * n.m1)
-        t2 = ratio * t1
-        of_cord = (t1 - weight_1) / n.m1
-        unbalance = (t2 - t1) * n.r + torque
-        acceleration, friction = 0.0, -unbalance
-        if not shaft_sticks(self.journal, s):
-            friction = -shift_of(self.journal, s) * (t1 + t2)
-            acceleration = (unbalance + friction) / n.inertia
-        s[ACCELERATION + TURN] = acceleration
-        s[ACCELERATION + SLIP] = of_cord - n.r * acceleration
-        s[FORCES + TORQUE], s[FORCES + CAR], s[FORCES + OTHER] = friction, t1, t2
-
-    def impact(self, contact: int, restitution: float, s: Any, y: int) -> None:
-        """Change nothing: there is no gap."""
-
-    def heights(self, q: Vector) -> tuple[Value, Value]:
-        """Return x1 = x and x2 = -x of the coordinates, or their rates of rates."""
-        x = self.n.r * q[TURN] + q[SLIP]
-        return x, -x
-
-    def rise_of_counterweight(self, s: Any, v: int) -> float:
-        """Return the velocity of the counterweight, upward, of velocities at s[v], m/s."""
-        return -(self.n.r * s[v + TURN] + s[v + SLIP])
-
-    def powers(self, u: float, s: Any, y: int) -> tuple[float, ...]:
-        """Return the powers of drive and damping, W."""
-        return lift_powers(self, u, s, y)
-
-    def stored_energies(self, q: Vector, v: Vector) -> tuple[Value, Value]:
-        """Return the kinetic energy, and the potential one of the masses, J."""
-        return lift_energies(self, q, v)
+        n, w = self.n, v[TURN]
+        x1, x2 = self.heights(q[TURN], q[1], q[-1])
+        v1, v2 = self.heights(w, v[1], v[-1])
+        kinetic = 0.5 * (n.inertia * w * w + n.m1 * v1 * v1 + n.m2 * v2 * v2)
+        return kinetic, n.m1 * n.g * x1 + n.m2 * n.g * x2
 
 
 @compilable
-def write_rigid(system: Any, u: float, s: Any, y: int, taut_1: bool, taut_2: bool) -> None:
+def write_rigid(lift: Lift, u: float, s: Any, y: int) -> None:
     """Write accelerations and tensions of a cord that does not slip."""
-    n, w = system.n, s[y + system.coordinates + TURN]
-    weight_1, weight_2 = n.m1 * n.g, n.m2 * n.g + system.P_per_u * u
-    torque = with_damping(system.tau_per_u * u, system.damping, w)
-    sticks, shift = shaft_sticks(system.journal, s), shift_of(system.journal, s)
+    n, w = lift.n, s[y + lift.coordinates + TURN]
+    weight_1, weight_2 = n.m1 * n.g, n.m2 * n.g + lift.P_per_u * u
+    torque = with_damping(lift.tau_per_u * u, lift.damping, w)
+    taut_1, taut_2 = lift.is_taut(s, 0), lift.is_taut(s, 1)
+    sticks, shift = shaft_sticks(lift.journal, s), shift_of(lift.journal, s)
     acceleration = 0.0
     if not sticks:
         arm_1, arm_2 = n.r + shift, n.r - shift
@@ -515,24 +472,33 @@ def write_rigid(system: Any, u: float, s: Any, y: int, taut_1: bool, taut_2: boo
     s[FORCES + CAR], s[FORCES + OTHER] = t1, t2
     s[ACCELERATION + TURN] = acceleration
     s[ACCELERATION + GAP_1] = 0.0 if taut_1 else -weight_1 / n.m1 - rim
-    if system.coordinates == 3:
+    if lift.coordinates == 3:
         s[ACCELERATION + GAP_2] = 0.0 if taut_2 else rim - weight_2 / n.m2
 
 
 @compilable
-def lift_powers(system: Any, u: float, s: Any, y: int) -> Any:
-    """Return the powers of drive and damping, W."""
-    v = y + system.coordinates
-    w, rise = s[v + TURN], system.rise_of_counterweight(s, v)
-    drive = system.tau_per_u * u * w - system.P_per_u * u * rise
-    return with_damping_power((drive,), system.damping, w)
-
-
-def lift_energies(system: Any, q: Vector, v: Vector) -> tuple[Value, Value]:
-    """Return the kinetic energy, and the potential one of the masses, J."""
-    n, (x1, x2), (v1, v2) = system.n, system.heights(q), system.heights(v)
-    kinetic = 0.5 * (n.inertia * v[TURN] * v[TURN] + n.m1 * v1 * v1 + n.m2 * v2 * v2)
-    return kinetic, n.weight_1 * x1 + n.weight_2 * x2
+def write_slipping(cord: tuple[Cord, ...], lift: Lift, u: float, s: Any, y: int) -> bool:
+    """Write accelerations and tensions of a cord that slips; return whether it does."""
+    if len(cord) == 0:
+        return False
+    sigma, n = s[MODES + len(lift.journal)], lift.n
+    if sigma == STICK:
+        return False
+    torque = with_damping(lift.tau_per_u * u, lift.damping, s[y + lift.coordinates + TURN])
+    ratio = cord[0].ratio if sigma == FORWARD else 1.0 / cord[0].ratio
+    weight_1, weight_2 = n.m1 * n.g, n.m2 * n.g + lift.P_per_u * u
+    t1 = (weight_1 * n.m2 + weight_2 * n.m1) / (n.m2 + ratio * n.m1)
+    t2 = ratio * t1
+    of_cord = (t1 - weight_1) / n.m1
+    unbalance = (t2 - t1) * n.r + torque
+    acceleration, friction = 0.0, -unbalance
+    if not shaft_sticks(lift.journal, s):
+        friction = -shift_of(lift.journal, s) * (t1 + t2)
+        acceleration = (unbalance + friction) / n.inertia
+    s[ACCELERATION + TURN] = acceleration
+    s[ACCELERATION + SLIP] = of_cord - n.r * acceleration
+    s[FORCES + TORQUE], s[FORCES + CAR], s[FORCES + OTHER] = friction, t1, t2
+    return True
 
 
 def with_masses(scenario: PulleyScenario) -> MultiContactMechanism:
@@ -541,16 +507,16 @@ def with_masses(scenario: PulleyScenario) -> MultiContactMechanism:
     masses, shaft = effects.hanging_masses, effects.shaft_friction
     assert masses is not None  # of which it is one
     contacts = [_shaft(n)] if shaft else []
-    form: Any = SlippingCord if effects.cord_friction else Ropes
-    coordinates = 3 if form is Ropes and n.m2 > 0.0 else 2
-    if effects.cord_friction:
+    cord = (Cord(n.kinetic_ratio),) if effects.cord_friction else ()
+    coordinates = 2 if cord or n.m2 == 0.0 else 3
+    if cord:
         contacts.append(_cord(n))
     else:
         law = Unilateral(masses.restitution, masses.capture_speed)
         contacts += [_rope(n, law, side) for side in range(coordinates - 1)]
     damping = damping_of(effects.viscous_damping)
     flows = ("energy_input", *(["energy_damping"] if damping else []))
-    system = form(
+    system = Lift(
         curve_of(scenario.drive_signal),
         table_of(contacts),
         coordinates,
@@ -559,6 +525,7 @@ def with_masses(scenario: PulleyScenario) -> MultiContactMechanism:
         tau_per_u=1.0 if n.by_torque else 0.0,
         journal=journal_of(shaft),
         damping=damping,
+        cord=cord,
     )
     rest = (0.0,) * (coordinates - 1)
     return MultiContactMechanism(
@@ -571,7 +538,7 @@ def with_masses(scenario: PulleyScenario) -> MultiContactMechanism:
         velocity=(start.initial_angular_velocity, *rest),
         effects=scenario.effect_names,
         channel_info=scenario.CHANNELS,
-        **outputs(scenario, contacts, system.heights),
+        **outputs(scenario, contacts, lambda q: system.heights(q[TURN], q[1], q[-1])),
     )
 
 
