@@ -289,6 +289,7 @@ def equation_of(system: Any, flows: Sequence[str], stored: Sequence[str]) -> dic
     """
     return {
         "system": system,
+        "switching_surfaces": system.surfaces,
         "inertia": system.inertia,
         "applied_torque": system.applied_torque,
         "power_flows": {name: _member(system.powers, i) for i, name in enumerate(flows)},

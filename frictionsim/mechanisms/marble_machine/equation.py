@@ -33,7 +33,6 @@ from frictionsim.scenario.signals import Constant, Curve, Signal, curve_of
 from frictionsim.solvers.compilation import compilable
 from frictionsim.solvers.mechanism import (
     Mechanism,
-    SwitchingSurface,
     Trajectory,
     Value,
     equation_of,
@@ -224,7 +223,7 @@ def system_of(scenario: MarbleMachineScenario) -> tuple[Signal, MarbleMachine]:
             if ratio != 0.0
         ),
         breaks=array("d"),
-        surfaces=(MultiplesOf(p, is_event=True),),
+        surfaces=(MultiplesOf(p, is_event=True, event="transfer"),),
     )
 
 
@@ -274,7 +273,6 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
         channels=channels,
         quantities=quantities,
         run_warnings=run_warnings,
-        switching_surfaces=(SwitchingSurface(every=p, event="transfer"),),
         **equation_of(system, flows, stored),
         **set_up(scenario),
     )

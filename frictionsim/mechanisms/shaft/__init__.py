@@ -110,16 +110,13 @@ def build(scenario: ShaftScenario) -> Mechanism:
     has_potential = bool(shaft.weight or shaft.spring)
     contact = None
     if friction:
-        contact = friction_of(shaft, CONTACT_NAME, friction.law_of_contact())._replace(
-            first_excess=shaft.first_excess,
-            load=shaft.contact_load if shaft.reversing_load else None,
-        )
+        contact = friction_of(shaft, CONTACT_NAME, friction.law_of_contact())
+        contact = contact._replace(first_excess=shaft.first_excess)
     return Mechanism(
         drive=Elapsed(tuple(load.size for load in loads_of(scenario) if load.over == "time")),
         contact=contact,
         channels=channels,
         quantities=quantities,
-        switching_surfaces=shaft.surfaces,
         stops=shaft.stops[0] if shaft.stops else None,
         run_warnings=run_warnings,
         **equation_of(shaft, flows, ("energy_kinetic", "energy_potential")[: 1 + has_potential]),
