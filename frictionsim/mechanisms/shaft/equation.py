@@ -46,6 +46,10 @@ ROUNDING = 16 * float_info.epsilon
 SMALLEST = float_info.min
 
 
+LoadAndTurn = tuple[Value, Value, Value, Value, Value]
+"""Torque, components of the force, cosine and sine of the angle."""
+
+
 class Spring(NamedTuple):
     """A torsion spring: a torque -k (q - q_0)."""
 
@@ -77,9 +81,8 @@ class EccentricMass(NamedTuple):
     y: float
     determinant: float
 
-    def direction(self, angle: Value) -> tuple[Value, Value]:
-        """Return the unit vector from the axis to the mass."""
-        c, s = cos(angle), sin(angle)
+    def direction(self, c: Value, s: Value) -> tuple[Value, Value]:
+        """Return the unit vector from the axis to the mass, by cosine and sine of the angle."""
         return self.x * c - self.y * s, self.x * s + self.y * c
 
 
@@ -115,8 +118,8 @@ class Shaft(NamedTuple):
         self, time: Value, angle: Value, velocity: Value
     ) -> tuple[Value, Value, Value]:
         """Return the torque of all but friction and stops, N m, and the resultant of forces, N."""
-        moment, x, y = self.drive.resultant(time, angle, velocity)
-        return _with_effects(self, moment, angle, velocity), x, y
+        moment, x, y, c, s = self.drive.resultant(time, angle, velocity)
+        return _with_effects(self, moment, (angle, c, s), velocity), x, y
 
     def applied_torque(self, time: Value, angle: Value, velocity: Value) -> Value:
         """Return the torque of all but dry friction, N m."""
@@ -125,27 +128,30 @@ class Shaft(NamedTuple):
 
     def static_limit(self, time: Value, angle: Value) -> Value:
         """Return r_s R, N m."""
-        _, x, y = self.drive.resultant(time, angle, 0.0)
+        _, x, y, _, _ = self.drive.resultant(time, angle, 0.0)
         return self.journal[0].r_s * sqrt(x * x + y * y)
 
     def kinetic_limit(self, time: Value, angle: Value, velocity: Value, s: Value) -> Value:
         """Return r_k R while sliding in direction s, N m."""
-        torque, x, y = self.torque_and_force(time, angle, velocity)
-        return _kinetic_limit(self.eccentric, self, (torque, x, y), angle, velocity, s)
+        moment, x, y, cosine, sine = self.drive.resultant(time, angle, velocity)
+        torque = _with_effects(self, moment, (angle, cosine, sine), velocity)
+        load = torque, x, y, cosine, sine
+        return _kinetic_limit(self.eccentric, self, load, velocity, s)
 
     def torques_and_powers(
         self, time: float, angle: float, velocity: float, s: float
     ) -> tuple[float, float, tuple[float, ...]]:
         """Return the applied torque, its kinetic limit, N m, and the powers, W."""
-        moment, x, y = self.drive.resultant(time, angle, velocity)
-        torque = _with_effects(self, moment, angle, velocity)
-        limit = _kinetic_limit(self.eccentric, self, (torque, x, y), angle, velocity, s)
+        moment, x, y, cosine, sine = self.drive.resultant(time, angle, velocity)
+        torque = _with_effects(self, moment, (angle, cosine, sine), velocity)
+        load = torque, x, y, cosine, sine
+        limit = _kinetic_limit(self.eccentric, self, load, velocity, s)
         applied = _with_stop(self.stops, torque, angle, velocity)
         return applied, limit, _powers(self, moment, velocity)
 
     def powers(self, time: Value, angle: Value, velocity: Value) -> tuple[Value, ...]:
         """Return the powers of the loads, of damping and of the stops, W."""
-        moment, _, _ = self.drive.resultant(time, angle, velocity)
+        moment, _, _, _, _ = self.drive.resultant(time, angle, velocity)
         powers: tuple[Value, ...] = _powers(self, moment, velocity)
         return powers
 
@@ -155,8 +161,9 @@ class Shaft(NamedTuple):
         That of an eccentric mass passes zero in no more than single points of a run, but it passes
         close to it, and friction has then all but a corner.
         """
-        load = self.torque_and_force(time, angle, velocity)
-        sliding: tuple[float, float] = _sliding_load(self.eccentric, self, load, angle, velocity)
+        moment, x, y, c, s = self.drive.resultant(time, angle, velocity)
+        load = _with_effects(self, moment, (angle, c, s), velocity), x, y, c, s
+        sliding: tuple[float, float] = _sliding_load(self.eccentric, self, load, velocity)
         return sliding
 
     def roundoff(self, time: Value, angle: Value) -> Value:
@@ -194,9 +201,13 @@ class Shaft(NamedTuple):
 
 
 @compilable
-def _with_effects(shaft: Shaft, moment: Value, angle: Value, velocity: Value) -> Value:
-    """Return the moment of the loads with the torques of weight, spring and damping, N m."""
-    torque = _with_spring(shaft.spring, _with_weight(shaft.weight, moment, angle), angle)
+def _with_effects(shaft: Shaft, moment: Value, turned: Triple, velocity: Value) -> Value:
+    """Return the moment of the loads with the torques of weight, spring and damping, N m.
+
+    `turned` are the angle, its cosine and its sine.
+    """
+    angle, c, s = turned
+    torque = _with_spring(shaft.spring, _with_weight(shaft.weight, moment, c, s), angle)
     return with_damping(torque, shaft.damping, velocity)
 
 
@@ -207,10 +218,10 @@ def _powers(shaft: Shaft, moment: Value, velocity: Value) -> Any:
 
 
 @compilable
-def _with_weight(weight: tuple[EccentricWeight, ...], moment: Value, angle: Value) -> Value:
+def _with_weight(weight: tuple[EccentricWeight, ...], moment: Value, c: Value, s: Value) -> Value:
     if len(weight) == 0:
         return moment
-    return moment + (weight[0].cosine * cos(angle) + weight[0].sine * sin(angle))
+    return moment + (weight[0].cosine * c + weight[0].sine * s)
 
 
 @compilable
@@ -273,28 +284,27 @@ def _closed_direction(stops: tuple[EndStops, ...], angle: float) -> float:
 def _kinetic_limit(
     eccentric: tuple[EccentricMass, ...],
     shaft: Shaft,
-    load: Triple,
-    angle: Value,
+    load: LoadAndTurn,
     velocity: Value,
     s: Value,
 ) -> Value:
     r_k = shaft.journal[0].r_k
     if len(eccentric) == 0:
-        _, x, y = load
+        _, x, y, _, _ = load
         return r_k * sqrt(x * x + y * y)
     p, determinant = eccentric[0].p, eccentric[0].determinant
-    difference, normal, _, _ = _along_and_across(eccentric[0], shaft, load, angle, velocity)
+    difference, normal, _, _ = _along_and_across(eccentric[0], shaft, load, velocity)
     root = sqrt(difference * difference + determinant * normal * normal)
     return r_k * (shaft.inertia * root + s * r_k * p * difference) / determinant
 
 
 @compilable
 def _along_and_across(
-    eccentric: EccentricMass, shaft: Shaft, load: Triple, angle: Value, velocity: Value
+    eccentric: EccentricMass, shaft: Shaft, load: LoadAndTurn, velocity: Value
 ) -> tuple[Value, Value, Value, Value]:
     """Return D and A_n, and cosine and sine of the azimuth of the mass."""
-    torque, x, y = load
-    c, d = eccentric.direction(angle)
+    torque, x, y, cosine, sine = load
+    c, d = eccentric.direction(cosine, sine)
     normal = x * c + y * d + eccentric.p * velocity * velocity
     return shaft.inertia * (y * c - x * d) - eccentric.p * torque, normal, c, d
 
@@ -303,13 +313,12 @@ def _along_and_across(
 def _sliding_load(
     eccentric: tuple[EccentricMass, ...],
     shaft: Shaft,
-    load: Triple,
-    angle: float,
+    load: LoadAndTurn,
     velocity: float,
 ) -> tuple[float, float]:
     if len(eccentric) == 0:
         return load[1], load[2]
-    along, normal, c, d = _along_and_across(eccentric[0], shaft, load, angle, velocity)
+    along, normal, c, d = _along_and_across(eccentric[0], shaft, load, velocity)
     across = sqrt(eccentric[0].determinant) * normal
     return across * c - along * d, across * d + along * c
 
@@ -332,7 +341,7 @@ class Excess(NamedTuple):
     def slope(self, t: float) -> float:
         """Return the derivative after a time, N m/s; the roundoff counts as constant."""
         moment, dx, dy = self.shaft.drive.rates(t, self.angle)
-        _, x, y = self.shaft.drive.resultant(t, self.angle, 0.0)
+        _, x, y, _, _ = self.shaft.drive.resultant(t, self.angle, 0.0)
         size = sqrt(x * x + y * y)
         growth = (x * dx + y * dy) / size if size > 0.0 else sqrt(dx * dx + dy * dy)
         return self.s * moment - self.r_s * growth
@@ -442,10 +451,10 @@ def load_on_shaft(
     shaft: Shaft, time: Value, angle: Value, velocity: Value, acceleration: Value
 ) -> tuple[Value, Value]:
     """Return the force of the body on the shaft, components to the right and upwards, N."""
-    _, x, y = shaft.drive.resultant(time, angle, velocity)
+    _, x, y, cosine, sine = shaft.drive.resultant(time, angle, velocity)
     if not shaft.eccentric:
         return x, y
-    p, (c, s) = shaft.eccentric[0].p, shaft.eccentric[0].direction(angle)
+    p, (c, s) = shaft.eccentric[0].p, shaft.eccentric[0].direction(cosine, sine)
     outward, along = p * velocity * velocity, -p * acceleration
     return (
         x + outward * c - along * s,

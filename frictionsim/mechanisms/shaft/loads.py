@@ -191,8 +191,10 @@ class Loads(NamedTuple):
                     until = min(until, self.pieces[PIECE * following])
         return until
 
-    def resultant(self, time: Value, angle: Value, velocity: Value) -> tuple[Value, Value, Value]:
-        """Return the moment about the axis, N m, and the components of the force, N."""
+    def resultant(
+        self, time: Value, angle: Value, velocity: Value
+    ) -> tuple[Value, Value, Value, Value, Value]:
+        """Return the moment, N m, the components of the force, N, cosine and sine of the angle."""
         (m, x, y), (m_c, x_c, y_c), (m_s, x_s, y_s) = self.constant
         rows, pieces, c, s = self.rows, self.pieces, cos(angle), sin(angle)
         m, x, y = m + m_c * c + m_s * s, x + x_c * c + x_s * s, y + y_c * c + y_s * s
@@ -201,7 +203,7 @@ class Loads(NamedTuple):
             m = m + size * (rows[k + A] + rows[k + B] * c + rows[k + C] * s)
             x = x + size * (rows[k + A + 1] + rows[k + B + 1] * c + rows[k + C + 1] * s)
             y = y + size * (rows[k + A + 2] + rows[k + B + 2] * c + rows[k + C + 2] * s)
-        return m, x, y
+        return m, x, y, c, s
 
     def rates(self, time: float, angle: float) -> Triple:
         """Return the derivatives of moment and components at rest, N m/s and N/s, after a time."""
