@@ -259,6 +259,7 @@ def initial_state(mechanism: "Mechanism") -> "array[float]":
 def _state_of_several(mechanism: MultiContactMechanism) -> "array[float]":
     """Return the state before forces are compared with their limits."""
     s = _state_with(mechanism.initial_state, several.LENGTH)
+    s[several.RESTING] = 1.0  # the state is that of the phase
     for i, contact in enumerate(mechanism.contacts):
         rate = mechanism.velocity[contact.coordinate]
         if not isinstance(contact.law, Friction):

@@ -57,6 +57,7 @@ from frictionsim.solvers.one_contact_state import (
     Y,
     copy,
     count_switch,
+    put,
     sample_time,
 )
 from frictionsim.solvers.several_contacts_location import find_first_events
@@ -91,10 +92,6 @@ def integrate(system: Any, run: Run, s: Any, rows: Any, events: Any, steps: floa
     """
     room = system.contacts.size * (EVENT_COLUMNS + 2 * run.columns)
     s[ROWS] = s[EVENTS] = s[TURNS] = 0.0
-    if s[STARTED] == 0.0:
-        copy(s, BEFORE, Y, run.states)
-        _switch_modes(system, run, s, events)
-        s[STARTED] = 1.0
     while True:
         while s[NEXT_TIME] < s[SAMPLED_UNTIL]:
             if (s[ROWS] + 1.0) * run.columns > len(rows):
@@ -103,9 +100,10 @@ def integrate(system: Any, run: Run, s: Any, rows: Any, events: Any, steps: floa
         if s[EVENTS] * (EVENT_COLUMNS + 2 * run.columns) + room > len(events):
             return FULL
         s[TIME] = s[SAMPLED_UNTIL]
-        if _ends(system, s):
+        if s[STARTED] == 0.0 or _ends(system, s):
             _end_phase(system, run, s)
             _switch_modes(system, run, s, events)
+            s[STARTED] = 1.0
         if s[TIME] >= run.end:
             if s[NEXT_TIME] <= run.end:
                 if (s[ROWS] + 1.0) * run.columns > len(rows):
@@ -204,8 +202,8 @@ def _switch_modes(system: Any, run: Run, s: Any, events: Any) -> None:
             events[at + 2] = before
             events[at + 3] = mode
             events[at + 4] = s[Y]
-            for j in range(2 * run.columns):
-                events[at + EVENT_COLUMNS + j] = events[first + j]
+            if at + EVENT_COLUMNS != first:
+                put(events, at + EVENT_COLUMNS, events, first, 2 * run.columns)
             s[EVENTS] += 1.0
         s[ENDS + i] = s[RELEASED_NOW + i] = s[RELEASED_BEFORE + i] = 0.0
     write_phase(system, s)
@@ -233,23 +231,16 @@ def _write_row(system: Any, run: Run, s: Any, out: Any, at: int, t: float, y: in
 
     Time, drive, positions, velocities, accelerations, forces, modes, energy integrals.
     """
-    n, m, u = system.coordinates, system.contacts.size, system.drive.at(t)
+    n, u, contacts = system.coordinates, system.drive.at(t), system.contacts
     balance(system, s, u, y)
     out[at] = t
     out[at + 1] = u
     at += 2
-    for i in range(2 * n):
-        out[at + i] = s[y + i]
+    put(out, at, s, y, 2 * n)
     at += 2 * n
-    for i in range(n):
-        out[at + i] = s[ACCELERATION + i]
+    put(out, at, s, ACCELERATION, n)
     at += n
-    forces = system.contacts.terms - 2
-    for i in range(forces):
-        out[at + i] = s[FORCES + i]
-    at += forces
-    for i in range(m):
-        out[at + i] = s[MODES + i]
-    at += m
-    for i in range(2 * n, run.states):
-        out[at + i - 2 * n] = s[y + i]
+    put(out, at, s, FORCES, contacts.terms - 2)
+    at += contacts.terms - 2
+    put(out, at, s, MODES, contacts.size)
+    put(out, at + contacts.size, s, y + 2 * n, run.states - 2 * n)

@@ -48,12 +48,19 @@ from frictionsim.solvers.several_contacts_state import (
 
 
 @compilable
-def write_derivatives(system: Any, s: Any, t: float, y: int, f: int) -> None:
-    """Write the derivatives of the state at s[y] into s[f]."""
-    n, u = system.coordinates, system.drive.at(t)
+def write_motion(system: Any, s: Any, u: float, y: int, f: int) -> None:
+    """Write the velocities and accelerations of the state at s[y] into s[f]."""
+    n = system.coordinates
     balance(system, s, u, y)
     copy(s, f, y + n, n)
     copy(s, f + n, ACCELERATION, n)
+
+
+@compilable
+def write_derivatives(system: Any, s: Any, t: float, y: int, f: int) -> None:
+    """Write the derivatives of the state at s[y] into s[f]."""
+    n, u = system.coordinates, system.drive.at(t)
+    write_motion(system, s, u, y, f)
     powers = system.powers(u, s, y)
     at, frictions = f + 2 * n, system.contacts.frictions
     for i in range(len(powers)):
@@ -75,7 +82,7 @@ def _write_solution(system: Any, run: Run, s: Any, h: float, y: int) -> None:
     t, n = s[T_OLD], 2 * system.coordinates
     for i in range(n):
         s[STAGE + i] = s[Y_OLD + i] + h * (rk.A21 * s[F_OLD + i])
-    write_derivatives(system, s, t + rk.C2 * h, STAGE, K2)
+    write_motion(system, s, system.drive.at(t + rk.C2 * h), STAGE, K2)
     for i in range(n):
         s[STAGE + i] = s[Y_OLD + i] + h * (rk.A31 * s[F_OLD + i] + rk.A32 * s[K2 + i])
     write_derivatives(system, s, t + rk.C3 * h, STAGE, K3)
