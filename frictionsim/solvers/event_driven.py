@@ -26,8 +26,8 @@ from frictionsim.solvers.stepper import non_finite_error, step_underflow
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
+    from frictionsim.solvers.contacts import MultiContactMechanism
     from frictionsim.solvers.mechanism import Mechanism
-    from frictionsim.solvers.multi_contact import MultiContactMechanism
 
 LOG = logging.getLogger(__name__)
 

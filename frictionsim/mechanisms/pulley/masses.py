@@ -81,16 +81,16 @@ from frictionsim.solvers.contacts import (
     ContactTable,
     Form,
     Friction,
+    MultiContactMechanism,
     Unilateral,
     Value,
     Vector,
     table_of,
 )
-from frictionsim.solvers.multi_contact import MultiContactMechanism
-from frictionsim.solvers.several_contacts_state import ACCELERATION, FORCES, HEATS, MODES
+from frictionsim.solvers.multi_contact_state import ACCELERATION, FORCES, HEATS, MODES
 
 if TYPE_CHECKING:
-    from frictionsim.solvers.multi_contact import MultiContactTrajectory
+    from frictionsim.solvers.contacts import MultiContactTrajectory
 
 
 TORQUE, CAR, OTHER = 0, 1, 2  # in `Balance.forces`: friction torque of the shaft, T1, T2

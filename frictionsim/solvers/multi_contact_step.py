@@ -10,6 +10,19 @@ from typing import Any
 from frictionsim.solvers import runge_kutta_fehlberg as rk
 from frictionsim.solvers.compilation import compilable
 from frictionsim.solvers.contacts import FORCE
+from frictionsim.solvers.multi_contact_state import (
+    ACCELERATION,
+    K2,
+    K3,
+    K4,
+    K5,
+    K6,
+    STAGE,
+    balance,
+    coordinate_of,
+    form_of,
+    form_value,
+)
 from frictionsim.solvers.one_contact_state import (
     EVALUATIONS,
     F_NEW,
@@ -31,19 +44,6 @@ from frictionsim.solvers.one_contact_step import (
     set_first_step,
     trial_length,
     trial_of_first_step,
-)
-from frictionsim.solvers.several_contacts_state import (
-    ACCELERATION,
-    K2,
-    K3,
-    K4,
-    K5,
-    K6,
-    STAGE,
-    balance,
-    coordinate_of,
-    form_of,
-    form_value,
 )
 
 
