@@ -21,7 +21,7 @@ from frictionsim.solvers.mechanism import Mechanism, Value
 
 if TYPE_CHECKING:
     from frictionsim.simulation.base import Simulation
-    from frictionsim.solvers.multi_contact import MultiContactMechanism
+    from frictionsim.solvers.contacts import MultiContactMechanism
 
 # The modes of one coordinate; the others are of belts.
 SINGLE_DOF_MODES: Flags = tuple(flag for flag in MODES if flag[0] in (BACKWARD, STICK, FORWARD))

@@ -42,10 +42,16 @@ from frictionsim.simulation.single_dof import (
     RecordedSimulation,
     Samples,
 )
-from frictionsim.solvers import several_contacts_state as several
-from frictionsim.solvers.contacts import HOLDING, Contact, Friction, Vector
+from frictionsim.solvers import multi_contact_state as multi
+from frictionsim.solvers.contacts import (
+    HOLDING,
+    Contact,
+    Friction,
+    MultiContactMechanism,
+    MultiContactTrajectory,
+    Vector,
+)
 from frictionsim.solvers.event_driven import SOLVER
-from frictionsim.solvers.multi_contact import MultiContactMechanism, MultiContactTrajectory
 from frictionsim.solvers.one_contact_state import Y
 from frictionsim.solvers.problems import MODE
 
@@ -202,12 +208,12 @@ def _balance(
     mechanism: "MultiContactMechanism", u: float, q: list[float], v: list[float], modes: Modes
 ) -> tuple[list[float], list[float]]:
     """Return accelerations and forces in given modes."""
-    s, n = array("d", bytes(8 * several.LENGTH)), len(q)
+    s, n = array("d", bytes(8 * multi.LENGTH)), len(q)
     s[Y : Y + 2 * n] = array("d", [*q, *v])
-    s[several.MODES : several.MODES + len(modes)] = array("d", modes)
-    several.balance(mechanism.system, s, u, Y)
-    forces = s[several.FORCES : several.TERMS + mechanism.system.contacts.terms]
-    return s[several.ACCELERATION : several.ACCELERATION + n].tolist(), forces.tolist()
+    s[multi.MODES : multi.MODES + len(modes)] = array("d", modes)
+    multi.balance(mechanism.system, s, u, Y)
+    forces = s[multi.FORCES : multi.TERMS + mechanism.system.contacts.terms]
+    return s[multi.ACCELERATION : multi.ACCELERATION + n].tolist(), forces.tolist()
 
 
 State = tuple[float, list[float], list[float], Modes]

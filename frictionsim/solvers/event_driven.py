@@ -27,8 +27,8 @@ from frictionsim.solvers.stepper import non_finite_error, step_underflow
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
+    from frictionsim.solvers.contacts import MultiContactMechanism
     from frictionsim.solvers.mechanism import Mechanism
-    from frictionsim.solvers.multi_contact import MultiContactMechanism
 
 LOG = logging.getLogger(__name__)
 
@@ -384,10 +384,12 @@ class CompiledRuns:
 
 
 def buffers_of(problem: Problem, rows: int, events: int) -> "tuple[array[float], array[float]]":
-    """Return buffers for so many samples, and for events at so many times."""
-    width = problem.run.columns
-    size = events * problem.contacts * (EVENT_COLUMNS + 2 * width)
-    return array("d", bytes(8 * rows * width)), array("d", bytes(8 * size))
+    """Return buffers for so many samples and events, for one of each contact at least."""
+    run, contacts = problem.run, problem.contacts
+    rows = max(1, min(rows, len(run.times) or int(run.last) + 2))  # of which the run has no more
+    events = max(events // contacts, 1) * contacts
+    size = events * (EVENT_COLUMNS + 2 * run.columns)
+    return array("d", bytes(8 * rows * run.columns)), array("d", bytes(8 * size))
 
 
 def compiled_for(kernel: Kernel, problem: Problem) -> Any:

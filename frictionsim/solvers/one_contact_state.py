@@ -125,6 +125,17 @@ def copy(s: Any, to: int, start: int, n: int) -> None:
     s[to : to + n] = s[start : start + n]
 
 
+def _put_one_by_one(out: Any, at: int, s: Any, start: int, n: int) -> None:
+    for i in range(n):
+        out[at + i] = s[start + i]
+
+
+@compiled_as(_put_one_by_one)
+def put(out: Any, at: int, s: Any, start: int, n: int) -> None:
+    """Copy n numbers of the state into a buffer."""
+    out[at : at + n] = s[start : start + n]
+
+
 @compilable
 def sample_time(run: Run, number: float) -> float:
     """Return the time of a sample, counted from 0, s; infinite after the last."""

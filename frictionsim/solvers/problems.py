@@ -9,13 +9,12 @@ from math import copysign, inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
-from frictionsim.solvers import one_contact, several_contacts
+from frictionsim.solvers import multi_contact, one_contact
+from frictionsim.solvers import multi_contact_state as multi
 from frictionsim.solvers import one_contact_state as layout
-from frictionsim.solvers import several_contacts_state as several
 from frictionsim.solvers.common import SampleBuffer, subject_of
-from frictionsim.solvers.contacts import Friction
+from frictionsim.solvers.contacts import Friction, MultiContactMechanism
 from frictionsim.solvers.end_stops import ENERGY, EVENT
-from frictionsim.solvers.multi_contact import MultiContactMechanism
 from frictionsim.solvers.one_contact_state import MAX_STATES, NEVER, ROW_COLUMNS, Run
 from frictionsim.solvers.state_values import (
     COUNT,
@@ -138,10 +137,10 @@ class Problem:
         return self.state[layout.MODE] != 0.0
 
 
-class SeveralContacts(Problem):
+class MultiContactProblem(Problem):
     """Several contacts on several coordinates."""
 
-    integrate = staticmethod(several_contacts.integrate)
+    integrate = staticmethod(multi_contact.integrate)
     cost = 5
 
     def __init__(
@@ -170,25 +169,25 @@ class SeveralContacts(Problem):
             "t": Field(TIME, layout.TIME),
             "started": Field(FLAG, layout.STARTED, bool),
             "y": Field(NUMBER, layout.Y, list, self.run.states),
-            "modes": Field(MODE, several.MODES, list, self.contacts),
-            "ends": Field(DIRECTION, several.ENDS, list, self.contacts),
+            "modes": Field(MODE, multi.MODES, list, self.contacts),
+            "ends": Field(DIRECTION, multi.ENDS, list, self.contacts),
             "sampled_until": Field(TIME, layout.SAMPLED_UNTIL),
             "held": Field(TIME._replace(low=NEVER), layout.HELD),
             "segment_end": Field(TIME, layout.SEGMENT_END),
         }
 
     def restored_fault(self) -> str:
-        modes = self.state[several.MODES : several.MODES + self.contacts]
+        modes = self.state[multi.MODES : multi.MODES + self.contacts]
         for contact, mode in zip(self._mechanism.contacts, modes, strict=True):
             friction = isinstance(contact.law, Friction)
             if mode not in ((STICK, FORWARD, BACKWARD) if friction else (TAUT, SLACK)):
                 return "modes"
-        several.write_phase(self.system, self.state)
+        multi.write_phase(self.system, self.state)
         return ""
 
     @property
     def moves(self) -> bool:
-        return self.state[several.RESTING] == 0.0
+        return self.state[multi.RESTING] == 0.0
 
 
 def problem_of(
@@ -198,7 +197,7 @@ def problem_of(
 ) -> Problem:
     """Return the problem of a mechanism with dry friction."""
     if isinstance(mechanism, MultiContactMechanism):
-        return SeveralContacts(mechanism, settings, buffer)
+        return MultiContactProblem(mechanism, settings, buffer)
     return Problem(mechanism, settings, buffer)
 
 
@@ -258,13 +257,14 @@ def initial_state(mechanism: "Mechanism") -> "array[float]":
 
 def _state_of_several(mechanism: MultiContactMechanism) -> "array[float]":
     """Return the state before forces are compared with their limits."""
-    s = _state_with(mechanism.initial_state, several.LENGTH)
+    s = _state_with(mechanism.initial_state, multi.LENGTH)
+    s[multi.RESTING] = 1.0  # the state is that of the phase
     for i, contact in enumerate(mechanism.contacts):
         rate = mechanism.velocity[contact.coordinate]
         if not isinstance(contact.law, Friction):
-            s[several.MODES + i] = TAUT
+            s[multi.MODES + i] = TAUT
         elif rate != 0.0:
-            s[several.MODES + i] = copysign(1.0, rate)
+            s[multi.MODES + i] = copysign(1.0, rate)
     return s
 
 

@@ -12,8 +12,8 @@ from frictionsim.mechanisms.effects import Journal
 from frictionsim.mechanisms.pulley.masses import Lift
 from frictionsim.mechanisms.pulley.schema import LiftParameters
 from frictionsim.results import FORWARD, SLACK, STICK, TAUT
+from frictionsim.solvers.multi_contact_state import HEATS, LENGTH, MODES
 from frictionsim.solvers.one_contact_state import Y
-from frictionsim.solvers.several_contacts_state import HEATS, LENGTH, MODES
 
 DRAWS, PULLS = 900, 3000
 ROUNDING = 1e-12

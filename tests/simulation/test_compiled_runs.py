@@ -172,19 +172,24 @@ class Factor(NamedTuple):
         return {sign}self.factor * x
 
 
+class Repeated(NamedTuple):
+    times: float  # a field that has the name of a method of another class
+
+
 @compilable
-def product(factor: Factor, x: float) -> float:
-    return factor.times(x)
+def product(factor: Factor, repeated: Repeated, x: float) -> float:
+    return factor.times(x) * repeated.times
 """
 PROCESS = """
 from pathlib import Path
-from factor_module import Factor, product
+from factor_module import Factor, Repeated, product
 from frictionsim.solvers.compilation import Kernel
-kernel = Kernel(product, (Factor(2.0),))
+arguments = Factor(2.0), Repeated(1.0)
+kernel = Kernel(product, arguments)
 before = kernel.is_at_hand
-function = kernel.compiled(lambda function: function(Factor(2.0), 1.5))
+function = kernel.compiled(lambda function: function(*arguments, 1.5))
 hits = sum(function.stats.cache_hits.values())
-print(function(Factor(2.0), 1.5), before, hits)
+print(function(*arguments, 1.5), before, hits)
 """
 
 

@@ -25,11 +25,10 @@ from frictionsim.simulation.multi_contact import (
 )
 from frictionsim.simulation.record import event_names, sticking_phases
 from frictionsim.simulation.simulate import run
-from frictionsim.solvers import several_contacts
-from frictionsim.solvers.contacts import Contact, Friction
-from frictionsim.solvers.multi_contact import MultiContactTrajectory
-from frictionsim.solvers.several_contacts_modes import write_consistent_modes
-from frictionsim.solvers.several_contacts_state import MODES
+from frictionsim.solvers import multi_contact
+from frictionsim.solvers.contacts import Contact, Friction, MultiContactTrajectory
+from frictionsim.solvers.multi_contact_modes import write_consistent_modes
+from frictionsim.solvers.multi_contact_state import MODES
 from frictionsim.work_precision.error_estimate import estimate
 from frictionsim.work_precision.settings import CostOptions
 from tests.simulation.test_resume import assert_same_when_interrupted, calls_of
@@ -184,7 +183,7 @@ def with_other_modes(
         if tuple(s[MODES : MODES + len(found)]) == found:
             s[MODES : MODES + len(found)] = array("d", wrong)
 
-    monkeypatch.setattr(several_contacts, "write_consistent_modes", replaced)
+    monkeypatch.setattr(multi_contact, "write_consistent_modes", replaced)
 
 
 RISING = ramp((0.0, -28.0), (2.0, -45.0))

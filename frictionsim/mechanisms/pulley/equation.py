@@ -27,7 +27,7 @@ from frictionsim.scenario.signals import Curve, curve_of
 from frictionsim.solvers.mechanism import Mechanism, Trajectory, Value, equation_of, friction_of
 
 if TYPE_CHECKING:
-    from frictionsim.solvers.multi_contact import MultiContactMechanism
+    from frictionsim.solvers.contacts import MultiContactMechanism
 
 
 class VerticalForce(NamedTuple):

@@ -72,7 +72,7 @@ from frictionsim.mechanisms.effects import (
 )
 from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_of_lift
-from frictionsim.results import FORWARD, SLACK, STICK, TAUT, Check, Quantities, Quantity, Transition
+from frictionsim.results import FORWARD, SLACK, STICK, Check, Quantities, Quantity, Transition
 from frictionsim.scenario.signal_tables import extremes
 from frictionsim.scenario.signals import Curve, curve_of
 from frictionsim.solvers.compilation import compilable
@@ -81,16 +81,16 @@ from frictionsim.solvers.contacts import (
     ContactTable,
     Form,
     Friction,
+    MultiContactMechanism,
     Unilateral,
     Value,
     Vector,
     table_of,
 )
-from frictionsim.solvers.multi_contact import MultiContactMechanism
-from frictionsim.solvers.several_contacts_state import ACCELERATION, FORCES, HEATS, MODES
+from frictionsim.solvers.multi_contact_state import ACCELERATION, FORCES, HEATS, MODES
 
 if TYPE_CHECKING:
-    from frictionsim.solvers.multi_contact import MultiContactTrajectory
+    from frictionsim.solvers.contacts import MultiContactTrajectory
 
 
 TORQUE, CAR, OTHER = 0, 1, 2  # in `Balance.forces`: friction torque of the shaft, T1, T2
@@ -392,12 +392,6 @@ class Lift(NamedTuple):
     damping: tuple[Damping, ...]
     cord: tuple[Cord, ...]
 
-    def is_taut(self, s: Any, side: int) -> bool:
-        """Return whether a side is taut, 0 of the car; an end without mass is."""
-        if len(self.cord) > 0 or (self.coordinates == 2 and side == 1):
-            return True
-        return s[MODES + len(self.journal) + side] == TAUT
-
     def balance(self, u: float, s: Any, y: int) -> None:
         """Write accelerations and tensions for the modes of shaft and cord."""
         if not write_slipping(self.cord, self, u, s, y):
@@ -410,9 +404,10 @@ class Lift(NamedTuple):
         sign = 1.0 - 2.0 * side
         gap, far = v + GAP_1 + side, v + GAP_2 - side
         own, other = (n.m1, n.m2) if side == 0 else (n.m2, n.m1)
-        is_taut = self.is_taut(s, 1 - side)
+        if s[MODES + first + 1 - side] == SLACK:
+            other = 0.0
         w = s[v + TURN]
-        after = shock(n, own, other if is_taut else 0.0, sign * w, s[gap], restitution)
+        after = shock(n, own, other, sign * w, s[gap], restitution)
         s[v + TURN], s[gap] = sign * after.w, after.rate
         if self.coordinates == 3 and after.other == 0.0:
             # The body of a slack rope flies on, the rim changes its speed.
@@ -452,7 +447,9 @@ def write_rigid(lift: Lift, u: float, s: Any, y: int) -> None:
     n, w = lift.n, s[y + lift.coordinates + TURN]
     weight_1, weight_2 = n.m1 * n.g, n.m2 * n.g + lift.P_per_u * u
     torque = with_damping(lift.tau_per_u * u, lift.damping, w)
-    taut_1, taut_2 = lift.is_taut(s, 0), lift.is_taut(s, 1)
+    # Of a side that is always taut, the mode is that of the cord, or 0 as of any that is not there.
+    first = MODES + len(lift.journal)
+    taut_1, taut_2 = s[first] != SLACK, s[first + 1] != SLACK
     sticks, shift = shaft_sticks(lift.journal, s), shift_of(lift.journal, s)
     acceleration = 0.0
     if not sticks:

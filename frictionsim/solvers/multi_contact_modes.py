@@ -10,8 +10,7 @@ from typing import Any
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
 from frictionsim.solvers.compilation import compilable
 from frictionsim.solvers.contacts import MARGIN
-from frictionsim.solvers.one_contact_state import NO_MODES, TIME, Run, Y, fail
-from frictionsim.solvers.several_contacts_state import (
+from frictionsim.solvers.multi_contact_state import (
     ACCELERATION,
     CHOICES,
     MODES,
@@ -24,6 +23,7 @@ from frictionsim.solvers.several_contacts_state import (
     holds,
     roundoff_of,
 )
+from frictionsim.solvers.one_contact_state import NO_MODES, TIME, Run, Y, fail
 
 RELEASED = 1.0  # direction in which a rope is released
 

@@ -14,21 +14,7 @@ from typing import Any
 
 from frictionsim.solvers.common import SAME_TIME_ULPS
 from frictionsim.solvers.compilation import compilable
-from frictionsim.solvers.one_contact_state import (
-    HELD,
-    HIDDEN_EVENT,
-    INSIDE,
-    SAMPLED_UNTIL,
-    T_NEW,
-    T_OLD,
-    TIME,
-    Run,
-    Y,
-    copy,
-    fail,
-)
-from frictionsim.solvers.root_finding import is_narrow, narrowed, next_point
-from frictionsim.solvers.several_contacts_state import (
+from frictionsim.solvers.multi_contact_state import (
     COMPONENT,
     CONTACT,
     DIRECTION,
@@ -45,7 +31,21 @@ from frictionsim.solvers.several_contacts_state import (
     form_value,
     roundoff_of,
 )
-from frictionsim.solvers.several_contacts_step import write_cubic, write_inside
+from frictionsim.solvers.multi_contact_step import write_cubic, write_inside
+from frictionsim.solvers.one_contact_state import (
+    HELD,
+    HIDDEN_EVENT,
+    INSIDE,
+    SAMPLED_UNTIL,
+    T_NEW,
+    T_OLD,
+    TIME,
+    Run,
+    Y,
+    copy,
+    fail,
+)
+from frictionsim.solvers.root_finding import is_narrow, narrowed, next_point
 
 # Where the margins are evaluated, in parts of a step; near its ends for the sign of their slopes.
 PLACES = (0.0, 1e-3, 1 / 6, 1 / 3, 1 / 2, 2 / 3, 5 / 6, 1.0 - 1e-3, 1.0)

@@ -10,6 +10,19 @@ from typing import Any
 from frictionsim.solvers import runge_kutta_fehlberg as rk
 from frictionsim.solvers.compilation import compilable
 from frictionsim.solvers.contacts import FORCE
+from frictionsim.solvers.multi_contact_state import (
+    ACCELERATION,
+    K2,
+    K3,
+    K4,
+    K5,
+    K6,
+    STAGE,
+    balance,
+    coordinate_of,
+    form_of,
+    form_value,
+)
 from frictionsim.solvers.one_contact_state import (
     EVALUATIONS,
     F_NEW,
@@ -32,28 +45,22 @@ from frictionsim.solvers.one_contact_step import (
     trial_length,
     trial_of_first_step,
 )
-from frictionsim.solvers.several_contacts_state import (
-    ACCELERATION,
-    K2,
-    K3,
-    K4,
-    K5,
-    K6,
-    STAGE,
-    balance,
-    coordinate_of,
-    form_of,
-    form_value,
-)
+
+
+@compilable
+def write_motion(system: Any, s: Any, u: float, y: int, f: int) -> None:
+    """Write the velocities and accelerations of the state at s[y] into s[f]."""
+    n = system.coordinates
+    balance(system, s, u, y)
+    copy(s, f, y + n, n)
+    copy(s, f + n, ACCELERATION, n)
 
 
 @compilable
 def write_derivatives(system: Any, s: Any, t: float, y: int, f: int) -> None:
     """Write the derivatives of the state at s[y] into s[f]."""
     n, u = system.coordinates, system.drive.at(t)
-    balance(system, s, u, y)
-    copy(s, f, y + n, n)
-    copy(s, f + n, ACCELERATION, n)
+    write_motion(system, s, u, y, f)
     powers = system.powers(u, s, y)
     at, frictions = f + 2 * n, system.contacts.frictions
     for i in range(len(powers)):
@@ -75,7 +82,7 @@ def _write_solution(system: Any, run: Run, s: Any, h: float, y: int) -> None:
     t, n = s[T_OLD], 2 * system.coordinates
     for i in range(n):
         s[STAGE + i] = s[Y_OLD + i] + h * (rk.A21 * s[F_OLD + i])
-    write_derivatives(system, s, t + rk.C2 * h, STAGE, K2)
+    write_motion(system, s, system.drive.at(t + rk.C2 * h), STAGE, K2)
     for i in range(n):
         s[STAGE + i] = s[Y_OLD + i] + h * (rk.A31 * s[F_OLD + i] + rk.A32 * s[K2 + i])
     write_derivatives(system, s, t + rk.C3 * h, STAGE, K3)

@@ -12,16 +12,20 @@ from frictionsim.mechanisms.pulley import build
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
 from frictionsim.scenario.loading import validate
 from frictionsim.scenario.signals import Constant, Curve, PiecewiseLinear, curve_of
-from frictionsim.solvers import several_contacts_location
+from frictionsim.solvers import multi_contact_location
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
-from frictionsim.solvers.contacts import Contact, ContactTable, Friction, Unilateral, table_of
+from frictionsim.solvers.contacts import (
+    Contact,
+    ContactTable,
+    Friction,
+    MultiContactMechanism,
+    Unilateral,
+    table_of,
+)
 from frictionsim.solvers.event_driven import SOLVER
-from frictionsim.solvers.multi_contact import MultiContactMechanism
-from frictionsim.solvers.one_contact_state import HELD, INSIDE, SAMPLED_UNTIL, T_NEW
-from frictionsim.solvers.problems import SeveralContacts
-from frictionsim.solvers.several_contacts_location import find_first_events
-from frictionsim.solvers.several_contacts_modes import write_consistent_modes
-from frictionsim.solvers.several_contacts_state import (
+from frictionsim.solvers.multi_contact_location import find_first_events
+from frictionsim.solvers.multi_contact_modes import write_consistent_modes
+from frictionsim.solvers.multi_contact_state import (
     ACCELERATION,
     ENDS,
     FORCES,
@@ -31,6 +35,8 @@ from frictionsim.solvers.several_contacts_state import (
     RESTING,
     write_phase,
 )
+from frictionsim.solvers.one_contact_state import HELD, INSIDE, SAMPLED_UNTIL, T_NEW
+from frictionsim.solvers.problems import MultiContactProblem
 from tests.support.lifts import CORD, SHAFT, events, lift, ramp, solved, times
 from tests.support.scenarios import SCENARIOS
 
@@ -77,7 +83,7 @@ def search(monkeypatch: pytest.MonkeyPatch) -> Any:
 
         for name, place in (("write_at", 3), ("write_cubic", 2)):
             at: Any = lambda *arguments, place=place: write(arguments[place])  # noqa: E731
-            monkeypatch.setattr(several_contacts_location, name, at)
+            monkeypatch.setattr(multi_contact_location, name, at)
         system: Any = Bodies(table_of(contacts), m, lambda u, s, y: None)
         write_phase(system, s)
         s[RESTING], s[T_NEW] = 0.0, 1.0
@@ -88,10 +94,10 @@ def search(monkeypatch: pytest.MonkeyPatch) -> Any:
     return of
 
 
-def problem_of_lift() -> SeveralContacts:
+def problem_of_lift() -> MultiContactProblem:
     scenario: Any = validate(lift(), SCENARIOS)
     mechanism: Any = build(scenario)
-    return SeveralContacts(mechanism, scenario.solver, SampleBuffer(SampleTimes(1.0, 1.0)))
+    return MultiContactProblem(mechanism, scenario.solver, SampleBuffer(SampleTimes(1.0, 1.0)))
 
 
 @pytest.mark.parametrize("middle", [0.0005, 0.004, 0.2, 0.45, 0.7, 0.97, 0.9992])
