@@ -133,14 +133,12 @@ class Shaft(NamedTuple):
 
     def kinetic_limit(self, time: Value, angle: Value, velocity: Value, s: Value) -> Value:
         """Return r_k R while sliding in direction s, N m."""
-        moment, x, y, cosine, sine = self.drive.resultant(time, angle, velocity)
-        torque = _with_effects(self, moment, (angle, cosine, sine), velocity)
-        load = torque, x, y, cosine, sine
-        return _kinetic_limit(self.eccentric, self, load, velocity, s)
+        _, limit, _ = self.torques_and_powers(time, angle, velocity, s)
+        return limit
 
     def torques_and_powers(
-        self, time: float, angle: float, velocity: float, s: float
-    ) -> tuple[float, float, tuple[float, ...]]:
+        self, time: Value, angle: Value, velocity: Value, s: Value
+    ) -> tuple[Value, Value, tuple[Value, ...]]:
         """Return the applied torque, its kinetic limit, N m, and the powers, W."""
         moment, x, y, cosine, sine = self.drive.resultant(time, angle, velocity)
         torque = _with_effects(self, moment, (angle, cosine, sine), velocity)
