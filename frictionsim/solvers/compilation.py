@@ -312,12 +312,17 @@ def _register_methods(kind: type) -> None:
             chosen = _typing_function(method, f"getattr(x0.instance_class, '{name}', None)")
             named_tuple = numba.types.BaseNamedTuple
             numba.extending.overload_method(named_tuple, name, **known_as)(chosen)
-            _let_fields_have_the_name(numba.core.typing.templates.builtin_registry.attributes[-1])
+            _leave_fields()
 
 
-def _let_fields_have_the_name(template: Any) -> None:
-    """Have numba take a method of one class for no field of another."""
-    resolve = template._resolve
-    template._resolve = lambda self, typ, name: (
-        None if name in getattr(typ, "fields", ()) else resolve(self, typ, name)
-    )
+def _leave_fields() -> None:
+    """Have the method registered last hide no field of its name in another class."""
+    from numba.core.typing.templates import builtin_registry
+
+    template = builtin_registry.attributes[-1]
+    method = template._resolve
+
+    def resolved(self: Any, kind: Any, name: str) -> Any:
+        return None if name in getattr(kind, "fields", ()) else method(self, kind, name)
+
+    template._resolve = resolved

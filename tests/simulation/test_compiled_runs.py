@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import validate
 from frictionsim.simulation.single_dof import RecordedSimulation
 from frictionsim.solvers import compilation, event_driven
-from frictionsim.solvers.compilation import Kernel
+from frictionsim.solvers.compilation import Kernel, compilable
 from tests.support.drawn_lifts import FAMILIES
 from tests.support.many_runs import interpret
 from tests.support.problems import LOAD
@@ -159,6 +159,29 @@ def test_a_broken_compiler_is_one_warning(
     assert warning.endswith("(ImportError: no module named numba)")
 
 
+class Scale(NamedTuple):
+    factor: float
+
+    def times(self, x: float) -> float:
+        return self.factor * x
+
+
+class Repeated(NamedTuple):
+    times: float
+
+
+@compilable
+def scaled(scale: Scale, repeated: Repeated) -> float:
+    return scale.times(repeated.times)
+
+
+def test_a_method_hides_no_field_of_its_name_in_another_class() -> None:
+    """Equations have a method `power`, parts of belts a field: both are compiled in a process."""
+    arguments = Scale(2.0), Repeated(3.0)
+    function = Kernel(scaled, arguments).compiled(lambda function: function(*arguments))
+    assert function(*arguments) == 6.0
+
+
 MODULE = """
 from typing import NamedTuple
 
@@ -172,24 +195,19 @@ class Factor(NamedTuple):
         return {sign}self.factor * x
 
 
-class Repeated(NamedTuple):
-    times: float  # a field that has the name of a method of another class
-
-
 @compilable
-def product(factor: Factor, repeated: Repeated, x: float) -> float:
-    return factor.times(x) * repeated.times
+def product(factor: Factor, x: float) -> float:
+    return factor.times(x)
 """
 PROCESS = """
 from pathlib import Path
-from factor_module import Factor, Repeated, product
-from frictionsim.solvers.compilation import Kernel
-arguments = Factor(2.0), Repeated(1.0)
-kernel = Kernel(product, arguments)
+from factor_module import Factor, product
+from frictionsim.solvers.compilation import Kernel, compilable
+kernel = Kernel(product, (Factor(2.0),))
 before = kernel.is_at_hand
-function = kernel.compiled(lambda function: function(*arguments, 1.5))
+function = kernel.compiled(lambda function: function(Factor(2.0), 1.5))
 hits = sum(function.stats.cache_hits.values())
-print(function(*arguments, 1.5), before, hits)
+print(function(Factor(2.0), 1.5), before, hits)
 """
 
 
