@@ -21,7 +21,7 @@ from frictionsim.solvers.mechanism import Mechanism, Value
 
 if TYPE_CHECKING:
     from frictionsim.simulation.base import Simulation
-    from frictionsim.solvers.multi_contact import MultiContactMechanism
+    from frictionsim.solvers.contacts import MultiContactMechanism
 
 # The modes of one coordinate; the others are of belts.
 SINGLE_DOF_MODES: Flags = tuple(flag for flag in MODES if flag[0] in (BACKWARD, STICK, FORWARD))
@@ -92,10 +92,11 @@ def kinetic_energy_of(inertia: Any, velocity: Any) -> Any:
 
 
 class MultiplesOf(NamedTuple):
-    """A switching surface at the multiples of an angle, rad."""
+    """A switching surface at the multiples of an angle, rad; with the name of its event, if any."""
 
     every: float
     is_event: bool
+    event: str = ""
     is_of_table: bool = False
 
     def beyond(self, q0: float, v0: float, q1: float, q: float, v: float) -> float:

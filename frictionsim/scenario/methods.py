@@ -95,7 +95,7 @@ SINGLE_DOF: Pairs = {
 }
 
 # Of several contacts: their changes of mode are located events.
-EVENTS_ONLY: Pairs = {(SET_VALUED, "events"): Pair(_SOLVERS + "multi_contact_solver")}
+EVENTS_ONLY: Pairs = {(SET_VALUED, "events"): Pair(_SOLVERS + "event_driven")}
 
 BELT: Pairs = {
     (SET_VALUED, "rkf45"): Pair(_STEPPERS + "rkf45"),

@@ -39,9 +39,10 @@ from frictionsim.simulation.single_dof import (
 )
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.compilation import form_of
-from frictionsim.solvers.event_driven import CompiledRuns, event_names, kernel_of, run_of
-from frictionsim.solvers.mechanism import Mechanism, Trajectory, equation_of, friction_of
-from frictionsim.solvers.one_contact_state import EVENT_COLUMNS, ROW_COLUMNS, Run
+from frictionsim.solvers.event_driven import CompiledRuns, kernel_of
+from frictionsim.solvers.mechanism import Mechanism, Trajectory, equation_of
+from frictionsim.solvers.one_contact_state import EVENT_COLUMNS
+from frictionsim.solvers.problems import Problem, event_names
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
@@ -55,6 +56,16 @@ class Unlike(Exception):
     """Two runs differ in more than numbers."""
 
 
+class _OfEachRun:
+    """An array that differs between runs; if an equation reads it, runs are observed alone."""
+
+    def __len__(self) -> int:
+        raise Unlike
+
+    def __array__(self, *_: Any, **__: Any) -> Any:
+        raise Unlike
+
+
 def kernel_for(scenario: "Scenario") -> "Kernel | None":
     """Return the kernel for runs like that of a scenario; None if they have to be run alone."""
     build = getattr(mechanism_module(scenario.kind), "build", None)
@@ -62,7 +73,7 @@ def kernel_for(scenario: "Scenario") -> "Kernel | None":
     # One of several coordinates is no `Mechanism`.
     if not isinstance(mechanism, Mechanism) or not _goes_together(scenario, mechanism):
         return None
-    kernel = kernel_of(mechanism, _run(scenario, mechanism))
+    kernel = kernel_of(_problem(scenario, mechanism))
     return None if kernel.reason else kernel
 
 
@@ -78,9 +89,9 @@ def _goes_together(scenario: "Scenario", mechanism: Mechanism) -> bool:
     )
 
 
-def _run(scenario: "Scenario", mechanism: Mechanism) -> Run:
+def _problem(scenario: "Scenario", mechanism: Mechanism) -> Problem:
     times = SampleTimes(scenario.solver.duration, interval=scenario.solver.duration)
-    return run_of(mechanism, scenario.solver, SampleBuffer(times))
+    return Problem(mechanism, scenario.solver, SampleBuffer(times))
 
 
 def run_many(
@@ -154,13 +165,13 @@ def _recorded(scenarios: "Sequence[Scenario]", on_run: Callable[[], object]) -> 
         mechanism = build(scenario)
         if not isinstance(mechanism, Mechanism) or not _goes_together(scenario, mechanism):
             continue
-        run = _run(scenario, mechanism)
+        problem = _problem(scenario, mechanism)
         if runs is None:
-            kernel, form = kernel_of(mechanism, run), form_of(mechanism.system)
+            kernel, form = kernel_of(problem), form_of(mechanism.system)
             if kernel.reason:
                 break
             runs = CompiledRuns(kernel, on_run)
-        if form_of(mechanism.system) == form and (recorded := runs.recorded(mechanism, run)):
+        if form_of(mechanism.system) == form and (recorded := runs.recorded(problem)):
             found.append(_Recorded(number, scenario, mechanism, *recorded))
     return found
 
@@ -171,7 +182,7 @@ class _Batch:
     def __init__(self, runs: list[_Recorded]) -> None:
         self._runs = runs
         self._joined = joined_mechanism([run.mechanism for run in runs])
-        width = ROW_COLUMNS + len(runs[0].mechanism.initial_state) - 2
+        width = SampleBuffer.COLUMNS + len(runs[0].mechanism.energy_integrals)
         rows = _numbers([run.rows for run in runs]).reshape(len(runs), 2, width)
         events = _numbers([run.events for run in runs]).reshape(-1, EVENT_COLUMNS + 2 * width)
         counts = [len(run.events) // events.shape[1] for run in runs]
@@ -269,10 +280,10 @@ def joined_mechanism(mechanisms: Sequence[Mechanism]) -> Mechanism:
 def _with_system(mechanism: Mechanism, system: Any) -> Mechanism:
     contact = mechanism.contact
     assert contact is not None  # of `_kernel`
-    law = {"law": contact.law, "transition_speed": contact.transition_speed}
+    limits = {name: getattr(system, name) for name in ("static_limit", "kinetic_limit", "roundoff")}
     flows, stored = tuple(mechanism.power_flows), tuple(mechanism.stored_energies)
     return mechanism._replace(
-        **equation_of(system, flows, stored), contact=friction_of(system, contact.name, law)
+        **equation_of(system, flows, stored), contact=contact._replace(**limits)
     )
 
 
@@ -284,9 +295,11 @@ def joined(values: Sequence[Any]) -> Any:
         return tuple(parts) if type(first) is tuple else type(first)(*parts)
     if isinstance(first, float):
         return np.array(values)
-    if not isinstance(first, array) and any(value != first for value in values):
-        raise Unlike
-    return first
+    if all(value == first for value in values):
+        return first
+    if isinstance(first, array):
+        return _OfEachRun()
+    raise Unlike
 
 
 def selected(mechanism: Mechanism, runs: Any) -> Mechanism:

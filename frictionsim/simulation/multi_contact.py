@@ -13,6 +13,7 @@ release             what leaves stick was at its static limit just before; or el
                     instant, no combination in which more contacts hold is within all limits
 """
 
+from array import array
 from itertools import product
 from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -26,7 +27,6 @@ from frictionsim.results import (
     STICK,
     TAUT,
     Check,
-    SimulationResult,
     Transition,
 )
 from frictionsim.simulation.audit import (
@@ -38,30 +38,30 @@ from frictionsim.simulation.audit import (
     leaves_stick,
     relative_margin,
 )
-from frictionsim.simulation.run_warnings import hidden_stick_slip
 from frictionsim.simulation.single_dof import (
-    OF_EVENTS,
     RecordedSimulation,
     Samples,
-    final_quantities,
-    quantities_of_transitions,
-    samples_of,
 )
-from frictionsim.solvers.multi_contact import (
+from frictionsim.solvers import multi_contact_state as multi
+from frictionsim.solvers.contacts import (
     HOLDING,
-    FrictionContact,
-    Modes,
+    Contact,
+    Friction,
     MultiContactMechanism,
     MultiContactTrajectory,
     Vector,
 )
-from frictionsim.solvers.multi_contact_solver import MODE, MultiContactSolver
+from frictionsim.solvers.event_driven import SOLVER
+from frictionsim.solvers.one_contact_state import Y
+from frictionsim.solvers.problems import MODE
 
 if TYPE_CHECKING:
-    from frictionsim.results import Array, Quantities
+    from frictionsim.results import Array
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.solvers.multi_contact import Contact
     from frictionsim.solvers.state_values import Values
+
+
+Modes = tuple[int, ...]
 
 
 def audit(
@@ -101,27 +101,29 @@ def audit(
 
 
 def friction_violation(
-    trajectory: "MultiContactTrajectory", contact: "FrictionContact", index: int
+    trajectory: "MultiContactTrajectory", contact: "Contact", index: int
 ) -> float:
     """Return the largest violation of a friction law, relative to the largest static limit."""
     forces, mode = trajectory.forces, trajectory.modes[index]
-    friction = contact.force(forces)
-    forward, backward = (contact.static_limit(forces, s) for s in (1, -1))
-    roundoff = contact.roundoff(trajectory.drive, forces)
+    u = trajectory.drive
+    friction, roundoff = contact.force_of(forces, u), contact.roundoff_of(forces, u)
+    forward, backward = (contact.limit_of("static", s, forces, u) for s in (1, -1))
     excess = np.maximum(-friction - forward, friction - backward) - roundoff
-    sliding = np.where(mode == STICK, 1, mode)
-    error = np.abs(friction + sliding * contact.kinetic_limit(forces, sliding)) - roundoff
+    kinetic = [contact.limit_of("kinetic", s, forces, u) for s in (1, -1)]
+    sliding = np.where(mode == BACKWARD, -kinetic[1], kinetic[0])
+    error = np.abs(friction + sliding) - roundoff
     worst = float(np.max(np.where(mode == STICK, excess, error), initial=0.0))
     largest = float(np.max(np.maximum(forward, backward), initial=0.0))
     return worst / largest if largest > 0.0 else worst
 
 
-def driving_power(trajectory: "MultiContactTrajectory", contact: "FrictionContact") -> float:
+def driving_power(trajectory: "MultiContactTrajectory", contact: "Contact") -> float:
     """Return the largest positive power of a contact, relative to the largest magnitude."""
     velocity = trajectory.velocity[contact.coordinate]
-    power = contact.force(trajectory.forces) * velocity
+    forces, u = trajectory.forces, trajectory.drive
+    power = contact.force_of(forces, u) * velocity
     # A rope is taut down to a tension that is below zero by its roundoff.
-    beyond = power - contact.roundoff(trajectory.drive, trajectory.forces) * np.abs(velocity)
+    beyond = power - contact.roundoff_of(forces, u) * np.abs(velocity)
     largest = float(np.max(np.abs(power), initial=0.0))
     return max(0.0, float(np.max(beyond, initial=0.0)) / largest) if largest > 0.0 else 0.0
 
@@ -179,7 +181,7 @@ def release_check(
         ]
         _, q, v, modes = _state(before, k)
         sides = [
-            _margin(contact, u, mechanism.balance(u, q, v, modes).forces, event.mode_to)
+            _margin(contact, u, _balance(mechanism, u, q, v, modes)[1], event.mode_to)
             for u in (mechanism.drive(early), mechanism.drive(event.time))
         ]
         jumps = sides[0] >= 0.0 >= sides[1]
@@ -195,10 +197,23 @@ def release_check(
     return Check(max(distance.values(), default=0.0), RELEASE_DISTANCE)
 
 
-def _margin(contact: "FrictionContact", u: float, forces: Vector, direction: int) -> float:
+def _margin(contact: "Contact", u: float, forces: Vector, direction: int) -> float:
     """Return the margin of a contact to its static limit in a direction, relative to the limit."""
-    limit, force = contact.static_limit(forces, direction), -direction * contact.force(forces)
-    return float(relative_margin(limit, force, contact.roundoff(u, forces)))
+    limit = contact.limit_of("static", direction, forces, u)
+    force = -direction * contact.force_of(forces, u)
+    return float(relative_margin(limit, force, contact.roundoff_of(forces, u)))
+
+
+def _balance(
+    mechanism: "MultiContactMechanism", u: float, q: list[float], v: list[float], modes: Modes
+) -> tuple[list[float], list[float]]:
+    """Return accelerations and forces in given modes."""
+    s, n = array("d", bytes(8 * multi.LENGTH)), len(q)
+    s[Y : Y + 2 * n] = array("d", [*q, *v])
+    s[multi.MODES : multi.MODES + len(modes)] = array("d", modes)
+    multi.balance(mechanism.system, s, u, Y)
+    forces = s[multi.FORCES : multi.TERMS + mechanism.system.contacts.terms]
+    return s[multi.ACCELERATION : multi.ACCELERATION + n].tolist(), forces.tolist()
 
 
 State = tuple[float, list[float], list[float], Modes]
@@ -246,7 +261,7 @@ def _margin_if_held(
 
 def _modes_of(contact: "Contact", q: float, v: float) -> Modes:
     """Return the modes that a contact may have at a slip or gap q with its rate v."""
-    if isinstance(contact, FrictionContact):
+    if isinstance(contact.law, Friction):
         return (STICK, FORWARD, BACKWARD) if v == 0.0 else (FORWARD if v > 0.0 else BACKWARD,)
     return (SLACK,) if q > 0.0 or v > 0.0 else (TAUT, SLACK)
 
@@ -257,14 +272,16 @@ def _smallest_margin(mechanism: "MultiContactMechanism", state: State, gone: set
     Not above zero where a rope pushes, or a contact at rest does not move as its mode says.
     """
     u, q, v, modes = state
-    acceleration, forces = mechanism.balance(u, q, v, modes)
+    acceleration, forces = _balance(mechanism, u, q, v, modes)
     margins = []
     for contact, mode in zip(mechanism.contacts, modes, strict=True):
         c = contact.coordinate
-        if mode == STICK and isinstance(contact, FrictionContact):
+        if mode == STICK and isinstance(contact.law, Friction):
             margins += [_margin(contact, u, forces, s) for s in (FORWARD, BACKWARD)]
         elif mode == TAUT:
-            margins += [0.0] if contact.force(forces) < -contact.roundoff(u, forces) else []
+            margins += (
+                [0.0] if contact.force_of(forces, u) < -contact.roundoff_of(forces, u) else []
+            )
         elif v[c] == 0.0 and not (mode == SLACK and q[c] > 0.0) and contact.name not in gone:
             way = FORWARD if mode == SLACK else mode
             margins += [] if way * acceleration[c] > 0.0 else [0.0]
@@ -287,121 +304,63 @@ class MultiContactSimulation(RecordedSimulation):
     """
 
     MODE: ClassVar["Values"] = MODE
+    SEVERAL: ClassVar[bool] = True
 
     def __init__(self, scenario: "Scenario", mechanism: MultiContactMechanism) -> None:
-        coordinates, contacts = len(mechanism.position), len(mechanism.contacts)
-        first = 2 + 3 * coordinates + mechanism.forces
+        first = 3 * len(mechanism.position) + mechanism.system.contacts.terms
+        last = first + len(mechanism.contacts)
         super().__init__(
             scenario,
-            lambda recording: MultiContactSolver(mechanism, scenario.solver, recording),
-            first + contacts + len(mechanism.energy_integrals),
+            mechanism,
+            lambda recording: SOLVER(mechanism, scenario.solver, recording),
+            last + len(mechanism.energy_integrals),
         )
-        self.mode_columns = slice(first, first + contacts)
-        self._mechanism = mechanism
-        self.effects = mechanism.effects
-        self.states = len(mechanism.initial_state)
-        self.channel_info = mechanism.channel_info
+        self.mode_columns = slice(first, last)
 
     @property
     def event_names(self) -> tuple[str, ...]:
         return tuple(contact.name for contact in self._mechanism.contacts)
 
-    def trajectory(self) -> MultiContactTrajectory:
-        """Return the samples before the first non-finite one."""
-        samples = self._samples()
-        return self._trajectory_of(samples.rows, samples.transitions)
-
-    def _samples(self) -> Samples:
-        return samples_of(self._recording, self._width, self._at_events, several=True)
+    @property
+    def _contact_names(self) -> tuple[str, ...]:
+        return tuple(contact.name for _, contact in self._mechanism.frictions[:1])
 
     def _trajectory_of(self, rows: Any, transitions: list[Transition]) -> MultiContactTrajectory:
-        """Return the trajectory of rows (n, width)."""
         mechanism, n = self._mechanism, len(self._mechanism.position)
         columns = rows.T.copy()
-        time, drive = columns[:2]
         position, velocity, acceleration = columns[2 : 2 + 3 * n].reshape(3, n, -1)
-        modes = columns[self.mode_columns]
-        integrals = columns[self.mode_columns.stop :]
+        stored = mechanism.system.stored_energies(position, velocity)
         return MultiContactTrajectory(
-            time=time,
-            drive=drive,
+            time=columns[0],
+            drive=columns[1],
             position=position,
             velocity=velocity,
             acceleration=acceleration,
             forces=columns[2 + 3 * n : self.mode_columns.start],
-            modes=modes,
-            energy_integrals=dict(zip(mechanism.energy_integrals, integrals, strict=True)),
-            stored_energies={
-                name: energy(position, velocity)
-                for name, energy in mechanism.stored_energies.items()
-            },
+            modes=columns[self.mode_columns],
+            energy_integrals=dict(
+                zip(mechanism.energy_integrals, columns[self.mode_columns.stop :], strict=True)
+            ),
+            stored_energies=dict(zip(mechanism.stored_energies, stored, strict=True)),
             transitions=transitions,
         )
 
-    def observe(self) -> SimulationResult:
-        """Return the finite samples, and quantities, checks and warnings from them."""
-        mechanism, settings, samples = self._mechanism, self._settings, self._samples()
-        trajectory = self._trajectory_of(samples.rows, samples.transitions)
-        before, after = (
-            self._trajectory_of(rows, samples.transitions)
-            for rows in (samples.before, samples.after)
-        )
-        energies = trajectory.energy_integrals | trajectory.stored_energies
-        return SimulationResult(
-            time=trajectory.time,
-            channels=mechanism.channels(trajectory) | energies,
-            transitions=trajectory.transitions,
-            quantities=self._quantities(trajectory, energies),
-            checks=audit(
-                trajectory,
-                mechanism,
-                allowed_residual(settings.rtol, self.statistics()[0]),
-                settings.atol,
-            )
-            | self._release_check(before, after),
-            non_finite_tail=samples.non_finite_tail,
-            warnings=tuple(self._run_warnings(trajectory)),
-            sides={
-                f"{name}_{side}": channel
-                for side, trajectory in (("before", before), ("after", after))
-                for name, channel in mechanism.channels(trajectory).items()
-                if name not in OF_EVENTS
-            },
-        )
+    def _channels(self, trajectory: MultiContactTrajectory) -> dict[str, Any]:
+        channels: dict[str, Any] = self._mechanism.channels(trajectory)
+        return channels
 
-    def _release_check(
-        self, before: MultiContactTrajectory, after: MultiContactTrajectory
-    ) -> dict[str, Check]:
-        mechanism = self._mechanism
-        if not mechanism.frictions:
-            return {}
-        return {"release": release_check(mechanism, before, after, self._settings.duration)}
-
-    def _quantities(
-        self, trajectory: MultiContactTrajectory, energies: dict[str, Any]
-    ) -> "Quantities":
-        """Return the quantities of the mechanism, of its first contact and of the end."""
-        mechanism = self._mechanism
-        quantities = mechanism.quantities(trajectory)
+    def _checks(self, trajectory: MultiContactTrajectory, samples: Samples) -> dict[str, Check]:
+        mechanism, settings = self._mechanism, self._settings
+        allowed = allowed_residual(settings.rtol, self.statistics()[0])
+        checks = audit(trajectory, mechanism, allowed, settings.atol)
         if mechanism.frictions:
-            end, name = np.max(trajectory.time, initial=-np.inf), mechanism.frictions[0][1].name
-            quantities |= quantities_of_transitions(
-                [e for e in trajectory.transitions if e.contact == name and e.time <= end]
+            before, after = (
+                self._trajectory_of(rows, samples.transitions)
+                for rows in (samples.before, samples.after)
             )
-        if trajectory.time.size:
-            quantities |= final_quantities(
-                float(trajectory.time[-1]),
-                float(trajectory.position[0, -1]),
-                float(trajectory.velocity[0, -1]),
-                {name: float(energy[-1]) for name, energy in energies.items()},
-            )
-        return quantities
+            checks["release"] = release_check(mechanism, before, after, settings.duration)
+        return checks
 
-    def _run_warnings(self, trajectory: MultiContactTrajectory) -> list[str]:
-        """Return the warnings about the run; none if it stopped before its end."""
-        duration = self._settings.duration
-        if trajectory.time.size < 2 or trajectory.time[-1] < duration:
-            return []
+    def _warnings(self, trajectory: MultiContactTrajectory) -> list[str]:
         warnings = [] if np.any(trajectory.velocity) else ["nothing moves: all contacts hold"]
-        warnings += self._mechanism.run_warnings(trajectory)
-        return warnings + hidden_stick_slip(trajectory.transitions, self._interval, duration)
+        return warnings + list(self._mechanism.run_warnings(trajectory))

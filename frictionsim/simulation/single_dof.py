@@ -26,7 +26,6 @@ from frictionsim.solvers.state_values import DIRECTION, NUMBER, TIME, Values, un
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.solvers.base import SteppingSolver
 
 
 # Channels that /events holds as `angle`, `mode_from` and `mode_to`, not as sides.
@@ -56,9 +55,7 @@ class Samples(NamedTuple):
     non_finite_tail: bool
 
 
-def samples_of(
-    buffer: "SampleBuffer", width: int, at_events: bool, several: bool = False
-) -> Samples:
+def samples_of(buffer: "SampleBuffer", width: int, at_events: bool, several: bool) -> Samples:
     """Return the finite samples of a run.
 
     Parameters
@@ -129,6 +126,8 @@ class RecordedSimulation:
     Parameters
     ----------
     scenario : Scenario
+    mechanism : Mechanism or MultiContactMechanism
+        Built from the scenario.
     solver : callable
         Returns the solver for a buffer.
     width : int
@@ -136,12 +135,19 @@ class RecordedSimulation:
     """
 
     MODE: ClassVar[Values] = DIRECTION
+    SEVERAL: ClassVar[bool] = False
     mode_columns = slice(MODE_COLUMN, MODE_COLUMN + 1)
 
     def __init__(
-        self, scenario: "Scenario", solver: "Callable[[SampleBuffer], SteppingSolver]", width: int
+        self,
+        scenario: "Scenario",
+        mechanism: Any,
+        solver: "Callable[[SampleBuffer], Any]",
+        width: int,
     ) -> None:
-        self._settings = scenario.solver
+        self._mechanism, self._settings = mechanism, scenario.solver
+        self.effects, self.channel_info = mechanism.effects, mechanism.channel_info
+        self.states = len(mechanism.initial_state)
         self._at_events, self._interval = scenario.output.at_events, scenario.interval
         self._resumable = methods.METHODS[scenario.solver.backend].resumable
         self._recording = SampleBuffer(SampleTimes(scenario.solver.duration, scenario.interval))
@@ -234,6 +240,98 @@ class RecordedSimulation:
             require_values(samples[:, TIME_COLUMN], f"buffer.{name}", time, duration)
             require_values(samples[:, self.mode_columns], f"buffer.{name}", self.MODE, duration)
 
+    def trajectory(self) -> Any:
+        """Return the samples before the first non-finite one."""
+        return self._trajectory_of_samples(self._samples())
+
+    def _samples(self) -> Samples:
+        return samples_of(self._recording, self._width, self._at_events, self.SEVERAL)
+
+    def _trajectory_of_samples(self, samples: Samples) -> Any:
+        return self._trajectory_of(samples.rows, samples.transitions)
+
+    def _trajectory_of(self, rows: Any, transitions: list[Transition]) -> Any:
+        """Return the trajectory of rows (n, width)."""
+        raise NotImplementedError
+
+    def observe(self) -> SimulationResult:
+        """Return the finite samples, and quantities, checks and warnings from them."""
+        samples = self._samples()
+        trajectory = self._trajectory_of_samples(samples)
+        energies = trajectory.energy_integrals | trajectory.stored_energies
+        return SimulationResult(
+            time=trajectory.time,
+            channels=self._full(self._channels(trajectory) | energies, trajectory),
+            transitions=trajectory.transitions,
+            quantities=self._quantities(trajectory, energies),
+            checks=self._checks(trajectory, samples),
+            non_finite_tail=samples.non_finite_tail,
+            warnings=tuple(self._run_warnings(trajectory)),
+            sides={
+                f"{name}_{side}": channel
+                for side, rows in (("before", samples.before), ("after", samples.after))
+                for name, channel in self._side(rows, samples.transitions).items()
+            },
+        )
+
+    def _side(self, rows: Any, transitions: list[Transition]) -> dict[str, Any]:
+        """Return the channels that may jump at events, on one side of each event."""
+        trajectory = self._trajectory_of(rows, transitions)
+        channels = self._full(self._channels(trajectory), trajectory)
+        return {name: values for name, values in channels.items() if name not in OF_EVENTS}
+
+    def _full(self, channels: dict[str, Any], trajectory: Any) -> dict[str, Any]:
+        """Return channels of which a constant one may be given as a number."""
+        shape = trajectory.time.shape
+        return {name: np.broadcast_to(values, shape) for name, values in channels.items()}
+
+    def _channels(self, trajectory: Any) -> dict[str, Any]:
+        """Return the channels that are not energies."""
+        raise NotImplementedError
+
+    def _checks(self, trajectory: Any, samples: Samples) -> dict[str, Check]:
+        """Return the checks of the audit."""
+        raise NotImplementedError
+
+    @property
+    def _contact_names(self) -> tuple[str, ...]:
+        """The names of the events of which breakaway and rest are quantities."""
+        return self.event_names
+
+    def _quantities(self, trajectory: Any, energies: dict[str, Any]) -> Quantities:
+        """Return the quantities of the mechanism, of its first contact and of the end.
+
+        Transitions after the last sample, which a failed run may have, are ignored.
+        """
+        quantities: Quantities = self._mechanism.quantities(trajectory)
+        end, names = np.max(trajectory.time, initial=-np.inf), self._contact_names
+        if names:
+            quantities |= quantities_of_transitions(
+                [e for e in trajectory.transitions if e.contact in names and e.time <= end]
+            )
+        if trajectory.time.size:
+            position, velocity = map(np.atleast_2d, (trajectory.position, trajectory.velocity))
+            quantities |= final_quantities(
+                float(trajectory.time[-1]),
+                float(position[0, -1]),
+                float(velocity[0, -1]),
+                {name: float(energy[-1]) for name, energy in energies.items()},
+            )
+        return quantities
+
+    def _run_warnings(self, trajectory: Any) -> list[str]:
+        """Return the warnings about the run; none if it stopped before its end."""
+        if trajectory.time.size < 2 or trajectory.time[-1] < self._settings.duration:
+            return []
+        return [*self._warnings(trajectory), *self._hidden_stick_slip(trajectory)]
+
+    def _warnings(self, trajectory: Any) -> list[str]:
+        """Return the warnings about a complete run."""
+        raise NotImplementedError
+
+    def _hidden_stick_slip(self, trajectory: Any) -> list[str]:
+        return hidden_stick_slip(trajectory.transitions, self._interval, self._settings.duration)
+
 
 class SingleDofSimulation(RecordedSimulation):
     """The `Simulation` of a mechanism of one coordinate.
@@ -248,19 +346,16 @@ class SingleDofSimulation(RecordedSimulation):
     def __init__(self, scenario: "Scenario", mechanism: Mechanism) -> None:
         super().__init__(
             scenario,
+            mechanism,
             lambda recording: new_solver(mechanism, scenario.solver, recording),
             SampleBuffer.COLUMNS + len(mechanism.energy_integrals),
         )
-        self._mechanism = mechanism
         # Regularised friction creeps instead of sticking; the friction checks do not apply.
         contact = mechanism.contact
         law = "" if contact is None else contact.law
         regularised = law == methods.REGULARISED and not mechanism.prescribed
         self._set_valued = None if regularised else contact
         self._locates_events = methods.METHODS[scenario.solver.backend].locates_events
-        self.effects = mechanism.effects
-        self.states = len(mechanism.initial_state)
-        self.channel_info = mechanism.channel_info
 
     @property
     def event_names(self) -> tuple[str, ...]:
@@ -270,12 +365,9 @@ class SingleDofSimulation(RecordedSimulation):
         events += [] if mechanism.stops is None else [end_stops.EVENT]
         return tuple(name for name in (contact, *events) if name)
 
-    def trajectory(self) -> Trajectory:
-        """Return the samples before the first non-finite one."""
-        return self._trajectory_of_samples(self._samples())
-
-    def _samples(self) -> Samples:
-        return samples_of(self._recording, self._width, self._at_events)
+    @property
+    def _contact_names(self) -> tuple[str, ...]:
+        return () if self._mechanism.contact is None else self.event_names
 
     def _trajectory_of_samples(self, samples: Samples) -> Trajectory:
         trajectory = self._trajectory_of(samples.rows, samples.transitions)
@@ -283,35 +375,18 @@ class SingleDofSimulation(RecordedSimulation):
         return trajectory._replace(velocity_before=before, velocity_after=after)
 
     def _trajectory_of(self, rows: Any, transitions: list[Transition]) -> Trajectory:
-        """Return the trajectory of rows (n, width)."""
         return trajectory_of(self._mechanism, rows.T.copy(), transitions)
 
-    def observe(self) -> SimulationResult:
-        """Return the finite samples, and quantities, checks and warnings from them."""
-        mechanism, settings, samples = self._mechanism, self._settings, self._samples()
-        trajectory = self._trajectory_of_samples(samples)
-        return SimulationResult(
-            time=trajectory.time,
-            channels=_channels(mechanism, trajectory),
-            transitions=trajectory.transitions,
-            quantities=_quantities(mechanism, trajectory),
-            checks=audit(
-                trajectory,
-                self._set_valued,
-                allowed_residual(settings.rtol, self.statistics()[0]),
-                settings.atol,
-                float(energy_scale(mechanism, trajectory)),
-                mechanism.stops,
-            )
-            | self._release_check(samples),
-            non_finite_tail=samples.non_finite_tail,
-            warnings=tuple(self._run_warnings(trajectory)),
-            sides={
-                f"{name}_{side}": channel
-                for side, rows in (("before", samples.before), ("after", samples.after))
-                for name, channel in self._side(rows, samples.transitions).items()
-            },
-        )
+    def _checks(self, trajectory: Trajectory, samples: Samples) -> dict[str, Check]:
+        mechanism, settings = self._mechanism, self._settings
+        return audit(
+            trajectory,
+            self._set_valued,
+            allowed_residual(settings.rtol, self.statistics()[0]),
+            settings.atol,
+            float(energy_scale(mechanism, trajectory)),
+            mechanism.stops,
+        ) | self._release_check(samples)
 
     def _release_check(self, samples: Samples) -> dict[str, Check]:
         """Return the check of the breakaways; none where stick is not left at a located event."""
@@ -322,24 +397,27 @@ class SingleDofSimulation(RecordedSimulation):
         after = self._trajectory_of(samples.after[leaves], [])
         return {"release": release_check(self._mechanism, before, after, self._settings.duration)}
 
-    def _run_warnings(self, trajectory: Trajectory) -> list[str]:
-        """Return the warnings about the run; none if it stopped before its end."""
-        mechanism, duration = self._mechanism, self._settings.duration
-        if trajectory.time.size < 2 or trajectory.time[-1] < duration:
-            return []
-        warnings = nothing_moves(mechanism, trajectory) + mechanism.run_warnings(trajectory)
-        if self._set_valued is not None:  # regularised friction passes "stick" at each reversal
-            warnings += hidden_stick_slip(trajectory.transitions, self._interval, duration)
-        return warnings
+    def _warnings(self, trajectory: Trajectory) -> list[str]:
+        return [
+            *nothing_moves(self._mechanism, trajectory),
+            *self._mechanism.run_warnings(trajectory),
+        ]
 
-    def _side(self, rows: Any, transitions: list[Transition]) -> dict[str, Any]:
-        """Return the channels that may jump at events, on one side of each event."""
-        trajectory = self._trajectory_of(rows, transitions)
-        return {
-            name: np.broadcast_to(values, trajectory.time.shape)
-            for name, values in _samples(self._mechanism, trajectory).items()
-            if name not in OF_EVENTS
+    def _hidden_stick_slip(self, trajectory: Trajectory) -> list[str]:
+        # Regularised friction passes "stick" at each reversal.
+        return [] if self._set_valued is None else super()._hidden_stick_slip(trajectory)
+
+    def _channels(self, trajectory: Trajectory) -> dict[str, Any]:
+        """Return the channels of any motion and the mechanism's own."""
+        channels = {
+            "angle": trajectory.position,
+            "angular_velocity": trajectory.velocity,
+            "angular_acceleration": trajectory.acceleration,
+            **self._mechanism.channels(trajectory),
         }
+        if self._mechanism.contact is not None:
+            channels |= {"friction_torque": trajectory.friction, "mode": trajectory.mode}
+        return channels
 
 
 def trajectory_of(mechanism: Mechanism, columns: Any, transitions: list[Transition]) -> Trajectory:
@@ -377,53 +455,6 @@ def energy_scale(mechanism: Mechanism, trajectory: Trajectory) -> Any:
     at_start = mechanism.stored_energies["energy_kinetic"](mechanism.position, mechanism.velocity)
     torque = np.broadcast_to(np.abs(applied_torque), trajectory.velocity.shape)
     return np.max(torque, axis=0, initial=0.0) + at_start
-
-
-def _samples(mechanism: Mechanism, trajectory: Trajectory) -> dict[str, Any]:
-    """Return the channels that are not energies: those of any motion and the mechanism's own."""
-    channels = {
-        "angle": trajectory.position,
-        "angular_velocity": trajectory.velocity,
-        "angular_acceleration": trajectory.acceleration,
-        **mechanism.channels(trajectory),
-    }
-    if mechanism.contact is not None:
-        channels |= {"friction_torque": trajectory.friction, "mode": trajectory.mode}
-    return channels
-
-
-def _channels(mechanism: Mechanism, trajectory: Trajectory) -> dict[str, Any]:
-    """Return all channels by name."""
-    channels = {
-        **_samples(mechanism, trajectory),
-        **trajectory.energy_integrals,
-        **trajectory.stored_energies,
-    }
-    # A constant channel may be given as a number.
-    shape = trajectory.time.shape
-    return {name: np.broadcast_to(values, shape) for name, values in channels.items()}
-
-
-def _quantities(mechanism: Mechanism, trajectory: Trajectory) -> Quantities:
-    """Return the quantities of the summary: those of the mechanism, then those of any motion.
-
-    Transitions after the last sample, which a failed run may have, are ignored.
-    """
-    quantities = mechanism.quantities(trajectory)
-    if mechanism.contact is not None:
-        seen = [
-            e for e in trajectory.transitions if e.time <= np.max(trajectory.time, initial=-np.inf)
-        ]
-        quantities |= quantities_of_transitions(seen)
-    if trajectory.time.size:
-        energies = trajectory.energy_integrals | trajectory.stored_energies
-        quantities |= final_quantities(
-            float(trajectory.time[-1]),
-            float(trajectory.position[-1]),
-            float(trajectory.velocity[-1]),
-            {name: float(energy[-1]) for name, energy in energies.items()},
-        )
-    return quantities
 
 
 def quantities_of_transitions(transitions: list[Transition]) -> Quantities:

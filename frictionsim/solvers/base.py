@@ -1,137 +1,132 @@
-"""The loop over steps and the samples within them."""
+"""Friction laws in the right-hand side of one coordinate: the loop over steps and samples.
+
+A law gives the friction of a state, whatever the direction of motion, so that no change of mode
+ends a step. Integrator, state and equation are those of the loop for located events, `one_contact`.
+"""
 
 from collections.abc import Callable, Mapping
 from math import inf
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from frictionsim.errors import Diverged, NonFinite
 from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
-from frictionsim.solvers.common import (
-    Crossing,
-    Row,
-    SampleBuffer,
-    advance,
-    new_stepper,
-    subject_of,
-)
-from frictionsim.solvers.end_stops import EVENT, StopContact
+from frictionsim.scenario.methods import METHODS
+from frictionsim.solvers import one_contact_state as layout
+from frictionsim.solvers.common import Row, SampleBuffer
+from frictionsim.solvers.end_stops import first_departure, first_impact
+from frictionsim.solvers.event_driven import StepperPart, named_failures
+from frictionsim.solvers.law_stepper import LawStepper
+from frictionsim.solvers.one_contact import check_energy, is_hit, rebound
+from frictionsim.solvers.one_contact_location import against_load
+from frictionsim.solvers.one_contact_step import derivatives
+from frictionsim.solvers.problems import Problem, stepper_fields
+from frictionsim.solvers.root_finding import bracket_root
 from frictionsim.solvers.state_values import FLAG, TIME, Values
-from frictionsim.solvers.stepper import Rhs, State, Stepper
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.mechanism import Mechanism
 
-OnStep = Callable[[float], object]
-
-# Kinetic energy above this multiple of the energy input indicates an unstable integration.
-MAX_ENERGY_RATIO = 100.0
+State = list[float]
 
 
-class EnergyMonitor:
-    """Stops a run whose kinetic energy far exceeds the energy input.
+class Law(NamedTuple):
+    """A friction law as `one_contact_step` takes it."""
 
-    The input is the initial kinetic energy, the work of the drive and the energy released by the
-    other stores. Energies below atol/rtol are only accurate to the absolute tolerance.
-    """
+    solver: "Solver"
+    drive: Any
+    inertia: float
 
-    def __init__(self, mechanism: "Mechanism", settings: "SolverSettings") -> None:
-        start = mechanism.position, mechanism.velocity
-        self._kinetic = mechanism.stored_energies["energy_kinetic"]
-        others = (
-            energy for name, energy in mechanism.stored_energies.items() if name != "energy_kinetic"
-        )
-        self._others = [(energy, energy(*start)) for energy in others]
-        self._first = self._kinetic(*start) + settings.atol / settings.rtol
-        self._input = 2 + mechanism.energy_integrals.index("energy_input")
-        friction = "energy_friction" in mechanism.energy_integrals
-        self._friction = 2 + mechanism.energy_integrals.index("energy_friction") if friction else 0
-        self._advice = f"{subject_of(mechanism)} diverges; give a shorter solver.step or max_step"
-
-    def check(self, t: float, y: State) -> None:
-        """Compare the energies.
-
-        Raises
-        ------
-        Diverged
-            If the kinetic energy is too large.
-        """
-        q, v = y[0], y[1]
-        put_in = self._first + abs(y[self._input])
-        for energy, first in self._others:
-            put_in = put_in + abs(energy(q, v) - first)
-        if self._friction:  # published friction laws may have positive power
-            put_in = put_in + max(0.0, -y[self._friction])
-        kinetic = self._kinetic(q, v)
-        if kinetic > MAX_ENERGY_RATIO * put_in:
-            raise Diverged(
-                f"at t = {t:.9g} s the kinetic energy is {kinetic:.3g} J, but the energy input"
-                f" only {put_in:.3g} J: {self._advice}"
-            )
+    def torques_and_powers(
+        self, u: float, q: float, v: float, s: float
+    ) -> tuple[float, float, tuple[float, ...]]:
+        """Return the applied torque, the friction against s, N m, and the powers, W."""
+        applied, kinetic, powers = self.solver.torques_and_powers(u, q, v)
+        return applied, -s * self.solver.friction(u, q, v, applied, kinetic), powers
 
 
-class SteppingSolver:
-    """The loop over steps and the samples within them, of any solver of a mechanism.
+class Crossing(NamedTuple):
+    """An event at the end of a step: its name, and the state immediately before it."""
+
+    event: str
+    before: State
+
+
+class Solver:
+    """The loop over steps and the samples within them.
 
     A solver alternates between steps and the samples within the last step. When it calls on_step,
     its state is complete: a run resumed from it gives the same bits.
 
     Parameters
     ----------
-    stepper : Stepper
+    mechanism : Mechanism
     settings : SolverSettings
     buffer : SampleBuffer
         Receives samples and transitions.
-    subject : str
-        Of messages about the motion.
 
     Attributes
     ----------
     t : float, s
         Time up to which the run has come.
-    stepper : Stepper
+    stepper : LawStepper
+    mode : int
+        Of the samples in the last step.
     CHECKPOINT_FIELDS : mapping of str to Values
         Attributes in a checkpoint, and what they may hold; `checkpoint_parts` are all objects in
         it.
     """
 
     CHECKPOINT_FIELDS: ClassVar[Mapping[str, Values]] = {"t": TIME, "started": FLAG}
+    # Across a jump of the friction no step meets the tolerance. A step of this number of units in
+    # the last place of the time is accepted.
+    JUMP_ULPS: ClassVar[float] = 0.0
+    mode: int = STICK
 
     def __init__(
-        self, stepper: Stepper, settings: "SolverSettings", buffer: SampleBuffer, subject: str
+        self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
     ) -> None:
-        self.buffer, self._subject = buffer, subject
-        self.end = settings.duration
-        self.stepper = stepper
-        self.t = 0.0
+        self.mechanism, self.buffer, self._settings = mechanism, buffer, settings
+        problem = self._problem = Problem(mechanism, settings, buffer)
+        problem.run = problem.run._replace(jump_ulps=self.JUMP_ULPS)
+        self.system, self.end = problem.system, settings.duration
+        self.stops = mechanism.stops
+        self.law = self.new_law()
+        self.stepper = _new_stepper(self.law, problem, settings)
         self.started = False
 
     @property
+    def t(self) -> float:
+        return self._problem.state[layout.TIME]
+
+    @t.setter
+    def t(self, t: float) -> None:
+        self._problem.state[layout.TIME] = t
+
+    @property
+    def contact(self) -> Any:
+        """The dry friction."""
+        return self.mechanism.contact
+
+    @property
     def checkpoint_parts(self) -> dict[str, object]:
-        buffer = self.buffer
+        problem = self._problem
         return {
             "solver": self,
-            "stepper": self.stepper,
-            "buffer": buffer,
-            "times": buffer.times,
+            "stepper": StepperPart(problem, stepper_fields(problem.run.states)),
+            "buffer": self.buffer,
+            "times": self.buffer.times,
         }
 
-    def run(self, on_step: OnStep) -> bool:
+    def run(self, on_step: Callable[[float], object]) -> bool:
         """Integrate to the end, from the start or from a restored state; return False.
 
         `on_step` is called with the time between steps and samples; it may raise Interrupted.
         """
-        try:
+        with named_failures(self._problem, self._settings):
             self._run(on_step)
-            return False
-        except ArithmeticError:
-            raise NonFinite(
-                f"after t = {self.t:.9g} s {self._subject} exceeds the range of double"
-                " precision; check the scenario for forces or inertias that are far too large or"
-                " too small"
-            ) from None
+        return False
 
-    def _run(self, on_step: OnStep) -> None:
+    def _run(self, on_step: Callable[[float], object]) -> None:
         times = self.buffer.times
         if not self.started:
             self.start()
@@ -139,29 +134,48 @@ class SteppingSolver:
         while True:
             while self.covers(times.next):
                 on_step(times.next)
-                self.sample(times.next)
+                self.buffer.add(self.sample(times.next, self.stepper.interpolate(times.next)))
             self.process_step()
             if self.t >= self.end:
-                self.finish()
                 return
             on_step(self.t)
             self.step()
 
+    def new_law(self) -> Any:
+        """Return the equation that is integrated."""
+        return Law(self, self.system.drive, self.system.inertia)
+
+    def torques_and_powers(self, u: float, q: float, v: float) -> tuple[float, float, Any]:
+        """Return the applied torque, the kinetic limit in the direction of motion, the powers."""
+        found: tuple[float, float, Any] = self.system.torques_and_powers(
+            u, q, v, FORWARD if v > 0.0 else BACKWARD
+        )
+        return found
+
+    def friction(self, u: float, q: float, v: float, applied: float, kinetic: float) -> float:
+        """Return the friction torque for an applied torque and a kinetic limit, N m."""
+        raise NotImplementedError
+
+    def friction_in(self, mode: int, u: float, q: float, v: float, applied: float) -> float:
+        """Return the friction torque of a sample in a mode, N m."""
+        return self.friction(u, q, v, applied, self.torques_and_powers(u, q, v)[1])
+
     def start(self) -> None:
         """Start at the initial state."""
-        raise NotImplementedError
+        self.stepper.start(0.0, self.mechanism.initial_state)
+        self.process_step()
 
     def resume(self) -> None:
         """Start at the restored state."""
-        raise NotImplementedError
+        self.stepper.resume()
 
     def step(self) -> None:
         """Take one step, within which samples can be taken afterwards."""
         raise NotImplementedError
 
-    def sample(self, t: float) -> None:
-        """Record the state at a time within the last step."""
-        raise NotImplementedError
+    def sample(self, t: float, y: State) -> Row:
+        """Return the sample of a state within the last step."""
+        return self.row(t, y, self.mode)
 
     def covers(self, t: float) -> bool:
         """Return whether t is within the last step."""
@@ -170,71 +184,125 @@ class SteppingSolver:
     def process_step(self) -> None:
         """Process the events of the last step, after its samples are taken."""
 
-    def finish(self) -> None:
-        """Record the last sample."""
-
-
-class Solver(SteppingSolver):
-    """Base class of the solvers for a mechanism of one coordinate."""
-
-    def __init__(
-        self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
-    ) -> None:
-        super().__init__(new_stepper(mechanism, settings), settings, buffer, subject_of(mechanism))
-        self.mechanism = mechanism
-        self._energy_monitor = EnergyMonitor(mechanism, settings)
-        self.stops = None if mechanism.stops is None else StopContact(mechanism)
-
     def row(self, t: float, y: State, mode: int) -> Row:
         """Return the sample of a state in a mode of the contact."""
-        raise NotImplementedError
+        system = self.system
+        u, q, v = system.drive.at(t), y[0], y[1]
+        applied = system.applied_torque(u, q, v)
+        friction = self.friction_in(mode, u, q, v, applied)
+        return (t, u, q, v, (applied + friction) / system.inertia, friction, mode, *y[2:])
 
-    def advance(self, limit: float, floor: float = 0.0) -> Crossing | None:
-        """Take a step that ends at `limit`, s, at the latest; return the event at its end.
+    def advance(self, limit: float) -> Crossing | None:
+        """Take a step that ends at `limit`, s, at the latest, or at the first switching surface.
 
-        The energy of the state is checked. `floor` is that of `Stepper.advance`.
+        The energy of the state is checked. Returned is the crossing of a surface that is an event.
         """
-        crossing = advance(self.stepper, self.mechanism, limit, floor)
-        self._energy_monitor.check(self.stepper.t, self.stepper.y)
-        self.t = self.stepper.t
+        stepper, system, s = self.stepper, self.system, self._problem.state
+        stepper.advance(limit)
+        crossing, of_table = self._cut_at_surfaces()
+        while of_table and stepper.repeat_shorter():
+            stepper.advance(limit)
+            crossing, of_table = self._cut_at_surfaces()
+        if system.reversing_load:
+
+            def against(t: float) -> float:
+                q, v, *_ = stepper.interpolate(t)
+                return against_load(system, s, t, q, v)
+
+            if against(stepper.t) > 0.0:
+                reversal = bracket_root(against, stepper.t_old, stepper.t)[1]
+                if reversal < stepper.t:
+                    stepper.truncate(reversal)
+                    crossing = None
+        self.check_energy()
+        self.t = stepper.t
         return crossing
 
-    def end_at_impact(self, crossing: Crossing | None, rhs: Rhs) -> Crossing | None:
+    def check_energy(self) -> None:
+        """End a run whose kinetic energy far exceeds the energy input."""
+        problem, names = self._problem, self.mechanism.energy_integrals
+        gained = 0.0
+        if "energy_friction" in names:  # published friction laws may have positive power
+            at = layout.Y_NEW + 2 + names.index("energy_friction")
+            gained = max(0.0, -problem.state[at])
+        check_energy(self.system, problem.run, problem.state, gained)
+
+    def _cut_at_surfaces(self) -> tuple[Crossing | None, bool]:
+        """End the last step at the first switching surface that it crosses.
+
+        Return the crossing if it is an event, and whether the surface is of a table.
+        """
+        stepper, crossing, of_table = self.stepper, None, False
+        for i, surface in enumerate(self.system.surfaces):
+            y = stepper.y
+            start = *stepper.y_old[:2], y[0]
+            if surface.beyond(*start, y[0], y[1]) > 0.0:
+
+                def beyond(t: float, surface: Any = surface, start: Any = start) -> float:
+                    past: float = surface.beyond(*start, *stepper.interpolate(t)[:2])
+                    return past
+
+                before, after = bracket_root(beyond, stepper.t_old, stepper.t)
+                crossing = None
+                if surface.is_event:
+                    name = self._problem.event_names[int(layout.OF_SURFACE) + i]
+                    crossing = Crossing(name, stepper.interpolate(before))
+                stepper.truncate(after)
+                of_table = surface.is_of_table
+        return crossing, of_table
+
+    def end_at_impact(self, crossing: Crossing | None) -> Crossing | None:
         """End the last step at its first impact on a stop; return the event at its end."""
         if self.stops is None:
             return crossing
-        t = self.stops.first_impact(self.stepper, rhs)
+
+        def acceleration(t: float, y: State) -> float:
+            return derivatives(self.law, t, y[0], y[1], 1.0)[1]
+
+        t = first_impact(self.stepper, self.stops, acceleration)
         if t == inf:
             return crossing
         self.stepper.truncate(t)
         self.t = t
         return None
 
-    def end_of_rest_on_stop(self, limit: float, rhs: Rhs) -> float:
+    def impact(self) -> tuple[State, State] | None:
+        """Return the states before and after the impact at the end of the last step, if any."""
+        problem = self._problem
+        s, n = problem.state, problem.run.states
+        layout.copy(s, layout.Y, layout.Y_NEW, n)
+        if not is_hit(self.system.stops, s):
+            return None
+        rebound(self.system.stops, self.system, problem.run, s)
+        return tuple(s[at : at + n].tolist() for at in (layout.BEFORE, layout.Y))  # type: ignore[return-value]
+
+    def record_impact(self, before: State, after: State, modes: tuple[int, int]) -> None:
+        """Record an impact at the present time, and start again from the state after it."""
+        t = self.t
+        transition = Transition(t, self._problem.event_names[1], *modes, after[0])
+        rows = self.row(t, before, modes[0]), self.row(t, after, modes[1])
+        self.buffer.record_event(transition, *rows)
+        self.stepper.start(t, after)
+
+    def end_of_rest_on_stop(self, limit: float) -> float:
         """Return the latest end of the next step, s: the end of a rest on a stop, or `limit`.
 
         Dry friction has no part in that rest: it is absent or regularised. Up to `limit` the
         signals are smooth.
         """
         t, y = self.stepper.t, self.stepper.y
-        if self.stops is None or not self.stops.is_at_rest(y):
+        if self.stops is None or y[1] != 0.0 or self.stops.side(y[0]) == STICK:
             return limit
-        until, direction = self.stops.departure(y[0], t, limit)
+        until, direction = first_departure(self.system, self.stops.side(y[0]), y[0], (t, limit))
         if until > t:
             return until
         if direction != STICK:
             self.leave_stop(t, y, direction)
-            self.stepper.start(rhs, t, list(y))  # begin with a short step
+            self.stepper.start(t, y)  # begin with a short step
         return limit
 
     def leave_stop(self, t: float, y: State, direction: int) -> None:
         """Record at t, s, that the body leaves a stop, if that is not a change of a contact."""
-
-    def record_impact(self, y: State, before: int, after: int, y_after: State) -> None:
-        """Record an impact at the present time: modes and states before and after it."""
-        t = self.t
-        transition = Transition(t, EVENT, before, after, y_after[0])
-        self.buffer.record_event(transition, self.row(t, y, before), self.row(t, y_after, after))
 
     def record_crossing(self, crossing: Crossing | None) -> None:
         """Record the event at the end of the last step, if there is one; the mode is unchanged."""
@@ -265,28 +333,20 @@ class Solver(SteppingSolver):
             Last time in the mode before: t, or one rounding earlier if the drive jumps at t.
             Negative if the run starts in the mode after.
         """
-        contact = self.mechanism.contact
-        name = "drive" if contact is None else contact.name
         sample_after = self.row(t, y, after)
         sample_before = sample_after
         if held >= 0.0:
             sample_before = (t, *self.row(min(held, t), y, before)[1:])
-        transition = Transition(t, name, before, after, y[0])
+        transition = Transition(t, self._problem.event_names[0], before, after, y[0])
         self.buffer.record_event(transition, sample_before, sample_after)
 
 
-class ContactSolver(Solver):
-    """Base of the solvers of a mechanism with dry friction.
+def _new_stepper(law: Any, problem: Problem, settings: "SolverSettings") -> LawStepper:
+    """Return the integrator of a law."""
+    integrator = METHODS[settings.backend].scipy_class
+    if not integrator:
+        return LawStepper(law, problem)
+    # Imported here because SciPy takes 0.3 s to import.
+    from frictionsim.solvers.scipy_stepper import ScipyStepper
 
-    Attributes
-    ----------
-    contact : DryFriction
-    """
-
-    def __init__(
-        self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
-    ) -> None:
-        if mechanism.contact is None:
-            raise ValueError("a mechanism without dry friction takes FrictionlessSolver")
-        super().__init__(mechanism, settings, buffer)
-        self.contact = mechanism.contact
+    return ScipyStepper(integrator, law, problem)

@@ -2,50 +2,16 @@
 
 from array import array
 from collections import deque
-from collections.abc import Callable, Sequence
-from math import floor, inf, ulp
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from collections.abc import Sequence
+from math import floor, inf
+from typing import TYPE_CHECKING, ClassVar
 
 from frictionsim.errors import Chattering
 from frictionsim.results import Transition
-from frictionsim.scenario.methods import METHODS
-from frictionsim.solvers.root_finding import bracket_root
-from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45
 from frictionsim.solvers.state_values import COUNT, SAMPLE, TIME, Values
-from frictionsim.solvers.stepper import Rhs, State, Stepper
 
 if TYPE_CHECKING:
-    from frictionsim.scenario.settings import SolverSettings
-    from frictionsim.solvers.mechanism import DryFriction, Mechanism
-
-
-def reversal_in_step(
-    load: Callable[[float, float, float], tuple[float, float]],
-    mechanism: "Mechanism",
-    stepper: Stepper,
-) -> float:
-    """Return when the load of a contact has turned by a right angle since the begin of a step, s.
-
-    A load that passes zero turns by two at once, where its size, and friction with it, has a
-    corner. The end of the step if it has not turned so far.
-    """
-    drive, y_old, y = mechanism.drive, stepper.y_old, stepper.y
-    x_old, up_old = load(drive(stepper.t_old), y_old[0], y_old[1])
-
-    def against(u: float, q: float, v: float) -> float:
-        x, up = load(u, q, v)
-        return -(x * x_old + up * up_old)
-
-    if not against(drive(stepper.t), y[0], y[1]) > 0.0:
-        return stepper.t
-
-    def inside(t: float) -> float:
-        state = stepper.interpolate(t)
-        return against(drive(t), state[0], state[1])
-
-    if not inside(stepper.t) > 0.0:  # the interpolant may differ by roundoff
-        return stepper.t
-    return bracket_root(inside, stepper.t_old, stepper.t)[1]
+    from frictionsim.solvers.mechanism import Mechanism
 
 
 # A root search stops at an interval of two units in the last place of the time.
@@ -113,23 +79,6 @@ class GivenTimes(SampleTimes):
 
 Row = tuple[float, ...]
 """A sample: time, drive, position, velocity, acceleration, friction, mode, energy integrals."""
-
-
-def row(t: float, drive: float, y: State, acceleration: float, friction: float, mode: int) -> Row:
-    """Return the sample of a state.
-
-    Parameters
-    ----------
-    t : float, s
-    drive : float
-        Value of the input signal.
-    y : (n,)
-        Position, velocity, energy integrals.
-    acceleration : float, rad/s^2
-    friction : float, N m
-    mode : int
-    """
-    return (t, drive, y[0], y[1], acceleration, friction, mode, *y[2:])
 
 
 class SampleBuffer:
@@ -206,189 +155,3 @@ def subject_of(mechanism: "Mechanism") -> str:
     """Return the subject of messages about the motion of a mechanism."""
     contact = mechanism.contact
     return "the motion" if contact is None else f"the motion on the contact '{contact.name}'"
-
-
-def new_stepper(mechanism: "Mechanism", settings: "SolverSettings") -> Stepper:
-    """Return the integrator for a mechanism, with the settings of the scenario."""
-    integrator = METHODS[settings.backend].scipy_class
-    if integrator:
-        # Imported here because SciPy takes 0.3 s to import.
-        from frictionsim.solvers.scipy_stepper import ScipyStepper
-
-        return ScipyStepper(
-            integrator,
-            rtol=settings.rtol,
-            atol=settings.atol,
-            max_step=settings.max_step or inf,
-            max_steps=settings.max_steps,
-            what=subject_of(mechanism),
-        )
-    return RungeKuttaFehlberg45(
-        states=len(mechanism.initial_state),
-        rtol=settings.rtol,
-        atol=settings.atol,
-        max_step=settings.max_step or inf,
-        max_steps=settings.max_steps,
-        fixed_step=settings.step,
-        what=subject_of(mechanism),
-        advice=settings.budget_advice,
-    )
-
-
-def monotone_segment_end(
-    mechanism: "Mechanism", contact: "DryFriction", t: float, end: float
-) -> float:
-    """Return a time after t up to which drive and friction limits are smooth and monotone, s.
-
-    This is the next extremum of the drive, the next of the contact's `monotonicity_breaks`, or
-    `end`, whichever is first.
-    """
-    drive = mechanism.drive
-    b = min(end, drive.next_extremum(t))
-    for critical in contact.monotonicity_breaks:
-        if (drive(t) - critical) * (drive(b) - critical) < 0.0:
-            _, b = bracket_root(lambda x, c=critical: drive(x) - c, t, b)  # type: ignore[misc]
-    return b
-
-
-def segment_end_at_rest(
-    mechanism: "Mechanism", contact: "DryFriction", q: float, t: float, end: float
-) -> float:
-    """Return a time after t up to which a contact at rest in q breaks away at most once, s.
-
-    If it breaks away, it does not hold at that time. The parameters are those of
-    `monotone_segment_end`.
-    """
-    b = monotone_segment_end(mechanism, contact, t, end)
-    return b if contact.first_excess is None else contact.first_excess(q, t, b)
-
-
-def crossing_bracket(
-    excess: Callable[[float], float], a: float, b: float, tie: float, end: float
-) -> tuple[float, float]:
-    """Return adjacent times in [a, b] between which an excess becomes positive, s.
-
-    Both are a if the excess is zero at a, to within `tie`, and becomes positive within the
-    roundoff of the time.
-
-    Parameters
-    ----------
-    excess : callable
-        Function of the time, not positive at a and positive at b.
-    a, b : float, s
-    tie : float
-        Roundoff of the excess.
-    end : float, s
-        Duration of the run, which sets the roundoff of the time.
-    """
-    before, after = bracket_root(excess, a, b)
-    if after - a <= SAME_TIME_ULPS * ulp(end) and excess(a) >= -tie:
-        return a, a
-    return before, after
-
-
-class Crossing(NamedTuple):
-    """An event at the end of a step: its name, and the state immediately before it."""
-
-    event: str
-    before: State
-
-
-def advance(
-    stepper: Stepper,
-    mechanism: "Mechanism",
-    limit: float,
-    floor: float = 0.0,
-) -> Crossing | None:
-    """Take a step that ends at `limit` or at the first switching surface that it crosses.
-
-    Return the crossing if it is an event. `floor` is that of `Stepper.advance`.
-    """
-    stepper.advance(limit, floor)
-    event, of_table = _cut_at_surfaces(stepper, mechanism)
-    while of_table and stepper.repeat_shorter(floor):
-        stepper.advance(limit, floor)
-        event, of_table = _cut_at_surfaces(stepper, mechanism)
-    contact = mechanism.contact
-    if contact is not None and contact.load is not None:
-        reversal = reversal_in_step(contact.load, mechanism, stepper)
-        if reversal < stepper.t:
-            stepper.truncate(reversal)
-            event = None
-    return event
-
-
-def _cut_at_surfaces(stepper: Stepper, mechanism: "Mechanism") -> tuple[Crossing | None, bool]:
-    """End the last step at the first switching surface that it crosses.
-
-    Return the crossing if it is an event, and whether the surface is of a table.
-    """
-    event, of_table = None, False
-    for surface in mechanism.switching_surfaces:
-        y_old, y = stepper.y_old, stepper.y
-        crossing = surface.crossing(y_old[0], y_old[1], y[0], y[1])
-        if crossing(y[0], y[1]) > 0.0:
-            before, after = _crossing_bracket_in_step(crossing, stepper)
-            event = (
-                Crossing(surface.event, list(stepper.interpolate(before)))
-                if surface.event
-                else None
-            )
-            stepper.truncate(after)
-            of_table = surface.is_of_table
-    return event, of_table
-
-
-def _crossing_bracket_in_step(
-    crossing: Callable[[float, float], float], stepper: Stepper
-) -> tuple[float, float]:
-    """Return adjacent times within the last step between which a function becomes positive."""
-
-    def inside(t: float) -> float:
-        y = stepper.interpolate(t)
-        return crossing(y[0], y[1])
-
-    return bracket_root(inside, stepper.t_old, stepper.t)
-
-
-def rhs_without_friction(mechanism: "Mechanism") -> Rhs:
-    """Return the right-hand side of a mechanism without dry friction."""
-    drive, applied_torque, inertia = mechanism.drive, mechanism.applied_torque, mechanism.inertia
-    power_flows = tuple(enumerate(mechanism.power_flows.values(), start=2))
-
-    def rhs(t: float, y: State, dy: State) -> None:
-        u, q, v = drive(t), y[0], y[1]
-        dy[0] = v
-        dy[1] = applied_torque(u, q, v) / inertia
-        for i, power in power_flows:
-            dy[i] = power(u, q, v)
-
-    return rhs
-
-
-def rhs_with_friction(
-    mechanism: "Mechanism", friction: Callable[[float, float, float, float], float]
-) -> Rhs:
-    """Return the right-hand side of a mechanism with dry friction.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    friction : callable, N m
-        Friction torque of (u, q, v, applied torque).
-    """
-    drive, applied_torque, inertia = mechanism.drive, mechanism.applied_torque, mechanism.inertia
-    power_flows = tuple(enumerate(mechanism.power_flows.values(), start=2))
-    heat = 2 + len(power_flows)
-
-    def rhs(t: float, y: State, dy: State) -> None:
-        u, q, v = drive(t), y[0], y[1]
-        applied = applied_torque(u, q, v)
-        torque = friction(u, q, v, applied)
-        dy[0] = v
-        dy[1] = (applied + torque) / inertia
-        for i, power in power_flows:
-            dy[i] = power(u, q, v)
-        dy[heat] = -torque * v
-
-    return rhs

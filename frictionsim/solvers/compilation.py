@@ -22,7 +22,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar
 
-Function = TypeVar("Function", bound=Callable[..., Any])
+Function = TypeVar("Function", bound=Callable[..., Any] | type)
 
 # Without contraction of products and sums compiled arithmetic has the bits of Python's, and a
 # division by zero ends compiled code as it ends Python's. Nothing here makes arrays (`_nrt`).
@@ -47,7 +47,10 @@ ANY_FORM: tuple[Any, ...] = ()
 
 
 def compilable(function: Function) -> Function:
-    """Mark a function that compiled functions call: numbers and tuples of them in and out."""
+    """Mark a function that compiled functions call, or a class of named tuples that they make.
+
+    A function takes and returns numbers and tuples of them.
+    """
     _marked.append(function)
     return function
 
@@ -249,14 +252,26 @@ def _prepare() -> Any:
         _replaced.extend(((ulp, ulp_of), (bisect_right, _bisect_right)))
     while _marked:  # modules that were imported since the last time may have more
         function = _marked.pop()
+        if isinstance(function, type):
+            _register_methods(function)
+            continue
         dispatcher = numba.njit(function, **OPTIONS, no_cpython_wrapper=True)
         _alive.append(dispatcher)
+        _compile_once(dispatcher)
         function._numba_type_ = dispatcher._numba_type_
     while _replaced:
         function, replacement = _replaced.pop()
         chosen = _typing_function(replacement, "replacement", replacement=replacement)
         numba.extending.overload(function, jit_options=OPTIONS, strict=False)(chosen)
     return numba
+
+
+def _compile_once(dispatcher: Any) -> None:
+    """Have a function compiled once for all constants as arguments, not for each of them."""
+    from numba.core.types import unliteral
+
+    template = dispatcher.get_call_template
+    dispatcher.get_call_template = lambda args, kws: template(tuple(map(unliteral, args)), kws)
 
 
 def _typing_function(function: Any, choice: str, **names: Any) -> Any:
@@ -297,3 +312,17 @@ def _register_methods(kind: type) -> None:
             chosen = _typing_function(method, f"getattr(x0.instance_class, '{name}', None)")
             named_tuple = numba.types.BaseNamedTuple
             numba.extending.overload_method(named_tuple, name, **known_as)(chosen)
+            _leave_fields()
+
+
+def _leave_fields() -> None:
+    """Have the method registered last hide no field of its name in another class."""
+    from numba.core.typing.templates import builtin_registry
+
+    template = builtin_registry.attributes[-1]
+    method = template._resolve
+
+    def resolved(self: Any, kind: Any, name: str) -> Any:
+        return None if name in getattr(kind, "fields", ()) else method(self, kind, name)
+
+    template._resolve = resolved

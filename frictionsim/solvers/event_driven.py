@@ -3,47 +3,31 @@
 import logging
 from array import array
 from collections import Counter, deque
-from collections.abc import Callable, Mapping
-from math import copysign, inf
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from frictionsim.errors import BudgetExceeded, Diverged, FrictionsimError, NonFinite
+from frictionsim.errors import BudgetExceeded, Diverged, FrictionsimError, NonFinite, SolverError
 from frictionsim.results import Transition
 from frictionsim.solvers import one_contact_state as layout
-from frictionsim.solvers.common import (
-    SampleBuffer,
-    chattering_error,
-    subject_of,
-)
+from frictionsim.solvers.common import SampleBuffer, chattering_error
 from frictionsim.solvers.compilation import Kernel, as_argument
-from frictionsim.solvers.end_stops import ENERGY, EVENT
-from frictionsim.solvers.one_contact import DONE, PAUSED, integrate
+from frictionsim.solvers.one_contact import DONE, PAUSED
 from frictionsim.solvers.one_contact_state import (
     CHATTERING_EVENTS,
     EVENT_COLUMNS,
-    NEVER,
-    ROW_COLUMNS,
     Failure,
-    Run,
     sample_time,
 )
+from frictionsim.solvers.problems import Field, Problem, problem_of, stepper_fields
 from frictionsim.solvers.root_finding import hidden_event
-from frictionsim.solvers.state_values import (
-    COUNT,
-    DIRECTION,
-    FLAG,
-    NON_NEGATIVE,
-    NUMBER,
-    TIME,
-    Values,
-    unfit,
-)
-from frictionsim.solvers.stepper import MIN_ERROR_NORM, non_finite_error, step_underflow
-from frictionsim.solvers.system import system_of
+from frictionsim.solvers.state_values import TIME, Values, unfit
+from frictionsim.solvers.stepper import non_finite_error, step_underflow
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
+    from frictionsim.solvers.contacts import MultiContactMechanism
     from frictionsim.solvers.mechanism import Mechanism
 
 LOG = logging.getLogger(__name__)
@@ -55,73 +39,76 @@ SECONDS_OF_A_CALL = 0.1  # of compiled code, which is not interrupted
 FIRST_CALL = 1000.0  # steps
 STEPS_OF_A_CALL = 500_000.0  # of many runs
 # After so many steps as Python, a run that has as many left is compiled: code on the disk takes
-# half a second, a compilation some twelve, a step as Python 20 us.
+# half a second, a compilation some twelve, a step of one contact as Python 20 us.
 PATIENCE = 2000
 STEPS_THAT_PAY, STEPS_THAT_PAY_COMPILING = 40_000.0, 600_000.0
 SECONDS_OF_COMPILATION = 10.0  # on an idle core
 _python_steps: Counter[Any] = Counter()  # of this process, by the form of the kernel
 
 
-class Field(NamedTuple):
-    """A field of a checkpoint: what it may hold, where it is in the state, list of a vector."""
+@contextmanager
+def named_failures(problem: Problem, settings: "SolverSettings") -> Iterator[None]:
+    """Report the failures of a run by their errors."""
+    try:
+        yield
+    except Failure as failure:
+        raise error_of(failure, problem, settings) from None
+    except ArithmeticError:
+        t = problem.state[layout.TIME]
+        raise NonFinite(
+            f"after t = {t:.9g} s {problem.subject} exceeds the range of double precision; check"
+            " the scenario for forces or inertias that are far too large or too small"
+        ) from None
 
-    expected: Values
-    place: int
-    kind: type = float
 
-
-SOLVER_FIELDS = {
-    "t": Field(TIME, layout.TIME),
-    "started": Field(FLAG, layout.STARTED, bool),
-    "y": Field(NUMBER, layout.Y, list),
-    "mode": Field(DIRECTION, layout.MODE, int),
-    "sampled_until": Field(TIME, layout.SAMPLED_UNTIL),
-    "phase_ends": Field(FLAG, layout.PHASE_ENDS, bool),
-    "direction": Field(DIRECTION, layout.DIRECTION, int),
-    "held": Field(TIME._replace(low=NEVER), layout.HELD),
-    "segment_end": Field(TIME, layout.SEGMENT_END),
-}
-STEPPER_FIELDS = {
-    "t_old": Field(TIME, layout.T_OLD),
-    "t": Field(TIME, layout.T_NEW),
-    "y_old": Field(NUMBER, layout.Y_OLD, list),
-    "y": Field(NUMBER, layout.Y_NEW, list),
-    "f_old": Field(NUMBER, layout.F_OLD, list),
-    # Beyond the range of double precision in a state that a step may end at; the next step
-    # fails by name then.
-    "f": Field(Values(finite=False), layout.F_NEW, list),
-    "_h": Field(NON_NEGATIVE, layout.STEP),  # 0 before the first segment
-    "_error_before": Field(Values(low=MIN_ERROR_NORM), layout.ERROR_BEFORE),
-    "steps": Field(COUNT, layout.STEPS, int),
-    "rejected": Field(COUNT, layout.REJECTED, int),
-    "nfev": Field(COUNT, layout.EVALUATIONS, int),
-}
+def error_of(failure: Failure, problem: Problem, settings: "SolverSettings") -> FrictionsimError:
+    """Return the error with which the run ends."""
+    t, x, y, z = failure.numbers
+    what = problem.subject
+    if failure.reason == layout.TOO_MANY_STEPS:
+        return BudgetExceeded(
+            f"limit of {settings.max_steps} steps reached at t = {t:.9g} s of {what};"
+            f" {settings.budget_advice} (unless a short time constant, such as inertia over"
+            " damping, limits the steps)"
+        )
+    if failure.reason == layout.NON_FINITE:
+        return non_finite_error(t, what)
+    if failure.reason == layout.UNDERFLOW:
+        return step_underflow(t, x, what)
+    if failure.reason == layout.HIDDEN_EVENT:
+        return hidden_event(t, x, y, z)
+    if failure.reason == layout.DIVERGED:
+        return Diverged(
+            f"at t = {t:.9g} s the kinetic energy is {x:.3g} J, but the energy input"
+            f" only {y:.3g} J: {what} diverges; give a shorter solver.step or max_step"
+        )
+    if failure.reason == layout.NO_MODES:
+        return SolverError(
+            f"at t = {t:.9g} s no combination of sticking, sliding and slack satisfies the"
+            f" equations of {what}: the friction is too large for them; check the coefficients"
+            " of friction and the radius of the shaft"
+        )
+    return chattering_error(t, problem.change, CHATTERING_EVENTS, x, problem.advice)
 
 
 class StatePart:
-    """Some numbers of the state by name, as attributes: a part of a checkpoint.
+    """Some numbers of the state by name, as attributes: a part of a checkpoint."""
 
-    Parameters
-    ----------
-    state : array
-    fields : mapping of str to Field
-    run : Run
-    """
-
+    _problem: Problem
     _state: "array[float]"
-    _run: Run
     CHECKPOINT_FIELDS: Mapping[str, Values]
 
-    def __init__(self, state: "array[float]", fields: Mapping[str, Field], run: Run) -> None:
+    def __init__(self, problem: Problem, fields: Mapping[str, Field]) -> None:
         expected = {name: field.expected for name, field in fields.items()}
-        self.__dict__.update(_state=state, _fields=fields, _run=run, CHECKPOINT_FIELDS=expected)
+        self.__dict__.update(_problem=problem, _state=problem.state, _fields=fields)
+        self.__dict__.update(CHECKPOINT_FIELDS=expected)
 
     def __getattr__(self, name: str) -> Any:
         field = self.__dict__["_fields"].get(name)
         if field is None:
             raise AttributeError(name)
         if field.kind is list:
-            return self._state[field.place : field.place + self._run.states].tolist()
+            return self._state[field.place : field.place + field.length].tolist()
         return field.kind(self._state[field.place])
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -130,6 +117,14 @@ class StatePart:
             self._state[field.place : field.place + len(value)] = array("d", value)
         else:
             self._state[field.place] = value
+
+
+class SolverPart(StatePart):
+    """The numbers of the phase."""
+
+    def restored_fault(self) -> str:
+        """Return the field that does not go with the others, empty if all do."""
+        return self._problem.restored_fault()
 
 
 class StepperPart(StatePart):
@@ -141,7 +136,8 @@ class StepperPart(StatePart):
         The part of a run that begins now has all the steps of the limit.
         """
         self._state[layout.GRANTED] = self.steps + self.rejected
-        if self._run.fixed_step and self._h not in (0.0, self._run.fixed_step):
+        fixed = self._problem.run.fixed_step
+        if fixed and self._h not in (0.0, fixed):
             return "_h"
         return "" if self.t_old <= self.t else "t_old"
 
@@ -173,7 +169,8 @@ class EventDrivenSolver:
 
     Parameters
     ----------
-    mechanism : Mechanism
+    problem : Problem
+        What it integrates.
     settings : SolverSettings
     buffer : SampleBuffer
         Receives samples and transitions.
@@ -186,22 +183,17 @@ class EventDrivenSolver:
         Whether it pays to compile the rest of the run.
     """
 
-    def __init__(
-        self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
-    ) -> None:
-        self._mechanism, self._settings, self._buffer = mechanism, settings, buffer
-        self._system = system_of(mechanism)
-        self._run = run_of(mechanism, settings, buffer)
-        self._state = initial_state(mechanism)
-        self._event_names = event_names(mechanism)
-        self._kernel = Kernel(integrate, (self._system, self._run))
+    def __init__(self, problem: Problem, settings: "SolverSettings", buffer: SampleBuffer) -> None:
+        self._problem, self._settings, self._buffer = problem, settings, buffer
+        self._run, self._state = problem.run, problem.state
+        self._kernel = kernel_of(problem)
         self._compiled: Any = None
         self._compiled_buffers: tuple[array[float], array[float]] | None = None
         self._steps_of_a_call = FIRST_CALL
         self._patience = PATIENCE
         self.is_to_be_compiled = False
-        self._solver = StatePart(self._state, SOLVER_FIELDS, self._run)
-        self.stepper = StepperPart(self._state, STEPPER_FIELDS, self._run)
+        self._solver = SolverPart(problem, problem.fields)
+        self.stepper = StepperPart(problem, stepper_fields(problem.run.states))
 
     @property
     def started(self) -> bool:
@@ -221,7 +213,7 @@ class EventDrivenSolver:
 
     def resume(self) -> None:
         """Start at the restored state."""
-        if self._solver.mode and not self.stepper._h > 0.0:
+        if self._problem.moves and not self.stepper._h > 0.0:
             raise unfit("stepper._h", "is not a length of a step")
 
     def run(self, on_step: Callable[[float], object]) -> bool:
@@ -234,16 +226,8 @@ class EventDrivenSolver:
         bool
             True if the rest is so long that it pays to `compile` first.
         """
-        try:
+        with named_failures(self._problem, self._settings):
             return self._integrate(on_step)
-        except Failure as failure:
-            raise self._error(failure) from None
-        except ArithmeticError:
-            raise NonFinite(
-                f"after t = {self._solver.t:.9g} s {subject_of(self._mechanism)} exceeds the range"
-                " of double precision; check the scenario for forces or inertias that are far too"
-                " large or too small"
-            ) from None
 
     @property
     def compile_seconds(self) -> float:
@@ -254,7 +238,7 @@ class EventDrivenSolver:
         """Have the rest of the run compiled, if that is possible."""
         self.is_to_be_compiled = False
         self._patience = -1
-        self._compiled = compiled_for(self._kernel, self._system, self._run)
+        self._compiled = compiled_for(self._kernel, self._problem)
 
     def _integrate(self, on_step: Callable[[float], object]) -> bool:
         s, times = self._state, self._buffer.times
@@ -262,7 +246,8 @@ class EventDrivenSolver:
         s[layout.NEXT_SAMPLE], s[layout.NEXT_TIME] = times.taken, times.next
         if self._pays_already():
             self.compile()
-        start, buffers, steps = s[layout.TIME], buffers_of(self._run, *PYTHON_BUFFERS), 0
+        integrate, system = self._problem.integrate, self._problem.system
+        start, buffers, steps = s[layout.TIME], buffers_of(self._problem, *PYTHON_BUFFERS), 0
         while True:
             on_step(s[layout.TIME])
             if self._compiled is not None:
@@ -270,7 +255,7 @@ class EventDrivenSolver:
             else:
                 steps += 1
                 try:
-                    status = integrate(self._system, self._run, s, *buffers, 1.0)
+                    status = integrate(system, self._run, s, *buffers, 1.0)
                 finally:
                     self._take(*buffers)
                 if steps == self._patience:
@@ -279,7 +264,7 @@ class EventDrivenSolver:
                         return True
             if status == DONE:
                 if not self._kernel.reason:
-                    _python_steps[self._kernel.form] += steps
+                    _python_steps[self._kernel.form] += steps * self._problem.cost
                 return False
 
     def _pays_already(self) -> bool:
@@ -299,7 +284,7 @@ class EventDrivenSolver:
 
     def _pays(self, done: float) -> bool:
         """Return whether it pays to compile the rest after PATIENCE steps for so many s."""
-        left = self._run.end - self._state[layout.TIME]
+        left = self._problem.cost * (self._run.end - self._state[layout.TIME])
         if not PATIENCE * left > STEPS_THAT_PAY * done:
             return False
         if self._kernel.reason:
@@ -326,8 +311,8 @@ class EventDrivenSolver:
 
     def _piece_compiled(self, function: Any, steps: float) -> int:
         if self._compiled_buffers is None:
-            self._compiled_buffers = buffers_of(self._run, *COMPILED_BUFFERS)
-            self._arguments = as_argument((self._system, self._run))
+            self._compiled_buffers = buffers_of(self._problem, *COMPILED_BUFFERS)
+            self._arguments = as_argument((self._problem.system, self._run))
         arguments = as_argument((self._state, *self._compiled_buffers))
         status: int = function(*self._arguments, *arguments, steps)
         self._take(*self._compiled_buffers)
@@ -335,93 +320,24 @@ class EventDrivenSolver:
 
     def _take(self, rows: "array[float]", events: "array[float]") -> None:
         """Add the samples and events in the buffers to those of the run."""
-        s, buffer, width = self._state, self._buffer, ROW_COLUMNS + self._run.states - 2
+        s, buffer, width = self._state, self._buffer, self._run.columns
         buffer.rows.extend(rows[: int(s[layout.ROWS]) * width])
         buffer.times.set_next(int(s[layout.NEXT_SAMPLE]))
         for k in range(int(s[layout.EVENTS])):
             at = k * (EVENT_COLUMNS + 2 * width)
             number, t, before, after, position = events[at : at + EVENT_COLUMNS]
-            name = self._event_names[int(number)]
+            name = self._problem.event_names[int(number)]
             buffer.transitions.append(Transition(t, name, int(before), int(after), position))
             buffer.sides.extend(events[at + EVENT_COLUMNS : at + EVENT_COLUMNS + 2 * width])
 
-    def _error(self, failure: Failure) -> FrictionsimError:
-        """Return the error with which the run ends."""
-        t, x, y, z = failure.numbers
-        what, settings = subject_of(self._mechanism), self._settings
-        if failure.reason == layout.TOO_MANY_STEPS:
-            return BudgetExceeded(
-                f"limit of {settings.max_steps} steps reached at t = {t:.9g} s of {what};"
-                f" {settings.budget_advice} (unless a short time constant, such as inertia over"
-                " damping, limits the steps)"
-            )
-        if failure.reason == layout.NON_FINITE:
-            return non_finite_error(t, what)
-        if failure.reason == layout.UNDERFLOW:
-            return step_underflow(t, x, what)
-        if failure.reason == layout.HIDDEN_EVENT:
-            return hidden_event(t, x, y, z)
-        if failure.reason == layout.DIVERGED:
-            return Diverged(
-                f"at t = {t:.9g} s the kinetic energy is {x:.3g} J, but the energy input"
-                f" only {y:.3g} J: {what} diverges; give a shorter solver.step or max_step"
-            )
-        advice = "check whether the drive changes too fast" + (
-            ", or give a larger effects.end_stops.capture_speed" if self._mechanism.stops else ""
-        )
-        contact = self._event_names[0]
-        changed = f"the contact '{contact}' changed its mode"
-        return chattering_error(t, changed, CHATTERING_EVENTS, x, advice)
 
-
-SOLVER = EventDrivenSolver
-
-
-def run_of(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Run:
-    """Return the numbers of a run that do not change."""
-    start = mechanism.position, mechanism.velocity
-    stored = [energy(*start) for energy in mechanism.stored_energies.values()]
-    names = mechanism.energy_integrals
-    return Run(
-        states=len(mechanism.initial_state),
-        end=settings.duration,
-        rtol=settings.rtol,
-        atol=settings.atol,
-        max_step=settings.max_step or inf,
-        fixed_step=settings.step or 0.0,
-        max_steps=settings.max_steps,
-        interval=buffer.times.interval,
-        last=float(buffer.times.last),
-        times=array("d"),
-        stored=tuple(map(float, stored)),
-        energy_floor=stored[0] + settings.atol / settings.rtol,
-        input=2 + names.index("energy_input"),
-        impact=2 + names.index(ENERGY) if ENERGY in names else 0,
-    )
-
-
-def initial_state(mechanism: "Mechanism") -> "array[float]":
-    """Return the state of a run that has not begun."""
-    s, y = array("d", bytes(8 * layout.LENGTH)), mechanism.initial_state
-    s[layout.Y : layout.Y + len(y)] = array("d", y)
-    if mechanism.velocity != 0.0:
-        s[layout.MODE] = copysign(1.0, mechanism.velocity)
-    s[layout.HELD], s[layout.ERROR_BEFORE] = NEVER, 1.0
-    return s
-
-
-def event_names(mechanism: "Mechanism") -> tuple[str, ...]:
-    """Return the names of events by their numbers."""
-    surfaces = [surface.event for surface in mechanism.switching_surfaces]
-    assert mechanism.contact is not None  # else another solver takes it
-    return (mechanism.contact.name, EVENT, *surfaces)
-
-
-def buffers_of(run: Run, rows: int, events: int) -> "tuple[array[float], array[float]]":
-    """Return buffers for so many samples and events."""
-    width = ROW_COLUMNS + run.states - 2
-    size = events * (EVENT_COLUMNS + 2 * width)
-    return array("d", bytes(8 * rows * width)), array("d", bytes(8 * size))
+def SOLVER(  # noqa: N802  a class, of other methods
+    mechanism: "Mechanism | MultiContactMechanism",
+    settings: "SolverSettings",
+    buffer: SampleBuffer,
+) -> EventDrivenSolver:
+    """Return the solver of a mechanism."""
+    return EventDrivenSolver(problem_of(mechanism, settings, buffer), settings, buffer)
 
 
 class CompiledRuns:
@@ -440,23 +356,20 @@ class CompiledRuns:
         self._is_tried = False
         self._buffers: Any = None
 
-    def recorded(
-        self, mechanism: "Mechanism", run: Run
-    ) -> "tuple[array[float], array[float]] | None":
+    def recorded(self, problem: Problem) -> "tuple[array[float], array[float]] | None":
         """Return the samples and events of a run, as `integrate` writes them; None if it fails."""
-        s = initial_state(mechanism)
+        run, s = problem.run, problem.state
         s[layout.NEXT_TIME] = sample_time(run, 0.0)
         if self._buffers is None:
-            self._buffers = buffers_of(run, *COMPILED_BUFFERS)
+            self._buffers = buffers_of(problem, *COMPILED_BUFFERS)
         buffers = self._buffers
-        arguments = as_argument((mechanism.system, run, s, *buffers))
+        arguments = as_argument((problem.system, run, s, *buffers))
         if not self._is_tried:
             self._is_tried = True
-            self._function = compiled_for(self._kernel, mechanism.system, run)
+            self._function = compiled_for(self._kernel, problem)
         if self._function is None:
             return None
         rows, events = array("d"), array("d")
-        width = ROW_COLUMNS + run.states - 2
         status = PAUSED
         while status != DONE:
             self._on_call()
@@ -464,19 +377,29 @@ class CompiledRuns:
                 status = self._function(*arguments, STEPS_OF_A_CALL)
             except (ArithmeticError, RuntimeError, ValueError):
                 return None
-            rows.extend(buffers[0][: int(s[layout.ROWS]) * width])
-            events.extend(buffers[1][: int(s[layout.EVENTS]) * (EVENT_COLUMNS + 2 * width)])
+            rows.extend(buffers[0][: int(s[layout.ROWS]) * run.columns])
+            width = EVENT_COLUMNS + 2 * run.columns
+            events.extend(buffers[1][: int(s[layout.EVENTS]) * width])
         return rows, events
 
 
-def compiled_for(kernel: Kernel, system: Any, run: Run) -> Any:
-    """Return the compiled loop for systems and runs of one form; None if there is none."""
-    s = array("d", bytes(8 * layout.LENGTH))
+def buffers_of(problem: Problem, rows: int, events: int) -> "tuple[array[float], array[float]]":
+    """Return buffers for so many samples and events, for one of each contact at least."""
+    run, contacts = problem.run, problem.contacts
+    rows = max(1, min(rows, len(run.times) or int(run.last) + 2))  # of which the run has no more
+    events = max(events // contacts, 1) * contacts
+    size = events * (EVENT_COLUMNS + 2 * run.columns)
+    return array("d", bytes(8 * rows * run.columns)), array("d", bytes(8 * size))
+
+
+def compiled_for(kernel: Kernel, problem: Problem) -> Any:
+    """Return the compiled loop for problems of one form; None if there is none."""
+    s = array("d", bytes(8 * len(problem.state)))
     s[layout.STARTED] = 1.0  # no step follows, so that nothing is evaluated
-    arguments = as_argument((system, run, s, *buffers_of(run, 1, 1)))
+    arguments = as_argument((problem.system, problem.run, s, *buffers_of(problem, 1, 1)))
     return kernel.compiled(lambda function: function(*arguments, 0.0))
 
 
-def kernel_of(mechanism: "Mechanism", run: Run) -> Kernel:
+def kernel_of(problem: Problem) -> Kernel:
     """Return the kernel for the runs of a form."""
-    return Kernel(integrate, (mechanism.system, run))
+    return Kernel(problem.integrate, (problem.system, problem.run))

@@ -1,16 +1,10 @@
 """Integration of a mechanism without dry friction."""
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
-from frictionsim.solvers.base import Solver
-from frictionsim.solvers.common import Row, SampleBuffer, rhs_without_friction, row
+from frictionsim.solvers.base import Solver, State
 from frictionsim.solvers.end_stops import EVENT
-from frictionsim.solvers.stepper import State
-
-if TYPE_CHECKING:
-    from frictionsim.scenario.settings import SolverSettings
-    from frictionsim.solvers.mechanism import Mechanism
 
 
 def _direction(v: float) -> int:
@@ -20,23 +14,16 @@ def _direction(v: float) -> int:
 class FrictionlessSolver(Solver):
     """Solver for a mechanism without dry friction: smooth between discontinuities."""
 
-    def __init__(
-        self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
-    ) -> None:
-        super().__init__(mechanism, settings, buffer)
-        self.rhs = rhs_without_friction(mechanism)
+    def torques_and_powers(self, u: float, q: float, v: float) -> tuple[float, float, Any]:
+        return self.system.applied_torque(u, q, v), 0.0, self.system.powers(u, q, v)
 
-    def start(self) -> None:
-        self.stepper.start(self.rhs, 0.0, self.mechanism.initial_state)
-        self.process_step()
-
-    def resume(self) -> None:
-        self.stepper.resume(self.rhs)
+    def friction(self, u: float, q: float, v: float, applied: float, kinetic: float) -> float:
+        return 0.0
 
     def step(self) -> None:
         limit = min(self.end, self.mechanism.drive.next_discontinuity(self.t))
-        limit = self.end_of_rest_on_stop(limit, self.rhs)
-        self.record_crossing(self.end_at_impact(self.advance(limit), self.rhs))
+        limit = self.end_of_rest_on_stop(limit)
+        self.record_crossing(self.end_at_impact(self.advance(limit)))
 
     def leave_stop(self, t: float, y: State, direction: int) -> None:
         at_rest = self.row(t, y, STICK)
@@ -45,19 +32,6 @@ class FrictionlessSolver(Solver):
         )
 
     def process_step(self) -> None:
-        stepper = self.stepper
-        if self.stops is None or not self.stops.is_hit(stepper.y):
-            return
-        before = self.stops.before_impact(stepper.y)
-        after = self.stops.after_impact(stepper.t, stepper.y)
-        self.record_impact(before, _direction(before[1]), _direction(after[1]), after)
-        stepper.start(self.rhs, stepper.t, after)
-
-    def sample(self, t: float) -> None:
-        self.buffer.add(self.row(t, self.stepper.interpolate(t), STICK))
-
-    def row(self, t: float, y: State, mode: int) -> Row:
-        mechanism = self.mechanism
-        u = mechanism.drive(t)
-        acceleration = mechanism.applied_torque(u, y[0], y[1]) / mechanism.inertia
-        return row(t, u, y, acceleration, 0.0, mode)
+        if sides := self.impact():
+            before, after = sides
+            self.record_impact(before, after, (_direction(before[1]), _direction(after[1])))

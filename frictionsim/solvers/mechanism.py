@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.scenario.schema import TRANSITION_SPEED
+from frictionsim.solvers.compilation import compiled_as
 
 if TYPE_CHECKING:
     from frictionsim.results import Array, Channel, Quantities, Transition
@@ -86,28 +87,28 @@ class SwitchingSurface(NamedTuple):
     event: str = ""
     is_of_table: bool = False
 
-    def crossing(self, q0: float, v0: float, q: float, v: float) -> Callable[[float, float], float]:
-        """Return a function of q and v that is positive after the first crossing of a step.
+    @property
+    def is_event(self) -> bool:
+        """Whether it is to be recorded."""
+        return bool(self.event)
+
+    def beyond(self, q0: float, v0: float, q1: float, q: float, v: float) -> float:
+        """Return a number that is positive after the first crossing of a step.
 
         Parameters
         ----------
-        q0, q : float, rad
-        v0, v : float, rad/s
-            Start and end of the step.
-
-        Returns
-        -------
-        callable
-            Not positive at the end of the step if there is no crossing.
+        q0, v0 : float, rad and rad/s
+            At the start of the step.
+        q1 : float, rad
+            At its end.
+        q, v : float, rad and rad/s
         """
         if self.function is not None:
-            function, before = self.function, self.function(q0, v0)
-            return lambda q, v: -before * function(q, v)
-        if q > q0:
-            upper = (floor(q0 / self.every) + 1) * self.every
-            return lambda q, v: q - upper
-        lower = (ceil(q0 / self.every) - 1) * self.every
-        return lambda q, v: lower - q
+            beyond: float = -self.function(q0, v0) * self.function(q, v)
+            return beyond
+        if q1 > q0:
+            return q - (floor(q0 / self.every) + 1) * self.every
+        return (ceil(q0 / self.every) - 1) * self.every - q
 
 
 class EndStops(NamedTuple):
@@ -120,17 +121,12 @@ class EndStops(NamedTuple):
     restitution : float
         e, at least 0 and below 1.
     capture_speed : float, rad/s
-    first_departure : callable
-        first_departure(q, a, b) returns a time after a, at most b, such that the torque on the body
-        at rest in q turns away from the stop there at most once up to it, and points away at it if
-        it does. The signals are smooth from a to b.
     """
 
     lowest: float
     highest: float
     restitution: float
     capture_speed: float
-    first_departure: Callable[[float, float, float], float]
 
     def side(self, q: float) -> int:
         """Return FORWARD or BACKWARD at the highest or lowest position, STICK between them."""
@@ -138,27 +134,35 @@ class EndStops(NamedTuple):
             return FORWARD
         return BACKWARD if q <= self.lowest else STICK
 
-    def torque(self, applied: Value, q: Value, v: Value) -> Value:
-        """Return the torque of a stop on the body, N m, of numbers or arrays.
-
-        Parameters
-        ----------
-        applied : N m
-            All other torques except dry friction.
-        q, v : rad, rad/s
-        """
-        if isinstance(q, float) and isinstance(v, float):
-            return -applied if v == 0.0 and self.side(q) * applied > 0.0 else 0.0
-        import numpy as np  # imported here because `check` does not need it
-
-        into = ((q >= self.highest) & (applied > 0.0)) | ((q <= self.lowest) & (applied < 0.0))
-        return np.where((v == 0.0) & into, -applied, 0.0)
-
     def excess(self, q: Any) -> Any:
         """Return how far a position is beyond the stops, rad; negative between them."""
         import numpy as np
 
         return np.maximum(q - self.highest, self.lowest - q)
+
+
+def _stop_torque(stops: EndStops, applied: float, q: float, v: float) -> float:
+    into = (q >= stops.highest and applied > 0.0) or (q <= stops.lowest and applied < 0.0)
+    return -applied if v == 0.0 and into else 0.0
+
+
+@compiled_as(_stop_torque)
+def stop_torque(stops: EndStops, applied: Value, q: Value, v: Value) -> Value:
+    """Return the torque of end stops on a body that rests on one, N m, of numbers or arrays.
+
+    Parameters
+    ----------
+    stops : EndStops
+    applied : N m
+        All other torques except dry friction.
+    q, v : rad, rad/s
+    """
+    if isinstance(q, float) and isinstance(v, float):
+        return _stop_torque(stops, applied, q, v)
+    import numpy as np  # imported here because `check` does not need it
+
+    into = ((q >= stops.highest) & (applied > 0.0)) | ((q <= stops.lowest) & (applied < 0.0))
+    return np.where((v == 0.0) & into, -applied, 0.0)
 
 
 class Trajectory(NamedTuple):
@@ -219,7 +223,7 @@ class Mechanism(NamedTuple):
         energy(q, v): `energy_kinetic`, `energy_potential`.
     position, velocity : float, rad and rad/s
         The initial state.
-    switching_surfaces : tuple of SwitchingSurface
+    switching_surfaces : tuple of SwitchingSurface, or named tuples with these members
         Discontinuities that depend on the state; the drive reports those in time.
     stops : EndStops or None
         End stops; applied_torque has their torque at rest on them, and `energy_impact` is among
@@ -256,7 +260,7 @@ class Mechanism(NamedTuple):
     run_warnings: Callable[[Trajectory], list[str]] = lambda trajectory: []
     position: float = 0.0
     velocity: float = 0.0
-    switching_surfaces: tuple[SwitchingSurface, ...] = ()
+    switching_surfaces: tuple[Any, ...] = ()
     stops: EndStops | None = None
     prescribed: bool = False
     system: Any = None
@@ -285,6 +289,7 @@ def equation_of(system: Any, flows: Sequence[str], stored: Sequence[str]) -> dic
     """
     return {
         "system": system,
+        "switching_surfaces": system.surfaces,
         "inertia": system.inertia,
         "applied_torque": system.applied_torque,
         "power_flows": {name: _member(system.powers, i) for i, name in enumerate(flows)},

@@ -1,225 +1,246 @@
-"""The interface between mechanisms of several coordinates and contacts and their solver.
+"""Event-driven integration of several coordinates and contacts: one loop, as Python or compiled.
 
-Each contact has a coordinate of its own, chosen by the mechanism: the slip of dry friction, or the
-gap of a rope that can only pull. While the contact holds, that is, sticks or is taut, its
-coordinate stands still, so that sticking is exact: the others follow from it and from the gaps and
-slips, which are differences that are integrated themselves and lose no digits.
+Between two events all contacts keep their modes and the equations are smooth. A mode ends where a
+force reaches its limit, a sliding contact comes to rest, or a gap closes, which is an impact. The
+combination of modes that follows is the one that is consistent; if several are, the one in which
+most contacts hold.
 
-    STICK            friction: v_c = 0, and the force is within its limits
-    FORWARD, BACKWARD    friction: the force is at its kinetic limit, against v_c
-    TAUT             rope: gap and its rate are zero, the tension is not negative
-    SLACK            rope: the tension is zero, the gap is not negative
+While all contacts hold and there is no other motion, a step is a segment on which the drive is
+monotone, and Y is the state. Otherwise the integrator takes a step and holds the state.
 
-Given a mode of each contact, the mechanism solves its equations of motion, which may be implicit:
-loads of contacts depend on accelerations, and accelerations on friction. All functions are smooth
-for one combination of modes; u is the value of the drive.
+`frictionsim.solvers.one_contact` is the loop for one contact on one coordinate, which is faster;
+this one has its form, its steps and its state. A `system` is a named tuple of numbers:
 
-`frictionsim.solvers.mechanism` is the interface for one coordinate, which is faster.
+drive
+    The input u over time, a `Curve`.
+coordinates : int
+    Their number.
+contacts : ContactTable
+    `frictionsim.solvers.contacts.table_of` its contacts.
+balance(u, s, y)
+    Writes accelerations and forces into s[ACCELERATION] and s[FORCES] that solve the equations of
+    motion in the modes of s[MODES]: positions are at s[y], velocities behind them. Accelerations of
+    coordinates that contacts hold are exactly zero. It depends on u and velocities linearly, so
+    that a monotone drive lets a contact at rest go at most once.
+impact(contact, restitution, s, y)
+    Changes the velocities at s[y] by the impact in which a gap, the contact with that index,
+    closes. It may stop or reverse sliding, and open other gaps. Adds what is lost to s[HEATS], of
+    each contact, J.
+powers(u, s, y)
+    The power of each energy integral, W, but for the heats of contacts.
+stored_energies(q, v)
+    J, of numbers or arrays, the kinetic energy first.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
-from frictionsim.results import STICK, TAUT
+from frictionsim.results import SLACK
+from frictionsim.solvers.compilation import compilable
+from frictionsim.solvers.contacts import CAPTURE_SPEED, RESTITUTION
+from frictionsim.solvers.multi_contact_location import find_first_events
+from frictionsim.solvers.multi_contact_modes import (
+    direction_of,
+    write_consistent_modes,
+)
+from frictionsim.solvers.multi_contact_state import (
+    ACCELERATION,
+    ENDS,
+    FORCES,
+    HEATS,
+    MODES,
+    OLD_MODES,
+    RELEASED_BEFORE,
+    RELEASED_NOW,
+    RESTING,
+    balance,
+    coordinate_of,
+    holds,
+    write_phase,
+)
+from frictionsim.solvers.multi_contact_step import advance, start_segment, write_inside
+from frictionsim.solvers.one_contact import DONE, FULL, PAUSED
+from frictionsim.solvers.one_contact_state import (
+    BEFORE,
+    EVENT_COLUMNS,
+    EVENTS,
+    HELD,
+    INSIDE,
+    NEXT_SAMPLE,
+    NEXT_TIME,
+    ROWS,
+    SAMPLED_UNTIL,
+    SEGMENT_END,
+    STARTED,
+    T_NEW,
+    TIME,
+    TURNS,
+    Run,
+    Y,
+    copy,
+    count_switch,
+    put,
+    sample_time,
+)
 
-if TYPE_CHECKING:
-    from frictionsim.results import Array, Channel, Check, Quantities, Transition
-    from frictionsim.scenario.signals import Signal
 
-Value = Any  # float in a step, array in post-processing
-Vector = Any  # sequence of float in a step, array (k, n) in post-processing
-Modes = tuple[int, ...]
-"""A mode of each contact, in their order."""
+@compilable
+def integrate(system: Any, run: Run, s: Any, rows: Any, events: Any, steps: float) -> int:
+    """Integrate to the end, from the start or from where an earlier call ended.
 
-HOLDING = (STICK, TAUT)
-
-
-class Balance(NamedTuple):
-    """The solution of the equations of motion for given modes.
-
-    Attributes
-    ----------
-    acceleration : tuple of float, (n,)
-        Exactly zero of the coordinate of a contact that holds.
-    forces : tuple of float
-        What the mechanism records of forces and torques; contacts find theirs in it.
+    As `frictionsim.solvers.one_contact.integrate`; the buffer of events has room for one of each
+    contact at least.
     """
+    room = system.contacts.size * (EVENT_COLUMNS + 2 * run.columns)
+    s[ROWS] = s[EVENTS] = s[TURNS] = 0.0
+    while True:
+        while s[NEXT_TIME] < s[SAMPLED_UNTIL]:
+            if (s[ROWS] + 1.0) * run.columns > len(rows):
+                return FULL
+            _sample(system, run, s, rows, s[NEXT_TIME])
+        if s[EVENTS] * (EVENT_COLUMNS + 2 * run.columns) + room > len(events):
+            return FULL
+        s[TIME] = s[SAMPLED_UNTIL]
+        if s[STARTED] == 0.0 or _ends(system, s):
+            _end_phase(system, run, s)
+            _switch_modes(system, run, s, events)
+            s[STARTED] = 1.0
+        if s[TIME] >= run.end:
+            if s[NEXT_TIME] <= run.end:
+                if (s[ROWS] + 1.0) * run.columns > len(rows):
+                    return FULL
+                _sample(system, run, s, rows, run.end)
+            return DONE
+        if s[TURNS] >= steps:
+            return PAUSED
+        s[TURNS] += 1.0
+        _step(system, run, s)
+        find_first_events(system, run, s)
 
-    acceleration: tuple[float, ...]
-    forces: tuple[float, ...]
+
+@compilable
+def _step(system: Any, run: Run, s: Any) -> None:
+    """Stay at rest for a monotone segment of the drive, or take a step."""
+    if s[RESTING] != 0.0:
+        s[SAMPLED_UNTIL] = min(run.end, system.drive.next_extremum(s[TIME]))
+    else:
+        if s[T_NEW] >= s[SEGMENT_END]:
+            s[SEGMENT_END] = min(run.end, system.drive.next_extremum(s[T_NEW]))
+        advance(system, run, s, s[SEGMENT_END])
+        s[SAMPLED_UNTIL] = s[T_NEW]
 
 
-class Impact(NamedTuple):
-    """The state after an impact.
+@compilable
+def _ends(system: Any, s: Any) -> bool:
+    """Return whether the mode of a contact ends at the end of the last step."""
+    ending = False
+    for i in range(system.contacts.size):
+        ending = ending or s[ENDS + i] != 0.0
+    return ending
 
-    Attributes
-    ----------
-    velocity : list of float, (n,)
-    losses : mapping of name to float, J
-        Increments of the energy integrals by name, not negative.
+
+@compilable
+def _end_phase(system: Any, run: Run, s: Any) -> None:
+    """Write the state at the end of the last step, and which contacts are released there."""
+    n = system.coordinates
+    if s[RESTING] == 0.0:
+        write_inside(system, run, s, s[TIME])
+        copy(s, Y, INSIDE, run.states)
+    copy(s, BEFORE, Y, run.states)
+    for i in range(system.contacts.size):
+        mode, c = s[MODES + i], coordinate_of(system, i)
+        s[RELEASED_NOW + i] = s[RELEASED_BEFORE + i] = 0.0
+        if s[ENDS + i] == 0.0:
+            # Released at this very time, it has not moved yet.
+            if not holds(mode) and s[BEFORE + n + c] == 0.0:
+                s[RELEASED_BEFORE + i] = direction_of(mode)
+        elif holds(mode):
+            s[RELEASED_NOW + i] = s[ENDS + i]
+        elif mode == SLACK:
+            s[BEFORE + c] = s[Y + c] = 0.0
+            _close_gap(system, run, s, i)
+        else:
+            s[BEFORE + n + c] = s[Y + n + c] = 0.0
+
+
+@compilable
+def _close_gap(system: Any, run: Run, s: Any, i: int) -> None:
+    """Change the state by the impact of a gap that closes."""
+    n, contacts, m = system.coordinates, system.contacts, system.contacts.size
+    row = i * contacts.width
+    is_slow = -s[Y + n + coordinate_of(system, i)] < contacts.numbers[row + CAPTURE_SPEED]
+    for j in range(m):
+        s[HEATS + j] = 0.0
+    system.impact(i, 0.0 if is_slow else contacts.numbers[row + RESTITUTION], s, Y)
+    for j in range(m):
+        s[Y + run.heats + min(j, contacts.frictions)] += s[HEATS + j]
+
+
+@compilable
+def _switch_modes(system: Any, run: Run, s: Any, events: Any) -> None:
+    """Switch to the consistent modes, record what changes, and start the integrator."""
+    count_switch(run, s)
+    m, t, width = system.contacts.size, s[TIME], EVENT_COLUMNS + 2 * run.columns
+    first = int(s[EVENTS]) * width + EVENT_COLUMNS  # samples are of all that changes
+    located = False
+    for i in range(m):
+        located = located or s[RELEASED_NOW + i] != 0.0
+    if t > 0.0:
+        held = min(s[HELD], t) if located else t
+        _write_row(system, run, s, events, first, held, BEFORE)
+        events[first] = t
+    copy(s, OLD_MODES, MODES, m)
+    write_consistent_modes(system, run, s)
+    _write_row(system, run, s, events, first + run.columns, t, Y)
+    if not t > 0.0:
+        _write_row(system, run, s, events, first, t, Y)
+    for i in range(m):
+        mode, before = s[MODES + i], s[OLD_MODES + i]
+        if mode != before or (before == SLACK and s[ENDS + i] != 0.0):
+            at = int(s[EVENTS]) * width
+            events[at] = float(i)
+            events[at + 1] = t
+            events[at + 2] = before
+            events[at + 3] = mode
+            events[at + 4] = s[Y]
+            if at + EVENT_COLUMNS != first:
+                put(events, at + EVENT_COLUMNS, events, first, 2 * run.columns)
+            s[EVENTS] += 1.0
+        s[ENDS + i] = s[RELEASED_NOW + i] = s[RELEASED_BEFORE + i] = 0.0
+    write_phase(system, s)
+    if s[RESTING] == 0.0:
+        start_segment(system, run, s, t)
+        s[SEGMENT_END] = t
+
+
+@compilable
+def _sample(system: Any, run: Run, s: Any, rows: Any, t: float) -> None:
+    """Record the state at t, s, and advance to the next sample time."""
+    at, y = int(s[ROWS]) * run.columns, Y
+    if s[RESTING] == 0.0:
+        write_inside(system, run, s, t)
+        y = INSIDE
+    _write_row(system, run, s, rows, at, t, y)
+    s[ROWS] += 1.0
+    s[NEXT_SAMPLE] += 1.0
+    s[NEXT_TIME] = sample_time(run, s[NEXT_SAMPLE])
+
+
+@compilable
+def _write_row(system: Any, run: Run, s: Any, out: Any, at: int, t: float, y: int) -> None:
+    """Write the sample of the state at s[y].
+
+    Time, drive, positions, velocities, accelerations, forces, modes, energy integrals.
     """
-
-    velocity: list[float]
-    losses: Mapping[str, float]
-
-
-class FrictionContact(NamedTuple):
-    """Dry friction along a coordinate.
-
-    Sticking holds while -limit(forces, +1) <= force <= limit(forces, -1), where limit is the
-    static limit for an impending motion in a direction; sliding in direction s, the force is
-    -s kinetic_limit(forces, s).
-
-    Attributes
-    ----------
-    name : str
-        In events and messages, without blanks.
-    coordinate : int
-        Of the slip.
-    force : callable
-        force(forces): the friction along the coordinate.
-    static_limit, kinetic_limit : callable
-        Of (forces, s), not negative; arithmetic only, so that both may be arrays.
-    roundoff : callable
-        roundoff(u, forces): smaller differences of force and limit count as equal; it sticks.
-    heat : str
-        Name of the energy that it dissipates.
-    """
-
-    name: str
-    coordinate: int
-    force: Callable[[Vector], Value]
-    static_limit: Callable[[Vector, Value], Value]
-    kinetic_limit: Callable[[Vector, Value], Value]
-    roundoff: Callable[[Value, Vector], Value]
-    heat: str = "energy_friction"
-
-
-class UnilateralContact(NamedTuple):
-    """A rope that pulls and does not push, and takes up its slack by an impact.
-
-    Attributes
-    ----------
-    name : str
-        In events and messages, without blanks.
-    coordinate : int
-        Of the gap: zero while taut, positive while slack.
-    force : callable
-        force(forces): the tension.
-    roundoff : callable
-        roundoff(u, forces): a tension that is below zero by less counts as zero; it is taut.
-    restitution : float
-        e, from 0 to below 1: the part e^2 of the work that takes the rope up is given back.
-    capture_speed : float
-        An impact with a slower rate has no restitution.
-    """
-
-    name: str
-    coordinate: int
-    force: Callable[[Vector], Value]
-    roundoff: Callable[[Value, Vector], Value]
-    restitution: float = 0.0
-    capture_speed: float = 0.0
-
-
-Contact = FrictionContact | UnilateralContact
-
-
-class MultiContactTrajectory(NamedTuple):
-    """The samples of a run as arrays over time, and its transitions.
-
-    Attributes
-    ----------
-    time : (n,), s
-    drive : (n,)
-    position, velocity, acceleration : (coordinates, n)
-    forces : (forces, n)
-    modes : (contacts, n)
-    energy_integrals, stored_energies : dict of (n,), J
-    transitions : list of Transition
-    """
-
-    time: "Array"
-    drive: "Array"
-    position: "Array"
-    velocity: "Array"
-    acceleration: "Array"
-    forces: "Array"
-    modes: "Array"
-    energy_integrals: dict[str, "Array"]
-    stored_energies: dict[str, "Array"]
-    transitions: list["Transition"]
-
-
-class MultiContactMechanism(NamedTuple):
-    """A mechanism of n coordinates q, v = dq/dt, and m contacts.
-
-    Attributes
-    ----------
-    drive : Signal
-        The input u over time.
-    contacts : tuple of Contact, (m,)
-    balance : callable
-        balance(u, q, v, modes) returns a `Balance`. It depends on u and v linearly, so that a
-        monotone drive lets a contact at rest go at most once.
-    impact : callable
-        impact(contact, v, modes, restitution) returns the `Impact` in which a rope, the contact
-        with that index, becomes taut. It may stop or reverse sliding, and slacken other ropes.
-    forces : int
-        Length of `Balance.forces`.
-    power_flows : mapping of name to callable, W
-        power(u, q, v): `energy_input` into the mechanism, `energy_damping` out of it. Contacts add
-        their heat and `energy_impact`.
-    stored_energies : mapping of name to callable, J
-        energy(q, v): `energy_kinetic`, `energy_potential`.
-    position, velocity : tuple of float, (n,)
-        The initial state.
-    channels : callable
-        channels(trajectory) returns all channels but those of time and energies, by name.
-    channel_info : mapping of name to Channel
-    quantities, run_warnings, checks : callable
-        Of a trajectory: the quantities, warnings and checks specific to the mechanism.
-    energy_scale : float, J
-        Of the scenario, for the audit.
-    effects : tuple of str
-    """
-
-    drive: "Signal"
-    contacts: tuple[Contact, ...]
-    balance: Callable[[float, Sequence[float], Sequence[float], Modes], Balance]
-    impact: Callable[[int, Sequence[float], Modes, float], Impact]
-    forces: int
-    power_flows: Mapping[str, Callable[[Value, Vector, Vector], Value]]
-    stored_energies: Mapping[str, Callable[[Vector, Vector], Value]]
-    position: tuple[float, ...]
-    velocity: tuple[float, ...]
-    channels: Callable[[MultiContactTrajectory], dict[str, Any]]
-    channel_info: Mapping[str, "Channel"]
-    quantities: Callable[[MultiContactTrajectory], "Quantities"]
-    effects: tuple[str, ...]
-    energy_scale: float
-    run_warnings: Callable[[MultiContactTrajectory], list[str]] = lambda trajectory: []
-    checks: Callable[[MultiContactTrajectory], dict[str, "Check"]] = lambda trajectory: {}
-
-    @property
-    def frictions(self) -> tuple[tuple[int, FrictionContact], ...]:
-        """The contacts with dry friction, with their indices."""
-        return tuple((i, c) for i, c in enumerate(self.contacts) if isinstance(c, FrictionContact))
-
-    @property
-    def energy_integrals(self) -> tuple[str, ...]:
-        """The names of the energy integrals, in the order of the state vector."""
-        heats = [contact.heat for _, contact in self.frictions]
-        ropes = len(self.contacts) > len(heats)
-        return (*self.power_flows, *heats, *(("energy_impact",) if ropes else ()))
-
-    @property
-    def initial_state(self) -> list[float]:
-        """The initial state vector: positions, velocities, and the energy integrals."""
-        return [*self.position, *self.velocity, *(0.0 for _ in self.energy_integrals)]
-
-    @property
-    def subject(self) -> str:
-        """The subject of messages about the motion."""
-        names = " and ".join(f"'{contact.name}'" for contact in self.contacts)
-        return f"the motion on the contacts {names}" if names else "the motion"
+    n, u, contacts = system.coordinates, system.drive.at(t), system.contacts
+    balance(system, s, u, y)
+    out[at] = t
+    out[at + 1] = u
+    at += 2
+    put(out, at, s, y, 2 * n)
+    at += 2 * n
+    put(out, at, s, ACCELERATION, n)
+    at += n
+    put(out, at, s, FORCES, contacts.terms - 2)
+    at += contacts.terms - 2
+    put(out, at, s, MODES, contacts.size)
+    put(out, at + contacts.size, s, y + 2 * n, run.states - 2 * n)

@@ -14,7 +14,6 @@ from there.
 from math import inf, ulp
 from typing import Any
 
-from frictionsim.solvers.base import MAX_ENERGY_RATIO
 from frictionsim.solvers.common import SAME_TIME_ULPS
 from frictionsim.solvers.compilation import compilable
 from frictionsim.solvers.end_stops import HIDDEN_ULPS
@@ -35,9 +34,6 @@ from frictionsim.solvers.one_contact_location import (
 )
 from frictionsim.solvers.one_contact_state import (
     BEFORE,
-    CHATTERING_EVENTS,
-    CHATTERING_WINDOW,
-    CHATTERS,
     DIRECTION,
     DIVERGED,
     EVENT_COLUMNS,
@@ -60,8 +56,6 @@ from frictionsim.solvers.one_contact_state import (
     SEGMENT_END,
     STARTED,
     SURFACE_EVENT,
-    SWITCH_TIMES,
-    SWITCHES,
     T_NEW,
     T_OLD,
     TIME,
@@ -71,6 +65,7 @@ from frictionsim.solvers.one_contact_state import (
     Run,
     Y,
     copy,
+    count_switch,
     fail,
     sample_time,
 )
@@ -83,6 +78,9 @@ from frictionsim.solvers.one_contact_step import (
 )
 
 DONE, PAUSED, FULL = range(3)
+
+# Kinetic energy above this multiple of the energy input indicates an unstable integration.
+MAX_ENERGY_RATIO = 100.0
 
 # Resolution of the end of a slip phase, relative to the step.
 RESOLUTION = 1e-12
@@ -108,15 +106,14 @@ def integrate(system: Any, run: Run, s: Any, rows: Any, events: Any, steps: floa
     int
         DONE at the end of the run, FULL where a buffer has no room, PAUSED after the steps.
     """
-    row_width = ROW_COLUMNS + run.states - 2
-    event_width = EVENT_COLUMNS + 2 * row_width
+    event_width = EVENT_COLUMNS + 2 * run.columns
     s[ROWS] = s[EVENTS] = s[TURNS] = 0.0
     if s[STARTED] == 0.0:
         _start(system, run, s, events)
         s[STARTED] = 1.0
     while True:
         while s[NEXT_TIME] < s[SAMPLED_UNTIL]:
-            if (s[ROWS] + 1.0) * row_width > len(rows):
+            if (s[ROWS] + 1.0) * run.columns > len(rows):
                 return FULL
             _sample(system, run, s, rows, s[NEXT_TIME])
         if (s[EVENTS] + 1.0) * event_width > len(events):
@@ -126,7 +123,7 @@ def integrate(system: Any, run: Run, s: Any, rows: Any, events: Any, steps: floa
             _end_phase(system, run, s, events)
         if s[TIME] >= run.end:
             if s[NEXT_TIME] <= run.end:
-                if (s[ROWS] + 1.0) * row_width > len(rows):
+                if (s[ROWS] + 1.0) * run.columns > len(rows):
                     return FULL
                 _sample(system, run, s, rows, run.end)
             return DONE
@@ -143,7 +140,7 @@ def integrate(system: Any, run: Run, s: Any, rows: Any, events: Any, steps: floa
 
 @compilable
 def _start(system: Any, run: Run, s: Any, events: Any) -> None:
-    if _is_hit(system.stops, s):
+    if is_hit(system.stops, s):
         _hit_stop(system.stops, system, run, s, events)
     elif s[MODE] == 0.0:
         _switch_mode(system, run, s, events, mode_from_rest(system, s))
@@ -160,7 +157,7 @@ def _end_phase(system: Any, run: Run, s: Any, events: Any) -> None:
         return
     write_inside(system, run, s, s[MODE], s[TIME])
     copy(s, Y, INSIDE, run.states)
-    if _is_hit(system.stops, s):
+    if is_hit(system.stops, s):
         _hit_stop(system.stops, system, run, s, events)
         return
     s[Y + 1] = 0.0
@@ -176,33 +173,21 @@ def _begin_slip(system: Any, run: Run, s: Any) -> None:
 @compilable
 def _switch_mode(system: Any, run: Run, s: Any, events: Any, mode: float) -> None:
     """Switch to the next mode and record the transition if the mode changes."""
-    _count_switch(run, s)
+    count_switch(run, s)
     t, before = s[TIME], s[MODE]
     if mode != before:
         held = s[HELD] if before == 0.0 else t
         at = _begin_event(run, s, events, OF_CONTACT, t, before, mode)
-        width = ROW_COLUMNS + run.states - 2
         if held >= 0.0:
             # The last time in the mode before is one rounding earlier if the drive jumps at t.
             _write_row(system, run, s, events, at, min(held, t), Y, before)
             events[at] = t
         else:  # the run starts in the mode after
             _write_row(system, run, s, events, at, t, Y, mode)
-        _write_row(system, run, s, events, at + width, t, Y, mode)
+        _write_row(system, run, s, events, at + run.columns, t, Y, mode)
         s[MODE] = mode
     if mode != 0.0:
         _begin_slip(system, run, s)
-
-
-@compilable
-def _count_switch(run: Run, s: Any) -> None:
-    """Count a change of mode; the run ends if there are too many in the window."""
-    t, place = s[TIME], SWITCH_TIMES + int(s[SWITCHES] % CHATTERING_EVENTS)
-    window = CHATTERING_WINDOW * min(1.0, run.end)
-    if s[SWITCHES] >= CHATTERING_EVENTS and t - s[place] < window:
-        fail(CHATTERS, t, t - s[place], 0.0, 0.0)
-    s[place] = t
-    s[SWITCHES] += 1.0
 
 
 @compilable
@@ -217,7 +202,7 @@ def mode_from_rest(system: Any, s: Any) -> float:
 def _stick(system: Any, run: Run, s: Any) -> None:
     """Stick for a monotone segment of the drive, or up to the breakaway in it."""
     a = s[TIME]
-    b = system.first_excess(s[Y], a, _monotone_segment_end(system, run, s, a))
+    b = system.first_excess(s[Y], a, monotone_segment_end(system, run, s, a))
     s[SAMPLED_UNTIL] = b
     direction = 1.0
     if not excess_beyond_roundoff(system, s, b, 1.0) > 0.0:
@@ -248,7 +233,7 @@ def breakaway(
 
 
 @compilable
-def _monotone_segment_end(system: Any, run: Run, s: Any, t: float) -> float:
+def monotone_segment_end(system: Any, run: Run, s: Any, t: float) -> float:
     """Return a time after t up to which drive and friction limits are smooth and monotone, s."""
     b = min(run.end, system.drive.next_extremum(t))
     for i in range(len(system.breaks)):
@@ -263,9 +248,9 @@ def _slip(system: Any, run: Run, s: Any, events: Any) -> None:
     """Slide for a step, or up to the rest or impact within it."""
     direction = s[MODE]
     if s[T_NEW] >= s[SEGMENT_END]:
-        s[SEGMENT_END] = _monotone_segment_end(system, run, s, s[T_NEW])
+        s[SEGMENT_END] = monotone_segment_end(system, run, s, s[T_NEW])
     _step(system, run, s, direction)
-    _check_energy(system, run, s)
+    check_energy(system, run, s, 0.0)
     s[TIME] = s[T_NEW]
     rest = _rest_within_step(system, run, s, direction)
     until = min(s[T_NEW], rest)
@@ -327,10 +312,14 @@ def _may_reverse(loads: Any, system: Any, run: Run, s: Any, direction: float) ->
 
 
 @compilable
-def _check_energy(system: Any, run: Run, s: Any) -> None:
-    """End a run whose kinetic energy far exceeds the energy input."""
+def check_energy(system: Any, run: Run, s: Any, gained: float) -> None:
+    """End a run whose kinetic energy far exceeds the energy input.
+
+    The input is the initial kinetic energy, the work of the drive, the energy released by the
+    other stores, and what friction has given, J.
+    """
     stored = system.stored_energies(s[Y_NEW], s[Y_NEW + 1])
-    put_in = run.energy_floor + abs(s[Y_NEW + run.input])
+    put_in = run.energy_floor + abs(s[Y_NEW + run.input]) + gained
     for i in range(1, len(stored)):
         put_in += abs(stored[i] - run.stored[i])
     if stored[0] > MAX_ENERGY_RATIO * put_in:
@@ -344,7 +333,7 @@ def _record_crossing(system: Any, run: Run, s: Any, events: Any) -> None:
     at = _begin_event(run, s, events, OF_SURFACE + s[SURFACE_EVENT], t, mode, mode)
     events[at - 1] = s[Y_NEW]
     _write_row(system, run, s, events, at, t, BEFORE, mode)
-    _write_row(system, run, s, events, at + ROW_COLUMNS + run.states - 2, t, Y_NEW, mode)
+    _write_row(system, run, s, events, at + run.columns, t, Y_NEW, mode)
 
 
 @compilable
@@ -393,7 +382,7 @@ def _time_of_min_velocity(system: Any, run: Run, s: Any, direction: float) -> fl
 
 
 @compilable
-def _is_hit(stops: Any, s: Any) -> bool:
+def is_hit(stops: Any, s: Any) -> bool:
     """Return whether a state is beyond a stop, or at it and moving into it."""
     if len(stops) == 0:
         return False
@@ -406,29 +395,40 @@ def _is_hit(stops: Any, s: Any) -> bool:
 
 @compilable
 def _hit_stop(stops: Any, system: Any, run: Run, s: Any, events: Any) -> None:
-    """Switch to the mode after an impact on a stop, v+ = -e v-, at the stop exactly."""
+    """Switch to the mode after an impact on a stop."""
     if len(stops) == 0:
         return
-    stop, n, t, mode_before = stops[0], run.states, s[TIME], s[MODE]
-    _count_switch(run, s)
-    q = s[Y]
+    t, mode_before = s[TIME], s[MODE]
+    count_switch(run, s)
+    rebound(stops, system, run, s)
+    mode = -mode_before if s[Y + 1] != 0.0 else mode_from_rest(system, s)
+    at = _begin_event(run, s, events, OF_STOP, t, mode_before, mode)
+    _write_row(system, run, s, events, at, t, BEFORE, mode_before)
+    _write_row(system, run, s, events, at + run.columns, t, Y, mode)
+    s[MODE] = mode
+    if mode != 0.0:
+        _begin_slip(system, run, s)
+
+
+@compilable
+def rebound(stops: Any, system: Any, run: Run, s: Any) -> None:
+    """Write the state after an impact on a stop, v+ = -e v-, and that before it into BEFORE.
+
+    Both are at the stop exactly.
+    """
+    if len(stops) == 0:
+        return
+    stop, q = stops[0], s[Y]
     side = 1.0 if q >= stop.highest else -1.0
     speed = side * s[Y + 1]
     kinetic_before = system.stored_energies(q, s[Y + 1])[0]
     s[Y] = min(max(q, stop.lowest), stop.highest)
-    copy(s, BEFORE, Y, n)
-    rebound = stop.restitution * speed
-    if speed < stop.capture_speed or _is_hidden(stop, system, s, side, rebound):
-        rebound = 0.0
-    s[Y + 1] = -side * rebound if rebound > 0.0 else 0.0
-    s[Y + run.impact] += kinetic_before - system.stored_energies(q, s[Y + 1])[0]
-    mode = -mode_before if s[Y + 1] != 0.0 else mode_from_rest(system, s)
-    at = _begin_event(run, s, events, OF_STOP, t, mode_before, mode)
-    _write_row(system, run, s, events, at, t, BEFORE, mode_before)
-    _write_row(system, run, s, events, at + ROW_COLUMNS + n - 2, t, Y, mode)
-    s[MODE] = mode
-    if mode != 0.0:
-        _begin_slip(system, run, s)
+    copy(s, BEFORE, Y, run.states)
+    v = stop.restitution * speed
+    if speed < stop.capture_speed or _is_hidden(stop, system, s, side, v):
+        v = 0.0
+    s[Y + 1] = -side * v if v > 0.0 else 0.0
+    s[Y + run.heats] += kinetic_before - system.stored_energies(q, s[Y + 1])[0]
 
 
 @compilable
@@ -460,7 +460,7 @@ def _impact_within_step(
 @compilable
 def _sample(system: Any, run: Run, s: Any, rows: Any, t: float) -> None:
     """Record the state at t, s, and advance to the next sample time."""
-    at, y = int(s[ROWS]) * (ROW_COLUMNS + run.states - 2), Y
+    at, y = int(s[ROWS]) * run.columns, Y
     if s[MODE] != 0.0:
         write_inside(system, run, s, s[MODE], t)
         y = INSIDE
@@ -475,7 +475,7 @@ def _begin_event(
     run: Run, s: Any, events: Any, number: float, t: float, before: float, after: float
 ) -> int:
     """Write an event at the position of the phase; return where its first sample goes."""
-    at = int(s[EVENTS]) * (EVENT_COLUMNS + 2 * (ROW_COLUMNS + run.states - 2))
+    at = int(s[EVENTS]) * (EVENT_COLUMNS + 2 * run.columns)
     events[at] = number
     events[at + 1] = t
     events[at + 2] = before

@@ -3,7 +3,6 @@
 The iterates are those of `root_finding.bracket_root`.
 """
 
-from math import ulp
 from typing import Any
 
 from frictionsim.solvers.compilation import compilable
@@ -19,7 +18,7 @@ from frictionsim.solvers.one_contact_state import (
     fail,
 )
 from frictionsim.solvers.one_contact_step import derivatives, write_inside
-from frictionsim.solvers.root_finding import next_fraction
+from frictionsim.solvers.root_finding import is_narrow, narrowed, next_point
 
 # Functions of the time, whose roots are located. With the parameter x they are
 # the torque beyond the static limit at rest, and less its roundoff; the drive less x; the velocity
@@ -60,9 +59,8 @@ def against_load(system: Any, s: Any, t: float, q: float, v: float) -> float:
 def _against(loads: Any, system: Any, s: Any, u: float, q: float, v: float) -> float:
     if len(loads) == 0:
         return 0.0
-    load = loads[0]
-    x_old, y_old = load.load(system.drive.at(s[T_OLD]), s[Y_OLD], s[Y_OLD + 1])
-    x, y = load.load(u, q, v)
+    x_old, y_old = system.contact_load(system.drive.at(s[T_OLD]), s[Y_OLD], s[Y_OLD + 1])
+    x, y = system.contact_load(u, q, v)
     return -(x * x_old + y * y_old)
 
 
@@ -109,19 +107,8 @@ def bracket(
     f_b = value(which, system, run, s, direction, parameter, b)
     if (f_a > 0.0) == (f_b > 0.0):
         fail(HIDDEN_EVENT, a, b, f_a, f_b)
-    x, f_x, y, f_y = a, f_a, b, f_b  # newest point, and other end of the bracket
-    fraction = 0.5
-    while True:
-        width = abs(y - x)
-        min_width = max(0.5 * resolution, ulp(max(abs(x), abs(y))))
-        if width <= 2.0 * min_width:
-            return min(x, y), max(x, y)
-        fraction = min(max(fraction, min_width / width), 1.0 - min_width / width)
-        new = x + fraction * (y - x)
-        f_new = value(which, system, run, s, direction, parameter, new)
-        if (f_new > 0.0) == (f_x > 0.0):
-            z, f_z = x, f_x
-        else:
-            z, f_z, y, f_y = y, f_y, x, f_x
-        x, f_x = new, f_new
-        fraction = next_fraction(x, f_x, y, f_y, z, f_z)
+    root = (a, f_a, b, f_b, 0.5)
+    while not is_narrow(root, resolution):
+        x = next_point(root, resolution)
+        root = narrowed(root, x, value(which, system, run, s, direction, parameter, x))
+    return min(root[0], root[2]), max(root[0], root[2])

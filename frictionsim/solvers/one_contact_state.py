@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from frictionsim.solvers.compilation import compilable, compiled_as
 
-MAX_STATES = 32
+MAX_STATES = 64
 
 # The run: time, s; mode of the contact; end of the samples in the last step, s; whether the phase
 # ends there, and in which direction the contact then breaks away; the last time at which it held;
@@ -41,7 +41,7 @@ OF_CONTACT, OF_STOP = 0.0, 1.0
 OF_SURFACE = 2.0  # and above: the number of the surface
 
 # Why a run cannot continue.
-TOO_MANY_STEPS, NON_FINITE, UNDERFLOW, HIDDEN_EVENT, DIVERGED, CHATTERS = range(6)
+TOO_MANY_STEPS, NON_FINITE, UNDERFLOW, HIDDEN_EVENT, DIVERGED, CHATTERS, NO_MODES = range(7)
 
 
 class Run(NamedTuple):
@@ -49,8 +49,8 @@ class Run(NamedTuple):
 
     Attributes
     ----------
-    states : int
-        Length of the state: position, velocity, energy integrals.
+    states, columns : int
+        Length of the state (position, velocity, energy integrals) and of a sample.
     end : float, s
     rtol, atol : float
     max_step, fixed_step : float, s
@@ -64,11 +64,15 @@ class Run(NamedTuple):
         The stored energies at the start, the kinetic one first.
     energy_floor : float, J
         Energies below are accurate to the absolute tolerance only.
-    input, impact : int
-        Where the energy input and the heat of impacts are in the state.
+    jump_ulps : float
+        A step of this number of units in the last place of the time is accepted whatever its error.
+    input, heats : int
+        Where the energy input and the heat of impacts are in the state; of several contacts the
+        first of their heats, that of impacts behind those of friction.
     """
 
     states: int
+    columns: int
     end: float
     rtol: float
     atol: float
@@ -81,7 +85,8 @@ class Run(NamedTuple):
     stored: tuple[float, ...]
     energy_floor: float
     input: int
-    impact: int
+    heats: int
+    jump_ulps: float = 0.0
 
 
 class Failure(RuntimeError):
@@ -120,6 +125,17 @@ def copy(s: Any, to: int, start: int, n: int) -> None:
     s[to : to + n] = s[start : start + n]
 
 
+def _put_one_by_one(out: Any, at: int, s: Any, start: int, n: int) -> None:
+    for i in range(n):
+        out[at + i] = s[start + i]
+
+
+@compiled_as(_put_one_by_one)
+def put(out: Any, at: int, s: Any, start: int, n: int) -> None:
+    """Copy n numbers of the state into a buffer."""
+    out[at : at + n] = s[start : start + n]
+
+
 @compilable
 def sample_time(run: Run, number: float) -> float:
     """Return the time of a sample, counted from 0, s; infinite after the last."""
@@ -128,3 +144,14 @@ def sample_time(run: Run, number: float) -> float:
     if number <= run.last:
         return number * run.interval
     return run.end if number == run.last + 1.0 else inf
+
+
+@compilable
+def count_switch(run: Run, s: Any) -> None:
+    """Count a change of mode; the run ends if there are too many in the window."""
+    t, place = s[TIME], SWITCH_TIMES + int(s[SWITCHES] % CHATTERING_EVENTS)
+    window = CHATTERING_WINDOW * min(1.0, run.end)
+    if s[SWITCHES] >= CHATTERING_EVENTS and t - s[place] < window:
+        fail(CHATTERS, t, t - s[place], 0.0, 0.0)
+    s[place] = t
+    s[SWITCHES] += 1.0

@@ -79,9 +79,9 @@ Derivatives = tuple[float, ...]
 def derivatives(system: Any, t: float, q: float, v: float, direction: float) -> Derivatives:
     """Return the derivatives of a state while the contact slides in a direction."""
     u = system.drive.at(t)
-    friction = -direction * system.kinetic_limit(u, q, v, direction)
-    acceleration = (system.applied_torque(u, q, v) + friction) / system.inertia
-    return (v, acceleration, *system.powers(u, q, v), -friction * v)
+    applied, limit, powers = system.torques_and_powers(u, q, v, direction)
+    friction = -direction * limit
+    return (v, (applied + friction) / system.inertia, *powers, -friction * v)
 
 
 @compilable
@@ -172,84 +172,129 @@ def _write_derivatives(system: Any, run: Run, s: Any, direction: float) -> None:
 @compilable
 def start_segment(system: Any, run: Run, s: Any, t: float) -> None:
     """Start a segment at the state of the phase, with a new initial step."""
-    n = run.states
-    s[T_OLD] = s[T_NEW] = t
-    copy(s, Y_OLD, Y, n)
-    copy(s, Y_NEW, Y, n)
     direction = s[MODE]
+    begin_segment(run, s, t)
     _write_derivatives(system, run, s, direction)
-    s[STEP] = run.fixed_step if run.fixed_step > 0.0 else _initial_step(system, run, s, direction)
-    s[ERROR_BEFORE] = 1.0
+    if run.fixed_step > 0.0:
+        return
+    h = trial_of_first_step(run, s)
+    q, v = s[Y_NEW] + h * s[F_NEW], s[Y_NEW + 1] + h * s[F_NEW + 1]
+    k = derivatives(system, s[T_NEW] + h, q, v, direction)
+    for i in range(run.states):
+        s[INSIDE + i] = k[i]
+    set_first_step(run, s, h)
 
 
 @compilable
-def _initial_step(system: Any, run: Run, s: Any, direction: float) -> float:
-    """Return the length of the first step; see `RungeKuttaFehlberg45`."""
-    rtol, atol, n = run.rtol, run.atol, run.states
+def begin_segment(run: Run, s: Any, t: float) -> None:
+    """Begin a segment at the state of the phase, at t, s."""
+    s[T_OLD] = s[T_NEW] = t
+    copy(s, Y_OLD, Y, run.states)
+    copy(s, Y_NEW, Y, run.states)
+    s[STEP], s[ERROR_BEFORE] = run.fixed_step, 1.0
+
+
+@compilable
+def trial_of_first_step(run: Run, s: Any) -> float:
+    """Return the length of a trial of the first step, s [1]_.
+
+    .. [1] Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, II.4.
+    """
+    size, rate = _size_and_rate(run, s)
+    if not isfinite(rate):
+        fail(NON_FINITE, s[T_NEW], 0.0, 0.0, 0.0)
+    h = 0.01 * size / rate if size > 1e-5 and rate > 1e-5 else 1e-6
+    return min(max(h, MIN_TRIAL_STEP), run.max_step)
+
+
+@compilable
+def _size_and_rate(run: Run, s: Any) -> tuple[float, float]:
+    """Return the largest state and derivative, relative to tolerances."""
     size = rate = 0.0
-    for i in range(n):
-        tolerance = atol + rtol * abs(s[Y_NEW + i])
+    for i in range(run.states):
+        tolerance = run.atol + run.rtol * abs(s[Y_NEW + i])
         size = max(size, abs(s[Y_NEW + i]) / tolerance)
         slope = abs(s[F_NEW + i]) / tolerance
         if not slope <= rate:  # also true if it is NaN
             rate = slope
-    if not isfinite(rate):
-        fail(NON_FINITE, s[T_NEW], 0.0, 0.0, 0.0)
-    h0 = 0.01 * size / rate if size > 1e-5 and rate > 1e-5 else 1e-6
-    h0 = min(max(h0, MIN_TRIAL_STEP), run.max_step)
-    k = derivatives(
-        system,
-        s[T_NEW] + h0,
-        s[Y_NEW] + h0 * s[F_NEW],
-        s[Y_NEW + 1] + h0 * s[F_NEW + 1],
-        direction,
-    )
+    return size, rate
+
+
+@compilable
+def set_first_step(run: Run, s: Any, h: float) -> None:
+    """Set the length of the first step from the derivatives in INSIDE, after a trial of h, s."""
     s[EVALUATIONS] += 1.0
-    fastest = rate
-    for i in range(n):
-        change = (k[i] - s[F_NEW + i]) / h0
-        fastest = max(fastest, abs(change) / (atol + rtol * abs(s[Y_NEW + i])))
-    if not isfinite(fastest):
-        return h0
-    h1 = (0.01 / fastest) ** 0.2 if fastest > 1e-15 else max(1e-6, 1e-3 * h0)
-    return min(100.0 * h0, h1, run.max_step)
+    fastest = _size_and_rate(run, s)[1]
+    for i in range(run.states):
+        change = (s[INSIDE + i] - s[F_NEW + i]) / h
+        fastest = max(fastest, abs(change) / (run.atol + run.rtol * abs(s[Y_NEW + i])))
+    s[STEP] = h
+    if isfinite(fastest):
+        shorter = (0.01 / fastest) ** 0.2 if fastest > 1e-15 else max(1e-6, 1e-3 * h)
+        s[STEP] = min(100.0 * h, shorter, run.max_step)
 
 
 @compilable
 def advance(system: Any, run: Run, s: Any, direction: float, limit: float) -> None:
     """Take one accepted step that ends at `limit`, s, at the latest."""
-    n = run.states
+    begin_step(run, s)
+    rejected = s[REJECTED]
+    while True:
+        h = trial_length(run, s, limit)
+        error = trial_step(system, run, s, direction, h)
+        if is_accepted(run, s, h, error, limit):
+            break
+    s[T_NEW] = limit if h == limit - s[T_OLD] else s[T_OLD] + h
+    _write_derivatives(system, run, s, direction)
+    end_step(run, s, h, error, s[REJECTED] > rejected)
+
+
+@compilable
+def begin_step(run: Run, s: Any) -> None:
+    """Begin a step at the end of the last one, unless the limit of steps is reached."""
     taken = s[STEPS] + s[REJECTED]
     if taken - s[GRANTED] >= run.max_steps:
         s[GRANTED] = taken  # a resumed run may take max_steps again
         fail(TOO_MANY_STEPS, s[T_NEW], 0.0, 0.0, 0.0)
-    s[T_OLD] = t_old = s[T_NEW]
-    copy(s, Y_OLD, Y_NEW, n)
-    copy(s, F_OLD, F_NEW, n)
-    fixed, rejected_here, left = run.fixed_step > 0.0, False, limit - t_old
-    while True:
-        planned = s[STEP]
-        if fixed:
-            h = left if planned >= left * STEP_END_TOLERANCE else planned
-        else:
-            h = clipped_step(planned, left)
-        error = trial_step(system, run, s, direction, h)
-        if not isfinite(error):
-            fail(NON_FINITE, t_old, 0.0, 0.0, 0.0)
-        if fixed or error <= 1.0 or h <= 0.0:
-            break
-        s[REJECTED] += 1.0
-        rejected_here = True
-        s[STEP] = reduced_step(h, error)
-        if s[STEP] < 4.0 * ulp(limit):
-            fail(UNDERFLOW, t_old, s[STEP], 0.0, 0.0)
-    s[T_NEW] = limit if h == left else t_old + h
-    _write_derivatives(system, run, s, direction)
+    s[T_OLD] = s[T_NEW]
+    copy(s, Y_OLD, Y_NEW, run.states)
+    copy(s, F_OLD, F_NEW, run.states)
+
+
+@compilable
+def trial_length(run: Run, s: Any, limit: float) -> float:
+    """Return the length of the next trial of a step, s."""
+    left, planned = limit - s[T_OLD], s[STEP]
+    if run.fixed_step > 0.0:
+        return left if planned >= left * STEP_END_TOLERANCE else planned
+    return clipped_step(planned, left)
+
+
+@compilable
+def is_accepted(run: Run, s: Any, h: float, error: float, limit: float) -> bool:
+    """Return whether a trial is accepted; if not, set a shorter length."""
+    if not isfinite(error):
+        fail(NON_FINITE, s[T_OLD], 0.0, 0.0, 0.0)
+    shortest = run.jump_ulps * ulp(s[T_OLD])
+    if run.fixed_step > 0.0 or error <= 1.0 or h <= shortest:
+        return True
+    s[REJECTED] += 1.0
+    s[STEP] = max(shortest, reduced_step(h, error))
+    if s[STEP] < 4.0 * ulp(limit):
+        fail(UNDERFLOW, s[T_OLD], s[STEP], 0.0, 0.0)
+    return False
+
+
+@compilable
+def end_step(run: Run, s: Any, h: float, error: float, rejected_here: bool) -> None:
+    """Count an accepted step, and set the length of the next."""
     s[STEPS] += 1.0
-    if not fixed:
-        error = max(error, MIN_ERROR_NORM)
-        s[STEP] = next_step_size(h, planned, error, s[ERROR_BEFORE], rejected_here, run.max_step)
-        s[ERROR_BEFORE] = error
+    if run.fixed_step > 0.0:
+        return
+    error = max(error, MIN_ERROR_NORM)
+    last, limit = s[ERROR_BEFORE], run.max_step
+    s[STEP] = next_step_size(h, s[STEP], error, last, rejected_here, limit)
+    s[ERROR_BEFORE] = error
 
 
 @compilable
@@ -273,7 +318,7 @@ def repeats_shorter(system: Any, run: Run, s: Any, direction: float) -> bool:
     if run.fixed_step > 0.0 or error <= 1.0 or h <= MIN_REPEATED_ULPS * ulp(s[T_NEW]):
         return False
     s[T_NEW] = s[T_OLD]
-    s[STEP] = reduced_step(h, error)
+    s[STEP] = max(run.jump_ulps * ulp(s[T_OLD]), reduced_step(h, error))
     copy(s, Y_NEW, Y_OLD, n)
     copy(s, F_NEW, F_OLD, n)
     s[STEPS] -= 1.0

@@ -16,17 +16,10 @@ References
 from typing import TYPE_CHECKING, ClassVar
 
 from frictionsim.results import STICK, Transition
-from frictionsim.solvers.base import ContactSolver
-from frictionsim.solvers.common import (
-    ChatteringDetector,
-    Row,
-    SampleBuffer,
-    monotone_segment_end,
-    rhs_with_friction,
-    row,
-)
+from frictionsim.solvers.base import Solver, State
+from frictionsim.solvers.common import ChatteringDetector, Row, SampleBuffer
+from frictionsim.solvers.one_contact import monotone_segment_end
 from frictionsim.solvers.state_values import DIRECTION, TIME
-from frictionsim.solvers.stepper import State
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
@@ -55,11 +48,11 @@ def switch(applied_torque: float, static_limit: float, velocity: float) -> int:
     return sign(abs(sign(abs(x) - x)) + abs(sign(velocity)))
 
 
-class PublishedSolver(ContactSolver):
+class PublishedSolver(Solver):
     """Solver for eq 30, which detects chattering of adaptive steps."""
 
     CHECKPOINT_FIELDS: ClassVar = {
-        **ContactSolver.CHECKPOINT_FIELDS,
+        **Solver.CHECKPOINT_FIELDS,
         "mode": DIRECTION,
         "segment_end": TIME,
     }
@@ -68,39 +61,36 @@ class PublishedSolver(ContactSolver):
         self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
     ) -> None:
         super().__init__(mechanism, settings, buffer)
-        contact = self.contact
-        changed = f"the contact '{contact.name}' changed its mode"
+        name = self.contact.name
+        changed = f"the contact '{name}' changed its mode"
         self.chattering = ChatteringDetector(
             CHATTERING_WINDOW * settings.duration, 100, changed, ADVICE
         )
-        crept = f"the contact '{contact.name}' made the solver creep"
+        crept = f"the contact '{name}' made the solver creep"
         self.creep = ChatteringDetector(CREEP_WINDOW * settings.duration, 1000, crept, ADVICE)
         self.adaptive = settings.step is None
-        self.rhs = rhs_with_friction(mechanism, self.friction)
         self.mode, self.segment_end = sign(mechanism.velocity), 0.0
 
     @property
     def checkpoint_parts(self) -> dict[str, object]:
         return {**super().checkpoint_parts, "chattering": self.chattering, "creep": self.creep}
 
-    def friction(self, u: float, q: float, v: float, applied_torque: float) -> float:
+    def friction(self, u: float, q: float, v: float, applied: float, kinetic: float) -> float:
         """Return the friction torque of eq 30, N m."""
-        if switch(applied_torque, self.contact.static_limit(u, q), v) == 0:
-            return -applied_torque
-        s = sign(v)
-        return -s * self.contact.kinetic_limit(u, q, v, s)
+        if switch(applied, self.system.static_limit(u, q), v) == 0:
+            return -applied
+        return -sign(v) * kinetic
 
-    def start(self) -> None:
-        self.stepper.start(self.rhs, 0.0, self.mechanism.initial_state)
-
-    def resume(self) -> None:
-        self.stepper.resume(self.rhs)
+    def friction_in(self, mode: int, u: float, q: float, v: float, applied: float) -> float:
+        if mode == STICK:
+            return super().friction_in(mode, u, q, v, applied)
+        return -mode * self.system.kinetic_limit(u, q, v, mode)
 
     def step(self) -> None:
-        stepper = self.stepper
+        stepper, problem = self.stepper, self._problem
         if stepper.t >= self.segment_end:
             self.segment_end = monotone_segment_end(
-                self.mechanism, self.contact, stepper.t, self.end
+                self.system, problem.run, problem.state, stepper.t
             )
         self.record_crossing(self.advance(self.segment_end))
         direction = sign(stepper.y[1])
@@ -127,19 +117,8 @@ class PublishedSolver(ContactSolver):
             self.row(t, y, direction),
         )
 
-    def sample(self, t: float) -> None:
-        y = self.stepper.interpolate(t)
-        self.buffer.add(self.row(t, y, sign(y[1])))
-
-    def row(self, t: float, y: State, mode: int) -> Row:
-        u, q, v = self.mechanism.drive(t), y[0], y[1]
-        applied_torque = self.mechanism.applied_torque(u, q, v)
-        if mode == STICK:
-            torque = self.friction(u, q, v, applied_torque)
-        else:
-            torque = -mode * self.contact.kinetic_limit(u, q, v, mode)
-        acceleration = (applied_torque + torque) / self.mechanism.inertia
-        return row(t, u, y, acceleration, torque, mode)
+    def sample(self, t: float, y: State) -> Row:
+        return self.row(t, y, sign(y[1]))
 
 
 SOLVER = PublishedSolver

@@ -11,23 +11,22 @@ other methods with SciPy's. What counts as stick is |v| < v_t.
 from typing import TYPE_CHECKING, ClassVar
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
-from frictionsim.solvers.base import ContactSolver
-from frictionsim.solvers.common import Row, SampleBuffer, rhs_with_friction, row
+from frictionsim.solvers.base import Solver, State
+from frictionsim.solvers.common import Row, SampleBuffer
 from frictionsim.solvers.friction_curve import KINETIC_FROM, friction_curve
 from frictionsim.solvers.root_finding import bracket_root
 from frictionsim.solvers.state_values import DIRECTION, TIME
-from frictionsim.solvers.stepper import State
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.mechanism import Mechanism
 
 
-class RegularisedSolver(ContactSolver):
+class RegularisedSolver(Solver):
     """Solver with regularised friction; speeds below the transition speed count as sticking."""
 
     CHECKPOINT_FIELDS: ClassVar = {
-        **ContactSolver.CHECKPOINT_FIELDS,
+        **Solver.CHECKPOINT_FIELDS,
         "mode": DIRECTION,
         "segment_end": TIME,
     }
@@ -36,18 +35,14 @@ class RegularisedSolver(ContactSolver):
         self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
     ) -> None:
         super().__init__(mechanism, settings, buffer)
-        contact = self.contact
-        self.speed = contact.transition_speed
-        self.rhs = rhs_with_friction(mechanism, self.friction)
+        self.speed = self.contact.transition_speed
         self.mode, self.segment_end = self.mode_at(mechanism.velocity), 0.0
 
-    def friction(self, u: float, q: float, v: float, applied_torque: float) -> float:
-        """Return the friction torque, N m."""
+    def friction(self, u: float, q: float, v: float, applied: float, kinetic: float) -> float:
         s = FORWARD if v > 0.0 else BACKWARD
         x = s * v / self.speed
-        static = self.contact.static_limit(u, q) if x < KINETIC_FROM else 0.0
-        kinetic = self.contact.kinetic_limit(u, q, v, s) if x > 1.0 else 0.0
-        return -s * friction_curve(x, static, kinetic)
+        static = self.system.static_limit(u, q) if x < KINETIC_FROM else 0.0
+        return -s * friction_curve(x, static, kinetic if x > 1.0 else 0.0)
 
     def mode_at(self, v: float) -> int:
         """Return the mode that a velocity counts as."""
@@ -55,31 +50,18 @@ class RegularisedSolver(ContactSolver):
             return STICK
         return FORWARD if v > 0.0 else BACKWARD
 
-    def start(self) -> None:
-        self.stepper.start(self.rhs, 0.0, self.mechanism.initial_state)
-        self.process_step()
-
-    def resume(self) -> None:
-        self.stepper.resume(self.rhs)
-
     def step(self) -> None:
         if self.t >= self.segment_end:
             self.segment_end = min(self.end, self.mechanism.drive.next_discontinuity(self.t))
-        limit = self.end_of_rest_on_stop(self.segment_end, self.rhs)
-        crossing = self.end_at_impact(self.advance(limit), self.rhs)
+        limit = self.end_of_rest_on_stop(self.segment_end)
+        crossing = self.end_at_impact(self.advance(limit))
         self.record_mode_change()
         self.record_crossing(crossing)
 
     def process_step(self) -> None:
-        stepper = self.stepper
-        if self.stops is None or not self.stops.is_hit(stepper.y):
-            return
-        before = self.stops.before_impact(stepper.y)
-        after = self.stops.after_impact(stepper.t, stepper.y)
-        mode = self.mode_at(after[1])
-        self.record_impact(before, self.mode, mode, after)
-        self.mode = mode
-        stepper.start(self.rhs, stepper.t, after)
+        if sides := self.impact():
+            before, self.mode = self.mode, self.mode_at(sides[1][1])
+            self.record_impact(*sides, (before, self.mode))
 
     def mode_in_motion(self, direction: int) -> int:
         return self.mode_at(self.stepper.y[1])  # it may creep
@@ -100,20 +82,11 @@ class RegularisedSolver(ContactSolver):
                 stepper.t_old,
                 stepper.t,
             )[1]
-        self.change_mode(t, before, mode, list(stepper.interpolate(t)))
+        self.change_mode(t, before, mode, stepper.interpolate(t))
         self.mode = mode
 
-    def sample(self, t: float) -> None:
-        y = self.stepper.interpolate(t)
-        self.buffer.add(self.row(t, y, self.mode_at(y[1])))
-
-    def row(self, t: float, y: State, mode: int) -> Row:
-        mechanism = self.mechanism
-        u, q, v = mechanism.drive(t), y[0], y[1]
-        applied_torque = mechanism.applied_torque(u, q, v)
-        friction = self.friction(u, q, v, applied_torque)
-        acceleration = (applied_torque + friction) / mechanism.inertia
-        return row(t, u, y, acceleration, friction, mode)
+    def sample(self, t: float, y: State) -> Row:
+        return self.row(t, y, self.mode_at(y[1]))
 
 
 SOLVER = RegularisedSolver

@@ -36,24 +36,48 @@ def bracket_root(
     ----------
     .. [1] T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145-149.
     """
-    x, f_x, y, f_y = a, f(a), b, f(b)  # newest point, and other end of the bracket
-    if (f_x > 0.0) == (f_y > 0.0):
-        raise hidden_event(a, b, f_x, f_y)
-    fraction = 0.5
-    while True:
-        width = abs(y - x)
-        min_width = max(0.5 * resolution, ulp(max(abs(x), abs(y))))
-        if width <= 2.0 * min_width:
-            return min(x, y), max(x, y)
-        fraction = min(max(fraction, min_width / width), 1.0 - min_width / width)
-        new = x + fraction * (y - x)
-        f_new = f(new)
-        if (f_new > 0.0) == (f_x > 0.0):
-            z, f_z = x, f_x
-        else:
-            z, f_z, y, f_y = y, f_y, x, f_x
-        x, f_x = new, f_new
-        fraction = next_fraction(x, f_x, y, f_y, z, f_z)
+    root = (a, f(a), b, f(b), 0.5)
+    if (root[1] > 0.0) == (root[3] > 0.0):
+        raise hidden_event(a, b, root[1], root[3])
+    while not is_narrow(root, resolution):
+        x = next_point(root, resolution)
+        root = narrowed(root, x, f(x))
+    return min(root[0], root[2]), max(root[0], root[2])
+
+
+Bracket = tuple[float, float, float, float, float]
+"""Newest point and its value, other end and its value, next point as a fraction between them."""
+
+
+@compilable
+def min_width(root: Bracket, resolution: float) -> float:
+    """Return the shortest distance between two points."""
+    return max(0.5 * resolution, ulp(max(abs(root[0]), abs(root[2]))))
+
+
+@compilable
+def is_narrow(root: Bracket, resolution: float) -> bool:
+    """Return whether a bracket is as narrow as it is to be."""
+    return abs(root[2] - root[0]) <= 2.0 * min_width(root, resolution)
+
+
+@compilable
+def next_point(root: Bracket, resolution: float) -> float:
+    """Return the next point at which the function is evaluated."""
+    least = min_width(root, resolution) / abs(root[2] - root[0])
+    fraction = min(max(root[4], least), 1.0 - least)
+    return root[0] + fraction * (root[2] - root[0])
+
+
+@compilable
+def narrowed(root: Bracket, new: float, f_new: float) -> Bracket:
+    """Return a bracket narrowed by the value at a point."""
+    x, f_x, y, f_y, _ = root
+    if (f_new > 0.0) == (f_x > 0.0):
+        z, f_z = x, f_x
+    else:
+        z, f_z, y, f_y = y, f_y, x, f_x
+    return new, f_new, y, f_y, _next_fraction(new, f_new, y, f_y, z, f_z)
 
 
 def hidden_event(a: float, b: float, f_a: float, f_b: float) -> StepUnderflow:
@@ -65,7 +89,7 @@ def hidden_event(a: float, b: float, f_a: float, f_b: float) -> StepUnderflow:
 
 
 @compilable
-def next_fraction(x: float, f_x: float, y: float, f_y: float, z: float, f_z: float) -> float:
+def _next_fraction(x: float, f_x: float, y: float, f_y: float, z: float, f_z: float) -> float:
     """Return the next point, as a fraction of the interval from x to y; 0.5 is bisection."""
     if f_x == f_z or f_y == f_z:
         return 0.5

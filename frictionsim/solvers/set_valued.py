@@ -6,65 +6,53 @@ Between two steps the contact stores its direction of sliding, which decides whe
 the kinetic limit applies.
 """
 
-from math import copysign, inf, ulp
+from math import copysign, inf
 from typing import TYPE_CHECKING, ClassVar
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
-from frictionsim.solvers.base import ContactSolver
-from frictionsim.solvers.common import (
-    Row,
-    SampleBuffer,
-    crossing_bracket,
-    monotone_segment_end,
-    rhs_with_friction,
-    row,
-    segment_end_at_rest,
-)
-from frictionsim.solvers.end_stops import StopContact
+from frictionsim.solvers import one_contact_state as layout
+from frictionsim.solvers.base import Solver, State
+from frictionsim.solvers.common import Row, SampleBuffer
+from frictionsim.solvers.one_contact import breakaway, monotone_segment_end
+from frictionsim.solvers.one_contact_location import excess
 from frictionsim.solvers.root_finding import bracket_root
-from frictionsim.solvers.runge_kutta_fehlberg import RungeKuttaFehlberg45
 from frictionsim.solvers.state_values import DIRECTION, FLAG, TIME
-from frictionsim.solvers.stepper import State
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.mechanism import Mechanism
 
-# Across a jump of the friction no step meets the tolerance. A step of this number of units in the
-# last place of the time leaves an error of the order of the roundoff.
-JUMP_ULPS = 16.0
 NEVER = -1.0  # s
 
 
-class SetValuedSolver(ContactSolver):
+class SetValuedSolver(Solver):
     """Solver with set-valued friction; `mode` is the direction of sliding, or STICK."""
 
-    stepper: RungeKuttaFehlberg45
     CHECKPOINT_FIELDS: ClassVar = {
-        **ContactSolver.CHECKPOINT_FIELDS,
+        **Solver.CHECKPOINT_FIELDS,
         "mode": DIRECTION,
         "segment_end": TIME,
         "is_new": FLAG,
     }
+    # Such a step leaves an error of the order of the roundoff.
+    JUMP_ULPS: ClassVar[float] = 16.0
 
     def __init__(
         self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
     ) -> None:
         super().__init__(mechanism, settings, buffer)
-        self.rhs = rhs_with_friction(mechanism, self.friction)
         self.mode = STICK if mechanism.velocity == 0.0 else int(copysign(1, mechanism.velocity))
         self.segment_end = 0.0  # of the segment on which the drive is monotone
         self.is_new = False  # the mode is not yet updated after the last step
 
-    def friction(self, u: float, q: float, v: float, applied_torque: float) -> float:
-        """Return the friction torque, N m, for a given applied torque."""
-        return self.friction_in(self.mode_at(u, q, v, applied_torque), u, q, v, applied_torque)
+    def friction(self, u: float, q: float, v: float, applied: float, kinetic: float) -> float:
+        mode = self.mode_at(u, q, v, applied)
+        if mode * v > 0.0:
+            return -mode * kinetic
+        return self.friction_in(mode, u, q, v, applied)
 
-    def friction_in(self, mode: int, u: float, q: float, v: float, applied_torque: float) -> float:
-        """Return the friction torque in a mode, N m."""
-        return (
-            -applied_torque if mode == STICK else -mode * self.contact.kinetic_limit(u, q, v, mode)
-        )
+    def friction_in(self, mode: int, u: float, q: float, v: float, applied: float) -> float:
+        return -applied if mode == STICK else -mode * self.system.kinetic_limit(u, q, v, mode)
 
     def mode_at(self, u: float, q: float, v: float, applied_torque: float) -> int:
         """Return the mode of the contact.
@@ -75,46 +63,39 @@ class SetValuedSolver(ContactSolver):
         direction = self.mode or v
         if direction * v > 0.0:
             return FORWARD if direction > 0.0 else BACKWARD
-        contact = self.contact
-        if abs(applied_torque) <= contact.static_limit(u, q) + contact.roundoff(u, q):
+        system = self.system
+        if abs(applied_torque) <= system.static_limit(u, q) + system.roundoff(u, q):
             return STICK
         return FORWARD if applied_torque > 0.0 else BACKWARD
 
     def start(self) -> None:
-        self.stepper.start(self.rhs, 0.0, self.mechanism.initial_state)
-        if self.stops is not None and self.stops.is_hit(self.stepper.y):
-            self.hit_stop(self.stops)
-        elif self.mode == STICK:
+        self.stepper.start(0.0, self.mechanism.initial_state)
+        if not self.hit_stop() and self.mode == STICK:
             self.switch_mode(self.mode_from_rest(0.0, self.stepper.y), 0.0, NEVER)
-
-    def resume(self) -> None:
-        self.stepper.resume(self.rhs)
 
     def step(self) -> None:
         stepper = self.stepper
         if stepper.t >= self.segment_end:
             # The drive is monotone on the segment, so that no breakaway is missed within a step.
             self.segment_end = self.next_segment_end()
-        floor = JUMP_ULPS * ulp(stepper.t)
-        crossing = self.advance(self.segment_end, floor)
+        crossing = self.advance(self.segment_end)
         slowest = self.time_of_possible_rest()
         if slowest < inf:
             # Take the step again, to there: a rest between its stages would go unnoticed.
-            stepper.start(self.rhs, stepper.t_old, list(stepper.y_old))
-            crossing = self.advance(slowest, floor)
+            stepper.start(stepper.t_old, stepper.y_old)
+            crossing = self.advance(slowest)
         if self.mode != STICK:  # from rest on a stop the body only leaves it
-            crossing = self.end_at_impact(crossing, self.rhs)
+            crossing = self.end_at_impact(crossing)
         self.record_crossing(crossing)
         self.is_new = True
 
     def next_segment_end(self) -> float:
         """Return the end of the segment that starts at the present time, s."""
-        stepper = self.stepper
+        stepper, problem = self.stepper, self._problem
+        end = monotone_segment_end(self.system, problem.run, problem.state, stepper.t)
         if self.mode == STICK:
-            return segment_end_at_rest(
-                self.mechanism, self.contact, stepper.y[0], stepper.t, self.end
-            )
-        return monotone_segment_end(self.mechanism, self.contact, stepper.t, self.end)
+            return self.system.first_excess(stepper.y[0], stepper.t, end)
+        return end
 
     def time_of_possible_rest(self) -> float:
         """Return when the last step was slowest, s, if it may have been at rest there; else inf.
@@ -125,7 +106,7 @@ class SetValuedSolver(ContactSolver):
         """
         stepper, s = self.stepper, self.mode
         v_old, v = s * stepper.y_old[1], s * stepper.y[1]
-        a_old, a = s * stepper.f_old[1], s * stepper.f[1]
+        a_old, a = (s * acceleration for acceleration in stepper.accelerations)
         if s == STICK or not (v_old > 0.0 and v > 0.0 and a_old < 0.0 < a):
             return inf
         h = stepper.t - stepper.t_old
@@ -142,8 +123,7 @@ class SetValuedSolver(ContactSolver):
         if self.is_new:
             self.is_new = False
             self.update_mode()
-            if self.stops is not None and self.stops.is_hit(self.stepper.y):
-                self.hit_stop(self.stops)
+            self.hit_stop()
 
     def update_mode(self) -> None:
         """Update the mode after the last step, and restart the integrator if it changed."""
@@ -173,57 +153,58 @@ class SetValuedSolver(ContactSolver):
         """
         stepper = self.stepper
         before, self.mode = self.mode, mode
-        at_switch = list(stepper.interpolate(t))
-        if mode * stepper.y[1] <= 0.0:
-            stepper.y[1] = 0.0  # the velocity is below the tolerance
-        if before == STICK and mode * (stepper.y[0] - stepper.y_old[0]) < 0.0:
+        at_switch, y_old, y = stepper.interpolate(t), stepper.y_old, stepper.y
+        if mode * y[1] <= 0.0:
+            y[1] = 0.0  # the velocity is below the tolerance
+        if before == STICK and mode * (y[0] - y_old[0]) < 0.0:
             # Displacement against the new direction is below the tolerance; discard it.
-            stepper.y[0] = stepper.y_old[0]
+            y[0] = y_old[0]
         if mode != before:
             # The state of the whole sticking phase is bit-identical.
-            at_rest = stepper.y_old if before == STICK else stepper.y
+            at_rest = y_old if before == STICK else y
             if STICK not in (before, mode):
                 at_rest = at_switch
             self.change_mode(t, before, mode, [at_rest[0], 0.0, *at_rest[2:]], held)
-        stepper.start(self.rhs, stepper.t, stepper.y)
-        if mode == STICK and self.contact.first_excess is not None:
-            self.segment_end = stepper.t  # where the contact breaks away depends on the position
+        stepper.start(stepper.t, y)
+        self.end_segment_at_rest()
 
-    def hit_stop(self, stops: StopContact) -> None:
-        """Switch to the mode after an impact on a stop."""
-        stepper = self.stepper
-        before, y = stops.before_impact(stepper.y), stops.after_impact(stepper.t, stepper.y)
+    def end_segment_at_rest(self) -> None:
+        """Begin a segment at rest: where the contact breaks away depends on the position."""
+        if self.mode == STICK and self.contact.first_excess is not None:
+            self.segment_end = self.stepper.t
+
+    def hit_stop(self) -> bool:
+        """Switch to the mode after an impact on a stop, if there is one; return whether."""
+        sides = self.impact()
+        if sides is None:
+            return False
+        before, y = sides
         mode_before, self.mode = self.mode, STICK
         if y[1] != 0.0:
             self.mode = FORWARD if y[1] > 0.0 else BACKWARD
         else:
-            self.mode = self.mode_from_rest(stepper.t, y)
-        self.record_impact(before, mode_before, self.mode, y)
-        stepper.start(self.rhs, stepper.t, y)
+            self.mode = self.mode_from_rest(self.stepper.t, y)
+        self.record_impact(before, y, (mode_before, self.mode))
         if self.contact.first_excess is not None:
-            self.segment_end = stepper.t  # where the contact breaks away depends on the position
+            self.segment_end = self.stepper.t  # as above
+        return True
 
     def mode_from_rest(self, t: float, y: State) -> int:
         """Return the mode that follows from rest at time t, s, in the position of y."""
-        u, q = self.mechanism.drive(t), y[0]
-        return self.mode_at(u, q, 0.0, self.mechanism.applied_torque(u, q, 0.0))
+        u, q = self.system.drive.at(t), y[0]
+        return self.mode_at(u, q, 0.0, self.system.applied_torque(u, q, 0.0))
 
     def times_of_breakaway(self, mode: int) -> tuple[float, float]:
         """Return the time of the breakaway in the last step, s.
 
         Two adjacent times: the contact still holds at the first.
         """
-        stepper, mechanism = self.stepper, self.mechanism
-        q = stepper.y_old[0]
-
-        def excess(t: float) -> float:
-            u = mechanism.drive(t)
-            return mode * mechanism.applied_torque(u, q, 0.0) - self.contact.static_limit(u, q)
-
-        if excess(stepper.t_old) > 0.0 or excess(stepper.t) <= 0.0:
-            return stepper.t_old, stepper.t_old
-        tie = self.contact.roundoff(mechanism.drive(stepper.t_old), q)
-        return crossing_bracket(excess, stepper.t_old, stepper.t, tie, self.end)
+        stepper, problem = self.stepper, self._problem
+        s, a, b = problem.state, stepper.t_old, stepper.t
+        s[layout.Y] = s[layout.Y_OLD]
+        if excess(self.system, s, a, mode) > 0.0 or excess(self.system, s, b, mode) <= 0.0:
+            return a, a
+        return breakaway(self.system, problem.run, s, mode, a, b)
 
     def time_of_rest(self) -> float:
         """Return the time at which the velocity became zero in the last step, s."""
@@ -232,18 +213,9 @@ class SetValuedSolver(ContactSolver):
             return stepper.t_old
         return bracket_root(lambda t: mode * stepper.interpolate(t)[1], stepper.t_old, stepper.t)[1]
 
-    def sample(self, t: float) -> None:
-        y = self.stepper.interpolate(t)
-        u, q, v = self.mechanism.drive(t), y[0], y[1]
-        mode = self.mode_at(u, q, v, self.mechanism.applied_torque(u, q, v))
-        self.buffer.add(self.row(t, y, mode))
-
-    def row(self, t: float, y: State, mode: int) -> Row:
-        u, q, v = self.mechanism.drive(t), y[0], y[1]
-        applied_torque = self.mechanism.applied_torque(u, q, v)
-        friction = self.friction_in(mode, u, q, v, applied_torque)
-        acceleration = (applied_torque + friction) / self.mechanism.inertia
-        return row(t, u, y, acceleration, friction, mode)
+    def sample(self, t: float, y: State) -> Row:
+        u, q, v = self.system.drive.at(t), y[0], y[1]
+        return self.row(t, y, self.mode_at(u, q, v, self.system.applied_torque(u, q, v)))
 
 
 SOLVER = SetValuedSolver

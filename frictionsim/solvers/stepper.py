@@ -1,15 +1,7 @@
-"""The base of integrators of one coordinate: interface, choice of steps, errors."""
-
-from collections.abc import Callable, Mapping, MutableSequence
-from typing import ClassVar, Protocol
+"""The choice of steps of adaptive integrators, and their errors."""
 
 from frictionsim.errors import NonFinite, StepUnderflow
 from frictionsim.solvers.compilation import compilable
-from frictionsim.solvers.state_values import Values
-
-State = MutableSequence[float]
-Rhs = Callable[[float, State, State], None]
-"""rhs(t, y, dy): write the time derivative of the state y at time t into dy."""
 
 
 def non_finite_error(t: float, what: str) -> NonFinite:
@@ -62,28 +54,3 @@ def next_step_size(
     # The error of a shortened step is not representative: keep the planned length.
     kept = planned if not rejected_here and h < planned else 0.0
     return min(max(length, kept), max_step)
-
-
-class Stepper(Protocol):
-    """An integrator over smooth segments; `RungeKuttaFehlberg45` documents its members."""
-
-    CHECKPOINT_FIELDS: ClassVar[Mapping[str, Values]]
-    t_old: float
-    t: float
-    y_old: State
-    y: State
-    steps: int
-    rejected: int
-    nfev: int
-
-    def start(self, rhs: Rhs, t: float, y: State) -> None: ...
-
-    def resume(self, rhs: Rhs) -> None: ...
-
-    def advance(self, limit: float, floor: float = 0.0) -> None: ...
-
-    def truncate(self, t: float) -> None: ...
-
-    def repeat_shorter(self, floor: float) -> bool: ...
-
-    def interpolate(self, t: float) -> State: ...

@@ -16,6 +16,8 @@ roundoff(u, q)
     Smaller differences of torque and limit count as equal, N m.
 powers(u, q, v)
     The power of each energy integral, W, but for the heat of the contact.
+torques_and_powers(u, q, v, s)
+    Applied torque, kinetic limit and powers at once, of a body that slides.
 stored_energies(q, v)
     J, the kinetic energy first.
 breaks
@@ -23,9 +25,14 @@ breaks
     monotone in u.
 first_excess(q, a, b)
     A time after a, at most b, up to which a contact at rest in q breaks away at most once, s.
-surfaces, stops, reversing_load
-    Tuples, empty without: `Surface`, `EndStops`, and what has a method load(u, q, v), the load of
-    the contact if it may reverse.
+surfaces, stops
+    Tuples, empty without: switching surfaces with a method `beyond`, and `EndStops`.
+first_departure(q, a, b)
+    With stops: a time after a, at most b, such that the torque on the body at rest on a stop in q
+    turns away from it at most once up to it, and points away at it if it does, s. The signals are
+    smooth from a to b.
+reversing_load
+    (True,) if the load of the contact may reverse, `contact_load(u, q, v)`; empty if not.
 
 An effect that a scenario omits is an empty tuple in the data. Functions that take such a tuple
 begin with `if len(effect) == 0`, which is decided when they are compiled.
@@ -53,18 +60,6 @@ class FunctionDrive(NamedTuple):
         return self.signal.next_extremum(t)
 
 
-class FunctionSurface(NamedTuple):
-    """A switching surface that is given by functions."""
-
-    surface: "SwitchingSurface"
-    is_event: bool
-    is_of_table: bool
-
-    def beyond(self, q0: float, v0: float, q1: float, q: float, v: float) -> float:
-        """Return a number that is positive beyond the surface, in a step from (q0, v0) to q1."""
-        return self.surface.crossing(q0, v0, q1, v)(q, v)
-
-
 class FunctionSystem(NamedTuple):
     """The system of a mechanism whose equation is given by functions; it is not compiled."""
 
@@ -73,7 +68,7 @@ class FunctionSystem(NamedTuple):
     drive: FunctionDrive
     inertia: float
     breaks: "array[float]"
-    surfaces: tuple[FunctionSurface, ...]
+    surfaces: "tuple[SwitchingSurface, ...]"
     stops: Any
     reversing_load: Any
 
@@ -105,27 +100,34 @@ class FunctionSystem(NamedTuple):
         """Return the stored energies of the mechanism."""
         return tuple([energy(q, v) for energy in self.mechanism.stored_energies.values()])
 
+    def torques_and_powers(
+        self, u: float, q: float, v: float, s: float
+    ) -> tuple[float, float, tuple[float, ...]]:
+        """Return the applied torque, its kinetic limit and the powers."""
+        return self.applied_torque(u, q, v), self.kinetic_limit(u, q, v, s), self.powers(u, q, v)
+
+    def contact_load(self, u: float, q: float, v: float) -> tuple[float, float]:
+        """As `DryFriction.load`."""
+        assert self.contact.load is not None  # as reversing_load says
+        return self.contact.load(u, q, v)
+
     def first_excess(self, q: float, a: float, b: float) -> float:
         """As of the contact."""
         return b if self.contact.first_excess is None else self.contact.first_excess(q, a, b)
 
 
 def system_of(mechanism: "Mechanism") -> Any:
-    """Return the system of a mechanism with dry friction."""
+    """Return the system of a mechanism; without dry friction its limits are not called."""
     if mechanism.system is not None:
         return mechanism.system
-    contact = mechanism.contact
-    assert contact is not None  # checked by the solver
+    contact: Any = mechanism.contact
     return FunctionSystem(
         mechanism,
         contact,
         FunctionDrive(mechanism.drive),
         mechanism.inertia,
-        breaks=array("d", contact.monotonicity_breaks),
-        surfaces=tuple(
-            FunctionSurface(surface, bool(surface.event), surface.is_of_table)
-            for surface in mechanism.switching_surfaces
-        ),
+        breaks=array("d", contact.monotonicity_breaks if contact else ()),
+        surfaces=mechanism.switching_surfaces,
         stops=() if mechanism.stops is None else (mechanism.stops,),
-        reversing_load=() if contact.load is None else (contact,),
+        reversing_load=(True,) if contact and contact.load else (),
     )

@@ -27,7 +27,7 @@ from frictionsim.work_precision.outcome import Plan
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.solvers.multi_contact import MultiContactMechanism
+    from frictionsim.solvers.contacts import MultiContactMechanism
 
     AnyMechanism = Mechanism | MultiContactMechanism
 

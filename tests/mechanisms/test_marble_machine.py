@@ -1,6 +1,7 @@
 """The marble machine: torques of the paper, reconstruction, motion."""
 
-from math import pi, radians, sqrt
+import sys
+from math import inf, nextafter, pi, radians, sqrt
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,15 @@ from frictionsim.mechanisms.marble_machine.statics import limit_torques, mesh_of
 from frictionsim.results import Record
 from frictionsim.scenario.loading import validate
 from tests.support.problems import assert_agrees, cases
-from tests.support.scenarios import SCENARIOS, Scenario, mechanism_of, shipped, simulate
+from tests.support.scenarios import (
+    SCENARIOS,
+    Scenario,
+    changed,
+    mechanism_of,
+    run_anew,
+    shipped,
+    simulate,
+)
 
 LIFT, HOLD = 3.631e-3, 2.44e-3  # N m, the paper's
 LIFT_ONE = 0.007 * 9.81 * 0.0573425  # m g R, J
@@ -229,3 +238,38 @@ def test_only_named_effects_leave_a_trace() -> None:
     assert absent.isdisjoint(found)
     assert run.statistics.states == 3
     assert mechanism_of(run).contact is None
+
+
+def power_for_root(x: Any) -> Any:
+    """Return a square root as a power, which is off by no more than the last digit."""
+    found = x**0.5
+    assert np.all(np.abs(found - np.sqrt(x)) <= np.spacing(found))
+    return found
+
+
+def largest_change(one: Record, other: Record) -> float:
+    """Return the largest change of a channel, relative to its scale."""
+    sizes = {name: np.max(np.abs(values)) for name, values in one.channels.items()}
+    return max(
+        float(np.max(np.abs(values - other.channels[name])) / sizes[name])
+        for name, values in one.channels.items()
+        if sizes[name] > 0.0
+    )
+
+
+@pytest.mark.parametrize("name", ["marble_machine", "hard/motor_runs_back"])
+def test_the_last_digit_of_roots_changes_a_run_as_that_of_a_radius_does(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Steps are chosen by estimates of tiny errors, so that rounding changes them by more."""
+    data = shipped(name)
+    run, radius = run_anew(data), data["mechanism"]["pinion_radius"]
+    nearest = [nextafter(radius, direction) for direction in (-inf, inf)]
+    others = [run_anew(changed(data, mechanism__pinion_radius=value)) for value in nearest]
+    for module, root in (("statics", "sqrt_of"), ("equation", "sqrt")):
+        found = sys.modules[f"frictionsim.mechanisms.marble_machine.{module}"]
+        monkeypatch.setattr(found, root, power_for_root)
+    with_powers = run_anew(data)
+    # Ten times: what rounding does to one run and to another.
+    most = 10.0 * max(largest_change(run, other) for other in others)
+    assert 0.0 < largest_change(run, with_powers) < most < 1e-8

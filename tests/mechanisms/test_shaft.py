@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from frictionsim.mechanisms.shaft.equation import ROUNDING, _largest_excess_of, terms_of
-from frictionsim.mechanisms.shaft.loads import middle_and_range
+from frictionsim.mechanisms.shaft.equation import ROUNDING, largest_excess, shaft_of
+from frictionsim.mechanisms.shaft.loads import COUPLE, Load, loads_in, middle_and_range
 from frictionsim.mechanisms.shaft.statics import statics
 from frictionsim.results import failures
 from frictionsim.scenario import signals
@@ -190,16 +190,18 @@ def test_no_excess_is_above_its_bound() -> None:
             }
             for k in range(rng.randint(0, 2))
         ]
-        terms = terms_of(validate(loaded(drawn_size(rng, 1.0), forces), SCENARIOS))
-        bound, r_s, angle = _largest_excess_of(terms, 0.012), 0.012, rng.uniform(-3.0, 3.0)
+        shaft = shaft_of(validate(loaded(drawn_size(rng, 1.0), forces), SCENARIOS))
+        r_s, angle = 0.012, rng.uniform(-3.0, 3.0)
+
+        def excess(t: float, s: float, shaft: Any = shaft, angle: float = angle) -> float:
+            torque, across, up = shaft.torque_and_force(t, angle, 0.0)
+            return s * torque - 0.012 * hypot(across, up)
+
         for begin, end in ((0.0, 0.5), (0.5, 1.0)):
-            for s in (1, -1):
-                largest = max(
-                    s * terms.applied_torque(t, angle, 0.0)
-                    - r_s * hypot(terms.across(t, angle, 0.0), terms.up(t, angle, 0.0))
-                    for t in np.linspace(begin, end, 200, endpoint=False).tolist()
-                )
-                found = bound(s, angle, begin, end)
+            for s in (1.0, -1.0):
+                times = np.linspace(begin, end, 200, endpoint=False).tolist()
+                largest = max(excess(t, s) for t in times)
+                found = largest_excess(shaft, r_s, s, angle, begin, end)
                 assert found >= largest - ROUNDING * 10.0
                 close += found < largest + 0.1
     assert close > 60  # of 240: the bound is of use
@@ -217,7 +219,7 @@ def test_no_excess_is_above_its_bound() -> None:
 def test_the_range_of_a_signal(
     signal: Any, interval: tuple[float, float], low: float, high: float
 ) -> None:
-    middle, bound = middle_and_range(signal)(*interval)
+    middle, bound = middle_and_range(loads_in([Load(COUPLE, signal)], 0.0), 0, *interval)
     assert (middle - bound, middle + bound) == pytest.approx((low, high), abs=1e-12)
 
 

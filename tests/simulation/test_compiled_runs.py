@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -13,9 +13,11 @@ import frictionsim as fs
 from frictionsim.errors import BudgetExceeded
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import validate
-from frictionsim.simulation.single_dof import SingleDofSimulation
+from frictionsim.simulation.single_dof import RecordedSimulation
 from frictionsim.solvers import compilation, event_driven
-from frictionsim.solvers.compilation import Kernel
+from frictionsim.solvers.compilation import Kernel, compilable
+from tests.support.drawn_lifts import FAMILIES
+from tests.support.many_runs import interpret
 from tests.support.problems import LOAD
 from tests.support.scenarios import SCENARIOS, pulley
 
@@ -23,16 +25,17 @@ SINE = {"sine": {"mean": LOAD, "amplitude": 1000.0, "frequency_hz": 1.0}}
 # One form, which the tests that are not slow compile as well.
 SWINGS = pulley(drive__force=SINE, solver={"duration": 4.0, "rtol": 1e-6})
 SHIPPED = ["marble_machine", "epicyclic", "pulley_horizontal", "hard/motor_runs_back"]
-SHIPPED += ["hard/no_static_friction", "hard/decay"]
+SHIPPED += ["hard/no_static_friction", "hard/decay", "shaft", "hoist_drum", "swing_door"]
+SHIPPED += ["lift", "hard/lift_slack_rope", "hard/lift_moment_of_slack"]
 
 
-def simulation_of(scenario: fs.Scenario) -> SingleDofSimulation:
+def simulation_of(scenario: fs.Scenario) -> RecordedSimulation:
     simulation = mechanism_module(scenario.kind).simulation(scenario)
-    assert isinstance(simulation, SingleDofSimulation)
+    assert isinstance(simulation, RecordedSimulation)
     return simulation
 
 
-def recorded(simulation: SingleDofSimulation) -> Any:
+def recorded(simulation: RecordedSimulation) -> Any:
     """Return all that a run leaves."""
     recording = simulation._recording
     transitions = list(recording.transitions)
@@ -71,10 +74,22 @@ def test_compiled_code_has_the_bits_of_python(interval: float) -> None:
     assert as_compiled(scenario) == as_python(scenario)
 
 
+def drawn_lift(family: str, seed: int) -> fs.Scenario:
+    """Return a drawn lift."""
+    return validate({**FAMILIES[family](seed), "output": {"interval": 0.05}}, Path())
+
+
+@pytest.mark.parametrize(
+    ("family", "seed"), [("", 0), ("thrown", 3), ("gripped", 5), ("jammed", 3)]
+)
 def test_buffers_of_one_row_and_calls_of_one_step_change_no_bit(
-    monkeypatch: pytest.MonkeyPatch,
+    family: str, seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    scenario = validate({**SWINGS, "output": {"interval": 0.01}}, Path())
+    if family:
+        interpret(monkeypatch)  # lifts are compiled in the slow tests
+        scenario = drawn_lift(family, seed)
+    else:
+        scenario = validate({**SWINGS, "output": {"interval": 0.01}}, Path())
     expected = as_python(scenario)
     for name in ("COMPILED_BUFFERS", "PYTHON_BUFFERS"):
         monkeypatch.setattr(event_driven, name, (1, 1))
@@ -117,7 +132,8 @@ def test_a_run_that_fails_says_why_and_keeps_what_python_keeps() -> None:
 
 def test_what_cannot_be_compiled_is_said_before() -> None:
     reason = compilation.reason_against
-    system = simulation_of(validate(SWINGS, Path()))._mechanism.system
+    solver: Any = simulation_of(validate(SWINGS, Path()))._solver
+    system = solver._problem.system
     assert reason(system) == ""
     assert reason(system._replace(inertia=None)) == "a value of type NoneType"
     assert reason(system._replace(inertia=lambda: 1.0)) == "a value of type function"
@@ -143,6 +159,29 @@ def test_a_broken_compiler_is_one_warning(
     assert warning.endswith("(ImportError: no module named numba)")
 
 
+class Scale(NamedTuple):
+    factor: float
+
+    def times(self, x: float) -> float:
+        return self.factor * x
+
+
+class Repeated(NamedTuple):
+    times: float
+
+
+@compilable
+def scaled(scale: Scale, repeated: Repeated) -> float:
+    return scale.times(repeated.times)
+
+
+def test_a_method_hides_no_field_of_its_name_in_another_class() -> None:
+    """Equations have a method `power`, parts of belts a field: both are compiled in a process."""
+    arguments = Scale(2.0), Repeated(3.0)
+    function = Kernel(scaled, arguments).compiled(lambda function: function(*arguments))
+    assert function(*arguments) == 6.0
+
+
 MODULE = """
 from typing import NamedTuple
 
@@ -163,7 +202,7 @@ def product(factor: Factor, x: float) -> float:
 PROCESS = """
 from pathlib import Path
 from factor_module import Factor, product
-from frictionsim.solvers.compilation import Kernel
+from frictionsim.solvers.compilation import Kernel, compilable
 kernel = Kernel(product, (Factor(2.0),))
 before = kernel.is_at_hand
 function = kernel.compiled(lambda function: function(Factor(2.0), 1.5))

@@ -21,7 +21,7 @@ from frictionsim.solvers.compilation import Kernel
 from tests.support.drawn_scenarios import gears, pulleys, shafts
 from tests.support.many_runs import alone, content, interpret, varied
 from tests.support.problems import CORD_RADIUS, LOAD, R_S, cases
-from tests.support.scenarios import changed, pulley
+from tests.support.scenarios import changed, pulley, shipped
 
 SINE = {"sine": {"mean": LOAD, "amplitude": 1000.0, "frequency_hz": 1.0}}
 RETURN = {"time": [0.0, 0.8, 1.6, 2.4], "value": [1832.6, 3113.75, 3113.75, 1832.6]}
@@ -45,6 +45,7 @@ FACTORS = (0.9, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1)
 HINGED = changed(
     GEAR, solver__duration=2.0, effects={"gravity": {"g": 9.81}, "hinge_friction": HINGE}
 )
+CRANK = shipped("shaft", solver__rtol=1e-7)
 SWEEPS: list[tuple[dict[str, Any], str, tuple[float, ...]]] = [
     (pulley(), "mechanism.load", (0.0, 1000.0, LOAD, 2500.0, 3e3, 5e3)),  # some do not move
     (pulley(), "drive.force.value.1", (1832.7, 2000.0, 3113.75, 9000.0)),
@@ -85,6 +86,8 @@ SWEEPS: list[tuple[dict[str, Any], str, tuple[float, ...]]] = [
     (pulley(drive__force=SINE), "solver.rtol", (1e-3, 1e-6, 1e-9)),
     (pulley(drive__force=RETURN), "solver.duration", (0.1, 0.8, 3.0, 6.0)),
     (HINGED, "mechanism.planet_mass", (0.1, 0.5, 1.0, 3.0)),
+    (CRANK, "effects.shaft_friction.mu_k", (0.0, 0.1, 0.18, 0.25)),
+    (CRANK, "forces.load.size", (350.0, 400.0, 420.0)),
 ]
 
 
@@ -123,6 +126,13 @@ def test_numbers_are_joined_and_the_rest_has_to_be_alike() -> None:
     for unlike in ((3.0, "down", 2), (3.0, "up", 3)):
         with pytest.raises(Unlike):
             joined([(1.0, "up", 2), unlike])
+
+
+def test_runs_with_tables_that_differ_are_done_alone() -> None:
+    """Their equations read the tables when the samples are observed."""
+    sizes = sweep(CRANK, "forces.effort.size.value.2", (220.0, 230.0))
+    assert run_many(sizes) == [None, None]
+    assert None not in run_many(sizes[:1] * 2)
 
 
 @pytest.mark.parametrize(("data", "key", "values"), SWEEPS)

@@ -10,7 +10,7 @@ from numpy.polynomial import Polynomial
 from frictionsim.results import Record
 from frictionsim.scenario.loading import validate
 from frictionsim.simulation.simulate import run
-from frictionsim.solvers.end_stops import StopContact
+from frictionsim.solvers.end_stops import first_impact
 from tests.simulation.test_resume import calls_of, stopping
 from tests.support.end_stops_reference import drawn_body, events_of, mirrored
 from tests.support.scenarios import SCENARIOS, changed, mechanism_of, simulate, sound, with_method
@@ -185,8 +185,8 @@ class _Step:
     def interpolate(self, t: float) -> list[float]:
         return [float(self._angle(t)), float(self._angle.deriv()(t)), *self._others]
 
-    def rhs(self, t: float, y: list[float], dy: list[float]) -> None:
-        dy[:2] = y[1], float(self._angle.deriv(2)(t))
+    def acceleration(self, t: float, y: list[float]) -> float:
+        return float(self._angle.deriv(2)(t))
 
 
 @pytest.mark.parametrize("top", [0.03, 0.2, 0.45, 0.8])
@@ -203,7 +203,7 @@ def test_a_body_that_turns_twice_within_a_step_hits_the_stop_in_between(top: flo
         rates = (s * (angle + HIGHEST + excess)).coef.tolist()
         step = _Step(rates, top + 0.12, states)
         assert abs(step.y[0]) < HIGHEST
-        time = StopContact(mechanism).first_impact(step, step.rhs)
+        time = first_impact(step, mechanism.stops, step.acceleration)
         if not hit:
             assert time == inf
         else:

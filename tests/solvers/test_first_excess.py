@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from math import cos, inf, pi, sin
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 from hypothesis import given
@@ -12,6 +12,13 @@ from frictionsim.solvers.first_excess import MAX_STEPS, time_of_excess
 from frictionsim.solvers.root_finding import bracket_root
 
 TIE = 1e-14
+
+
+class Excess(NamedTuple):
+    """A function of the time, and its derivative."""
+
+    at: Callable[[float], float]
+    slope: Callable[[float], float]
 
 
 def searched(
@@ -30,7 +37,7 @@ def searched(
 
     t = 0.0
     while t < end:
-        t = time_of_excess(counted, slope, curvature, (t, end), TIE)
+        t = time_of_excess(Excess(counted, slope), curvature, t, end, TIE)
         if value(t) > 0.0:
             return t, calls
     return inf, calls
@@ -81,7 +88,8 @@ def test_one_call_takes_a_bounded_number_of_steps() -> None:
     """Between calls a run can be interrupted, however long the rest is."""
     value, slope, curvature = sine(-0.1, 1e6)
     calls = []
-    found = time_of_excess(lambda t: calls.append(t) or value(t), slope, curvature, (0.0, 1.0), TIE)
+    counted = Excess(lambda t: calls.append(t) or value(t), slope)
+    found = time_of_excess(counted, curvature, 0.0, 1.0, TIE)
     assert 0.0 < found < 1.0
     assert len(calls) <= MAX_STEPS
 
@@ -95,11 +103,11 @@ def test_linear_functions_take_a_handful_of_evaluations(begin: float) -> None:
         calls.append(t)
         return 0.7 * (t - begin) - 0.35
 
-    found = time_of_excess(value, lambda t: 0.7, 0.0, (begin, begin + 1.0), TIE)
+    found = time_of_excess(Excess(value, lambda t: 0.7), 0.0, begin, begin + 1.0, TIE)
     assert found == pytest.approx(begin + 0.5, rel=1e-12)
     assert value(found) > 0.0
     assert len(calls) < 12
-    falling = time_of_excess(lambda t: -t - 1.0, lambda t: -1.0, 0.0, (0.0, 1.0), TIE)
+    falling = time_of_excess(Excess(lambda t: -t - 1.0, lambda t: -1.0), 0.0, 0.0, 1.0, TIE)
     assert falling == 1.0
 
 

@@ -1,75 +1,138 @@
 """The solver of several contacts: order, location of events, and the choice of modes."""
 
-from collections.abc import Sequence
-from typing import Any
+from array import array
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
 from frictionsim.errors import SolverError
-from frictionsim.results import BACKWARD, FORWARD, STICK
-from frictionsim.scenario.signals import Constant
-from frictionsim.solvers.multi_contact import (
-    Balance,
-    FrictionContact,
-    Modes,
+from frictionsim.mechanisms.pulley import build
+from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
+from frictionsim.scenario.loading import validate
+from frictionsim.scenario.signals import Constant, Curve, PiecewiseLinear, curve_of
+from frictionsim.solvers import multi_contact_location
+from frictionsim.solvers.common import SampleBuffer, SampleTimes
+from frictionsim.solvers.contacts import (
+    Contact,
+    ContactTable,
+    Friction,
     MultiContactMechanism,
+    Unilateral,
+    table_of,
 )
-from frictionsim.solvers.multi_contact_events import PLACES, Event, first_events
-from frictionsim.solvers.multi_contact_modes import Margin, Released, consistent_modes
+from frictionsim.solvers.event_driven import SOLVER
+from frictionsim.solvers.multi_contact_location import find_first_events
+from frictionsim.solvers.multi_contact_modes import write_consistent_modes
+from frictionsim.solvers.multi_contact_state import (
+    ACCELERATION,
+    ENDS,
+    FORCES,
+    LENGTH,
+    MODES,
+    RELEASED_NOW,
+    RESTING,
+    write_phase,
+)
+from frictionsim.solvers.one_contact_state import HELD, INSIDE, SAMPLED_UNTIL, T_NEW
+from frictionsim.solvers.problems import MultiContactProblem
 from tests.support.lifts import CORD, SHAFT, events, lift, ramp, solved, times
+from tests.support.scenarios import SCENARIOS
 
-NOTHING = Balance((0.0,), (0.0,))
 BALANCED = {"effects__hanging_masses__car": 80.0}
+Margins = list[Callable[[float], float]]
 
 
-def search(margins: dict[str, Any], of_force: bool, tie: float = 0.0) -> list[Event]:
-    """Return the first events of functions of the time from 0 to 1 s, named by contact."""
-    made = [
-        Margin(i, 1, of_force, lambda b, q, v, f=f: f(q[0]), lambda u, b: tie)  # type: ignore[misc]
-        for i, f in enumerate(margins.values())
-    ]
+class Bodies(NamedTuple):
+    """What the loop asks of the equations of several bodies; the balance is a field."""
 
-    def at(t: float) -> tuple[float, Balance, Sequence[float], Sequence[float]]:
-        return 0.0, NOTHING, (t,), (t,)
+    contacts: ContactTable
+    coordinates: int
+    balance: Callable[[float, Any, int], None]
+    drive: Curve = curve_of(Constant(0.0))
 
-    places = [(place, 0.0 < place < 1.0) for place in PLACES]
-    return first_events(made, at, places, at, 1.0)
+    def powers(self, u: float, s: Any, y: int) -> tuple[float, ...]:
+        return (u * s[y + self.coordinates],)
+
+
+def form(place: int, width: int, value: float = 1.0) -> tuple[float, ...]:
+    return tuple(value if i == place else 0.0 for i in range(width))
+
+
+@pytest.fixture
+def search(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Return a search for the first events of functions of the time from 0 to 1 s.
+
+    It returns their numbers, the last time at which they held, and the time.
+    """
+
+    def of(margins: Margins, of_force: bool, tie: float = 0.0) -> tuple[list[int], float, float]:
+        m = len(margins)
+        contacts = [
+            Contact(f"rope {i}", i, Unilateral(), form(2 + i, 2 + m), form(0, 2 + m, tie))
+            for i in range(m)
+        ]
+        s = array("d", bytes(8 * LENGTH))
+        s[MODES : MODES + m] = array("d", [TAUT if of_force else SLACK] * m)
+
+        def write(t: float) -> None:
+            values = array("d", [margin(t) for margin in margins])
+            s[INSIDE : INSIDE + m] = s[FORCES : FORCES + m] = values
+            s[FORCES - 2] = 1.0
+
+        for name, place in (("write_at", 3), ("write_cubic", 2)):
+            at: Any = lambda *arguments, place=place: write(arguments[place])  # noqa: E731
+            monkeypatch.setattr(multi_contact_location, name, at)
+        system: Any = Bodies(table_of(contacts), m, lambda u, s, y: None)
+        write_phase(system, s)
+        s[RESTING], s[T_NEW] = 0.0, 1.0
+        run = problem_of_lift().run._replace(end=1.0)
+        find_first_events(system, run, s)
+        return [i for i in range(m) if s[ENDS + i] != 0.0], s[HELD], s[SAMPLED_UNTIL]
+
+    return of
+
+
+def problem_of_lift() -> MultiContactProblem:
+    scenario: Any = validate(lift(), SCENARIOS)
+    mechanism: Any = build(scenario)
+    return MultiContactProblem(mechanism, scenario.solver, SampleBuffer(SampleTimes(1.0, 1.0)))
 
 
 @pytest.mark.parametrize("middle", [0.0005, 0.004, 0.2, 0.45, 0.7, 0.97, 0.9992])
 @pytest.mark.parametrize("of_force", [True, False])
 def test_a_margin_that_is_used_up_and_restored_within_a_step_is_seen(
-    middle: float, of_force: bool
+    middle: float, of_force: bool, search: Any
 ) -> None:
     depth = 1e-9 if 0.01 < middle < 0.99 else 1e-13
-    found = search({"a": lambda t: (t - middle) ** 2 - depth}, of_force)
-    assert [event.time for event in found] == pytest.approx([middle - depth**0.5], abs=1e-9)
+    found, _, time = search([lambda t: (t - middle) ** 2 - depth], of_force)
+    assert found == [0]
+    assert time == pytest.approx(middle - depth**0.5, abs=1e-9)
 
 
-def test_a_margin_that_is_nearly_used_up_lasts() -> None:
-    assert search({"a": lambda t: (t - 0.4) ** 2 + 1e-9}, False) == []
+def test_a_margin_that_is_nearly_used_up_lasts(search: Any) -> None:
+    assert search([lambda t: (t - 0.4) ** 2 + 1e-9], False)[0] == []
 
 
-def test_the_first_of_several_margins_ends_the_step_and_ties_end_it_together() -> None:
-    found = search(
-        {"a": lambda t: 0.7 - t, "b": lambda t: 0.3 - t, "c": lambda t: 0.6 - 2 * t}, True
-    )
-    assert [event.margin.contact for event in found] == [1, 2]
-    assert found[0].held <= 0.3 <= found[0].time + 1e-16
+def test_the_first_of_several_margins_ends_the_step_and_ties_end_it_together(search: Any) -> None:
+    margins = [lambda t: 0.7 - t, lambda t: 0.3 - t, lambda t: 0.6 - 2 * t]
+    found, held, time = search(margins, True)
+    assert found == [1, 2]
+    assert held <= 0.3 <= time + 1e-16
 
 
-def test_a_force_may_equal_its_limit_but_a_velocity_ends_at_zero() -> None:
-    assert search({"a": lambda t: 0.0 * t}, True, tie=1e-12) == []
-    assert search({"a": lambda t: -1e-13}, True, tie=1e-12) == []
-    assert [event.time for event in search({"a": lambda t: 1.0 - t}, False)] == [1.0]
+def test_a_force_may_equal_its_limit_but_a_velocity_ends_at_zero(search: Any) -> None:
+    assert search([lambda t: 0.0 * t], True, 1e-12)[0] == []
+    assert search([lambda t: -1e-13], True, 1e-12)[0] == []
+    assert search([lambda t: 1.0 - t], False)[2] == 1.0
 
 
-def test_the_zero_at_the_start_of_a_motion_does_not_count() -> None:
-    assert search({"a": lambda t: t * t}, False) == []
-    found = search({"a": lambda t: t * (0.01 - t)}, False)
-    assert [event.time for event in found] == pytest.approx([0.01], abs=1e-12)
-    assert [event.time for event in search({"a": lambda t: -t}, False)] == [0.0]
+def test_the_zero_at_the_start_of_a_motion_does_not_count(search: Any) -> None:
+    assert search([lambda t: t * t], False)[0] == []
+    found, _, time = search([lambda t: t * (0.01 - t)], False)
+    assert (found, time) == ([0], pytest.approx(0.01, abs=1e-12))
+    assert search([lambda t: -t], False)[0::2] == ([0], 0.0)
 
 
 def error_with_step(step: float) -> float:
@@ -109,63 +172,123 @@ def test_events_agree_for_loose_and_tight_tolerances() -> None:
     assert times(loose) == pytest.approx(times(tight), abs=1e-6)
 
 
-def sliding_block(load_per_acceleration: float, driving: float) -> MultiContactMechanism:
+def sliding_block(load_per_acceleration: float, driving: float) -> Bodies:
     """Return a block of 1 kg and mu = 0.5 whose load is 1 N plus a part of the acceleration."""
 
-    def balance(u: float, q: Sequence[float], v: Sequence[float], modes: Modes) -> Balance:
-        if modes[0] == STICK:
-            return Balance((0.0,), (-driving, 1.0))
-        shift = 0.5 * modes[0]
-        acceleration = (driving - shift) / (1.0 + shift * load_per_acceleration)
-        load = 1.0 + load_per_acceleration * acceleration
-        return Balance((acceleration,), (-shift * load, load))
+    def balance(u: float, s: Any, y: int) -> None:
+        shift, acceleration, friction = 0.5 * s[MODES], 0.0, -driving
+        if s[MODES] != STICK:
+            acceleration = (driving - shift) / (1.0 + shift * load_per_acceleration)
+            friction = -shift * (1.0 + load_per_acceleration * acceleration)
+        s[ACCELERATION] = acceleration
+        s[FORCES], s[FORCES + 1] = friction, 1.0 + load_per_acceleration * acceleration
 
-    contact = FrictionContact(
-        "block",
-        0,
-        force=lambda forces: forces[0],
-        static_limit=lambda forces, s: 0.5 * forces[1],
-        kinetic_limit=lambda forces, s: 0.5 * forces[1],
-        roundoff=lambda u, forces: 1e-12,
-    )
+    return Bodies(table_of([BLOCK]), 1, balance)
+
+
+LIMITS = form(3, 4, 0.5), form(3, 4, 0.5)
+BLOCK = Contact("block", 0, Friction(LIMITS, LIMITS), form(2, 4), form(0, 4, 1e-12))
+
+
+def modes_from_rest(system: Bodies, now: list[int]) -> tuple[float, ...]:
+    s, m = array("d", bytes(8 * LENGTH)), len(now)
+    s[RELEASED_NOW : RELEASED_NOW + m] = array("d", now)
+    write_consistent_modes(system, problem_of_lift().run, s)
+    return tuple(s[MODES : MODES + m])
+
+
+def test_the_contact_holds_at_its_limit_and_gives_way_beyond_it() -> None:
+    assert modes_from_rest(sliding_block(0.0, 0.5), [0]) == (STICK,)
+    assert modes_from_rest(sliding_block(0.0, -0.50001), [0]) == (BACKWARD,)
+    # Located at its limit, it gives way, although roundoff would let it hold.
+    assert modes_from_rest(sliding_block(0.0, 0.5), [FORWARD]) == (FORWARD,)
+
+
+def integrated(system: Any, contacts: list[Contact], duration: float) -> Any:
+    """Return the samples and transitions of bodies that start at rest."""
     nothing: Any = lambda *arguments: {}  # noqa: E731
-    return MultiContactMechanism(
+    rest = (0.0,) * system.coordinates
+    mechanism = MultiContactMechanism(
         drive=Constant(0.0),
-        contacts=(contact,),
-        balance=balance,
-        impact=nothing,
-        forces=2,
-        power_flows={},
-        stored_energies={},
-        position=(0.0,),
-        velocity=(0.0,),
+        system=system,
+        contacts=tuple(contacts),
+        power_flows=("energy_input",),
+        stored_energies=(),
+        position=rest,
+        velocity=rest,
         channels=nothing,
         channel_info={},
         quantities=nothing,
         effects=(),
         energy_scale=1.0,
     )
-
-
-def modes_from_rest(mechanism: MultiContactMechanism, now: dict[int, int]) -> Modes:
-    return consistent_modes(mechanism, 0.0, (0.0,), (0.0,), Released(now, {}))
-
-
-def test_the_contact_holds_at_its_limit_and_gives_way_beyond_it() -> None:
-    assert modes_from_rest(sliding_block(0.0, 0.5), {}) == (STICK,)
-    assert modes_from_rest(sliding_block(0.0, -0.50001), {}) == (BACKWARD,)
-    # Located at its limit, it gives way, although roundoff would let it hold.
-    assert modes_from_rest(sliding_block(0.0, 0.5), {0: FORWARD}) == (FORWARD,)
+    settings = validate(lift(solver__duration=duration), SCENARIOS).solver
+    buffer = SampleBuffer(SampleTimes(duration, duration))
+    SOLVER(mechanism, settings, buffer).run(lambda t: None)
+    return buffer
 
 
 def test_equations_without_a_solution_are_an_error() -> None:
     with pytest.raises(SolverError) as error:
-        modes_from_rest(sliding_block(-3.0, 0.6), {})
+        integrated(sliding_block(-3.0, 0.6), [BLOCK], 1.0)
     assert str(error.value) == (
         "at t = 0 s no combination of sticking, sliding and slack satisfies the equations of the"
         " motion on the contacts 'block': the friction is too large for them; check the"
         " coefficients of friction and the radius of the shaft"
     )
+
+
+def test_more_contacts_than_have_room_are_refused() -> None:
+    contacts = [BLOCK._replace(name=f"block {i}", coordinate=i) for i in range(33)]
+    system = Bodies(table_of(contacts), 33, lambda u, s, y: None)
+    with pytest.raises(ValueError, match="found 100 states, 2 forces, 33 contacts"):
+        integrated(system, contacts, 1.0)
+
+
+def test_a_pile_of_blocks_slips_from_top_to_bottom_and_comes_to_rest_together() -> None:
+    """Three blocks on each other and on the ground; a force on the lowest rises, then is gone."""
+    m, g = np.array([3.0, 2.0, 1.0]), 10.0
+    mu = np.array([0.1, 0.3, 0.2])  # of the ground, and of the blocks on it
+    limits = mu * g * np.cumsum(m[::-1])[::-1]
+    top = 60.0  # N; up to it the force rises by 20 N/s
+
+    def balance(u: float, s: Any, y: int) -> None:
+        matrix, right = np.zeros((6, 6)), np.zeros(6)  # accelerations of blocks, frictions below
+        right[0] = u
+        for i in range(3):
+            matrix[i, i], matrix[i, 3 + i] = m[i], -1.0
+            if i < 2:
+                matrix[i, 4 + i] = 1.0
+            if s[MODES + i] == STICK:
+                matrix[3 + i, i], matrix[3 + i, i - 1] = 1.0, -1.0 if i else 0.0
+            else:
+                matrix[3 + i, 3 + i], right[3 + i] = 1.0, -s[MODES + i] * limits[i]
+        found = np.linalg.solve(matrix, right)
+        for i in range(3):
+            moves = s[MODES + i] != STICK
+            s[ACCELERATION + i] = moves * (found[i] - (found[i - 1] if i else 0.0))
+            s[FORCES + i] = found[3 + i]
+
+    contacts = []
+    for i in range(3):
+        law = Friction((form(0, 5, limits[i]),) * 2, (form(0, 5, limits[i]),) * 2)
+        contacts.append(Contact(f"below {i}", i, law, form(2 + i, 5), form(0, 5, 1e-12)))
+    signal = PiecewiseLinear([0.0, top / 20.0, top / 20.0 + 1e-3], [0.0, top, 0.0])
+    system = Bodies(table_of(contacts), 3, balance, curve_of(signal))
+    buffer = integrated(system, contacts, 40.0)
+    # The ground, then the top block at its mu g, then the middle one with that on it.
+    of_middle = (mu[1] * (m[1] + m[2]) - mu[2] * m[2]) * g / m[1]
+    forces = (
+        limits[0],
+        limits[0] + m.sum() * mu[2] * g,
+        limits[0] + limits[2] + (m[0] + m[1]) * of_middle,
+    )
+    slips = [(e.time, e.contact) for e in buffer.transitions if e.mode_from == STICK]
+    expected = [(f / 20.0, f"below {i}") for f, i in zip(forces, (0, 2, 1), strict=True)]
+    assert slips == [(pytest.approx(t, abs=1e-11), name) for t, name in expected]
+    assert buffer.rows[-7:-4].tolist() == [STICK, STICK, STICK]
+    work, *heats = buffer.rows[-4:]
+    assert sum(heats) == pytest.approx(work, rel=1e-10)
 
 
 def test_two_contacts_hold_in_turn_before_both_give_way() -> None:
@@ -174,21 +297,16 @@ def test_two_contacts_hold_in_turn_before_both_give_way() -> None:
     Its acceleration is roundoff of the wrong sign; if the other gave way, it would be positive.
     """
 
-    def balance(u: float, q: Sequence[float], v: Sequence[float], modes: Modes) -> Balance:
-        first = 1.0 if modes[1] else -1e-17
-        return Balance((first if modes[0] else 0.0, float(modes[1])), (0.0, 0.0))
+    def balance(u: float, s: Any, y: int) -> None:
+        first = 1.0 if s[MODES + 1] else -1e-17
+        s[ACCELERATION] = first if s[MODES] else 0.0
+        s[ACCELERATION + 1] = s[MODES + 1]
+        s[FORCES] = s[FORCES + 1] = 0.0
 
-    contacts = tuple(
-        FrictionContact(
-            name,
-            i,
-            force=lambda forces: 0.0,
-            static_limit=lambda forces, s: 1.0,
-            kinetic_limit=lambda forces, s: 1.0,
-            roundoff=lambda u, forces: 1e-12,
-        )
+    limits = form(0, 4), form(0, 4)
+    contacts = [
+        Contact(name, i, Friction(limits, limits), form(2, 4), form(0, 4, 1e-12))
         for i, name in enumerate(("shaft", "cord"))
-    )
-    mechanism = sliding_block(0.0, 0.0)._replace(balance=balance, contacts=contacts)
-    found = consistent_modes(mechanism, 0.0, (0.0,) * 2, (0.0,) * 2, Released({0: FORWARD}, {}))
-    assert found == (FORWARD, STICK)
+    ]
+    system = Bodies(table_of(contacts), 2, balance)
+    assert modes_from_rest(system, [FORWARD, 0]) == (FORWARD, STICK)

@@ -27,7 +27,6 @@ from frictionsim.scenario.signals import Curve, Signal, curve_of
 from frictionsim.solvers.compilation import compilable
 from frictionsim.solvers.mechanism import (
     Mechanism,
-    SwitchingSurface,
     Trajectory,
     Value,
     equation_of,
@@ -147,7 +146,6 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
         channels=channels,
         quantities=quantities,
         run_warnings=run_warnings,
-        switching_surfaces=() if published else switching_surfaces(terms),
         prescribed=prescribed,
         **set_up(scenario) | ({"velocity": signal(0.0)} if prescribed else {}),
     )
@@ -214,6 +212,7 @@ class RadialBalance(NamedTuple):
     """The switching surface on which the radial load is zero."""
 
     mesh: MeshUnderRadialLoad
+    event: str = ""
     is_event: bool = False
     is_of_table: bool = False
 
@@ -255,6 +254,16 @@ class EpicyclicGear(NamedTuple):
     def powers(self, torque: Value, angle: Value, velocity: Value) -> tuple[Value, ...]:
         """Return the power of the torque, W."""
         return (torque * velocity,)
+
+    def torques_and_powers(
+        self, u: Value, angle: Value, velocity: Value, s: Value
+    ) -> tuple[Value, Value, tuple[Value, ...]]:
+        """Return the applied torque, its kinetic limit and the powers."""
+        return (
+            self.applied_torque(u, angle, velocity),
+            self.kinetic_limit(u, angle, velocity, s),
+            self.powers(u, angle, velocity),
+        )
 
     def stored_energies(self, angle: Value, velocity: Value) -> tuple[Value, ...]:
         """Return the kinetic energy, and the potential one with gravity, J."""
@@ -370,15 +379,6 @@ def contact_of(terms: EquationTerms, gear: EpicyclicGear, law: dict[str, Any]) -
     parts = {"hinge": terms.hinge is not None, "mesh": terms.rolls}
     name = "+".join(name for name, is_there in parts.items() if is_there)
     return friction_of(gear, name, law) if name else None
-
-
-def switching_surfaces(terms: EquationTerms) -> tuple[SwitchingSurface, ...]:
-    """Return where the load of the rolling friction, an absolute value, is zero."""
-    if not terms.rolls:
-        return ()
-    if terms.radial:
-        return (SwitchingSurface(terms.mesh.balance),)
-    return (SwitchingSurface(every=pi),)
 
 
 def uniform_torque_mean(scenario: EpicyclicScenario, speed: float) -> float:

@@ -33,7 +33,6 @@ from frictionsim.scenario.signals import Constant, Curve, Signal, curve_of
 from frictionsim.solvers.compilation import compilable
 from frictionsim.solvers.mechanism import (
     Mechanism,
-    SwitchingSurface,
     Trajectory,
     Value,
     equation_of,
@@ -130,6 +129,16 @@ class MarbleMachine(NamedTuple):
         powers: tuple[Value, ...] = with_damping_power((power,), self.damping, velocity)
         return powers
 
+    def torques_and_powers(
+        self, u: Value, angle: Value, velocity: Value, s: Value
+    ) -> tuple[Value, Value, tuple[Value, ...]]:
+        """Return the applied torque, its kinetic limit and the powers."""
+        return (
+            self.applied_torque(u, angle, velocity),
+            self.kinetic_limit(u, angle, velocity, s),
+            self.powers(u, angle, velocity),
+        )
+
     def stored_energies(self, angle: Value, velocity: Value) -> tuple[Value, ...]:
         """Return the kinetic energy, and the potential one with gravity, J."""
         kinetic = kinetic_energy_of(self.inertia, velocity)
@@ -214,7 +223,7 @@ def system_of(scenario: MarbleMachineScenario) -> tuple[Signal, MarbleMachine]:
             if ratio != 0.0
         ),
         breaks=array("d"),
-        surfaces=(MultiplesOf(p, is_event=True),),
+        surfaces=(MultiplesOf(p, is_event=True, event="transfer"),),
     )
 
 
@@ -264,7 +273,6 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
         channels=channels,
         quantities=quantities,
         run_warnings=run_warnings,
-        switching_surfaces=(SwitchingSurface(every=p, event="transfer"),),
         **equation_of(system, flows, stored),
         **set_up(scenario),
     )

@@ -27,7 +27,7 @@ from frictionsim.scenario.signals import Curve, curve_of
 from frictionsim.solvers.mechanism import Mechanism, Trajectory, Value, equation_of, friction_of
 
 if TYPE_CHECKING:
-    from frictionsim.solvers.multi_contact import MultiContactMechanism
+    from frictionsim.solvers.contacts import MultiContactMechanism
 
 
 class VerticalForce(NamedTuple):
@@ -132,6 +132,17 @@ class Pulley(NamedTuple):
         """Return the powers of drive and damping, W."""
         powers: tuple[Value, ...] = with_damping_power((self.load.power(u, w),), self.damping, w)
         return powers
+
+    def torques_and_powers(
+        self, u: Value, angle: Value, w: Value, s: Value
+    ) -> tuple[Value, Value, tuple[Value, ...]]:
+        """Return the applied torque, its kinetic limit and the powers."""
+        load = self.load
+        return (
+            with_damping(load.moment(u), self.damping, w),
+            self.journal[0].r_k * load.shaft_reaction(u),
+            with_damping_power((load.power(u, w),), self.damping, w),
+        )
 
     def stored_energies(self, angle: Value, w: Value) -> tuple[Value, ...]:
         """Return the kinetic energy, and the potential one of the load, J."""

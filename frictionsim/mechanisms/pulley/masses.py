@@ -60,25 +60,37 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.effects import CONTACT_NAME, ROUNDING
+from frictionsim.mechanisms.effects import (
+    CONTACT_NAME,
+    ROUNDING,
+    Damping,
+    Journal,
+    damping_of,
+    journal_of,
+    with_damping,
+    with_damping_power,
+)
 from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_of_lift
-from frictionsim.results import FORWARD, SLACK, STICK, TAUT, Check, Quantities, Quantity, Transition
+from frictionsim.results import FORWARD, SLACK, STICK, Check, Quantities, Quantity, Transition
 from frictionsim.scenario.signal_tables import extremes
-from frictionsim.solvers.multi_contact import (
-    Balance,
+from frictionsim.scenario.signals import Curve, curve_of
+from frictionsim.solvers.compilation import compilable
+from frictionsim.solvers.contacts import (
     Contact,
-    FrictionContact,
-    Impact,
-    Modes,
+    ContactTable,
+    Form,
+    Friction,
     MultiContactMechanism,
-    UnilateralContact,
+    Unilateral,
     Value,
     Vector,
+    table_of,
 )
+from frictionsim.solvers.multi_contact_state import ACCELERATION, FORCES, HEATS, MODES
 
 if TYPE_CHECKING:
-    from frictionsim.solvers.multi_contact import Contact, MultiContactTrajectory
+    from frictionsim.solvers.contacts import MultiContactTrajectory
 
 
 TORQUE, CAR, OTHER = 0, 1, 2  # in `Balance.forces`: friction torque of the shaft, T1, T2
@@ -91,14 +103,14 @@ Heights = Callable[[Any], tuple[Any, Any]]
 
 
 def outputs(
-    scenario: PulleyScenario, contacts: "tuple[Contact, ...]", heights: Heights
+    scenario: PulleyScenario, contacts: Sequence[Contact], heights: Heights
 ) -> dict[str, Any]:
     """Return the arguments of the mechanism that say what is recorded.
 
     Parameters
     ----------
     scenario : PulleyScenario
-    contacts : tuple of Contact
+    contacts : sequence of Contact
     heights : callable
         The heights of car and counterweight, of the coordinates.
     """
@@ -224,319 +236,344 @@ def _run_warnings(transitions: Sequence[Transition]) -> list[str]:
     return warnings
 
 
-class Shock(NamedTuple):
-    """The state after an impact, and the energy lost.
+class Impact(NamedTuple):
+    """An impact under way.
 
     Attributes
     ----------
     w : float, rad/s
+        Speed of the pulley, positive against the pull of the rope that becomes taut.
     rate : float, m/s
-        Of the gap; exactly zero without restitution.
-    other_slackens : bool
-        The rope of the other side, taut before, does not pull in the impact: its body flies on.
-    rope_loss, heat : float, J
-        What is lost in the rope and by the friction of the shaft.
+        Of the gap.
+    other : float, kg
+        Mass on the rope of the other side; 0 if that is slack, or does not pull in the impact.
+    work, taken_up, heat : float, J
+        Work that the rope holds, and has taken up; heat of the friction of the shaft.
     """
 
     w: float
     rate: float
-    other_slackens: bool
-    rope_loss: float
+    other: float
+    work: float
+    taken_up: float
     heat: float
 
 
+@compilable
+def slowing_of(n: LiftParameters, other: float, w: float) -> float:
+    """Return k, by how much an impulse slows the pulley down, up to the next stop of the shaft."""
+    if w == 0.0 and n.r_s >= n.r:
+        return 0.0
+    shift = n.r_k if w > 0.0 else -n.r_k
+    return (n.r + shift) / (n.inertia + other * n.r * (n.r - shift))
+
+
+@compilable
+def begun(n: LiftParameters, impact: Impact) -> Impact:
+    """Return an impact at the begin of a piece: the other rope falls slack where k < 0."""
+    w, rate, other, work, taken_up, heat = impact
+    if slowing_of(n, other, w) < 0.0:
+        other = 0.0
+    return Impact(w, rate, other, work, taken_up, heat)
+
+
+@compilable
+def softness_of(n: LiftParameters, own: float, impact: Impact) -> float:
+    """Return by how much an impulse changes the rate of the gap."""
+    return 1.0 / own + n.r * slowing_of(n, impact.other, impact.w)
+
+
+@compilable
+def stop_of(n: LiftParameters, impact: Impact) -> float:
+    """Return the impulse at which the shaft stops, N s; inf if it does not."""
+    slowing = slowing_of(n, impact.other, impact.w)
+    return impact.w / slowing if impact.w * slowing > 0.0 else inf
+
+
+@compilable
+def pulled(n: LiftParameters, own: float, impact: Impact, impulse: float) -> Impact:
+    """Return an impact after an impulse, N s, at most to the stop of the shaft."""
+    slowing, stop = slowing_of(n, impact.other, impact.w), stop_of(n, impact)
+    step = min(impulse, stop)
+    w = impact.w - slowing * step if impulse < stop else 0.0
+    rate = impact.rate + softness_of(n, own, impact) * step
+    work = -0.5 * (impact.rate + rate) * step
+    friction = n.r_k * (1.0 + impact.other * n.r * slowing)
+    if impact.w == 0.0 and n.r_s >= n.r:
+        friction = 0.0
+    heat = friction * 0.5 * abs(impact.w + w) * step
+    taken_up = impact.taken_up + max(work, 0.0)
+    return Impact(w, rate, impact.other, impact.work + work, taken_up, impact.heat + heat)
+
+
+@compilable
 def shock(
-    n: LiftParameters, masses: tuple[float, float], w: float, rate: float, restitution: float
-) -> Shock:
-    """Return the velocities after an impact.
+    n: LiftParameters, own: float, other: float, w: float, rate: float, restitution: float
+) -> Impact:
+    """Return the end of an impact; the rate of the gap is exactly zero without restitution.
 
     Parameters
     ----------
     n : LiftParameters
-    masses : (float, float), kg
-        On the rope that becomes taut, and on the other, zero if that is slack.
-    w : float, rad/s
-        Speed of the pulley, positive against the pull of the rope that becomes taut.
-    rate : float, m/s
-        Of the gap, negative.
-    restitution : float
+    own, other : float, kg
+        Masses on the rope that becomes taut, and on the other, zero if that is slack.
+    w, rate, restitution : float
+        As of `Impact`, before it; the rate is negative.
     """
-    impact = _Impact(n, masses, w, rate)
-    while impact.rate < 0.0 and not impact.pull(-impact.rate / impact.softness):
-        pass
-    impact.rate = 0.0
-    given_back = restitution * restitution * impact.work
-    while given_back > 0.0:
-        softness, rate = impact.softness, impact.rate
-        until = sqrt(rate * rate + 2.0 * softness * given_back)
-        before = impact.work
-        if impact.pull((until - rate) / softness):
+    impact = begun(n, Impact(w, rate, other, 0.0, 0.0, 0.0))
+    while impact.rate < 0.0:
+        impulse = -impact.rate / softness_of(n, own, impact)
+        whole = impulse < stop_of(n, impact)
+        impact = pulled(n, own, impact, impulse)
+        if whole:
             break
+        impact = begun(n, impact)
+    w, rate, other, work, taken_up, heat = impact
+    impact = Impact(w, 0.0, other, work, taken_up, heat)
+    given_back = restitution * restitution * work
+    while given_back > 0.0:
+        softness, before = softness_of(n, own, impact), impact.work
+        until = sqrt(impact.rate * impact.rate + 2.0 * softness * given_back)
+        impulse = (until - impact.rate) / softness
+        whole = impulse < stop_of(n, impact)
+        impact = pulled(n, own, impact, impulse)
+        if whole:
+            break
+        impact = begun(n, impact)
         given_back -= before - impact.work
-    rope_loss = (1.0 - restitution * restitution) * impact.taken_up
-    return Shock(impact.w, impact.rate, impact.other_slackens, rope_loss, impact.heat)
-
-
-class _Impact:
-    """An impact under way: speeds and works, advanced piece by piece."""
-
-    def __init__(
-        self, n: LiftParameters, masses: tuple[float, float], w: float, rate: float
-    ) -> None:
-        self._n = n
-        self._own, self._other = masses
-        self.w, self.rate = w, rate
-        self.work = self.taken_up = self.heat = 0.0  # work that the rope holds, and has taken up
-        self.other_slackens = False
-        self._begin_piece()
-
-    def _begin_piece(self) -> None:
-        """Set how the speeds depend on the impulse, from here to the next stop of the shaft."""
-        n = self._n
-        self._slowing = self._friction = 0.0
-        if self.w != 0.0 or n.r_s < n.r:
-            shift = n.r_k if self.w > 0.0 else -n.r_k
-            self._slowing = (n.r + shift) / (n.inertia + self._other * n.r * (n.r - shift))
-            if self._slowing < 0.0:
-                self.other_slackens = self._other > 0.0
-                self._other = 0.0
-                self._slowing = (n.r + shift) / n.inertia
-            self._friction = n.r_k * (1.0 + self._other * n.r * self._slowing)
-        self.softness = 1.0 / self._own + n.r * self._slowing
-
-    def pull(self, impulse: float) -> bool:
-        """Advance by an impulse, N s, or until the shaft stops; return whether by all of it."""
-        stop = self.w / self._slowing if self.w * self._slowing > 0.0 else inf
-        whole = impulse < stop
-        step = impulse if whole else stop
-        w = self.w - self._slowing * step if whole else 0.0
-        rate = self.rate + self.softness * step
-        work = -0.5 * (self.rate + rate) * step
-        self.work += work
-        self.taken_up += max(work, 0.0)
-        self.heat += self._friction * 0.5 * abs(self.w + w) * step
-        self.w, self.rate = w, rate
-        if not whole:
-            self._begin_piece()
-        return whole
+    return impact
 
 
 TURN, GAP_1, GAP_2 = 0, 1, 2  # coordinates
 
 
+@compilable
+def shaft_sticks(journal: tuple[Journal, ...], s: Any) -> bool:
+    """Return whether there is dry friction in the shaft, and it sticks."""
+    if len(journal) == 0:
+        return False
+    return s[MODES] == STICK
+
+
+@compilable
+def shift_of(journal: tuple[Journal, ...], s: Any) -> float:
+    """Return s r_k of a shaft that slides, m."""
+    if len(journal) == 0:
+        return 0.0
+    return s[MODES] * journal[0].r_k
+
+
+class Cord(NamedTuple):
+    """The ratio of the tensions of a cord that slips."""
+
+    ratio: float
+
+
+class Lift(NamedTuple):
+    """The equations of masses on a cord, which may fall slack, or with cord friction slip.
+
+    The coordinates are the angle and the gaps; a massless end has none, since its tension is P. A
+    cord that may slip is always taut: its slip is in the place of the gaps. The shaft, if it has
+    friction, is the first contact.
+
+    Attributes
+    ----------
+    P_per_u, tau_per_u : float
+        The drive is a force P on the cord or a torque tau on the pulley: 1 and 0, or 0 and 1.
+    """
+
+    drive: Curve
+    contacts: ContactTable
+    coordinates: int
+    n: LiftParameters
+    P_per_u: float
+    tau_per_u: float
+    journal: tuple[Journal, ...]
+    damping: tuple[Damping, ...]
+    cord: tuple[Cord, ...]
+
+    def balance(self, u: float, s: Any, y: int) -> None:
+        """Write accelerations and tensions for the modes of shaft and cord."""
+        if not write_slipping(self.cord, self, u, s, y):
+            write_rigid(self, u, s, y)
+
+    def impact(self, contact: int, restitution: float, s: Any, y: int) -> None:
+        """Change the state by the impact in which the rope of a side becomes taut."""
+        n, first, v = self.n, len(self.journal), y + self.coordinates
+        side = contact - first
+        sign = 1.0 - 2.0 * side
+        gap, far = v + GAP_1 + side, v + GAP_2 - side
+        own, other = (n.m1, n.m2) if side == 0 else (n.m2, n.m1)
+        if s[MODES + first + 1 - side] == SLACK:
+            other = 0.0
+        w = s[v + TURN]
+        after = shock(n, own, other, sign * w, s[gap], restitution)
+        s[v + TURN], s[gap] = sign * after.w, after.rate
+        if self.coordinates == 3 and after.other == 0.0:
+            # The body of a slack rope flies on, the rim changes its speed.
+            s[far] += n.r * (after.w - sign * w)
+        s[HEATS + contact] += (1.0 - restitution * restitution) * after.taken_up
+        if first > 0:
+            s[HEATS] += after.heat
+
+    def heights(self, angle: Value, first: Value, last: Value) -> tuple[Value, Value]:
+        """Return x1 and x2, or their rates, of the coordinates: the angle, the next, the last."""
+        rim = self.n.r * angle
+        if self.coordinates == 3:
+            return rim + first, last - rim
+        return rim + first, -(rim + len(self.cord) * first)
+
+    def powers(self, u: float, s: Any, y: int) -> tuple[float, ...]:
+        """Return the powers of drive and damping, W."""
+        v, n = y + self.coordinates, self.coordinates
+        w = s[v + TURN]
+        rise = self.heights(w, s[v + 1], s[v + n - 1])[1]
+        drive = self.tau_per_u * u * w - self.P_per_u * u * rise
+        powers: tuple[float, ...] = with_damping_power((drive,), self.damping, w)
+        return powers
+
+    def stored_energies(self, q: Vector, v: Vector) -> tuple[Value, Value]:
+        """Return the kinetic energy, and the potential one of the masses, J."""
+        n, w = self.n, v[TURN]
+        x1, x2 = self.heights(q[TURN], q[1], q[-1])
+        v1, v2 = self.heights(w, v[1], v[-1])
+        kinetic = 0.5 * (n.inertia * w * w + n.m1 * v1 * v1 + n.m2 * v2 * v2)
+        return kinetic, n.m1 * n.g * x1 + n.m2 * n.g * x2
+
+
+@compilable
+def write_rigid(lift: Lift, u: float, s: Any, y: int) -> None:
+    """Write accelerations and tensions of a cord that does not slip."""
+    n, w = lift.n, s[y + lift.coordinates + TURN]
+    weight_1, weight_2 = n.m1 * n.g, n.m2 * n.g + lift.P_per_u * u
+    torque = with_damping(lift.tau_per_u * u, lift.damping, w)
+    # Of a side that is always taut, the mode is that of the cord, or 0 as of any that is not there.
+    first = MODES + len(lift.journal)
+    taut_1, taut_2 = s[first] != SLACK, s[first + 1] != SLACK
+    sticks, shift = shaft_sticks(lift.journal, s), shift_of(lift.journal, s)
+    acceleration = 0.0
+    if not sticks:
+        arm_1, arm_2 = n.r + shift, n.r - shift
+        inertia, driving = n.inertia, torque
+        if taut_1:
+            inertia += n.m1 * n.r * arm_1
+            driving -= weight_1 * arm_1
+        if taut_2:
+            inertia += n.m2 * n.r * arm_2
+            driving += weight_2 * arm_2
+        acceleration = driving / inertia
+    rim = n.r * acceleration
+    t1 = weight_1 + n.m1 * rim if taut_1 else 0.0
+    t2 = weight_2 - n.m2 * rim if taut_2 else 0.0
+    s[FORCES + TORQUE] = -((t2 - t1) * n.r + torque) if sticks else -shift * (t1 + t2)
+    s[FORCES + CAR], s[FORCES + OTHER] = t1, t2
+    s[ACCELERATION + TURN] = acceleration
+    s[ACCELERATION + GAP_1] = 0.0 if taut_1 else -weight_1 / n.m1 - rim
+    if lift.coordinates == 3:
+        s[ACCELERATION + GAP_2] = 0.0 if taut_2 else rim - weight_2 / n.m2
+
+
+@compilable
+def write_slipping(cord: tuple[Cord, ...], lift: Lift, u: float, s: Any, y: int) -> bool:
+    """Write accelerations and tensions of a cord that slips; return whether it does."""
+    if len(cord) == 0:
+        return False
+    sigma, n = s[MODES + len(lift.journal)], lift.n
+    if sigma == STICK:
+        return False
+    torque = with_damping(lift.tau_per_u * u, lift.damping, s[y + lift.coordinates + TURN])
+    ratio = cord[0].ratio if sigma == FORWARD else 1.0 / cord[0].ratio
+    weight_1, weight_2 = n.m1 * n.g, n.m2 * n.g + lift.P_per_u * u
+    t1 = (weight_1 * n.m2 + weight_2 * n.m1) / (n.m2 + ratio * n.m1)
+    t2 = ratio * t1
+    of_cord = (t1 - weight_1) / n.m1
+    unbalance = (t2 - t1) * n.r + torque
+    acceleration, friction = 0.0, -unbalance
+    if not shaft_sticks(lift.journal, s):
+        friction = -shift_of(lift.journal, s) * (t1 + t2)
+        acceleration = (unbalance + friction) / n.inertia
+    s[ACCELERATION + TURN] = acceleration
+    s[ACCELERATION + SLIP] = of_cord - n.r * acceleration
+    s[FORCES + TORQUE], s[FORCES + CAR], s[FORCES + OTHER] = friction, t1, t2
+    return True
+
+
 def with_masses(scenario: PulleyScenario) -> MultiContactMechanism:
     """Return the mechanism, composed of the effects in the scenario."""
-    n, start = scenario.lift_parameters, scenario.mechanism
-    shaft = _shaft(n) if scenario.effects.shaft_friction else ()
-    equations = (
-        SlippingCord(n, bool(shaft)) if scenario.effects.cord_friction else Ropes(n, bool(shaft))
+    n, start, effects = scenario.lift_parameters, scenario.mechanism, scenario.effects
+    masses, shaft = effects.hanging_masses, effects.shaft_friction
+    assert masses is not None  # of which it is one
+    contacts = [_shaft(n)] if shaft else []
+    cord = (Cord(n.kinetic_ratio),) if effects.cord_friction else ()
+    coordinates = 2 if cord or n.m2 == 0.0 else 3
+    if cord:
+        contacts.append(_cord(n))
+    else:
+        law = Unilateral(masses.restitution, masses.capture_speed)
+        contacts += [_rope(n, law, side) for side in range(coordinates - 1)]
+    damping = damping_of(effects.viscous_damping)
+    flows = ("energy_input", *(["energy_damping"] if damping else []))
+    system = Lift(
+        curve_of(scenario.drive_signal),
+        table_of(contacts),
+        coordinates,
+        n,
+        P_per_u=0.0 if n.by_torque else 1.0,
+        tau_per_u=1.0 if n.by_torque else 0.0,
+        journal=journal_of(shaft),
+        damping=damping,
+        cord=cord,
     )
-    contacts: tuple[Contact, ...] = (*shaft, *equations.contacts(scenario))
-    rest = (0.0,) * (equations.coordinates - 1)
-    flows: dict[str, Any] = {"energy_input": equations.power}
-    if scenario.effects.viscous_damping is not None:
-        flows["energy_damping"] = lambda u, q, v: n.damping * v[TURN] * v[TURN]
-    angle = radians(start.initial_angle_deg)
+    rest = (0.0,) * (coordinates - 1)
     return MultiContactMechanism(
         drive=scenario.drive_signal,
-        contacts=contacts,
-        balance=equations.balance,
-        impact=equations.impact,
-        forces=3,
+        system=system,
+        contacts=tuple(contacts),
         power_flows=flows,
-        stored_energies={
-            "energy_kinetic": equations.kinetic,
-            "energy_potential": equations.potential,
-        },
-        position=(angle, *rest),
+        stored_energies=("energy_kinetic", "energy_potential"),
+        position=(radians(start.initial_angle_deg), *rest),
         velocity=(start.initial_angular_velocity, *rest),
         effects=scenario.effect_names,
         channel_info=scenario.CHANNELS,
-        **outputs(scenario, contacts, equations.heights),
+        **outputs(scenario, contacts, lambda q: system.heights(q[TURN], q[1], q[-1])),
     )
 
 
-def _shaft(n: LiftParameters) -> tuple[FrictionContact]:
-    def roundoff(u: Value, forces: Vector) -> Value:
-        torque, t1, t2 = forces
-        driving = abs(u) * (1.0 if n.by_torque else n.r)
-        return ROUNDING * (n.r * (abs(t1) + abs(t2)) + abs(torque) + driving)
+# The forms of contacts are of 1, the drive, and the forces T, T1, T2.
 
-    return (
-        FrictionContact(
-            CONTACT_NAME,
-            TURN,
-            force=lambda forces: forces[TORQUE],
-            static_limit=lambda forces, s: n.r_s * (forces[CAR] + forces[OTHER]),
-            kinetic_limit=lambda forces, s: n.r_k * (forces[CAR] + forces[OTHER]),
-            roundoff=roundoff,
-        ),
+
+def _shaft(n: LiftParameters) -> Contact:
+    """Return the contact of the shaft: its friction T has the limits r_s (T1 + T2)."""
+    static, kinetic = (0.0, 0.0, 0.0, n.r_s, n.r_s), (0.0, 0.0, 0.0, n.r_k, n.r_k)
+    driving = ROUNDING * (1.0 if n.by_torque else n.r)
+    return Contact(
+        CONTACT_NAME,
+        TURN,
+        Friction((static, static), (kinetic, kinetic)),
+        force=(0.0, 0.0, 1.0, 0.0, 0.0),
+        roundoff=(0.0, driving, ROUNDING, ROUNDING * n.r, ROUNDING * n.r),
     )
 
 
-class Ropes:
-    """The equations of masses on a cord that does not slip, and may fall slack.
+def _rope(n: LiftParameters, law: Unilateral, side: int) -> Contact:
+    """Return the contact of a rope, 0 of the car: its force is its tension."""
+    driving = ROUNDING / n.r if n.by_torque else ROUNDING
+    weights = ROUNDING * (n.weight_1 + n.weight_2)
+    tension = (0.0, 0.0, 0.0, 1.0, 0.0) if side == 0 else (0.0, 0.0, 0.0, 0.0, 1.0)
+    roundoff = (weights, driving, 0.0, 0.0, 0.0)
+    return Contact((CAR_ROPE, COUNTERWEIGHT_ROPE)[side], GAP_1 + side, law, tension, roundoff)
 
-    The coordinates are the angle and the gaps; a massless end has none, since its tension is P.
 
-    Parameters
-    ----------
-    n : LiftParameters
-    has_shaft_friction : bool
-        Then the first of the modes is that of the shaft.
+def _cord(n: LiftParameters) -> Contact:
+    """Return the contact of the cord: its friction T1 - T2 acts on the cord, along its slip.
+
+    The limit is (ratio - 1) times the tension behind: T1 where it slips forward, else T2.
     """
 
-    def __init__(self, n: LiftParameters, has_shaft_friction: bool) -> None:
-        self._n = n
-        self._first = int(has_shaft_friction)
-        self.coordinates = 3 if n.m2 > 0.0 else 2
+    def limits(ratio: float) -> tuple[Form, Form]:
+        return (0.0, 0.0, 0.0, ratio - 1.0, 0.0), (0.0, 0.0, 0.0, 0.0, ratio - 1.0)
 
-    def contacts(self, scenario: PulleyScenario) -> tuple[Contact, ...]:
-        """Return the contacts beside the shaft."""
-        n, masses = self._n, scenario.effects.hanging_masses
-        assert masses is not None
-        bounce = masses.restitution, masses.capture_speed
-
-        def roundoff(u: Value, forces: Vector) -> Value:
-            driving = abs(u) / n.r if n.by_torque else abs(u)
-            return ROUNDING * (n.weight_1 + n.weight_2 + driving)
-
-        car = UnilateralContact(CAR_ROPE, GAP_1, lambda forces: forces[CAR], roundoff, *bounce)
-        if self.coordinates == 2:
-            return (car,)
-        name = COUNTERWEIGHT_ROPE
-        return car, UnilateralContact(name, GAP_2, lambda f: f[OTHER], roundoff, *bounce)
-
-    def _taut(self, modes: Modes) -> tuple[bool, bool]:
-        """Return whether each side is taut; an end without mass is."""
-        first = self._first
-        return modes[first] == TAUT, self.coordinates == 2 or modes[first + 1] == TAUT
-
-    def balance(self, u: float, q: Sequence[float], v: Sequence[float], modes: Modes) -> Balance:
-        """Return accelerations and tensions for the modes of shaft and ropes."""
-        n = self._n
-        force, torque = (0.0, u) if n.by_torque else (u, 0.0)
-        weight_1, weight_2 = n.weight_1, n.weight_2 + force
-        taut_1, taut_2 = self._taut(modes)
-        torque -= n.damping * v[TURN]
-        sticks = bool(self._first) and modes[0] == STICK
-        shift = modes[0] * n.r_k if self._first else 0.0
-        acceleration = 0.0
-        if not sticks:
-            arm_1, arm_2 = n.r + shift, n.r - shift
-            inertia, driving = n.inertia, torque
-            if taut_1:
-                inertia += n.m1 * n.r * arm_1
-                driving -= weight_1 * arm_1
-            if taut_2:
-                inertia += n.m2 * n.r * arm_2
-                driving += weight_2 * arm_2
-            acceleration = driving / inertia
-        rim = n.r * acceleration
-        t1 = weight_1 + n.m1 * rim if taut_1 else 0.0
-        t2 = weight_2 - n.m2 * rim if taut_2 else 0.0
-        friction = -((t2 - t1) * n.r + torque) if sticks else -shift * (t1 + t2)
-        gap_1 = 0.0 if taut_1 else -weight_1 / n.m1 - rim
-        if self.coordinates == 2:
-            return Balance((acceleration, gap_1), (friction, t1, t2))
-        gap_2 = 0.0 if taut_2 else rim - weight_2 / n.m2
-        return Balance((acceleration, gap_1, gap_2), (friction, t1, t2))
-
-    def impact(self, contact: int, v: Sequence[float], modes: Modes, restitution: float) -> Impact:
-        """Return the state after the impact in which the rope of a side becomes taut."""
-        n, velocity = self._n, list(v)
-        of_car = contact == self._first
-        gap, far = (GAP_1, GAP_2) if of_car else (GAP_2, GAP_1)
-        own, other = (n.m1, n.m2) if of_car else (n.m2, n.m1)
-        side = 1.0 if of_car else -1.0
-        is_taut = self._taut(modes)[1 if of_car else 0]
-        found = shock(n, (own, other if is_taut else 0.0), side * v[TURN], v[gap], restitution)
-        velocity[TURN], velocity[gap] = side * found.w, found.rate
-        if not is_taut or found.other_slackens:  # its body flies on, the rim changes its speed
-            velocity[far] += n.r * (found.w - side * v[TURN])
-        losses = {"energy_impact": found.rope_loss}
-        if self._first:
-            losses["energy_friction"] = found.heat
-        return Impact(velocity, losses)
-
-    def heights(self, q: Vector) -> tuple[Value, Value]:
-        """Return x1 and x2 of the coordinates, or their rates of rates."""
-        rim = self._n.r * q[TURN]
-        return rim + q[GAP_1], (q[GAP_2] - rim if self.coordinates == 3 else -rim)
-
-    def power(self, u: Value, q: Vector, v: Vector) -> Value:
-        """Return the power of the drive, W."""
-        return u * v[TURN] if self._n.by_torque else -u * self.heights(v)[1]
-
-    def kinetic(self, q: Vector, v: Vector) -> Value:
-        """Return the kinetic energy, J."""
-        n, (v1, v2) = self._n, self.heights(v)
-        return 0.5 * (n.inertia * v[TURN] * v[TURN] + n.m1 * v1 * v1 + n.m2 * v2 * v2)
-
-    def potential(self, q: Vector, v: Vector) -> Value:
-        """Return the potential energy of the masses, J."""
-        x1, x2 = self.heights(q)
-        return self._n.weight_1 * x1 + self._n.weight_2 * x2
-
-
-class SlippingCord(Ropes):
-    """The equations of masses on a cord that may slip, and is always taut.
-
-    The coordinates are the angle and the slip c = x - r theta.
-    """
-
-    def __init__(self, n: LiftParameters, has_shaft_friction: bool) -> None:
-        super().__init__(n, has_shaft_friction)
-        self.coordinates = 2
-
-    def contacts(self, scenario: PulleyScenario) -> tuple[Contact, ...]:
-        """Return the contact of the cord: its friction T1 - T2 acts on the cord, along its slip."""
-        n = self._n
-
-        def limit(forces: Vector, s: Value, ratio: float) -> Value:
-            # (ratio - 1) times the tension behind: T1 where it slips forward, else T2.
-            behind = 0.5 * (1 + s) * forces[CAR] + 0.5 * (1 - s) * forces[OTHER]
-            return (ratio - 1.0) * behind
-
-        def roundoff(u: Value, forces: Vector) -> Value:
-            return ROUNDING * n.static_ratio * (abs(forces[CAR]) + abs(forces[OTHER]))
-
-        return (
-            FrictionContact(
-                CORD,
-                SLIP,
-                force=lambda forces: forces[CAR] - forces[OTHER],
-                static_limit=lambda forces, s: limit(forces, s, n.static_ratio),
-                kinetic_limit=lambda forces, s: limit(forces, s, n.kinetic_ratio),
-                roundoff=roundoff,
-                heat="energy_cord_friction",
-            ),
-        )
-
-    def _taut(self, modes: Modes) -> tuple[bool, bool]:
-        return True, True
-
-    def balance(self, u: float, q: Sequence[float], v: Sequence[float], modes: Modes) -> Balance:
-        """Return accelerations and tensions for the modes of shaft and cord."""
-        sigma = modes[self._first]
-        if sigma == STICK:
-            return super().balance(u, q, v, modes)
-        n = self._n
-        force, torque = (0.0, u) if n.by_torque else (u, 0.0)
-        torque -= n.damping * v[TURN]
-        ratio = n.kinetic_ratio if sigma == FORWARD else 1.0 / n.kinetic_ratio
-        weight_1, weight_2 = n.weight_1, n.weight_2 + force
-        t1 = (weight_1 * n.m2 + weight_2 * n.m1) / (n.m2 + ratio * n.m1)
-        t2 = ratio * t1
-        of_cord = (t1 - weight_1) / n.m1
-        unbalance = (t2 - t1) * n.r + torque
-        if self._first and modes[0] == STICK:
-            return Balance((0.0, of_cord), (-unbalance, t1, t2))
-        friction = -modes[0] * n.r_k * (t1 + t2) if self._first else 0.0
-        acceleration = (unbalance + friction) / n.inertia
-        return Balance((acceleration, of_cord - n.r * acceleration), (friction, t1, t2))
-
-    def heights(self, q: Vector) -> tuple[Value, Value]:
-        """Return x1 = x and x2 = -x of the coordinates, or their rates of rates."""
-        x = self._n.r * q[TURN] + q[SLIP]
-        return x, -x
+    law = Friction(limits(n.static_ratio), limits(n.kinetic_ratio), heat="energy_cord_friction")
+    tensions = ROUNDING * n.static_ratio
+    roundoff = (0.0, 0.0, 0.0, tensions, tensions)
+    return Contact(CORD, SLIP, law, (0.0, 0.0, 0.0, 1.0, -1.0), roundoff)

@@ -22,32 +22,37 @@ The model is in
 
     schema            the scenario's tables
     loads             forces and couples: moment and resultant over time, angle and speed
-    equation          the terms of the equation of motion: friction, end stops, potential energy
+    equation          the equation of motion as data: friction, end stops, energies
     unknowns          the keys for which eq 24 can be solved
     balance           the body at rest, linear in one unknown, and the roots of eq 24
     statics           the body at rest, the smallest and the largest root over a turn
     free_body         where each force acts, for pictures
 """
 
+from frictionsim.mechanisms.effects import CONTACT_NAME
 from frictionsim.mechanisms.shaft.equation import (
-    contact_of,
-    impact_quantities,
     load_on_shaft,
     loads_of,
-    many_impacts,
-    potential_of,
-    stops_of,
-    terms_of,
-    with_stops,
+    shaft_of,
+    turns_with_body,
 )
-from frictionsim.mechanisms.shaft.loads import Elapsed, Loads
+from frictionsim.mechanisms.shaft.impacts import impact_quantities, many_impacts
+from frictionsim.mechanisms.shaft.loads import Elapsed
 from frictionsim.mechanisms.shaft.schema import ShaftScenario
 from frictionsim.mechanisms.shaft.statics import breakaway_values, check_unknown
 from frictionsim.mechanisms.shaft.statics import statics as statics
 from frictionsim.mechanisms.single_dof import METRICS as METRICS
-from frictionsim.mechanisms.single_dof import kinetic_energy, set_up, simulation_of
+from frictionsim.mechanisms.single_dof import set_up, simulation_of, sqrt
 from frictionsim.results import Quantities, Quantity
-from frictionsim.solvers.mechanism import Mechanism, Trajectory, Value
+from frictionsim.solvers.end_stops import ENERGY
+from frictionsim.solvers.mechanism import (
+    Mechanism,
+    Trajectory,
+    Value,
+    equation_of,
+    friction_of,
+    stop_torque,
+)
 
 SCENARIO = ShaftScenario
 ShaftScenario.CHECKS = (check_unknown,)
@@ -58,71 +63,63 @@ PANELS = ("applied_torque", "friction_torque", "angular_velocity", "angle")
 
 def build(scenario: ShaftScenario) -> Mechanism:
     """Return the mechanism, composed of the effects in the scenario."""
-    terms, effects = terms_of(scenario), scenario.effects
-    stops = stops_of(scenario, terms)
-    driven = Loads(loads_of(scenario)[: len(scenario.forces) + len(scenario.couples)]).component(0)
-    power_flows = {
-        "energy_input": lambda time, angle, velocity: driven(time, angle, velocity) * velocity
-    }
-    if effects.viscous_damping is not None:
-        b = effects.viscous_damping.coefficient
-        power_flows["energy_damping"] = lambda time, angle, velocity: b * velocity * velocity
-    if stops is not None:
-        power_flows["energy_impact"] = lambda time, angle, velocity: 0.0
-    stored_energies = {"energy_kinetic": kinetic_energy(scenario.inertia)}
-    potential = potential_of(scenario)
-    if potential is not None:
-        stored_energies["energy_potential"] = potential
+    shaft, effects = shaft_of(scenario), scenario.effects
+
+    def reaction(trajectory: Trajectory) -> tuple[Value, Value, Value]:
+        """Return the size of the force on the shaft, and its components, N."""
+        time, angle, velocity = trajectory.drive, trajectory.position, trajectory.velocity
+        x, y = load_on_shaft(shaft, time, angle, velocity, trajectory.acceleration)
+        return sqrt(x * x + y * y), x, y
 
     def channels(trajectory: Trajectory) -> dict[str, Value]:
-        time, angle, velocity = trajectory.drive, trajectory.position, trajectory.velocity
-        x, y = load_on_shaft(scenario, terms, trajectory)
-        torque = terms.applied_torque(time, angle, velocity)
-        stop_channels = (
-            {} if stops is None else {"stop_torque": stops.torque(torque, angle, velocity)}
-        )
-        return {
+        size, x, y = reaction(trajectory)
+        angle, velocity = trajectory.position, trajectory.velocity
+        torque, _, _ = shaft.torque_and_force(trajectory.drive, angle, velocity)
+        values = {
             "applied_torque": torque,
-            **stop_channels,
-            "shaft_reaction": (x * x + y * y) ** 0.5,
+            "shaft_reaction": size,
             "reaction_x": -x,
             "reaction_y": -y,
         }
+        if shaft.stops:
+            values["stop_torque"] = stop_torque(shaft.stops[0], torque, angle, velocity)
+        return values
 
     breakaway = breakaway_values(scenario)
 
     def quantities(trajectory: Trajectory) -> Quantities:
         if not trajectory.time.size:
             return breakaway
-        x, y = load_on_shaft(scenario, terms, trajectory)
-        peak = float(((x * x + y * y) ** 0.5 + 0.0 * trajectory.time).max())
+        peak = float((reaction(trajectory)[0] + 0.0 * trajectory.time).max())
         values = {"shaft_reaction_peak": Quantity(peak, "N")} | breakaway
-        return values if stops is None else values | impact_quantities(trajectory)
+        return values | impact_quantities(trajectory) if shaft.stops else values
 
-    eccentric = effects.eccentric_mass
-    turns = terms.loads.turns or (eccentric is not None and eccentric.first_moment > 0.0)
+    turns = turns_with_body(scenario, shaft)
 
     def run_warnings(trajectory: Trajectory) -> list[str]:
         from frictionsim.simulation.run_warnings import hidden_turns
 
-        warnings = [] if stops is None else many_impacts(trajectory)
+        warnings = many_impacts(trajectory) if shaft.stops else []
         if not turns:
             return warnings
         duration, interval = scenario.solver.duration, scenario.interval
         return warnings + hidden_turns(trajectory.position, trajectory.velocity, interval, duration)
 
+    damping, friction = effects.viscous_damping, effects.shaft_friction
+    flows = ("energy_input", *["energy_damping"] * bool(damping), *[ENERGY] * bool(shaft.stops))
+    has_potential = bool(shaft.weight or shaft.spring)
+    contact = None
+    if friction:
+        contact = friction_of(shaft, CONTACT_NAME, friction.law_of_contact())
+        contact = contact._replace(first_excess=shaft.first_excess)
     return Mechanism(
-        drive=Elapsed([load.size for load in terms.loads.over_time]),
-        inertia=scenario.inertia,
-        applied_torque=with_stops(terms.applied_torque, stops),
-        contact=contact_of(scenario, terms, stops) if effects.shaft_friction else None,
-        power_flows=power_flows,
-        stored_energies=stored_energies,
+        drive=Elapsed(tuple(load.size for load in loads_of(scenario) if load.over == "time")),
+        contact=contact,
         channels=channels,
         quantities=quantities,
-        switching_surfaces=terms.loads.surfaces(),
-        stops=stops,
+        stops=shaft.stops[0] if shaft.stops else None,
         run_warnings=run_warnings,
+        **equation_of(shaft, flows, ("energy_kinetic", "energy_potential")[: 1 + has_potential]),
         **set_up(scenario),
     )
 

@@ -23,7 +23,15 @@ from math import copysign, frexp, hypot, inf, radians, sqrt
 from typing import NamedTuple
 
 from frictionsim.mechanisms.effects import friction_radius
-from frictionsim.mechanisms.shaft.equation import EquationTerms, scale_of, terms_of
+from frictionsim.mechanisms.shaft.equation import Shaft, loads_of, shaft_of, weights_of
+from frictionsim.mechanisms.shaft.loads import (
+    COUPLE,
+    NONE,
+    Load,
+    Triple,
+    scaled,
+)
+from frictionsim.mechanisms.shaft.loads import sum_of as sum_of_triples
 from frictionsim.mechanisms.shaft.schema import Force, ShaftScenario
 from frictionsim.mechanisms.shaft.unknowns import Unknown
 from frictionsim.scenario.signal_tables import AngleTable
@@ -39,9 +47,6 @@ COUNTER_CLOCKWISE, CLOCKWISE, BOTH = 1, -1, 0
 # A difference counts as zero if it is no larger, relative to the terms that it is left of. Rounding
 # of the terms leaves 1e-15 of them; no arm and no coefficient of friction is known to 1e-12.
 TIE = 1e-12
-
-# Moment and components of the resultant, N m, N, N; or these per unit of the unknown.
-Triple = tuple[float, float, float]
 
 
 class Root(NamedTuple):
@@ -208,30 +213,36 @@ def _sign(x: float) -> int:
 
 
 class Sum(NamedTuple):
-    """The loads of a scenario at rest."""
+    """The loads of a scenario at rest, weights included, and their sum as of the equation."""
 
     scenario: ShaftScenario
-    terms: EquationTerms
+    shaft: Shaft
+    loads: list[Load]
 
     def at(self, time: float, angle: float) -> Triple:
         """Return moment, N m, and components of the resultant, N."""
-        _, _, applied_torque, across, up = self.terms
-        return (
-            applied_torque(time, angle, 0.0),
-            across(time, angle, 0.0),
-            up(time, angle, 0.0),
-        )
+        return self.shaft.torque_and_force(time, angle, 0.0)
 
     def slopes(self, time: float, angle: float) -> Triple:
         """Return their derivatives over the angle, per rad."""
-        moment, across, up = self.terms.loads.slopes(time, angle)
-        spring = self.scenario.effects.torsion_spring
-        return moment - (spring.stiffness if spring is not None else 0.0), across, up
+        total = NONE
+        for load in self.loads:
+            size = load.at_rest(time, angle)
+            total = sum_of_triples(total, scaled(load.arms.slopes.at(angle), size))
+            if load.over == "angle":
+                rate = load.size.derivative(angle)
+                total = sum_of_triples(total, scaled(load.arms.at(angle), rate))
+        moment, across, up = total
+        return moment - sum(spring.k for spring in self.shaft.spring), across, up
 
     def scale(self, time: float, angle: float) -> float:
         """Return the sum of the terms of moment and friction, N m."""
-        scale: float = scale_of(self.scenario, self.terms)(time, angle)
+        scale: float = self.shaft.terms(time, angle)
         return scale
+
+    def total_force(self, time: float, angle: float) -> float:
+        """Return the sum of the sizes of all forces, N."""
+        return sum(abs(load.at_rest(time, angle)) for load in self.loads if load.arms != COUPLE)
 
 
 class Balance(NamedTuple):
@@ -321,12 +332,12 @@ def reaction_of(loads: Sum, time: float, angle: float) -> float:
     """Return the resultant of loads at an angle, rad, in N; zero where they leave a tie."""
     _, across, up = loads.at(time, angle)
     found = hypot(across, up)
-    return found if found > TIE * loads.terms.loads.total_force(time, angle) else 0.0
+    return found if found > TIE * loads.total_force(time, angle) else 0.0
 
 
 def sum_of(scenario: ShaftScenario) -> Sum:
     """Return the loads of a scenario at rest."""
-    return Sum(scenario, terms_of(scenario))
+    return Sum(scenario, shaft_of(scenario), loads_of(scenario) + weights_of(scenario))
 
 
 def balance_of(scenario: ShaftScenario, unknown: Unknown, time: float) -> Balance:
@@ -461,7 +472,7 @@ def features_at(balance: Balance, degrees: float) -> tuple[tuple[float, float], 
     if balance.unknown.label == MU_S:
         most = journal.shaft_radius * hypot(across, up)
         return (moment, scale), (most - abs(moment), most + abs(moment))
-    force = balance.given.terms.loads.total_force(balance.time, angle)
+    force = balance.given.total_force(balance.time, angle)
     return (moment, scale), (hypot(across, up), force)
 
 

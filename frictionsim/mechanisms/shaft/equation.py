@@ -1,45 +1,388 @@
-"""The equation of motion of a body on a shaft: its terms, dry friction, energies, end stops."""
+"""The equation of motion of a body on a shaft, as data with the terms of its effects."""
 
-from collections.abc import Callable, Sequence
-from math import hypot, radians
+from array import array
+from collections.abc import Sequence
+from math import radians
 from sys import float_info
 from typing import Any, NamedTuple
 
+from frictionsim.mechanisms.effects import (
+    Damping,
+    Journal,
+    damping_of,
+    journal_of,
+    with_damping,
+    with_damping_power,
+)
 from frictionsim.mechanisms.shaft.loads import (
     COUPLE,
+    OVER,
+    ROW,
+    TIME,
     Arms,
     Load,
     Loads,
-    Size,
+    TableKnots,
+    Triple,
+    arms_in,
     arms_of_weight,
+    knots_of,
     largest_curvature,
+    loads_in,
     middle_and_range,
+    size_of,
 )
 from frictionsim.mechanisms.shaft.schema import Couple, Force, ShaftScenario
-from frictionsim.mechanisms.single_dof import cos, sin, total
-from frictionsim.results import Quantities, Quantity
+from frictionsim.mechanisms.single_dof import cos, kinetic_energy_of, sin, sqrt
 from frictionsim.scenario.signal_tables import AngleTable, SpeedTable, signal_from
 from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal
-from frictionsim.solvers.end_stops import EVENT
+from frictionsim.solvers.compilation import compilable
 from frictionsim.solvers.first_excess import time_of_excess
-from frictionsim.solvers.mechanism import DryFriction, EndStops, Trajectory, Value
-
-CONTACT_NAME = "shaft"
+from frictionsim.solvers.mechanism import EndStops, Value, stop_torque
 
 # Torque and limit are sums of products: a few roundings of each, and of numbers below the smallest
 # normal one all digits.
 ROUNDING = 16 * float_info.epsilon
 SMALLEST = float_info.min
 
-# A run with more impacts has a capture speed that is far below the speeds of its motion.
-MANY_IMPACTS = 1000
+
+LoadAndTurn = tuple[Value, Value, Value, Value, Value]
+"""Torque, components of the force, cosine and sine of the angle."""
+
+
+class Spring(NamedTuple):
+    """A torsion spring: a torque -k (q - q_0)."""
+
+    k: float
+    q_0: float
+
+
+class EccentricMass(NamedTuple):
+    """The load of the shaft while a body with an eccentric mass slides on it.
+
+    With p = m e, it has the components A_t - p dw/dt along the path of the mass and A_n across it,
+    A_n with the centrifugal force. From I dw/dt = M - s K and K = r_k R follows
+
+        K = r_k (I S + s r_k p D)/(I^2 - r_k^2 p^2),   D = I A_t - p M,
+        S^2 = D^2 + (I^2 - r_k^2 p^2) A_n^2
+
+    Attributes
+    ----------
+    p : float, kg m
+        First moment of the eccentric mass.
+    x, y : float
+        Its direction from the axis at q = 0, a unit vector.
+    determinant : float, kg^2 m^4
+        I^2 - r_k^2 p^2.
+    """
+
+    p: float
+    x: float
+    y: float
+    determinant: float
+
+    def direction(self, c: Value, s: Value) -> tuple[Value, Value]:
+        """Return the unit vector from the axis to the mass, by cosine and sine of the angle."""
+        return self.x * c - self.y * s, self.x * s + self.y * c
+
+
+class EccentricWeight(NamedTuple):
+    """The moment of an eccentric mass under gravity: cosine cos q + sine sin q, N m."""
+
+    cosine: float
+    sine: float
+
+
+class Shaft(NamedTuple):
+    """I dw/dt = M - k (q - q_0) - b w + T; u is the time, and M the moment of loads and weights.
+
+    Attributes
+    ----------
+    reversing_load : tuple of bool
+        Not empty if the load of the shaft may reverse.
+    """
+
+    drive: Loads
+    inertia: float
+    journal: tuple[Journal, ...]
+    weight: tuple[EccentricWeight, ...]
+    eccentric: tuple[EccentricMass, ...]
+    spring: tuple[Spring, ...]
+    damping: tuple[Damping, ...]
+    stops: tuple[EndStops, ...]
+    surfaces: tuple[TableKnots, ...]
+    reversing_load: tuple[bool, ...]
+    breaks: "array[float]"
+
+    def torque_and_force(
+        self, time: Value, angle: Value, velocity: Value
+    ) -> tuple[Value, Value, Value]:
+        """Return the torque of all but friction and stops, N m, and the resultant of forces, N."""
+        moment, x, y, c, s = self.drive.resultant(time, angle, velocity)
+        return _with_effects(self, moment, (angle, c, s), velocity), x, y
+
+    def applied_torque(self, time: Value, angle: Value, velocity: Value) -> Value:
+        """Return the torque of all but dry friction, N m."""
+        torque, _, _ = self.torque_and_force(time, angle, velocity)
+        return _with_stop(self.stops, torque, angle, velocity)
+
+    def static_limit(self, time: Value, angle: Value) -> Value:
+        """Return r_s R, N m."""
+        _, x, y, _, _ = self.drive.resultant(time, angle, 0.0)
+        return self.journal[0].r_s * sqrt(x * x + y * y)
+
+    def kinetic_limit(self, time: Value, angle: Value, velocity: Value, s: Value) -> Value:
+        """Return r_k R while sliding in direction s, N m."""
+        _, limit, _ = self.torques_and_powers(time, angle, velocity, s)
+        return limit
+
+    def torques_and_powers(
+        self, time: Value, angle: Value, velocity: Value, s: Value
+    ) -> tuple[Value, Value, tuple[Value, ...]]:
+        """Return the applied torque, its kinetic limit, N m, and the powers, W."""
+        moment, x, y, cosine, sine = self.drive.resultant(time, angle, velocity)
+        torque = _with_effects(self, moment, (angle, cosine, sine), velocity)
+        load = torque, x, y, cosine, sine
+        limit = _kinetic_limit(self.eccentric, self, load, velocity, s)
+        applied = _with_stop(self.stops, torque, angle, velocity)
+        return applied, limit, _powers(self, moment, velocity)
+
+    def powers(self, time: Value, angle: Value, velocity: Value) -> tuple[Value, ...]:
+        """Return the powers of the loads, of damping and of the stops, W."""
+        moment, _, _, _, _ = self.drive.resultant(time, angle, velocity)
+        powers: tuple[Value, ...] = _powers(self, moment, velocity)
+        return powers
+
+    def contact_load(self, time: float, angle: float, velocity: float) -> tuple[float, float]:
+        """Return a vector in proportion to the load of the shaft while it slides.
+
+        That of an eccentric mass passes zero in no more than single points of a run, but it passes
+        close to it, and friction has then all but a corner.
+        """
+        moment, x, y, c, s = self.drive.resultant(time, angle, velocity)
+        load = _with_effects(self, moment, (angle, c, s), velocity), x, y, c, s
+        sliding: tuple[float, float] = _sliding_load(self.eccentric, self, load, velocity)
+        return sliding
+
+    def roundoff(self, time: Value, angle: Value) -> Value:
+        """Return the roundoff of the torque and its limit at rest, N m."""
+        return ROUNDING * self.terms(time, angle) + SMALLEST
+
+    def terms(self, time: Value, angle: Value) -> Value:
+        """Return the sum of the terms of torque and limit at rest, N m."""
+        return _with_spring_size(self.spring, self.drive.sizes(time, angle), angle)
+
+    def stored_energies(self, angle: Value, velocity: Value) -> tuple[Value, ...]:
+        """Return the kinetic energy, and the potential one of eccentric mass and spring, J."""
+        kinetic = kinetic_energy_of(self.inertia, velocity)
+        energies: tuple[Value, ...] = _with_potential(self.weight, self.spring, kinetic, angle)
+        return energies
+
+    def first_excess(self, angle: float, begin: float, end: float) -> float:
+        """Return a time up to which the torque at rest exceeds its limit at most once, s."""
+        r_s, closed = self.journal[0].r_s, _closed_direction(self.stops, angle)
+        # At once, however many periods the loads have until then.
+        forward = closed != 1.0 and largest_excess(self, r_s, 1.0, angle, begin, end) >= 0.0
+        backward = closed != -1.0 and largest_excess(self, r_s, -1.0, angle, begin, end) >= 0.0
+        if forward:
+            end = _first_excess(self, r_s, 1.0, angle, begin, end)
+        if backward:
+            end = _first_excess(self, r_s, -1.0, angle, begin, end)
+        return end
+
+    def first_departure(self, angle: float, begin: float, end: float) -> float:
+        """Return a time up to which the torque on a body on a stop turns away at most once, s."""
+        s = -_closed_direction(self.stops, angle)
+        if largest_excess(self, 0.0, s, angle, begin, end) < 0.0:
+            return end
+        return _first_excess(self, 0.0, s, angle, begin, end)
+
+
+@compilable
+def _with_effects(shaft: Shaft, moment: Value, turned: Triple, velocity: Value) -> Value:
+    """Return the moment of the loads with the torques of weight, spring and damping, N m.
+
+    `turned` are the angle, its cosine and its sine.
+    """
+    angle, c, s = turned
+    torque = _with_spring(shaft.spring, _with_weight(shaft.weight, moment, c, s), angle)
+    return with_damping(torque, shaft.damping, velocity)
+
+
+@compilable
+def _powers(shaft: Shaft, moment: Value, velocity: Value) -> Any:
+    powers = with_damping_power((moment * velocity,), shaft.damping, velocity)
+    return _with_impacts(shaft.stops, powers)
+
+
+@compilable
+def _with_weight(weight: tuple[EccentricWeight, ...], moment: Value, c: Value, s: Value) -> Value:
+    if len(weight) == 0:
+        return moment
+    return moment + (weight[0].cosine * c + weight[0].sine * s)
+
+
+@compilable
+def _with_spring(spring: tuple[Spring, ...], moment: Value, angle: Value) -> Value:
+    if len(spring) == 0:
+        return moment
+    return moment - spring[0].k * (angle - spring[0].q_0)
+
+
+@compilable
+def _with_spring_size(spring: tuple[Spring, ...], terms: Value, angle: Value) -> Value:
+    if len(spring) == 0:
+        return terms
+    return terms + spring[0].k * abs(angle - spring[0].q_0)
+
+
+@compilable
+def _with_stop(stops: tuple[EndStops, ...], torque: Value, angle: Value, velocity: Value) -> Value:
+    if len(stops) == 0:
+        return torque
+    return torque + stop_torque(stops[0], torque, angle, velocity)
+
+
+@compilable
+def _with_impacts(stops: tuple[EndStops, ...], powers: Any) -> Any:
+    if len(stops) == 0:
+        return powers
+    return (*powers, 0.0)
+
+
+@compilable
+def _with_potential(
+    weight: tuple[EccentricWeight, ...], spring: tuple[Spring, ...], kinetic: Value, angle: Value
+) -> Any:
+    if len(weight) == 0:
+        if len(spring) == 0:
+            return (kinetic,)
+        return kinetic, _energy_of(spring[0], angle)
+    raised = weight[0].sine * cos(angle) - weight[0].cosine * sin(angle)
+    if len(spring) == 0:
+        return kinetic, raised
+    return kinetic, raised + _energy_of(spring[0], angle)
+
+
+@compilable
+def _energy_of(spring: Spring, angle: Value) -> Value:
+    turned = angle - spring.q_0
+    return 0.5 * spring.k * turned * turned
+
+
+@compilable
+def _closed_direction(stops: tuple[EndStops, ...], angle: float) -> float:
+    """Return the direction in which a stop keeps the body from turning; 0 for none."""
+    if len(stops) == 0:
+        return 0.0
+    return 1.0 if angle >= stops[0].highest else -1.0 if angle <= stops[0].lowest else 0.0
+
+
+@compilable
+def _kinetic_limit(
+    eccentric: tuple[EccentricMass, ...],
+    shaft: Shaft,
+    load: LoadAndTurn,
+    velocity: Value,
+    s: Value,
+) -> Value:
+    r_k = shaft.journal[0].r_k
+    if len(eccentric) == 0:
+        _, x, y, _, _ = load
+        return r_k * sqrt(x * x + y * y)
+    p, determinant = eccentric[0].p, eccentric[0].determinant
+    difference, normal, _, _ = _along_and_across(eccentric[0], shaft, load, velocity)
+    root = sqrt(difference * difference + determinant * normal * normal)
+    return r_k * (shaft.inertia * root + s * r_k * p * difference) / determinant
+
+
+@compilable
+def _along_and_across(
+    eccentric: EccentricMass, shaft: Shaft, load: LoadAndTurn, velocity: Value
+) -> tuple[Value, Value, Value, Value]:
+    """Return D and A_n, and cosine and sine of the azimuth of the mass."""
+    torque, x, y, cosine, sine = load
+    c, d = eccentric.direction(cosine, sine)
+    normal = x * c + y * d + eccentric.p * velocity * velocity
+    return shaft.inertia * (y * c - x * d) - eccentric.p * torque, normal, c, d
+
+
+@compilable
+def _sliding_load(
+    eccentric: tuple[EccentricMass, ...],
+    shaft: Shaft,
+    load: LoadAndTurn,
+    velocity: float,
+) -> tuple[float, float]:
+    if len(eccentric) == 0:
+        return load[1], load[2]
+    along, normal, c, d = _along_and_across(eccentric[0], shaft, load, velocity)
+    across = sqrt(eccentric[0].determinant) * normal
+    return across * c - along * d, across * d + along * c
+
+
+@compilable
+class Excess(NamedTuple):
+    """The torque at rest beyond its limit and its roundoff, as a function of time, N m."""
+
+    shaft: Shaft
+    r_s: float
+    s: float
+    angle: float
+
+    def at(self, t: float) -> float:
+        """Return the excess at a time, s."""
+        torque, x, y = self.shaft.torque_and_force(t, self.angle, 0.0)
+        limit = self.r_s * sqrt(x * x + y * y) + self.shaft.roundoff(t, self.angle)
+        return self.s * torque - limit
+
+    def slope(self, t: float) -> float:
+        """Return the derivative after a time, N m/s; the roundoff counts as constant."""
+        moment, dx, dy = self.shaft.drive.rates(t, self.angle)
+        _, x, y, _, _ = self.shaft.drive.resultant(t, self.angle, 0.0)
+        size = sqrt(x * x + y * y)
+        growth = (x * dx + y * dy) / size if size > 0.0 else sqrt(dx * dx + dy * dy)
+        return self.s * moment - self.r_s * growth
+
+
+@compilable
+def _first_excess(
+    shaft: Shaft, r_s: float, s: float, angle: float, begin: float, end: float
+) -> float:
+    loads, curvature = shaft.drive, 0.0
+    for k in range(0, len(loads.rows), ROW):
+        if loads.rows[k + OVER] == TIME:
+            moment, x, y = arms_in(loads.rows, k).at(angle)
+            arm = abs(moment) + r_s * sqrt(x * x + y * y)
+            curvature += largest_curvature(loads, k, begin, end) * arm
+    excess, tie = Excess(shaft, r_s, s, angle), shaft.roundoff(begin, angle)
+    return time_of_excess(excess, curvature, begin, end, tie)
+
+
+@compilable
+def largest_excess(
+    shaft: Shaft, r_s: float, s: float, angle: float, begin: float, end: float
+) -> float:
+    """Return a bound of the excess of torque over limit at rest between two times, N m.
+
+    The signals are smooth between the times.
+    """
+    loads, slack = shaft.drive, 0.0
+    applied, x, y = shaft.torque_and_force(begin, angle, 0.0)
+    for k in range(0, len(loads.rows), ROW):
+        if loads.rows[k + OVER] == TIME:
+            moment, dx, dy = arms_in(loads.rows, k).at(angle)
+            middle, bound = middle_and_range(loads, k, begin, end)
+            change = middle - size_of(loads.rows, loads.pieces, k, begin, angle, 0.0)
+            applied, x, y = applied + change * moment, x + change * dx, y + change * dy
+            slack += bound * (abs(moment) + r_s * sqrt(dx * dx + dy * dy))
+    return s * applied - r_s * sqrt(x * x + y * y) + slack
 
 
 def loads_of(scenario: ShaftScenario) -> list[Load]:
-    """Return all forces and couples, weights included."""
+    """Return all forces and couples but the weights."""
     loads = [load_of(force, force.arms) for force in scenario.forces]
-    loads += [load_of(couple, COUPLE) for couple in scenario.couples]
-    return loads + weights_of(scenario)
+    return loads + [load_of(couple, COUPLE) for couple in scenario.couples]
 
 
 def load_of(part: Force | Couple, arms: Arms) -> Load:
@@ -68,357 +411,61 @@ def weights_of(scenario: ShaftScenario) -> list[Load]:
     return loads
 
 
-class EquationTerms(NamedTuple):
-    """The terms of the equation of motion.
-
-    Attributes
-    ----------
-    loads : Loads
-    moment : callable, N m
-        Of forces and couples.
-    applied_torque : callable, N m
-        Of all but dry friction.
-    across, up : callable, N
-        Components of the resultant of all forces.
-    """
-
-    loads: Loads
-    moment: Size
-    applied_torque: Size
-    across: Size
-    up: Size
-
-
-def terms_of(scenario: ShaftScenario) -> EquationTerms:
-    """Return the terms of the effects in the scenario."""
-    journal = scenario.effects.shaft_friction
-    loads = Loads(loads_of(scenario), journal.static_radius if journal else 0.0)
-    moment = loads.component(0)
-    applied = total(moment, spring_of(scenario), damping_of(scenario))
-    return EquationTerms(loads, moment, applied, loads.component(1), loads.component(2))
-
-
-def spring_of(scenario: ShaftScenario) -> Size | None:
-    """Return the torque of the torsion spring, N m; None without one."""
-    spring = scenario.effects.torsion_spring
-    if spring is None:
-        return None
-    k, free = spring.stiffness, radians(spring.free_angle_deg)
-    return lambda time, angle, velocity: -k * (angle - free)
-
-
-def damping_of(scenario: ShaftScenario) -> Size | None:
-    """Return the torque of viscous damping, N m; None without it."""
-    damping = scenario.effects.viscous_damping
-    if damping is None:
-        return None
-    b = damping.coefficient
-    return lambda time, angle, velocity: -b * velocity
+def shaft_of(scenario: ShaftScenario) -> Shaft:
+    """Return the equation with the terms of the effects in the scenario."""
+    effects, loads, weights = scenario.effects, loads_of(scenario), weights_of(scenario)
+    spring, stops, eccentric = effects.torsion_spring, effects.end_stops, effects.eccentric_mass
+    journal, inertia = journal_of(effects.shaft_friction), scenario.inertia
+    r_s, r_k = journal[0] if journal else Journal(0.0, 0.0)
+    driving, weight = loads_in(loads, r_s), loads_in(weights, r_s)
+    (_, x, y), (cosine, *_), (sine, *_) = weight.constant
+    all_loads = driving._replace(
+        constant=driving.constant.plus(Arms((0.0, x, y))), scale=driving.scale + weight.scale
+    )
+    p = eccentric.first_moment if eccentric else 0.0
+    azimuth = radians(eccentric.azimuth_deg) if eccentric else 0.0
+    mass = EccentricMass(p, cos(azimuth), sin(azimuth), (inertia - r_k * p) * (inertia + r_k * p))
+    fixed, turning, _ = all_loads.constant
+    varies = any(any(triple[1:]) for load in loads if not load.is_constant for triple in load.arms)
+    reverses = journal and (p or varies or (any(fixed[1:]) and any(turning[1:])))
+    return Shaft(
+        all_loads,
+        inertia,
+        journal,
+        weight=(EccentricWeight(cosine, sine),) if effects.gravity and eccentric else (),
+        eccentric=(mass,) if p else (),
+        spring=(Spring(spring.stiffness, radians(spring.free_angle_deg)),) if spring else (),
+        damping=damping_of(effects.viscous_damping),
+        stops=(EndStops(stops.lowest, stops.highest, stops.restitution, stops.capture_speed),)
+        if stops
+        else (),
+        surfaces=knots_of(loads),
+        reversing_load=(True,) if reverses else (),
+        breaks=array("d"),
+    )
 
 
 def load_on_shaft(
-    scenario: ShaftScenario, terms: EquationTerms, trajectory: Trajectory
+    shaft: Shaft, time: Value, angle: Value, velocity: Value, acceleration: Value
 ) -> tuple[Value, Value]:
     """Return the force of the body on the shaft, components to the right and upwards, N."""
-    time, angle, velocity = trajectory.drive, trajectory.position, trajectory.velocity
-    x, y = terms.across(time, angle, velocity), terms.up(time, angle, velocity)
-    eccentric = scenario.effects.eccentric_mass
-    if eccentric is None:
+    _, x, y, cosine, sine = shaft.drive.resultant(time, angle, velocity)
+    if not shaft.eccentric:
         return x, y
-    azimuth, p = angle + radians(eccentric.azimuth_deg), eccentric.first_moment
-    outward, along = p * velocity * velocity, -p * trajectory.acceleration
+    p, (c, s) = shaft.eccentric[0].p, shaft.eccentric[0].direction(cosine, sine)
+    outward, along = p * velocity * velocity, -p * acceleration
     return (
-        x + outward * cos(azimuth) - along * sin(azimuth),
-        y + outward * sin(azimuth) + along * cos(azimuth),
+        x + outward * c - along * s,
+        y + outward * s + along * c,
     )
 
 
-def potential_of(scenario: ShaftScenario) -> Any:
-    """Return the potential energy of angle and velocity, J; None without weight and spring."""
-    gravity, eccentric = scenario.effects.gravity, scenario.effects.eccentric_mass
-    spring, terms = scenario.effects.torsion_spring, []
-    if gravity is not None and eccentric is not None:
-        lift, azimuth = eccentric.first_moment * gravity.g, radians(eccentric.azimuth_deg)
-        terms.append(lambda angle, velocity: lift * sin(angle + azimuth))
-    if spring is not None:
-        k, free = spring.stiffness, radians(spring.free_angle_deg)
-        terms.append(lambda angle, velocity: 0.5 * k * (angle - free) * (angle - free))
-    return total(*terms) if terms else None
-
-
-def contact_of(
-    scenario: ShaftScenario, terms: EquationTerms, stops: EndStops | None = None
-) -> DryFriction:
-    """Return the dry friction of the journal; from an end stop it breaks away in one direction."""
-    journal = scenario.effects.shaft_friction
-    assert journal is not None  # checked by the caller
-    r_s, across, up = journal.static_radius, terms.across, terms.up
-
-    def static_limit(time: Value, angle: Value) -> Value:
-        x, y = across(time, angle, 0.0), up(time, angle, 0.0)
-        return r_s * (x * x + y * y) ** 0.5
-
-    def directions(angle: float) -> tuple[int, ...]:
-        closed = 0 if stops is None else stops.side(angle)
-        return tuple(s for s in (1, -1) if s != closed)
-
-    return DryFriction(
-        name=CONTACT_NAME,
-        static_limit=static_limit,
-        kinetic_limit=_kinetic_limit(scenario, terms, journal.kinetic_radius),
-        roundoff=_roundoff(scenario, terms),
-        first_excess=first_excess_of(scenario, terms, r_s, directions),
-        load=_load_that_may_reverse(scenario, terms, journal.kinetic_radius),
-        **journal.law_of_contact(),
+def turns_with_body(scenario: ShaftScenario, shaft: Shaft) -> bool:
+    """Return whether a moment or a component of a force depends on the angle of the body."""
+    variable = [load for load in loads_of(scenario) if not load.is_constant]
+    return (
+        bool(shaft.eccentric)
+        or shaft.drive.constant.turn
+        or any(any(weight) for weight in shaft.weight)
+        or any(load.arms.turn or load.over == "angle" for load in variable)
     )
-
-
-def scale_of(scenario: ShaftScenario, terms: EquationTerms) -> Any:
-    """Return the sum of the terms of the applied torque and its limit at rest, N m."""
-    loads, spring = terms.loads, scenario.effects.torsion_spring
-    k = 0.0 if spring is None else spring.stiffness
-    free = 0.0 if spring is None else radians(spring.free_angle_deg)
-
-    def scale(time: Value, angle: Value) -> Value:
-        return loads.scale(time, angle) + k * abs(angle - free)
-
-    return scale
-
-
-def _roundoff(scenario: ShaftScenario, terms: EquationTerms) -> Any:
-    """Return the roundoff of the applied torque and its limit at rest, N m."""
-    scale = scale_of(scenario, terms)
-
-    def roundoff(time: Value, angle: Value) -> Value:
-        return ROUNDING * scale(time, angle) + SMALLEST
-
-    return roundoff
-
-
-def first_excess_of(
-    scenario: ShaftScenario,
-    terms: EquationTerms,
-    r_s: float,
-    directions: Callable[[float], tuple[int, ...]],
-) -> Callable[[float, float, float], float]:
-    """Return first_excess(q, a, b): until when the torque at rest exceeds its limit at most once.
-
-    r_s is the friction radius, m, 0 without dry friction; `directions` gives the directions in
-    which the body can move at an angle.
-    """
-    loads, across, up, roundoff = terms.loads, terms.across, terms.up, _roundoff(scenario, terms)
-    curvatures = [(load, largest_curvature(load.size)) for load in loads.over_time]
-    largest_excess = _largest_excess_of(terms, r_s)
-
-    def first_excess(angle: float, begin: float, end: float) -> float:
-        moving = [s for s in directions(angle) if largest_excess(s, angle, begin, end) >= 0.0]
-        if not moving:
-            return end  # at once, however many periods the loads have until then
-        curvature = 0.0
-        for load, bound in curvatures:
-            moment, x, y = load.arms.at(angle)
-            curvature += bound(begin, end) * (abs(moment) + r_s * hypot(x, y))
-        tie = roundoff(begin, angle)
-
-        for s in moving:
-
-            def value(t: float, s: int = s) -> float:
-                applied = s * terms.applied_torque(t, angle, 0.0)
-                x, y = across(t, angle, 0.0), up(t, angle, 0.0)
-                return applied - r_s * (x * x + y * y) ** 0.5 - roundoff(t, angle)
-
-            def slope(t: float, s: int = s) -> float:
-                moment, dx, dy = loads.rates(t, angle)
-                x, y = across(t, angle, 0.0), up(t, angle, 0.0)
-                size = hypot(x, y)
-                growth = (x * dx + y * dy) / size if size > 0.0 else hypot(dx, dy)
-                return s * moment - r_s * growth
-
-            end = time_of_excess(value, slope, curvature, (begin, end), tie)
-        return end
-
-    return first_excess
-
-
-def _largest_excess_of(
-    terms: EquationTerms, r_s: float
-) -> Callable[[int, float, float, float], float]:
-    """Return a bound of the excess of torque over limit at rest: of direction, angle, two times.
-
-    The signals are smooth between the times.
-    """
-    ranges = [(load, middle_and_range(load.size)) for load in terms.loads.over_time]
-
-    def largest_excess(s: int, angle: float, begin: float, end: float) -> float:
-        applied, slack = terms.applied_torque(begin, angle, 0.0), 0.0
-        x, y = terms.across(begin, angle, 0.0), terms.up(begin, angle, 0.0)
-        for load, middle_and_bound in ranges:
-            moment, dx, dy = load.arms.at(angle)
-            middle, bound = middle_and_bound(begin, end)
-            change = middle - load.size(begin)
-            applied, x, y = applied + change * moment, x + change * dx, y + change * dy
-            slack += bound * (abs(moment) + r_s * hypot(dx, dy))
-        excess: float = s * applied - r_s * hypot(x, y) + slack
-        return excess
-
-    return largest_excess
-
-
-class SlidingLoad(NamedTuple):
-    """The load of the shaft while a body with an eccentric mass slides on it.
-
-    With p = m e, it has the components A_t - p dw/dt along the path of the mass and A_n across it,
-    A_n with the centrifugal force. From I dw/dt = M - s K and K = r_k R follows
-
-        K = r_k (I S + s r_k p D)/(I^2 - r_k^2 p^2),   D = I A_t - p M,
-        S^2 = D^2 + (I^2 - r_k^2 p^2) A_n^2
-
-    Attributes
-    ----------
-    terms : EquationTerms
-    r_k : float, m
-    p, azimuth : float, kg m, rad
-        First moment of the eccentric mass, and its azimuth at q = 0.
-    inertia, determinant : float, kg m^2, kg^2 m^4
-        I and I^2 - r_k^2 p^2.
-    """
-
-    terms: EquationTerms
-    r_k: float
-    p: float
-    azimuth: float
-    inertia: float
-    determinant: float
-
-    def components(
-        self, time: Value, angle: Value, velocity: Value
-    ) -> tuple[Value, Value, Value, Value]:
-        """Return D and A_n, and cosine and sine of the azimuth of the mass."""
-        x, y = self.terms.across(time, angle, velocity), self.terms.up(time, angle, velocity)
-        c, d = cos(angle + self.azimuth), sin(angle + self.azimuth)
-        torque = self.terms.applied_torque(time, angle, velocity)
-        normal = x * c + y * d + self.p * velocity * velocity
-        return self.inertia * (y * c - x * d) - self.p * torque, normal, c, d
-
-    def limit(self, time: Value, angle: Value, velocity: Value, s: Value) -> Value:
-        """Return K in direction s, N m."""
-        difference, normal, _, _ = self.components(time, angle, velocity)
-        root = (difference * difference + self.determinant * normal * normal) ** 0.5
-        r_k, p = self.r_k, self.p
-        return r_k * (self.inertia * root + s * r_k * p * difference) / self.determinant
-
-    def in_fixed_directions(
-        self, time: float, angle: float, velocity: float
-    ) -> tuple[float, float]:
-        """Return a vector of the size S, I times the load where p is 0."""
-        along, normal, c, d = self.components(time, angle, velocity)
-        across: float = self.determinant**0.5 * normal
-        return across * c - along * d, across * d + along * c
-
-
-def _load_that_may_reverse(scenario: ShaftScenario, terms: EquationTerms, r_k: float) -> Any:
-    """Return the load of the shaft, a function of time, angle and velocity; None if constant.
-
-    That of an eccentric mass passes zero in no more than single points of a run, but it passes
-    close to it, and friction has then all but a corner.
-    """
-    sliding = _sliding_load(scenario, terms, r_k)
-    if sliding is not None:
-        return sliding.in_fixed_directions
-    if terms.loads.has_constant_resultant:
-        return None
-    across, up = terms.across, terms.up
-    return lambda time, angle, velocity: (across(time, angle, velocity), up(time, angle, velocity))
-
-
-def _sliding_load(scenario: ShaftScenario, terms: EquationTerms, r_k: float) -> SlidingLoad | None:
-    """Return the load with the inertia force of an eccentric mass; None if there is none."""
-    eccentric = scenario.effects.eccentric_mass
-    if eccentric is None or eccentric.first_moment == 0.0:
-        return None
-    p, inertia = eccentric.first_moment, scenario.inertia
-    determinant = (inertia - r_k * p) * (inertia + r_k * p)
-    return SlidingLoad(terms, r_k, p, radians(eccentric.azimuth_deg), inertia, determinant)
-
-
-def _kinetic_limit(scenario: ShaftScenario, terms: EquationTerms, r_k: float) -> Any:
-    """Return the friction torque of sliding in direction s, N m."""
-    sliding = _sliding_load(scenario, terms, r_k)
-    if sliding is not None:
-        return sliding.limit
-    across, up = terms.across, terms.up
-
-    def kinetic_limit(time: Value, angle: Value, velocity: Value, s: Value) -> Value:
-        x, y = across(time, angle, velocity), up(time, angle, velocity)
-        return r_k * (x * x + y * y) ** 0.5
-
-    return kinetic_limit
-
-
-def stops_of(scenario: ShaftScenario, terms: EquationTerms) -> EndStops | None:
-    """Return the end stops of a scenario; None without."""
-    given = scenario.effects.end_stops
-    if given is None:
-        return None
-    lowest, highest = given.lowest, given.highest
-
-    def away(angle: float) -> tuple[int, ...]:
-        return (-1,) if angle >= highest else (1,)
-
-    return EndStops(
-        lowest=lowest,
-        highest=highest,
-        restitution=given.restitution,
-        capture_speed=given.capture_speed,
-        first_departure=first_excess_of(scenario, terms, 0.0, away),
-    )
-
-
-def with_stops(applied_torque: Size, stops: EndStops | None) -> Size:
-    """Return a torque with that of the stops at rest on them; the same torque without stops."""
-    if stops is None:
-        return applied_torque
-
-    def with_torque_of_stops(time: Value, angle: Value, velocity: Value) -> Value:
-        torque = applied_torque(time, angle, velocity)
-        return torque + stops.torque(torque, angle, velocity)
-
-    return with_torque_of_stops
-
-
-def impact_quantities(trajectory: Trajectory) -> Quantities:
-    """Return the number of impacts and the largest speed of one; None if there was none."""
-    speeds = impact_speeds(trajectory)
-    largest = float(speeds.max()) if speeds.size else None
-    return {
-        "impacts": Quantity(float(speeds.size), "1"),
-        "impact_speed_max": Quantity(largest, "rad/s"),
-    }
-
-
-def impact_speeds(trajectory: Trajectory) -> Any:
-    """Return the speeds of the body immediately before its impacts, (m,), rad/s.
-
-    Events after the last sample, which a failed run may have, are ignored.
-    """
-    import numpy as np  # imported here because `check` does not need it
-
-    if trajectory.velocity_before is None:
-        return np.empty(0)
-    end = trajectory.time[-1] if trajectory.time.size else -np.inf
-    hits = [
-        event.contact == EVENT and event.time <= end and speed != 0.0
-        for event, speed in zip(trajectory.transitions, trajectory.velocity_before, strict=True)
-    ]
-    return np.abs(trajectory.velocity_before[np.array(hits, dtype=bool)])
-
-
-def many_impacts(trajectory: Trajectory) -> list[str]:
-    """Warn if the body bounces so often that the capture speed seems far too low."""
-    count = impact_speeds(trajectory).size
-    if count < MANY_IMPACTS:
-        return []
-    return [
-        f"{count} impacts on the end stops, most of them negligible bounces; increase"
-        " effects.end_stops.capture_speed"
-    ]

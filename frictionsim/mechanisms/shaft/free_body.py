@@ -11,13 +11,11 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from frictionsim.mechanisms.shaft.equation import (
-    damping_of,
     load_on_shaft,
     loads_of,
-    spring_of,
-    terms_of,
+    shaft_of,
+    weights_of,
 )
-from frictionsim.solvers.mechanism import Trajectory
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -129,13 +127,10 @@ def free_body(scenario: "ShaftScenario", motion: "tuple[Array, Array, Array, Arr
     """
     time, angle, velocity, acceleration = (np.asarray(values, dtype=float) for values in motion)
     zero = np.zeros_like(time)
-    terms, state = terms_of(scenario), (time, angle, velocity)
-    across, up, moment = (
-        term(*state) + zero for term in (terms.across, terms.up, terms.applied_torque)
-    )
-    trajectory = Trajectory(time, time, angle, velocity, acceleration, zero, zero, {}, {}, [])
+    shaft, state = shaft_of(scenario), (time, angle, velocity)
+    moment, across, up = (part + zero for part in shaft.torque_and_force(*state))
     load_across, load_up = (
-        component + zero for component in load_on_shaft(scenario, terms, trajectory)
+        component + zero for component in load_on_shaft(shaft, *state, acceleration)
     )
     forces = _forces(scenario, state)
     eccentric = scenario.effects.eccentric_mass
@@ -158,9 +153,7 @@ def free_body(scenario: "ShaftScenario", motion: "tuple[Array, Array, Array, Arr
 
 
 def _forces(scenario: "ShaftScenario", state: "tuple[Array, Array, Array]") -> list[AppliedForce]:
-    loads = loads_of(scenario)
-    weights = loads[len(scenario.forces) + len(scenario.couples) :]
-    forces = []
+    loads, weights, forces = loads_of(scenario), weights_of(scenario), []
     for force, load in zip(scenario.forces, loads, strict=False):
         kind: Literal["force", "cord"] = "force" if force.cord_radius is None else "cord"
         forces.append(_force(force.name, kind, load, _point(force, state[1]), state))
@@ -182,7 +175,7 @@ def _force(
     place: "tuple[Array, Array]",
     state: "tuple[Array, Array, Array]",
 ) -> AppliedForce:
-    size = load.function()(*state) + np.zeros_like(state[1])
+    size = load.over_samples(*state)
     angle = state[1]
     along = (
         a + b * np.cos(angle) + c * np.sin(angle)
@@ -209,12 +202,12 @@ def _turned(point: tuple[float, float], angle: "Array") -> "tuple[Array, Array]"
 
 
 def _couples(scenario: "ShaftScenario", state: "tuple[Array, Array, Array]") -> list[AppliedCouple]:
-    loads, zero = loads_of(scenario)[len(scenario.forces) :], np.zeros_like(state[1])
+    loads = loads_of(scenario)[len(scenario.forces) :]
     couples = [
-        AppliedCouple(couple.name, load.function()(*state) + zero)
+        AppliedCouple(couple.name, load.over_samples(*state))
         for couple, load in zip(scenario.couples, loads, strict=False)
     ]
-    for name, term in ((SPRING, spring_of(scenario)), (DAMPING, damping_of(scenario))):
-        if term is not None:
-            couples.append(AppliedCouple(name, term(*state) + zero))
-    return couples
+    _, angle, velocity = state
+    shaft = shaft_of(scenario)
+    couples += [AppliedCouple(SPRING, -k * (angle - free)) for k, free in shaft.spring]
+    return couples + [AppliedCouple(DAMPING, -b * velocity) for (b,) in shaft.damping]

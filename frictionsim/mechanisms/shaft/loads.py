@@ -9,19 +9,18 @@ cord that leaves the body at a radius pulls in a fixed direction with a constant
 sizes are numbers, or functions of time, speed or angle; time is the drive of the mechanism.
 """
 
-from bisect import bisect_right
-from collections.abc import Callable, Iterable, Sequence
+from array import array
+from collections.abc import Iterable
 from math import hypot, inf
 from typing import Any, NamedTuple
 
 from frictionsim.mechanisms.single_dof import cos, sin
 from frictionsim.scenario.signals import Constant, CubicPiece, Signal
-from frictionsim.solvers.mechanism import SwitchingSurface, Value
+from frictionsim.solvers.compilation import compilable, compiled_as
+from frictionsim.solvers.mechanism import Value
 
 Triple = tuple[float, float, float]
-Size = Callable[[Value, Value, Value], Value]
 NONE: Triple = (0.0, 0.0, 0.0)
-_ARGUMENT = {"time": 0, "angle": 1, "speed": 2}  # of a function of time, angle and velocity
 
 
 class Arms(NamedTuple):
@@ -38,28 +37,37 @@ class Arms(NamedTuple):
 
     def times(self, size: float) -> "Arms":
         """Return moment and components of a size, N m, N, N."""
-        return Arms(*(_scaled(triple, size) for triple in self))
+        return Arms(*(scaled(triple, size) for triple in self))
 
     def plus(self, other: "Arms") -> "Arms":
         """Return the sum."""
-        return Arms(*(_sum(one, two) for one, two in zip(self, other, strict=True)))
+        return Arms(*(sum_of(one, two) for one, two in zip(self, other, strict=True)))
 
     @property
     def slopes(self) -> "Arms":
         """The derivatives over the angle, per rad."""
-        return Arms(NONE, self.sine, _scaled(self.cosine, -1.0))
+        return Arms(NONE, self.sine, scaled(self.cosine, -1.0))
 
-    def at(self, angle: float) -> Triple:
+    @property
+    def turn(self) -> bool:
+        """Whether they depend on the angle."""
+        return any(self.cosine) or any(self.sine)
+
+    def at(self, angle: Value) -> Triple:
         """Return moment and components per size at an angle, rad."""
-        turned = _sum(_scaled(self.cosine, cos(angle)), _scaled(self.sine, sin(angle)))
-        return _sum(self.constant, turned)
+        turned = sum_of(scaled(self.cosine, cos(angle)), scaled(self.sine, sin(angle)))
+        return sum_of(self.constant, turned)
 
 
-def _scaled(triple: Triple, size: float) -> Triple:
+@compilable
+def scaled(triple: Triple, size: Value) -> Triple:
+    """Return a multiple of a triple."""
     return (triple[0] * size, triple[1] * size, triple[2] * size)
 
 
-def _sum(one: Triple, two: Triple) -> Triple:
+@compilable
+def sum_of(one: Triple, two: Triple) -> Triple:
+    """Return the sum of two triples."""
     return (one[0] + two[0], one[1] + two[1], one[2] + two[2])
 
 
@@ -88,23 +96,12 @@ class Load(NamedTuple):
         """Return the size at rest, N or N m."""
         return self.size({"time": time, "speed": 0.0, "angle": angle}[self.over])
 
-    def function(self) -> Size:
-        """Return the size as a function of time, angle and velocity, of numbers or arrays."""
-        signal = self.size
-        if self.over == "speed":
-            return lambda time, angle, velocity: _at(signal, velocity)
-        if self.over == "angle":
-            return lambda time, angle, velocity: _at(signal, angle)
-        return lambda time, angle, velocity: _at(signal, time)
+    def over_samples(self, time: Any, angle: Any, velocity: Any) -> Any:
+        """Return the size at each of some samples, (n,)."""
+        import numpy as np  # imported here because `check` does not need it
 
-
-def _at(signal: Signal, x: Value) -> Value:
-    """Return a signal at a number, or at each element of an array."""
-    if isinstance(x, float):
-        return signal(x)
-    import numpy as np  # imported here because `check` does not need it
-
-    return np.array([signal(value) for value in np.ravel(x).tolist()]).reshape(np.shape(x))
+        x = {"time": time, "speed": velocity, "angle": angle}[self.over]
+        return np.array([self.size(value) for value in x.tolist()])
 
 
 class Turning(NamedTuple):
@@ -145,200 +142,298 @@ def arms_of_weight(radius: float, azimuth: float) -> Arms:
 COUPLE = Arms((1.0, 0.0, 0.0))
 
 
-class Loads:
-    """All forces and couples of a scenario.
-
-    Parameters
-    ----------
-    loads : iterable of Load
-    friction_radius : float, m
-        Of the static limit.
-    """
-
-    def __init__(self, loads: Iterable[Load], friction_radius: float = 0.0) -> None:
-        self.constant = Arms()
-        self.variable: list[Load] = []
-        self._sizes: list[float] = []
-        self._force = 0.0
-        self._radius = friction_radius
-        for load in loads:
-            if load.is_constant:
-                self.constant = self.constant.plus(load.arms.times(load.size(0.0)))
-                self._sizes.append(abs(load.size(0.0)) * self._reach(load.arms))
-                self._force += 0.0 if load.arms == COUPLE else abs(load.size(0.0))
-            else:
-                self.variable.append(load)
-
-    def component(self, i: int) -> Size:
-        """Return the sum of the moments (0) or of the components along x (1) or y (2).
-
-        Loads that have none have no term. It is a loop, not a sum of functions: a thousand of them
-        would be nested too deep.
-        """
-        a, b, c = (triple[i] for triple in self.constant)
-        terms: list[tuple[Any, ...]] = [
-            (_ARGUMENT[load.over], load.size, *(triple[i] for triple in load.arms))
-            for load in self.variable
-            if any(triple[i] for triple in load.arms)
-        ]
-        turns = any((b, c)) or any(any(term[3:]) for term in terms)
-        if not terms and not turns:
-            return lambda time, angle, velocity: a
-
-        def component(time: Value, angle: Value, velocity: Value) -> Value:
-            cosine, sine = (cos(angle), sin(angle)) if turns else (0.0, 0.0)
-            total = a + b * cosine + c * sine
-            arguments: tuple[Any, ...] = time, angle, velocity
-            is_number = isinstance(time, float) and isinstance(angle, float)
-            for over, size, p, q, r in terms:
-                x = arguments[over]
-                total += (size(x) if is_number else _at(size, x)) * (p + q * cosine + r * sine)
-            return total
-
-        return component
-
-    def scale(self, time: Value, angle: Value) -> Value:
-        """Return the sum of the sizes of all terms of moment and limit at rest, N m."""
-        total = sum(self._sizes)
-        for load in self.variable:
-            total = total + abs(load.function()(time, angle, 0.0)) * self._reach(load.arms)
-        return total
-
-    def total_force(self, time: float, angle: float) -> float:
-        """Return the sum of the sizes of all forces at rest, N."""
-        forces = [load for load in self.variable if load.arms != COUPLE]
-        return self._force + sum(abs(load.at_rest(time, angle)) for load in forces)
-
-    def _reach(self, arms: Arms) -> float:
-        """Return the torque and the limit of a load per size: that of a couple has no limit."""
-        is_couple = arms == COUPLE
-        return largest_arm(arms) + (0.0 if is_couple else self._radius)
-
-    def rates(self, time: float, angle: float) -> Triple:
-        """Return the derivatives of moment and components at rest, N m/s and N/s, after a time."""
-        total = NONE
-        for load in self.over_time:
-            total = _sum(total, _scaled(load.arms.at(angle), load.size.derivative(time)))
-        return total
-
-    def slopes(self, time: float, angle: float) -> Triple:
-        """Return the derivatives of moment and components over the angle at rest, per rad."""
-        total = self.constant.slopes.at(angle)
-        for load in self.variable:
-            total = _sum(total, _scaled(load.arms.slopes.at(angle), load.at_rest(time, angle)))
-            if load.over == "angle":
-                total = _sum(total, _scaled(load.arms.at(angle), load.size.derivative(angle)))
-        return total
-
-    @property
-    def over_time(self) -> list[Load]:
-        """The loads whose sizes change over time."""
-        return [load for load in self.variable if load.over == "time"]
-
-    @property
-    def has_constant_resultant(self) -> bool:
-        """Whether the resultant of all forces has a constant size."""
-        return not any(any(triple[1:]) for load in self.variable for triple in load.arms) and not (
-            any(self.constant.constant[1:]) and any(self.constant.cosine[1:])
-        )
-
-    @property
-    def turns(self) -> bool:
-        """Whether a moment or a component of a force depends on the angle of the body."""
-        if any(self.constant.cosine) or any(self.constant.sine):
-            return True
-        return any(
-            load.over == "angle" or any(load.arms.cosine) or any(load.arms.sine)
-            for load in self.variable
-        )
-
-    def surfaces(self) -> tuple[SwitchingSurface, ...]:
-        """Return where the slopes of sizes over speed or angle jump."""
-        surfaces = []
-        for load in self.variable:
-            if load.over != "time":
-                surfaces += [_surface_at(piece.knot, load.over) for piece in load.size.pieces()[1:]]
-        return tuple(surfaces)
-
-
 def largest_arm(arms: Arms) -> float:
     """Return the largest arm over a turn; the largest moment of a couple of size 1."""
     return abs(arms.constant[0]) + hypot(arms.cosine[0], arms.sine[0])
 
 
-def _surface_at(knot: float, over: str) -> SwitchingSurface:
-    if over == "speed":
-        return SwitchingSurface(lambda angle, velocity: velocity - knot, is_of_table=True)
-    return SwitchingSurface(lambda angle, velocity: angle - knot, is_of_table=True)
+# A row of the table of loads: what the size is a function of; its first cubic piece and the end of
+# its pieces; its harmonic; torque and limit per size; the arms.
+OVER, FIRST, END, AMPLITUDE, FREQUENCY, PHASE, REACH, A = range(8)
+B, C, ROW = A + 3, A + 6, A + 9
+TIME, ANGLE, SPEED = 0.0, 1.0, 2.0
+PIECE = 5  # knot and four coefficients
 
 
-class Elapsed:
-    """Time as the drive of a mechanism on which several signals act.
+class Loads(NamedTuple):
+    """All forces and couples; the drive of the body is the time.
 
-    Parameters
+    The moment of an eccentric mass is a term of its own (`equation.EccentricWeight`).
+
+    Attributes
     ----------
-    signals : sequence of Signal
-        Steps end at their discontinuities.
+    constant : Arms, N m, N, N
+        The sum of those of constant size.
+    scale : float, N m
+        The sum of torques and limits of those of constant size.
+    rows : array
+        A row for each of the others.
+    pieces : array
+        The cubic pieces of their sizes (`frictionsim.scenario.signals.CubicPiece`).
     """
 
-    def __init__(self, signals: Sequence[Signal]) -> None:
-        self.signals = signals
+    constant: Arms
+    scale: float
+    rows: "array[float]"
+    pieces: "array[float]"
+
+    def at(self, t: float) -> float:
+        """Return the time."""
+        return t
+
+    def next_extremum(self, t: float) -> float:
+        """Return the next time after t, s, at which a derivative of a size jumps."""
+        rows, until = self.rows, inf
+        for k in range(0, len(rows), ROW):
+            if rows[k + OVER] == TIME:
+                following = piece_number(self.pieces, rows[k + FIRST], rows[k + END], t) + 1
+                if following < rows[k + END]:
+                    until = min(until, self.pieces[PIECE * following])
+        return until
+
+    def resultant(
+        self, time: Value, angle: Value, velocity: Value
+    ) -> tuple[Value, Value, Value, Value, Value]:
+        """Return the moment, N m, the components of the force, N, cosine and sine of the angle."""
+        (m, x, y), (m_c, x_c, y_c), (m_s, x_s, y_s) = self.constant
+        rows, pieces, c, s = self.rows, self.pieces, cos(angle), sin(angle)
+        m, x, y = m + m_c * c + m_s * s, x + x_c * c + x_s * s, y + y_c * c + y_s * s
+        for k in range(0, len(rows), ROW):
+            size = size_of(rows, pieces, k, time, angle, velocity)
+            m = m + size * (rows[k + A] + rows[k + B] * c + rows[k + C] * s)
+            x = x + size * (rows[k + A + 1] + rows[k + B + 1] * c + rows[k + C + 1] * s)
+            y = y + size * (rows[k + A + 2] + rows[k + B + 2] * c + rows[k + C + 2] * s)
+        return m, x, y, c, s
+
+    def rates(self, time: float, angle: float) -> Triple:
+        """Return the derivatives of moment and components at rest, N m/s and N/s, after a time."""
+        total = NONE
+        for k in range(0, len(self.rows), ROW):
+            if self.rows[k + OVER] == TIME:
+                rate = rate_of(self, k, time)
+                total = sum_of(total, scaled(arms_in(self.rows, k).at(angle), rate))
+        return total
+
+    def sizes(self, time: Value, angle: Value) -> Value:
+        """Return the sum of torques and limits of all loads at rest, N m."""
+        total = self.scale
+        for k in range(0, len(self.rows), ROW):
+            total = (
+                total
+                + abs(size_of(self.rows, self.pieces, k, time, angle, 0.0)) * self.rows[k + REACH]
+            )
+        return total
+
+
+@compilable
+def arms_in(rows: Any, k: int) -> Arms:
+    """Return the arms of a row that begins at k."""
+    return Arms(
+        (rows[k + A], rows[k + A + 1], rows[k + A + 2]),
+        (rows[k + B], rows[k + B + 1], rows[k + B + 2]),
+        (rows[k + C], rows[k + C + 1], rows[k + C + 2]),
+    )
+
+
+@compilable
+def _size(rows: Any, pieces: Any, k: int, time: float, angle: float, velocity: float) -> float:
+    over = rows[k + OVER]
+    x = time if over == TIME else angle if over == ANGLE else velocity
+    i = PIECE * piece_number(pieces, rows[k + FIRST], rows[k + END], x)
+    z = x - pieces[i]
+    size: float = pieces[i + 1] + z * (pieces[i + 2] + z * (pieces[i + 3] + z * pieces[i + 4]))
+    if rows[k + AMPLITUDE] != 0.0:
+        size += rows[k + AMPLITUDE] * sin(rows[k + FREQUENCY] * x + rows[k + PHASE])
+    return size
+
+
+@compiled_as(_size)
+def size_of(rows: Any, pieces: Any, k: int, time: Value, angle: Value, velocity: Value) -> Value:
+    """Return the size of the load whose row begins at k, N or N m, of numbers or arrays."""
+    if isinstance(time, float) and isinstance(angle, float) and isinstance(velocity, float):
+        return _size(rows, pieces, k, time, angle, velocity)
+    import numpy as np  # imported here because `check` does not need it
+
+    x = np.asarray((time, angle, velocity)[int(rows[k + OVER])])
+    table = np.asarray(pieces).reshape(-1, PIECE)[int(rows[k + FIRST]) : int(rows[k + END])]
+    at_x = table[np.searchsorted(table[1:, 0], x, side="right")]
+    knot, c0, c1, c2, c3 = np.moveaxis(at_x, -1, 0)
+    z = x - knot
+    wave = rows[k + AMPLITUDE] * np.sin(rows[k + FREQUENCY] * x + rows[k + PHASE])
+    return c0 + z * (c1 + z * (c2 + z * c3)) + wave
+
+
+@compilable
+def rate_of(loads: Loads, k: int, time: float) -> float:
+    """Return the derivative over time of the size of a load, after a time."""
+    rows = loads.rows
+    knot, _, c1, c2, c3 = piece_at(loads.pieces, rows[k + FIRST], rows[k + END], time)
+    z, frequency = time - knot, rows[k + FREQUENCY]
+    wave = rows[k + AMPLITUDE] * frequency * cos(frequency * time + rows[k + PHASE])
+    return c1 + z * (2.0 * c2 + z * (3.0 * c3)) + wave
+
+
+@compilable
+def largest_curvature(loads: Loads, k: int, begin: float, end: float) -> float:
+    """Return a bound of the second derivative of a size between two times, per s^2.
+
+    Between the times its pieces have no end.
+    """
+    rows = loads.rows
+    wave = abs(rows[k + AMPLITUDE]) * rows[k + FREQUENCY] * rows[k + FREQUENCY]
+    return wave + _bend(piece_at(loads.pieces, rows[k + FIRST], rows[k + END], begin), begin, end)
+
+
+@compilable
+def _bend(piece: Any, begin: float, end: float) -> float:
+    knot, _, _, c2, c3 = piece
+    if c2 == 0.0 and c3 == 0.0:  # also up to infinity
+        return 0.0
+    return max(abs(2.0 * c2 + 6.0 * c3 * (begin - knot)), abs(2.0 * c2 + 6.0 * c3 * (end - knot)))
+
+
+@compilable
+def middle_and_range(loads: Loads, k: int, begin: float, end: float) -> tuple[float, float]:
+    """Return a middle value of a size between two times, and a bound.
+
+    The size differs from the middle value by no more than the bound. Between the times its pieces
+    have no end.
+    """
+    rows = loads.rows
+    piece = piece_at(loads.pieces, rows[k + FIRST], rows[k + END], begin)
+    knot, c0, c1, c2, c3 = piece
+    y, z, length = begin - knot, end - knot, end - begin
+    first, last = c0 + y * (c1 + y * (c2 + y * c3)), c0 + z * (c1 + z * (c2 + z * c3))
+    bound = 0.5 * abs(last - first) + abs(rows[k + AMPLITUDE])
+    return 0.5 * (first + last), bound + _bend(piece, begin, end) * length * length / 8.0
+
+
+@compilable
+def piece_number(pieces: Any, first: float, end: float, x: float) -> int:
+    """Return the number of the piece at x, of those from first up to end."""
+    return first_above(pieces, PIECE, int(first) + 1, int(end), x) - 1
+
+
+@compilable
+def first_above(values: Any, stride: int, low: int, high: int, x: float) -> int:
+    """Return the first i from low on with values[stride i] > x, in ascending order, or high."""
+    while low < high:
+        middle = (low + high) // 2
+        if x < values[stride * middle]:
+            high = middle
+        else:
+            low = middle + 1
+    return low
+
+
+@compilable
+def piece_at(pieces: Any, first: float, end: float, x: float) -> Any:
+    """Return knot and coefficients of the piece at x."""
+    i = PIECE * piece_number(pieces, first, end, x)
+    return pieces[i], pieces[i + 1], pieces[i + 2], pieces[i + 3], pieces[i + 4]
+
+
+class Elapsed(NamedTuple):
+    """Time as the drive of a mechanism on which several signals act; steps end where they jump."""
+
+    signals: tuple[Signal, ...]
 
     def __call__(self, t: float) -> float:
         return t
 
     def derivative(self, t: float) -> float:
+        """Return 1."""
         return 1.0
 
     def next_discontinuity(self, t: float) -> float:
+        """Return the first time after t, s, at which a derivative of a signal jumps."""
         return min((signal.next_discontinuity(t) for signal in self.signals), default=inf)
 
-    next_extremum = next_discontinuity
+    def next_extremum(self, t: float) -> float:
+        """Return the same time."""
+        return self.next_discontinuity(t)
 
     def pieces(self) -> list[CubicPiece]:
+        """Return the time as a cubic piece."""
         return [CubicPiece(0.0, 0.0, 1.0)]
 
-    def harmonic(self) -> Any:
-        return None
+    def harmonic(self) -> None:
+        """Return none."""
 
 
-def largest_curvature(signal: Signal) -> Callable[[float, float], float]:
-    """Return a bound of the second derivative of a signal between two times, per s^2.
+class TableKnots(NamedTuple):
+    """The switching surface at which the slope of a size over angle or speed jumps.
 
-    Between the times its pieces have no end.
+    Attributes
+    ----------
+    knots : array
+        The angles, rad, then the speeds, rad/s, each in ascending order.
+    angles : int
+        The number of angles.
     """
-    pieces, harmonic = signal.pieces(), signal.harmonic()
-    knots = [piece.knot for piece in pieces[1:]]
-    wave = 0.0 if harmonic is None else abs(harmonic.amplitude) * harmonic.angular_frequency**2
 
-    def bound(begin: float, end: float) -> float:
-        piece = pieces[bisect_right(knots, begin)]
-        ends = (abs(2.0 * piece.c2 + 6.0 * piece.c3 * (t - piece.knot)) for t in (begin, end))
-        return wave + (max(ends) if piece.c2 or piece.c3 else 0.0)
+    knots: "array[float]"
+    angles: int
+    event: str = ""
+    is_event: bool = False
+    is_of_table: bool = True
 
-    return bound
+    def beyond(self, q0: float, v0: float, q1: float, q: float, v: float) -> float:
+        """Return a number that is positive beyond the first knot after (q0, v0)."""
+        knots, angles = self.knots, self.angles
+        return max(
+            _beyond_next(knots, 0, angles, q0, q), _beyond_next(knots, angles, len(knots), v0, v)
+        )
 
 
-def middle_and_range(signal: Signal) -> Callable[[float, float], tuple[float, float]]:
-    """Return a function of two times: a middle value of a signal between them, and a bound.
+@compilable
+def _beyond_next(knots: Any, begin: int, end: int, x0: float, x: float) -> float:
+    """Return how far x is beyond the next knot above or below x0."""
+    above, beyond = first_above(knots, 1, begin, end, x0), -inf
+    below = above - 1
+    if below >= begin and knots[below] == x0:
+        below -= 1
+    if above < end:
+        beyond = x - knots[above]
+    if below >= begin:
+        beyond = max(beyond, knots[below] - x)
+    return beyond
 
-    The signal differs from the middle value by no more than the bound. Between the times its
-    pieces have no end.
+
+def loads_in(loads: Iterable[Load], friction_radius: float) -> Loads:
+    """Return loads as one table.
+
+    Parameters
+    ----------
+    loads : iterable of Load
+    friction_radius : float, m
+        Of the static limit; 0 without dry friction.
     """
-    pieces, harmonic = signal.pieces(), signal.harmonic()
-    knots = [piece.knot for piece in pieces[1:]]
-    wave = 0.0 if harmonic is None else abs(harmonic.amplitude)
-    curvature = largest_curvature(signal) if harmonic is None else None
+    constant, scale, rows, pieces = Arms(), 0.0, array("d"), array("d")
+    for load in loads:
+        reach = reach_of(load.arms, friction_radius)
+        if load.is_constant:
+            size = load.size(0.0)
+            constant, scale = constant.plus(load.arms.times(size)), scale + abs(size) * reach
+            continue
+        first, own = len(pieces) // PIECE, load.size.pieces()
+        wave = load.size.harmonic() or (0.0, 0.0, 0.0)
+        over = {"time": TIME, "angle": ANGLE, "speed": SPEED}[load.over]
+        rows.extend((over, first, first + len(own), *wave, reach))
+        rows.extend(number for triple in load.arms for number in triple)
+        pieces.extend(number for piece in own for number in piece)
+    return Loads(constant, scale, rows, pieces)
 
-    def middle_and_bound(begin: float, end: float) -> tuple[float, float]:
-        piece = pieces[bisect_right(knots, begin)]
-        first, last = (_value(piece, t - piece.knot) for t in (begin, end))
-        length = end - begin
-        bend = 0.0 if curvature is None else curvature(begin, end) * length * length / 8.0
-        return 0.5 * (first + last), 0.5 * abs(last - first) + bend + wave
 
-    return middle_and_bound
+def reach_of(arms: Arms, friction_radius: float) -> float:
+    """Return the torque and the limit of a load per size: that of a couple has no limit."""
+    return largest_arm(arms) + (0.0 if arms == COUPLE else friction_radius)
 
 
-def _value(piece: CubicPiece, x: float) -> float:
-    return piece.c0 + x * (piece.c1 + x * (piece.c2 + x * piece.c3))
+def knots_of(loads: Iterable[Load]) -> tuple[TableKnots, ...]:
+    """Return where the slopes of sizes over angle or speed jump; none if there are no tables."""
+    knots: dict[str, set[float]] = {"angle": set(), "speed": set(), "time": set()}
+    for load in loads:
+        knots[load.over].update(piece.knot for piece in load.size.pieces()[1:])
+    angles, speeds = sorted(knots["angle"]), sorted(knots["speed"])
+    return (TableKnots(array("d", angles + speeds), len(angles)),) if angles or speeds else ()

@@ -28,7 +28,6 @@ from frictionsim.mechanisms.shaft.balance import (
     roots_at,
     sum_of,
 )
-from frictionsim.mechanisms.shaft.equation import contact_of
 from frictionsim.mechanisms.shaft.schema import ShaftScenario
 from frictionsim.mechanisms.shaft.unknowns import WHERE, place_of, unknown_of
 from frictionsim.results import Quantities, Quantity, StaticQuantities
@@ -95,7 +94,7 @@ def at_rest(scenario: ShaftScenario) -> StaticQuantities:
     arm, margin = torque / reaction if reaction else None, limit - abs(torque)
     tie = 0.0
     if journal is not None:  # as in a run
-        tie = contact_of(scenario, loads.terms).roundoff(time, at_angle)
+        tie = loads.shaft.roundoff(time, at_angle)
     direction = 0 if margin >= -tie else 1 if torque > 0.0 else -1
     on_stop = stop_at(scenario, angle)
     pressed = on_stop != 0 and on_stop * torque >= 0.0  # a stop takes all that presses into it

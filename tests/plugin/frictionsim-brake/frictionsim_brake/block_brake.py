@@ -162,6 +162,15 @@ class Brake(NamedTuple):
     def powers(self, force: Value, angle: Value, velocity: Value) -> tuple[Value, ...]:
         return with_damping_power((self.torque * velocity,), self.damping, velocity)
 
+    def torques_and_powers(
+        self, force: Value, angle: Value, velocity: Value, s: Value
+    ) -> tuple[Value, Value, tuple[Value, ...]]:
+        return (
+            self.applied_torque(force, angle, velocity),
+            self.kinetic_limit(force, angle, velocity, s),
+            self.powers(force, angle, velocity),
+        )
+
     def stored_energies(self, angle: Value, velocity: Value) -> tuple[Value, ...]:
         return (0.5 * self.inertia * velocity * velocity,)
 
