@@ -31,13 +31,14 @@ NEXT_TO_NONE = {"effects__axial_damping__coefficient": 1e-9, "effects__contact__
 
 def growth(z: complex) -> complex:
     """Return R(z) from the stages: one step of y' = z y from y = 1, with h = 1."""
-    k: list[list[complex]] = [[z], *([0j] for _ in range(5))]
-    stage, y5, error = [0j], [0j], [0j]
-
-    def rhs(t: float, y: Any, dy: Any) -> None:
-        dy[0] = z * y[0]
-
-    rkf.stages(rhs, 0.0, 1.0, [1 + 0j], k, stage, y5, error)  # type: ignore[arg-type]
+    y, stage, y5, error = [1 + 0j], [0j], [0j], [0j]
+    k = [[z]]
+    for write in (rkf.stage_2, rkf.stage_3, rkf.stage_4, rkf.stage_5, rkf.stage_6):
+        write(1.0, y, *k, stage)  # type: ignore[operator]
+        k.append([z * stage[0]])
+    others = [k[0], *k[2:]]
+    rkf.solution_5(1.0, y, *others, y5)  # type: ignore[arg-type]
+    rkf.error_estimate_5(1.0, *others, error)  # type: ignore[arg-type]
     return y5[0] + DISSIPATION * error[0]
 
 

@@ -31,7 +31,9 @@ OPTIONS: dict[str, Any] = {
 }
 
 # Plain Python for one coordinate, and compiled for belts.
-SHARED = ("solvers/runge_kutta_fehlberg.py", "solvers/friction_curve.py")
+SHARED = tuple(
+    f"solvers/{name}.py" for name in ("runge_kutta_fehlberg", "friction_curve", "stepper")
+)
 
 # Of a kernel that is a part of others: what Python calls it by would take as long to compile.
 PART: dict[str, Any] = {"no_cpython_wrapper": True}

@@ -239,11 +239,7 @@ def advance(
 def stages(
     t: float, h: float, y: Array, k: tuple[Array, ...], stage: Array, y_new: Array, system: System
 ) -> None:
-    """Write the solution at the end of a step, and the rates k of its stages.
-
-    As `runge_kutta_fehlberg.stages`; but a kernel that were given the rates as an argument would
-    be compiled in every process.
-    """
+    """Write the solution at the end of a step, and the rates k of its stages."""
     stage_2(h, y, k[0], stage)
     rhs(t + C2 * h, h, stage, k[1], system)
     stage_3(h, y, k[0], k[1], stage)
