@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from math import floor, log10
 from pathlib import Path
+from types import NoneType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self
 
 from pydantic import Field, PrivateAttr, field_validator, model_validator
@@ -427,6 +428,9 @@ class Scenario(Params):
         return self
 
 
+WITHOUT_VALUES = (NoneType, str, bool, int)  # for the other types it is asked what they are
+
+
 @cache
 def _has_law(effect: type) -> bool:
     """Return whether an effect is one of dry friction."""
@@ -446,6 +450,6 @@ def _may_be_implausible(value: Any) -> bool:
             is_large = inner > MAX_PLAUSIBLE_MU or inner < -MAX_PLAUSIBLE_RADIUS
             if is_large and name.endswith(("radius", "mu_s", "mu_k")):
                 return True
-        elif _may_be_implausible(inner):
+        elif type(inner) not in WITHOUT_VALUES and _may_be_implausible(inner):
             return True
     return False

@@ -44,6 +44,7 @@ _registered: set[str] = set()
 _compiled_forms: set[tuple[Any, ...]] = set()
 _failed_forms: set[tuple[Any, ...]] = set()
 ANY_FORM: tuple[Any, ...] = ()
+NUMBERS = (float, int)
 
 
 def compilable(function: Function) -> Function:
@@ -94,14 +95,12 @@ def classes_of(value: Any) -> Iterator[type]:
 def as_argument(value: Any) -> Any:
     """Return an argument as compiled code takes it: its arrays share their memory."""
     kind = type(value)
-    if kind is float or kind is int:
-        return value
     if kind is array:
         import numpy as np
 
         return np.frombuffer(value) if len(value) else np.empty(0)
     if isinstance(value, tuple):
-        parts = [as_argument(inner) for inner in value]
+        parts = [inner if type(inner) in NUMBERS else as_argument(inner) for inner in value]
         return tuple(parts) if kind is tuple else kind(*parts)
     return value
 
@@ -109,7 +108,8 @@ def as_argument(value: Any) -> Any:
 def form_of(value: Any) -> Any:
     """Return the types of an argument: compiled code is for one form."""
     if isinstance(value, tuple):
-        return (type(value), *[form_of(inner) for inner in value])
+        forms = [form_of(one) if isinstance(one, tuple) else type(one) for one in value]
+        return (type(value), *forms)
     return type(value)
 
 
