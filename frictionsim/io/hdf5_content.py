@@ -3,7 +3,7 @@
 All functions here call HDF5.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from contextlib import contextmanager
 from math import isnan
 from typing import Any
@@ -28,6 +28,7 @@ from frictionsim.io.hdf5_structure import (
     values_of,
 )
 from frictionsim.io.result_format import (
+    ANSWER_BYTES,
     COUNTS,
     READABLE_VERSIONS,
     STATUSES,
@@ -63,18 +64,28 @@ def record(path: str) -> Record:
 def rows(path: str, name: str, start: str, stop: str) -> Any:
     """Return samples start to stop - 1 of a channel."""
     with _opened(path) as file:
-        found = dict(members(file, Budget(file.id.get_filesize())))
-        return rows_of(checked_dataset(found[name], name), slice(int(start), int(stop)))
+        found, _, _ = _top_level(file, Budget(file.id.get_filesize()))
+        return rows_of(found[name], slice(int(start), int(stop)))
 
 
 def channels(names: str, *paths: str) -> list[dict[str, Any]]:
-    """Return channels of several files, of names with commas between them."""
-    found = []
+    """Return channels of the first of several files, as many as an answer holds, of one at least.
+
+    Parameters
+    ----------
+    names : str
+        With commas between them; empty for all channels.
+    """
+    found: list[dict[str, Any]] = []
+    left = ANSWER_BYTES
     for path in paths:
         with _opened(path) as file:
             budget = Budget(file.id.get_filesize())
-            every = dict(members(file, budget))
-            wanted = {name: checked_dataset(every[name], name) for name in names.split(",")}
+            every, _, _ = _top_level(file, budget)
+            wanted = {name: every[name] for name in names.split(",")} if names else every
+            left -= sum(item.nbytes for item in wanted.values())
+            if found and left < 0:
+                break
             found.append({name: values_of(item, budget) for name, item in wanted.items()})
     return found
 
@@ -145,6 +156,20 @@ def _attributes(file: Any, budget: Budget) -> dict[str, str]:
     return found
 
 
+def _top_level(file: Any, budget: Budget) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    """Return the channels, the scales of their columns and the groups of a file, checked."""
+    channels: dict[str, Any] = {}
+    scales: dict[str, Any] = {}
+    groups: dict[str, Any] = {}
+    for name, item in members(file, budget):
+        if name in GROUPS:
+            groups[name] = checked_group(item, name)
+        else:
+            is_scale = checked_dataset(item, name).is_scale and name != "time"
+            (scales if is_scale else channels)[name] = item
+    return channels, scales, groups
+
+
 class _Reader:
     """Makes a record of an open file, with one budget for all of it."""
 
@@ -155,22 +180,15 @@ class _Reader:
         """Return the content of the file."""
         budget = self._budget
         attributes = _attributes(self._file, budget)
-        every, groups = {}, {}
-        for name, item in members(self._file, budget):
-            if name in GROUPS:
-                groups[name] = checked_group(item, name)
-            else:
-                every[name] = checked_dataset(item, name)
-        scales = {name for name, item in every.items() if item.is_scale and name != "time"}
-        datasets = {name: item for name, item in every.items() if name not in scales}
+        datasets, scales, groups = _top_level(self._file, budget)
         events, contacts = self._events(groups.get("events"))
         found = Record(
             attributes=attributes,
             channels=self._channels(datasets),
             units={n: text_of(item, "units", budget) for n, item in datasets.items()},
             long_names={n: text_of(item, "long_name", budget) for n, item in datasets.items()},
-            axes={name: _axis_of(item, scales) for name, item in datasets.items()},
-            members={name: self._members(every[name]) for name in sorted(scales)},
+            axes={name: _axis_of(item, scales.keys()) for name, item in datasets.items()},
+            members={name: self._members(scales[name]) for name in sorted(scales)},
             events=events,
             contacts=contacts,
             flags={n: self._flags(item) for n, item in datasets.items() if _has_flags(item)},
@@ -263,7 +281,7 @@ def _has_flags(dataset: Any) -> bool:
     return "flag_values" in dataset.attrs and dataset.dtype.kind in "iu"
 
 
-def _axis_of(dataset: Any, scales: set[str]) -> str:
+def _axis_of(dataset: Any, scales: Set[str]) -> str:
     """Return the axis of the columns of a dataset; empty if it has no columns."""
     if dataset.ndim < 2:
         return ""

@@ -8,6 +8,7 @@ READABLE_VERSIONS = (1, 2, 3)
 SEGMENTS = "segments"  # the attribute that refers to them
 STATUSES = ("done", "failed", "interrupted")
 CONVENTIONS = "CF-1.11"
+ANSWER_BYTES = 64 * 2**20  # of the segments that are read together, or of one that is larger
 # The datasets of /solver.
 COUNTS = {
     "steps": "accepted steps",

@@ -46,7 +46,6 @@ class SampleSegments(SegmentFiles):
     ) -> None:
         super().__init__(whole)
         self._on_begin, self._inherited = on_begin, inherited
-        self._checksums: list[int] = []
 
     @property
     def checksum(self) -> int:
@@ -80,7 +79,7 @@ class SampleSegments(SegmentFiles):
                 f"{error}. The samples before these are kept: make space, or give another place"
                 " with -o, and resume the run if there is an unfinished result"
             ) from None
-        self._latest = None
+        self._latest = {}
         self._checksums = [*self._checksums[:number], checksum]
 
     def restore(self, count: int, checksum: int) -> bool:
@@ -122,7 +121,7 @@ class SampleSegments(SegmentFiles):
 
     def remove(self, first: int = 0) -> None:
         """Remove the segments from a number on."""
-        self._latest = None
+        self._latest = {}
         while self._is_segment(first):
             with suppress(OSError):
                 self.path(first).unlink()
@@ -136,4 +135,4 @@ class SampleSegments(SegmentFiles):
             return False
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_latest": None, "_on_begin": None}
+        return {**self.__dict__, "_latest": {}, "_on_begin": None}
