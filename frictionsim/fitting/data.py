@@ -78,15 +78,7 @@ UNITS: dict[str, tuple[str, float]] = {
 
 
 def factor(unit: str, own: str) -> float:
-    """Return how many of the unit `own` one `unit` is.
-
-    Parameters
-    ----------
-    unit : str
-        Of the data.
-    own : str
-        Of the channel or quantity.
-    """
+    """Return how many of the model's own unit one of another unit is."""
     if unit == own:
         return 1.0
     si, size = UNITS.get(own, (own, 1.0))
@@ -101,17 +93,11 @@ EXACT = 1e-9  # of the spread: data are not taken to be more exact
 
 
 class Noise:
-    """The standard deviations of the data, given or estimated.
-
-    Attributes
-    ----------
-    sigma : (n,)
-    spread : (n,)
-        Of the data.
-    """
+    """The standard deviations of the data, given or estimated."""
 
     def __init__(self, targets: "Iterable[Target]") -> None:
         targets = list(targets)
+        # Of each value (n,).
         self.spread = np.concatenate([t.scale for t in targets])
         self.sigma = np.concatenate([t.scale if t.sigma is None else t.sigma for t in targets])
         names = [t.group if t.sigma is None else "" for t in targets for _ in t.values]
@@ -123,11 +109,7 @@ class Noise:
     def estimate(self, residuals: "Array", determined: int) -> float:
         """Estimate the standard deviations that were not given; return their relative change.
 
-        Parameters
-        ----------
-        residuals : (n,)
-        determined : int
-            How many values were determined from the data.
+        So many values were determined from the data.
         """
         change, left = 0.0, max(1.0 - determined / residuals.size, 0.0)
         for group in self.groups:
@@ -145,61 +127,27 @@ SHARED = "quantities"  # group of single quantities without sigma, whose errors 
 
 
 class Target(NamedTuple):
-    """Measured values of a channel or quantity.
+    """Measured values of a channel or quantity."""
 
-    Attributes
-    ----------
-    name : str
-        As `angular_velocity`, or `pulley_speed.driven` of a channel with members.
-    of : str
-        `channel` or `quantity`.
-    unit : str
-        Of the values: that of the channel; of a quantity that of the data, empty if not said.
-    values : (n,)
-    sigma : (n,) or None
-        Standard deviations of the values.
-    times : (n,), s
-        Times in the run; empty for a quantity.
-    runs : (n,) of int
-        The run that each value is of.
-    group : str
-        Values of one group without sigma have one noise level.
-    scale : (n,)
-        What their errors are relative to before the noise level is known.
-    column : str, int or None
-        Of the data; None of a value that was given.
-    data_unit : str
-        The unit that the data were read in; empty for that of the quantity.
-    """
-
-    name: str
+    name: str  # as `angular_velocity`, or `pulley_speed.driven` of a channel with members
     of: Literal["channel", "quantity"]
-    unit: str
+    unit: str  # of the channel; of a quantity that of the data, empty if not said
     values: "Array"
-    sigma: "Array | None"
-    times: "Array"
-    runs: "npt.NDArray[np.int64]"
-    group: str
-    scale: "Array"
-    column: Column | None = None
-    data_unit: str = ""
+    sigma: "Array | None"  # standard deviations
+    times: "Array"  # in the run, s; empty for a quantity
+    runs: "npt.NDArray[np.int64]"  # that each value is of
+    group: str  # values of one group without sigma have one noise level
+    scale: "Array"  # what their errors are relative to before that is known
+    column: Column | None = None  # of the data; None of a value that was given
+    data_unit: str = ""  # that the data were read in; empty for that of the quantity
 
 
 class Measured(NamedTuple):
-    """Measured data.
-
-    Attributes
-    ----------
-    targets : tuple of Target
-    runs : tuple of dict
-        The keys that each run sets; one run that sets none for time series.
-    over : tuple of str
-        These keys.
-    """
+    """Measured data."""
 
     targets: tuple[Target, ...]
-    runs: tuple[dict[str, float], ...]
-    over: tuple[str, ...] = ()
+    runs: tuple[dict[str, float], ...]  # the keys that each sets; of time series one that sets none
+    over: tuple[str, ...] = ()  # these keys
 
     @property
     def times(self) -> "Array":

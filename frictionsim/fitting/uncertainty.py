@@ -25,37 +25,19 @@ ROUNDING = 1e-7  # of the spread of the data
 
 
 class Identified(NamedTuple):
-    """Which keys are identified, and the covariance of their scaled places.
+    """Which keys are identified, and the covariance of their scaled places."""
 
-    Attributes
-    ----------
-    reasons : dict of str
-        Why a key is not identified, by key.
-    covariance : (keys, keys)
-        For residuals of standard deviation 1; NaN in rows and columns of keys that are not
-        identified.
-    rank : int
-        How many values, or combinations of them, the data determine.
-    """
-
-    reasons: dict[str, str]
-    covariance: "Array"
-    rank: int
+    reasons: dict[str, str]  # why a key is not identified, by key
+    # For residuals of standard deviation 1.
+    covariance: "Array"  # (keys, keys), of scaled places; NaN of a key that is not identified
+    rank: int  # how many values, or combinations of them, the data determine
 
 
 class Accuracy(NamedTuple):
-    """How accurate the derivatives are.
+    """How accurate the derivatives are."""
 
-    Attributes
-    ----------
-    step : float
-        Of the differences, as a part of the bounds.
-    noise : float
-        Error of the runs, relative to the spread of the data.
-    """
-
-    step: float
-    noise: float
+    step: float  # of the differences, as a part of the bounds
+    noise: float  # error of the runs, relative to the spread of the data
 
     @property
     def flat(self) -> float:
@@ -130,11 +112,7 @@ def _without(covariance: "Array", keys: tuple[FreeKey, ...], reasons: dict[str, 
 def quantile(degrees: int | None) -> float:
     """Return the factor of the standard error for a 95 % interval.
 
-    Parameters
-    ----------
-    degrees : int or None
-        Degrees of freedom that the standard deviations were estimated with; None if they were
-        given.
+    Without degrees of freedom the standard deviations were given, else estimated with so many.
     """
     from scipy import special  # imported here: a fit alone needs it
 
@@ -147,12 +125,7 @@ def quantile(degrees: int | None) -> float:
 def determine_no_better(found: Identified, keys: tuple[FreeKey, ...], factor: float) -> Identified:
     """Return the same without keys whose 95 % interval is wider than their bounds.
 
-    Parameters
-    ----------
-    found : Identified
-    keys : tuple of FreeKey
-    factor : float
-        Of the standard error, for the interval.
+    The interval is the standard error times a factor.
     """
     reasons = dict(found.reasons)
     for j, key in enumerate(keys):
@@ -167,12 +140,7 @@ def determine_no_better(found: Identified, keys: tuple[FreeKey, ...], factor: fl
 def without_jumps(found: Identified, keys: tuple[FreeKey, ...], differences: "Array") -> Identified:
     """Return the same without keys by which the run jumps or kinks at the estimate.
 
-    Parameters
-    ----------
-    found : Identified
-    keys : tuple of FreeKey
-    differences : (keys,)
-        By how much the derivatives change with the step of their differences, relative.
+    The differences (keys,) are of their derivatives with another step, relative.
     """
     reasons = dict(found.reasons)
     for key, difference in zip(keys, differences, strict=True):

@@ -24,24 +24,15 @@ MAX_VALUE = 60  # characters of the value of a key
 class ComparedChannel(NamedTuple):
     """The largest difference of one channel, relative to its tolerance.
 
-    Attributes
-    ----------
-    name : str
-    difference, allowed : float or None
-        Difference and tolerance at the sample with the largest ratio of the two.
-    time : float or None, s
-        Time of that sample.
-    ok : bool
-    note : str
-        Any other mismatch, or the member of the channel's axis.
+    Difference, tolerance and time are those of the sample with the largest ratio of the two.
     """
 
     name: str
     difference: float | None
     allowed: float | None
-    time: float | None
+    time: float | None  # s
     ok: bool
-    note: str = ""
+    note: str = ""  # any other mismatch, or the member of the channel's axis
 
 
 @dataclass
@@ -72,16 +63,7 @@ def compare_records(
     tolerances: Tolerances,
     ignore: Sequence[str],
 ) -> Comparison:
-    """Compare two results channel by channel and event by event; see `frictionsim.compare`.
-
-    Parameters
-    ----------
-    named_result, named_golden : tuple of str and Record
-        With the names of their files, for messages.
-    tolerances : Tolerances
-    ignore : sequence of str
-        Names or patterns of channels to leave out.
-    """
+    """Compare two results, with the names of their files; see `frictionsim.compare`."""
     (result_path, result), (golden_path, golden) = named_result, named_golden
     rtol, atol, time_atol = tolerances
     kinds = result.attributes["kind"], golden.attributes["kind"]

@@ -71,10 +71,7 @@ def rows(path: str, name: str, start: str, stop: str) -> Any:
 def channels(names: str, *paths: str) -> list[dict[str, Any]]:
     """Return channels of the first of several files, as many as an answer holds, of one at least.
 
-    Parameters
-    ----------
-    names : str
-        With commas between them; empty for all channels.
+    The names have commas between them; without any, all channels are returned.
     """
     found: list[dict[str, Any]] = []
     left = ANSWER_BYTES

@@ -85,12 +85,7 @@ def read_checkpoint(path: Path) -> Checkpoint:
 
 
 class RowsOfFile:
-    """The long channels of a file, of which some rows are read whenever they are needed.
-
-    Parameters
-    ----------
-    path : Path
-    """
+    """The long channels of a file, of which some rows are read whenever they are needed."""
 
     def __init__(self, path: Path) -> None:
         self._path, self._stamp = Path(os.path.abspath(path)), _stamp_of(path)

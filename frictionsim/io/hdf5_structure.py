@@ -26,13 +26,7 @@ NUMBERS = (h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM)
 
 
 class Budget:
-    """How many bytes a file may still claim, in all of its data together.
-
-    Parameters
-    ----------
-    file_bytes : int
-        Its size.
-    """
+    """How many bytes a file of some size may still claim, in all of its data together."""
 
     def __init__(self, file_bytes: int) -> None:
         self.file_bytes = file_bytes
@@ -40,13 +34,7 @@ class Budget:
         self.members = MAX_MEMBERS
 
     def take(self, count: int, name: str) -> None:
-        """Take some bytes.
-
-        Raises
-        ------
-        ValueError
-            If there are not so many.
-        """
+        """Take some bytes; raise ValueError if there are not so many."""
         self.left -= count
         if self.left < 0:
             raise ValueError(f"{name}: the file claims more data than it can hold")
@@ -63,10 +51,7 @@ def data_limit(file_bytes: int) -> int:
 def members(group: Any, budget: Budget) -> Iterator[tuple[str, Any]]:
     """Yield the names and objects of a group, which hard links of the file itself lead to.
 
-    Raises
-    ------
-    ValueError
-        If there are others, or too many.
+    ValueError is raised if there are others, or too many.
     """
     budget.members -= len(group)
     if budget.members < 0:
@@ -88,13 +73,7 @@ def checked_group(item: Any, name: str) -> Any:
 
 
 def checked_dataset(item: Any, name: str) -> Any:
-    """Return a dataset whose data are in the file itself, in a form that results have.
-
-    Raises
-    ------
-    ValueError
-        If it is not.
-    """
+    """Return a dataset in a form that results have; raise ValueError if it is another."""
     if not isinstance(item, h5py.Dataset):
         raise ValueError(f"{name} is not a dataset")
     _check_attributes(item)
@@ -137,15 +116,7 @@ def texts_of(item: Any, budget: Budget) -> dict[str, str]:
 
 
 def text_of(item: Any, name: str, budget: Budget) -> str:
-    """Return an attribute as text; bytes that are not UTF-8 are replaced.
-
-    Raises
-    ------
-    KeyError
-        If there is none.
-    ValueError
-        If it is too long.
-    """
+    """Return a short attribute as text; bytes that are not UTF-8 are replaced."""
     attribute = item.attrs.get_id(name)
     if attribute.shape != () or not _is_plain(attribute.get_type()):
         raise ValueError(f"{name} is not a text")

@@ -63,16 +63,9 @@ OK: "Flags" = ((0, "failed"), (1, "ok"))
 
 
 def write(run: "Record", path: Path, part: Part | None = None) -> None:
-    """Write the result file of a run atomically: on any error the existing file is kept.
+    """Write the result file of a run as `write_record`.
 
     If the run can be resumed, samples in segments stay there, and the file lists them.
-
-    Parameters
-    ----------
-    run : Record
-    path : Path
-    part : Part, optional
-        Of this file, if it is locked already.
     """
     stored = run.stored
     if stored is None or run.checkpoint is None:
@@ -91,16 +84,10 @@ def write_record(
     checkpoint: dict[str, Any] | None = None,
     part: Part | None = None,
 ) -> None:
-    """Write a result file atomically: on any error the existing file is kept.
+    """Write a result file, with the state to resume from if there is one.
 
-    Parameters
-    ----------
-    record : Record
-    path : Path
-    checkpoint : dict of arrays, optional
-        State to resume from.
-    part : Part, optional
-        As of `write`.
+    It is written atomically: on any error the existing file is kept. A part of it may be locked
+    already.
     """
     part = part or Part(path)
     try:
@@ -184,14 +171,6 @@ def write_table(
         /cost/row            (k,) the dimension scale of the columns: one row for each setting
         /cost/<column>       (k,) law, backend, setting, overrides, status, reason as text; error,
                              wall_seconds, steps, ... as float64, nan if a value is unknown
-
-    Parameters
-    ----------
-    scenario : Scenario
-    columns : iterable of Column
-    attributes : dict of str
-        Of the study, see `frictionsim.work_precision.table.attributes`.
-    path : Path
     """
     with file_in_memory() as file:
         _add_attributes(file, scenario_attributes(scenario) | attributes)

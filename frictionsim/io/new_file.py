@@ -20,13 +20,6 @@ def write_new(path: Path, text: str, what: str) -> None:
     """Write a file that is not there yet, whole or not at all.
 
     The name is taken by an empty file first, so that no file that appears meanwhile is replaced.
-
-    Parameters
-    ----------
-    path : Path
-    text : str
-    what : str
-        What it is, for messages.
     """
     from frictionsim.io.atomic_write import write_atomically
 

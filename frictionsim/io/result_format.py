@@ -21,16 +21,7 @@ COUNTS = {
 def state_digest(attributes: dict[str, Any], state: dict[str, Any]) -> str:
     """Return the SHA-256 of a checkpoint and of the scenario and version that it belongs to.
 
-    Parameters
-    ----------
-    attributes : dict
-        Root attributes of the file; `scenario`, `kind` and `frictionsim_version` are used.
-    state : dict of arrays
-
-    Returns
-    -------
-    str
-        Hexadecimal digest.
+    Of the root attributes, `scenario`, `kind` and `frictionsim_version` are used.
     """
     from hashlib import sha256
 

@@ -26,14 +26,8 @@ from frictionsim.results import Record
 class SampleSegments(SegmentFiles):
     """The segments of a run.
 
-    Parameters
-    ----------
-    whole : Path
-        The result of the run.
-    on_begin : callable
-        Called before the first is written.
-    inherited : SegmentFiles, optional
-        Of the run that is resumed into another file.
+    `on_begin` is called before the first is written. Those of a run that is resumed into another
+    file are inherited.
     """
 
     patience = 2**31  # the run itself has written them, and waits for a busy machine
@@ -85,12 +79,7 @@ class SampleSegments(SegmentFiles):
     def restore(self, count: int, checksum: int) -> bool:
         """Take over the first segments and remove later ones; return whether they are those.
 
-        Raises
-        ------
-        InputError
-            If one is missing or damaged.
-        OutputError
-            If they cannot be copied to the names of this run.
+        InputError is raised if one is missing or damaged, OutputError if they cannot be copied.
         """
         source = self._inherited or self
         found = [source.checksum_of(number) for number in range(count)]

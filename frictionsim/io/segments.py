@@ -32,14 +32,9 @@ LINE = re.compile(r"([^/\\\0]+) (\d{1,9}) ([0-9a-f]{8})")
 
 
 class SegmentFiles:
-    """The segments of a result, numbered from 0.
+    """The segments of a complete result, which need not be there; numbered from 0.
 
-    Parameters
-    ----------
-    whole : Path
-        The complete result that they are of; it need not be there.
-    checksums : sequence of int
-        Of the segments that are to be read.
+    The checksums are those of the segments that are to be read.
     """
 
     # In bytes of a large file, as of `answer_of`: how long an answer may take at least.
@@ -149,10 +144,7 @@ def _listed(listing: str) -> list[_Listed]:
 def with_segments(tail: Record, path: Path, listing: str) -> Record:
     """Return the record of a result with the samples of its segments before its own.
 
-    Raises
-    ------
-    InputError
-        If the segments are not those that are listed.
+    InputError is raised if they are not those that are listed.
     """
     damaged = InputError(
         f"{path}: cannot read this result: its segments are not those of this version; solve its"
@@ -186,15 +178,7 @@ def with_segments(tail: Record, path: Path, listing: str) -> Record:
 
 
 class _SegmentsAndTail:
-    """Channels with columns of an unfinished result: samples in segments, then those in its file.
-
-    Parameters
-    ----------
-    segments : SegmentFiles
-    count, size : int
-        How many there are, and the samples of each.
-    tail : dict of arrays
-    """
+    """Channels with columns of an unfinished result: samples in segments, then in its file."""
 
     def __init__(self, segments: SegmentFiles, count: int, size: int, tail: dict[str, Any]) -> None:
         self._segments, self._count, self._size, self._tail = segments, count, size, tail

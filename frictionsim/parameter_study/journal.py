@@ -57,13 +57,7 @@ def remove_left_over(path: Path) -> None:
 
 
 class Journal:
-    """The open journal of a file, which this process has locked.
-
-    Parameters
-    ----------
-    path : Path
-        Of the file of the sweep.
-    """
+    """The open journal of the file of a sweep, which this process has locked."""
 
     def __init__(self, path: Path) -> None:
         self.path, self._of = journal_name(path), path
@@ -250,13 +244,7 @@ def _block(record: list[Any], checksum: Any) -> Block | None:
 
 
 def _parsed(first: int, status: bytes, units: Any, numbers: bytes, texts: Any) -> Block:
-    """Return the block of the columns of a record.
-
-    Raises
-    ------
-    ValueError, TypeError, KeyError
-        If they do not fit together.
-    """
+    """Return the block of the columns of a record; raise some error if they do not fit together."""
     found = np.frombuffer(status, np.int8)
     names = {_text(name): _text(unit) for name, unit in units}
     if not found.size or len(names) != len(units) or not np.isin(found, OUTCOMES).all():

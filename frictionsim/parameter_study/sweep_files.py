@@ -51,16 +51,7 @@ SERIES, STUDY = ".series", "study.toml"
 class SweepFiles:
     """The file that a sweep writes to, and those that it needs until it is whole.
 
-    Parameters
-    ----------
-    whole : Path
-    resumed : Path, optional
-        The file of the resumed sweep; it is kept unless it is that of `whole`.
-
-    Attributes
-    ----------
-    partial : Path
-        Of the unfinished file.
+    The file of the resumed sweep is kept unless it is that of `whole`.
     """
 
     def __init__(self, whole: Path, resumed: Path | None = None) -> None:

@@ -18,7 +18,7 @@ from tests.attacks.promise import BrokenPromise, outcome
 from tests.support.belt_scenarios import pair
 
 NAME = "run in segments"
-MOST = 12  # segments of this run
+MAX_SEGMENTS = 12  # of this run
 
 
 def solve(folder: Path) -> str:
@@ -57,7 +57,7 @@ def room_for(segments: int, left: int) -> Iterator[None]:
 
 def attack(rng: random.Random, folder: Path) -> str:
     """Fill the disk during a long run, and resume what is kept where there is room again."""
-    segments, left = rng.randrange(1, MOST), rng.choice((0, 1000, 5000, 12_000, 30_000))
+    segments, left = rng.randrange(1, MAX_SEGMENTS), rng.choice((0, 1000, 5000, 12_000, 30_000))
     case = f"room for {segments} segments and {left} bytes"
     with small_segments(NAME):
         with room_for(segments, left):
