@@ -170,8 +170,8 @@ class Search:
     def within(self, first: "Array", last: "Array") -> Minimum | None:
         """Return where between two places a single value is reached, by Brent's method.
 
-        The residual of the value differs in sign at these scaled places. Of a jump over it the nearer
-        side is returned; None if a run in between fails.
+        The residual of the value differs in sign at these scaled places. The nearer side of a jump
+        over it is returned; None if a run in between fails.
         """
         from scipy.optimize import brentq
 

@@ -15,6 +15,7 @@ from stat import S_IMODE, S_ISREG, S_ISVTX
 from typing import IO
 
 from frictionsim.errors import OutputError
+from frictionsim.io.regular_file import descriptor_of
 
 try:
     import fcntl
@@ -152,13 +153,10 @@ def _locked(path: Path, mode: int) -> int:
 
     Others may write to the folder: what they have put there is neither followed nor written to.
     """
-    flags = os.O_RDWR | os.O_CREAT
-    for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY", "O_CLOEXEC"):
-        flags |= getattr(os, name, 0)
     while True:
-        if path.is_symlink():  # where there is no O_NOFOLLOW
+        if path.is_symlink():
             raise OSError(f"'{path.name}' beside it is a link; remove it")
-        descriptor = os.open(path, flags, mode)
+        descriptor = descriptor_of(path, os.O_RDWR | os.O_CREAT, mode)
         try:
             if HAS_LOCKS:
                 _lock(descriptor)

@@ -8,19 +8,21 @@ from contextlib import contextmanager
 from math import isnan
 from typing import Any
 
-import h5py
 import numpy as np
 
 from frictionsim.errors import InputError
 from frictionsim.io.child_answer import Checkpoint, LongChannel
 from frictionsim.io.hdf5_structure import (
     MAX_AXIS,
+    NOT_HDF5,
     Budget,
+    check_version,
     checked_dataset,
     checked_group,
     integers_of,
     members,
     names_of,
+    opened,
     rows_of,
     text_of,
     texts_of,
@@ -50,7 +52,6 @@ ATTRIBUTES = (
 GROUPS = ("events", "quantities", "audit", "solver", "checkpoint")
 LONG_BYTES = 64 * 2**20  # of all channels together
 LONG_CHANNEL_BYTES = 4 * 2**20  # of those of a long result that are asked for by rows
-NOT_HDF5 = "it is not a readable HDF5 file"
 NOT_OURS = "it is HDF5, but not a frictionsim result"
 KNOWN_MODES = [value for value, _ in MODES]
 
@@ -124,22 +125,14 @@ def _resume_obstacle(attributes: dict[str, str], has_checkpoint: bool) -> str:
 
 @contextmanager
 def _opened(path: str) -> Iterator[Any]:
-    """Open a result file; errors within the context become InputError with the file's name."""
-    try:
-        with h5py.File(path, "r") as file:
-            version = integers_of(file, "format_version")[0]
-            if version not in READABLE_VERSIONS:
-                raise InputError(
-                    f"{path}: cannot read this result: its format version is {version}, this"
-                    f" program reads versions {min(READABLE_VERSIONS)} to {max(READABLE_VERSIONS)}"
-                )
-            yield file
-    except (InputError, MemoryError):
-        raise
-    except OSError:
-        raise InputError(f"{path}: cannot read this result: {NOT_HDF5}") from None
-    except Exception:  # whatever h5py says of what is not as it should be
-        raise InputError(f"{path}: cannot read this result: {NOT_OURS}") from None
+    """Open a result file, as `opened`."""
+    with opened(path, "result", _why) as file:
+        check_version(file, path, "result", "format_version", READABLE_VERSIONS)
+        yield file
+
+
+def _why(error: Exception) -> str:
+    return NOT_HDF5 if isinstance(error, OSError) else NOT_OURS
 
 
 def _attributes(file: Any, budget: Budget) -> dict[str, str]:

@@ -5,12 +5,16 @@ is refused here would not crash: it would read other files (links to them, exter
 storage), load code (filters that are not built in) or fill memory.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import h5py
 import numpy as np
 
+from frictionsim.errors import InputError
+
+NOT_HDF5 = "it is not a readable HDF5 file"
 # DEFLATE's maximum ratio is 1032:1; a larger claim means a damaged file.
 MAX_GZIP_RATIO = 1032
 MAX_MEMBERS = 2000  # of all groups; a belt's checkpoint has some hundred
@@ -38,6 +42,31 @@ class Budget:
         self.left -= count
         if self.left < 0:
             raise ValueError(f"{name}: the file claims more data than it can hold")
+
+
+@contextmanager
+def opened(path: str, what: str, why: Callable[[Exception], str]) -> Iterator[Any]:
+    """Open a file; errors within the context become InputError with its name and a reason."""
+    try:
+        with h5py.File(path, "r") as file:
+            yield file
+    except (InputError, MemoryError):
+        raise
+    except Exception as error:  # whatever h5py says of what is not as it should be
+        raise InputError(f"{path}: cannot read this {what}: {why(error)}") from None
+
+
+def check_version(file: Any, path: str, what: str, name: str, known: Sequence[int]) -> None:
+    """Check that a file has a format that is known."""
+    version = integers_of(file, name)[0]
+    if version not in known:
+        versions = f"version {known[0]}"
+        if len(known) > 1:
+            versions = f"versions {min(known)} to {max(known)}"
+        raise InputError(
+            f"{path}: cannot read this {what}: its format version is {version}, this program reads"
+            f" {versions}"
+        )
 
 
 def data_limit(file_bytes: int) -> int:

@@ -18,7 +18,7 @@ from zlib import crc32
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.io.checksum import SEGMENT, mark_of, mismatch_within, stated_checksum
+from frictionsim.io.checksum import SEGMENT, is_damaged, mark_of, stated_checksum
 from frictionsim.io.child_process import ChildFailed, answer_of
 from frictionsim.io.regular_file import open_regular
 from frictionsim.io.result_format import ANSWER_BYTES
@@ -53,7 +53,7 @@ class SegmentFiles:
         """Return the checksum of a segment; raise InputError if it is missing or damaged."""
         try:
             with open_regular(self.path(number)) as file:
-                if mark_of(file) == SEGMENT and not mismatch_within(file):
+                if mark_of(file) == SEGMENT and not is_damaged(file):
                     return stated_checksum(file)
         except OSError:
             pass

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from frictionsim.io.sweep_table import TEXTS
 from frictionsim.results import Flags, Quantities
 
 if TYPE_CHECKING:
@@ -17,7 +18,6 @@ STATUSES: Flags = (
     (FAILED, "failed"),
     (AUDIT_FAILED, "audit_failed"),
 )
-TEXTS = ("failure", "reason", "warnings")
 OUTCOMES = (DONE, FAILED, AUDIT_FAILED)
 
 

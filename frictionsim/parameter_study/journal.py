@@ -22,7 +22,8 @@ from zlib import crc32
 import numpy as np
 
 from frictionsim.errors import OutputError
-from frictionsim.parameter_study.block import OUTCOMES, TEXTS, Block
+from frictionsim.io.sweep_table import TEXTS
+from frictionsim.parameter_study.block import OUTCOMES, Block
 from frictionsim.scenario.toml_data import json_value
 
 SUFFIX, LOG_SUFFIX = ".runs", "-wal"

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.io.sweep_table import ORDER, RUN, Coordinate, SweepTable
-from frictionsim.parameter_study.block import NOT_RUN, STATUSES, TEXTS, Block
+from frictionsim.io.sweep_table import ORDER, RUN, TEXTS, Coordinate, SweepTable
+from frictionsim.parameter_study.block import NOT_RUN, STATUSES, Block
 from frictionsim.parameter_study.combinations import MIN_TOGETHER, Combinations
 from frictionsim.parameter_study.design import GRID, Design
 from frictionsim.parameter_study.sensitivity import sobol_indices_of
