@@ -394,18 +394,35 @@ def _series(source: FitOptions, scenario: "Scenario") -> list[Target]:
         own = units[name]
         unit = source.units.get(name)
         size = _said("units", f"{name}: ", unit, own) if unit else table.converted(of_channel, own)
-        values = table.values[of_channel] * size
-        given = np.isfinite(values)
-        if not given.any():
-            raise ArgumentError("data", f"no numbers in the column '{of_channel}'")
-        sigma = _sigma(source, name, table, size, given)
-        spread = _spread(values[given])
-        runs = np.zeros(int(given.sum()), dtype=np.int64)
-        scale = np.full(runs.size, spread)
-        target = Target(name, "channel", own, values[given], sigma, times[given], runs, name, scale)
+        target = _of_column(source, table, name, of_channel, size)
+        target = target._replace(of="channel", unit=own, times=times[target.runs])
         read_in = unit or table.units.get(of_channel, own)
-        targets.append(target._replace(column=of_channel, data_unit=read_in))
+        targets.append(target._replace(runs=np.zeros_like(target.runs), data_unit=read_in))
     return targets
+
+
+def _of_column(
+    source: FitOptions, table: "_Table", name: str, column: Column, size: float = 1.0
+) -> Target:
+    """Return the target of a column, times a factor, each row of which is a run."""
+    values = table.values[column] * size
+    given = np.isfinite(values)
+    if not given.any():
+        raise ArgumentError("data", f"no numbers in the column '{column}'")
+    unit, rows = source.units.get(name) or table.units.get(column, ""), np.flatnonzero(given)
+    return Target(
+        name=name,
+        of="quantity",
+        unit=unit,
+        values=values[given],
+        sigma=_sigma(source, name, table, size, given),
+        times=np.empty(0),
+        runs=rows,
+        group=name,
+        scale=np.full(rows.size, _spread(values[given])),
+        column=column,
+        data_unit=unit,
+    )
 
 
 def _said(argument: str, where: str, unit: str, own: str) -> float:
@@ -496,17 +513,7 @@ def _of_runs(source: FitOptions, scenario: "Scenario") -> Measured:
         size = table.converted(column, own) if own else 1.0
         columns.append((table.values[column] * size).tolist())
     runs = tuple(dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True))
-    targets = []
-    for name, column in source.quantities.items():
-        values = table.values[column]
-        given = np.isfinite(values)
-        if not given.any():
-            raise ArgumentError("data", f"no numbers in the column '{column}'")
-        sigma = _sigma(source, name, table, 1.0, given)
-        spread = _spread(values[given])
-        places = np.flatnonzero(given)
-        scale = np.full(places.size, spread)
-        unit, none = source.units.get(name) or table.units.get(column, ""), np.empty(0)
-        target = Target(name, "quantity", unit, values[given], sigma, none, places, name, scale)
-        targets.append(target._replace(column=column, data_unit=unit))
+    targets = [
+        _of_column(source, table, name, column) for name, column in source.quantities.items()
+    ]
     return Measured(tuple(targets), runs, tuple(keys))

@@ -98,15 +98,17 @@ def identify(
     inner = (kept.T @ kept) / np.outer(lengths, lengths)
     covariance[np.ix_(active, active)] = inner
     rank = int(np.sum(determined))
-    return Identified(reasons, _without(covariance, keys, reasons), rank)
+    return _without(Identified(reasons, covariance, rank), keys, {})
 
 
-def _without(covariance: "Array", keys: tuple[FreeKey, ...], reasons: dict[str, str]) -> "Array":
-    """Return the covariance without what is not identified."""
+def _without(found: Identified, keys: tuple[FreeKey, ...], reasons: dict[str, str]) -> Identified:
+    """Return the same without further keys that are not identified, and why they are not."""
+    reasons = found.reasons | {k: why for k, why in reasons.items() if k not in found.reasons}
+    covariance = found.covariance.copy()
     for j, key in enumerate(keys):
         if key.key in reasons:
             covariance[j, :] = covariance[:, j] = np.nan
-    return covariance
+    return found._replace(reasons=reasons, covariance=covariance)
 
 
 def quantile(degrees: int | None) -> float:
@@ -127,13 +129,10 @@ def determine_no_better(found: Identified, keys: tuple[FreeKey, ...], factor: fl
 
     The interval is the standard error times a factor.
     """
-    reasons = dict(found.reasons)
-    for j, key in enumerate(keys):
-        variance = found.covariance[j, j]
-        if np.isfinite(variance) and factor * np.sqrt(variance) > 1.0:
-            reasons[key.key] = "the data determine it no better than its bounds do"
-    return found._replace(
-        reasons=reasons, covariance=_without(found.covariance.copy(), keys, reasons)
+    why = "the data determine it no better than its bounds do"
+    wide = factor * np.sqrt(np.diag(found.covariance)) > 1.0  # of nan it is not
+    return _without(
+        found, keys, {key.key: why for key, is_wide in zip(keys, wide, strict=True) if is_wide}
     )
 
 
@@ -142,18 +141,16 @@ def without_jumps(found: Identified, keys: tuple[FreeKey, ...], differences: "Ar
 
     The differences (keys,) are of their derivatives with another step, relative.
     """
-    reasons = dict(found.reasons)
-    for key, difference in zip(keys, differences, strict=True):
-        if difference > JUMPS:
-            why = (
-                "the run jumps or kinks at the estimate (its derivatives change by"
-                f" {100.0 * difference:.0f} % with the step of their differences); a bootstrap does"
-                " not need them"
-            )
-            reasons.setdefault(key.key, why)
-    return found._replace(
-        reasons=reasons, covariance=_without(found.covariance.copy(), keys, reasons)
-    )
+    reasons = {
+        key.key: (
+            "the run jumps or kinks at the estimate (its derivatives change by"
+            f" {100.0 * difference:.0f} % with the step of their differences); a bootstrap does"
+            " not need them"
+        )
+        for key, difference in zip(keys, differences, strict=True)
+        if difference > JUMPS
+    }
+    return _without(found, keys, reasons)
 
 
 def correlations(covariance: "Array") -> "Array":

@@ -12,7 +12,7 @@ import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from zlib import crc32
 
 import numpy as np
@@ -28,7 +28,7 @@ from frictionsim.simulation.stored_channel import StoredChannel
 
 MAX_SEGMENTS = 10**6
 FILES_AT_ONCE = 64
-LINE = re.compile(r"([^/\\\0]+) (\d{1,9}) ([0-9a-f]{8})")
+LINE = re.compile(r"[^/\\\0]+ (\d{1,9}) ([0-9a-f]{8})")  # name, samples, checksum
 
 
 class SegmentFiles:
@@ -118,12 +118,6 @@ def combined(checksums: list[int]) -> int:
     return crc32(b"".join(b"%08x" % checksum for checksum in checksums))
 
 
-class _Listed(NamedTuple):
-    name: str
-    rows: int
-    checksum: int
-
-
 def listing_of(segments: SegmentFiles, checksums: list[int], rows: int) -> str:
     """Return the list of segments that a result has as an attribute."""
     lines = (
@@ -133,12 +127,17 @@ def listing_of(segments: SegmentFiles, checksums: list[int], rows: int) -> str:
     return "\n".join(lines)
 
 
-def _listed(listing: str) -> list[_Listed]:
-    """Return what a result lists; raise ValueError if it is no list."""
+def _listed(listing: str) -> tuple[int, list[int]]:
+    """Return the samples of each segment that a result lists, and the checksums of all.
+
+    ValueError is raised if it is no list, or one of segments of unlike lengths.
+    """
     lines = [LINE.fullmatch(line) for line in listing.split("\n", MAX_SEGMENTS)]
-    if None in lines:
+    found = [(int(line[1]), int(line[2], 16)) for line in lines if line]
+    rows = {size for size, _ in found}
+    if len(found) != len(lines) or len(rows) != 1 or 0 in rows:
         raise ValueError("no list of segments")
-    return [_Listed(found[1], int(found[2]), int(found[3], 16)) for found in lines if found]
+    return rows.pop(), [checksum for _, checksum in found]
 
 
 def with_segments(tail: Record, path: Path, listing: str) -> Record:
@@ -151,21 +150,18 @@ def with_segments(tail: Record, path: Path, listing: str) -> Record:
         " scenario again"
     )
     try:
-        listed = _listed(listing)
+        size, checksums = _listed(listing)
     except ValueError:
         raise damaged from None
-    segments = SegmentFiles(whole_name(path), [line.checksum for line in listed])
-    size = listed[0].rows
-    for number, line in enumerate(listed):
-        segments.check(number)
-        if line.rows != size or not size:
-            raise segments.missing(number)
+    segments, number = SegmentFiles(whole_name(path), checksums), len(checksums)
+    for each in range(number):
+        segments.check(each)
     flat = [name for name, values in tail.channels.items() if len(values.shape) == 1]
-    before = segments.channels(flat, len(listed))
+    before = segments.channels(flat, number)
     if any(part[name].shape != (size,) for part in before for name in flat):
         raise damaged
-    source = _SegmentsAndTail(segments, len(listed), size, tail.channels)
-    count = len(listed) * size
+    source = _SegmentsAndTail(segments, number, size, tail.channels)
+    count = number * size
     channels = {
         name: np.concatenate([*(part[name] for part in before), values])
         if name in flat
