@@ -19,6 +19,7 @@ from frictionsim.io.hdf5_structure import (
     check_version,
     checked_dataset,
     checked_group,
+    flags_of,
     integers_of,
     members,
     names_of,
@@ -37,7 +38,7 @@ from frictionsim.io.result_format import (
     numbered_members,
     state_digest,
 )
-from frictionsim.results import MODES, Check, Flags, Quantities, Quantity, Record, SolverStatistics
+from frictionsim.results import MODES, Check, Quantities, Quantity, Record, SolverStatistics
 from frictionsim.version import __version__
 
 ATTRIBUTES = (
@@ -181,7 +182,7 @@ class _Reader:
             members={name: self._members(scales[name]) for name in sorted(scales)},
             events=events,
             contacts=contacts,
-            flags={n: self._flags(item) for n, item in datasets.items() if _has_flags(item)},
+            flags={n: flags_of(item, budget) for n, item in datasets.items() if _has_flags(item)},
             quantities=self._quantities(groups.get("quantities")),
             checks=self._checks(groups.get("audit")),
             statistics=self._statistics(groups.get("solver")),
@@ -247,10 +248,6 @@ class _Reader:
         items = dict(self._datasets(group))
         counts = {name: int(self._number(items[name])) for name in COUNTS}
         return SolverStatistics(**counts, wall_seconds=None, compile_seconds=None)
-
-    def _flags(self, dataset: Any) -> Flags:
-        meanings = text_of(dataset, "flag_meanings", self._budget).split()
-        return tuple(zip(integers_of(dataset, "flag_values"), meanings, strict=True))
 
     def _members(self, scale: Any) -> tuple[str, ...]:
         """Return the names of the members of an axis; version 1 has them as an attribute."""

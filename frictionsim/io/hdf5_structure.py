@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 
 from frictionsim.errors import InputError
+from frictionsim.results import Flags
 
 NOT_HDF5 = "it is not a readable HDF5 file"
 # DEFLATE's maximum ratio is 1032:1; a larger claim means a damaged file.
@@ -163,6 +164,12 @@ def integers_of(item: Any, name: str) -> list[int]:
     if attribute.get_storage_size() > MAX_TEXT or attribute.get_type().get_class() not in NUMBERS:
         raise ValueError(f"{name} does not hold integers")
     return [int(value) for value in np.atleast_1d(item.attrs[name]).tolist()]
+
+
+def flags_of(dataset: Any, budget: Budget) -> Flags:
+    """Return the meanings of the values of a dataset."""
+    meanings = text_of(dataset, "flag_meanings", budget).split()
+    return tuple(zip(integers_of(dataset, "flag_values"), meanings, strict=True))
 
 
 def values_of(dataset: Any, budget: Budget) -> Any:

@@ -19,7 +19,7 @@ from frictionsim.errors import OutputError
 from frictionsim.io import hdf5_writer
 from frictionsim.io.checksum import SEGMENT, mark_of
 from frictionsim.io.regular_file import open_regular
-from frictionsim.io.segments import SegmentFiles, combined, listing_of
+from frictionsim.io.segments import SegmentFiles, combined
 from frictionsim.results import Record
 
 
@@ -58,10 +58,6 @@ class SampleSegments(SegmentFiles):
             own += self.path(number).stat().st_size
             number += 1
         return shutil.disk_usage(self._whole.parent).free + own
-
-    def listing(self, rows: int) -> str:
-        """Return the list of the segments, of so many samples each."""
-        return listing_of(self, self._checksums, rows)
 
     def write(self, number: int, record: Record) -> None:
         """Write a segment."""

@@ -104,6 +104,11 @@ class SegmentFiles:
         except ChildFailed as failed:
             raise InputError(f"{self.path(first)}: cannot read these samples: {failed}") from None
 
+    def listing(self, rows: int) -> str:
+        """Return the list of segments, of so many samples each, that a result has."""
+        numbered = enumerate(self._checksums)
+        return "\n".join(f"{self.path(n).name} {rows} {checksum:08x}" for n, checksum in numbered)
+
     def missing(self, number: int) -> InputError:
         """Return the error of a segment that is missing or damaged."""
         path = self.path(number)
@@ -116,15 +121,6 @@ class SegmentFiles:
 def combined(checksums: list[int]) -> int:
     """Return a checksum of all segments."""
     return crc32(b"".join(b"%08x" % checksum for checksum in checksums))
-
-
-def listing_of(segments: SegmentFiles, checksums: list[int], rows: int) -> str:
-    """Return the list of segments that a result has as an attribute."""
-    lines = (
-        f"{segments.path(number).name} {rows} {checksum:08x}"
-        for number, checksum in enumerate(checksums)
-    )
-    return "\n".join(lines)
 
 
 def _listed(listing: str) -> tuple[int, list[int]]:

@@ -12,7 +12,7 @@ from frictionsim.io.hdf5_structure import (
     Budget,
     check_version,
     checked_dataset,
-    integers_of,
+    flags_of,
     members,
     opened,
     text_of,
@@ -64,13 +64,7 @@ def sweep(path: str) -> SweepTable:
 
 def _table(attributes: dict[str, str], datasets: dict[str, Any], budget: Budget) -> SweepTable:
     status = datasets.pop(STATUS)
-    statuses = tuple(
-        zip(
-            integers_of(status, "flag_values"),
-            text_of(status, "flag_meanings", budget).split(),
-            strict=True,
-        )
-    )
+    statuses = flags_of(status, budget)
     texts = {name: _some_texts(datasets.pop(name), status.shape, budget) for name in TEXTS}
     coordinates, dimensions = _coordinates(datasets, status, budget)
     sobol = _indices(datasets, list(coordinates), budget) if SOBOL_BASIS in datasets else None

@@ -142,16 +142,6 @@ class Journal:
         except sqlite3.Error as error:
             raise self._failed(error) from None
 
-    @property
-    def has_runs(self) -> bool:
-        """Whether there are records."""
-        assert self._database is not None
-        with suppress(sqlite3.Error):
-            return self._begun and bool(
-                self._database.execute("SELECT 1 FROM blocks LIMIT 1").fetchone()
-            )
-        return False
-
     def blocks(self, digest: bytes) -> Iterator[Block]:
         """Yield the whole blocks of a study; none of another study."""
         if not self._begun or self._database is None:
