@@ -78,15 +78,7 @@ UNITS: dict[str, tuple[str, float]] = {
 
 
 def factor(unit: str, own: str) -> float:
-    """Return how many of the unit `own` one `unit` is.
-
-    Parameters
-    ----------
-    unit : str
-        Of the data.
-    own : str
-        Of the channel or quantity.
-    """
+    """Return how many of the model's own unit one of another unit is."""
     if unit == own:
         return 1.0
     si, size = UNITS.get(own, (own, 1.0))
@@ -101,17 +93,11 @@ EXACT = 1e-9  # of the spread: data are not taken to be more exact
 
 
 class Noise:
-    """The standard deviations of the data, given or estimated.
-
-    Attributes
-    ----------
-    sigma : (n,)
-    spread : (n,)
-        Of the data.
-    """
+    """The standard deviations of the data, given or estimated."""
 
     def __init__(self, targets: "Iterable[Target]") -> None:
         targets = list(targets)
+        # Of each value (n,).
         self.spread = np.concatenate([t.scale for t in targets])
         self.sigma = np.concatenate([t.scale if t.sigma is None else t.sigma for t in targets])
         names = [t.group if t.sigma is None else "" for t in targets for _ in t.values]
@@ -123,11 +109,7 @@ class Noise:
     def estimate(self, residuals: "Array", determined: int) -> float:
         """Estimate the standard deviations that were not given; return their relative change.
 
-        Parameters
-        ----------
-        residuals : (n,)
-        determined : int
-            How many values were determined from the data.
+        So many values were determined from the data.
         """
         change, left = 0.0, max(1.0 - determined / residuals.size, 0.0)
         for group in self.groups:
@@ -145,61 +127,27 @@ SHARED = "quantities"  # group of single quantities without sigma, whose errors 
 
 
 class Target(NamedTuple):
-    """Measured values of a channel or quantity.
+    """Measured values of a channel or quantity."""
 
-    Attributes
-    ----------
-    name : str
-        As `angular_velocity`, or `pulley_speed.driven` of a channel with members.
-    of : str
-        `channel` or `quantity`.
-    unit : str
-        Of the values: that of the channel; of a quantity that of the data, empty if not said.
-    values : (n,)
-    sigma : (n,) or None
-        Standard deviations of the values.
-    times : (n,), s
-        Times in the run; empty for a quantity.
-    runs : (n,) of int
-        The run that each value is of.
-    group : str
-        Values of one group without sigma have one noise level.
-    scale : (n,)
-        What their errors are relative to before the noise level is known.
-    column : str, int or None
-        Of the data; None of a value that was given.
-    data_unit : str
-        The unit that the data were read in; empty for that of the quantity.
-    """
-
-    name: str
+    name: str  # as `angular_velocity`, or `pulley_speed.driven` of a channel with members
     of: Literal["channel", "quantity"]
-    unit: str
+    unit: str  # of the channel; of a quantity that of the data, empty if not said
     values: "Array"
-    sigma: "Array | None"
-    times: "Array"
-    runs: "npt.NDArray[np.int64]"
-    group: str
-    scale: "Array"
-    column: Column | None = None
-    data_unit: str = ""
+    sigma: "Array | None"  # standard deviations
+    times: "Array"  # in the run, s; empty for a quantity
+    runs: "npt.NDArray[np.int64]"  # that each value is of
+    group: str  # values of one group without sigma have one noise level
+    scale: "Array"  # what their errors are relative to before that is known
+    column: Column | None = None  # of the data; None of a value that was given
+    data_unit: str = ""  # that the data were read in; empty for that of the quantity
 
 
 class Measured(NamedTuple):
-    """Measured data.
-
-    Attributes
-    ----------
-    targets : tuple of Target
-    runs : tuple of dict
-        The keys that each run sets; one run that sets none for time series.
-    over : tuple of str
-        These keys.
-    """
+    """Measured data."""
 
     targets: tuple[Target, ...]
-    runs: tuple[dict[str, float], ...]
-    over: tuple[str, ...] = ()
+    runs: tuple[dict[str, float], ...]  # the keys that each sets; of time series one that sets none
+    over: tuple[str, ...] = ()  # these keys
 
     @property
     def times(self) -> "Array":
@@ -446,18 +394,35 @@ def _series(source: FitOptions, scenario: "Scenario") -> list[Target]:
         own = units[name]
         unit = source.units.get(name)
         size = _said("units", f"{name}: ", unit, own) if unit else table.converted(of_channel, own)
-        values = table.values[of_channel] * size
-        given = np.isfinite(values)
-        if not given.any():
-            raise ArgumentError("data", f"no numbers in the column '{of_channel}'")
-        sigma = _sigma(source, name, table, size, given)
-        spread = _spread(values[given])
-        runs = np.zeros(int(given.sum()), dtype=np.int64)
-        scale = np.full(runs.size, spread)
-        target = Target(name, "channel", own, values[given], sigma, times[given], runs, name, scale)
+        target = _of_column(source, table, name, of_channel, size)
+        target = target._replace(of="channel", unit=own, times=times[target.runs])
         read_in = unit or table.units.get(of_channel, own)
-        targets.append(target._replace(column=of_channel, data_unit=read_in))
+        targets.append(target._replace(runs=np.zeros_like(target.runs), data_unit=read_in))
     return targets
+
+
+def _of_column(
+    source: FitOptions, table: "_Table", name: str, column: Column, size: float = 1.0
+) -> Target:
+    """Return the target of a column, times a factor, each row of which is a run."""
+    values = table.values[column] * size
+    given = np.isfinite(values)
+    if not given.any():
+        raise ArgumentError("data", f"no numbers in the column '{column}'")
+    unit, rows = source.units.get(name) or table.units.get(column, ""), np.flatnonzero(given)
+    return Target(
+        name=name,
+        of="quantity",
+        unit=unit,
+        values=values[given],
+        sigma=_sigma(source, name, table, size, given),
+        times=np.empty(0),
+        runs=rows,
+        group=name,
+        scale=np.full(rows.size, _spread(values[given])),
+        column=column,
+        data_unit=unit,
+    )
 
 
 def _said(argument: str, where: str, unit: str, own: str) -> float:
@@ -548,17 +513,7 @@ def _of_runs(source: FitOptions, scenario: "Scenario") -> Measured:
         size = table.converted(column, own) if own else 1.0
         columns.append((table.values[column] * size).tolist())
     runs = tuple(dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True))
-    targets = []
-    for name, column in source.quantities.items():
-        values = table.values[column]
-        given = np.isfinite(values)
-        if not given.any():
-            raise ArgumentError("data", f"no numbers in the column '{column}'")
-        sigma = _sigma(source, name, table, 1.0, given)
-        spread = _spread(values[given])
-        places = np.flatnonzero(given)
-        scale = np.full(places.size, spread)
-        unit, none = source.units.get(name) or table.units.get(column, ""), np.empty(0)
-        target = Target(name, "quantity", unit, values[given], sigma, none, places, name, scale)
-        targets.append(target._replace(column=column, data_unit=unit))
+    targets = [
+        _of_column(source, table, name, column) for name, column in source.quantities.items()
+    ]
     return Measured(tuple(targets), runs, tuple(keys))

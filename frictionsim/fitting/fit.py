@@ -221,17 +221,8 @@ def bootstrap(
     """Fit bootstrap resamples: the fit plus normal deviations where sigma is given, else residuals.
 
     The residuals of each group are drawn with replacement, from those about their mean, scaled to
-    the estimated standard deviation.
-
-    Parameters
-    ----------
-    problem : FitProblem
-    noise : Noise
-    best : Minimum
-        Each fit starts there.
-    reasons : mapping of str
-        Keys that are not identified.
-    seed, fits : int
+    the estimated standard deviation. Each fit starts at the best one. Keys that are not identified,
+    for which there are reasons, have no intervals.
     """
     rng = np.random.default_rng([seed, 1])
     residuals = residuals_of(problem, best.x)

@@ -33,131 +33,64 @@ MAX_VALUES = 4  # in a sentence
 class Finding(NamedTuple):
     """What kind of estimate a search has found.
 
-    Attributes
-    ----------
-    kind : str
-        `reached`: the fit gives the data exactly. `out_of_reach`: no run within the bounds gives
-        the single value of the data. `flat`: the data do not change with any key. `plateau`: they
-        do not near the estimate. `equal_minima`: several searches ended elsewhere with the same
-        residual. Else `minimum`.
-    sentence : str
-    reachable : (float, float) or None
-        The least and the largest value that runs gave, of a fit to a single value.
+    `reached`: the fit gives the data exactly. `out_of_reach`: no run within the bounds gives the
+    single value of the data. `flat`: the data do not change with any key. `plateau`: they do not
+    near the estimate. `equal_minima`: several searches ended elsewhere with the same residual. Else
+    `minimum`.
     """
 
     kind: str
     sentence: str
-    reachable: tuple[float, float] | None = None
+    reachable: tuple[float, float] | None = None  # by the runs of a fit to a single value
 
 
 class TargetResiduals(NamedTuple):
-    """The residuals of a channel or quantity: data minus fit.
-
-    Attributes
-    ----------
-    name, unit : str
-    column : str, int or None
-        Of the data; None of a value that was given.
-    data_unit : str
-        The unit that the data were read in.
-    values : (n,)
-    fitted : (n,)
-        What the fitted scenario gives.
-    rms, largest : float
-        Root mean square and largest magnitude, in the unit.
-    sigma : float or None
-        Standard deviation of the data, given (the mean of several) or estimated; None if it cannot
-        be estimated.
-    sigma_given : bool
-    worst : float or None
-        The largest magnitude over its sigma, where that was given.
-    autocorrelation : float or None
-        Of neighbouring residuals of a time series.
-    """
+    """The residuals of a channel or quantity: data minus fit."""
 
     name: str
     unit: str
-    column: str | int | None
-    data_unit: str
+    column: str | int | None  # of the data; None of a value that was given
+    data_unit: str  # that the data were read in
     values: "Array"
-    fitted: "Array"
-    rms: float
-    largest: float
-    sigma: float | None
+    fitted: "Array"  # what the fitted scenario gives
+    rms: float  # root mean square, in the unit
+    largest: float  # magnitude
+    sigma: float | None  # given (the mean of several) or estimated; None if it cannot be
     sigma_given: bool
-    worst: float | None
-    autocorrelation: float | None
+    worst: float | None  # the largest magnitude over its sigma, where that was given
+    autocorrelation: float | None  # of neighbours of a time series
 
 
 class Bootstrap(NamedTuple):
-    """Bootstrap resamples of a fit.
+    """Bootstrap resamples of a fit."""
 
-    Attributes
-    ----------
-    done : int
-        Fits that ended.
-    failed : int
-    intervals : dict of (float, float) or None
-        From the 2.5 to the 97.5 percentile, by key; None where it is not identified.
-    values : (done, keys)
-    """
-
-    done: int
+    done: int  # fits that ended
     failed: int
-    intervals: dict[str, tuple[float, float] | None]
-    values: "Array"
+    intervals: dict[str, tuple[float, float] | None]  # of 95 %; None if not identified
+    values: "Array"  # (done, keys)
 
 
 class Outcome(NamedTuple):
     """What a fit found.
 
-    Attributes
-    ----------
-    fitted : Scenario
-        The scenario with the estimates.
-    keys : tuple of FreeKey
-    data : Measured
-    values : dict of float
-        The estimates.
-    standard_errors : dict of float or None
-        None where a key is not identified.
-    intervals : dict of (float, float) or None
-        95 %.
-    correlations : (keys, keys)
-        NaN where a key is not identified.
-    not_identified : dict of str
-        Why, by key.
-    residuals : tuple of TargetResiduals
-    chi_squared : float or None
-        Sum of the squared residuals over their sigma; None unless every sigma was given.
-    degrees : int
-        Values minus what was determined from them.
-    status : str
-        `done`, or `stopped` where the search reached its limit of iterations.
-    reason : str
-    finding : Finding
-    starts : list of Start
-        By their costs.
-    warnings : tuple of str
-    bootstrap : Bootstrap or None
-    runs : int
+    Standard errors, intervals and correlations of a key that is not identified are None or NaN.
     """
 
-    fitted: "Scenario"
+    fitted: "Scenario"  # with the estimates
     keys: tuple[FreeKey, ...]
     data: "Measured"
-    values: dict[str, float]
+    values: dict[str, float]  # the estimates
     standard_errors: dict[str, float | None]
-    intervals: dict[str, tuple[float, float] | None]
-    correlations: "Array"
-    not_identified: dict[str, str]
+    intervals: dict[str, tuple[float, float] | None]  # of 95 %
+    correlations: "Array"  # (keys, keys)
+    not_identified: dict[str, str]  # why, by key
     residuals: tuple[TargetResiduals, ...]
-    chi_squared: float | None
-    degrees: int
-    status: str
+    chi_squared: float | None  # None unless every sigma was given
+    degrees: int  # values minus what was determined from them
+    status: str  # DONE, or STOPPED where the search reached its limit of iterations
     reason: str
     finding: Finding
-    starts: list[Start]
+    starts: list[Start]  # by their costs
     warnings: tuple[str, ...]
     bootstrap: Bootstrap | None
     runs: int
@@ -171,16 +104,7 @@ class Outcome(NamedTuple):
 
 
 def outcome_json(found: Outcome, source: str, overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the JSON object of a fit.
-
-    Parameters
-    ----------
-    found : Outcome
-    source : str
-        Path of the scenario.
-    overrides : mapping
-        Of its keys, without those that were fitted.
-    """
+    """Return the JSON object of a fit, with the overrides of keys that were not fitted."""
     bootstrap = found.bootstrap
     return {
         "scenario": source,
@@ -238,17 +162,7 @@ def _key_json(found: Outcome, key: FreeKey) -> dict[str, Any]:
 def finding_of(
     problem: FitProblem, best: Minimum, starts: list[Start], found: Identified
 ) -> Finding:
-    """Return the kind of estimate that the searches have found, with a sentence.
-
-    Parameters
-    ----------
-    problem : FitProblem
-    best : Minimum
-    starts : list of Start
-        The searches by their costs.
-    found : Identified
-        Which keys are identified at the estimate.
-    """
+    """Return the kind of estimate that the searches, by their costs, have found."""
     names = " and ".join(key.key for key in problem.keys)
     still = all(found.reasons.get(key.key) == NO_CHANGE for key in problem.keys)
     if still:  # a search that did not move has seen the neighbourhood of its start only
@@ -356,12 +270,7 @@ def derivative_warnings(
 ) -> list[str]:
     """Return the keys whose derivatives are not those of all that is within a standard error.
 
-    Parameters
-    ----------
-    keys : sequence of FreeKey
-    differences, jumps : (keys,)
-        As of `Search.checked_jacobian`.
-    found : Identified
+    Differences and jumps are as of `Search.checked_jacobian`.
     """
     warnings = []
     for j, key in enumerate(keys):
@@ -386,13 +295,7 @@ def residual_warnings(
 ) -> list[str]:
     """Return warnings about residuals that noise of the given sigma does not explain.
 
-    Parameters
-    ----------
-    statistics : sequence of TargetResiduals
-    chi : float or None
-        Chi squared; None unless every sigma was given.
-    degrees : int
-        Degrees of freedom.
+    Chi squared is None unless every sigma was given.
     """
     alike = [_alike(part) for part in statistics if _is_alike(part)]
     return [*alike, *(_chi_warning(statistics, chi, degrees) or _outliers(statistics))]

@@ -42,24 +42,13 @@ MAX_REMEMBERED, MAX_NUMBERS = 512, 20_000_000  # evaluations, and numbers in the
 
 
 class FreeKey(NamedTuple):
-    """A key whose value is fitted.
+    """A key whose value is fitted."""
 
-    Attributes
-    ----------
-    key : str
-        With commas between the names of several keys that have one value.
-    low, high : float
-        Its bounds.
-    start : float
-    unit : str
-        Empty if it is not known.
-    """
-
-    key: str
+    key: str  # of several keys that have one value, with commas between them
     low: float
     high: float
     start: float
-    unit: str
+    unit: str  # empty if it is not known
 
     @property
     def is_log(self) -> bool:
@@ -88,15 +77,7 @@ class FreeKey(NamedTuple):
 
 
 def free_keys(given: Mapping[str, Any], scenario: "Scenario") -> tuple[FreeKey, ...]:
-    """Return the free keys of a scenario, with valid starts.
-
-    Parameters
-    ----------
-    given : mapping
-        (low, high) or (low, high, start) by key; several keys with commas between them have one
-        value.
-    scenario : Scenario
-    """
+    """Return the free keys of a scenario, with valid starts; given are bounds as of `_bounds`."""
     if not given:
         raise ArgumentError("free", f"expected at least one key; {ADVICE}")
     keys, chosen = [], []
@@ -226,49 +207,16 @@ def latin_hypercube(count: int, dimensions: int, rng: np.random.Generator) -> "A
 
 
 class Model(NamedTuple):
-    """What the scenario gives for some values of its keys.
+    """What the scenario gives for some values of its keys."""
 
-    Attributes
-    ----------
-    values : (n,) or None
-        In the order of the data; None if a run failed.
-    reason : str
-        Why it failed.
-    doubt : str
-        Which checks of the audit failed.
-    warnings : dict of int
-        How many of the runs have each warning.
-    """
-
-    values: "Array | None"
-    reason: str = ""
-    doubt: str = ""
-    warnings: Mapping[str, int] = MappingProxyType({})
+    values: "Array | None"  # in the order of the data; None if a run failed
+    reason: str = ""  # why it failed
+    doubt: str = ""  # which checks of the audit failed
+    warnings: Mapping[str, int] = MappingProxyType({})  # how many of the runs have each
 
 
 class FitProblem:
-    """A scenario, its free keys and the data.
-
-    Parameters
-    ----------
-    scenario : Scenario
-    keys : tuple of FreeKey
-    data : Measured
-    on_run : callable
-        Called with the number of runs so far.
-
-    Attributes
-    ----------
-    runs : int
-        How many runs there were.
-    units : dict of str
-        The units of the targets, by name; of quantities after the first run.
-    least, largest : (n,)
-        What the runs that succeeded gave so far, in the order of the data.
-    known : list of (Array, float or None)
-        Of a single value: the scaled places so far, and what the scenario gives there; None of a
-        run that failed.
-    """
+    """A scenario, its free keys and the data; `on_run` is called with the number of runs so far."""
 
     def __init__(
         self,
@@ -279,9 +227,12 @@ class FitProblem:
     ) -> None:
         self.scenario, self.keys, self.data = scenario, keys, data
         self.runs, self._on_run = 0, on_run
+        # After the first run those of quantities as well.
         self.units = {t.name: t.unit for t in data.targets}
         self._seen: dict[bytes, Model] = {}
+        # What the runs that succeeded gave so far, in the order of the data.
         self.least, self.largest = np.full(data.size, np.inf), np.full(data.size, -np.inf)
+        # Of a single value: scaled places, and what the scenario gives there; None if it fails.
         self.known: list[tuple[Array, float | None]] = []
         self._times, self._sampled = self._sample_times()
         self._base = scenario

@@ -43,39 +43,23 @@ MAX_BISECTIONS, MAX_BRACKETS = 100, 4
 class Start(NamedTuple):
     """A local search.
 
-    Attributes
-    ----------
-    first, last : dict of float
-        The values of the keys where it started and ended.
-    first_cost, cost : float
-        Half the weighted sum of squares there.
-    converged : bool
+    A cost is half the weighted sum of squares.
     """
 
-    first: dict[str, float]
-    last: dict[str, float]
+    first: dict[str, float]  # the values of the keys where it started
+    last: dict[str, float]  # and where it ended
     first_cost: float
     cost: float
     converged: bool
 
 
 class Minimum(NamedTuple):
-    """Where a local search ended.
+    """Where a local search ended."""
 
-    Attributes
-    ----------
-    x : (keys,)
-        Scaled place.
-    cost : float
-        Half the weighted sum of squares.
-    converged : bool
-    jump : (float, float) or None
-        What the scenario gives on both sides of the place, if it jumps over a single value there.
-    """
-
-    x: "Array"
-    cost: float
+    x: "Array"  # scaled place (keys,)
+    cost: float  # half the weighted sum of squares
     converged: bool
+    # What the scenario gives on both sides, if it jumps over a single value there.
     jump: tuple[float, float] | None = None
 
 
@@ -84,16 +68,7 @@ class _Failed(Exception):
 
 
 class Search:
-    """Weighted residuals and their derivatives.
-
-    Parameters
-    ----------
-    problem : FitProblem
-    weights : (n,)
-        Residuals are multiplied by them.
-    measured : (n,), optional
-        In the place of the data.
-    """
+    """Weighted residuals and their derivatives, of the data or of others in their place (n,)."""
 
     def __init__(
         self, problem: FitProblem, weights: "Array", measured: "Array | None" = None
@@ -195,15 +170,8 @@ class Search:
     def within(self, first: "Array", last: "Array") -> Minimum | None:
         """Return where between two places a single value is reached, by Brent's method.
 
-        Parameters
-        ----------
-        first, last : (1,)
-            Scaled places at which the residual of the value differs in sign.
-
-        Returns
-        -------
-        Minimum or None
-            The nearer side of a jump over the value; None if a run in between fails.
+        The residual of the value differs in sign at these scaled places. The nearer side of a jump
+        over it is returned; None if a run in between fails.
         """
         from scipy.optimize import brentq
 
@@ -251,14 +219,8 @@ def search(
 ) -> tuple[Minimum, list[Start]]:
     """Return the least minimum, and all local searches in the order of their costs.
 
-    Parameters
-    ----------
-    problem : FitProblem
-    weights : (n,)
-    starts : int
-        How many local searches; one starts from the starts of the keys, without a scan.
-    seed : int
-        Of the points that are scanned.
+    A single search starts from the starts of the keys, without a scan. The seed is that of the
+    points that are scanned.
     """
     task, keys = Search(problem, weights), problem.keys
     own = np.array([key.scaled(key.start) for key in keys])

@@ -25,37 +25,19 @@ ROUNDING = 1e-7  # of the spread of the data
 
 
 class Identified(NamedTuple):
-    """Which keys are identified, and the covariance of their scaled places.
+    """Which keys are identified, and the covariance of their scaled places."""
 
-    Attributes
-    ----------
-    reasons : dict of str
-        Why a key is not identified, by key.
-    covariance : (keys, keys)
-        For residuals of standard deviation 1; NaN in rows and columns of keys that are not
-        identified.
-    rank : int
-        How many values, or combinations of them, the data determine.
-    """
-
-    reasons: dict[str, str]
-    covariance: "Array"
-    rank: int
+    reasons: dict[str, str]  # why a key is not identified, by key
+    # For residuals of standard deviation 1.
+    covariance: "Array"  # (keys, keys), of scaled places; NaN of a key that is not identified
+    rank: int  # how many values, or combinations of them, the data determine
 
 
 class Accuracy(NamedTuple):
-    """How accurate the derivatives are.
+    """How accurate the derivatives are."""
 
-    Attributes
-    ----------
-    step : float
-        Of the differences, as a part of the bounds.
-    noise : float
-        Error of the runs, relative to the spread of the data.
-    """
-
-    step: float
-    noise: float
+    step: float  # of the differences, as a part of the bounds
+    noise: float  # error of the runs, relative to the spread of the data
 
     @property
     def flat(self) -> float:
@@ -116,25 +98,23 @@ def identify(
     inner = (kept.T @ kept) / np.outer(lengths, lengths)
     covariance[np.ix_(active, active)] = inner
     rank = int(np.sum(determined))
-    return Identified(reasons, _without(covariance, keys, reasons), rank)
+    return _without(Identified(reasons, covariance, rank), keys, {})
 
 
-def _without(covariance: "Array", keys: tuple[FreeKey, ...], reasons: dict[str, str]) -> "Array":
-    """Return the covariance without what is not identified."""
+def _without(found: Identified, keys: tuple[FreeKey, ...], reasons: dict[str, str]) -> Identified:
+    """Return the same without further keys that are not identified, and why they are not."""
+    reasons = found.reasons | {k: why for k, why in reasons.items() if k not in found.reasons}
+    covariance = found.covariance.copy()
     for j, key in enumerate(keys):
         if key.key in reasons:
             covariance[j, :] = covariance[:, j] = np.nan
-    return covariance
+    return found._replace(reasons=reasons, covariance=covariance)
 
 
 def quantile(degrees: int | None) -> float:
     """Return the factor of the standard error for a 95 % interval.
 
-    Parameters
-    ----------
-    degrees : int or None
-        Degrees of freedom that the standard deviations were estimated with; None if they were
-        given.
+    Without degrees of freedom the standard deviations were given, else estimated with so many.
     """
     from scipy import special  # imported here: a fit alone needs it
 
@@ -147,45 +127,30 @@ def quantile(degrees: int | None) -> float:
 def determine_no_better(found: Identified, keys: tuple[FreeKey, ...], factor: float) -> Identified:
     """Return the same without keys whose 95 % interval is wider than their bounds.
 
-    Parameters
-    ----------
-    found : Identified
-    keys : tuple of FreeKey
-    factor : float
-        Of the standard error, for the interval.
+    The interval is the standard error times a factor.
     """
-    reasons = dict(found.reasons)
-    for j, key in enumerate(keys):
-        variance = found.covariance[j, j]
-        if np.isfinite(variance) and factor * np.sqrt(variance) > 1.0:
-            reasons[key.key] = "the data determine it no better than its bounds do"
-    return found._replace(
-        reasons=reasons, covariance=_without(found.covariance.copy(), keys, reasons)
+    why = "the data determine it no better than its bounds do"
+    wide = factor * np.sqrt(np.diag(found.covariance)) > 1.0  # of nan it is not
+    return _without(
+        found, keys, {key.key: why for key, is_wide in zip(keys, wide, strict=True) if is_wide}
     )
 
 
 def without_jumps(found: Identified, keys: tuple[FreeKey, ...], differences: "Array") -> Identified:
     """Return the same without keys by which the run jumps or kinks at the estimate.
 
-    Parameters
-    ----------
-    found : Identified
-    keys : tuple of FreeKey
-    differences : (keys,)
-        By how much the derivatives change with the step of their differences, relative.
+    The differences (keys,) are of their derivatives with another step, relative.
     """
-    reasons = dict(found.reasons)
-    for key, difference in zip(keys, differences, strict=True):
-        if difference > JUMPS:
-            why = (
-                "the run jumps or kinks at the estimate (its derivatives change by"
-                f" {100.0 * difference:.0f} % with the step of their differences); a bootstrap does"
-                " not need them"
-            )
-            reasons.setdefault(key.key, why)
-    return found._replace(
-        reasons=reasons, covariance=_without(found.covariance.copy(), keys, reasons)
-    )
+    reasons = {
+        key.key: (
+            "the run jumps or kinks at the estimate (its derivatives change by"
+            f" {100.0 * difference:.0f} % with the step of their differences); a bootstrap does"
+            " not need them"
+        )
+        for key, difference in zip(keys, differences, strict=True)
+        if difference > JUMPS
+    }
+    return _without(found, keys, reasons)
 
 
 def correlations(covariance: "Array") -> "Array":

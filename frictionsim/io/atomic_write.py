@@ -15,6 +15,7 @@ from stat import S_IMODE, S_ISREG, S_ISVTX
 from typing import IO
 
 from frictionsim.errors import OutputError
+from frictionsim.io.regular_file import descriptor_of
 
 try:
     import fcntl
@@ -41,20 +42,7 @@ class KeptBeside(OutputError):
 
 
 class Part:
-    """The part of a file, which this process has locked.
-
-    Parameters
-    ----------
-    path : Path
-        The target; a symbolic link is followed.
-    what : str
-        What it will be, for messages.
-
-    Raises
-    ------
-    OutputError
-        If the target must not or cannot be written, or another process is writing it.
-    """
+    """The part of a target, which this process has locked; a symbolic link is followed."""
 
     def __init__(self, path: Path, what: str = "result") -> None:
         self._path, self._what = path, what
@@ -165,13 +153,10 @@ def _locked(path: Path, mode: int) -> int:
 
     Others may write to the folder: what they have put there is neither followed nor written to.
     """
-    flags = os.O_RDWR | os.O_CREAT
-    for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY", "O_CLOEXEC"):
-        flags |= getattr(os, name, 0)
     while True:
-        if path.is_symlink():  # where there is no O_NOFOLLOW
+        if path.is_symlink():
             raise OSError(f"'{path.name}' beside it is a link; remove it")
-        descriptor = os.open(path, flags, mode)
+        descriptor = descriptor_of(path, os.O_RDWR | os.O_CREAT, mode)
         try:
             if HAS_LOCKS:
                 _lock(descriptor)
@@ -203,14 +188,7 @@ def _lock(descriptor: int) -> None:
 
 
 def check_place(path: Path, what: str = "result") -> None:
-    """Check that a file can be written to a path, by writing a part of one beside it.
-
-    Parameters
-    ----------
-    path : Path
-    what : str
-        What it will be, for the message.
-    """
+    """Check that a file can be written to a path, by writing a part of one beside it."""
     part = Part(path, what)
     part.probe()
     part.discard()
@@ -231,15 +209,6 @@ def write_atomically(image: bytes, path: Path, what: str = "result") -> None:
     keeps mode and owner of the one it replaces, as far as the system lets the user.
     If the existing file cannot be replaced, as because a program has it open, they are kept
     beside it as a.new.h5 for a.h5.
-
-    Parameters
-    ----------
-    image : bytes
-        The content.
-    path : Path
-        The target; a symbolic link is followed.
-    what : str
-        What it is, for messages.
     """
     with replaced_atomically(path, what) as file:
         file.write(image)

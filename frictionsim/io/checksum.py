@@ -29,14 +29,8 @@ def mark_of(file: IO[bytes]) -> bytes:
     return found if found in MARKS else b""
 
 
-def checksum_mismatch(path: Path) -> bool:
-    """Return whether a file has a trailer that does not match its content."""
-    with path.open("rb") as file:
-        return mismatch_within(file)
-
-
-def mismatch_within(file: IO[bytes]) -> bool:
-    """Return `checksum_mismatch` of an open file."""
+def is_damaged(file: IO[bytes]) -> bool:
+    """Return whether an open file has a trailer that does not match its content."""
     mark = mark_of(file)
     if not mark:
         return False

@@ -73,15 +73,7 @@ def _tree_of(value: Any, arrays: dict[str, Any]) -> Any:
 
 
 def decoded(answer: bytes) -> Any:
-    """Return an answer from its bytes.
-
-    Raises
-    ------
-    InputError
-        If the answer is that the file is refused.
-    Exception
-        Of any kind if it is none.
-    """
+    """Return an answer from its bytes; raise InputError of a refusal, any error if it is none."""
     with np.load(io.BytesIO(answer), allow_pickle=False) as arrays:
         found = _value_of(json_value(arrays["tree"].tobytes()), arrays)
     if isinstance(found, Refusal):

@@ -58,12 +58,8 @@ def start(count: int) -> None:
 def answer_of(question: str, *arguments: str | int, size: int = 0) -> Any:
     """Return the answer to a question about a file of some size in bytes.
 
-    Raises
-    ------
-    InputError
-        That the child raised.
-    ChildFailed
-        If it crashed, took too long or too much memory, or was ended (`EndedFromOutside`).
+    Raised are InputError as by the child, and ChildFailed if it crashed, took too long or too much
+    memory, or was ended.
     """
     from subprocess import TimeoutExpired
 

@@ -24,24 +24,15 @@ MAX_VALUE = 60  # characters of the value of a key
 class ComparedChannel(NamedTuple):
     """The largest difference of one channel, relative to its tolerance.
 
-    Attributes
-    ----------
-    name : str
-    difference, allowed : float or None
-        Difference and tolerance at the sample with the largest ratio of the two.
-    time : float or None, s
-        Time of that sample.
-    ok : bool
-    note : str
-        Any other mismatch, or the member of the channel's axis.
+    Difference, tolerance and time are those of the sample with the largest ratio of the two.
     """
 
     name: str
-    difference: float | None
-    allowed: float | None
-    time: float | None
-    ok: bool
-    note: str = ""
+    difference: float | None = None
+    allowed: float | None = None
+    time: float | None = None  # s
+    ok: bool = False
+    note: str = ""  # any other mismatch, or the member of the channel's axis
 
 
 @dataclass
@@ -64,6 +55,10 @@ class Tolerances(NamedTuple):
     atol: float
     time: float
 
+    def of(self, expected: Any) -> Any:
+        """Return the allowed differences from some values."""
+        return self.atol + self.rtol * np.abs(expected)
+
 
 @np.errstate(all="ignore")  # of files of others: differences of numbers near the largest, nan
 def compare_records(
@@ -72,18 +67,8 @@ def compare_records(
     tolerances: Tolerances,
     ignore: Sequence[str],
 ) -> Comparison:
-    """Compare two results channel by channel and event by event; see `frictionsim.compare`.
-
-    Parameters
-    ----------
-    named_result, named_golden : tuple of str and Record
-        With the names of their files, for messages.
-    tolerances : Tolerances
-    ignore : sequence of str
-        Names or patterns of channels to leave out.
-    """
+    """Compare two results, with the names of their files; see `frictionsim.compare`."""
     (result_path, result), (golden_path, golden) = named_result, named_golden
-    rtol, atol, time_atol = tolerances
     kinds = result.attributes["kind"], golden.attributes["kind"]
     if kinds[0] != kinds[1]:
         raise InputError(
@@ -101,13 +86,13 @@ def compare_records(
 
     for name in sorted((result.channels.keys() | golden.channels.keys()) - {"time"}):
         if wanted(name):
-            row = _compare_channel(name, result, golden, common, rtol, atol, time_atol)
+            row = _compare_channel(name, result, golden, common, tolerances)
             comparison.rows.append(row)
     if wanted("events"):
-        events = _compare_events(result, golden, time_atol)
+        events = _compare_events(result, golden, tolerances.time)
         comparison.rows.append(events)
         if events.ok:  # the sides can only be compared of equal events
-            comparison.rows += _compare_sides(result, golden, wanted, rtol, atol, time_atol)
+            comparison.rows += _compare_sides(result, golden, wanted, tolerances)
     comparison.rows.sort(key=_tolerance_ratio, reverse=True)
     return comparison
 
@@ -165,7 +150,7 @@ def _compare_status(result: "Record", golden: "Record", comparison: Comparison) 
     statuses = result.attributes["status"], golden.attributes["status"]
     if statuses[0] != statuses[1]:
         note = f"'{statuses[0]}', expected '{statuses[1]}'"
-        comparison.rows.append(ComparedChannel("status", None, None, None, False, note))
+        comparison.rows.append(ComparedChannel("status", note=note))
 
 
 class _CommonSamples(NamedTuple):
@@ -221,7 +206,7 @@ def _compare_times(
             f" the same solver.duration and output.interval{keys and f' ({keys})'}"
         )
     note = f"different sample times, {counts}; only common samples are compared"
-    comparison.rows.append(ComparedChannel("time", None, None, None, False, note))
+    comparison.rows.append(ComparedChannel("time", note=note))
 
 
 def _compare_channel(
@@ -229,28 +214,26 @@ def _compare_channel(
     result: "Record",
     golden: "Record",
     common: _CommonSamples,
-    rtol: float,
-    atol: float,
-    time_atol: float,
+    tolerances: Tolerances,
 ) -> ComparedChannel:
     if name not in result.channels or name not in golden.channels:
         where = "the golden file" if name in result.channels else "the result"
-        return ComparedChannel(name, None, None, None, False, f"missing in {where}")
+        return ComparedChannel(name, note=f"missing in {where}")
     if result.units[name] != golden.units[name]:
         note = f"unit {result.units[name]}, expected {golden.units[name]}"
-        return ComparedChannel(name, None, None, None, False, note)
+        return ComparedChannel(name, note=note)
     if _columns(result, name) != _columns(golden, name):
         note = f"{_axis(result, name)}, expected {_axis(golden, name)}"
-        return ComparedChannel(name, None, None, None, False, note)
+        return ComparedChannel(name, note=note)
     time = golden.channels["time"][common.golden]
-    away = np.flatnonzero(_outside_event_windows(golden.events["time"], time, time_atol))
+    away = np.flatnonzero(_outside_event_windows(golden.events["time"], time, tolerances.time))
     found, expected = result.channels[name], golden.channels[name]
-    worst, ratio = ComparedChannel(name, 0.0, atol, None, True), (-1.0, 0.0)
+    worst, ratio = ComparedChannel(name, 0.0, tolerances.atol, None, True), (-1.0, 0.0)
     # A long channel does not fit into memory.
     for start, stop in blocks_of(len(away), FLOAT_BYTES * int(np.prod(expected.shape[1:]))):
         part = away[start:stop]
         samples = _Samples(found[common.result[part]], expected[common.golden[part]], time[part])
-        of_part, row = _worst_sample(name, samples, _columns(golden, name), rtol, atol)
+        of_part, row = _worst_sample(name, samples, _columns(golden, name), tolerances)
         if of_part >= ratio:
             worst, ratio = row, of_part
     return worst
@@ -265,12 +248,12 @@ class _Samples(NamedTuple):
 
 
 def _worst_sample(
-    name: str, samples: _Samples, columns: tuple[str, tuple[str, ...]], rtol: float, atol: float
+    name: str, samples: _Samples, columns: tuple[str, tuple[str, ...]], tolerances: Tolerances
 ) -> tuple[tuple[float, float], ComparedChannel]:
     """Return the row of the largest difference, after its ratio to the tolerance and its size."""
     # Integers are compared as numbers: format version 1 has floats.
     found, expected = (np.asarray(v, dtype=np.float64) for v in (samples.found, samples.expected))
-    allowed = atol + rtol * np.abs(np.where(np.isfinite(expected), expected, 0.0))
+    allowed = tolerances.of(np.where(np.isfinite(expected), expected, 0.0))
     difference = _difference(found, expected)
     # With a tolerance of zero the ratio is infinite, or zero if there is no difference.
     ratio = np.where(difference > 0.0, difference / allowed, 0.0)
@@ -321,7 +304,7 @@ def _compare_events(result: "Record", golden: "Record", time_atol: float) -> Com
     found, expected = _named_events(result), _named_events(golden)
     if len(found) != len(expected):
         note = f"{len(found)} events, expected {len(expected)}"
-        return ComparedChannel("events", None, None, None, False, note)
+        return ComparedChannel("events", note=note)
     worst = ComparedChannel("events", 0.0, time_atol, None, True)
     for (time, *what), (expected_time, *expected_what) in zip(found, expected, strict=True):
         difference = abs(time - expected_time)
@@ -349,25 +332,23 @@ def _compare_sides(
     result: "Record",
     golden: "Record",
     wanted: "Callable[[str], bool]",
-    rtol: float,
-    atol: float,
-    time_atol: float,
+    tolerances: Tolerances,
 ) -> Iterator[ComparedChannel]:
     """Compare the channels immediately before and after the events, if both results have them.
 
-    An event may be shifted by time_atol; the tolerance includes the change of the channel in this
-    time, at its rate between the event and the next sample.
+    An event may be shifted by the tolerance of time. Allowed is therefore the change of the channel
+    in this time as well, at its rate between the event and the next sample.
     """
     for name in sorted(golden.channels.keys() & result.channels.keys()):
         sides = [f"{name}_{side}" for side in ("before", "after")]
         if not (wanted(name) and all(s in r.events for s in sides for r in (result, golden))):
             continue
-        worst = ComparedChannel(f"events/{name}", 0.0, atol, None, True)
+        worst = ComparedChannel(f"events/{name}", 0.0, tolerances.atol, None, True)
         for side, step in zip(sides, (-1, 1), strict=True):
             expected = golden.events[side]
             difference = _difference(result.events[side], expected)
             rate = _rate_beside(golden, name, expected, step)
-            allowed = atol + rtol * np.abs(expected) + rate * time_atol
+            allowed = tolerances.of(expected) + rate * tolerances.time
             for value, limit, at in zip(difference, allowed, golden.events["time"], strict=True):
                 row = ComparedChannel(
                     worst.name, float(value), float(limit), float(at), bool(value <= limit)

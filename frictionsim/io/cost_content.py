@@ -7,14 +7,15 @@ from typing import Any
 
 import h5py
 
-from frictionsim.errors import InputError
 from frictionsim.io.cost_table import MAX_COLUMNS, CostTable, checked
 from frictionsim.io.hdf5_structure import (
+    NOT_HDF5,
     Budget,
     checked_dataset,
     checked_group,
     members,
     names_of,
+    opened,
     text_of,
     texts_of,
     values_of,
@@ -26,21 +27,17 @@ COST, ROW = "cost", "row"
 
 def costs(path: str) -> CostTable:
     """Return the content of a table of costs."""
-    try:
-        with h5py.File(path, "r") as file:
-            budget = Budget(file.id.get_filesize())
-            attributes = texts_of(file, budget)
-            group = checked_group(dict(members(file, budget))[COST], COST)
-            return checked(CostTable(attributes, _columns(group, budget)))
-    except (InputError, MemoryError):
-        raise
-    except OSError:
-        reason = "it is not a readable HDF5 file"
-    except ValueError as error:
-        reason = f"it is damaged: {error}"
-    except Exception:  # whatever h5py says of what is not as it should be
-        reason = "it is damaged"
-    raise InputError(f"{path}: cannot read this table of costs: {reason}")
+    with opened(path, "table of costs", _why) as file:
+        budget = Budget(file.id.get_filesize())
+        attributes = texts_of(file, budget)
+        group = checked_group(dict(members(file, budget))[COST], COST)
+        return checked(CostTable(attributes, _columns(group, budget)))
+
+
+def _why(error: Exception) -> str:
+    if isinstance(error, OSError):
+        return NOT_HDF5
+    return f"it is damaged: {error}" if isinstance(error, ValueError) else "it is damaged"
 
 
 def _columns(group: Any, budget: Budget) -> dict[str, Column]:

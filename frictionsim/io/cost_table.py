@@ -26,22 +26,11 @@ STATUSES = ("done", "failed")
 
 
 class CostTable(NamedTuple):
-    """The table of a study.
+    """The table of a study."""
 
-    Attributes
-    ----------
-    attributes : dict of str
-        `title`, `kind`, `status`, `reason`, and those of `work_precision.table.attributes`, as far
-        as they are known; a table in CSV has none of them.
-    columns : dict of Column
-        By name, of equal lengths; NaN where a value is unknown.
-    notes : tuple of str
-        Lines above the table.
-    """
-
-    attributes: dict[str, str]
-    columns: dict[str, Column]
-    notes: tuple[str, ...] = ()
+    attributes: dict[str, str]  # as far as they are known; none of a table in CSV
+    columns: dict[str, Column]  # by name, of equal lengths; NaN where a value is unknown
+    notes: tuple[str, ...] = ()  # lines above the table
 
     @property
     def rows(self) -> int:
@@ -120,13 +109,7 @@ def _number(cell: str, line: int, name: str) -> float:
 
 
 def checked(table: CostTable) -> CostTable:
-    """Return a table whose columns are those of a study.
-
-    Raises
-    ------
-    ValueError
-        If one is missing, is no text or has no numbers, or is too short.
-    """
+    """Return a table if its columns are those of a study; else raise ValueError."""
     for name in (*TEXTS, *NUMBERS):
         if name not in table.columns:
             raise ValueError(f"it has no column '{name}'")

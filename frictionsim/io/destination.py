@@ -32,11 +32,7 @@ def check_whole_name(path: Path) -> None:
 class Destination:
     """The files for the complete and the unfinished result of a run.
 
-    Parameters
-    ----------
-    whole : Path
-    resumed : Path, optional
-        The result that is resumed; it is replaced if it is one of these two.
+    The result that is resumed is replaced if it is one of these two.
     """
 
     def __init__(self, whole: Path, resumed: Path | None = None) -> None:
@@ -50,10 +46,7 @@ class Destination:
     def check(self, no_clobber: bool = False) -> None:
         """Check that results can be written, and that no process is writing them.
 
-        Parameters
-        ----------
-        no_clobber : bool
-            Do not replace an existing file, except the one that is resumed.
+        Without clobbering only the file that is resumed is replaced.
         """
         check_whole_name(self.whole)
         for path in (self.whole, self.partial):
@@ -75,13 +68,10 @@ class Destination:
         self._part = self._part or Part(self.whole)
 
     def write(self, run: "Record") -> Path | None:
-        """Write a result.
+        """Write a result and return its file.
 
-        Returns
-        -------
-        Path or None
-            The file written; None if the run has no samples beyond the start and would replace
-            an earlier unfinished result.
+        None is written of a run that has no samples beyond the start and would replace an earlier
+        unfinished result.
         """
         if run.status == "done":
             hdf5_writer.write(run, self.whole, self._part)
@@ -114,13 +104,7 @@ class Destination:
             raise
 
     def write_last(self, run: "Record") -> Path | None:
-        """Write the result of a run that has stopped; if it cannot be, elsewhere.
-
-        Returns
-        -------
-        Path or None
-            As of `write`.
-        """
+        """Write the result of a run that has stopped; if it cannot be, elsewhere; as `write`."""
         try:
             return self.write(run)
         except KeptBeside:

@@ -3,24 +3,27 @@
 All functions here call HDF5.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from contextlib import contextmanager
 from math import isnan
 from typing import Any
 
-import h5py
 import numpy as np
 
 from frictionsim.errors import InputError
 from frictionsim.io.child_answer import Checkpoint, LongChannel
 from frictionsim.io.hdf5_structure import (
     MAX_AXIS,
+    NOT_HDF5,
     Budget,
+    check_version,
     checked_dataset,
     checked_group,
+    flags_of,
     integers_of,
     members,
     names_of,
+    opened,
     rows_of,
     text_of,
     texts_of,
@@ -28,13 +31,14 @@ from frictionsim.io.hdf5_structure import (
     values_of,
 )
 from frictionsim.io.result_format import (
+    ANSWER_BYTES,
     COUNTS,
     READABLE_VERSIONS,
     STATUSES,
     numbered_members,
     state_digest,
 )
-from frictionsim.results import MODES, Check, Flags, Quantities, Quantity, Record, SolverStatistics
+from frictionsim.results import MODES, Check, Quantities, Quantity, Record, SolverStatistics
 from frictionsim.version import __version__
 
 ATTRIBUTES = (
@@ -49,7 +53,6 @@ ATTRIBUTES = (
 GROUPS = ("events", "quantities", "audit", "solver", "checkpoint")
 LONG_BYTES = 64 * 2**20  # of all channels together
 LONG_CHANNEL_BYTES = 4 * 2**20  # of those of a long result that are asked for by rows
-NOT_HDF5 = "it is not a readable HDF5 file"
 NOT_OURS = "it is HDF5, but not a frictionsim result"
 KNOWN_MODES = [value for value, _ in MODES]
 
@@ -63,18 +66,25 @@ def record(path: str) -> Record:
 def rows(path: str, name: str, start: str, stop: str) -> Any:
     """Return samples start to stop - 1 of a channel."""
     with _opened(path) as file:
-        found = dict(members(file, Budget(file.id.get_filesize())))
-        return rows_of(checked_dataset(found[name], name), slice(int(start), int(stop)))
+        found, _, _ = _top_level(file, Budget(file.id.get_filesize()))
+        return rows_of(found[name], slice(int(start), int(stop)))
 
 
 def channels(names: str, *paths: str) -> list[dict[str, Any]]:
-    """Return channels of several files, of names with commas between them."""
-    found = []
+    """Return channels of the first of several files, as many as an answer holds, of one at least.
+
+    The names have commas between them; without any, all channels are returned.
+    """
+    found: list[dict[str, Any]] = []
+    left = ANSWER_BYTES
     for path in paths:
         with _opened(path) as file:
             budget = Budget(file.id.get_filesize())
-            every = dict(members(file, budget))
-            wanted = {name: checked_dataset(every[name], name) for name in names.split(",")}
+            every, _, _ = _top_level(file, budget)
+            wanted = {name: every[name] for name in names.split(",")} if names else every
+            left -= sum(item.nbytes for item in wanted.values())
+            if found and left < 0:
+                break
             found.append({name: values_of(item, budget) for name, item in wanted.items()})
     return found
 
@@ -116,22 +126,14 @@ def _resume_obstacle(attributes: dict[str, str], has_checkpoint: bool) -> str:
 
 @contextmanager
 def _opened(path: str) -> Iterator[Any]:
-    """Open a result file; errors within the context become InputError with the file's name."""
-    try:
-        with h5py.File(path, "r") as file:
-            version = integers_of(file, "format_version")[0]
-            if version not in READABLE_VERSIONS:
-                raise InputError(
-                    f"{path}: cannot read this result: its format version is {version}, this"
-                    f" program reads versions {min(READABLE_VERSIONS)} to {max(READABLE_VERSIONS)}"
-                )
-            yield file
-    except (InputError, MemoryError):
-        raise
-    except OSError:
-        raise InputError(f"{path}: cannot read this result: {NOT_HDF5}") from None
-    except Exception:  # whatever h5py says of what is not as it should be
-        raise InputError(f"{path}: cannot read this result: {NOT_OURS}") from None
+    """Open a result file, as `opened`."""
+    with opened(path, "result", _why) as file:
+        check_version(file, path, "result", "format_version", READABLE_VERSIONS)
+        yield file
+
+
+def _why(error: Exception) -> str:
+    return NOT_HDF5 if isinstance(error, OSError) else NOT_OURS
 
 
 def _attributes(file: Any, budget: Budget) -> dict[str, str]:
@@ -145,6 +147,20 @@ def _attributes(file: Any, budget: Budget) -> dict[str, str]:
     return found
 
 
+def _top_level(file: Any, budget: Budget) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    """Return the channels, the scales of their columns and the groups of a file, checked."""
+    channels: dict[str, Any] = {}
+    scales: dict[str, Any] = {}
+    groups: dict[str, Any] = {}
+    for name, item in members(file, budget):
+        if name in GROUPS:
+            groups[name] = checked_group(item, name)
+        else:
+            is_scale = checked_dataset(item, name).is_scale and name != "time"
+            (scales if is_scale else channels)[name] = item
+    return channels, scales, groups
+
+
 class _Reader:
     """Makes a record of an open file, with one budget for all of it."""
 
@@ -155,25 +171,18 @@ class _Reader:
         """Return the content of the file."""
         budget = self._budget
         attributes = _attributes(self._file, budget)
-        every, groups = {}, {}
-        for name, item in members(self._file, budget):
-            if name in GROUPS:
-                groups[name] = checked_group(item, name)
-            else:
-                every[name] = checked_dataset(item, name)
-        scales = {name for name, item in every.items() if item.is_scale and name != "time"}
-        datasets = {name: item for name, item in every.items() if name not in scales}
+        datasets, scales, groups = _top_level(self._file, budget)
         events, contacts = self._events(groups.get("events"))
         found = Record(
             attributes=attributes,
             channels=self._channels(datasets),
             units={n: text_of(item, "units", budget) for n, item in datasets.items()},
             long_names={n: text_of(item, "long_name", budget) for n, item in datasets.items()},
-            axes={name: _axis_of(item, scales) for name, item in datasets.items()},
-            members={name: self._members(every[name]) for name in sorted(scales)},
+            axes={name: _axis_of(item, scales.keys()) for name, item in datasets.items()},
+            members={name: self._members(scales[name]) for name in sorted(scales)},
             events=events,
             contacts=contacts,
-            flags={n: self._flags(item) for n, item in datasets.items() if _has_flags(item)},
+            flags={n: flags_of(item, budget) for n, item in datasets.items() if _has_flags(item)},
             quantities=self._quantities(groups.get("quantities")),
             checks=self._checks(groups.get("audit")),
             statistics=self._statistics(groups.get("solver")),
@@ -240,10 +249,6 @@ class _Reader:
         counts = {name: int(self._number(items[name])) for name in COUNTS}
         return SolverStatistics(**counts, wall_seconds=None, compile_seconds=None)
 
-    def _flags(self, dataset: Any) -> Flags:
-        meanings = text_of(dataset, "flag_meanings", self._budget).split()
-        return tuple(zip(integers_of(dataset, "flag_values"), meanings, strict=True))
-
     def _members(self, scale: Any) -> tuple[str, ...]:
         """Return the names of the members of an axis; version 1 has them as an attribute."""
         if scale.dtype.kind == "O":
@@ -263,7 +268,7 @@ def _has_flags(dataset: Any) -> bool:
     return "flag_values" in dataset.attrs and dataset.dtype.kind in "iu"
 
 
-def _axis_of(dataset: Any, scales: set[str]) -> str:
+def _axis_of(dataset: Any, scales: Set[str]) -> str:
     """Return the axis of the columns of a dataset; empty if it has no columns."""
     if dataset.ndim < 2:
         return ""

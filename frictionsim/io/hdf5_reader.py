@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from frictionsim.errors import InputError, near_files
 from frictionsim.io import child_process
 from frictionsim.io.atomic_write import SUFFIXES
-from frictionsim.io.checksum import checksum_mismatch
+from frictionsim.io.checksum import is_damaged
 from frictionsim.io.child_answer import Checkpoint, LongChannel
 from frictionsim.io.child_process import ChildFailed, EndedFromOutside
 from frictionsim.io.cost_table import CostTable
@@ -27,8 +27,6 @@ from frictionsim.simulation.stored_channel import StoredChannel
 if TYPE_CHECKING:
     Content = Record | SweepTable | CostTable
     Stamp = tuple[int, ...]
-
-NOT_HDF5 = "it is not a readable HDF5 file"
 
 # Why files were not read, by name and stamp: each further try takes as long.
 _failures: "dict[tuple[str, Stamp], ChildFailed]" = {}
@@ -85,12 +83,7 @@ def read_checkpoint(path: Path) -> Checkpoint:
 
 
 class RowsOfFile:
-    """The long channels of a file, of which some rows are read whenever they are needed.
-
-    Parameters
-    ----------
-    path : Path
-    """
+    """The long channels of a file, of which some rows are read whenever they are needed."""
 
     def __init__(self, path: Path) -> None:
         self._path, self._stamp = Path(os.path.abspath(path)), _stamp_of(path)
@@ -142,11 +135,12 @@ def _check_is_hdf5(path: Path) -> None:
     """
     if not S_ISREG(os.stat(path).st_mode):
         raise OSError("not a regular file")
-    if checksum_mismatch(path):
-        raise InputError(
-            f"{path}: cannot read this result: it is damaged (its checksum does not match)"
-        )
     with open(path, "rb") as file:
+        if is_damaged(file):
+            raise InputError(
+                f"{path}: cannot read this result: it is damaged (its checksum does not match)"
+            )
+        file.seek(0)
         if file.read(len(HDF5_SIGNATURE)) != HDF5_SIGNATURE:
             raise OSError("not HDF5")
 
@@ -160,4 +154,4 @@ def _why_not_open(path: Path) -> str:
         return "this is a device or a pipe; give the name of a result file"
     if path.suffix == ".toml":
         return f"this is a scenario; 'frictionsim solve {path}' makes a result of it"
-    return NOT_HDF5
+    return "it is not a readable HDF5 file"

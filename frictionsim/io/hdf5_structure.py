@@ -5,12 +5,17 @@ is refused here would not crash: it would read other files (links to them, exter
 storage), load code (filters that are not built in) or fill memory.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import h5py
 import numpy as np
 
+from frictionsim.errors import InputError
+from frictionsim.results import Flags
+
+NOT_HDF5 = "it is not a readable HDF5 file"
 # DEFLATE's maximum ratio is 1032:1; a larger claim means a damaged file.
 MAX_GZIP_RATIO = 1032
 MAX_MEMBERS = 2000  # of all groups; a belt's checkpoint has some hundred
@@ -26,13 +31,7 @@ NUMBERS = (h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM)
 
 
 class Budget:
-    """How many bytes a file may still claim, in all of its data together.
-
-    Parameters
-    ----------
-    file_bytes : int
-        Its size.
-    """
+    """How many bytes a file of some size may still claim, in all of its data together."""
 
     def __init__(self, file_bytes: int) -> None:
         self.file_bytes = file_bytes
@@ -40,16 +39,35 @@ class Budget:
         self.members = MAX_MEMBERS
 
     def take(self, count: int, name: str) -> None:
-        """Take some bytes.
-
-        Raises
-        ------
-        ValueError
-            If there are not so many.
-        """
+        """Take some bytes; raise ValueError if there are not so many."""
         self.left -= count
         if self.left < 0:
             raise ValueError(f"{name}: the file claims more data than it can hold")
+
+
+@contextmanager
+def opened(path: str, what: str, why: Callable[[Exception], str]) -> Iterator[Any]:
+    """Open a file; errors within the context become InputError with its name and a reason."""
+    try:
+        with h5py.File(path, "r") as file:
+            yield file
+    except (InputError, MemoryError):
+        raise
+    except Exception as error:  # whatever h5py says of what is not as it should be
+        raise InputError(f"{path}: cannot read this {what}: {why(error)}") from None
+
+
+def check_version(file: Any, path: str, what: str, name: str, known: Sequence[int]) -> None:
+    """Check that a file has a format that is known."""
+    version = integers_of(file, name)[0]
+    if version not in known:
+        versions = f"version {known[0]}"
+        if len(known) > 1:
+            versions = f"versions {min(known)} to {max(known)}"
+        raise InputError(
+            f"{path}: cannot read this {what}: its format version is {version}, this program reads"
+            f" {versions}"
+        )
 
 
 def data_limit(file_bytes: int) -> int:
@@ -63,10 +81,7 @@ def data_limit(file_bytes: int) -> int:
 def members(group: Any, budget: Budget) -> Iterator[tuple[str, Any]]:
     """Yield the names and objects of a group, which hard links of the file itself lead to.
 
-    Raises
-    ------
-    ValueError
-        If there are others, or too many.
+    ValueError is raised if there are others, or too many.
     """
     budget.members -= len(group)
     if budget.members < 0:
@@ -88,13 +103,7 @@ def checked_group(item: Any, name: str) -> Any:
 
 
 def checked_dataset(item: Any, name: str) -> Any:
-    """Return a dataset whose data are in the file itself, in a form that results have.
-
-    Raises
-    ------
-    ValueError
-        If it is not.
-    """
+    """Return a dataset in a form that results have; raise ValueError if it is another."""
     if not isinstance(item, h5py.Dataset):
         raise ValueError(f"{name} is not a dataset")
     _check_attributes(item)
@@ -137,15 +146,7 @@ def texts_of(item: Any, budget: Budget) -> dict[str, str]:
 
 
 def text_of(item: Any, name: str, budget: Budget) -> str:
-    """Return an attribute as text; bytes that are not UTF-8 are replaced.
-
-    Raises
-    ------
-    KeyError
-        If there is none.
-    ValueError
-        If it is too long.
-    """
+    """Return a short attribute as text; bytes that are not UTF-8 are replaced."""
     attribute = item.attrs.get_id(name)
     if attribute.shape != () or not _is_plain(attribute.get_type()):
         raise ValueError(f"{name} is not a text")
@@ -163,6 +164,12 @@ def integers_of(item: Any, name: str) -> list[int]:
     if attribute.get_storage_size() > MAX_TEXT or attribute.get_type().get_class() not in NUMBERS:
         raise ValueError(f"{name} does not hold integers")
     return [int(value) for value in np.atleast_1d(item.attrs[name]).tolist()]
+
+
+def flags_of(dataset: Any, budget: Budget) -> Flags:
+    """Return the meanings of the values of a dataset."""
+    meanings = text_of(dataset, "flag_meanings", budget).split()
+    return tuple(zip(integers_of(dataset, "flag_values"), meanings, strict=True))
 
 
 def values_of(dataset: Any, budget: Budget) -> Any:

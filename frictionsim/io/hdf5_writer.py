@@ -30,10 +30,9 @@ import h5py
 import numpy as np
 
 from frictionsim.errors import OutputError
-from frictionsim.io import checksum
 from frictionsim.io.atomic_write import Part, write_atomically
-from frictionsim.io.checksum import append_trailer, checksum_trailer
-from frictionsim.io.replaceable import COSTS_IN_HDF5, RESULT, SEGMENT, check_replaceable
+from frictionsim.io.checksum import LENGTH, append_trailer, checksum_trailer
+from frictionsim.io.replaceable import COSTS_IN_HDF5, RESULT, SEGMENT, Kind, check_replaceable
 from frictionsim.io.result_format import (
     CONVENTIONS,
     COUNTS,
@@ -48,7 +47,7 @@ from frictionsim.simulation.record import scenario_attributes
 from frictionsim.simulation.sample_store import power_of_two, rows_per_segment
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
     from frictionsim.results import Column, Flags
     from frictionsim.scenario.settings import Scenario
@@ -63,16 +62,9 @@ OK: "Flags" = ((0, "failed"), (1, "ok"))
 
 
 def write(run: "Record", path: Path, part: Part | None = None) -> None:
-    """Write the result file of a run atomically: on any error the existing file is kept.
+    """Write the result file of a run as `write_record`.
 
     If the run can be resumed, samples in segments stay there, and the file lists them.
-
-    Parameters
-    ----------
-    run : Record
-    path : Path
-    part : Part, optional
-        Of this file, if it is locked already.
     """
     stored = run.stored
     if stored is None or run.checkpoint is None:
@@ -91,16 +83,10 @@ def write_record(
     checkpoint: dict[str, Any] | None = None,
     part: Part | None = None,
 ) -> None:
-    """Write a result file atomically: on any error the existing file is kept.
+    """Write a result file, with the state to resume from if there is one.
 
-    Parameters
-    ----------
-    record : Record
-    path : Path
-    checkpoint : dict of arrays, optional
-        State to resume from.
-    part : Part, optional
-        As of `write`.
+    It is written atomically: on any error the existing file is kept. A part of it may be locked
+    already.
     """
     part = part or Part(path)
     try:
@@ -111,8 +97,7 @@ def write_record(
                     _write_on_disk(part.content, record, checkpoint)
                 append_trailer(part.content)
             else:
-                image = _image(record, checkpoint)
-                opened.write(image + checksum_trailer(image))
+                opened.write(_image(lambda file: _fill(file, record, checkpoint), RESULT))
         part.rename()
     except BaseException:
         part.discard()
@@ -122,10 +107,7 @@ def write_record(
 def write_segment(record: Record, path: Path) -> int:
     """Write a segment of a long run; return its checksum."""
     check_segment(path)
-    image = _image(record, None, QUICK_LEVEL)
-    trailer = checksum_trailer(image, checksum.SEGMENT)
-    write_atomically(image + trailer, path, SEGMENT.word)
-    return int(trailer[len(checksum.SEGMENT) :], 16)
+    return write_from_memory(lambda file: _fill(file, record, None, QUICK_LEVEL), path, SEGMENT)
 
 
 def check_segment(path: Path) -> None:
@@ -184,16 +166,9 @@ def write_table(
         /cost/row            (k,) the dimension scale of the columns: one row for each setting
         /cost/<column>       (k,) law, backend, setting, overrides, status, reason as text; error,
                              wall_seconds, steps, ... as float64, nan if a value is unknown
-
-    Parameters
-    ----------
-    scenario : Scenario
-    columns : iterable of Column
-    attributes : dict of str
-        Of the study, see `frictionsim.work_precision.table.attributes`.
-    path : Path
     """
-    with file_in_memory() as file:
+
+    def fill(file: Any) -> None:
         _add_attributes(file, scenario_attributes(scenario) | attributes)
         group = file.create_group("cost")
         for number, (name, unit, long_name, values) in enumerate(columns):
@@ -204,20 +179,28 @@ def write_table(
                 _add(group, name, data, Channel(unit, long_name), scale)
                 continue
             texts = group.create_dataset(name, data=values, dtype=TEXT)
-            _set_text(texts, "long_name", long_name)
-            texts.dims[0].attach_scale(scale)
+            describe(texts, Channel("", long_name), scale)
+
+    write_from_memory(fill, path, COSTS_IN_HDF5)
+
+
+def write_from_memory(fill: "Callable[[Any], None]", path: Path, kind: Kind) -> int:
+    """Write a file of HDF5 that is filled in memory, atomically; return its checksum."""
+    check_replaceable(path, kind)
+    image = _image(fill, kind)
+    write_atomically(image, path, kind.word)
+    return int(image[len(kind.mark) - LENGTH :], 16)
+
+
+def _image(fill: "Callable[[Any], None]", kind: Kind) -> bytes:
+    """Return the bytes of a file that is filled in memory, with the line of its checksum."""
+    # Two that are open at a time need different names, as of threads.
+    name = f"{os.urandom(8).hex()}.h5"
+    with h5py.File(name, "w", driver="core", backing_store=False, track_order=True) as file:
+        fill(file)
         file.flush()
         image = bytes(file.id.get_file_image())
-    check_replaceable(path, COSTS_IN_HDF5)
-    write_atomically(image + checksum_trailer(image, checksum.COSTS), path, "table")
-
-
-def _image(record: Record, checkpoint: dict[str, Any] | None, level: int = LEVEL) -> bytes:
-    """Return the bytes of a result file."""
-    with file_in_memory() as file:
-        _fill(file, record, checkpoint, level)
-        file.flush()
-        return bytes(file.id.get_file_image())
+    return image + checksum_trailer(image, kind.mark)
 
 
 def _fill(
@@ -241,7 +224,7 @@ def _fill(
         else:
             storage = _storage(values, level, rows)
             dataset = file.create_dataset(name, values.shape, values.dtype, **storage)
-        _describe(dataset, _channel(record, name), *scale)
+        describe(dataset, _channel(record, name), *scale)
     if rows is not None:  # all channels of a segment before the next one, which is read once
         for start in range(0, len(record.time), rows):
             for name, values in channels.items():
@@ -252,12 +235,6 @@ def _fill(
     _add_counts(file, record)
     if checkpoint is not None:
         _add_checkpoint(file, checkpoint)
-
-
-def file_in_memory() -> Any:
-    """Return a new file without a place on the disk; two that are open need different names."""
-    name = f"{os.urandom(8).hex()}.h5"
-    return h5py.File(name, "w", driver="core", backing_store=False, track_order=True)
 
 
 def _add_attributes(file: Any, attributes: dict[str, str]) -> None:
@@ -364,13 +341,14 @@ def _add_names(group: Any, name: str, names: Any, long_name: str) -> Any:
 
 def _add(group: Any, name: str, values: Any, channel: Channel, *scales: Any) -> Any:
     dataset = group.create_dataset(name, data=values, **_storage(values))
-    _describe(dataset, channel, *scales)
+    describe(dataset, channel, *scales)
     return dataset
 
 
-def _describe(dataset: Any, channel: Channel, *scales: Any) -> None:
-    """Add unit, description and the scales of its dimensions to a dataset."""
-    _set_text(dataset, "units", channel.unit)
+def describe(dataset: Any, channel: Channel, *scales: Any) -> None:
+    """Add unit, description, flags and the scales of its dimensions to a dataset."""
+    if channel.unit:  # a text has none
+        _set_text(dataset, "units", channel.unit)
     _set_text(dataset, "long_name", channel.long_name)
     if channel.flags:
         numbers, meanings = zip(*channel.flags, strict=True)

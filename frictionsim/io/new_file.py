@@ -6,13 +6,15 @@ from pathlib import Path
 
 from frictionsim.errors import OutputError
 
+EXISTS = "the file exists and is not replaced; give another name"
+
 
 def check_new(path: Path, what: str) -> None:
     """Check that a new file can be written to a path, before what it will hold is computed."""
     from frictionsim.io.atomic_write import check_place
 
     if exists(path) and not isdir(path):  # Path.exists fails for a name that is too long
-        raise _not_written(path, what, FileExistsError())
+        raise _not_written(path, what, EXISTS)
     check_place(path, what)
 
 
@@ -20,20 +22,15 @@ def write_new(path: Path, text: str, what: str) -> None:
     """Write a file that is not there yet, whole or not at all.
 
     The name is taken by an empty file first, so that no file that appears meanwhile is replaced.
-
-    Parameters
-    ----------
-    path : Path
-    text : str
-    what : str
-        What it is, for messages.
     """
     from frictionsim.io.atomic_write import write_atomically
 
+    check_new(path, what)
     try:
         path.open("xb").close()
     except OSError as error:
-        raise _not_written(path, what, error) from None
+        why = EXISTS if isinstance(error, FileExistsError) else str(error.strerror)
+        raise _not_written(path, what, why) from None
     try:
         write_atomically(text.encode(), path, what)
     except BaseException:
@@ -42,13 +39,5 @@ def write_new(path: Path, text: str, what: str) -> None:
         raise
 
 
-def _not_written(path: Path, what: str, error: OSError) -> OutputError:
-    if isdir(path):  # false for a name that is too long, where Path.is_dir fails
-        why = "this is a folder; give a file name"
-    elif isinstance(error, FileExistsError):
-        why = "the file exists and is not replaced; give another name"
-    elif not isdir(path.parent):
-        why = f"there is no folder '{path.parent}'"
-    else:
-        why = str(error.strerror)
+def _not_written(path: Path, what: str, why: str) -> OutputError:
     return OutputError(f"{path}: cannot write the {what}: {why}")

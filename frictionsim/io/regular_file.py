@@ -6,14 +6,18 @@ from stat import S_ISREG
 from typing import IO
 
 
-def open_regular(path: Path) -> IO[bytes]:
-    """Open a regular file for reading bytes; raise OSError if it is a link or a pipe."""
+def descriptor_of(path: Path, flags: int, mode: int = 0) -> int:
+    """Open what is no link, and wait for nothing; raise OSError if it is one."""
     if path.is_symlink():  # where there is no O_NOFOLLOW
         raise OSError("a link")
-    flags = os.O_RDONLY
     for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY", "O_CLOEXEC"):
         flags |= getattr(os, name, 0)
-    descriptor = os.open(path, flags)
+    return os.open(path, flags, mode)
+
+
+def open_regular(path: Path) -> IO[bytes]:
+    """Open a regular file for reading bytes; raise OSError if it is a link or a pipe."""
+    descriptor = descriptor_of(path, os.O_RDONLY)
     if S_ISREG(os.fstat(descriptor).st_mode):
         return os.fdopen(descriptor, "rb")
     os.close(descriptor)

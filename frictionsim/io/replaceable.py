@@ -25,23 +25,12 @@ HEAD = 2**20  # bytes
 
 
 class Kind(NamedTuple):
-    """A kind of file that the program writes.
-
-    Attributes
-    ----------
-    word : str
-    described : str
-        With its article, for messages.
-    begins : bytes
-        A regular expression.
-    mark : bytes
-        Of the line with the checksum.
-    """
+    """A kind of file that the program writes."""
 
     word: str
-    described: str
-    begins: bytes
-    mark: bytes = b""
+    described: str  # with its article, for messages
+    begins: bytes  # a regular expression
+    mark: bytes = b""  # of the line with the checksum
 
     def recognises(self, path: Path) -> bool:
         """Return whether a file is of this kind."""
@@ -77,15 +66,7 @@ ANIMATIONS = {
 
 
 def files_of_sweep_in_csv(path: Path, with_indices: bool) -> dict[Path, Kind]:
-    """Return the files in CSV that a sweep is written to: NAME.csv, and NAME.sobol.csv of indices.
-
-    Parameters
-    ----------
-    path : Path
-        Of the table of the runs.
-    with_indices : bool
-        Whether it is a sample with Sobol indices.
-    """
+    """Return the files in CSV of a sweep: NAME.csv, and NAME.sobol.csv of indices."""
     found = {path: SWEEP_IN_CSV}
     return found | {path.with_suffix(".sobol.csv"): SOBOL_IN_CSV} if with_indices else found
 
@@ -93,11 +74,7 @@ def files_of_sweep_in_csv(path: Path, with_indices: bool) -> dict[Path, Kind]:
 def check_replaceable(path: Path, kind: Kind) -> None:
     """Check that an existing file is of the kind that will replace it.
 
-    Parameters
-    ----------
-    path : Path
-        What is no file is left to `atomic_write.check_place`.
-    kind : Kind
+    What is no file is left to `atomic_write.check_place`.
     """
     if not os.path.isfile(path) or not os.path.getsize(path):
         return
@@ -120,13 +97,7 @@ def check_target(path: Path, kind: Kind) -> None:
 
 
 def check_apart(paths: dict[str, Path]) -> None:
-    """Check that no two files of one command are the same.
-
-    Parameters
-    ----------
-    paths : dict of Path
-        By the option that gives them.
-    """
+    """Check that no two files of one command are the same; by the options that give them."""
     found: dict[str, str] = {}
     for option, path in paths.items():
         place = os.path.normcase(os.path.realpath(path))

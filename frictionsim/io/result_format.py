@@ -8,6 +8,7 @@ READABLE_VERSIONS = (1, 2, 3)
 SEGMENTS = "segments"  # the attribute that refers to them
 STATUSES = ("done", "failed", "interrupted")
 CONVENTIONS = "CF-1.11"
+ANSWER_BYTES = 64 * 2**20  # of the segments that are read together, or of one that is larger
 # The datasets of /solver.
 COUNTS = {
     "steps": "accepted steps",
@@ -20,16 +21,7 @@ COUNTS = {
 def state_digest(attributes: dict[str, Any], state: dict[str, Any]) -> str:
     """Return the SHA-256 of a checkpoint and of the scenario and version that it belongs to.
 
-    Parameters
-    ----------
-    attributes : dict
-        Root attributes of the file; `scenario`, `kind` and `frictionsim_version` are used.
-    state : dict of arrays
-
-    Returns
-    -------
-    str
-        Hexadecimal digest.
+    Of the root attributes, `scenario`, `kind` and `frictionsim_version` are used.
     """
     from hashlib import sha256
 

@@ -19,21 +19,15 @@ from frictionsim.errors import OutputError
 from frictionsim.io import hdf5_writer
 from frictionsim.io.checksum import SEGMENT, mark_of
 from frictionsim.io.regular_file import open_regular
-from frictionsim.io.segments import SegmentFiles, combined, listing_of
+from frictionsim.io.segments import SegmentFiles, combined
 from frictionsim.results import Record
 
 
 class SampleSegments(SegmentFiles):
     """The segments of a run.
 
-    Parameters
-    ----------
-    whole : Path
-        The result of the run.
-    on_begin : callable
-        Called before the first is written.
-    inherited : SegmentFiles, optional
-        Of the run that is resumed into another file.
+    `on_begin` is called before the first is written. Those of a run that is resumed into another
+    file are inherited.
     """
 
     patience = 2**31  # the run itself has written them, and waits for a busy machine
@@ -46,7 +40,6 @@ class SampleSegments(SegmentFiles):
     ) -> None:
         super().__init__(whole)
         self._on_begin, self._inherited = on_begin, inherited
-        self._checksums: list[int] = []
 
     @property
     def checksum(self) -> int:
@@ -66,10 +59,6 @@ class SampleSegments(SegmentFiles):
             number += 1
         return shutil.disk_usage(self._whole.parent).free + own
 
-    def listing(self, rows: int) -> str:
-        """Return the list of the segments, of so many samples each."""
-        return listing_of(self, self._checksums, rows)
-
     def write(self, number: int, record: Record) -> None:
         """Write a segment."""
         self._on_begin()
@@ -80,18 +69,13 @@ class SampleSegments(SegmentFiles):
                 f"{error}. The samples before these are kept: make space, or give another place"
                 " with -o, and resume the run if there is an unfinished result"
             ) from None
-        self._latest = None
+        self._latest = {}
         self._checksums = [*self._checksums[:number], checksum]
 
     def restore(self, count: int, checksum: int) -> bool:
         """Take over the first segments and remove later ones; return whether they are those.
 
-        Raises
-        ------
-        InputError
-            If one is missing or damaged.
-        OutputError
-            If they cannot be copied to the names of this run.
+        InputError is raised if one is missing or damaged, OutputError if they cannot be copied.
         """
         source = self._inherited or self
         found = [source.checksum_of(number) for number in range(count)]
@@ -122,7 +106,7 @@ class SampleSegments(SegmentFiles):
 
     def remove(self, first: int = 0) -> None:
         """Remove the segments from a number on."""
-        self._latest = None
+        self._latest = {}
         while self._is_segment(first):
             with suppress(OSError):
                 self.path(first).unlink()
@@ -136,4 +120,4 @@ class SampleSegments(SegmentFiles):
             return False
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_latest": None, "_on_begin": None}
+        return {**self.__dict__, "_latest": {}, "_on_begin": None}

@@ -10,41 +10,40 @@ the mark of a segment and have the checksum that is listed.
 
 import os
 import re
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from zlib import crc32
 
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.io.checksum import SEGMENT, mark_of, mismatch_within, stated_checksum
-from frictionsim.io.child_answer import LongChannel
+from frictionsim.io.checksum import SEGMENT, is_damaged, mark_of, stated_checksum
 from frictionsim.io.child_process import ChildFailed, answer_of
 from frictionsim.io.regular_file import open_regular
+from frictionsim.io.result_format import ANSWER_BYTES
 from frictionsim.io.unfinished import whole_name
 from frictionsim.results import Record
 from frictionsim.simulation.stored_channel import StoredChannel
 
 MAX_SEGMENTS = 10**6
 FILES_AT_ONCE = 64
-LINE = re.compile(r"([^/\\\0]+) (\d{1,9}) ([0-9a-f]{8})")
+LINE = re.compile(r"[^/\\\0]+ (\d{1,9}) ([0-9a-f]{8})")  # name, samples, checksum
 
 
 class SegmentFiles:
-    """The segments of a result, numbered from 0.
+    """The segments of a complete result, which need not be there; numbered from 0.
 
-    Parameters
-    ----------
-    whole : Path
-        The complete result that they are of; it need not be there.
+    The checksums are those of the segments that are to be read.
     """
 
-    # In bytes of a large file, as of `answer_of`: how long an answer may take.
+    # In bytes of a large file, as of `answer_of`: how long an answer may take at least.
     patience = 0
 
-    def __init__(self, whole: Path) -> None:
+    def __init__(self, whole: Path, checksums: Sequence[int] = ()) -> None:
         self._whole = Path(os.path.realpath(whole))
-        self._latest: tuple[int, dict[str, Any]] | None = None
+        self._checksums = list(checksums)
+        self._latest: dict[int, dict[str, Any]] = {}  # all channels of some that follow each other
 
     def path(self, number: int) -> Path:
         """Return the file of a segment."""
@@ -54,52 +53,61 @@ class SegmentFiles:
         """Return the checksum of a segment; raise InputError if it is missing or damaged."""
         try:
             with open_regular(self.path(number)) as file:
-                if mark_of(file) == SEGMENT and not mismatch_within(file):
+                if mark_of(file) == SEGMENT and not is_damaged(file):
                     return stated_checksum(file)
         except OSError:
             pass
         raise self.missing(number)
 
+    def check(self, number: int) -> None:
+        """Check that a segment is the one whose checksum is known."""
+        if self.checksum_of(number) != self._checksums[number]:
+            raise self.missing(number)
+
     def rows(self, number: int, name: str, start: int, stop: int) -> Any:
         """Return rows of a channel of a segment."""
-        if self._latest is None or self._latest[0] != number:
-            self._latest = number, self._channels(number)
-        found = self._latest[1].get(name)
-        if found is None or len(found) < stop:
+        if number not in self._latest:
+            self._latest = dict(enumerate(self._channels("", self._read_ahead(number)), number))
+        found = self._latest[number].get(name)
+        if found is None or found.shape[:1] < (stop,):
             raise self.missing(number)
         return found[start:stop]
 
-    def _channels(self, number: int) -> dict[str, Any]:
-        """Return all channels of a segment, which fit into memory."""
-        self.checksum_of(number)
-        path = str(self.path(number))
-        found = self._answer(number, "content", path)
-        if not isinstance(found, Record):
-            raise self.missing(number)
-        return {
-            name: self._answer(number, "rows", path, name, 0, values.shape[0])
-            if isinstance(values, LongChannel)
-            else values
-            for name, values in found.channels.items()
-        }
-
-    def _answer(self, number: int, *question: str | int) -> Any:
-        """Return the answer to a question about a segment and those after it."""
-        try:
-            return answer_of(*map(str, question), size=self.patience)
-        except InputError:
-            raise self.missing(number) from None
-        except ChildFailed as failed:
-            raise InputError(f"{self.path(number)}: cannot read these samples: {failed}") from None
+    def _read_ahead(self, first: int) -> range:
+        """Check a segment and those after it that are read with it; return their numbers."""
+        stop, size = first, 0
+        while stop == first or (stop < len(self._checksums) and size < ANSWER_BYTES):
+            self.check(stop)
+            size += self.path(stop).stat().st_size
+            stop += 1
+        return range(first, stop)
 
     def channels(self, names: list[str], count: int) -> list[dict[str, Any]]:
-        """Return some channels of each of the first segments."""
+        """Return some channels of each of the first segments, which have been checked."""
         found: list[dict[str, Any]] = []
-        for first in range(0, count, FILES_AT_ONCE):
+        while (first := len(found)) < count:
             numbers = range(first, min(first + FILES_AT_ONCE, count))
-            paths = (str(self.path(number)) for number in numbers)
-            found += self._answer(first, "channels", ",".join(names), *paths)
+            found += self._channels(",".join(names), numbers)
         return found
+
+    def _channels(self, names: str, numbers: range) -> list[dict[str, Any]]:
+        """Return channels of the first of some segments, of as many as an answer holds."""
+        first, paths = numbers[0], [str(self.path(number)) for number in numbers]
+        try:
+            size = sum(map(os.path.getsize, paths))
+            found: list[dict[str, Any]] = answer_of(
+                "channels", names, *paths, size=max(size, self.patience)
+            )
+            return found
+        except (InputError, OSError):
+            raise self.missing(first) from None
+        except ChildFailed as failed:
+            raise InputError(f"{self.path(first)}: cannot read these samples: {failed}") from None
+
+    def listing(self, rows: int) -> str:
+        """Return the list of segments, of so many samples each, that a result has."""
+        numbered = enumerate(self._checksums)
+        return "\n".join(f"{self.path(n).name} {rows} {checksum:08x}" for n, checksum in numbered)
 
     def missing(self, number: int) -> InputError:
         """Return the error of a segment that is missing or damaged."""
@@ -115,56 +123,41 @@ def combined(checksums: list[int]) -> int:
     return crc32(b"".join(b"%08x" % checksum for checksum in checksums))
 
 
-class _Listed(NamedTuple):
-    name: str
-    rows: int
-    checksum: int
+def _listed(listing: str) -> tuple[int, list[int]]:
+    """Return the samples of each segment that a result lists, and the checksums of all.
 
-
-def listing_of(segments: SegmentFiles, checksums: list[int], rows: int) -> str:
-    """Return the list of segments that a result has as an attribute."""
-    lines = (
-        f"{segments.path(number).name} {rows} {checksum:08x}"
-        for number, checksum in enumerate(checksums)
-    )
-    return "\n".join(lines)
-
-
-def _listed(listing: str) -> list[_Listed]:
-    """Return what a result lists; raise ValueError if it is no list."""
+    ValueError is raised if it is no list, or one of segments of unlike lengths.
+    """
     lines = [LINE.fullmatch(line) for line in listing.split("\n", MAX_SEGMENTS)]
-    if None in lines:
+    found = [(int(line[1]), int(line[2], 16)) for line in lines if line]
+    rows = {size for size, _ in found}
+    if len(found) != len(lines) or len(rows) != 1 or 0 in rows:
         raise ValueError("no list of segments")
-    return [_Listed(found[1], int(found[2]), int(found[3], 16)) for found in lines if found]
+    return rows.pop(), [checksum for _, checksum in found]
 
 
 def with_segments(tail: Record, path: Path, listing: str) -> Record:
     """Return the record of a result with the samples of its segments before its own.
 
-    Raises
-    ------
-    InputError
-        If the segments are not those that are listed.
+    InputError is raised if they are not those that are listed.
     """
     damaged = InputError(
         f"{path}: cannot read this result: its segments are not those of this version; solve its"
         " scenario again"
     )
-    segments = SegmentFiles(whole_name(path))
     try:
-        listed = _listed(listing)
+        size, checksums = _listed(listing)
     except ValueError:
         raise damaged from None
-    size = listed[0].rows
-    for number, line in enumerate(listed):
-        if segments.checksum_of(number) != line.checksum or line.rows != size or not size:
-            raise segments.missing(number)
+    segments, number = SegmentFiles(whole_name(path), checksums), len(checksums)
+    for each in range(number):
+        segments.check(each)
     flat = [name for name, values in tail.channels.items() if len(values.shape) == 1]
-    before = segments.channels(flat, len(listed))
+    before = segments.channels(flat, number)
     if any(part[name].shape != (size,) for part in before for name in flat):
         raise damaged
-    source = _SegmentsAndTail(segments, len(listed), size, tail.channels)
-    count = len(listed) * size
+    source = _SegmentsAndTail(segments, number, size, tail.channels)
+    count = number * size
     channels = {
         name: np.concatenate([*(part[name] for part in before), values])
         if name in flat
@@ -177,15 +170,7 @@ def with_segments(tail: Record, path: Path, listing: str) -> Record:
 
 
 class _SegmentsAndTail:
-    """Channels with columns of an unfinished result: samples in segments, then those in its file.
-
-    Parameters
-    ----------
-    segments : SegmentFiles
-    count, size : int
-        How many there are, and the samples of each.
-    tail : dict of arrays
-    """
+    """Channels with columns of an unfinished result: samples in segments, then in its file."""
 
     def __init__(self, segments: SegmentFiles, count: int, size: int, tail: dict[str, Any]) -> None:
         self._segments, self._count, self._size, self._tail = segments, count, size, tail

@@ -1,20 +1,20 @@
 """What is in the file of a sweep, read in the child process that `hdf5_reader` asks."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
 from math import prod
 from typing import Any
 
 import h5py
 import numpy as np
 
-from frictionsim.errors import InputError
 from frictionsim.io.hdf5_structure import (
     MAX_TEXT,
     Budget,
+    check_version,
     checked_dataset,
-    integers_of,
+    flags_of,
     members,
+    opened,
     text_of,
     texts_of,
     values_of,
@@ -52,7 +52,8 @@ TEXTS_AT_ONCE = 4096
 
 def sweep(path: str) -> SweepTable:
     """Return the content of the file of a sweep."""
-    with _opened(path) as file:
+    with opened(path, "sweep", lambda error: "it is damaged") as file:
+        check_version(file, path, "sweep", VERSION_NAME, (VERSION,))
         budget = Budget(file.id.get_filesize())
         found = texts_of(file, budget)
         attributes = {name: found[name] for name in ATTRIBUTES}
@@ -61,33 +62,9 @@ def sweep(path: str) -> SweepTable:
         return _table(attributes, datasets, budget)
 
 
-@contextmanager
-def _opened(path: str) -> Iterator[Any]:
-    """Open the file of a sweep; errors within the context become InputError with its name."""
-    try:
-        with h5py.File(path, "r") as file:
-            version = integers_of(file, VERSION_NAME)[0]
-            if version != VERSION:
-                raise InputError(
-                    f"{path}: cannot read this sweep: its format version is {version}, this"
-                    f" program reads version {VERSION}"
-                )
-            yield file
-    except (InputError, MemoryError):
-        raise
-    except Exception:  # whatever h5py says of what is not as it should be
-        raise InputError(f"{path}: cannot read this sweep: it is damaged") from None
-
-
 def _table(attributes: dict[str, str], datasets: dict[str, Any], budget: Budget) -> SweepTable:
     status = datasets.pop(STATUS)
-    statuses = tuple(
-        zip(
-            integers_of(status, "flag_values"),
-            text_of(status, "flag_meanings", budget).split(),
-            strict=True,
-        )
-    )
+    statuses = flags_of(status, budget)
     texts = {name: _some_texts(datasets.pop(name), status.shape, budget) for name in TEXTS}
     coordinates, dimensions = _coordinates(datasets, status, budget)
     sobol = _indices(datasets, list(coordinates), budget) if SOBOL_BASIS in datasets else None

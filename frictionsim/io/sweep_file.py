@@ -37,13 +37,10 @@ checksum, as the file of a result.
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
-from frictionsim.io.atomic_write import write_atomically
-from frictionsim.io.checksum import SWEEP as MARK
-from frictionsim.io.checksum import checksum_trailer
-from frictionsim.io.hdf5_writer import file_in_memory
+from frictionsim.io.hdf5_writer import TEXT, describe, write_from_memory
+from frictionsim.io.replaceable import SWEEP
 from frictionsim.io.result_format import CONVENTIONS
 from frictionsim.io.sweep_table import (
     RUN,
@@ -55,18 +52,14 @@ from frictionsim.io.sweep_table import (
     SobolIndices,
     SweepTable,
 )
+from frictionsim.results import Channel
 
-TEXT = h5py.string_dtype()
 COMPRESSED_FROM = 10_000  # runs
 
 
 def write_sweep(table: SweepTable, path: Path) -> None:
     """Write the file of a sweep atomically: on any error the existing file is kept."""
-    with file_in_memory() as file:
-        _fill(file, table)
-        file.flush()
-        image = bytes(file.id.get_file_image())
-    write_atomically(image + checksum_trailer(image, MARK), path, "sweep")
+    write_from_memory(lambda file: _fill(file, table), path, SWEEP)
 
 
 def _fill(file: Any, table: SweepTable) -> None:
@@ -89,12 +82,8 @@ def _fill(file: Any, table: SweepTable) -> None:
     for name, values in table.values.items():
         words = name.replace("_", " ")
         _add(file, name, values.reshape(table.shape), table.units[name], words, dimensions)
-    status = _add(
-        file, STATUS, table.status.reshape(table.shape), "1", "outcome of the run", dimensions
-    )
-    numbers, meanings = zip(*table.statuses, strict=True)
-    status.attrs["flag_values"] = np.array(numbers, dtype=np.int8)
-    status.attrs["flag_meanings"] = " ".join(meanings)
+    status = file.create_dataset(STATUS, data=table.status.reshape(table.shape))
+    describe(status, Channel("1", "outcome of the run", flags=table.statuses), *dimensions)
     for name, words in TEXTS.items():
         _add_texts(file, name, table.text_array(name), words, dimensions)
     if RUN in scales:
@@ -120,9 +109,7 @@ def _add_indices(file: Any, found: SobolIndices) -> None:
 
 def _add(file: Any, name: str, values: Any, unit: str, long_name: str, dimensions: Any = ()) -> Any:
     dataset = file.create_dataset(name, data=values)
-    dataset.attrs["units"], dataset.attrs["long_name"] = unit, long_name
-    for dimension, scale in zip(dataset.dims, dimensions, strict=False):
-        dimension.attach_scale(scale)
+    describe(dataset, Channel(unit, long_name), *dimensions)
     return dataset
 
 
@@ -138,7 +125,5 @@ def _add_coordinate(file: Any, key: str, coordinate: Coordinate) -> Any:
 def _add_texts(file: Any, name: str, texts: Any, long_name: str, dimensions: Any = ()) -> Any:
     storage = {"chunks": True, "compression": "gzip"} if texts.size >= COMPRESSED_FROM else {}
     dataset = file.create_dataset(name, data=texts, dtype=TEXT, **storage)
-    dataset.attrs["long_name"] = long_name
-    for dimension, scale in zip(dataset.dims, dimensions, strict=False):
-        dimension.attach_scale(scale)
+    describe(dataset, Channel("", long_name), *dimensions)
     return dataset

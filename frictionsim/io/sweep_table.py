@@ -30,21 +30,12 @@ NAMES_OF_SOBOL = (SOBOL_QUANTITY, SOBOL_KEY, SOBOL_BASIS, *SOBOL)
 
 
 class SobolIndices(NamedTuple):
-    """The Sobol indices of a sample.
-
-    Attributes
-    ----------
-    quantities, keys : list of str
-    basis : list of str
-        Of each quantity, what its indices are computed from, or why there are none.
-    columns : dict of (quantities, keys)
-        By the names of SOBOL; NaN where there are none.
-    """
+    """The Sobol indices of a sample."""
 
     quantities: list[str]
     keys: list[str]
-    basis: list[str]
-    columns: "dict[str, Array]"
+    basis: list[str]  # of each quantity: what they are from, or why there are none
+    columns: "dict[str, Array]"  # by SOBOL, (quantities, keys); NaN where there are none
 
     @property
     def datasets(self) -> dict[str, tuple[tuple[str, ...], Any, str]]:
@@ -64,56 +55,27 @@ class SobolIndices(NamedTuple):
 class Coordinate(NamedTuple):
     """The values of a varied key.
 
-    Attributes
-    ----------
-    dimension : str
-        Its own key in a grid, else `run`.
-    values : array of float64, int64, bool, or list of str
-        Values that are no numbers and no text are text in TOML.
-    unit : str
-        Empty of a key that is no number.
-    long_name : str
+    Its values are an array of float64, int64 or bool, or texts; others are text in TOML.
     """
 
-    dimension: str
+    dimension: str  # its own key in a grid, else `run`
     values: Any
-    unit: str
+    unit: str  # empty of a key that is no number
     long_name: str
 
 
 class SweepTable(NamedTuple):
-    """The runs of a sweep; n is their number, in the order of the design.
+    """The runs of a sweep; n is their number, in the order of the design."""
 
-    Attributes
-    ----------
-    attributes : dict of str
-        Of the root, see `sweep_file`.
-    dimensions : dict of int
-        The lengths of the dimensions by name: the keys of a grid, or `run`.
-    coordinates : dict of Coordinate
-        By key.
-    units : dict of str
-        Of each quantity, by name.
-    values : dict of (n,)
-        Of each quantity; NaN where it is not defined.
-    status : (n,) of int8
-    statuses : Flags
-        The meanings of its values.
-    texts : dict of dict of str
-        `failure`, `reason` and `warnings` of the runs that have some, by number.
-    sobol : SobolIndices or None
-        Of a sample with `indices` that is done.
-    """
-
-    attributes: dict[str, str]
-    dimensions: dict[str, int]
-    coordinates: dict[str, Coordinate]
-    units: dict[str, str]
-    values: "dict[str, Array]"
-    status: Any
+    attributes: dict[str, str]  # of the root, see `sweep_file`
+    dimensions: dict[str, int]  # lengths by name: the keys of a grid, or `run`
+    coordinates: dict[str, Coordinate]  # by key
+    units: dict[str, str]  # of each quantity, by name
+    values: "dict[str, Array]"  # of each quantity, (n,); NaN where it is not defined
+    status: Any  # (n,) of int8
     statuses: "Flags"
-    texts: dict[str, dict[int, str]]
-    sobol: SobolIndices | None = None
+    texts: dict[str, dict[int, str]]  # TEXTS of the runs that have some, by number
+    sobol: SobolIndices | None = None  # of a sample with `indices` that is done
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -97,12 +97,8 @@ class Stdout:
     def write(self, text: str) -> int:
         """Write text with its control characters escaped.
 
-        Raises
-        ------
-        OutputError
-            If it cannot be written: for example, the disk is full.
-        ReaderGone
-            If nobody reads the other end of the pipe.
+        OutputError is raised if it cannot be written, as on a full disk; ReaderGone if nobody reads
+        the other end of the pipe.
         """
         self._try("write", visible(text))
         return len(text)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from frictionsim.io.sweep_table import TEXTS
 from frictionsim.results import Flags, Quantities
 
 if TYPE_CHECKING:
@@ -17,53 +18,30 @@ STATUSES: Flags = (
     (FAILED, "failed"),
     (AUDIT_FAILED, "audit_failed"),
 )
-TEXTS = ("failure", "reason", "warnings")
 OUTCOMES = (DONE, FAILED, AUDIT_FAILED)
 
 
 class Outcome(NamedTuple):
     """The outcome of a run.
 
-    Attributes
-    ----------
-    status : int
-        One of STATUSES.
-    quantities : Quantities
-        Of a failed run those of the samples up to its end.
-    failure, reason : str
-        As in a result file; empty if done.
-    warnings : str
-        One per line.
+    The quantities of a failed run are those of the samples up to its end.
     """
 
-    status: int
+    status: int  # one of STATUSES
     quantities: Quantities
-    failure: str = ""
+    failure: str = ""  # as in a result file, and the reason; empty if done
     reason: str = ""
-    warnings: str = ""
+    warnings: str = ""  # one per line
 
 
 class Block(NamedTuple):
-    """The outcomes of consecutive runs.
+    """The outcomes of consecutive runs."""
 
-    Attributes
-    ----------
-    first : int
-        The number of the first of these runs.
-    status : (n,) of int8
-    units : dict of str
-        By the name of each quantity that one of them has.
-    values : (quantities, n)
-        NaN where a quantity is not defined.
-    texts : dict of dict of str
-        The texts that are not empty, by name (TEXTS) and by the number of the run.
-    """
-
-    first: int
+    first: int  # the number of the first of these runs
     status: "np.ndarray[Any, np.dtype[np.int8]]"
-    units: dict[str, str]
-    values: "Array"
-    texts: dict[str, dict[int, str]]
+    units: dict[str, str]  # of each quantity that one of them has, by name
+    values: "Array"  # (quantities, n); NaN where one is not defined
+    texts: dict[str, dict[int, str]]  # those that are not empty, by name and run
 
     @property
     def runs(self) -> int:
@@ -72,14 +50,7 @@ class Block(NamedTuple):
 
 
 def block_of(first: int, outcomes: Sequence[Outcome]) -> Block:
-    """Return the block of the outcomes of consecutive runs.
-
-    Parameters
-    ----------
-    first : int
-        The number of the first run.
-    outcomes : sequence of Outcome
-    """
+    """Return the block of the outcomes of consecutive runs."""
     units: dict[str, str] = {}
     for outcome in outcomes:
         for name, quantity in outcome.quantities.items():

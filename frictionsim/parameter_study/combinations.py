@@ -27,17 +27,10 @@ MAX_SHOWN = 60  # characters of a value in a message
 
 
 class Combinations:
-    """Makes the scenarios of a sweep.
+    """Makes the scenarios of a sweep of so many runs.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        The one that is varied.
-    keys : sequence of str
-        Of --set: `effects.shaft_friction.mu_s`, `drive.force.value.1`; several with commas
-        between them have one value.
-    runs : int
-        The number of combinations.
+    Keys are those of --set, as `drive.force.value.1`; several with commas between them have one
+    value.
     """
 
     def __init__(self, scenario: Scenario, keys: Sequence[str], runs: int = 1) -> None:

@@ -33,10 +33,7 @@ LOGGERS = ("distributed", "tornado", "asyncio")  # silenced: errors are reported
 class DaskCluster:
     """An `Executor` on a cluster of Dask.
 
-    Parameters
-    ----------
-    address : str
-        Of a scheduler, e.g. tcp://host:8786; or local:N for one of N workers on this machine.
+    The address is that of a scheduler, as tcp://host:8786; or local:N for one of N workers here.
     """
 
     seconds_of_a_block, ahead = 0.8, 2  # the scheduler takes some hundredths for each

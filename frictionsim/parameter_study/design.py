@@ -19,39 +19,22 @@ METHODS = ("sobol", "lhs", "random")
 class Sampling(NamedTuple):
     """How a sample is drawn.
 
-    Attributes
-    ----------
-    runs : int
-        Number of combinations; with `indices` they are those of one of two samples.
-    method : str
-        One of METHODS.
-    seed : int
-    indices : bool
-        Run the combinations from which Sobol indices are computed as well: with d keys, two
-        samples A and B, and d samples that are A with one column of B; runs (d + 2) combinations.
+    With `indices` the combinations from which Sobol indices are computed are run as well: with d
+    keys, two samples A and B, and d samples that are A with one column of B; runs (d + 2) in all.
     """
 
-    runs: int
-    method: str = "sobol"
+    runs: int  # with `indices` those of one of two samples
+    method: str = "sobol"  # one of METHODS
     seed: int = 0
     indices: bool = False
 
 
 class Design(NamedTuple):
-    """The combinations of values of a sweep; a run is one of them, counted from 0.
+    """The combinations of values of a sweep; a run is one of them, counted from 0."""
 
-    Attributes
-    ----------
-    kind : str
-        GRID, TOGETHER or SAMPLE.
-    keys : tuple of str
-    levels : tuple of sequences or arrays
-        Of a grid the values of each key, else the value of each key in each run.
-    """
-
-    kind: str
+    kind: str  # GRID, TOGETHER or SAMPLE
     keys: tuple[str, ...]
-    levels: tuple[Any, ...]
+    levels: tuple[Any, ...]  # of a grid the values of each key, else its value in each run
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -95,16 +78,9 @@ def _plain(values: Any) -> Any:
 def design_of(
     vary: Mapping[str, Values], together: bool = False, sampling: Sampling | None = None
 ) -> Design:
-    """Return the design of a sweep.
+    """Return the design of a sweep of all combinations of values.
 
-    Parameters
-    ----------
-    vary : mapping of str to Values
-        By key.
-    together : bool
-        Run the first values of all keys, then the second ones, and so on; else all combinations.
-    sampling : Sampling, optional
-        Of distributions.
+    Together, the first values of all keys are run, then the second ones, and so on.
     """
     if not vary:
         raise ArgumentError("vary", "expected at least one key with its values, got none")

@@ -38,21 +38,11 @@ Done = tuple[float, Block | None]
 
 
 class Executor(Protocol):
-    """Does jobs in this process or in others: `concurrent.futures`, and what a sweep needs besides.
+    """Does jobs in this process or in others: `concurrent.futures`, and what a sweep needs more."""
 
-    Attributes
-    ----------
-    seconds_of_a_block : float, s
-        Wanted length of a block; 0 for single runs.
-    ahead : int
-        Jobs for each worker while blocks are short: one in progress, the others queued.
-    deaths : int
-        How many deaths of a worker one `crash` stands for.
-    """
-
-    seconds_of_a_block: float
-    ahead: int
-    deaths: int
+    seconds_of_a_block: float  # wanted length; 0 for single runs
+    ahead: int  # jobs for each worker while blocks are short: one in progress, the others queued
+    deaths: int  # of a worker, that one `crash` stands for
 
     @property
     def count(self) -> int:
@@ -92,16 +82,10 @@ def do_job(
 
 
 class BlockSizes:
-    """The size of the next block, by how long runs took.
+    """The size of the next block of the runs that are left, by how long runs took.
 
-    Parameters
-    ----------
-    seconds : float, s
-        Wanted length of a block: long enough that sending it costs little, short against a sweep.
-    left : int
-        Number of runs.
-    together : int
-        The smallest number of runs that are faster together than one by one; 1 if none is.
+    A block should take `seconds`: long enough that sending it costs little, short against a sweep.
+    `together` runs at least are faster together than one by one; 1 if none are.
     """
 
     def __init__(self, seconds: float, left: int, together: int = 1) -> None:
@@ -273,17 +257,10 @@ class _Dispatch:
 def run_blocks(
     executor: Executor, plan: SweepPlan, left: Iterable[range], on_tick: Callable[[], Any]
 ) -> Iterator[Block]:
-    """Yield the outcomes of runs, in any order.
+    """Yield the outcomes of runs, left in ascending order, in any order.
 
-    Parameters
-    ----------
-    executor : Executor
-    plan : SweepPlan
-    left : iterable of range
-        In ascending order.
-    on_tick : callable
-        Called some times each second. If it raises `Interrupted` or KeyboardInterrupt, the blocks
-        that end within a second are yielded before that is raised again.
+    `on_tick` is called some times each second. If it raises `Interrupted` or KeyboardInterrupt, the
+    blocks that end within a second are yielded before that is raised again.
     """
     executor.start(plan, on_tick)
     dispatch = _Dispatch(executor, plan, RUN, left, plan.together)
@@ -311,18 +288,9 @@ def run_sweep(
     on_block: Callable[[Block], Any],
     on_tick: Callable[[], Any],
 ) -> None:
-    """Run the remaining combinations of a sweep.
+    """Run what an assembly lacks, as `run_blocks`.
 
-    Parameters
-    ----------
-    plan : SweepPlan
-    assembly : Assembly
-        With what is done; receives the rest.
-    executor : Executor
-    on_block : callable
-        Called with each block before it is added; whatever it raises ends the sweep.
-    on_tick : callable
-        As of `run_blocks`.
+    Whatever `on_block` raises, which is called with each block before it is added, ends the sweep.
     """
     on_tick()
     for block in run_blocks(executor, plan, assembly.left, on_tick):
@@ -339,16 +307,8 @@ def check_combinations(
 ) -> None:
     """Check the combinations of runs: the first ones here, as most sweeps are small.
 
-    Parameters
-    ----------
-    executor : Executor
-    plan : SweepPlan
-    left : iterable of range
-        In ascending order.
-    on_checked : callable
-        Called with the number of combinations checked since.
-    on_tick : callable
-        Called some times each second; it may raise what ends the sweep.
+    `on_checked` is called with the number of combinations checked since; the others are as of
+    `run_blocks`.
     """
     ranges, combinations, ticker = deque(left), plan.combinations, Ticker(on_tick)
     latest = monotonic() + SECONDS_HERE

@@ -44,14 +44,7 @@ def available_cores() -> int:
 
 
 def local_executor(workers: int, runs: int) -> Executor:
-    """Return the executor of a sweep on this machine.
-
-    Parameters
-    ----------
-    workers : int
-        Number of processes; 1 runs everything in this one.
-    runs : int
-    """
+    """Return the executor of a sweep on this machine; one worker is this process."""
     # A daemon of `multiprocessing` may not have children.
     if min(workers, runs) < 2 or current_process().daemon:
         return InProcess()

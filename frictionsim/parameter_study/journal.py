@@ -22,7 +22,8 @@ from zlib import crc32
 import numpy as np
 
 from frictionsim.errors import OutputError
-from frictionsim.parameter_study.block import OUTCOMES, TEXTS, Block
+from frictionsim.io.sweep_table import TEXTS
+from frictionsim.parameter_study.block import OUTCOMES, Block
 from frictionsim.scenario.toml_data import json_value
 
 SUFFIX, LOG_SUFFIX = ".runs", "-wal"
@@ -57,13 +58,7 @@ def remove_left_over(path: Path) -> None:
 
 
 class Journal:
-    """The open journal of a file, which this process has locked.
-
-    Parameters
-    ----------
-    path : Path
-        Of the file of the sweep.
-    """
+    """The open journal of the file of a sweep, which this process has locked."""
 
     def __init__(self, path: Path) -> None:
         self.path, self._of = journal_name(path), path
@@ -146,16 +141,6 @@ class Journal:
             self._database.execute(sql, values)
         except sqlite3.Error as error:
             raise self._failed(error) from None
-
-    @property
-    def has_runs(self) -> bool:
-        """Whether there are records."""
-        assert self._database is not None
-        with suppress(sqlite3.Error):
-            return self._begun and bool(
-                self._database.execute("SELECT 1 FROM blocks LIMIT 1").fetchone()
-            )
-        return False
 
     def blocks(self, digest: bytes) -> Iterator[Block]:
         """Yield the whole blocks of a study; none of another study."""
@@ -250,13 +235,7 @@ def _block(record: list[Any], checksum: Any) -> Block | None:
 
 
 def _parsed(first: int, status: bytes, units: Any, numbers: bytes, texts: Any) -> Block:
-    """Return the block of the columns of a record.
-
-    Raises
-    ------
-    ValueError, TypeError, KeyError
-        If they do not fit together.
-    """
+    """Return the block of the columns of a record; raise some error if they do not fit together."""
     found = np.frombuffer(status, np.int8)
     names = {_text(name): _text(unit) for name, unit in units}
     if not found.size or len(names) != len(units) or not np.isin(found, OUTCOMES).all():

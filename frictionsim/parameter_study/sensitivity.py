@@ -34,24 +34,13 @@ MAX_DRAWN = 10_000_000  # numbers of the bootstrap in memory at a time
 
 
 class Indices(NamedTuple):
-    """The Sobol indices of a quantity; or the reason why there are none.
-
-    Attributes
-    ----------
-    keys : tuple of str
-    first, total : (keys,)
-        Empty if there are none.
-    first_interval, total_interval : (keys, 2)
-        Of 95 % confidence; None if they are not known.
-    basis : str
-        What they are computed from, or why there are none.
-    """
+    """The Sobol indices of a quantity; or the reason why there are none."""
 
     keys: tuple[str, ...]
-    first: "Array"
+    first: "Array"  # (keys,); empty if there are none, as the total indices
     total: "Array"
-    basis: str
-    first_interval: "Array | None" = None
+    basis: str  # what they are computed from, or why there are none
+    first_interval: "Array | None" = None  # (keys, 2), of 95 % confidence; None if not known
     total_interval: "Array | None" = None
 
 

@@ -25,18 +25,10 @@ NO_MONITOR = RunMonitor()
 
 
 class Task(NamedTuple):
-    """Some consecutive runs.
+    """Some consecutive runs."""
 
-    Attributes
-    ----------
-    first : int
-        The number of the first one.
-    values : sequence of tuple
-        The values of the varied keys in each.
-    """
-
-    first: int
-    values: Sequence[tuple[Any, ...]]
+    first: int  # the number of the first one
+    values: Sequence[tuple[Any, ...]]  # of the varied keys in each
 
 
 def run_task(
@@ -47,14 +39,8 @@ def run_task(
 ) -> Block:
     """Run some combinations, together where that can be.
 
-    Parameters
-    ----------
-    combinations : Combinations
-    task : Task
-    series : Path, optional
-        The folder for the result of each run.
-    on_step : callable
-        Called with the time after each step of each run.
+    The result of each run goes to the folder of a series. `on_step` is called with the time after
+    each step of each run.
     """
     found: list[Outcome | None] = [None] * len(task.values)
     if series is None and len(task.values) >= MIN_TOGETHER and combinations.go_together:
@@ -74,14 +60,7 @@ def outcomes_together(
     """Run many combinations at once; None for each that has to be run alone.
 
     The numbers are those of single runs to the last bit; see `frictionsim.simulation.many_runs`.
-
-    Parameters
-    ----------
-    combinations : Combinations
-        Whose runs can go together.
-    values : sequence of tuple
-    on_step : callable
-        Called between runs, with 0 s.
+    `on_step` is called between runs, with 0 s.
     """
     from frictionsim.simulation.many_runs import no_search_for_cycles, run_many
 
@@ -116,13 +95,7 @@ def outcome_of(
 ) -> Outcome:
     """Run one combination; a run that fails has an outcome, too.
 
-    Parameters
-    ----------
-    combinations : Combinations
-    values : tuple
-    target : Path, optional
-        The file for its result, with all samples.
-    on_step : callable
+    The target is the file for its result, with all samples.
     """
     try:
         scenario = combinations.scenario(values)

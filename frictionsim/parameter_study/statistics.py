@@ -29,24 +29,14 @@ NUMBER = re.compile(r"[-+]?\d+(\.\d+)?([eE][-+]?\d+)?")
 
 
 class Statistics(NamedTuple):
-    """The statistics of a quantity; those that are not defined are NaN.
+    """The statistics of a quantity; those that are not defined are NaN."""
 
-    Attributes
-    ----------
-    runs : int
-        In which the quantity is defined.
-    mean, deviation : float
-        The standard deviation is that of a sample (divided by runs - 1).
-    low, median, high : float
-        The quantiles of 5, 50 and 95 %, interpolated linearly.
-    """
-
-    runs: int
+    runs: int  # in which the quantity is defined
     mean: float
-    deviation: float
-    low: float
+    deviation: float  # standard, of a sample: divided by runs - 1
+    low: float  # quantile of 5 %, interpolated linearly
     median: float
-    high: float
+    high: float  # quantile of 95 %
 
 
 class Extremes(NamedTuple):
@@ -160,12 +150,9 @@ def varied_values(table: SweepTable, run: int) -> dict[str, Any]:
 
 
 def grouped(texts: Mapping[int, str]) -> list[Group]:
-    """Return texts in groups of those that differ in numbers only; the largest group first.
+    """Return texts of runs in groups of those that differ in numbers only, the largest first.
 
-    Parameters
-    ----------
-    texts : mapping of int to str
-        By the number of the run; of several lines each counts.
+    Of a text of several lines each counts.
     """
     groups: dict[str, Group] = {}
     for run, text in sorted(texts.items()):

@@ -92,15 +92,10 @@ def is_study(data: Mapping[str, Any]) -> bool:
 
 
 def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepStudy:
-    """Return the study of tables.
+    """Return the study of tables; its name is for messages.
 
-    Parameters
-    ----------
-    data : mapping
-    folder : Path or None
-        Base of relative file names; None for a study in the file of a sweep, which names no files.
-    name : str
-        For messages.
+    The folder is the base of relative file names; None for a study in the file of a sweep, which
+    names no files.
     """
     unknown = [key for key in data if key not in TABLES]
     if unknown:
@@ -133,14 +128,7 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepSt
 
 
 def options_of(data: Mapping[str, Any], name: str) -> SweepOptions:
-    """Return the variation in the tables of a study, without reading its scenario.
-
-    Parameters
-    ----------
-    data : mapping
-    name : str
-        For messages.
-    """
+    """Return the variation in the tables of a study, without reading its scenario."""
     given = {key: value for key, value in _table(data, "study", name).items() if key != "scenario"}
     if "vary" in given:
         raise InputError(f"{name}: study.vary: expected a table of its own, [vary]")

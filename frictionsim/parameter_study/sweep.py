@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.io.sweep_table import ORDER, RUN, Coordinate, SweepTable
-from frictionsim.parameter_study.block import NOT_RUN, STATUSES, TEXTS, Block
+from frictionsim.io.sweep_table import ORDER, RUN, TEXTS, Coordinate, SweepTable
+from frictionsim.parameter_study.block import NOT_RUN, STATUSES, Block
 from frictionsim.parameter_study.combinations import MIN_TOGETHER, Combinations
 from frictionsim.parameter_study.design import GRID, Design
 from frictionsim.parameter_study.sensitivity import sobol_indices_of
@@ -22,20 +22,11 @@ if TYPE_CHECKING:
 
 
 class SweepPlan(NamedTuple):
-    """What a sweep is to run.
+    """What a sweep is to run."""
 
-    Attributes
-    ----------
-    scenario : Scenario
-        The one that is varied.
-    design : Design
-    series : Path or None
-        The folder for the result of each run.
-    """
-
-    scenario: Scenario
+    scenario: Scenario  # the one that is varied
     design: Design
-    series: Path | None = None
+    series: Path | None = None  # the folder for the result of each run
 
     @property
     def combinations(self) -> Combinations:
@@ -51,13 +42,7 @@ class SweepPlan(NamedTuple):
 
 
 class Assembly:
-    """The outcomes of a sweep, put together from its blocks in any order.
-
-    Parameters
-    ----------
-    runs : int
-        The number of runs.
-    """
+    """The outcomes of a sweep, put together from its blocks in any order."""
 
     def __init__(self, count: int) -> None:
         self.status = np.full(count, NOT_RUN, dtype=np.int8)
@@ -67,13 +52,7 @@ class Assembly:
         self.texts: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
 
     def add(self, block: Block) -> None:
-        """Add the outcomes of some runs.
-
-        Raises
-        ------
-        ValueError
-            If they are no runs of the sweep.
-        """
+        """Add the outcomes of some runs; raise ValueError if they are no runs of the sweep."""
         runs = slice(block.first, block.first + block.runs)
         if block.first < 0 or runs.stop > len(self.status):
             raise ValueError("runs that the sweep does not have")
@@ -89,13 +68,7 @@ class Assembly:
             self.texts[name].update(texts)
 
     def take_up(self, table: SweepTable) -> None:
-        """Add the outcomes that the file of an interrupted sweep has.
-
-        Raises
-        ------
-        ValueError
-            If it is not of this sweep.
-        """
+        """Add what the file of an interrupted sweep has; raise ValueError if it is of another."""
         if len(table.status) != len(self.status):
             raise ValueError("another number of runs")
         places = json_value(table.attributes.get(ORDER, "{}"))
@@ -134,17 +107,10 @@ class Assembly:
         reason: str = "",
         attributes: Mapping[str, str] | None = None,
     ) -> SweepTable:
-        """Return the table of the sweep.
+        """Return the table of the sweep; its study is in TOML, the reason why runs are left.
 
-        Parameters
-        ----------
-        plan : SweepPlan
-        study : str
-            The study in TOML.
-        reason : str
-            Why it stopped, if runs are left.
-        attributes : mapping of str, optional
-            Of the file that is resumed: its scenario is from another file than the study.
+        A file that is resumed gives its attributes: its scenario is not from the file of the
+        study.
         """
         unfinished = bool((self.status == NOT_RUN).any())
         found = dict(attributes or attributes_of(plan, study))

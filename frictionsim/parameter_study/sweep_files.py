@@ -51,16 +51,7 @@ SERIES, STUDY = ".series", "study.toml"
 class SweepFiles:
     """The file that a sweep writes to, and those that it needs until it is whole.
 
-    Parameters
-    ----------
-    whole : Path
-    resumed : Path, optional
-        The file of the resumed sweep; it is kept unless it is that of `whole`.
-
-    Attributes
-    ----------
-    partial : Path
-        Of the unfinished file.
+    The file of the resumed sweep is kept unless it is that of `whole`.
     """
 
     def __init__(self, whole: Path, resumed: Path | None = None) -> None:
@@ -109,13 +100,13 @@ class SweepFiles:
         assert self._journal is not None
         digest = digest_of(table)
         if self._resumed == self.partial:
-            self._write(table, self.partial)
+            write_sweep(table, self.partial)
             self._journal.start(digest)
             return
         # The runs of an earlier sweep, if there are any, are not those of the file any more.
         try:
             self._journal.start(digest)
-            self._write(table, self.partial)
+            write_sweep(table, self.partial)
         except BaseException:
             self._journal.close(remove=True)
             raise
@@ -124,10 +115,6 @@ class SweepFiles:
             if of_earlier_version:
                 self.whole.unlink(missing_ok=True)
             self._earlier.close(remove=of_earlier_version)
-
-    def _write(self, table: SweepTable, path: Path) -> None:
-        check_replaceable(path, SWEEP)
-        write_sweep(table, path)
 
     def keep(self, block: "Block") -> None:
         """Keep a block."""
@@ -149,13 +136,13 @@ class SweepFiles:
     def write_unfinished(self, table: SweepTable) -> None:
         """Write what is done of a sweep that was stopped."""
         assert self._journal is not None
-        self._write(table, self.partial)
+        write_sweep(table, self.partial)
         self._journal.close(remove=True)
 
     def write_whole(self, table: SweepTable) -> None:
         """Write the file of a sweep that is done, and remove all others."""
         assert self._journal is not None
-        self._write(table, self.whole)
+        write_sweep(table, self.whole)
         self.partial.unlink(missing_ok=True)
         self._journal.close(remove=True)
 

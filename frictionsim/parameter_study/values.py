@@ -34,19 +34,10 @@ EXPECTED = (
 
 
 class Levels(NamedTuple):
-    """The values of a key, one after the other, and the text that gives them.
+    """The values of a key, one after the other, and the text that gives them."""
 
-    Attributes
-    ----------
-    size : int
-        How many there are: a design that has too many runs is refused before they are made.
-    text : str
-    made : callable
-        Returns them as a tuple.
-    """
-
-    size: int
-    text: str
+    size: int  # a design that has too many runs is refused before they are made
+    text: str  # that gives them
     made: Callable[[], tuple[Any, ...]]
 
     @property
@@ -77,13 +68,7 @@ Values = Levels | Distribution
 
 
 def values_by_key(given: Iterable[tuple[str, Any]]) -> dict[str, Values]:
-    """Return the values that are given for keys; several keys with commas between them have one.
-
-    Parameters
-    ----------
-    given : iterable of (str, object)
-        Keys, and values as of `values_of`.
-    """
+    """Return values by key, as of `values_of`; keys with commas between them have one."""
     found: dict[str, Values] = {}
     known: set[str] = set()
     for text, values in given:
@@ -103,15 +88,7 @@ def values_by_key(given: Iterable[tuple[str, Any]]) -> dict[str, Values]:
 
 
 def values_of(key: str, given: Any) -> Values:
-    """Return the values that are given for a key.
-
-    Parameters
-    ----------
-    key : str
-        For messages.
-    given : str or iterable
-        Text as above, or in Python anything that has values one after the other.
-    """
+    """Return the values that are given for a key: text as above, or of Python any iterable."""
     if isinstance(given, Levels | Distribution):
         return given
     if not isinstance(given, str):

@@ -32,14 +32,14 @@ START = "spawn"  # of processes; a test copies itself instead, which has all imp
 
 # How many of a million cases; those that start processes take a hundred times as long.
 SHARES = {
-    "toml": 309_000,
+    "toml": 303_000,
     "csv_signals": 150_000,
     "extremes": 130_000,
     "hdf5_bytes": 200_000,
     "hdf5_structure": 130_000,
     "sweeps": 20_000,
     "reports": 20_000,
-    "checkpoints": 22_500,  # more than a thousand of each original
+    "checkpoints": 28_000,  # more than a thousand of each original
     "targets": 10_000,
     "fits": 5000,
     "kills": 1000,
@@ -47,6 +47,7 @@ SHARES = {
     "environments": 500,
     "interruptions": 500,
     "writers": 500,
+    "segments": 500,
     "plugins": 500,
 }
 

@@ -48,6 +48,7 @@ PRESCRIBED: dict[str, Any] = {"drive": SPEED, "solver__duration": 3.0}
 LAW = "effects__shaft_friction__law"
 PUBLISHED: dict[str, Any] = {LAW: "published", "solver__backend": "rkf45"}
 REGULARISED = PUBLISHED | {LAW: "regularised", "effects__shaft_friction__transition_speed": 0.05}
+FORMULATION = "mechanism__formulation"
 STIFF = {"effects__axial_damping": {"coefficient": 200.0}}
 # Scenarios, and after how many calls of `on_step` they are stopped.
 ORIGINALS: dict[str, tuple[Callable[[], Scenario], int]] = {
@@ -62,6 +63,13 @@ ORIGINALS: dict[str, tuple[Callable[[], Scenario], int]] = {
     "gear events": (lambda: shipped("epicyclic", "events"), 40),
     "gear rkf45": (lambda: shipped("epicyclic", "rkf45"), 40),
     "gear of given speed": (lambda: shipped("epicyclic", "events", **PRESCRIBED), 60),
+    "gear published": (lambda: shipped("epicyclic", "rkf45", **{FORMULATION: "published"}), 40),
+    "hoist drum events": (lambda: shipped("hoist_drum", "events"), 40),
+    "hoist drum rkf45": (lambda: shipped("hoist_drum", "rkf45"), 150),
+    "end stop events": (lambda: shipped("hard/bouncing_body", "events"), 40),
+    "end stop rkf45": (lambda: shipped("hard/bouncing_body", "rkf45"), 120),
+    "lift events": (lambda: shipped("lift", "events"), 280),
+    "lift with slack rope": (lambda: shipped("hard/lift_slack_rope", "events"), 40),
     "belt moreau": (lambda: belt(pair(), "moreau"), 12),
     "belt rkf45": (lambda: belt(pair(), "rkf45"), 12),
     "belt stiff moreau": (lambda: belt(pair(**STIFF), "moreau"), 12),

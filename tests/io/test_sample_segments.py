@@ -9,6 +9,8 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import InputError, OutputError
+from frictionsim.io.child_answer import decoded
+from frictionsim.io.child_questions import answer
 from frictionsim.io.destination import Destination
 from frictionsim.io.sample_segments import SampleSegments
 from frictionsim.results import Record
@@ -53,6 +55,31 @@ def test_a_segment_is_an_ordinary_result(segments: SampleSegments, record: Recor
     ] * 2
 
 
+def test_segments_that_fit_into_one_answer_are_read_together(
+    segments: SampleSegments, record: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    segments.write(2, record)
+    asked = []
+
+    def answer_of(*question: str, size: int = 0) -> Any:
+        asked.append(question[2:])
+        return decoded(answer(*question))
+
+    monkeypatch.setattr("frictionsim.io.segments.answer_of", answer_of)
+    size = sum(values.nbytes for values in record.channels.values())
+    for limit, together in ((3 * size, 1), (2 * size, 2), (1, 3)):
+        monkeypatch.setattr("frictionsim.io.hdf5_content.ANSWER_BYTES", limit)
+        asked.clear()
+        segments.remove(3)  # which forgets what was read
+        for number in range(3):
+            for name, values in record.channels.items():
+                assert np.array_equal(segments.rows(number, name, 1, 4), values[1:4])
+        assert len(asked) == together
+        asked.clear()
+        assert len(segments.channels(["time", "angle"], 3)) == 3
+        assert len(asked) == (3 if limit == 1 else 1)
+
+
 def test_segments_are_taken_over_and_later_ones_removed(segments: SampleSegments) -> None:
     checksum = segments.checksum
     segments.write(2, fs.open("a.000001.h5").record)
@@ -85,7 +112,7 @@ def test_what_is_no_segment_is_not_taken_over(
     for use in (
         lambda: again().restore(2, segments.checksum),
         lambda: other.restore(2, segments.checksum),
-        lambda: again().rows(number, "time", 0, 1),
+        lambda: segments.rows(number, "time", 0, 1),
     ):
         with pytest.raises(InputError, match=DAMAGED):
             use()

@@ -14,7 +14,7 @@ from frictionsim.errors import InputError
 from frictionsim.io import child_process, hdf5_content, hdf5_writer
 from frictionsim.io.child_answer import decoded
 from frictionsim.io.child_questions import answer
-from frictionsim.plots import draw
+from frictionsim.plots import draw, save
 from frictionsim.simulation import sample_store, stored_channel
 from frictionsim.simulation.stored_channel import StoredChannel
 from tests.support.belt_results import belt_run
@@ -104,7 +104,7 @@ def test_everything_made_of_a_long_result_is_that_of_a_short_one(
     assert tables[0].getvalue() == tables[1].getvalue()
     pictures = tmp_path / "short.png", tmp_path / "long.png"
     for result, picture in zip(pair, pictures, strict=True):
-        draw(result.record, "tension").savefig(picture)
+        save(draw(result.record, "tension"), picture)
     assert pictures[0].read_bytes() == pictures[1].read_bytes()
 
 

@@ -33,6 +33,7 @@ COUNTS = {
     "environments": 1,
     "interruptions": 1,
     "writers": 1,
+    "segments": 1,
     "plugins": 1,
 }
 
