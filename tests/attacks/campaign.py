@@ -8,6 +8,7 @@ import multiprocessing
 import os
 import random
 import signal
+import subprocess
 import sys
 import tempfile
 import threading
@@ -181,6 +182,9 @@ class Tally:
         self.attacks: dict[str, Any] = self._file.setdefault("attacks", {})
         if self._file.setdefault("seed", seed) != seed:
             raise SystemExit(f"{path}: it is of the seed {self._file['seed']}, not {seed}")
+        self._commit = subprocess.check_output(
+            ["git", "-C", ROOT, "rev-parse", "--short", "HEAD"], text=True
+        ).strip()
         self._lock = threading.Lock()
 
     def count(self, attack: str, of: str) -> int:
@@ -195,6 +199,8 @@ class Tally:
             )
             of["end"] = max(of.get("end", 0), found[-1].number + 1)
             of["cases"] += len(found)
+            commits = of.setdefault("commits", {})  # how many cases were tried against each
+            commits[self._commit] = commits.get(self._commit, 0) + len(found)
             of["seconds"] = round(of["seconds"] + seconds, 1)
             counts = Counter(of["outcomes"]) + Counter(case.outcome for case in found)
             of["outcomes"] = dict(sorted(counts.items()))
