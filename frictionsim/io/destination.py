@@ -59,6 +59,12 @@ class Destination:
             )
         for path in (self.whole, self.partial):
             check_target(path, RESULT)
+        if not self._is_resumed and os.path.lexists(self.partial):
+            LOG.warning(
+                "%s, the unfinished result of an earlier run, goes when this run is done;"
+                " 'frictionsim resume %s' would continue it",
+                *(self.partial, self.partial),
+            )
 
     def lock(self) -> None:
         """Have no other process write these files until `close`, once there is an unfinished one.
