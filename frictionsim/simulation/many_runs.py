@@ -143,7 +143,7 @@ def _run_batch(
             for number, result in _Batch(runs).results():
                 found[number] = result
     except (Unlike, ArithmeticError):
-        return [None] * len(scenarios)
+        pass  # the others run alone
     return found
 
 
@@ -279,8 +279,9 @@ def joined_mechanism(mechanisms: Sequence[Mechanism]) -> Mechanism:
 
 def _with_system(mechanism: Mechanism, system: Any) -> Mechanism:
     contact = mechanism.contact
-    assert contact is not None  # of `_kernel`
-    limits = {name: getattr(system, name) for name in ("static_limit", "kinetic_limit", "roundoff")}
+    assert contact is not None  # of `_goes_together`
+    names = "static_limit", "kinetic_limit", "roundoff", "first_excess"
+    limits = {name: getattr(system, name) for name in names}
     flows, stored = tuple(mechanism.power_flows), tuple(mechanism.stored_energies)
     return mechanism._replace(
         **equation_of(system, flows, stored), contact=contact._replace(**limits)
@@ -368,7 +369,7 @@ def _split(trajectory: Trajectory) -> Any:
 
 def _checks(mechanism: Mechanism, trajectory: Trajectory, settings: Sequence[Any]) -> Any:
     """Return a function of the index of a run that returns its checks, without the drift."""
-    assert mechanism.contact is not None  # of `_kernel`
+    assert mechanism.contact is not None  # of `_goes_together`
     limits = [allowed_residual(one.rtol) for one in settings]
     size, atol = energy_scale(mechanism, trajectory), np.array([one.atol for one in settings])
     energy = energy_residual(trajectory, np.array(limits), atol, size).tolist()

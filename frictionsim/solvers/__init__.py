@@ -1,6 +1,6 @@
 """Solvers for mechanisms of one coordinate, and of several coordinates and contacts.
 
-Each module of a pair of friction law and method names its class, a `ContactSolver`, as SOLVER. Its
+Each module of a pair of friction law and method names its class as SOLVER. Its
 `run` integrates to settings.duration, fills the buffer with samples and transitions, and calls
 on_step between steps.
 """

@@ -10,10 +10,13 @@ a build carries a digest of all sources: of the marked functions, of the classes
 and of all modules beside them.
 """
 
+import os
+import platform
 import sys
 from array import array
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import cache, cached_property
 from hashlib import sha256
 from importlib import import_module
@@ -37,6 +40,7 @@ SHARED = ("mechanisms/*.py", "solvers/*.py")
 
 _marked: list[Any] = []
 _replaced: list[tuple[Any, Any]] = []
+_modules: set[str] = set()  # with marked functions
 _alive: list[Any] = []  # numba knows a marked function by its dispatcher, as long as that lives
 _methods: dict[str, int] = {}  # the number of parameters by name
 _registered: set[str] = set()
@@ -53,6 +57,7 @@ def compilable(function: Function) -> Function:
     A function takes and returns numbers and tuples of them.
     """
     _marked.append(function)
+    _modules.add(function.__module__)
     return function
 
 
@@ -61,6 +66,7 @@ def compiled_as(replacement: Callable[..., Any]) -> Callable[[Function], Functio
 
     def marked(function: Function) -> Function:
         _replaced.append((function, replacement))
+        _modules.add(replacement.__module__)
         return function
 
     return marked
@@ -160,7 +166,7 @@ class Kernel:
 
     @property
     def _mark(self) -> str:
-        text = f"{self._function.__qualname__}{form_of(self._arguments)}"
+        text = f"{self._function.__qualname__}{form_of(self._arguments)}{_compiler()}"
         return f"{sha256(text.encode()).hexdigest()[:16]}.form"
 
     def compiled(self, call: Callable[[Any], Any]) -> Any:
@@ -194,8 +200,20 @@ class Kernel:
             _compiled_forms.add(self.form)
             folder = folder_of(self._classes)
             if folder is not None:
-                (folder / self._mark).touch()
+                with suppress(OSError):  # on a full disk the next process compiles again
+                    (folder / self._mark).touch()
         return function
+
+
+@cache
+def _compiler() -> tuple[Any, ...]:
+    """Return what numba's own files depend on: another version or machine does not take them."""
+    from importlib.metadata import version
+
+    with suppress(ImportError):
+        numba = version("numba")
+        return numba, sys.version, platform.node(), os.environ.get("NUMBA_CPU_NAME")
+    return ()
 
 
 def build_name(classes: frozenset[type]) -> str:
@@ -204,7 +222,13 @@ def build_name(classes: frozenset[type]) -> str:
     files: set[Path] = set()
     for pattern in SHARED:
         files.update(package.glob(pattern))
-    for name in {found.__module__ for found in classes}:
+    classes_in = {found.__module__ for found in classes}
+    plugins = {name.partition(".")[0] for name in classes_in} - {__package__.partition(".")[0]}
+    for name in _modules:  # a plug-in may have marked functions in other folders
+        source = getattr(sys.modules.get(name), "__file__", None)
+        if source and name.partition(".")[0] in plugins:
+            files.add(Path(source))
+    for name in classes_in:
         file = Path(sys.modules[name].__file__ or "")
         # Equations may call functions of the modules beside them.
         beside = file.parent.glob("*.py") if sys.modules[name].__package__ else ()

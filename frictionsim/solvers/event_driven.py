@@ -37,7 +37,7 @@ PYTHON_BUFFERS = 64, 4
 COMPILED_BUFFERS = 4096, 512
 SECONDS_OF_A_CALL = 0.1  # of compiled code, which is not interrupted
 FIRST_CALL = 1000.0  # steps
-STEPS_OF_A_CALL = 500_000.0  # of many runs
+STEPS_OF_A_CALL = 300_000.0  # of many runs
 # After so many steps as Python, a run that has as many left is compiled: code on the disk takes
 # half a second, a compilation some twelve, a step of one contact as Python 20 us.
 PATIENCE = 2000
@@ -303,7 +303,11 @@ class EventDrivenSolver:
             status = PAUSED
             if steps > 1.0:
                 status = self._piece_compiled(self._compiled, steps - 1.0)
-            self._compiled = None  # Python says what is wrong
+            self._compiled = None
+            LOG.warning(
+                "compiled code fails after t = %.9g s; Python goes on, and says what is wrong",
+                self._state[layout.TIME],
+            )
         seconds = max(perf_counter() - started, 1e-6)
         growth = min(SECONDS_OF_A_CALL / seconds, 10.0)
         self._steps_of_a_call = max(1.0, self._steps_of_a_call * growth)

@@ -319,5 +319,6 @@ def friction_of(system: Any, name: str, law: dict[str, Any]) -> DryFriction:
         system.kinetic_limit,
         system.roundoff,
         monotonicity_breaks=tuple(system.breaks),
+        first_excess=system.first_excess,
         **law,
     )

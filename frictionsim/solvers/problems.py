@@ -102,6 +102,10 @@ class Problem:
     def __init__(
         self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
     ) -> None:
+        if len(mechanism.initial_state) > MAX_STATES:
+            raise ValueError(
+                f"at most {MAX_STATES} states have room; found {len(mechanism.initial_state)}"
+            )
         self.subject = subject_of(mechanism)
         self.system = system_of(mechanism)
         self.run = run_of(mechanism, settings, buffer)

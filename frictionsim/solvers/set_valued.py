@@ -170,7 +170,7 @@ class SetValuedSolver(Solver):
 
     def end_segment_at_rest(self) -> None:
         """Begin a segment at rest: where the contact breaks away depends on the position."""
-        if self.mode == STICK and self.contact.first_excess is not None:
+        if self.mode == STICK:
             self.segment_end = self.stepper.t
 
     def hit_stop(self) -> bool:
@@ -185,8 +185,7 @@ class SetValuedSolver(Solver):
         else:
             self.mode = self.mode_from_rest(self.stepper.t, y)
         self.record_impact(before, y, (mode_before, self.mode))
-        if self.contact.first_excess is not None:
-            self.segment_end = self.stepper.t  # as above
+        self.segment_end = self.stepper.t  # as above
         return True
 
     def mode_from_rest(self, t: float, y: State) -> int:

@@ -111,6 +111,10 @@ class FunctionSystem(NamedTuple):
         assert self.contact.load is not None  # as reversing_load says
         return self.contact.load(u, q, v)
 
+    def first_departure(self, q: float, a: float, b: float) -> float:
+        """Return b: the torque is monotone between the extrema of the drive."""
+        return b
+
     def first_excess(self, q: float, a: float, b: float) -> float:
         """As of the contact."""
         return b if self.contact.first_excess is None else self.contact.first_excess(q, a, b)

@@ -56,8 +56,8 @@ def as_compiled(scenario: fs.Scenario) -> Any:
     simulation = simulation_of(scenario)
     solver: Any = simulation._solver
     solver.compile()
-    assert solver._compiled is not None
     assert simulation.solve(lambda t: None) is False
+    assert solver._compiled is not None  # Python took no step in its place
     return recorded(simulation)
 
 
@@ -182,9 +182,18 @@ def test_a_method_hides_no_field_of_its_name_in_another_class() -> None:
     assert function(*arguments) == 6.0
 
 
-MODULE = """
+LAWS = """
+from frictionsim.solvers.compilation import compilable
+
+
+@compilable
+def signed(x: float) -> float:
+    return {sign}x
+"""
+EQUATION = """
 from typing import NamedTuple
 
+from factors.laws import signed
 from frictionsim.solvers.compilation import compilable
 
 
@@ -197,12 +206,11 @@ class Factor(NamedTuple):
 
 @compilable
 def product(factor: Factor, x: float) -> float:
-    return factor.times(x)
+    return signed(factor.times(x))
 """
 PROCESS = """
-from pathlib import Path
-from factor_module import Factor, product
-from frictionsim.solvers.compilation import Kernel, compilable
+from factors.kinds.equation import Factor, product
+from frictionsim.solvers.compilation import Kernel
 kernel = Kernel(product, (Factor(2.0),))
 before = kernel.is_at_hand
 function = kernel.compiled(lambda function: function(Factor(2.0), 1.5))
@@ -214,6 +222,8 @@ print(function(Factor(2.0), 1.5), before, hits)
 def test_another_process_finds_the_code_on_the_disk_but_not_of_another_source(
     tmp_path: Path,
 ) -> None:
+    """Of an equation, and of a function in another folder that it calls."""
+
     def process() -> str:
         environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
         environment["PYTHONPATH"] = os.pathsep.join([str(tmp_path), str(SCENARIOS.parent)])
@@ -221,10 +231,16 @@ def test_another_process_finds_the_code_on_the_disk_but_not_of_another_source(
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
         return done.stdout.strip()
 
-    module = tmp_path / "factor_module.py"
-    module.write_text(MODULE.format(sign=""))
+    package = tmp_path / "factors"
+    (package / "kinds").mkdir(parents=True)
+    for folder in (package, package / "kinds"):
+        (folder / "__init__.py").touch()
+    sources = {package / "laws.py": LAWS, package / "kinds" / "equation.py": EQUATION}
+    for path, text in sources.items():
+        path.write_text(text.format(sign="+"))
     assert [process(), process()] == ["3.0 False 0", "3.0 True 1"]
-    times = module.stat()
-    module.write_text(MODULE.format(sign="-"))
-    os.utime(module, ns=(times.st_atime_ns, times.st_mtime_ns))
-    assert [process(), process()] == ["-3.0 False 0", "-3.0 True 1"]
+    for path, text, found in zip(sources, sources.values(), ["-3.0", "3.0"], strict=True):
+        times = path.stat()
+        path.write_text(text.format(sign="-"))
+        os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+        assert [process(), process()] == [f"{found} False 0", f"{found} True 1"]

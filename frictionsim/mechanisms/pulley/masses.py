@@ -93,7 +93,7 @@ if TYPE_CHECKING:
     from frictionsim.solvers.contacts import MultiContactTrajectory
 
 
-TORQUE, CAR, OTHER = 0, 1, 2  # in `Balance.forces`: friction torque of the shaft, T1, T2
+TORQUE, CAR, OTHER = 0, 1, 2  # in the forces of the balance: friction torque of the shaft, T1, T2
 SLIP = 1  # coordinate of a cord that may slip, x - r theta
 CORD, CAR_ROPE, COUNTERWEIGHT_ROPE = "cord", "car_rope", "counterweight_rope"
 ROPES = {CAR_ROPE: "car", COUNTERWEIGHT_ROPE: "counterweight"}

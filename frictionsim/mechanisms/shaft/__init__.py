@@ -108,10 +108,7 @@ def build(scenario: ShaftScenario) -> Mechanism:
     damping, friction = effects.viscous_damping, effects.shaft_friction
     flows = ("energy_input", *["energy_damping"] * bool(damping), *[ENERGY] * bool(shaft.stops))
     has_potential = bool(shaft.weight or shaft.spring)
-    contact = None
-    if friction:
-        contact = friction_of(shaft, CONTACT_NAME, friction.law_of_contact())
-        contact = contact._replace(first_excess=shaft.first_excess)
+    contact = friction_of(shaft, CONTACT_NAME, friction.law_of_contact()) if friction else None
     return Mechanism(
         drive=Elapsed(tuple(load.size for load in loads_of(scenario) if load.over == "time")),
         contact=contact,
