@@ -32,7 +32,7 @@ from platformdirs import user_cache_path
 LOG = logging.getLogger(__name__)
 
 PROGRAM = "frictionsim"
-BUILD = re.compile(r"kernels-[0-9a-f]{16}")  # the folder of a build, as `jit.build_name` has it
+BUILD = re.compile(r"kernels-[0-9a-f]{16}")  # the folder of a build, as both `build_name` have it
 KEPT_UNUSED = 7 * 24 * 3600.0  # s; several versions may be in use side by side
 PRIVATE, ROOT = 0o700, 0
 OTHERS_WRITE, OTHERS_ENTER = 0o022, 0o011
@@ -80,8 +80,8 @@ def usable_folder(name: str) -> Path | None:
             reasons.append(f"'{where}': {what}" if where else str(what))
         LOG.info("no compiled kernels there: %s", reasons[-1])
     LOG.warning(
-        "there is no private folder to keep compiled kernels in (%s); every run of a belt compiles"
-        " them anew, which takes 10 to 30 s: set XDG_CACHE_HOME to a folder of your own",
+        "there is no private folder to keep compiled kernels in (%s); every run that needs them"
+        " compiles them anew, in 10 to 30 s: set XDG_CACHE_HOME to a folder of your own",
         "; ".join(reasons),
     )
     return None

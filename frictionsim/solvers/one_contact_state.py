@@ -20,9 +20,9 @@ TIME, STARTED, MODE, SAMPLED_UNTIL, PHASE_ENDS, DIRECTION, HELD, SEGMENT_END = r
 T_OLD, T_NEW, STEP, ERROR_BEFORE, STEPS, REJECTED, EVALUATIONS, GRANTED = range(8, 16)
 # Sampling: number and time of the next sample; rows and events that are in the buffers.
 NEXT_SAMPLE, NEXT_TIME, ROWS, EVENTS = range(16, 20)
-# Turns of the loop in this call; changes of mode so far; the surface at the end of the last step.
-TURNS, SWITCHES, SURFACE = range(20, 23)
-SURFACE_EVENT = 23  # the one that is an event; NO_EVENT if none is
+# Turns of the loop in this call; changes of mode so far.
+TURNS, SWITCHES = range(20, 22)
+SURFACE_EVENT = 23  # the surface that the last step ends at; NO_EVENT if it ends at none
 Y = 32  # state of the phase
 Y_OLD, Y_NEW, F_OLD, F_NEW, INSIDE, BEFORE = (Y + k * MAX_STATES for k in range(1, 7))
 SWITCH_TIMES = BEFORE + MAX_STATES  # the last ones, in a ring

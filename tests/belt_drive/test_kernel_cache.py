@@ -259,8 +259,8 @@ def test_without_a_private_folder_nothing_is_kept_which_is_said(
     assert usable_folder(NAME) is None
     assert caplog.messages[-1] == (
         f"there is no private folder to keep compiled kernels in ('{home}': File exists;"
-        f" '{temporary}/frictionsim-me' is a link or a file, not a folder); every run of a belt"
-        " compiles them anew, which takes 10 to 30 s: set XDG_CACHE_HOME to a folder of your own"
+        f" '{temporary}/frictionsim-me' is a link or a file, not a folder); every run that"
+        " needs them compiles them anew, in 10 to 30 s: set XDG_CACHE_HOME to a folder of your own"
     )
 
 
