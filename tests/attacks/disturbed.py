@@ -6,6 +6,7 @@ import subprocess
 import sys
 from functools import cache
 from pathlib import Path
+from shlex import quote
 from tempfile import mkdtemp
 from typing import NamedTuple
 
@@ -49,7 +50,7 @@ def originals() -> Path:
     folder = Path(mkdtemp(prefix="attack-"))
     shutil.copy(SCENARIOS / "pulley.toml", folder)
     for line in ("solve pulley.toml -q -o p.h5", "solve pulley.toml -q -o part.h5 --max-steps 100"):
-        run(line, folder)
+        assert run(line, folder).files, line
     return folder
 
 
@@ -75,7 +76,7 @@ def run(
     given = {name: value for name, value in variables.items() if value is not None}
     there = set(os.listdir(folder))
     source = "< pulley.toml" if " - " in line and "<" not in redirections else ""
-    text = f"{before} {sys.executable} -m frictionsim {line} {source} {redirections}"
+    text = f"{before} {quote(sys.executable)} -m frictionsim {line} {source} {redirections}"
     try:
         done = subprocess.run(
             ["bash", "-c", text], cwd=folder, env=given, capture_output=True, timeout=SECONDS
