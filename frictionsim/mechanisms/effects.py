@@ -1,11 +1,11 @@
 """Effects of several kinds of mechanism: gravity, viscous damping, friction of a journal."""
 
-from math import hypot
 from sys import float_info
 from typing import Any, NamedTuple, Self
 
 from pydantic import model_validator
 
+from frictionsim.mechanisms.single_dof import hypot
 from frictionsim.scenario.schema import FrictionLaw, Params, check_kinetic, unit_field
 from frictionsim.solvers.compilation import compilable
 

@@ -73,7 +73,7 @@ def simulation_of(
 def set_up(scenario: Any) -> dict[str, Any]:
     """Return the arguments of `Mechanism` taken from the scenario: start, effects, channels."""
     return {
-        "position": math.radians(scenario.mechanism.initial_angle_deg),
+        "position": radians(scenario.mechanism.initial_angle_deg),
         "velocity": scenario.mechanism.initial_angular_velocity,
         "effects": scenario.effect_names,
         "channel_info": scenario.CHANNELS,
@@ -153,6 +153,18 @@ def _sqrt(x: float) -> float:
 def sqrt(x: Any) -> Any:
     """Return the square root of a float, or of each element of an array."""
     return math.sqrt(x) if isinstance(x, float) else _numpy().sqrt(x)
+
+
+def radians(x: Any) -> Any:
+    """Return an angle in degrees, or each element of an array, in radians."""
+    return math.radians(x) if isinstance(x, float) else _numpy().radians(x)
+
+
+def hypot(x: float, y: Any) -> Any:
+    """Return the hypotenuse for a float, or for each element of an array."""
+    if isinstance(y, int | float):
+        return math.hypot(x, y)
+    return _numpy().vectorize(math.hypot)(x, y)  # numpy's has other bits
 
 
 def _numpy() -> Any:

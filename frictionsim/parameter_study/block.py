@@ -1,6 +1,6 @@
 """The outcomes of some runs of a sweep."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -22,7 +22,7 @@ OUTCOMES = (DONE, FAILED, AUDIT_FAILED)
 
 
 class Outcome(NamedTuple):
-    """The outcome of a run.
+    """The outcome of a run, or of several, whose quantities are arrays (runs,).
 
     The quantities of a failed run are those of the samples up to its end.
     """
@@ -49,22 +49,32 @@ class Block(NamedTuple):
         return len(self.status)
 
 
-def block_of(first: int, outcomes: Sequence[Outcome]) -> Block:
-    """Return the block of the outcomes of consecutive runs."""
+def block_of(first: int, outcomes: Iterable[tuple[Any, Outcome]]) -> Block:
+    """Return the block of the outcomes of consecutive runs, each with the runs that have it.
+
+    Runs are counted from the first of the block; those of an outcome are in ascending order.
+    """
+    parts = sorted(((np.atleast_1d(r), outcome) for r, outcome in outcomes), key=_first_run)
     units: dict[str, str] = {}
-    for outcome in outcomes:
+    for _, outcome in parts:
         for name, quantity in outcome.quantities.items():
             units.setdefault(name, quantity.unit)
-    values = np.full((len(units), len(outcomes)), np.nan)
+    count = sum(len(runs) for runs, _ in parts)
+    status, values = np.zeros(count, dtype=np.int8), np.full((len(units), count), np.nan)
     rows = {name: row for row, name in enumerate(units)}
     texts: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
-    for column, outcome in enumerate(outcomes):
+    for runs, outcome in parts:
+        status[runs] = outcome.status
         for name, quantity in outcome.quantities.items():
             if quantity.value is not None:
-                values[rows[name], column] = quantity.value
+                values[rows[name], runs] = quantity.value
         for name in TEXTS:
             text = getattr(outcome, name)
             if text:
-                texts[name][first + column] = text
-    status = np.array([outcome.status for outcome in outcomes], dtype=np.int8)
+                texts[name] |= dict.fromkeys((first + runs).tolist(), text)
+    values[~np.isfinite(values)] = np.nan
     return Block(first, status, units, values, texts)
+
+
+def _first_run(part: tuple[Any, Outcome]) -> int:
+    return int(part[0][0])

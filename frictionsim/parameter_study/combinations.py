@@ -1,11 +1,13 @@
 """The scenario of each combination of values."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from threading import Lock
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
+import numpy as np
 from pydantic import ValidationError
 
 from frictionsim.errors import InputError, ScenarioError
@@ -18,7 +20,12 @@ from frictionsim.scenario.model_validation import (
 )
 from frictionsim.scenario.overrides import REMOVED, REMOVED_TEXT, apply_overrides
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.toml_data import plain, toml_value
+from frictionsim.scenario.toml_data import KeyPath, plain, toml_value
+
+if TYPE_CHECKING:
+    from frictionsim.solvers.problems import Problem
+
+Found = TypeVar("Found")
 
 MIN_TOGETHER = 50  # fewer runs are faster alone
 # Of a sweep: fewer runs take as Python as long as loading compiled code, or as compiling it.
@@ -48,28 +55,72 @@ class Combinations:
         # For numbers: data to change, where in them the keys are, and the number of the value.
         self._changed: dict[str, Any] = {}
         self._places: list[tuple[Any, Any, int]] = []
+        self._paths: dict[KeyPath, int] = {}
         self._lock = Lock()  # a worker of Dask may have several threads
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Combinations, (self.base, self.keys, self._runs)
 
     @cached_property
-    def go_together(self) -> bool:
-        """Whether the runs are integrated by compiled code, and observed together."""
+    def like(self) -> "Problem | None":
+        """The problem of runs that are integrated by compiled code and observed together."""
         base = self.base
         # Which of wanted channels a run lacks is a warning, and runs together make no channels.
         if self._runs < RUNS_THAT_PAY or base.needs_samples or base.output.channels is not None:
-            return False
-        from frictionsim.simulation.many_runs import kernel_for
+            return None
+        from frictionsim.simulation.many_runs import kernel_of, problem_like
 
-        kernel = kernel_for(base)
-        if kernel is None:
-            return False
-        return self._runs >= RUNS_THAT_PAY_COMPILING or kernel.is_at_hand
+        problem = problem_like(base)
+        if problem is None:
+            return None
+        pays = self._runs >= RUNS_THAT_PAY_COMPILING or kernel_of(problem).is_at_hand
+        return problem if pays else None
+
+    def compile(self) -> None:
+        """Compile the code for runs that go together."""
+        from frictionsim.simulation.many_runs import compiled_for, kernel_of
+
+        if self.like is not None:
+            compiled_for(kernel_of(self.like), self.like)
+
+    def check(self, values: Sequence[Sequence[Any]]) -> None:
+        """Check combinations; raise InputError for the first that is not valid."""
+        valid = np.zeros(len(values), dtype=bool)
+        for runs, _ in self.groups(values, lambda scenario: None):
+            valid[runs] = True
+        for number in np.flatnonzero(~valid).tolist():
+            self.scenario(values[number])
+
+    def groups(
+        self, values: Sequence[Sequence[Any]], function: Callable[[Scenario], Found]
+    ) -> Iterator[tuple[Any, Found]]:
+        """Yield groups of combinations, by their indices, and what a function returns for each.
+
+        It takes a valid scenario that has the numbers of all of them; see `in_groups`. Left out
+        are those that have to be checked, or run, alone.
+        """
+        numbers = None if self.like is None else _numbers(values)
+        if numbers is None:
+            return
+        runs = np.flatnonzero(_is_ordinary(numbers).all(axis=1))
+        if len(runs) < MIN_TOGETHER:
+            return
+        from frictionsim.scenario.run_numbers import in_groups, numbers_of, with_numbers
+
+        try:
+            template = self.scenario(numbers[runs[0]].tolist())
+        except InputError:
+            return
+
+        def of_group(chosen: Any) -> Found:
+            given = {path: numbers_of(numbers[chosen, i]) for path, i in self._paths.items()}
+            return function(with_numbers(template, given))
+
+        yield from in_groups(of_group, runs, MIN_TOGETHER)
 
     def scenario(self, values: Sequence[Any]) -> Scenario:
         """Return the scenario in which the keys have these values."""
-        if not all(map(_is_ordinary, values)):
+        if not all(type(value) is float and _is_ordinary(value) for value in values):
             return self._validated(values)
         with self._lock:
             if not self._places:
@@ -89,7 +140,8 @@ class Combinations:
         self._changed = _copied(self._data)
         given = {key: values[number] for key, number in self._numbers.items()}
         paths = apply_overrides(self._changed, given)[0]
-        for (*above, last), number in zip(paths, self._numbers.values(), strict=True):
+        self._paths = dict(zip(paths, self._numbers.values(), strict=True))
+        for (*above, last), number in self._paths.items():
             table: Any = self._changed
             for key in above:
                 table = table[key]
@@ -111,11 +163,18 @@ class Combinations:
         raise InputError(f"vary: {combination_text(given)} is not valid: {'; '.join(faults)}")
 
 
-def _is_ordinary(value: Any) -> bool:
-    """Return whether the limits of magnitude allow a number wherever it stands."""
-    if type(value) is not float:
-        return False
-    return value == 0.0 or MIN_NUMBER <= abs(value) <= MAX_NUMBER
+def _is_ordinary(value: Any) -> Any:
+    """Return whether the limits of magnitude allow a number, or numbers, wherever they stand."""
+    return (value == 0.0) | ((abs(value) >= MIN_NUMBER) & (abs(value) <= MAX_NUMBER))
+
+
+def _numbers(values: Sequence[Sequence[Any]]) -> Any:
+    """Return combinations as an array, (runs, keys); None if not all values are numbers."""
+    if not all(type(value) in (float, int) for row in values for value in row):
+        return None
+    with suppress(OverflowError):
+        return np.array(values, dtype=float)
+    return None
 
 
 def combination_text(given: dict[str, Any]) -> str:

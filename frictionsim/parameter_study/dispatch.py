@@ -74,8 +74,7 @@ def do_job(
     """Check the combinations of a task, or run them."""
     started, block = perf_counter(), None
     if kind == CHECK:
-        for values in task.values:
-            combinations.scenario(values)
+        combinations.check(task.values)
     else:
         block = run_task(combinations, task, series, on_step)
     return perf_counter() - started, block
@@ -278,7 +277,7 @@ def _block(answer: _Answer) -> Block:
     if answer.block is not None:
         return answer.block
     reason = f"the worker process crashed in this run every time ({answer.crash})"
-    return block_of(answer.job.first, [Outcome(FAILED, {}, WORKER_DIED, reason)])
+    return block_of(answer.job.first, [(0, Outcome(FAILED, {}, WORKER_DIED, reason))])
 
 
 def run_sweep(
@@ -311,16 +310,16 @@ def check_combinations(
     `run_blocks`.
     """
     ranges, combinations, ticker = deque(left), plan.combinations, Ticker(on_tick)
-    latest = monotonic() + SECONDS_HERE
+    latest, size = monotonic() + SECONDS_HERE, MIN_CHECKED
     while ranges and monotonic() < latest:
         ticker()
         runs = ranges.popleft()
-        if len(runs) > MIN_CHECKED:
-            ranges.appendleft(runs[MIN_CHECKED:])
-            runs = runs[:MIN_CHECKED]
-        for values in plan.design.combinations(runs.start, runs.stop):
-            combinations.scenario(values)
+        if len(runs) > size:
+            ranges.appendleft(runs[size:])
+            runs = runs[:size]
+        combinations.check(plan.design.combinations(runs.start, runs.stop))
         on_checked(len(runs))
+        size = min(2 * size, MAX_RUNS_OF_A_BLOCK)
     if ranges:
         executor.start(plan, on_tick)
         _check_the_rest(_Dispatch(executor, plan, CHECK, ranges, MIN_CHECKED), on_checked, ticker)

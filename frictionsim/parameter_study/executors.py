@@ -23,7 +23,7 @@ from typing import Any, NoReturn
 from frictionsim.errors import FrictionsimError, InputError
 from frictionsim.parameter_study.combinations import Combinations
 from frictionsim.parameter_study.dispatch import Done, Executor, Ticker, do_job
-from frictionsim.parameter_study.single_run import NO_MONITOR, Task, outcomes_together
+from frictionsim.parameter_study.single_run import NO_MONITOR, Task
 from frictionsim.parameter_study.sweep import SweepPlan
 from frictionsim.scenario.kinds import mechanism_module
 
@@ -132,7 +132,7 @@ class ProcessPool:
         combinations, first = plan.combinations, plan.design.combinations(0, 1)
         with suppress(FrictionsimError, ArithmeticError):  # which the run will say as well
             if plan.together > 1:
-                outcomes_together(combinations, first)
+                combinations.compile()
                 return
             scenario = combinations.scenario(first[0])
             mechanism_module(scenario.kind).simulation(scenario).prepare(NO_MONITOR)

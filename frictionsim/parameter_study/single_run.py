@@ -1,8 +1,11 @@
 """Runs of a sweep, alone or together: of their samples only what the quantities need."""
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from frictionsim.errors import EXIT_AUDIT_FAILED, FrictionsimError, OutputError
 from frictionsim.parameter_study.block import (
@@ -13,8 +16,8 @@ from frictionsim.parameter_study.block import (
     Outcome,
     block_of,
 )
-from frictionsim.parameter_study.combinations import MIN_TOGETHER, Combinations
-from frictionsim.results import Record, SimulationResult, defined, failures
+from frictionsim.parameter_study.combinations import Combinations
+from frictionsim.results import Record
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.simulate import run
@@ -42,13 +45,15 @@ def run_task(
     The result of each run goes to the folder of a series. `on_step` is called with the time after
     each step of each run.
     """
-    found: list[Outcome | None] = [None] * len(task.values)
-    if series is None and len(task.values) >= MIN_TOGETHER and combinations.go_together:
-        found = outcomes_together(combinations, task.values, on_step)
-    outcomes = []
-    for number, (values, outcome) in enumerate(zip(task.values, found, strict=True), task.first):
-        target = None if series is None else series / f"run-{number:0{DIGITS}d}.h5"
-        outcomes.append(outcome or outcome_of(combinations, values, target, on_step))
+    outcomes: list[tuple[Any, Outcome]] = []
+    if series is None:
+        outcomes = outcomes_together(combinations, task.values, on_step)
+    alone = np.ones(len(task.values), dtype=bool)
+    for runs, _ in outcomes:
+        alone[runs] = False
+    for run in np.flatnonzero(alone).tolist():
+        target = None if series is None else series / f"run-{task.first + run:0{DIGITS}d}.h5"
+        outcomes.append((run, outcome_of(combinations, task.values[run], target, on_step)))
     return block_of(task.first, outcomes)
 
 
@@ -56,35 +61,26 @@ def outcomes_together(
     combinations: Combinations,
     values: Sequence[tuple[Any, ...]],
     on_step: Callable[[float], Any] = NO_MONITOR,
-) -> list[Outcome | None]:
-    """Run many combinations at once; None for each that has to be run alone.
+) -> list[tuple[Any, Outcome]]:
+    """Run many combinations at once; return their outcomes, without those to be run alone.
 
     The numbers are those of single runs to the last bit; see `frictionsim.simulation.many_runs`.
     `on_step` is called between runs, with 0 s.
     """
-    from frictionsim.simulation.many_runs import no_search_for_cycles, run_many
+    from frictionsim.simulation.many_runs import prepared, run_many
 
-    with no_search_for_cycles():
-        try:
-            scenarios = [combinations.scenario(row) for row in values]
-            results = run_many(list(map(without_samples, scenarios)), lambda: on_step(0.0))
-        except FrictionsimError:
-            return [None] * len(values)
-        return [
-            None if result is None else _outcome_together(scenario, result)
-            for scenario, result in zip(scenarios, results, strict=True)
-        ]
-
-
-def _outcome_together(scenario: Scenario, result: SimulationResult) -> Outcome:
-    failed = failures(result.checks)
-    warnings = dict.fromkeys([*scenario.warnings(), *result.warnings])
-    return Outcome(
-        AUDIT_FAILED if failed else DONE,
-        defined(result.quantities),
-        reason=f"self-audit failed: {failed}" if failed else "",
-        warnings=_lasting(warnings),
-    )
+    outcomes = []
+    for runs, group in combinations.groups(values, partial(prepared, combinations.like)):
+        found = run_many(group, len(runs), lambda: on_step(0.0))
+        if found is not None:
+            sound = found.sound
+            quantities = {
+                name: q if np.ndim(q.value) == 0 else q._replace(value=np.asarray(q.value)[sound])
+                for name, q in found.quantities.items()
+            }
+            warnings = _lasting(dict.fromkeys(group.warnings))
+            outcomes.append((runs[sound], Outcome(DONE, quantities, warnings=warnings)))
+    return outcomes
 
 
 def outcome_of(

@@ -295,9 +295,11 @@ class Scenario(Params):
 
         if not _may_be_implausible(self):  # as in all runs of most sweeps
             return
-        for key, value in keys_and_values(self.model_dump(by_alias=True, exclude_none=True)):
+        # Numbers of many runs are none for pydantic; no warning has them all.
+        tables = self.model_dump(by_alias=True, exclude_none=True, warnings=False)
+        for key, value in keys_and_values(tables):
             name = key.rpartition(".")[2]
-            if not isinstance(value, int | float):
+            if isinstance(value, list) or not name.endswith(MAYBE_IMPLAUSIBLE):
                 continue
             if name.endswith("radius") and abs(value) > MAX_PLAUSIBLE_RADIUS:
                 yield (
@@ -428,6 +430,7 @@ class Scenario(Params):
         return self
 
 
+MAYBE_IMPLAUSIBLE = ("radius", "mu_s", "mu_k")  # ends of keys
 WITHOUT_VALUES = (NoneType, str, bool, int)  # for the other types it is asked what they are
 
 
@@ -446,10 +449,12 @@ def _may_be_implausible(value: Any) -> bool:
     if not isinstance(value, Params):
         return False
     for name, inner in value.__dict__.items():
-        if type(inner) is float:
-            is_large = inner > MAX_PLAUSIBLE_MU or inner < -MAX_PLAUSIBLE_RADIUS
-            if is_large and name.endswith(("radius", "mu_s", "mu_k")):
+        if type(inner) in WITHOUT_VALUES:
+            continue
+        if isinstance(inner, Params | Mapping | list | tuple):
+            if _may_be_implausible(inner):
                 return True
-        elif type(inner) not in WITHOUT_VALUES and _may_be_implausible(inner):
-            return True
+        elif name.endswith(MAYBE_IMPLAUSIBLE):
+            if inner > MAX_PLAUSIBLE_MU or inner < -MAX_PLAUSIBLE_RADIUS:
+                return True
     return False

@@ -66,7 +66,7 @@ class PiecewiseLinearTable(PointsTable):
     )
 
     def signal(self) -> Signal:
-        if len(set(self.value)) == 1:
+        if all(value == self.value[0] for value in self.value):
             return Constant(self.value[0])
         return PiecewiseLinear(self.time, self.value)
 
@@ -281,7 +281,7 @@ MotionSignal = Annotated[
 
 def signal_from(table: float | PiecewiseLinearTable | SineTable | SmoothStepTable) -> Signal:
     """Return the signal, a function of time, of a number or signal table."""
-    return Constant(table) if isinstance(table, int | float) else table.signal()
+    return table.signal() if isinstance(table, Params) else Constant(table)
 
 
 def period_of(signal: Any, end: float) -> float | None:

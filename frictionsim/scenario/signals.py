@@ -237,11 +237,20 @@ class Curve(NamedTuple):
             further *= 2.0
 
 
+def doubles(values: Sequence[float]) -> "array[float]":
+    """Return numbers as an array, (n,); if some are those of many runs, as one of (runs, n)."""
+    if all(isinstance(value, int | float) for value in values):
+        return array("d", values)
+    from frictionsim.scenario.run_numbers import stacked  # which imports numpy
+
+    return stacked(values)
+
+
 def curve_of(signal: Signal) -> Curve:
     """Return a signal as numbers."""
     pieces, harmonic = signal.pieces(), signal.harmonic()
     return Curve(
-        array("d", [piece.knot for piece in pieces[1:]]),
-        array("d", [number for piece in pieces for number in piece]),
+        doubles([piece.knot for piece in pieces[1:]]),
+        doubles([number for piece in pieces for number in piece]),
         *(harmonic or (0.0, 0.0, 0.0)),
     )

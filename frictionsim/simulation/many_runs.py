@@ -1,21 +1,20 @@
-"""Many runs of one coordinate: quantities, audit, events and warnings of each.
+"""Many runs of one coordinate: quantities and audit of each.
 
-They are integrated one after the other by compiled code, and observed together, as arrays. Each
-result has the bits of that of its scenario alone with samples at the start, at the events and at
-the end only. A run that fails, or is unlike the others, is given back to be run alone.
+A scenario with the numbers of many runs gives one mechanism with arrays. The runs are integrated
+one after the other by compiled code, and observed together. Each has the bits of that of its
+scenario alone with samples at the start, at the events and at the end only. Runs that fail, that
+do not move or that do not pass the audit are left to be run alone, which says why.
 """
 
-import gc
-from array import array
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 
-from frictionsim.results import STICK, Check, Quantities, SimulationResult, Transition
+from frictionsim.results import STICK, Quantities, Quantity
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.methods import SET_VALUED
+from frictionsim.scenario.run_numbers import Unlike
 from frictionsim.simulation.audit import (
     RELEASE_DISTANCE,
     ROUNDING,
@@ -23,374 +22,266 @@ from frictionsim.simulation.audit import (
     driving_power,
     energy_residual,
     friction_violation,
-    leaves_stick,
     release_distance,
-    stick_drift,
 )
-from frictionsim.simulation.run_warnings import hidden_stick_slip, nothing_moves
 from frictionsim.simulation.single_dof import (
     MODE_COLUMN,
     TIME_COLUMN,
     VELOCITY_COLUMN,
     energy_scale,
     final_quantities,
-    quantities_of_transitions,
     trajectory_of,
 )
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.compilation import form_of
-from frictionsim.solvers.event_driven import CompiledRuns, kernel_of
+from frictionsim.solvers.event_driven import compiled_for, kernel_of
+from frictionsim.solvers.many_runs import Recorded, recorded
 from frictionsim.solvers.mechanism import Mechanism, Trajectory, equation_of
-from frictionsim.solvers.one_contact_state import EVENT_COLUMNS
-from frictionsim.solvers.problems import Problem, event_names
+from frictionsim.solvers.one_contact_state import EVENT_COLUMNS, OF_STOP, Run
+from frictionsim.solvers.problems import Problem, initial_states, run_of
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.solvers.compilation import Kernel
 
 BACKEND = "events"
-BATCH = 2000  # runs that are observed together; more take as long each
 
 
-class Unlike(Exception):
-    """Two runs differ in more than numbers."""
-
-
-class _OfEachRun:
-    """An array that differs between runs; if an equation reads it, runs are observed alone."""
-
-    def __len__(self) -> int:
-        raise Unlike
-
-    def __array__(self, *_: Any, **__: Any) -> Any:
-        raise Unlike
-
-
-def kernel_for(scenario: "Scenario") -> "Kernel | None":
-    """Return the kernel for runs like that of a scenario; None if they have to be run alone."""
+def problem_like(scenario: "Scenario") -> Problem | None:
+    """Return the problem of runs like that of a scenario; None if they have to be run alone."""
     build = getattr(mechanism_module(scenario.kind), "build", None)
     mechanism = None if build is None else build(scenario)
-    # One of several coordinates is no `Mechanism`.
-    if not isinstance(mechanism, Mechanism) or not _goes_together(scenario, mechanism):
+    if not _goes_together(scenario, mechanism):
         return None
-    kernel = kernel_of(_problem(scenario, mechanism))
-    return None if kernel.reason else kernel
+    problem = Problem(mechanism, scenario.solver, _sparse(scenario))
+    return None if kernel_of(problem).reason else problem
 
 
-def _goes_together(scenario: "Scenario", mechanism: Mechanism) -> bool:
-    contact = mechanism.contact
+def _goes_together(scenario: "Scenario", mechanism: Any) -> bool:
+    # One of several coordinates is no `Mechanism`.
+    if not isinstance(mechanism, Mechanism) or mechanism.contact is None:
+        return False
     return (
         scenario.solver.backend == BACKEND
         and mechanism.system is not None
-        and contact is not None
-        and contact.law == SET_VALUED
+        and mechanism.contact.law == SET_VALUED
         and not mechanism.prescribed
         and mechanism.stops is None
+        and mechanism.run_warnings is Mechanism._field_defaults["run_warnings"]
     )
 
 
-def _problem(scenario: "Scenario", mechanism: Mechanism) -> Problem:
+def _sparse(scenario: "Scenario") -> SampleBuffer:
+    """Return a buffer for samples at start and end."""
     times = SampleTimes(scenario.solver.duration, interval=scenario.solver.duration)
-    return Problem(mechanism, scenario.solver, SampleBuffer(times))
+    return SampleBuffer(times)
 
 
-def run_many(
-    scenarios: "Sequence[Scenario]", on_run: Callable[[], object] = lambda: None
-) -> list[SimulationResult | None]:
-    """Simulate many scenarios of one kind, with samples at start, events and end only.
+class _NoSamples:
+    """The samples of runs that are not done yet: quantities that follow from them are of one."""
+
+    def __getattr__(self, name: str) -> NoReturn:
+        raise Unlike
+
+
+class Prepared(NamedTuple):
+    """Runs that go together: their mechanism with arrays, and what else follows from scenarios."""
+
+    like: Problem
+    mechanism: Mechanism
+    run: Run
+    energy_limit: Any
+    quantities: Quantities  # of the mechanism, with arrays
+    warnings: tuple[str, ...]  # the same about each scenario
+
+
+def prepared(like: Problem, scenario: "Scenario") -> Prepared:
+    """Prepare the runs of a scenario with the numbers of many, if they are like another one.
+
+    Raises
+    ------
+    Unlike
+        If they are not, or not all.
+    """
+    mechanism = mechanism_module(scenario.kind).build(scenario)
+    if not _goes_together(scenario, mechanism):
+        raise Unlike
+    if form_of(mechanism.system) != form_of(like.system):
+        raise Unlike
+    samples: Any = _NoSamples()
+    return Prepared(
+        like,
+        mechanism,
+        run_of(mechanism, scenario.solver, _sparse(scenario)),
+        allowed_residual(scenario.solver.rtol),
+        mechanism.quantities(samples),
+        tuple(scenario.warnings()),
+    )
+
+
+class Observed(NamedTuple):
+    """The runs that need not be run alone, (runs,) of bool, and their quantities, (runs,) each."""
+
+    sound: Any
+    quantities: Quantities
+
+
+def run_many(runs: Prepared, count: int, on_call: Callable[[], object]) -> Observed | None:
+    """Simulate many runs, with samples at start, events and end only.
 
     Parameters
     ----------
-    scenarios : sequence of Scenario
-    on_run : callable, optional
-        Called between runs; it may raise Interrupted.
+    runs : Prepared
+    count : int
+        Their number.
+    on_call : callable
+        Called between runs, or after many steps; it may raise Interrupted.
 
     Returns
     -------
-    list of SimulationResult or None
-        Quantities, checks, transitions and warnings of each run, without channels; None where the
-        run has to be done alone, because it fails or is unlike the first.
+    Observed or None
+        None if all have to be run alone.
     """
-    found: list[SimulationResult | None] = []
-    with no_search_for_cycles():
-        for first in range(0, len(scenarios), BATCH):
-            found += _run_batch(scenarios[first : first + BATCH], on_run)
-    return found
-
-
-@contextmanager
-def no_search_for_cycles() -> Iterator[None]:
-    """Make thousands of small objects, none of them in a cycle, without a search for cycles."""
-    searched = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if searched:
-            gc.enable()
-
-
-def _run_batch(
-    scenarios: "Sequence[Scenario]", on_run: Callable[[], object]
-) -> list[SimulationResult | None]:
-    found: list[SimulationResult | None] = [None] * len(scenarios)
-    runs = _recorded(scenarios, on_run)
-    if not runs:
-        return found
+    function = compiled_for(kernel_of(runs.like), runs.like)
+    if function is None:
+        return None
+    arguments = runs.mechanism.system, runs.run
+    found = recorded(function, arguments, initial_states(runs.mechanism, count), on_call)
     try:
         # A division by zero stops a run alone.
         with np.errstate(divide="raise", over="ignore", invalid="ignore", under="ignore"):
-            for number, result in _Batch(runs).results():
-                found[number] = result
-    except (Unlike, ArithmeticError):
-        pass  # the others run alone
-    return found
+            return _observed(runs, found)
+    except ArithmeticError:
+        return None
 
 
-class _Recorded(NamedTuple):
-    """A run that has come to its end: its number, and its samples and events."""
+class _Events:
+    """The events of runs, those of each in the order of time."""
 
-    number: int
-    scenario: "Scenario"
-    mechanism: Mechanism
-    rows: "array[float]"
-    events: "array[float]"
-
-
-def _recorded(scenarios: "Sequence[Scenario]", on_run: Callable[[], object]) -> list[_Recorded]:
-    """Return the runs that are like the first and come to their end."""
-    build, found, form = mechanism_module(scenarios[0].kind).build, [], ""
-    runs: CompiledRuns | None = None
-    for number, scenario in enumerate(scenarios):
-        mechanism = build(scenario)
-        if not isinstance(mechanism, Mechanism) or not _goes_together(scenario, mechanism):
-            continue
-        problem = _problem(scenario, mechanism)
-        if runs is None:
-            kernel, form = kernel_of(problem), form_of(mechanism.system)
-            if kernel.reason:
-                break
-            runs = CompiledRuns(kernel, on_run)
-        if form_of(mechanism.system) == form and (recorded := runs.recorded(problem)):
-            found.append(_Recorded(number, scenario, mechanism, *recorded))
-    return found
-
-
-class _Batch:
-    """Runs that are observed together."""
-
-    def __init__(self, runs: list[_Recorded]) -> None:
-        self._runs = runs
-        self._joined = joined_mechanism([run.mechanism for run in runs])
-        width = SampleBuffer.COLUMNS + len(runs[0].mechanism.energy_integrals)
-        rows = _numbers([run.rows for run in runs]).reshape(len(runs), 2, width)
-        events = _numbers([run.events for run in runs]).reshape(-1, EVENT_COLUMNS + 2 * width)
-        counts = [len(run.events) // events.shape[1] for run in runs]
-        who = np.repeat(np.arange(len(runs)), counts)
-        before = events[:, EVENT_COLUMNS : EVENT_COLUMNS + width]
-        after = events[:, EVENT_COLUMNS + width :]
+    def __init__(self, events: Any, run: Any) -> None:
+        width = (events.shape[1] - EVENT_COLUMNS) // 2
         # A step records the event at its end before a rest within it.
-        order = np.lexsort((after[:, TIME_COLUMN], who))
-        who, events, before, after = who[order], events[order], before[order], after[order]
-        self._sound = np.isfinite(rows).all(axis=(1, 2))
-        self._sound[who[~np.isfinite(events).all(axis=1)]] = False
-        self._first = np.searchsorted(who, np.arange(len(runs) + 1)).tolist()
-        names = event_names(runs[0].mechanism)
-        self._transitions = [
-            Transition(time, names[int(name)], int(mode_from), int(mode_to), position)
-            for name, time, mode_from, mode_to, position in events[:, :EVENT_COLUMNS].tolist()
-        ]
-        at_events = np.array([run.scenario.output.at_events for run in runs], dtype=bool)[who]
-        kept = before.T[:, at_events], after.T[:, at_events], events[at_events, 2]
-        self._rows, run = with_events(rows[:, 0].T, rows[:, 1].T, kept, who[at_events])
-        self._counts = np.bincount(run, minlength=len(runs))
-        self._begin = np.cumsum(self._counts) - self._counts
-        leaves = np.array([leaves_stick(event) for event in self._transitions], dtype=bool)
-        self._released = self._largest_distance(who[leaves], before[leaves].T, after[leaves].T)
+        order = np.lexsort((events[:, EVENT_COLUMNS + width + TIME_COLUMN], run))
+        self.run, events = run[order], events[order].T
+        self.name, self.time, self.mode_from, self.mode_to, _ = events[:EVENT_COLUMNS]
+        self.before = events[EVENT_COLUMNS : EVENT_COLUMNS + width]
+        self.after = events[EVENT_COLUMNS + width :]
 
-    def _largest_distance(self, who: Any, before: Any, after: Any) -> Any:
-        """Return the largest distance of a breakaway from its static limit, (runs,)."""
-        mechanism = selected(self._joined, who)
-        sides = (trajectory_of(mechanism, columns, []) for columns in (before, after))
-        largest = np.zeros(len(self._runs))
-        np.maximum.at(largest, who, release_distance(mechanism, *sides))
-        return largest
+    def first(self, chosen: Any, runs: int) -> Any:
+        """Return the time of the first of some events of each run, (runs,); nan without one."""
+        times = np.full(runs, np.nan)
+        times[self.run[chosen][::-1]] = self.time[chosen][::-1]
+        return times
 
-    def results(self) -> Iterator[tuple[int, SimulationResult]]:
-        """Yield the number and result of each run that need not be done alone."""
-        for count in np.unique(self._counts[self._sound]):
-            yield from self._observe(np.flatnonzero(self._sound & (self._counts == count)))
-
-    def _observe(self, runs: Any) -> Iterator[tuple[int, SimulationResult]]:
-        """Yield the results of runs with as many samples each, as `SingleDofSimulation.observe`.
-
-        One whose energy does not close, or that leaves stick off its static limit, is left out.
-        """
-        mechanism = selected(self._joined, runs)
-        columns = self._rows[:, self._begin[runs] + np.arange(self._counts[runs[0]])[:, None]]
-        trajectory = trajectory_of(mechanism, columns, [])
-        settings = [self._runs[run].scenario.solver for run in runs]
-        checks = _checks(mechanism, trajectory, settings)
-        sticks = (trajectory.mode[1:] == 0) & (trajectory.mode[:-1] == 0)
-        may_drift = np.any(sticks & (np.diff(trajectory.position, axis=0) != 0.0), axis=0)
-        rests = ~np.any(trajectory.velocity, axis=0) & ~(np.ptp(trajectory.position, axis=0) > 0.0)
-        of_one = _split(trajectory)
-        for i, run in enumerate(runs.tolist()):
-            found, released = checks(i), Check(self._released.item(run), RELEASE_DISTANCE)
-            if not (found["energy_balance"].ok and released.ok):
-                continue  # alone, its limit is one of all its steps, and the load may jump
-            alone = of_one(i, self._transitions[self._first[run] : self._first[run + 1]])
-            drift = stick_drift(alone) if may_drift[i] else 0.0
-            yield (
-                self._runs[run].number,
-                SimulationResult(
-                    time=alone.time,
-                    channels={},
-                    transitions=alone.transitions,
-                    quantities=_quantities(self._runs[run].mechanism, alone),
-                    checks=found | {"stick_drift": Check(drift, 0.0), "release": released},
-                    non_finite_tail=False,
-                    warnings=self._warnings(self._runs[run], alone, bool(rests[i])),
-                ),
-            )
-
-    def _warnings(self, run: _Recorded, trajectory: Trajectory, rests: bool) -> tuple[str, ...]:
-        mechanism, scenario = run.mechanism, run.scenario
-        return (
-            *(nothing_moves(mechanism, trajectory) if rests else ()),
-            *mechanism.run_warnings(trajectory),
-            *hidden_stick_slip(trajectory.transitions, scenario.interval, scenario.solver.duration),
-        )
+    def last(self, chosen: Any, runs: int) -> Any:
+        """Return the time of the last of some events of each run, (runs,); nan without one."""
+        times = np.full(runs, np.nan)
+        times[self.run[chosen]] = self.time[chosen]
+        return times
 
 
-def _numbers(parts: "Sequence[array[float]]") -> Any:
-    return np.frombuffer(b"".join(part.tobytes() for part in parts))
-
-
-def joined_mechanism(mechanisms: Sequence[Mechanism]) -> Mechanism:
-    """Return a mechanism whose numbers are arrays, (runs,)."""
-    system = joined([mechanism.system for mechanism in mechanisms])
-    start: dict[str, Any] = {
-        name: np.array([getattr(mechanism, name) for mechanism in mechanisms])
-        for name in ("position", "velocity")
+def _observed(runs: Prepared, found: Recorded) -> Observed:
+    count, sound = len(found.done), found.done.copy()
+    of_samples, of_events = (np.repeat(np.arange(count), numbers) for numbers in found.counts.T)
+    sound[of_samples[~np.isfinite(found.rows).all(axis=1)]] = False
+    sound[of_events[~np.isfinite(found.events).all(axis=1)]] = False
+    events = _Events(found.events[sound[of_events]], of_events[sound[of_events]])
+    of_samples, samples = of_samples[sound[of_samples]], found.rows[sound[of_samples]].T
+    samples, of_samples = with_events(samples, of_samples, events)
+    numbers = np.bincount(of_samples, minlength=count)
+    begin = np.cumsum(numbers) - numbers
+    sound &= _largest_distance(runs.mechanism, events, count) <= RELEASE_DISTANCE
+    quantities = runs.quantities | {
+        "breakaway_time": Quantity(events.first(events.mode_from == STICK, count), "s"),
+        "last_rest_time": Quantity(events.last(events.mode_to == STICK, count), "s"),
     }
-    return _with_system(mechanisms[0], system)._replace(**start)
+    for n in np.unique(numbers[sound]):
+        chosen = np.flatnonzero(sound & (numbers == n))
+        mechanism = selected(runs.mechanism, chosen)
+        columns = samples[:, begin[chosen] + np.arange(n)[:, None]]
+        trajectory = trajectory_of(mechanism, columns, [])
+        sound[chosen] = _passes(runs, chosen, mechanism, trajectory)
+        energies = trajectory.energy_integrals | trajectory.stored_energies
+        last = final_quantities(
+            trajectory.time[-1],
+            trajectory.position[-1],
+            trajectory.velocity[-1],
+            {name: energy[-1] for name, energy in energies.items()},
+        )
+        for name, quantity in last.items():
+            empty = Quantity(np.full(count, np.nan), quantity.unit)
+            quantities.setdefault(name, empty).value[chosen] = quantity.value
+    return Observed(sound, quantities)
 
 
-def _with_system(mechanism: Mechanism, system: Any) -> Mechanism:
-    contact = mechanism.contact
-    assert contact is not None  # of `_goes_together`
-    names = "static_limit", "kinetic_limit", "roundoff", "first_excess"
-    limits = {name: getattr(system, name) for name in names}
-    flows, stored = tuple(mechanism.power_flows), tuple(mechanism.stored_energies)
-    return mechanism._replace(
-        **equation_of(system, flows, stored), contact=contact._replace(**limits)
+def _passes(runs: Prepared, chosen: Any, mechanism: Mechanism, trajectory: Trajectory) -> Any:
+    """Return which runs move and pass the audit, (runs,) of bool.
+
+    The energy of one that does not may close within the limit of all its steps, and its position
+    drift between samples that stick, if it slips between them; alone, that is looked at.
+    """
+    assert mechanism.contact is not None  # of `_goes_together`
+    limit, atol = _chosen(runs.energy_limit, chosen), _chosen(runs.run.atol, chosen)
+    residual = energy_residual(trajectory, limit, atol, energy_scale(mechanism, trajectory))
+    sticks = (trajectory.mode[1:] == STICK) & (trajectory.mode[:-1] == STICK)
+    moves = np.diff(trajectory.position, axis=0) != 0.0
+    return (
+        (residual <= limit)
+        & (friction_violation(trajectory, mechanism.contact) <= ROUNDING)
+        & (driving_power(trajectory) <= 0.0)
+        & ~(sticks & moves).any(axis=0)
+        & (moves.any(axis=0) | (trajectory.velocity != 0.0).any(axis=0))
     )
 
 
-def joined(values: Sequence[Any]) -> Any:
-    """Return the numbers of many runs as one array in the place of each."""
-    first = values[0]
-    if isinstance(first, tuple):
-        parts = [joined(column) for column in zip(*values, strict=True)]
-        return tuple(parts) if type(first) is tuple else type(first)(*parts)
-    if isinstance(first, float):
-        return np.array(values)
-    if all(value == first for value in values):
-        return first
-    if isinstance(first, array):
-        return _OfEachRun()
-    raise Unlike
+def _largest_distance(mechanism: Mechanism, events: _Events, count: int) -> Any:
+    """Return the largest distance of a breakaway from its static limit, (runs,)."""
+    leaves = (events.mode_from == STICK) & (events.mode_to != STICK) & (events.name != OF_STOP)
+    run = events.run[leaves]
+    of_each = selected(mechanism, run)
+    sides = (trajectory_of(of_each, side[:, leaves], []) for side in (events.before, events.after))
+    largest = np.zeros(count)
+    np.maximum.at(largest, run, release_distance(of_each, *sides))
+    return largest
+
+
+def _chosen(value: Any, runs: Any) -> Any:
+    """Return the numbers of some of the runs, of a mechanism or of one number."""
+    if isinstance(value, tuple):
+        parts = [_chosen(inner, runs) for inner in value]
+        return tuple(parts) if type(value) is tuple else type(value)(*parts)
+    return np.asarray(value)[runs] if isinstance(value, np.ndarray) else value
 
 
 def selected(mechanism: Mechanism, runs: Any) -> Mechanism:
-    """Return the joined mechanism of some of the runs, by their indices."""
+    """Return the mechanism of some of the runs, by their indices."""
+    system, contact = _chosen(mechanism.system, runs), mechanism.contact
+    assert contact is not None  # of `_goes_together`
+    limits = {
+        name: getattr(system, name)
+        for name in ("static_limit", "kinetic_limit", "roundoff", "first_excess")
+    }
+    return mechanism._replace(
+        **equation_of(system, tuple(mechanism.power_flows), tuple(mechanism.stored_energies)),
+        contact=contact._replace(**limits),
+        position=_chosen(mechanism.position, runs),
+        velocity=_chosen(mechanism.velocity, runs),
+    )
 
-    def chosen(value: Any) -> Any:
-        if isinstance(value, tuple):
-            parts = map(chosen, value)
-            return tuple(parts) if type(value) is tuple else type(value)(*parts)
-        return value[runs] if isinstance(value, np.ndarray) else value
 
-    position: Any = mechanism.position
-    velocity: Any = mechanism.velocity
-    start = {"position": position[runs], "velocity": velocity[runs]}
-    return _with_system(mechanism, chosen(mechanism.system))._replace(**start)
-
-
-def with_events(start: Any, last: Any, events: Any, who: Any) -> tuple[Any, Any]:
-    """Return the samples of all runs with those at events, and the run of each.
+def with_events(samples: Any, of_samples: Any, events: _Events) -> tuple[Any, Any]:
+    """Return the samples of all runs with those at events, (columns, n), and the run of each.
 
     As `samples_of` of one run: an event replaces a regular sample at its time, by
     its sticking side if there is one; of several at one time take the last that sticks, else the
     last.
     """
-    before, after, mode_from = events
+    before, after = events.before, events.after
     holds = (before[MODE_COLUMN] == STICK) & (before[VELOCITY_COLUMN] == after[VELOCITY_COLUMN])
-    at_events = np.where((mode_from == STICK) & holds, before, after)
-    runs = np.arange(start.shape[1])
-    rows = np.concatenate((start, at_events, last), axis=1)
-    run = np.concatenate((runs, who, runs))
-    is_event = np.repeat((False, True, False), (runs.size, who.size, runs.size))
+    at_events = np.where((events.mode_from == STICK) & holds, before, after)
+    rows, run = np.concatenate((samples, at_events), axis=1), np.append(of_samples, events.run)
+    is_event = np.repeat((False, True), (len(of_samples), len(events.run)))
     order = np.lexsort((is_event & (rows[MODE_COLUMN] == STICK), is_event, rows[TIME_COLUMN], run))
     rows, run = rows[:, order], run[order]
     later = (rows[TIME_COLUMN, 1:] != rows[TIME_COLUMN, :-1]) | (run[1:] != run[:-1])
     last_at_its_time = np.append(later, True)
     return rows[:, last_at_its_time], run[last_at_its_time]
-
-
-def _split(trajectory: Trajectory) -> Any:
-    """Return a function of index and transitions that returns the trajectory of one run."""
-    integrals, stored = list(trajectory.energy_integrals), list(trajectory.stored_energies)
-    columns: list[Any] = [
-        *trajectory[: Trajectory._fields.index("energy_integrals")],
-        *trajectory.energy_integrals.values(),
-        *trajectory.stored_energies.values(),
-    ]
-    by_run = np.stack(columns).transpose(2, 0, 1).copy()  # (runs, columns, n)
-
-    def of_one(run: int, transitions: list[Transition]) -> Trajectory:
-        time, drive, position, velocity, acceleration, friction, mode, *energies = by_run[run]
-        return Trajectory(
-            time,
-            drive,
-            position,
-            velocity,
-            acceleration,
-            friction,
-            mode,
-            dict(zip(integrals, energies[: len(integrals)], strict=True)),
-            dict(zip(stored, energies[len(integrals) :], strict=True)),
-            transitions,
-        )
-
-    return of_one
-
-
-def _checks(mechanism: Mechanism, trajectory: Trajectory, settings: Sequence[Any]) -> Any:
-    """Return a function of the index of a run that returns its checks, without the drift."""
-    assert mechanism.contact is not None  # of `_goes_together`
-    limits = [allowed_residual(one.rtol) for one in settings]
-    size, atol = energy_scale(mechanism, trajectory), np.array([one.atol for one in settings])
-    energy = energy_residual(trajectory, np.array(limits), atol, size).tolist()
-    friction = friction_violation(trajectory, mechanism.contact).tolist()
-    power = driving_power(trajectory).tolist()
-    return lambda i: {
-        "energy_balance": Check(energy[i], limits[i]),
-        "friction_law": Check(friction[i], ROUNDING),
-        "dissipation_sign": Check(power[i], 0.0),
-    }
-
-
-def _quantities(mechanism: Mechanism, trajectory: Trajectory) -> Quantities:
-    energies = trajectory.energy_integrals | trajectory.stored_energies
-    return (
-        mechanism.quantities(trajectory)
-        | quantities_of_transitions(trajectory.transitions)
-        | final_quantities(
-            trajectory.time.item(-1),
-            trajectory.position.item(-1),
-            trajectory.velocity.item(-1),
-            {name: energy.item(-1) for name, energy in energies.items()},
-        )
-    )

@@ -17,9 +17,10 @@ from array import array
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from hashlib import sha256
 from importlib import import_module
+from itertools import count
 from math import inf, ulp
 from pathlib import Path
 from types import FunctionType
@@ -48,7 +49,6 @@ _registered: set[str] = set()
 _compiled_forms: set[tuple[Any, ...]] = set()
 _failed_forms: set[tuple[Any, ...]] = set()
 ANY_FORM: tuple[Any, ...] = ()
-NUMBERS = (float, int)
 
 
 def compilable(function: Function) -> Function:
@@ -64,9 +64,17 @@ def compilable(function: Function) -> Function:
 def compiled_as(replacement: Callable[..., Any]) -> Callable[[Function], Function]:
     """Mark a function in whose place compiled code calls another of the same parameters."""
 
+    return compiled_by_type(lambda *_: replacement, _parameters(replacement))
+
+
+def compiled_by_type(
+    choice: Callable[..., Any], parameters: int
+) -> Callable[[Function], Function]:
+    """Mark a function in whose place compiled code calls the one chosen by types of arguments."""
+
     def marked(function: Function) -> Function:
-        _replaced.append((function, replacement))
-        _modules.add(replacement.__module__)
+        _replaced.append((function, choice, parameters))
+        _modules.add(choice.__module__)
         return function
 
     return marked
@@ -98,25 +106,92 @@ def classes_of(value: Any) -> Iterator[type]:
             yield from classes_of(inner)
 
 
-def as_argument(value: Any) -> Any:
-    """Return an argument as compiled code takes it: its arrays share their memory."""
-    kind = type(value)
-    if kind is array:
-        import numpy as np
+def packed(value: Any, runs: int = 1) -> tuple[Any, Any]:
+    """Return the arguments of many runs as compiled code takes them: a template, and numbers.
 
-        return np.frombuffer(value) if len(value) else np.empty(0)
-    if isinstance(value, tuple):
-        parts = [inner if type(inner) in NUMBERS else as_argument(inner) for inner in value]
-        return tuple(parts) if kind is tuple else kind(*parts)
-    return value
+    Parameters
+    ----------
+    value : tuple
+        The argument, of which a number may be an array (runs,), and an array one of (runs, n).
+    runs : int
+
+    Returns
+    -------
+    tuple
+        The argument with arrays of (runs, n), or (1, n) where they are the same in all runs.
+    (runs, k) array
+        The numbers of double precision in it, one after the other.
+    """
+    import numpy as np
+
+    columns: list[Any] = []
+
+    def template(value: Any) -> Any:
+        if isinstance(value, tuple):
+            parts = map(template, value)
+            return tuple(parts) if type(value) is tuple else type(value)(*parts)
+        if _is_number(value):
+            columns.append(value)
+            return 0.0
+        if isinstance(value, array | np.ndarray):
+            return np.array(value, order="C", ndmin=2)
+        return value
+
+    made, numbers = template(value), np.empty((runs, len(columns)))
+    for k, column in enumerate(columns):
+        numbers[:, k] = column
+    return made, numbers
+
+
+def _is_number(value: Any) -> bool:
+    """Return whether a value is a number of double precision, or one of each of many runs."""
+    return type(value) is float or getattr(value, "ndim", 0) == 1
 
 
 def form_of(value: Any) -> Any:
-    """Return the types of an argument: compiled code is for one form."""
+    """Return the types of an argument, of one run or of many: compiled code is for one form."""
     if isinstance(value, tuple):
-        forms = [form_of(one) if isinstance(one, tuple) else type(one) for one in value]
-        return (type(value), *forms)
-    return type(value)
+        return (type(value), *map(form_of, value))
+    if _is_number(value):
+        return float
+    return array if hasattr(value, "ndim") else type(value)
+
+
+def argument_of(template: Any, numbers: Any, run: int) -> Any:
+    """Return the argument of one of many runs."""
+    left = iter(numbers[run].tolist())
+
+    def filled(value: Any) -> Any:
+        if isinstance(value, tuple):
+            parts = [filled(inner) for inner in value]
+            return tuple(parts) if type(value) is tuple else type(value)(*parts)
+        if hasattr(value, "ndim"):
+            return array("d", value[min(run, len(value) - 1)])
+        return next(left) if type(value) is float else value
+
+    return filled(template)
+
+
+def _filling(template: Any, numbers: Any, run: Any) -> Any:
+    """Return the function that `argument_of` is compiled as for a template of some type."""
+    from numba import types
+
+    names: dict[str, type] = {}
+    columns = count()
+
+    def text(kind: Any, place: str) -> str:
+        if isinstance(kind, types.BaseTuple):
+            name = ""
+            if isinstance(kind, types.BaseNamedTuple):
+                name = f"class_{len(names)}"
+                names[name] = kind.instance_class
+            parts = [text(inner, f"{place}[{i}]") for i, inner in enumerate(kind.types)]
+            return f"{name}({''.join(f'{part}, ' for part in parts)})"
+        if isinstance(kind, types.Array):
+            return f"{place}[min(x2, len({place}) - 1)]"
+        return f"x1[x2, {next(columns)}]" if kind is types.float64 else place
+
+    return eval(f"lambda x0, x1, x2: {text(template, 'x0')}", names)
 
 
 class Kernel:
@@ -273,7 +348,9 @@ def _prepare() -> Any:
         return np.nextafter(abs(x), inf) - abs(x)
 
     if not _alive:
-        _replaced.extend(((ulp, ulp_of), (bisect_right, _bisect_right)))
+        compiled_as(ulp_of)(ulp)
+        compiled_as(_bisect_right)(bisect_right)
+        compiled_by_type(_filling, _parameters(argument_of))(argument_of)
     while _marked:  # modules that were imported since the last time may have more
         function = _marked.pop()
         if isinstance(function, type):
@@ -284,8 +361,8 @@ def _prepare() -> Any:
         _compile_once(dispatcher)
         function._numba_type_ = dispatcher._numba_type_
     while _replaced:
-        function, replacement = _replaced.pop()
-        chosen = _typing_function(replacement, "replacement", replacement=replacement)
+        function, choice, parameters = _replaced.pop()
+        chosen = _typing_function(choice, parameters)
         numba.extending.overload(function, jit_options=OPTIONS, strict=False)(chosen)
     return numba
 
@@ -298,13 +375,17 @@ def _compile_once(dispatcher: Any) -> None:
     dispatcher.get_call_template = lambda args, kws: template(tuple(map(unliteral, args)), kws)
 
 
-def _typing_function(function: Any, choice: str, **names: Any) -> Any:
+def _typing_function(choice: Callable[..., Any], count: int) -> Any:
     """Return what numba asks which function it is to compile for the types of the arguments.
 
-    It has as many parameters as the function, whatever their names in another class.
+    Its parameters have the same names, whatever those in another class are.
     """
-    parameters = ", ".join(f"x{i}" for i in range(function.__code__.co_argcount))
-    return eval(f"lambda {parameters}: {choice}", names)
+    parameters = ", ".join(f"x{i}" for i in range(count))
+    return eval(f"lambda {parameters}: choice({parameters})", {"choice": choice})
+
+
+def _parameters(function: Any) -> int:
+    return int(function.__code__.co_argcount)
 
 
 def _bisect_right(values: Any, x: float) -> int:
@@ -325,7 +406,7 @@ def _register_methods(kind: type) -> None:
     for name, method in vars(kind).items():
         if not isinstance(method, FunctionType) or name.startswith("_"):
             continue
-        count = method.__code__.co_argcount
+        count = _parameters(method)
         if _methods.setdefault(name, count) != count:  # numba asks the first of a name only
             raise TypeError(
                 f"the method '{name}' of {kind.__name__} has {count} parameters, one of another"
@@ -333,10 +414,14 @@ def _register_methods(kind: type) -> None:
             )
         if name not in _registered:
             _registered.add(name)
-            chosen = _typing_function(method, f"getattr(x0.instance_class, '{name}', None)")
+            chosen = _typing_function(partial(_method_of, name), count)
             named_tuple = numba.types.BaseNamedTuple
             numba.extending.overload_method(named_tuple, name, **known_as)(chosen)
             _leave_fields()
+
+
+def _method_of(name: str, kind: Any, *_: Any) -> Any:
+    return getattr(kind.instance_class, name, None)
 
 
 def _leave_fields() -> None:

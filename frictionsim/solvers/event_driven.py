@@ -12,13 +12,13 @@ from frictionsim.errors import BudgetExceeded, Diverged, FrictionsimError, NonFi
 from frictionsim.results import Transition
 from frictionsim.solvers import one_contact_state as layout
 from frictionsim.solvers.common import SampleBuffer, chattering_error
-from frictionsim.solvers.compilation import Kernel, as_argument
+from frictionsim.solvers.compilation import Kernel, packed
+from frictionsim.solvers.many_runs import integrate_runs
 from frictionsim.solvers.one_contact import DONE, PAUSED
 from frictionsim.solvers.one_contact_state import (
     CHATTERING_EVENTS,
     EVENT_COLUMNS,
     Failure,
-    sample_time,
 )
 from frictionsim.solvers.problems import Field, Problem, problem_of, stepper_fields
 from frictionsim.solvers.root_finding import hidden_event
@@ -37,7 +37,6 @@ PYTHON_BUFFERS = 64, 4
 COMPILED_BUFFERS = 4096, 512
 SECONDS_OF_A_CALL = 0.1  # of compiled code, which is not interrupted
 FIRST_CALL = 1000.0  # steps
-STEPS_OF_A_CALL = 300_000.0  # of many runs
 # After so many steps as Python, a run that has as many left is compiled: code on the disk takes
 # half a second, a compilation some twelve, a step of one contact as Python 20 us.
 PATIENCE = 2000
@@ -316,9 +315,9 @@ class EventDrivenSolver:
     def _piece_compiled(self, function: Any, steps: float) -> int:
         if self._compiled_buffers is None:
             self._compiled_buffers = buffers_of(self._problem, *COMPILED_BUFFERS)
-            self._arguments = as_argument((self._problem.system, self._run))
-        arguments = as_argument((self._state, *self._compiled_buffers))
-        status: int = function(*self._arguments, *arguments, steps)
+            self._arguments = packed((self._problem.system, self._run))
+        buffers = arrays(self._state, *self._compiled_buffers)
+        status: int = function(*self._arguments, *buffers, steps)
         self._take(*self._compiled_buffers)
         return status
 
@@ -344,49 +343,6 @@ def SOLVER(  # noqa: N802  a class, of other methods
     return EventDrivenSolver(problem_of(mechanism, settings, buffer), settings, buffer)
 
 
-class CompiledRuns:
-    """Integrates many runs of one form, one after the other.
-
-    Parameters
-    ----------
-    kernel : Kernel
-    on_call : callable
-        Called between calls of compiled code; it may raise Interrupted.
-    """
-
-    def __init__(self, kernel: Kernel, on_call: Callable[[], object]) -> None:
-        self._kernel, self._on_call = kernel, on_call
-        self._function: Any = None
-        self._is_tried = False
-        self._buffers: Any = None
-
-    def recorded(self, problem: Problem) -> "tuple[array[float], array[float]] | None":
-        """Return the samples and events of a run, as `integrate` writes them; None if it fails."""
-        run, s = problem.run, problem.state
-        s[layout.NEXT_TIME] = sample_time(run, 0.0)
-        if self._buffers is None:
-            self._buffers = buffers_of(problem, *COMPILED_BUFFERS)
-        buffers = self._buffers
-        arguments = as_argument((problem.system, run, s, *buffers))
-        if not self._is_tried:
-            self._is_tried = True
-            self._function = compiled_for(self._kernel, problem)
-        if self._function is None:
-            return None
-        rows, events = array("d"), array("d")
-        status = PAUSED
-        while status != DONE:
-            self._on_call()
-            try:
-                status = self._function(*arguments, STEPS_OF_A_CALL)
-            except (ArithmeticError, RuntimeError, ValueError):
-                return None
-            rows.extend(buffers[0][: int(s[layout.ROWS]) * run.columns])
-            width = EVENT_COLUMNS + 2 * run.columns
-            events.extend(buffers[1][: int(s[layout.EVENTS]) * width])
-        return rows, events
-
-
 def buffers_of(problem: Problem, rows: int, events: int) -> "tuple[array[float], array[float]]":
     """Return buffers for so many samples and events, for one of each contact at least."""
     run, contacts = problem.run, problem.contacts
@@ -396,14 +352,21 @@ def buffers_of(problem: Problem, rows: int, events: int) -> "tuple[array[float],
     return array("d", bytes(8 * rows * run.columns)), array("d", bytes(8 * size))
 
 
+def arrays(state: "array[float]", rows: "array[float]", events: "array[float]") -> tuple[Any, ...]:
+    """Return state, buffers and progress of one run as compiled code takes them, in place."""
+    import numpy as np  # imported here because a run as Python does not need it
+
+    return np.frombuffer(state)[None], np.frombuffer(rows), np.frombuffer(events), np.zeros(3)
+
+
 def compiled_for(kernel: Kernel, problem: Problem) -> Any:
     """Return the compiled loop for problems of one form; None if there is none."""
     s = array("d", bytes(8 * len(problem.state)))
     s[layout.STARTED] = 1.0  # no step follows, so that nothing is evaluated
-    arguments = as_argument((problem.system, problem.run, s, *buffers_of(problem, 1, 1)))
+    arguments = *packed((problem.system, problem.run)), *arrays(s, *buffers_of(problem, 1, 1))
     return kernel.compiled(lambda function: function(*arguments, 0.0))
 
 
 def kernel_of(problem: Problem) -> Kernel:
     """Return the kernel for the runs of a form."""
-    return Kernel(problem.integrate, (problem.system, problem.run))
+    return Kernel(integrate_runs, (problem.system, problem.run))

@@ -214,7 +214,7 @@ def run_of(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuf
     return Run(
         states=states,
         columns=ROW_COLUMNS + states - 2,
-        stored=tuple(map(float, stored)),
+        stored=tuple(1.0 * energy for energy in stored),
         energy_floor=stored[0] + settings.atol / settings.rtol,
         input=2 + names.index("energy_input"),
         heats=2 + names.index(ENERGY) if ENERGY in names else 0,
@@ -246,7 +246,7 @@ def _settings_of(settings: "SolverSettings", buffer: SampleBuffer) -> dict[str, 
         "fixed_step": settings.step or 0.0,
         "max_steps": settings.max_steps,
         "interval": buffer.times.interval,
-        "last": float(buffer.times.last),
+        "last": 1.0 * buffer.times.last,
         "times": array("d"),
     }
 
@@ -257,6 +257,17 @@ def initial_state(mechanism: "Mechanism") -> "array[float]":
     if mechanism.velocity != 0.0:
         s[layout.MODE] = copysign(1.0, mechanism.velocity)
     return s
+
+
+def initial_states(mechanism: "Mechanism", runs: int) -> Any:
+    """Return the states, (runs, LENGTH), of a mechanism with the numbers of many runs."""
+    import numpy as np  # imported here because a run as Python does not need it
+
+    resting = initial_state(mechanism._replace(position=0.0, velocity=0.0))
+    states = np.tile(np.frombuffer(resting), (runs, 1))
+    states[:, layout.Y], states[:, layout.Y + 1] = mechanism.position, mechanism.velocity
+    states[:, layout.MODE] = np.sign(mechanism.velocity)
+    return states
 
 
 def _state_of_several(mechanism: MultiContactMechanism) -> "array[float]":

@@ -1,7 +1,5 @@
 """The equation of motion of a pulley without masses on its cord."""
 
-from array import array
-from math import sqrt as root
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.mechanisms.effects import (
@@ -23,10 +21,12 @@ from frictionsim.mechanisms.single_dof import (
 )
 from frictionsim.results import Quantities
 from frictionsim.scenario.signal_tables import signal_from
-from frictionsim.scenario.signals import Curve, curve_of
+from frictionsim.scenario.signals import Curve, curve_of, doubles
 from frictionsim.solvers.mechanism import Mechanism, Trajectory, Value, equation_of, friction_of
 
 if TYPE_CHECKING:
+    from array import array
+
     from frictionsim.solvers.contacts import MultiContactMechanism
 
 
@@ -174,7 +174,7 @@ def build(scenario: PulleyScenario) -> "Mechanism | MultiContactMechanism":
         scenario.mechanism.inertia,
         journal_of(journal),
         damping_of(damping),
-        array("d", breaks),
+        doubles(breaks),
     )
 
     def channels(trajectory: Trajectory) -> dict[str, Value]:
@@ -202,5 +202,5 @@ def _critical_forces(arm: float, r_s: float, load: float, vertical: bool) -> tup
         return (-load,)
     if r_s <= arm:
         return (0.0,)
-    extremum = load * arm / root(r_s * r_s - arm * arm)
+    extremum = load * arm / sqrt(r_s * r_s - arm * arm)
     return (-extremum, extremum)

@@ -7,10 +7,11 @@ other, and
     exp(-mu_s phi) <= T2/T1 <= exp(mu_s phi)                the cord sticks (Euler, Eytelwein)
 """
 
-from math import inf, sqrt
+from math import inf
 from typing import NamedTuple
 
 from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
+from frictionsim.mechanisms.single_dof import sqrt
 from frictionsim.results import Quantities, Quantity
 
 
