@@ -164,7 +164,8 @@ def hypot(x: float, y: Any) -> Any:
     """Return the hypotenuse for a float, or for each element of an array."""
     if isinstance(y, int | float):
         return math.hypot(x, y)
-    return _numpy().vectorize(math.hypot)(x, y)  # numpy's has other bits
+    each = [math.hypot(x, one) for one in _numpy().asarray(y).tolist()]  # numpy's has other bits
+    return _numpy().array(each).view(type(y))
 
 
 def _numpy() -> Any:

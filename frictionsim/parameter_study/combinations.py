@@ -68,7 +68,8 @@ class Combinations:
         # Which of wanted channels a run lacks is a warning, and runs together make no channels.
         if self._runs < RUNS_THAT_PAY or base.needs_samples or base.output.channels is not None:
             return None
-        from frictionsim.simulation.many_runs import kernel_of, problem_like
+        from frictionsim.simulation.many_runs import problem_like
+        from frictionsim.solvers.event_driven import kernel_of
 
         problem = problem_like(base)
         if problem is None:
@@ -78,7 +79,7 @@ class Combinations:
 
     def compile(self) -> None:
         """Compile the code for runs that go together."""
-        from frictionsim.simulation.many_runs import compiled_for, kernel_of
+        from frictionsim.solvers.event_driven import compiled_for, kernel_of
 
         if self.like is not None:
             compiled_for(kernel_of(self.like), self.like)
@@ -86,21 +87,22 @@ class Combinations:
     def check(self, values: Sequence[Sequence[Any]]) -> None:
         """Check combinations; raise InputError for the first that is not valid."""
         valid = np.zeros(len(values), dtype=bool)
-        for runs, _ in self.groups(values, lambda scenario: None):
+        for runs, _ in self.groups(values, lambda *_: None):
             valid[runs] = True
         for number in np.flatnonzero(~valid).tolist():
             self.scenario(values[number])
 
     def groups(
-        self, values: Sequence[Sequence[Any]], function: Callable[[Scenario], Found]
+        self, values: Sequence[Sequence[Any]], function: "Callable[[Problem, Scenario], Found]"
     ) -> Iterator[tuple[Any, Found]]:
         """Yield groups of combinations, by their indices, and what a function returns for each.
 
-        It takes a valid scenario that has the numbers of all of them; see `in_groups`. Left out
-        are those that have to be checked, or run, alone.
+        It takes the problem of one run and a valid scenario with the numbers of all of them; see
+        `in_groups`. Left out are those that have to be checked, or run, alone.
         """
-        numbers = None if self.like is None else _numbers(values)
-        if numbers is None:
+        like = self.like
+        numbers = None if like is None else _numbers(values)
+        if like is None or numbers is None:
             return
         runs = np.flatnonzero(_is_ordinary(numbers).all(axis=1))
         if len(runs) < MIN_TOGETHER:
@@ -114,7 +116,7 @@ class Combinations:
 
         def of_group(chosen: Any) -> Found:
             given = {path: numbers_of(numbers[chosen, i]) for path, i in self._paths.items()}
-            return function(with_numbers(template, given))
+            return function(like, with_numbers(template, given))
 
         yield from in_groups(of_group, runs, MIN_TOGETHER)
 

@@ -59,15 +59,14 @@ class Design(NamedTuple):
         """
         if self.kind != GRID:
             return list(zip(*(_plain(values[start:stop]) for values in self.levels), strict=True))
-        found, shape = [], self.shape
-        for number in range(start, stop):
-            rest, indices = number, []
-            for length in reversed(shape):
-                rest, index = divmod(rest, length)
-                indices.append(index)
-            pairs = zip(self.levels, reversed(indices), strict=True)
-            found.append(tuple(values[index] for values, index in pairs))
-        return found
+        import numpy as np
+
+        indices = np.unravel_index(np.arange(start, stop), self.shape)
+        columns = [
+            [values[i] for i in of_key.tolist()]
+            for values, of_key in zip(self.levels, indices, strict=True)
+        ]
+        return list(zip(*columns, strict=True))
 
 
 def _plain(values: Any) -> Any:

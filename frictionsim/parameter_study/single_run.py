@@ -1,9 +1,8 @@
 """Runs of a sweep, alone or together: of their samples only what the quantities need."""
 
-from collections.abc import Callable, Iterable, Sequence
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +20,9 @@ from frictionsim.results import Record
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.simulate import run
+
+if TYPE_CHECKING:
+    from frictionsim.simulation.many_runs import Observed
 
 INTERNAL = "internal_error"
 DIGITS = 7  # of the number in the name of a result
@@ -51,9 +53,10 @@ def run_task(
     alone = np.ones(len(task.values), dtype=bool)
     for runs, _ in outcomes:
         alone[runs] = False
-    for run in np.flatnonzero(alone).tolist():
-        target = None if series is None else series / f"run-{task.first + run:0{DIGITS}d}.h5"
-        outcomes.append((run, outcome_of(combinations, task.values[run], target, on_step)))
+    for number in np.flatnonzero(alone).tolist():
+        target = None if series is None else series / f"run-{task.first + number:0{DIGITS}d}.h5"
+        outcome = outcome_of(combinations, task.values[number], target, on_step)
+        outcomes.append((number, outcome))
     return block_of(task.first, outcomes)
 
 
@@ -69,18 +72,34 @@ def outcomes_together(
     """
     from frictionsim.simulation.many_runs import prepared, run_many
 
-    outcomes = []
-    for runs, group in combinations.groups(values, partial(prepared, combinations.like)):
-        found = run_many(group, len(runs), lambda: on_step(0.0))
+    outcomes = list[tuple[Any, Outcome]]()
+    for runs, group in combinations.groups(values, prepared):
+        found = run_many(
+            group,
+            len(runs),
+            lambda number, runs=runs: combinations.scenario(values[runs[number]]),  # type: ignore[misc]
+            lambda: on_step(0.0),
+        )
         if found is not None:
-            sound = found.sound
-            quantities = {
-                name: q if np.ndim(q.value) == 0 else q._replace(value=np.asarray(q.value)[sound])
-                for name, q in found.quantities.items()
-            }
-            warnings = _lasting(dict.fromkeys(group.warnings))
-            outcomes.append((runs[sound], Outcome(DONE, quantities, warnings=warnings)))
+            outcomes += _outcomes_of(runs, group.warnings or (), found)
     return outcomes
+
+
+def _outcomes_of(
+    runs: Any, warnings: Iterable[str], found: "Observed"
+) -> Iterator[tuple[Any, Outcome]]:
+    alike = found.sound.copy()
+    alike[[*found.warnings]] = False
+    parts = [(np.flatnonzero(alike), warnings)]
+    parts += [(np.array([number]), texts) for number, texts in found.warnings.items()]
+    for chosen, texts in parts:
+        quantities = {
+            name: q if np.ndim(q.value) == 0 else q._replace(value=np.asarray(q.value)[chosen])  # type: ignore[arg-type]
+            for name, q in found.quantities.items()
+        }
+        if len(chosen):
+            outcome = Outcome(DONE, quantities, warnings=_lasting(dict.fromkeys(texts)))
+            yield runs[chosen], outcome
 
 
 def outcome_of(

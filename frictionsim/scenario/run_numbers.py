@@ -25,6 +25,12 @@ BOUNDS: dict[str, Callable[[Any, Any], Any]] = {
     "lt": operator.lt,
     "le": operator.le,
 }
+# Those of numpy that have the bits of Python's.
+EXACT = {
+    *(np.add, np.subtract, np.multiply, np.divide, np.negative, np.absolute, np.sqrt, np.radians),
+    *(np.equal, np.not_equal, np.less, np.less_equal, np.greater, np.greater_equal),
+    *(np.logical_and, np.logical_or, np.logical_not),
+}
 # Of lists, of the types of other values, and of the forms of a signal.
 NOT_OF_NUMBERS = {"MinLen", "Strict", "Tag", "Discriminator"}
 
@@ -52,11 +58,25 @@ class RunNumbers(np.ndarray[Any, np.dtype[Any]]):
             return bool(holds.all())
         raise Unlike(holds)
 
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **_: Any) -> Any:
+        if ufunc not in EXACT or method != "__call__":
+            raise Unlike
+        return ufunc(*map(np.asarray, inputs)).view(RunNumbers)
+
+    def __pow__(self, exponent: float) -> "RunNumbers":  # type: ignore[override]
+        return numbers_of([number**exponent for number in np.asarray(self).tolist()])
+
+    def __floor__(self) -> "RunNumbers":
+        return numbers_of(np.floor(np.asarray(self)))
+
+    def __ceil__(self) -> "RunNumbers":
+        return numbers_of(np.ceil(np.asarray(self)))
+
     def _is_not_one(self, *_: object) -> NoReturn:
         raise Unlike
 
     __float__ = __int__ = __index__ = __hash__ = _is_not_one  # type: ignore[assignment]
-    __iter__ = __len__ = __str__ = __repr__ = __format__ = _is_not_one  # type: ignore[assignment]
+    __iter__ = __len__ = __str__ = __repr__ = __format__ = _is_not_one
 
 
 def numbers_of(values: Any) -> RunNumbers:
@@ -127,7 +147,8 @@ def _replaced(field: FieldInfo, value: Any, numbers: "dict[KeyPath, RunNumbers]"
     if isinstance(value, tuple):
         items = list(value)
         for (index, *rest), one in numbers.items():
-            items[index] = _replaced(field, items[index], {tuple(rest): one})  # type: ignore[call-overload]
+            i = int(index)
+            items[i] = _replaced(field, items[i], {tuple(rest): one})
         return tuple(items)
     if type(value) is not float or [*numbers] != [()]:
         raise Unlike

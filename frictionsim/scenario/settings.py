@@ -452,9 +452,11 @@ def _may_be_implausible(value: Any) -> bool:
         if type(inner) in WITHOUT_VALUES:
             continue
         if isinstance(inner, Params | Mapping | list | tuple):
-            if _may_be_implausible(inner):
-                return True
-        elif name.endswith(MAYBE_IMPLAUSIBLE):
-            if inner > MAX_PLAUSIBLE_MU or inner < -MAX_PLAUSIBLE_RADIUS:
-                return True
+            found = _may_be_implausible(inner)
+        else:
+            found = name.endswith(MAYBE_IMPLAUSIBLE) and (
+                inner > MAX_PLAUSIBLE_MU or inner < -MAX_PLAUSIBLE_RADIUS
+            )
+        if found:
+            return True
     return False

@@ -2,8 +2,8 @@
 
 A scenario with the numbers of many runs gives one mechanism with arrays. The runs are integrated
 one after the other by compiled code, and observed together. Each has the bits of that of its
-scenario alone with samples at the start, at the events and at the end only. Runs that fail, that
-do not move or that do not pass the audit are left to be run alone, which says why.
+scenario alone with samples at the start, at the events and at the end only. Runs that fail or
+that do not pass the audit are left to be run alone, which says why.
 """
 
 from collections.abc import Callable
@@ -24,6 +24,7 @@ from frictionsim.simulation.audit import (
     friction_violation,
     release_distance,
 )
+from frictionsim.simulation.run_warnings import nothing_moves
 from frictionsim.simulation.single_dof import (
     MODE_COLUMN,
     TIME_COLUMN,
@@ -50,7 +51,7 @@ def problem_like(scenario: "Scenario") -> Problem | None:
     """Return the problem of runs like that of a scenario; None if they have to be run alone."""
     build = getattr(mechanism_module(scenario.kind), "build", None)
     mechanism = None if build is None else build(scenario)
-    if not _goes_together(scenario, mechanism):
+    if mechanism is None or not _goes_together(scenario, mechanism):
         return None
     problem = Problem(mechanism, scenario.solver, _sparse(scenario))
     return None if kernel_of(problem).reason else problem
@@ -91,7 +92,7 @@ class Prepared(NamedTuple):
     run: Run
     energy_limit: Any
     quantities: Quantities  # of the mechanism, with arrays
-    warnings: tuple[str, ...]  # the same about each scenario
+    warnings: tuple[str, ...] | None  # about each scenario; None if each has its own
 
 
 def prepared(like: Problem, scenario: "Scenario") -> Prepared:
@@ -114,18 +115,43 @@ def prepared(like: Problem, scenario: "Scenario") -> Prepared:
         run_of(mechanism, scenario.solver, _sparse(scenario)),
         allowed_residual(scenario.solver.rtol),
         mechanism.quantities(samples),
-        tuple(scenario.warnings()),
+        _warnings(scenario),
     )
 
 
+def _warnings(scenario: "Scenario") -> tuple[str, ...] | None:
+    try:
+        return tuple(scenario.warnings())
+    except Unlike as unlike:
+        if unlike.holds is not None:
+            raise
+        return None
+
+
 class Observed(NamedTuple):
-    """The runs that need not be run alone, (runs,) of bool, and their quantities, (runs,) each."""
+    """What is observed of many runs.
+
+    Attributes
+    ----------
+    sound : (runs,) of bool
+        Those that need not be run alone.
+    quantities : Quantities
+        An array (runs,), or one number that all have.
+    warnings : dict
+        All warnings of runs that have others than those of `Prepared`, by their numbers.
+    """
 
     sound: Any
     quantities: Quantities
+    warnings: dict[int, tuple[str, ...]]
 
 
-def run_many(runs: Prepared, count: int, on_call: Callable[[], object]) -> Observed | None:
+def run_many(
+    runs: Prepared,
+    count: int,
+    scenario_of: "Callable[[int], Scenario]",
+    on_call: Callable[[], object],
+) -> Observed | None:
     """Simulate many runs, with samples at start, events and end only.
 
     Parameters
@@ -133,6 +159,8 @@ def run_many(runs: Prepared, count: int, on_call: Callable[[], object]) -> Obser
     runs : Prepared
     count : int
         Their number.
+    scenario_of : callable
+        Returns the scenario of one of them, by its number.
     on_call : callable
         Called between runs, or after many steps; it may raise Interrupted.
 
@@ -149,7 +177,7 @@ def run_many(runs: Prepared, count: int, on_call: Callable[[], object]) -> Obser
     try:
         # A division by zero stops a run alone.
         with np.errstate(divide="raise", over="ignore", invalid="ignore", under="ignore"):
-            return _observed(runs, found)
+            return _observed(runs, found, scenario_of)
     except ArithmeticError:
         return None
 
@@ -178,28 +206,51 @@ class _Events:
         times[self.run[chosen]] = self.time[chosen]
         return times
 
+    def slips_before(self, time: Any, of_samples: Any) -> Any:
+        """Return the number of events before each sample, of all runs, after which a run slips."""
+        slips = self.mode_to != STICK
+        time, run = np.append(time, self.time[slips]), np.append(of_samples, self.run[slips])
+        is_slip = np.arange(len(time)) >= len(of_samples)
+        order, numbers = np.lexsort((is_slip, time, run)), np.empty(len(time), dtype=int)
+        numbers[order] = np.cumsum(is_slip[order])
+        return numbers[: len(of_samples)]
 
-def _observed(runs: Prepared, found: Recorded) -> Observed:
+
+def _observed(
+    runs: Prepared, found: Recorded, scenario_of: "Callable[[int], Scenario]"
+) -> Observed | None:
     count, sound = len(found.done), found.done.copy()
     of_samples, of_events = (np.repeat(np.arange(count), numbers) for numbers in found.counts.T)
     sound[of_samples[~np.isfinite(found.rows).all(axis=1)]] = False
     sound[of_events[~np.isfinite(found.events).all(axis=1)]] = False
+    if not sound.any():
+        return None
     events = _Events(found.events[sound[of_events]], of_events[sound[of_events]])
     of_samples, samples = of_samples[sound[of_samples]], found.rows[sound[of_samples]].T
     samples, of_samples = with_events(samples, of_samples, events)
+    slips = events.slips_before(samples[TIME_COLUMN], of_samples)
     numbers = np.bincount(of_samples, minlength=count)
     begin = np.cumsum(numbers) - numbers
     sound &= _largest_distance(runs.mechanism, events, count) <= RELEASE_DISTANCE
-    quantities = runs.quantities | {
-        "breakaway_time": Quantity(events.first(events.mode_from == STICK, count), "s"),
-        "last_rest_time": Quantity(events.last(events.mode_to == STICK, count), "s"),
-    }
+    # In the order of those of one run.
+    units = {name: quantity.unit for name, quantity in runs.quantities.items()}
+    units |= {"breakaway_time": "s", "last_rest_time": "s"}
+    values: dict[str, Any] = {name: quantity.value for name, quantity in runs.quantities.items()}
+    values["breakaway_time"] = events.first(events.mode_from == STICK, count)
+    values["last_rest_time"] = events.last(events.mode_to == STICK, count)
+    warnings: dict[int, tuple[str, ...]] = {}
     for n in np.unique(numbers[sound]):
         chosen = np.flatnonzero(sound & (numbers == n))
         mechanism = selected(runs.mechanism, chosen)
-        columns = samples[:, begin[chosen] + np.arange(n)[:, None]]
-        trajectory = trajectory_of(mechanism, columns, [])
-        sound[chosen] = _passes(runs, chosen, mechanism, trajectory)
+        places = begin[chosen] + np.arange(n)[:, None]
+        trajectory = trajectory_of(mechanism, samples[:, places], [])
+        passes = _passes(runs, chosen, mechanism, trajectory)
+        passes &= ~_drifts(trajectory, slips[places])
+        sound[chosen] = passes
+        own = passes & (_rests(trajectory) | (runs.warnings is None))
+        for i in np.flatnonzero(own).tolist():
+            number = int(chosen[i])
+            warnings[number] = _warnings_of_one(scenario_of(number), trajectory, i)
         energies = trajectory.energy_integrals | trajectory.stored_energies
         last = final_quantities(
             trajectory.time[-1],
@@ -208,29 +259,47 @@ def _observed(runs: Prepared, found: Recorded) -> Observed:
             {name: energy[-1] for name, energy in energies.items()},
         )
         for name, quantity in last.items():
-            empty = Quantity(np.full(count, np.nan), quantity.unit)
-            quantities.setdefault(name, empty).value[chosen] = quantity.value
-    return Observed(sound, quantities)
+            units[name] = quantity.unit
+            values.setdefault(name, np.full(count, np.nan))[chosen] = quantity.value
+    quantities = {name: Quantity(values[name], units[name]) for name in values}
+    return Observed(sound, quantities, warnings)
 
 
 def _passes(runs: Prepared, chosen: Any, mechanism: Mechanism, trajectory: Trajectory) -> Any:
-    """Return which runs move and pass the audit, (runs,) of bool.
+    """Return which runs pass the audit, (runs,) of bool.
 
-    The energy of one that does not may close within the limit of all its steps, and its position
-    drift between samples that stick, if it slips between them; alone, that is looked at.
+    The energy of another may close within the limit of all its steps, and the load jump past the
+    limit of its friction: alone, that is looked at.
     """
     assert mechanism.contact is not None  # of `_goes_together`
     limit, atol = _chosen(runs.energy_limit, chosen), _chosen(runs.run.atol, chosen)
     residual = energy_residual(trajectory, limit, atol, energy_scale(mechanism, trajectory))
-    sticks = (trajectory.mode[1:] == STICK) & (trajectory.mode[:-1] == STICK)
-    moves = np.diff(trajectory.position, axis=0) != 0.0
     return (
         (residual <= limit)
         & (friction_violation(trajectory, mechanism.contact) <= ROUNDING)
         & (driving_power(trajectory) <= 0.0)
-        & ~(sticks & moves).any(axis=0)
-        & (moves.any(axis=0) | (trajectory.velocity != 0.0).any(axis=0))
     )
+
+
+def _drifts(trajectory: Trajectory, slips: Any) -> Any:
+    """Return which runs move while they stick, (runs,) of bool; `slips` are those so far."""
+    sticks = (trajectory.mode[1:] == STICK) & (trajectory.mode[:-1] == STICK)
+    moves = np.diff(trajectory.position, axis=0) != 0.0
+    return (sticks & moves & (np.diff(slips, axis=0) == 0)).any(axis=0)
+
+
+def _rests(trajectory: Trajectory) -> Any:
+    """Return which runs do not move, (runs,) of bool."""
+    moves = trajectory.velocity.any(axis=0) | (np.ptp(trajectory.position, axis=0) > 0.0)
+    return ~moves
+
+
+def _warnings_of_one(scenario: "Scenario", trajectory: Trajectory, i: int) -> tuple[str, ...]:
+    """Return the warnings about the scenario and the samples of one of the runs."""
+    mechanism = mechanism_module(scenario.kind).build(scenario)
+    columns: list[Any] = [*trajectory[: SampleBuffer.COLUMNS]]
+    of_one = Trajectory(*[column[:, i] for column in columns], {}, {}, [])  # type: ignore[call-arg]
+    return (*scenario.warnings(), *nothing_moves(mechanism, of_one))
 
 
 def _largest_distance(mechanism: Mechanism, events: _Events, count: int) -> Any:

@@ -40,7 +40,7 @@ OPTIONS: dict[str, Any] = {
 SHARED = ("mechanisms/*.py", "solvers/*.py")
 
 _marked: list[Any] = []
-_replaced: list[tuple[Any, Any]] = []
+_replaced: list[tuple[Any, Callable[..., Any], int]] = []
 _modules: set[str] = set()  # with marked functions
 _alive: list[Any] = []  # numba knows a marked function by its dispatcher, as long as that lives
 _methods: dict[str, int] = {}  # the number of parameters by name
@@ -67,9 +67,7 @@ def compiled_as(replacement: Callable[..., Any]) -> Callable[[Function], Functio
     return compiled_by_type(lambda *_: replacement, _parameters(replacement))
 
 
-def compiled_by_type(
-    choice: Callable[..., Any], parameters: int
-) -> Callable[[Function], Function]:
+def compiled_by_type(choice: Callable[..., Any], parameters: int) -> Callable[[Function], Function]:
     """Mark a function in whose place compiled code calls the one chosen by types of arguments."""
 
     def marked(function: Function) -> Function:
@@ -174,8 +172,7 @@ def argument_of(template: Any, numbers: Any, run: int) -> Any:
 
 def _filling(template: Any, numbers: Any, run: Any) -> Any:
     """Return the function that `argument_of` is compiled as for a template of some type."""
-    from numba import types
-
+    types: Any = import_module("numba").types
     names: dict[str, type] = {}
     columns = count()
 

@@ -1,15 +1,12 @@
 """The compiled entry of the event-driven solver: runs of one form, one after the other."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from frictionsim.solvers import multi_contact, one_contact
 from frictionsim.solvers.compilation import argument_of, compilable, compiled_by_type, packed
 from frictionsim.solvers.one_contact import DONE
 from frictionsim.solvers.one_contact_state import EVENT_COLUMNS, EVENTS, ROWS, TURNS, Run
-
-if TYPE_CHECKING:
-    from frictionsim.solvers.compilation import Kernel
 
 # Of the progress of a call: the run that is integrated, and how far the buffers are filled.
 RUN, FILLED_ROWS, FILLED_EVENTS = range(3)
@@ -60,8 +57,8 @@ def integrate_runs(
         number = int(progress[RUN])
         s = states[number]
         system, run = argument_of(template, numbers, number)
-        free_rows, free_events = rows[int(progress[FILLED_ROWS]) :], events[int(progress[FILLED_EVENTS]) :]
-        status = _integrate(system, run, s, free_rows, free_events, steps)
+        free = rows[int(progress[FILLED_ROWS]) :], events[int(progress[FILLED_EVENTS]) :]
+        status = _integrate(system, run, s, free[0], free[1], steps)
         progress[FILLED_ROWS] += s[ROWS] * run.columns
         progress[FILLED_EVENTS] += s[EVENTS] * (EVENT_COLUMNS + 2 * run.columns)
         if status != DONE:
@@ -114,7 +111,7 @@ def recorded(
     template, numbers = packed(arguments, runs)
     buffers = np.empty(SAMPLES * columns), np.empty(EVENTS_OF_A_CALL * width)
     progress, done = np.zeros(3), np.ones(runs, dtype=bool)
-    counts, parts = np.zeros((runs, 2), dtype=int), list[tuple[Any, Any]]()
+    counts, rows, events = np.zeros((runs, 2), dtype=int), [], []
     while progress[RUN] < runs:
         on_call()
         first = int(progress[RUN])
@@ -126,6 +123,7 @@ def recorded(
             done[end] = False
             progress[RUN] += 1.0
         counts[first:end] += states[first:end, [ROWS, EVENTS]].astype(int)
-        parts.append(tuple(b[: int(n)].copy() for b, n in zip(buffers, progress[1:], strict=True)))
-    rows, events = map(np.concatenate, zip(*parts, strict=True))
-    return Recorded(done, rows.reshape(-1, columns), events.reshape(-1, width), counts)
+        rows.append(buffers[0][: int(progress[FILLED_ROWS])].copy())
+        events.append(buffers[1][: int(progress[FILLED_EVENTS])].copy())
+    found = np.concatenate(rows).reshape(-1, columns), np.concatenate(events).reshape(-1, width)
+    return Recorded(done, *found, counts)

@@ -266,7 +266,7 @@ def initial_states(mechanism: "Mechanism", runs: int) -> Any:
     resting = initial_state(mechanism._replace(position=0.0, velocity=0.0))
     states = np.tile(np.frombuffer(resting), (runs, 1))
     states[:, layout.Y], states[:, layout.Y + 1] = mechanism.position, mechanism.velocity
-    states[:, layout.MODE] = np.sign(mechanism.velocity)
+    states[:, layout.MODE] = np.sign(np.asarray(mechanism.velocity))
     return states
 
 
