@@ -19,9 +19,9 @@ DIGEST = b"d" * 32
 BLOCK = block_of(
     7,
     [
-        Outcome(DONE, {"a": Quantity(1.5, "m"), "b": Quantity(None, "s")}),
-        Outcome(FAILED, {"c": Quantity(-0.0, "1")}, "diverged", "it left", "one\ntwo"),
-        Outcome(AUDIT_FAILED, {"a": Quantity(2.5, "m")}),
+        (0, Outcome(DONE, {"a": Quantity(1.5, "m"), "b": Quantity(None, "s")})),
+        (1, Outcome(FAILED, {"c": Quantity(-0.0, "1")}, "diverged", "it left", "one\ntwo")),
+        (2, Outcome(AUDIT_FAILED, {"a": Quantity(2.5, "m")})),
     ],
 )
 RECORD = dict(

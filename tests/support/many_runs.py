@@ -2,81 +2,91 @@
 
 import copy
 import random
-from collections.abc import Iterator, Sequence
-from pathlib import Path
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+import numpy as np
 import pytest
 
-from frictionsim.errors import SolverError
 from frictionsim.parameter_study import combinations
-from frictionsim.results import SimulationResult
-from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.loading import validate
-from frictionsim.scenario.model_validation import ValidationFailure
+from frictionsim.parameter_study.block import Block, block_of
+from frictionsim.parameter_study.combinations import Combinations
+from frictionsim.parameter_study.single_run import Task, outcome_of, run_task
 from frictionsim.scenario.settings import Scenario
-from frictionsim.simulation.single_dof import SingleDofSimulation
-from frictionsim.solvers import event_driven
 from frictionsim.solvers.compilation import Kernel
 
 FACTORS = (1.0, 1.0 + 1e-9, 0.9, 1.1, 0.5, 2.0)
+FIRST = 7  # number of the first run of a block
 
 
 def interpret(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let Python run what is compiled elsewhere: compiling each form takes ten seconds."""
-    monkeypatch.setattr(Kernel, "compiled", lambda self, call: self._function)
-    monkeypatch.setattr(event_driven, "as_argument", lambda value: value)
+    monkeypatch.setattr(Kernel, "compiled", lambda self, call: _interpreted(self._function))
+
+
+def _interpreted(function: Callable[..., int]) -> Callable[..., int]:
+    """Return the function for arrays whose parts share their memory, as in compiled code."""
+
+    def call(
+        template: Any, numbers: Any, states: Any, rows: Any, events: Any, progress: Any, steps: Any
+    ) -> int:
+        views = [memoryview(state) for state in states]
+        buffers = memoryview(rows), memoryview(events)
+        return function(template, numbers, views, *buffers, progress, steps)
+
+    return call
 
 
 def together(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the runs of every sweep go together, however few they are."""
     interpret(monkeypatch)
-    monkeypatch.setattr(combinations, "RUNS_THAT_PAY", 1)
-    monkeypatch.setattr(combinations, "RUNS_THAT_PAY_COMPILING", 1)
+    for name in ("RUNS_THAT_PAY", "RUNS_THAT_PAY_COMPILING"):
+        monkeypatch.setattr(combinations, name, 1)
 
 
-def alone(scenario: Scenario) -> SimulationResult | None:
-    """Return the result of a run with samples at start, events and end; None if it fails."""
-    output = scenario.output.model_copy(update={"interval": scenario.solver.duration})
-    sparse = scenario.model_copy(update={"output": output})
-    build = mechanism_module(scenario.kind).build  # type: ignore[attr-defined]
-    simulation = SingleDofSimulation(sparse, build(sparse))
-    try:
-        simulation.solve(lambda t: None)
-    except (SolverError, ArithmeticError):
-        return None
-    return simulation.observe()
+def block_together(scenario: Scenario, vary: dict[str, Sequence[Any]]) -> Block:
+    """Return the outcomes of runs that go together as far as they can."""
+    return run_task(*_sweep(scenario, vary))
 
 
-def content(result: SimulationResult | None) -> Any:
-    """Return what is equal to the last bit of a run alone and with others."""
-    if result is None:
-        return None
-    found = (result.quantities, result.checks, result.transitions, result.time.tolist())
-    return [list(table.items()) if isinstance(table, dict) else table for table in found]
+def block_alone(scenario: Scenario, vary: dict[str, Sequence[Any]]) -> Block:
+    """Return the outcomes of the same runs one by one."""
+    of_sweep, task = _sweep(scenario, vary)
+    return block_of(FIRST, [(i, outcome_of(of_sweep, v)) for i, v in enumerate(task.values)])
 
 
-def varied(data: dict[str, Any], rng: random.Random, count: int) -> list[Scenario]:
-    """Return scenarios like one, each with some of its numbers multiplied; valid ones only."""
-    found: list[Scenario] = []
-    for _ in range(3 * count):
-        changed = copy.deepcopy(data)
-        for table, key in _numbers(changed):
-            if rng.random() < 0.6:
-                table[key] *= rng.choice((*FACTORS, rng.uniform(0.3, 3.0)))
-        try:
-            found.append(validate(changed, Path()))
-        except ValidationFailure:
-            continue
-    return found[:count]
+def _sweep(scenario: Scenario, vary: dict[str, Sequence[Any]]) -> tuple[Combinations, Task]:
+    values = list(zip(*vary.values(), strict=True))
+    return Combinations(scenario, list(vary), len(values)), Task(FIRST, values)
 
 
-def _numbers(tables: Any) -> Iterator[tuple[Any, Any]]:
+def content(block: Block) -> Any:
+    """Return all of a block, to the last bit and in its order."""
+    status, values = block.status.tolist(), np.asarray(block.values).tobytes()
+    return block.first, status, list(block.units.items()), values, block.texts
+
+
+def numbers_in(tables: Any, above: str = "") -> Iterator[tuple[str, float]]:
+    """Yield the keys of all numbers of double precision in the data of a scenario."""
     items: Sequence[tuple[Any, Any]] = (
         list(tables.items()) if isinstance(tables, dict) else list(enumerate(tables))
     )
     for key, value in items:
+        path = f"{above}.{key}" if above else str(key)
         if isinstance(value, dict | list):
-            yield from _numbers(value)
+            yield from numbers_in(value, path)
         elif isinstance(value, float):
-            yield tables, key
+            yield path, value
+
+
+def varied(data: dict[str, Any], rng: random.Random, count: int) -> dict[str, list[float]]:
+    """Return values of some keys, of which some are out of bounds, equal, or in another order."""
+    known = dict(numbers_in(copy.deepcopy(data)))
+    keys = rng.sample(sorted(known), min(len(known), rng.randint(1, 3)))
+    return {
+        key: [
+            known[key] * rng.choice((*FACTORS, rng.uniform(0.3, 3.0), rng.choice((0.0, -1.0))))
+            for _ in range(count)
+        ]
+        for key in keys
+    }
