@@ -104,6 +104,11 @@ class RunProgress(RunMonitor):
 class SweepBar:
     """The progress of a sweep on a terminal: completed runs, their rate and the remaining time."""
 
+    def compiling(self, expected: float) -> AbstractContextManager[None]:
+        """Announce the compilation of kernels, which takes `expected` seconds."""
+        print_on_stderr(compilation_text(expected))
+        return nullcontext()
+
     def __enter__(self) -> Self:
         self._started = monotonic()
         self._first: tuple[float, int] | None = None

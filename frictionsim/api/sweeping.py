@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from signal import SIGINT, Signals
@@ -53,7 +54,7 @@ from frictionsim.scenario.options import Options, as_path, function_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import scenario_file
 from frictionsim.scenario.toml_data import toml_tables
-from frictionsim.simulation.monitor import StopSignals, SweepProgress
+from frictionsim.simulation.monitor import StopSignals, SweepProgress, compilation_of
 from frictionsim.version import __version__
 
 if TYPE_CHECKING:
@@ -512,6 +513,7 @@ class _SweepRun:
                     total = self._plan.design.runs
                     progress(SweepProgress(self._done, total, self._failed, self._checked))
 
+            on_tick.compiling = partial(compilation_of, progress)  # type: ignore[attr-defined]
             yield on_tick
 
     def _on_checked(self, count: int) -> None:

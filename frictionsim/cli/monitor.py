@@ -69,44 +69,22 @@ class CommandSignals(StopSignals):
         super()._on_signal(number, frame)
 
 
-class CommandMonitor(Monitors):
-    """Watches the run of a command: stop signals, wall time, compilations, progress bar.
+class CompilationMonitor:
+    """Announces compilations; during one, a stop signal ends the process at once.
 
     Parameters
     ----------
-    duration : float, s
-        Duration of the simulation.
-    with_progress : bool
-        Show a progress bar if stderr is a terminal.
     quiet : bool
-        Do not announce compilation.
+        Do not announce them.
 
     Attributes
     ----------
     signals : CommandSignals
     """
 
-    def __init__(self, duration: float, with_progress: bool, quiet: bool = False) -> None:
-        self._quiet = quiet
-        self.signals = CommandSignals()
-        bar: list[RunMonitor] = []
-        if with_progress and is_terminal(sys.stderr):
-            from frictionsim.api.progress import SECONDS_WITHOUT_BAR, RunProgress
-
-            bar = [RunProgress(duration, SECONDS_WITHOUT_BAR)]
-        super().__init__(self.signals, *bar)
+    def __init__(self, quiet: bool) -> None:
+        self._quiet, self.signals = quiet, CommandSignals()
         self._stepped = self._compiling = False
-
-    def __call__(self, t: float) -> None:
-        """Stop the run at a signal; update the progress bar.
-
-        Before the first step there is nothing to keep, and the default action stands: it also
-        ends what C code does for a minute, such as the assembly of a large belt.
-        """
-        super().__call__(t)
-        if not self._stepped:
-            self._stepped = True
-            self.signals.begin()
 
     @contextmanager
     def compiling(self, expected: float) -> Iterator[None]:
@@ -163,6 +141,40 @@ class CommandMonitor(Monitors):
     def _kept(self) -> str:
         return "files already written are kept" if self._stepped else "nothing was written"
 
+
+class CommandMonitor(CompilationMonitor, Monitors):
+    """Watches the run of a command: stop signals, wall time, compilations, progress bar.
+
+    Parameters
+    ----------
+    duration : float, s
+        Duration of the simulation.
+    with_progress : bool
+        Show a progress bar if stderr is a terminal.
+    quiet : bool
+        Do not announce compilation.
+    """
+
+    def __init__(self, duration: float, with_progress: bool, quiet: bool = False) -> None:
+        CompilationMonitor.__init__(self, quiet)
+        bar: list[RunMonitor] = []
+        if with_progress and is_terminal(sys.stderr):
+            from frictionsim.api.progress import SECONDS_WITHOUT_BAR, RunProgress
+
+            bar = [RunProgress(duration, SECONDS_WITHOUT_BAR)]
+        Monitors.__init__(self, self.signals, *bar)
+
+    def __call__(self, t: float) -> None:
+        """Stop the run at a signal; update the progress bar.
+
+        Before the first step there is nothing to keep, and the default action stands: it also
+        ends what C code does for a minute, such as the assembly of a large belt.
+        """
+        Monitors.__call__(self, t)
+        if not self._stepped:
+            self._stepped = True
+            self.signals.begin()
+
     @contextmanager
     def limited(self, seconds: float | None, before_exit: Callable[[], Any]) -> Iterator[None]:
         """Return the context of a run that a wall-time limit also ends before its first step.
@@ -206,16 +218,16 @@ class CommandMonitor(Monitors):
         os._exit(EXIT_BUDGET_EXCEEDED)
 
 
-class SweepMonitor:
+class SweepMonitor(CompilationMonitor):
     """Watches the sweep of a command: shows a bar, and ends the sweep at a stop signal.
 
     A signal before all combinations are checked ends the process at once: no run is completed.
     """
 
-    def __init__(self, with_bar: bool) -> None:
+    def __init__(self, with_bar: bool, quiet: bool) -> None:
+        super().__init__(quiet)
         self._with_bar = with_bar and is_terminal(sys.stderr)
         self._bar: Any = None
-        self.signals = CommandSignals()
 
     def __enter__(self) -> Self:
         if self._with_bar:
@@ -231,6 +243,7 @@ class SweepMonitor:
 
     def __call__(self, progress: SweepProgress) -> None:
         if progress.checked >= progress.total:
+            self._stepped = True
             self.signals.begin()
         if self.signals.received:
             from frictionsim.api.sweeping import SweepInterrupted

@@ -409,7 +409,8 @@ def run_with(
     """Run a sweep with a monitor, and print its summary; return the exit code."""
     log_on_stderr(printing.verbose)
     gc.enable()  # off for short commands; a sweep may take days
-    with SweepMonitor(not (printing.quiet or printing.as_json)) as monitor:
+    shown = not (printing.quiet or printing.as_json)
+    with SweepMonitor(shown, printing.quiet) as monitor:
         swept = run(execution.model_copy(update={"progress": monitor}))
         if printing.csv is not None:
             swept.save_csv(printing.csv)

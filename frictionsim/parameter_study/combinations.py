@@ -23,7 +23,7 @@ from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.toml_data import KeyPath, plain, toml_value
 
 if TYPE_CHECKING:
-    from frictionsim.solvers.problems import Problem
+    from frictionsim.simulation.many_runs import RunForm
 
 Found = TypeVar("Found")
 
@@ -62,27 +62,19 @@ class Combinations:
         return Combinations, (self.base, self.keys, self._runs)
 
     @cached_property
-    def like(self) -> "Problem | None":
-        """The problem of runs that are integrated by compiled code and observed together."""
+    def form(self) -> "RunForm | None":
+        """The form of runs that are integrated by compiled code and observed together."""
         base = self.base
         # Which of wanted channels a run lacks is a warning, and runs together make no channels.
         if self._runs < RUNS_THAT_PAY or base.needs_samples or base.output.channels is not None:
             return None
-        from frictionsim.simulation.many_runs import problem_like
-        from frictionsim.solvers.event_driven import kernel_of
+        from frictionsim.simulation.many_runs import form_of_runs
 
-        problem = problem_like(base)
-        if problem is None:
+        form = form_of_runs(base)
+        if form is None:
             return None
-        pays = self._runs >= RUNS_THAT_PAY_COMPILING or kernel_of(problem).is_at_hand
-        return problem if pays else None
-
-    def compile(self) -> None:
-        """Compile the code for runs that go together."""
-        from frictionsim.solvers.event_driven import compiled_for, kernel_of
-
-        if self.like is not None:
-            compiled_for(kernel_of(self.like), self.like)
+        pays = self._runs >= RUNS_THAT_PAY_COMPILING or form.kernel.is_at_hand
+        return form if pays else None
 
     def check(self, values: Sequence[Sequence[Any]]) -> None:
         """Check combinations; raise InputError for the first that is not valid."""
@@ -93,16 +85,16 @@ class Combinations:
             self.scenario(values[number])
 
     def groups(
-        self, values: Sequence[Sequence[Any]], function: "Callable[[Problem, Scenario], Found]"
+        self, values: Sequence[Sequence[Any]], function: "Callable[[RunForm, Scenario], Found]"
     ) -> Iterator[tuple[Any, Found]]:
         """Yield groups of combinations, by their indices, and what a function returns for each.
 
-        It takes the problem of one run and a valid scenario with the numbers of all of them; see
+        It takes the form of the runs and a valid scenario with the numbers of all of them; see
         `in_groups`. Left out are those that have to be checked, or run, alone.
         """
-        like = self.like
-        numbers = None if like is None else _numbers(values)
-        if like is None or numbers is None:
+        form = self.form
+        numbers = None if form is None else _numbers(values)
+        if form is None or numbers is None:
             return
         runs = np.flatnonzero(_is_ordinary(numbers).all(axis=1))
         if len(runs) < MIN_TOGETHER:
@@ -116,7 +108,7 @@ class Combinations:
 
         def of_group(chosen: Any) -> Found:
             given = {path: numbers_of(numbers[chosen, i]) for path, i in self._paths.items()}
-            return function(like, with_numbers(template, given))
+            return function(form, with_numbers(template, given))
 
         yield from in_groups(of_group, runs, MIN_TOGETHER)
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
-from functools import cache
+from functools import cache, partial
 from multiprocessing import current_process, get_context, parent_process
 from pathlib import Path
 from time import monotonic
@@ -23,9 +23,10 @@ from typing import Any, NoReturn
 from frictionsim.errors import FrictionsimError, InputError
 from frictionsim.parameter_study.combinations import Combinations
 from frictionsim.parameter_study.dispatch import Done, Executor, Ticker, do_job
-from frictionsim.parameter_study.single_run import NO_MONITOR, Task
+from frictionsim.parameter_study.single_run import Task
 from frictionsim.parameter_study.sweep import SweepPlan
 from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.simulation.monitor import compilation_of
 
 SECONDS_OF_A_BLOCK = 0.3  # which a kill may cost
 STEPS_BETWEEN_TICKS = 256  # reading the clock costs a tenth of a step
@@ -63,7 +64,7 @@ class InProcess:
         """Prepare for the runs of a sweep."""
         self.seconds_of_a_block = SECONDS_OF_A_BLOCK if plan.together > 1 else 0.0
         self._combinations, self._series = plan.combinations, plan.series
-        self._on_step = _OnStep(Ticker(on_tick))
+        self._on_step = _OnStep(on_tick)
 
     def submit(self, kind: str, task: Task) -> "Future[Done]":
         """Do a job."""
@@ -98,8 +99,9 @@ class _Stopped(BaseException):
 class _OnStep:
     """The `on_step` of all runs."""
 
-    def __init__(self, ticker: Ticker) -> None:
-        self._ticker, self._calls = ticker, 0
+    def __init__(self, on_tick: Callable[[], Any]) -> None:
+        self._ticker, self._calls = Ticker(on_tick), 0
+        self.compiling = partial(compilation_of, on_tick)
 
     def __call__(self, t: float) -> None:
         self._calls += 1
@@ -131,11 +133,11 @@ class ProcessPool:
         self._plan = plan
         combinations, first = plan.combinations, plan.design.combinations(0, 1)
         with suppress(FrictionsimError, ArithmeticError):  # which the run will say as well
-            if plan.together > 1:
-                combinations.compile()
+            if plan.together > 1 and combinations.form is not None:
+                combinations.form.compile(on_tick)
                 return
             scenario = combinations.scenario(first[0])
-            mechanism_module(scenario.kind).simulation(scenario).prepare(NO_MONITOR)
+            mechanism_module(scenario.kind).simulation(scenario).prepare(on_tick)
 
     def submit(self, kind: str, task: Task) -> "Future[Done]":
         """Have a worker do a job."""

@@ -78,7 +78,7 @@ def outcomes_together(
             group,
             len(runs),
             lambda number, runs=runs: combinations.scenario(values[runs[number]]),  # type: ignore[misc]
-            lambda: on_step(0.0),
+            on_step,
         )
         if found is not None:
             outcomes += _outcomes_of(runs, group.warnings or (), found)

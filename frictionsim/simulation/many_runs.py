@@ -7,6 +7,7 @@ that do not pass the audit are left to be run alone, which says why.
 """
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
@@ -24,6 +25,7 @@ from frictionsim.simulation.audit import (
     friction_violation,
     release_distance,
 )
+from frictionsim.simulation.monitor import compilation_of
 from frictionsim.simulation.run_warnings import nothing_moves
 from frictionsim.simulation.single_dof import (
     MODE_COLUMN,
@@ -35,7 +37,7 @@ from frictionsim.simulation.single_dof import (
 )
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.compilation import form_of
-from frictionsim.solvers.event_driven import compiled_for, kernel_of
+from frictionsim.solvers.event_driven import SECONDS_OF_COMPILATION, compiled_for, kernel_of
 from frictionsim.solvers.many_runs import Recorded, recorded
 from frictionsim.solvers.mechanism import Mechanism, Trajectory, equation_of
 from frictionsim.solvers.one_contact_state import EVENT_COLUMNS, OF_STOP, Run
@@ -43,18 +45,34 @@ from frictionsim.solvers.problems import Problem, initial_states, run_of
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
+    from frictionsim.solvers.compilation import Kernel
 
 BACKEND = "events"
 
 
-def problem_like(scenario: "Scenario") -> Problem | None:
-    """Return the problem of runs like that of a scenario; None if they have to be run alone."""
+class RunForm(NamedTuple):
+    """What runs that go together have in common: the kernel, and the problem of one of them."""
+
+    kernel: "Kernel"
+    problem: Problem
+
+    def compile(self, on_step: Any) -> Any:
+        """Return the compiled code; None if there is none. A monitor has it compiled."""
+        is_at_hand = self.kernel.is_at_hand
+        seconds = nullcontext() if is_at_hand else compilation_of(on_step, SECONDS_OF_COMPILATION)
+        with seconds:
+            return compiled_for(self.kernel, self.problem)
+
+
+def form_of_runs(scenario: "Scenario") -> RunForm | None:
+    """Return the form of runs like that of a scenario; None if they have to be run alone."""
     build = getattr(mechanism_module(scenario.kind), "build", None)
     mechanism = None if build is None else build(scenario)
     if mechanism is None or not _goes_together(scenario, mechanism):
         return None
     problem = Problem(mechanism, scenario.solver, _sparse(scenario))
-    return None if kernel_of(problem).reason else problem
+    kernel = kernel_of(problem)
+    return None if kernel.reason else RunForm(kernel, problem)
 
 
 def _goes_together(scenario: "Scenario", mechanism: Any) -> bool:
@@ -87,7 +105,7 @@ class _NoSamples:
 class Prepared(NamedTuple):
     """Runs that go together: their mechanism with arrays, and what else follows from scenarios."""
 
-    like: Problem
+    form: RunForm
     mechanism: Mechanism
     run: Run
     energy_limit: Any
@@ -95,22 +113,22 @@ class Prepared(NamedTuple):
     warnings: tuple[str, ...] | None  # about each scenario; None if each has its own
 
 
-def prepared(like: Problem, scenario: "Scenario") -> Prepared:
-    """Prepare the runs of a scenario with the numbers of many, if they are like another one.
+def prepared(form: RunForm, scenario: "Scenario") -> Prepared:
+    """Prepare the runs of a scenario with the numbers of many, if they have a form.
 
     Raises
     ------
     Unlike
-        If they are not, or not all.
+        If they have not, or not all.
     """
     mechanism = mechanism_module(scenario.kind).build(scenario)
     if not _goes_together(scenario, mechanism):
         raise Unlike
-    if form_of(mechanism.system) != form_of(like.system):
+    if form_of(mechanism.system) != form_of(form.problem.system):
         raise Unlike
     samples: Any = _NoSamples()
     return Prepared(
-        like,
+        form,
         mechanism,
         run_of(mechanism, scenario.solver, _sparse(scenario)),
         allowed_residual(scenario.solver.rtol),
@@ -150,7 +168,7 @@ def run_many(
     runs: Prepared,
     count: int,
     scenario_of: "Callable[[int], Scenario]",
-    on_call: Callable[[], object],
+    on_step: Callable[[float], object],
 ) -> Observed | None:
     """Simulate many runs, with samples at start, events and end only.
 
@@ -161,19 +179,20 @@ def run_many(
         Their number.
     scenario_of : callable
         Returns the scenario of one of them, by its number.
-    on_call : callable
-        Called between runs, or after many steps; it may raise Interrupted.
+    on_step : callable
+        Called between runs, or after many steps, with 0 s; it may raise Interrupted.
 
     Returns
     -------
     Observed or None
         None if all have to be run alone.
     """
-    function = compiled_for(kernel_of(runs.like), runs.like)
+    function = runs.form.compile(on_step)
     if function is None:
         return None
     arguments = runs.mechanism.system, runs.run
-    found = recorded(function, arguments, initial_states(runs.mechanism, count), on_call)
+    states = initial_states(runs.mechanism, count)
+    found = recorded(function, arguments, states, lambda: on_step(0.0))
     try:
         # A division by zero stops a run alone.
         with np.errstate(divide="raise", over="ignore", invalid="ignore", under="ignore"):

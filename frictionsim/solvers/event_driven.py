@@ -178,8 +178,6 @@ class EventDrivenSolver:
     ----------
     stepper : StatePart
         With `steps`, `rejected` and `nfev`.
-    is_to_be_compiled : bool
-        Whether it pays to compile the rest of the run.
     """
 
     def __init__(self, problem: Problem, settings: "SolverSettings", buffer: SampleBuffer) -> None:
@@ -190,7 +188,7 @@ class EventDrivenSolver:
         self._compiled_buffers: tuple[array[float], array[float]] | None = None
         self._steps_of_a_call = FIRST_CALL
         self._patience = PATIENCE
-        self.is_to_be_compiled = False
+        self._is_long = False
         self._solver = SolverPart(problem, problem.fields)
         self.stepper = StepperPart(problem, stepper_fields(problem.run.states))
 
@@ -229,13 +227,18 @@ class EventDrivenSolver:
             return self._integrate(on_step)
 
     @property
+    def is_to_be_compiled(self) -> bool:
+        """Whether it pays to compile the rest of the run."""
+        return self._is_long or self._pays_already()
+
+    @property
     def compile_seconds(self) -> float:
         """How long `compile` should take, s; 0 if the code is at hand."""
         return 0.0 if self._kernel.is_at_hand else SECONDS_OF_COMPILATION
 
     def compile(self) -> None:
         """Have the rest of the run compiled, if that is possible."""
-        self.is_to_be_compiled = False
+        self._is_long = False
         self._patience = -1
         self._compiled = compiled_for(self._kernel, self._problem)
 
@@ -243,8 +246,6 @@ class EventDrivenSolver:
         s, times = self._state, self._buffer.times
         self._run = self._run._replace(times=array("d", times.given))
         s[layout.NEXT_SAMPLE], s[layout.NEXT_TIME] = times.taken, times.next
-        if self._pays_already():
-            self.compile()
         integrate, system = self._problem.integrate, self._problem.system
         start, buffers, steps = s[layout.TIME], buffers_of(self._problem, *PYTHON_BUFFERS), 0
         while True:
@@ -258,8 +259,8 @@ class EventDrivenSolver:
                 finally:
                     self._take(*buffers)
                 if steps == self._patience:
-                    self.is_to_be_compiled = self._pays(s[layout.TIME] - start)
-                    if self.is_to_be_compiled:
+                    self._is_long = self._pays(s[layout.TIME] - start)
+                    if self._is_long:
                         return True
             if status == DONE:
                 if not self._kernel.reason:
