@@ -252,6 +252,10 @@ class SweepMonitor(CompilationMonitor):
         if self._bar is not None:
             self._bar(progress)
 
+    @property
+    def _kept(self) -> str:
+        return "'frictionsim resume' continues the sweep" if self._stepped else super()._kept
+
 
 class StatusLine:
     """Shows a text in one line of a terminal; the line is erased at the end."""

@@ -246,6 +246,8 @@ class EventDrivenSolver:
         s, times = self._state, self._buffer.times
         self._run = self._run._replace(times=array("d", times.given))
         s[layout.NEXT_SAMPLE], s[layout.NEXT_TIME] = times.taken, times.next
+        if self._compiled is None and self._patience >= 0 and self._kernel.is_loaded:
+            self.compile()
         integrate, system = self._problem.integrate, self._problem.system
         start, buffers, steps = s[layout.TIME], buffers_of(self._problem, *PYTHON_BUFFERS), 0
         while True:
@@ -273,14 +275,10 @@ class EventDrivenSolver:
         What was run often, as in a sweep or a fit, will be run again.
         """
         kernel = self._kernel
-        if self._compiled is not None or self._patience < 0 or kernel.reason:
+        if self._compiled is not None or self._patience < 0 or kernel.reason or kernel.is_loaded:
             return False
         steps = _python_steps[kernel.form]
-        return (
-            kernel.is_loaded
-            or steps > STEPS_THAT_PAY_COMPILING
-            or (steps > STEPS_THAT_PAY and kernel.is_at_hand)
-        )
+        return steps > STEPS_THAT_PAY_COMPILING or (steps > STEPS_THAT_PAY and kernel.is_at_hand)
 
     def _pays(self, done: float) -> bool:
         """Return whether it pays to compile the rest after PATIENCE steps for so many s."""

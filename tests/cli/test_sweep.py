@@ -5,6 +5,8 @@ import os
 import random
 import signal
 import subprocess
+import sys
+import time
 from pathlib import Path
 
 import h5py
@@ -13,9 +15,10 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.io.hdf5_reader import read_sweep
+from frictionsim.parameter_study.combinations import RUNS_THAT_PAY_COMPILING
 from tests.attacks import sweep_kills
 from tests.cli.conftest import Run, strict_json
-from tests.support.scenarios import SCENARIOS
+from tests.support.scenarios import ROOT, SCENARIOS
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY, command, journal_grows, started
 
 STUDY = f"""\
@@ -28,6 +31,40 @@ zip = true
 "{LOAD}" = [2000.0, 2100.0]
 "effects.shaft_friction.mu_s" = [0.2, 0.3]
 """
+
+
+@pytest.mark.parametrize(
+    ("number", "workers"),
+    [(signal.SIGINT, "1"), pytest.param(signal.SIGTERM, "2", marks=pytest.mark.slow)],
+)
+def test_a_signal_ends_the_compilation_of_a_sweep_at_once(
+    number: signal.Signals, workers: str, tmp_path: Path
+) -> None:
+    """The compiler is in one call for seconds, in which Python runs no handler."""
+    cache = tmp_path / "cache"
+    vary = f"{LOAD}=lin(2000.5, 2400.5, {RUNS_THAT_PAY_COMPILING})"
+    arguments = ["sweep", str(PULLEY), "--vary", vary, "-j", workers, "-o", "s.h5"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "frictionsim", *arguments],
+        cwd=tmp_path,
+        env={**os.environ, "XDG_CACHE_HOME": str(cache), "PYTHONPATH": str(ROOT)},
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    with process:
+        assert process.stderr is not None
+        assert "compiling the kernels" in process.stderr.readline()
+        time.sleep(1.0)  # of the ten seconds that it takes
+        process.send_signal(number)
+        _, said = process.communicate()
+    assert process.returncode == 128 + number
+    assert said == (
+        f"frictionsim: interrupted by {number.name} while compiling kernels; 'frictionsim resume'"
+        " continues the sweep\n"
+    )
+    assert read_sweep(tmp_path / "s.partial.h5").attributes["status"] == "interrupted"
+    # Had it been waited for, the code would be on the disk.
+    assert not list(cache.rglob("*.form"))
 
 
 def test_a_sweep_is_written_and_summarised(told: Run, here: Path) -> None:

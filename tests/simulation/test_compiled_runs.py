@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,6 +14,8 @@ import frictionsim as fs
 from frictionsim.errors import BudgetExceeded
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import validate
+from frictionsim.simulation.monitor import RunMonitor
+from frictionsim.simulation.simulate import run
 from frictionsim.simulation.single_dof import RecordedSimulation
 from frictionsim.solvers import compilation, event_driven
 from frictionsim.solvers.compilation import Kernel, compilable
@@ -112,6 +115,26 @@ def test_a_run_that_python_began_is_continued(steps: int, monkeypatch: pytest.Mo
     simulation.prepare(lambda t: None)
     assert simulation.solve(lambda t: None) is False
     assert recorded(simulation) == expected
+
+
+def test_what_ran_often_is_compiled_before_the_next_run_and_a_monitor_is_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told: list[float] = []
+
+    class Monitor(RunMonitor):
+        def compiling(self, expected: float) -> AbstractContextManager[None]:
+            told.append(expected)
+            return nullcontext()
+
+    monkeypatch.setattr(Kernel, "is_loaded", False)
+    monkeypatch.setattr(Kernel, "is_at_hand", False)
+    monkeypatch.setattr(event_driven, "_python_steps", event_driven.Counter())
+    monkeypatch.setattr(event_driven, "STEPS_THAT_PAY_COMPILING", 100.0)
+    scenario = validate(SWINGS, Path())
+    for expected in ([], [event_driven.SECONDS_OF_COMPILATION]):
+        run(scenario, Monitor())
+        assert told == expected
 
 
 def test_a_run_that_fails_says_why_and_keeps_what_python_keeps() -> None:
