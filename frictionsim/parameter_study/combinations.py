@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -164,7 +165,7 @@ def _is_ordinary(value: Any) -> Any:
 
 def _numbers(values: Sequence[Sequence[Any]]) -> Any:
     """Return combinations as an array, (runs, keys); None if not all values are numbers."""
-    if not all(type(value) in (float, int) for row in values for value in row):
+    if not set(map(type, chain.from_iterable(values))) <= {float, int}:
         return None
     with suppress(OverflowError):
         return np.array(values, dtype=float)

@@ -125,6 +125,8 @@ def _made(vary: Mapping[str, Values]) -> tuple[tuple[Any, ...], ...]:
 
 def _first_twice(values: Sequence[Any]) -> Any:
     """Return the first value that is there twice; None if none is."""
+    if {*map(type, values)} == {float} and len({*values}) == len(values):
+        return None
     seen = set()
     for value in values:
         text = repr(float(value)) if type(value) in (int, float) else toml_value(value)
