@@ -15,7 +15,7 @@ from math import inf, ulp
 from typing import Any
 
 from frictionsim.solvers.common import SAME_TIME_ULPS
-from frictionsim.solvers.compilation import compilable
+from frictionsim.solvers.compilation import compilable, inlined
 from frictionsim.solvers.end_stops import HIDDEN_ULPS
 from frictionsim.solvers.one_contact_location import (
     ACCELERATION,
@@ -244,6 +244,7 @@ def monotone_segment_end(system: Any, run: Run, s: Any, t: float) -> float:
 
 
 @compilable
+@inlined
 def _slip(system: Any, run: Run, s: Any, events: Any) -> None:
     """Slide for a step, or up to the rest or impact within it."""
     direction = s[MODE]
@@ -263,6 +264,7 @@ def _slip(system: Any, run: Run, s: Any, events: Any) -> None:
 
 
 @compilable
+@inlined
 def _step(system: Any, run: Run, s: Any, direction: float) -> None:
     """Take a step that ends at a switching surface, or where the load has turned, if it does."""
     advance(system, run, s, direction, s[SEGMENT_END])

@@ -7,7 +7,7 @@ which the last is the heat of the contact.
 from math import isfinite, ulp
 from typing import Any
 
-from frictionsim.solvers.compilation import compilable
+from frictionsim.solvers.compilation import compilable, inlined
 from frictionsim.solvers.one_contact_state import (
     ERROR_BEFORE,
     EVALUATIONS,
@@ -76,6 +76,7 @@ Derivatives = tuple[float, ...]
 
 
 @compilable
+@inlined
 def derivatives(system: Any, t: float, q: float, v: float, direction: float) -> Derivatives:
     """Return the derivatives of a state while the contact slides in a direction."""
     u = system.drive.at(t)
@@ -85,6 +86,7 @@ def derivatives(system: Any, t: float, q: float, v: float, direction: float) -> 
 
 
 @compilable
+@inlined
 def stages(
     system: Any, s: Any, direction: float, h: float
 ) -> tuple[Derivatives, Derivatives, Derivatives, Derivatives, Derivatives]:
@@ -125,6 +127,7 @@ def stages(
 
 
 @compilable
+@inlined
 def trial_step(system: Any, run: Run, s: Any, direction: float, h: float) -> float:
     """Write the state after a step of length h, s; return the norm of its error.
 
@@ -235,6 +238,7 @@ def set_first_step(run: Run, s: Any, h: float) -> None:
 
 
 @compilable
+@inlined
 def advance(system: Any, run: Run, s: Any, direction: float, limit: float) -> None:
     """Take one accepted step that ends at `limit`, s, at the latest."""
     begin_step(run, s)
