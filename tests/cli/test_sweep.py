@@ -127,7 +127,7 @@ def test_a_study_in_a_file_is_run(told: Run, here: Path) -> None:
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="signals of POSIX")
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
 def test_a_signal_keeps_what_is_done(name: str, told: Run, here: Path) -> None:
-    process = started(command(2000, "s.h5", "-j", "2"), here)
+    process = started(command(2000, "s.h5", "-j", "2", *sweep_kills.ALONE), here)
     journal_grows(here / "s.partial.h5.runs", process)
     os.killpg(process.pid, getattr(signal, name))  # as a terminal: workers, too
     out, err = process.communicate(timeout=30.0)
@@ -169,7 +169,7 @@ def test_a_belt_is_swept(told: Run, here: Path) -> None:
 
 
 def test_the_program_ends_its_workers(here: Path) -> None:
-    process = started(command(3000, "s.h5", "-j", "2"), here)
+    process = started(command(3000, "s.h5", "-j", "2", *sweep_kills.ALONE), here)
     journal_grows(here / "s.partial.h5.runs", process)
     process.kill()
     process.wait()

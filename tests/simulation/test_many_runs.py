@@ -254,4 +254,4 @@ def test_they_can_be_interrupted() -> None:
     ],
 )
 def test_some_runs_go_alone(data: dict[str, Any]) -> None:
-    assert Combinations(validate(data, Path()), ["solver.duration"], 9).like is None
+    assert Combinations(validate(data, Path()), ["solver.duration"], 9).form is None
