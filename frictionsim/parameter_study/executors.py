@@ -134,7 +134,7 @@ class ProcessPool:
         combinations, first = plan.combinations, plan.design.combinations(0, 1)
         with suppress(FrictionsimError, ArithmeticError):  # which the run will say as well
             if plan.together > 1 and combinations.form is not None:
-                combinations.form.compile(on_tick)
+                combinations.form.compiled(on_tick)
                 return
             scenario = combinations.scenario(first[0])
             mechanism_module(scenario.kind).simulation(scenario).prepare(on_tick)

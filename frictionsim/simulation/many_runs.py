@@ -7,7 +7,6 @@ that do not pass the audit are left to be run alone, which says why.
 """
 
 from collections.abc import Callable
-from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
@@ -56,11 +55,11 @@ class RunForm(NamedTuple):
     kernel: "Kernel"
     problem: Problem
 
-    def compile(self, on_step: Any) -> Any:
-        """Return the compiled code; None if there is none. A monitor has it compiled."""
-        is_at_hand = self.kernel.is_at_hand
-        seconds = nullcontext() if is_at_hand else compilation_of(on_step, SECONDS_OF_COMPILATION)
-        with seconds:
+    def compiled(self, on_step: Any) -> Any:
+        """Return the compiled code, None if there is none; a monitor is told if that takes long."""
+        if self.kernel.is_at_hand:
+            return compiled_for(self.kernel, self.problem)
+        with compilation_of(on_step, SECONDS_OF_COMPILATION):
             return compiled_for(self.kernel, self.problem)
 
 
@@ -187,7 +186,7 @@ def run_many(
     Observed or None
         None if all have to be run alone.
     """
-    function = runs.form.compile(on_step)
+    function = runs.form.compiled(on_step)
     if function is None:
         return None
     arguments = runs.mechanism.system, runs.run
