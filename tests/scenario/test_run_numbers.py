@@ -27,6 +27,13 @@ def test_arithmetic_has_the_bits_of_each_number(values: list[float], x: float, f
     assert np.asarray(found).tolist() == [f(value, x) for value in values]
 
 
+def test_powers_have_the_bits_of_python_where_those_of_numpy_have_others() -> None:
+    values = np.random.default_rng(0).uniform(0.1, 3.0, 2000).tolist()
+    for exponent in (2, 3, 0.2):
+        found = numbers_of(values) ** exponent
+        assert np.asarray(found).tolist() == [value**exponent for value in values]
+
+
 @pytest.mark.parametrize(
     "take", [float, str, sin, hash, len, list, np.sin, lambda x: f"{x:g}", lambda x: hypot(1.0, x)]
 )

@@ -14,10 +14,15 @@ from frictionsim.errors import InputError, Interrupted
 from frictionsim.parameter_study import combinations
 from frictionsim.parameter_study.combinations import Combinations
 from frictionsim.parameter_study.single_run import outcomes_together
+from frictionsim.results import Transition
 from frictionsim.scenario.loading import validate
 from frictionsim.scenario.settings import Scenario
+from frictionsim.simulation import many_runs as observation
+from frictionsim.simulation.audit import stick_drift
 from frictionsim.solvers import many_runs
 from frictionsim.solvers.compilation import Kernel
+from frictionsim.solvers.mechanism import Trajectory
+from frictionsim.solvers.one_contact_state import EVENT_COLUMNS
 from tests.support.drawn_scenarios import pulleys, shafts
 from tests.support.many_runs import block_alone, block_together, content, together, varied
 from tests.support.problems import CORD_RADIUS, LOAD, R_S
@@ -214,6 +219,50 @@ def test_runs_go_together_where_nothing_is_wrong(
     scenario = scenario_of(data)
     assert number_together(scenario, vary) == fewest
     assert content(block_together(scenario, vary)) == content(block_alone(scenario, vary))
+
+
+@pytest.mark.parametrize(
+    ("name", "replacement"),
+    [
+        ("allowed_residual", lambda rtol: 0.0),
+        ("ROUNDING", -1.0),
+        ("driving_power", lambda trajectory: np.ones(trajectory.time.shape[1])),
+    ],
+)
+def test_runs_that_do_not_pass_the_audit_are_run_alone(
+    name: str, replacement: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(observation, name, replacement)
+    assert number_together(scenario_of(pulley()), {"mechanism.load": [1900.0, 2300.0]}) == 0
+
+
+@given(st.integers(0, 10**6))
+def test_the_drift_of_many_runs_is_found_as_of_each(seed: int) -> None:
+    rng, runs, n = np.random.default_rng(seed), 5, 6
+    time = np.sort(rng.integers(0, 9, (n, runs)), axis=0).astype(float)
+    mode, position = rng.integers(0, 2, (2, n, runs)).astype(float)
+    of_events, at = rng.integers(0, runs, 8), rng.integers(0, 9, 8).astype(float)
+    mode_to = rng.integers(0, 2, 8)
+    rows = np.zeros((8, EVENT_COLUMNS + 2))  # of samples that have a time only
+    rows[:, 1], rows[:, 3], rows[:, -1] = at, mode_to, at
+    slips = observation._Events(rows, of_events).slips_before(
+        time.T.ravel(), np.repeat(np.arange(runs), n)
+    )
+    nothing: Any = np.zeros((n, runs))
+    found = observation._drifts(
+        Trajectory(time, nothing, position, nothing, nothing, nothing, mode, {}, {}, []),
+        slips.reshape(runs, n).T,
+    )
+    for run in range(runs):
+        mine = of_events == run
+        events = [
+            Transition(t, "shaft", 0, int(to))
+            for t, to in zip(at[mine], mode_to[mine], strict=True)
+        ]
+        events.sort(key=lambda event: event.time)
+        columns = (time, nothing, position, nothing, nothing, nothing, mode)
+        alone = Trajectory(*[column[:, run] for column in columns], {}, {}, events)  # type: ignore[call-arg]
+        assert found[run] == (stick_drift(alone) > 0.0)
 
 
 def test_runs_that_chatter_are_run_alone() -> None:
