@@ -93,9 +93,10 @@ class Combinations:
         It takes the form of the runs and a valid scenario with the numbers of all of them; see
         `in_groups`. Left out are those that have to be checked, or run, alone.
         """
-        form = self.form
-        numbers = None if form is None else _numbers(values)
-        if form is None or numbers is None:
+        if len(values) < MIN_TOGETHER or (form := self.form) is None:
+            return
+        numbers = _numbers(values)
+        if numbers is None:
             return
         runs = np.flatnonzero(_is_ordinary(numbers).all(axis=1))
         if len(runs) < MIN_TOGETHER:
