@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from functools import cached_property
 from itertools import chain
 from pathlib import Path
 from threading import Lock
@@ -62,16 +61,20 @@ class Combinations:
     def __reduce__(self) -> tuple[Any, ...]:
         return Combinations, (self.base, self.keys, self._runs)
 
-    @cached_property
-    def form(self) -> "RunForm | None":
-        """The form of runs that are integrated by compiled code and observed together."""
-        base = self.base
+    def form(self, values: Sequence[Any]) -> "RunForm | None":
+        """Return the form of the runs that go together with one; None if it is to be run alone."""
+        if self._runs < RUNS_THAT_PAY:
+            return None
+        try:
+            scenario = self.scenario(values)
+        except InputError:
+            return None
         # Which of wanted channels a run lacks is a warning, and runs together make no channels.
-        if self._runs < RUNS_THAT_PAY or base.needs_samples or base.output.channels is not None:
+        if scenario.needs_samples or scenario.output.channels is not None:
             return None
         from frictionsim.simulation.many_runs import form_of_runs
 
-        form = form_of_runs(base)
+        form = form_of_runs(scenario)
         if form is None:
             return None
         pays = self._runs >= RUNS_THAT_PAY_COMPILING or form.kernel.is_at_hand
@@ -93,20 +96,19 @@ class Combinations:
         It takes the form of the runs and a valid scenario with the numbers of all of them; see
         `in_groups`. Left out are those that have to be checked, or run, alone.
         """
-        if len(values) < MIN_TOGETHER or (form := self.form) is None:
-            return
-        numbers = _numbers(values)
+        numbers = _numbers(values) if len(values) >= MIN_TOGETHER else None
         if numbers is None:
             return
         runs = np.flatnonzero(_is_ordinary(numbers).all(axis=1))
         if len(runs) < MIN_TOGETHER:
             return
+        first = numbers[runs[0]].tolist()
+        form = self.form(first)
+        if form is None:
+            return
         from frictionsim.scenario.run_numbers import in_groups, numbers_of, with_numbers
 
-        try:
-            template = self.scenario(numbers[runs[0]].tolist())
-        except InputError:
-            return
+        template = self.scenario(first)
 
         def of_group(chosen: Any) -> Found:
             given = {path: numbers_of(numbers[chosen, i]) for path, i in self._paths.items()}

@@ -131,12 +131,13 @@ class ProcessPool:
             return
         self.close()
         self._plan = plan
-        combinations, first = plan.combinations, plan.design.combinations(0, 1)
+        combinations, (first,) = plan.combinations, plan.design.combinations(0, 1)
         with suppress(FrictionsimError, ArithmeticError):  # which the run will say as well
-            if plan.together > 1 and combinations.form is not None:
-                combinations.form.compiled(on_tick)
+            form = combinations.form(first) if plan.together > 1 else None
+            if form is not None:
+                form.compiled(on_tick)
                 return
-            scenario = combinations.scenario(first[0])
+            scenario = combinations.scenario(first)
             mechanism_module(scenario.kind).simulation(scenario).prepare(on_tick)
 
     def submit(self, kind: str, task: Task) -> "Future[Done]":

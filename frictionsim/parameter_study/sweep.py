@@ -37,7 +37,8 @@ class SweepPlan(NamedTuple):
     def together(self) -> int:
         """The fewest runs that are faster together than one after the other; 1 if none are."""
         if self.series is None and self.design.runs >= MIN_TOGETHER:
-            return MIN_TOGETHER if self.combinations.form is not None else 1
+            (first,) = self.design.combinations(0, 1)
+            return MIN_TOGETHER if self.combinations.form(first) is not None else 1
         return 1
 
 

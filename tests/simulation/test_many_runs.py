@@ -303,4 +303,11 @@ def test_they_can_be_interrupted() -> None:
     ],
 )
 def test_some_runs_go_alone(data: dict[str, Any]) -> None:
-    assert Combinations(validate(data, Path()), ["solver.duration"], 9).form is None
+    assert Combinations(validate(data, Path()), ["solver.duration"], 9).form([1.0]) is None
+
+
+def test_values_may_be_of_an_effect_that_the_scenario_leaves_out() -> None:
+    scenario = scenario_of(pulley(effects__viscous_damping=None))
+    vary = {"effects.viscous_damping.coefficient": [1.0, 2.0]}
+    assert number_together(scenario, vary) == 2
+    assert content(block_together(scenario, vary)) == content(block_alone(scenario, vary))
