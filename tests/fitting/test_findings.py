@@ -112,12 +112,9 @@ def test_a_value_that_is_jumped_over_is_out_of_reach() -> None:
 
 
 def test_a_value_that_noise_explains_is_not_out_of_reach() -> None:
-    near, far = (
-        fit_one(pulley(), BOUNDS, breakaway_time=0.5, sigma={"breakaway_time": sigma})
-        for sigma in (0.02, 0.01)  # the nearest is 0.0412 away: 2.06 and 4.12 of them
-    )
-    assert (near.finding.kind, near.exit_code) == ("minimum", 0)
-    assert (far.finding.kind, far.exit_code) == ("out_of_reach", 1)
+    # The nearest is 0.0412 away, 2.06 sigma; with half of it, it is out of reach (test_quantities).
+    found = fit_one(pulley(), BOUNDS, breakaway_time=0.5, sigma={"breakaway_time": 0.02})
+    assert (found.finding.kind, found.exit_code) == ("minimum", 0)
 
 
 def test_a_quantity_that_does_not_depend_on_the_key_is_flat() -> None:

@@ -104,7 +104,7 @@ def test_everything_made_of_a_long_result_is_that_of_a_short_one(
     assert tables[0].getvalue() == tables[1].getvalue()
     pictures = tmp_path / "short.png", tmp_path / "long.png"
     for result, picture in zip(pair, pictures, strict=True):
-        save(draw(result.record, "tension"), picture)
+        save(draw(result.record, "tension"), picture, dpi=50)
     assert pictures[0].read_bytes() == pictures[1].read_bytes()
 
 
