@@ -94,7 +94,7 @@ def test_one_byte_on_which_hdf5_aborts_is_an_error(seal: bytes | None, result: P
 def test_one_byte_on_which_hdf5_never_returns_is_an_error_after_one_try(
     command: str, result: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(child_process, "SECONDS", 2.0)
+    monkeypatch.setattr(child_process, "SECONDS", 1.0)
     raw = bytearray(original())
     place = last_entry_of_heap(raw) + 8
     raw[place : place + 8] = bytes(8)  # an entry without length
@@ -108,7 +108,7 @@ def test_one_byte_on_which_hdf5_never_returns_is_an_error_after_one_try(
     monkeypatch.setattr(child_process, "answer_of", tried)
     assert run_command_line([command, "a.h5"]) == 2
     assert capsys.readouterr().err == (
-        "frictionsim: a.h5: cannot read this result: HDF5 did not come to an end within 2 s"
+        "frictionsim: a.h5: cannot read this result: HDF5 did not come to an end within 1 s"
         f"{HARMFUL}, or its disk does not answer\n"
     )
     assert len(tries) == 1
