@@ -93,17 +93,17 @@ def test_axes_of_subfigures_are_replaced_too() -> None:
     left, right = figure.subfigures(1, 2)
     nested = right.subfigures(2, 1)[1]
     for part in (left, nested):
-        assert draw(shown("epicyclic"), ax=part.subplots()) is figure
+        assert draw(shown("epicyclic"), "torque", ax=part.subplots()) is figure
     assert tuple(figure.get_size_inches()) == (12.0, 6.0)
     assert nested.subfigs[0].get_suptitle().startswith("Epicyclic gear")
     figure.draw_without_rendering()
 
 
 # Of belts four pulleys need more room than two.
-PLACED = [job for job in drawn_views() if job[0] != "two pulleys"][1::2]
+PLACED = [job for job in drawn_views() if job[0] != "two pulleys"][1:12:2]
 
 
-@pytest.mark.parametrize(("layout", "jobs"), [("none", PLACED[:4]), ("constrained", PLACED[4:])])
+@pytest.mark.parametrize(("layout", "jobs"), [("none", PLACED[:3]), ("constrained", PLACED[3:])])
 def test_views_take_the_place_of_axes(layout: str, jobs: list[tuple[str, str]]) -> None:
     """Neither panels with title and legend, nor labels of panels, nor views next to each other."""
     figure, axes = grid(layout)
