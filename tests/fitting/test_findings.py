@@ -175,12 +175,12 @@ def test_equal_minima_are_reported() -> None:
     impulse = 100.0 / pi * 2.0  # N s, over 1 s with phase 0
     wanted = SLOPE * (300.0 - 100.0 + impulse / sqrt(2.0))
     free = {f"{FORCE}.sine.phase_deg": (-170.0, 150.0)}
-    found = fit_one(scenario, free, final_angular_velocity=wanted, starts=6)
+    found = fit_one(scenario, free, final_angular_velocity=wanted, starts=4)
     assert found.finding.kind == "equal_minima"
     phases = sorted({round(start["last"][f"{FORCE}.sine.phase_deg"], 3) for start in found.starts})
     assert phases == [-45.0, 45.0]
     assert acos(1.0 / sqrt(2.0)) == pytest.approx(np.deg2rad(phases[1]))
-    assert found.finding.sentence.startswith("the data are reached exactly; 6 of 6 searches ended")
+    assert found.finding.sentence.startswith("the data are reached exactly; 4 of 4 searches ended")
     assert f"at {FORCE}.sine.phase_deg = -45, 45: the data fit them" in found.finding.sentence
 
 

@@ -35,7 +35,11 @@ def assert_same(
     assert final[1] == pytest.approx(wanted_final[1], rel=angle, abs=10.0 * angle * size)
 
 
-@pytest.mark.parametrize("name", CASES)
+# Five of the ten draws of each family are compared every time.
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.slow if i // 10 % 2 else ()) for i, n in enumerate(CASES)],
+)
 def test_a_drawn_scenario_gives_the_reference(name: str) -> None:
     case = CASES[name]
     assert case["event_count"] == len(case["events"])
