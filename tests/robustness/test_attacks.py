@@ -36,6 +36,9 @@ COUNTS = {
     "segments": 1,
     "plugins": 1,
 }
+# A case of these takes two seconds and more; tests of reports, of two runs into one file and of a
+# full disk are about the same.
+DEAR = ("reports", "writers", "segments")
 
 
 @pytest.fixture(autouse=True)
@@ -54,7 +57,9 @@ def assert_no_promise_is_broken(attack: str) -> None:
     assert [case.number for case in found] == list(range(COUNTS[attack]))
 
 
-@pytest.mark.parametrize("attack", COUNTS)
+@pytest.mark.parametrize(
+    "attack", [pytest.param(a, marks=pytest.mark.slow if a in DEAR else ()) for a in COUNTS]
+)
 def test_no_promise_is_broken(attack: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(extremes, "TINY", 0.0)
     originals = {name: of for name, of in checkpoints.ORIGINALS.items() if name[0] not in "bs"}
