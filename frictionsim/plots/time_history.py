@@ -34,7 +34,7 @@ from frictionsim.simulation.record import (
     REVERSAL,
     SLIPS,
     STICKS,
-    event_names,
+    event_labels,
     sticking_phases,
     with_jumps,
 )
@@ -213,25 +213,29 @@ def _draw_channel(ax: Any, result: "Record", name: str) -> list[Any]:
     ]
 
 
-def mark_modes(result: "Record", axes: Sequence[Any]) -> list[Any]:
+def mark_modes(result: "Record", axes: Sequence[Any], sticking: str = "") -> list[Any]:
     """Shade sticking phases and mark events in all Axes; return the legend handles.
 
     Parameters
     ----------
     axes : sequence of Axes
         Labels are written above the first.
+    sticking : str
+        The words for a sticking phase, if not everything sticks.
     """
     sticks = list(sticking_phases(result))
     handles = _mark_events(result, axes, row=1 if sticks else 0)
     if not sticks:
         return handles
-    narrow = MIN_STICK_WIDTH / relative_width(axes[0].figure) * np.ptp(result.channels["time"])
+    words = sticking or "stick"
+    narrow = len(words) / len("stick") * MIN_STICK_WIDTH / relative_width(axes[0].figure)
+    narrow *= np.ptp(result.channels["time"])
     for start, stop in sticks:
         for ax in axes:
             ax.axvspan(start, stop, color=STICK_SHADE, linewidth=0)
         if stop - start > narrow:
-            annotate_above(axes[0], 0.5 * (start + stop), "stick", row=0)
-    return [Patch(color=STICK_SHADE, label="sticking"), *handles]
+            annotate_above(axes[0], 0.5 * (start + stop), words, row=0)
+    return [Patch(color=STICK_SHADE, label=sticking or "sticking"), *handles]
 
 
 def _mark_events(result: "Record", axes: Sequence[Any], row: int) -> list[Any]:
@@ -239,7 +243,7 @@ def _mark_events(result: "Record", axes: Sequence[Any], row: int) -> list[Any]:
     times = result.events["time"]
     if len(times) > MAX_MARKS:
         return []
-    names = event_names(result)
+    names = event_labels(result)
     handles = {}
     span = np.ptp(result.channels["time"]) / relative_width(axes[0].figure)
     widths = line_widths(times, CLOSE * span)

@@ -163,7 +163,7 @@ class MultiContactProblem(Problem):
         self.subject, self.system = mechanism.subject, mechanism.system
         self.run = _run_of_several(mechanism, settings, buffer)
         self.state = _state_of_several(mechanism)
-        self.event_names = tuple(contact.name for contact in mechanism.contacts)
+        self.event_names = event_names(mechanism)
         self.change = "the contacts changed their modes"
         self.advice = "check whether the drive changes too fast"
 
@@ -279,8 +279,10 @@ def _state_with(y: list[float], length: int) -> "array[float]":
     return s
 
 
-def event_names(mechanism: "Mechanism") -> tuple[str, ...]:
-    """Return the names of events of one contact by their numbers."""
+def event_names(mechanism: "Mechanism | MultiContactMechanism") -> tuple[str, ...]:
+    """Return the names of events by their numbers: of contacts, stops and surfaces."""
+    if isinstance(mechanism, MultiContactMechanism):
+        return tuple(contact.name for contact in mechanism.contacts)
     surfaces = [surface.event for surface in mechanism.switching_surfaces]
     contact = "drive" if mechanism.contact is None else mechanism.contact.name
     return (contact, EVENT, *surfaces)
