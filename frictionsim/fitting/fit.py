@@ -75,7 +75,7 @@ def fit(problem: FitProblem, options: FitOptions) -> Outcome:
         found, factor = found._replace(covariance=np.full_like(found.covariance, np.nan)), 0.0
     drawn = None
     if options.bootstrap:
-        known = [key.key for key in problem.keys if reliable and key.key not in found.reasons]
+        known = [k.key for k in problem.keys if reliable and k.key not in found.reasons]
         drawn = bootstrap(problem, noise, best, known, options.seed, options.bootstrap)
     found = without_jumps(found, problem.keys, rough[0])
     statistics = _statistics(problem, noise, best, degrees)
@@ -242,7 +242,7 @@ def bootstrap(
     table = np.array(values).reshape(-1, len(problem.keys))
     intervals: dict[str, tuple[float, float] | None] = {}
     for j, key in enumerate(problem.keys):
-        drawn_enough = key.key in known and len(table) > 1
-        low, high = np.percentile(table[:, j], (2.5, 97.5)) if drawn_enough else (0.0, 0.0)
-        intervals[key.key] = (float(low), float(high)) if drawn_enough else None
+        has_interval = key.key in known and len(table) > 1
+        low, high = np.percentile(table[:, j], (2.5, 97.5)) if has_interval else (0.0, 0.0)
+        intervals[key.key] = (float(low), float(high)) if has_interval else None
     return Bootstrap(len(table), failed, intervals, table)

@@ -7,21 +7,25 @@ from pathlib import Path
 from frictionsim.errors import InputError
 
 PACKAGE = Path(__file__).parents[1]
-# A wheel has them inside the package, a source tree beside it.
-PLACES = PACKAGE / "scenarios", PACKAGE.parent / "scenarios"
 FOLDERS = "hard", "validation"  # beside the examples: hard for a solver, benchmarks of others
 
 
 def shipped_folder() -> Path:
     """Return the folder of the shipped scenarios."""
-    for folder in PLACES:
+    inside, beside = _places()
+    for folder in (inside, beside):
         # Another package may have a folder of this name beside ours.
         if (folder / "pulley.toml").is_file():
             return folder
     raise InputError(
-        f"the scenarios that come with frictionsim are neither in {PLACES[0]} nor in {PLACES[1]};"
+        f"the scenarios that come with frictionsim are neither in {inside} nor in {beside};"
         " install the package again"
     )
+
+
+def _places() -> tuple[Path, Path]:
+    """Return where they may be: a wheel has them inside the package, a source tree beside it."""
+    return PACKAGE / "scenarios", PACKAGE.parent / "scenarios"
 
 
 def shipped_scenarios() -> dict[str, Path]:
@@ -44,7 +48,7 @@ def scenario_file(source: str | PathLike[str], folder: Path = Path()) -> Path:
 
 def shipped_name(file: str) -> str:
     """Return the name of a shipped scenario for its file; the file itself if it is another one."""
-    for folder in PLACES:
+    for folder in _places():
         if folder in Path(file).parents:
             return Path(file).relative_to(folder).with_suffix("").as_posix()
     return file
