@@ -6,12 +6,31 @@ import os
 import signal
 import sys
 from contextlib import suppress
+from importlib import import_module
+from types import ModuleType
+from typing import Any
 
 from frictionsim.io import child_process
 
 STANDARD_STREAMS = (0, 1, 2)
 READERS = {"show": 1, "compare": 2, "plot": 1, "report": 1, "resume": 2}
 """How many files, or parts of one, a command reads."""
+
+
+class _NoPlugins(ModuleType):
+    """The module of pydantic that finds its plugins, without any; another name loads the module."""
+
+    NAME = "pydantic.plugin._loader"
+
+    @staticmethod
+    def get_plugins() -> tuple[()]:
+        return ()
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):  # of any module, which others may look at
+            raise AttributeError(name)
+        sys.modules.pop(self.NAME, None)
+        return getattr(import_module(self.NAME), name)
 
 
 def main() -> None:
@@ -29,8 +48,9 @@ def main() -> None:
     gc.disable()
     # Pictures are files here, and a notebook may say what it shows its own with.
     os.environ["MPLBACKEND"] = "agg"
-    # pydantic would search all installed packages for plugins.
+    # pydantic would search all installed packages for plugins, and import twenty modules for that.
     os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"
+    sys.modules[_NoPlugins.NAME] = _NoPlugins(_NoPlugins.NAME)
     # To start a thread for each core takes a tenth of the start-up; no matrix here is large.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
