@@ -234,9 +234,3 @@ class MultiContactMechanism(NamedTuple):
     def initial_energy(self) -> float:
         """The energy stored at the start, J."""
         return float(sum(self.system.stored_energies(self.position, self.velocity)))
-
-    @property
-    def subject(self) -> str:
-        """The subject of messages about the motion."""
-        names = " and ".join(f"'{contact.name}'" for contact in self.contacts)
-        return f"the motion on the contacts {names}" if names else "the motion"
