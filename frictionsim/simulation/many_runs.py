@@ -391,7 +391,7 @@ def _quantities(mechanism: Mechanism, trajectory: Trajectory) -> Quantities:
             trajectory.time.item(-1),
             trajectory.position.item(-1),
             trajectory.velocity.item(-1),
-            mechanism.initial_energy,
+            float(mechanism.initial_energy),
             {name: energy.item(-1) for name, energy in energies.items()},
         )
     )

@@ -311,7 +311,7 @@ class RecordedSimulation:
                 float(trajectory.time[-1]),
                 float(position[0, -1]),
                 float(velocity[0, -1]),
-                self._mechanism.initial_energy,
+                float(self._mechanism.initial_energy),
                 {name: float(energy[-1]) for name, energy in energies.items()},
             )
         return quantities

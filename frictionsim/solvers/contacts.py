@@ -231,6 +231,6 @@ class MultiContactMechanism(NamedTuple):
         return [*self.position, *self.velocity, *(0.0 for _ in self.energy_integrals)]
 
     @property
-    def initial_energy(self) -> float:
+    def initial_energy(self) -> Value:
         """The energy stored at the start, J."""
-        return float(sum(self.system.stored_energies(self.position, self.velocity)))
+        return sum(self.system.stored_energies(self.position, self.velocity))

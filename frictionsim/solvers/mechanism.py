@@ -283,10 +283,9 @@ class Mechanism(NamedTuple):
         return [self.position, self.velocity, *(0.0 for _ in self.energy_integrals)]
 
     @property
-    def initial_energy(self) -> float:
+    def initial_energy(self) -> Value:
         """The energy stored at the start, J."""
-        stored = self.stored_energies.values()
-        return float(sum(energy(self.position, self.velocity) for energy in stored))
+        return sum(energy(self.position, self.velocity) for energy in self.stored_energies.values())
 
 
 def equation_of(system: Any, flows: Sequence[str], stored: Sequence[str]) -> dict[str, Any]:
