@@ -95,8 +95,7 @@ def draw_panels(result: "Record", figure: "Figure | SubFigure") -> tuple[dict[st
     shown = list(handles.values())
     if {CAR, COUNTERWEIGHT} <= result.channels.keys():
         shown += _shade_traction(axes[CAR], result)
-    # Not the cord, which may slip meanwhile.
-    return axes, [*shown, *mark_modes(result, list(axes.values()), "the shaft sticks")]
+    return axes, [*shown, *mark_modes(result, list(axes.values()))]
 
 
 def traction(result: "Record", figure: "Figure | SubFigure") -> None:

@@ -21,7 +21,7 @@ from frictionsim.reports.run_charts import (
     undrawn,
 )
 from frictionsim.reports.run_tables import after_label, differences, event_cells, origins, summary
-from frictionsim.simulation.record import event_labels, sticking_phases
+from frictionsim.simulation.record import event_labels, sticking_phases, sticking_words
 
 if TYPE_CHECKING:
     from frictionsim.reports.run_tables import ReportedRun
@@ -106,6 +106,7 @@ def _result_data(run: "ReportedRun", times: TimePool) -> dict[str, Any]:
         # A clock that goes from sample to sample needs no more of them than a line.
         "steps": times.number(time[thinned(time, MAX_STEPS)]),
         "sticking": [list(phase) for phase in sticking_phases(record)] if time.size else [],
+        "sticking_words": sticking_words(record),
         "events": {
             "time": np.asarray(record.events["time"], dtype=float),
             "names": names if len(names) <= MAX_MARKS else [],

@@ -226,6 +226,11 @@ def sticking_phases(result: Record, contact: str | None = None) -> Iterator[tupl
         yield resting_since, time[-1]
 
 
+def sticking_words(result: Record) -> str:
+    """Return the words for sticking phases, in which a cord may move on the shaft that sticks."""
+    return "sticking" if result.events_of().all() else "the shaft sticks"
+
+
 def event_labels(result: Record) -> list[str]:
     """Return the label of each event: by its change of mode, or with the name of its contact."""
     columns = (result.events[name] for name in ("contact", "mode_from", "mode_to"))
