@@ -6,31 +6,13 @@ import os
 import signal
 import sys
 from contextlib import suppress
-from importlib import import_module
-from types import ModuleType
-from typing import Any
+from importlib.util import LazyLoader, find_spec, module_from_spec
 
 from frictionsim.io import child_process
 
 STANDARD_STREAMS = (0, 1, 2)
 READERS = {"show": 1, "compare": 2, "plot": 1, "report": 1, "resume": 2}
 """How many files, or parts of one, a command reads."""
-
-
-class _NoPlugins(ModuleType):
-    """The module of pydantic that finds its plugins, without any; another name loads the module."""
-
-    NAME = "pydantic.plugin._loader"
-
-    @staticmethod
-    def get_plugins() -> tuple[()]:
-        return ()
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):  # of any module, which others may look at
-            raise AttributeError(name)
-        sys.modules.pop(self.NAME, None)
-        return getattr(import_module(self.NAME), name)
 
 
 def main() -> None:
@@ -50,7 +32,7 @@ def main() -> None:
     os.environ["MPLBACKEND"] = "agg"
     # pydantic would search all installed packages for plugins, and import twenty modules for that.
     os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"
-    sys.modules[_NoPlugins.NAME] = _NoPlugins(_NoPlugins.NAME)
+    _import_when_used("importlib.metadata")  # which pydantic imports all the same
     # To start a thread for each core takes a tenth of the start-up; no matrix here is large.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -62,6 +44,16 @@ def main() -> None:
             with suppress(OSError, ValueError):  # broken pipe or full disk; closed
                 stream.flush()
     os._exit(code)
+
+
+def _import_when_used(name: str) -> None:
+    """Have the next imports of a module import nothing before they ask it for something."""
+    spec = find_spec(name)
+    assert spec is not None
+    assert spec.loader is not None
+    spec.loader = LazyLoader(spec.loader)
+    sys.modules[name] = module_from_spec(spec)
+    spec.loader.exec_module(sys.modules[name])
 
 
 def _restore_default_of_sigint() -> None:
