@@ -227,6 +227,7 @@ def test_another_process_finds_the_code_on_the_disk_but_not_of_another_source(
     def process() -> str:
         environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
         environment["PYTHONPATH"] = os.pathsep.join([str(tmp_path), str(SCENARIOS.parent)])
+        environment["PYTHONDONTWRITEBYTECODE"] = "1"  # else Python's own cache has the old source
         command = [sys.executable, "-c", PROCESS]
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
         return done.stdout.strip()
