@@ -186,7 +186,12 @@ class Kernel:
         try:
             function = _dispatcher(self._function, self._classes)
             if self.form not in _compiled_forms:
-                call(function)
+                try:
+                    call(function)
+                except OSError as error:  # a full disk; compiled for this process alone
+                    log.warning("the compiled code cannot be kept: %s", error)
+                    function = _dispatcher(self._function, self._classes, is_kept=False)
+                    call(function)
         except Exception as error:  # whatever is wrong with a compiler, the run takes its time
             _failed_forms.add(ANY_FORM if isinstance(error, ImportError) else self.form)
             log.warning(
@@ -250,12 +255,14 @@ def folder_of(classes: frozenset[type]) -> Path | None:
 
 
 @cache
-def _dispatcher(function: Callable[..., Any], classes: frozenset[type]) -> Any:
+def _dispatcher(
+    function: Callable[..., Any], classes: frozenset[type], is_kept: bool = True
+) -> Any:
     """Return a marked function as numba compiles it, for arguments of some classes."""
     numba = _prepare()
     for one in classes:
         _register_methods(one)
-    folder, options = folder_of(classes), {}
+    folder, options = folder_of(classes) if is_kept else None, {}
     if folder is not None:
         # Each time anew: numba takes it from the environment again when that changes.
         numba.config.CACHE_DIR, numba.config.CACHE_LOCATOR_CLASSES = str(folder), ""
