@@ -162,13 +162,18 @@ class RecordedSimulation:
 
     def prepare(self, on_step: Callable[[float], Any]) -> float:
         """Compile the rest of a long run if that pays; return how long it took, s."""
+        pays = getattr(self._solver, "is_to_be_compiled", False)
+        return (self.compile(on_step) or 0.0) if pays else 0.0
+
+    def compile(self, on_step: Callable[[float], Any]) -> float | None:
+        """Compile the loop of the run; None for a method that is Python alone."""
         solver: Any = self._solver
-        if not getattr(solver, "is_to_be_compiled", False):
-            return 0.0
+        if not hasattr(solver, "compile"):
+            return None
         started, expected = perf_counter(), solver.compile_seconds
         with compilation_of(on_step, expected) if expected else nullcontext():
             solver.compile()
-        return perf_counter() - started
+        return perf_counter() - started if expected else 0.0
 
     def solve(self, on_step: Callable[[float], Any]) -> bool:
         """Integrate to the end with the backend of the scenario; see `Simulation.solve`."""
