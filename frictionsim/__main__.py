@@ -6,7 +6,6 @@ import os
 import signal
 import sys
 from contextlib import suppress
-from importlib.util import LazyLoader, find_spec, module_from_spec
 
 from frictionsim.io import child_process
 
@@ -32,7 +31,6 @@ def main() -> None:
     os.environ["MPLBACKEND"] = "agg"
     # pydantic would search all installed packages for plugins, and import twenty modules for that.
     os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"
-    _import_when_used("importlib.metadata")  # which pydantic imports all the same
     # To start a thread for each core takes a tenth of the start-up; no matrix here is large.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -44,16 +42,6 @@ def main() -> None:
             with suppress(OSError, ValueError):  # broken pipe or full disk; closed
                 stream.flush()
     os._exit(code)
-
-
-def _import_when_used(name: str) -> None:
-    """Have the next imports of a module import nothing before they ask it for something."""
-    spec = find_spec(name)
-    assert spec is not None
-    assert spec.loader is not None
-    spec.loader = LazyLoader(spec.loader)
-    sys.modules[name] = module_from_spec(spec)
-    spec.loader.exec_module(sys.modules[name])
 
 
 def _restore_default_of_sigint() -> None:

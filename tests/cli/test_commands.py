@@ -253,10 +253,6 @@ def loaded_by(program: str, cwd: Path) -> set[str]:
 
 FEW_COORDINATES = ["epicyclic", "lift", "marble_machine", "pulley", "shaft", "swing_door"]
 COMMAND = "from frictionsim.cli.commands import run_command_line as run\nassert run({}) == 0"
-MAIN = (
-    "import os\nos._exit = lambda code: None\nfrom frictionsim.__main__ import main\n"
-    "sys.argv = {}\nmain()"
-)
 CHECK = ["check", *(str(SCENARIOS / f"{name}.toml") for name in FEW_COORDINATES)]
 
 
@@ -266,30 +262,18 @@ CHECK = ["check", *(str(SCENARIOS / f"{name}.toml") for name in FEW_COORDINATES)
         (COMMAND.format(["--help"]), {*HEAVY, "rich", "logging", "json"}),
         (COMMAND.format(CHECK), {*HEAVY, "rich", "logging"}),
         (COMMAND.format(["solve", PULLEY]), HEAVY - {"numpy", "h5py"}),
-        (MAIN.format(["frictionsim", "solve", PULLEY]), {"email", "zipfile"}),
         (
             "import frictionsim as fs\nfs.solve(fs.scenarios()['pulley']).quantities",
             {*HEAVY, "rich", "typer"} - {"numpy"},
         ),
     ],
-    ids=["help", "check", "solve", "solve by the entry point", "solve in memory"],
+    ids=["help", "check", "solve", "solve in memory"],
 )
 def test_no_more_is_imported_than_needed(program: str, unwanted: set[str], tmp_path: Path) -> None:
     loaded = loaded_by(program, tmp_path)
     assert "frictionsim" in loaded
     assert ("frictionsim.mechanisms.shaft.statics" in loaded) == ("check" in program)
     assert not unwanted & loaded
-
-
-def test_a_module_that_is_imported_when_it_is_used_is_then_whole(tmp_path: Path) -> None:
-    program = (
-        "from frictionsim.__main__ import _import_when_used\n"
-        "_import_when_used('importlib.metadata')\n"
-        "import importlib.metadata as lazy\n"
-        "assert 'email' not in sys.modules\n"
-        "assert lazy.version('numpy')"
-    )
-    assert "email" in loaded_by(program, tmp_path)
 
 
 def test_each_command_is_in_the_module_that_is_imported_for_it() -> None:
