@@ -29,7 +29,7 @@ def main() -> None:
     gc.disable()
     # Pictures are files here, and a notebook may say what it shows its own with.
     os.environ["MPLBACKEND"] = "agg"
-    # pydantic would search all installed packages for plugins, and import twenty modules for that.
+    # pydantic would search all installed packages for plugins.
     os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"
     # To start a thread for each core takes a tenth of the start-up; no matrix here is large.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
