@@ -391,6 +391,7 @@ def _quantities(mechanism: Mechanism, trajectory: Trajectory) -> Quantities:
             trajectory.time.item(-1),
             trajectory.position.item(-1),
             trajectory.velocity.item(-1),
+            float(mechanism.initial_energy),
             {name: energy.item(-1) for name, energy in energies.items()},
         )
     )

@@ -66,7 +66,7 @@ def test_sobol_indices_replace_no_other_file(told: Run, here: Path) -> None:
     assert os.listdir() == ["s.sobol.csv"]
     for _ in range(2):  # such a table is replaced
         told(*arguments, "-o", "t.h5", "--csv", "t.csv")
-    assert len(Path("t.sobol.csv").read_text(encoding="utf-8").splitlines()) == 1 + 2 * 12
+    assert len(Path("t.sobol.csv").read_text(encoding="utf-8").splitlines()) == 1 + 2 * 13
     _, err = told(*arguments, "-o", "u.h5", "--csv", "t.csv", "--no-clobber", code=4)
     assert "t.csv" in err
 
