@@ -176,13 +176,17 @@ def unknown(what: str, found: str, known: list[str], listed: str = "") -> str:
     listed : str
         What is listed instead of all names, where there are many.
     """
-    from difflib import get_close_matches  # imported here: needed for error messages only
-
-    near = get_close_matches(str(found), known, n=1)
-    if near:
-        return f"unknown {what} '{found}' (did you mean '{near[0]}'?)"
+    if near := closest(str(found), known):
+        return f"unknown {what} '{found}' (did you mean '{near}'?)"
     listed = listed or f"known: {', '.join(known)}"
     return f"unknown {what} '{found}'; {listed}"
+
+
+def closest(found: str, known: list[str]) -> str:
+    """Return the known name that is most like another one; empty if none is like it."""
+    from difflib import get_close_matches  # imported here: needed for error messages only
+
+    return next(iter(get_close_matches(found, known, n=1)), "")
 
 
 def near_files(path: Path, suffixes: tuple[str, ...]) -> str:

@@ -110,13 +110,13 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     scenarios.program_is_patched = "monkeypatch" in getattr(item, "fixturenames", ())
     in_a_child = item.nodeid.startswith(READ_IN_A_CHILD)
     for module in (child_process, segments):
-        module.answer_of = ANSWER_OF if in_a_child else _answered_here
+        module.answer_of = ANSWER_OF if in_a_child else answered_here
 
 
 ANSWER_OF = child_process.answer_of
 
 
-def _answered_here(question: str, *arguments: str | int, size: int = 0) -> Any:
+def answered_here(question: str, *arguments: str | int, size: int = 0) -> Any:
     """Answer a question in this process."""
     return decoded(answer(question, *map(str, arguments)))
 

@@ -95,7 +95,7 @@ def run(place: Surroundings, tests: list[str]) -> tuple[int, dict[str, int]]:
     seconds_before = seconds_of_children()
     temporary, report = home / "tmp", home / "tests.xml"
     environment = {**os.environ, "HOME": str(home), "TMPDIR": str(temporary), **place.environment}
-    for variable in ("XDG_CACHE_HOME", "VIRTUAL_ENV", "PYTHONPATH"):
+    for variable in ("XDG_CACHE_HOME", "VIRTUAL_ENV", "PYTHONPATH", "PYTHONDONTWRITEBYTECODE"):
         environment.pop(variable, None)
 
     def call(*words: str) -> int:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from frictionsim.io import hdf5_reader, hdf5_writer
+from frictionsim.mechanisms.single_dof import MultiplesOf
 from frictionsim.scenario import methods
 from frictionsim.scenario.kinds import KINDS, mechanism_module
 from frictionsim.scenario.settings import SolverSettings
@@ -21,7 +22,7 @@ pytestmark = pytest.mark.quick
 DURATION = 3.0
 
 
-def wheel(friction: float, surface: SwitchingSurface) -> Mechanism:
+def wheel(friction: float, surface: SwitchingSurface | MultiplesOf) -> Mechanism:
     """A wheel of 1 kg m^2 under 2 N m, and 1 N m more where sin(q) is negative."""
 
     def applied_torque(u: float, q: float, v: float) -> float:
@@ -53,12 +54,12 @@ EVENT = "half turn"
 
 @pytest.mark.parametrize(
     "surface",
-    [SwitchingSurface(lambda q, v: sin(q), event=EVENT), SwitchingSurface(None, pi, EVENT)],
+    [SwitchingSurface(lambda q, v: sin(q), EVENT), MultiplesOf(pi, is_event=True, event=EVENT)],
 )
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
 def test_steps_end_on_switching_surfaces(
-    backend: str, friction: float, surface: SwitchingSurface
+    backend: str, friction: float, surface: SwitchingSurface | MultiplesOf
 ) -> None:
     buffer = SampleBuffer(SampleTimes(DURATION, DURATION))
     settings = SolverSettings(backend=backend, duration=DURATION)

@@ -139,11 +139,10 @@ def toml_of(found: "Outcome", source: str) -> str:
     for key in found.keys:
         error = found.standard_errors[key.key]
         why = found.not_identified.get(key.key)
-        spread = f"not identified: {why}" if why else number_text(error, 3)
         unit = f" {key.unit}" if key.unit not in ("", "1") else ""
-        lines.append(
-            f"#   {key.key} = {study_text(found.values[key.key])}, {spread}{'' if why else unit}"
-        )
+        spread = "unknown" if error is None else f"{number_text(error, 3)}{unit}"
+        spread = f"not identified: {why}" if why else spread
+        lines.append(f"#   {key.key} = {study_text(found.values[key.key])}, {spread}")
     for part in found.residuals:
         lines.append(f"# Residual of {part.name}: rms {number_text(part.rms, 3)} {part.unit}")
     if found.finding.kind == OUT_OF_REACH:
@@ -182,12 +181,12 @@ class Fit(ResultBase):
 
     @property
     def standard_errors(self) -> dict[str, float | None]:
-        """Their standard errors; None where a key is not identified."""
+        """Their standard errors; None where they are not known."""
         return self.data.standard_errors
 
     @property
     def intervals(self) -> dict[str, tuple[float, float] | None]:
-        """Their 95 % confidence intervals; None where a key is not identified."""
+        """Their 95 % confidence intervals; None where they are not known."""
         return self.data.intervals
 
     @property

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from frictionsim.api.result_base import Ending, ResultBase
-from frictionsim.display import MODE_WORDS, number_text
 from frictionsim.document import Data, Document, Table
 from frictionsim.errors import (
     EXIT_DONE,
@@ -17,7 +16,7 @@ from frictionsim.errors import (
     InputError,
     failure_class,
 )
-from frictionsim.reports.run_tables import audit_table, quantities_table
+from frictionsim.reports.run_tables import audit_table, event_cells, quantities_table
 from frictionsim.results import (
     Check,
     Quantities,
@@ -394,17 +393,11 @@ def _transitions_table(transitions: list[Transition]) -> Table:
         shown, last = numbered, []
     dots = [("...",)] if last else []
     rows = [
-        *(_transition_cells(number, e) for number, e in shown),
+        *((str(number), f"{e.time:.9f}", *event_cells(e)) for number, e in shown),
         *dots,
-        *(_transition_cells(number, e) for number, e in last),
+        *((str(number), f"{e.time:.9f}", *event_cells(e)) for number, e in last),
     ]
     return Table((">event", ">time, s", "contact", "from", "to", *angle), rows)
-
-
-def _transition_cells(number: int, e: Transition) -> tuple[str, ...]:
-    modes = MODE_WORDS[e.mode_from], MODE_WORDS[e.mode_to]
-    angle = () if e.position is None else (number_text(e.position),)
-    return (str(number), f"{e.time:.9f}", e.contact, *modes, *angle)
 
 
 def _event_json(e: Transition) -> dict[str, Any]:

@@ -157,9 +157,6 @@ def list_of_scenarios() -> str:
     return as_text([kinds, "", Table(("shipped scenario", "kind", "title"), rows)])
 
 
-COMPILED_KINDS = ("belt_drive",)  # mechanisms of one coordinate are plain Python
-
-
 class WarmedUp(NamedTuple):
     """A combination of effects and method with compiled kernels.
 
@@ -179,19 +176,20 @@ class WarmedUp(NamedTuple):
 
 
 def warm_up(kind: str | None = None) -> tuple[WarmedUp, ...]:
-    """Compile the kernels of the shipped scenarios, with each compiled method.
+    """Compile what the shipped scenarios need, with each compiled method.
 
-    Another scenario compiles again if it has another set of effects.
+    Of belts all that a run calls, of the other kinds what long runs, sweeps and fits call. Another
+    scenario compiles again if it has another set of effects.
 
     Parameters
     ----------
     kind : str or None
-        A kind of mechanism; by default all with kernels.
+        A kind of mechanism; by default all.
 
     Returns
     -------
     tuple of WarmedUp
-        Empty for a kind without kernels.
+        Empty for a kind without shipped scenarios.
 
     Raises
     ------
@@ -208,7 +206,7 @@ def warming(kind: str | None, on_step: Callable[[float], Any]) -> Iterator[Warme
     ----------
     kind : str or None
     on_step : callable
-        As for `Simulation.prepare`.
+        As for `Simulation.compile`.
     """
     if kind is not None and kind not in KINDS and kind not in kind_names():
         raise InputError(unknown("kind", kind, list(kind_names())))
@@ -216,12 +214,13 @@ def warming(kind: str | None, on_step: Callable[[float], Any]) -> Iterator[Warme
         if "/" in name:  # no example
             continue
         scenario = load(path)
-        if scenario.kind not in COMPILED_KINDS or kind not in (None, scenario.kind):
+        if kind not in (None, scenario.kind):
             continue
         for backend in _compiled_methods(scenario):
             chosen = load(path, backend=backend)
             simulation = mechanism_module(chosen.kind).simulation(chosen)
-            yield WarmedUp(name, backend, simulation.prepare(on_step))
+            if (seconds := simulation.compile(on_step)) is not None:
+                yield WarmedUp(name, backend, seconds)
 
 
 def _compiled_methods(scenario: Scenario) -> tuple[str, ...]:

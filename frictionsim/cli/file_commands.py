@@ -60,7 +60,7 @@ def report(
 def warm_up(
     kind: Annotated[
         str | None,
-        typer.Argument(help="Kind of mechanism. [all with kernels]", show_default=False),
+        typer.Argument(help="Kind of mechanism. [all]", show_default=False),
     ] = None,
     quiet: Quiet = False,
 ) -> None:
@@ -75,7 +75,7 @@ def warm_up(
                 took = f"compiled in {seconds:.1f} s" if seconds else "compiled already"
                 print_beside_files(f"{scenario}, {backend}: {took}")
     if not quiet:
-        print_beside_files(f"{total:.1f} s of compilation" if found else "no kernels to compile")
+        print_beside_files(f"{total:.1f} s of compilation" if found else "nothing to compile")
 
 
 def show_sweep(

@@ -9,7 +9,7 @@ The bootstrap gives intervals from fits to data drawn again, without linearisati
 about the last runs, their derivatives, and residuals that are too large.
 """
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,6 +51,10 @@ REWEIGHTED = 20  # times at most
 SAME_NOISE = 1e-3  # relative change of the estimated standard deviations
 SAME_COST = 1e-9  # relative
 MIN_SERIES = 20  # values, for a correlation of neighbours to mean something
+NO_SCATTER = (
+    "no standard error is known: there are as many values as free keys, which leave no scatter;"
+    " give sigma"
+)
 
 
 def fit(problem: FitProblem, options: FitOptions) -> Outcome:
@@ -68,15 +72,17 @@ def fit(problem: FitProblem, options: FitOptions) -> Outcome:
         factor = quantile(None if noise.all_given else degrees)
         found = determine_no_better(found, problem.keys, factor)
     else:
-        found, factor = _without_scatter(problem, found), 0.0
+        found, factor = found._replace(covariance=np.full_like(found.covariance, np.nan)), 0.0
     drawn = None
     if options.bootstrap:
-        drawn = bootstrap(problem, noise, best, found.reasons, options.seed, options.bootstrap)
+        known = [k.key for k in problem.keys if reliable and k.key not in found.reasons]
+        drawn = bootstrap(problem, noise, best, known, options.seed, options.bootstrap)
     found = without_jumps(found, problem.keys, rough[0])
     statistics = _statistics(problem, noise, best, degrees)
     finding = finding_of(problem, best, starts, found)
     chi = float(np.sum((residuals_of(problem, best.x) / noise.sigma) ** 2))
     warnings = [
+        *([] if reliable else [NO_SCATTER]),
         *([finding.sentence] if finding.kind == OUT_OF_REACH else []),
         *([f"self-audit of the fitted run failed: {model.doubt}"] if model.doubt else []),
         *run_warnings(model, len(problem.data.runs)),
@@ -160,17 +166,10 @@ def _with_starts_where_free(task: Search, best: Minimum, found: Identified) -> M
     return best._replace(x=x) if task.cost(x) <= best.cost * (1.0 + SAME_COST) else best
 
 
-def _without_scatter(problem: FitProblem, found: Identified) -> Identified:
-    """Return that nothing is known of the uncertainty: as many values as keys, without sigma."""
-    why = "there are as many values as free keys, which leave no scatter; give sigma"
-    reasons = {key.key: found.reasons.get(key.key, why) for key in problem.keys}
-    return found._replace(reasons=reasons, covariance=np.full_like(found.covariance, np.nan))
-
-
 def _errors_and_intervals(
     problem: FitProblem, best: Minimum, found: Identified, factor: float
 ) -> tuple[dict[str, float | None], dict[str, tuple[float, float] | None]]:
-    """Return standard errors and intervals by key; None where it is not identified."""
+    """Return standard errors and intervals by key; None where they are not known."""
     errors: dict[str, float | None] = {}
     intervals: dict[str, tuple[float, float] | None] = {}
     for j, (key, x) in enumerate(zip(problem.keys, best.x, strict=True)):
@@ -214,15 +213,15 @@ def bootstrap(
     problem: FitProblem,
     noise: Noise,
     best: Minimum,
-    reasons: Mapping[str, str],
+    known: Sequence[str],
     seed: int,
     fits: int,
 ) -> Bootstrap:
     """Fit bootstrap resamples: the fit plus normal deviations where sigma is given, else residuals.
 
     The residuals of each group are drawn with replacement, from those about their mean, scaled to
-    the estimated standard deviation. Each fit starts at the best one. Keys that are not identified,
-    for which there are reasons, have no intervals.
+    the estimated standard deviation. Each fit starts at the best one. Only keys whose uncertainty
+    is known have intervals.
     """
     rng = np.random.default_rng([seed, 1])
     residuals = residuals_of(problem, best.x)
@@ -243,7 +242,7 @@ def bootstrap(
     table = np.array(values).reshape(-1, len(problem.keys))
     intervals: dict[str, tuple[float, float] | None] = {}
     for j, key in enumerate(problem.keys):
-        known = key.key not in reasons and len(table) > 1
-        low, high = np.percentile(table[:, j], (2.5, 97.5)) if known else (0.0, 0.0)
-        intervals[key.key] = (float(low), float(high)) if known else None
+        has_interval = key.key in known and len(table) > 1
+        low, high = np.percentile(table[:, j], (2.5, 97.5)) if has_interval else (0.0, 0.0)
+        intervals[key.key] = (float(low), float(high)) if has_interval else None
     return Bootstrap(len(table), failed, intervals, table)

@@ -1,7 +1,7 @@
 """Results of a fit as plain data: estimates, kind of minimum, residuals and warnings."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -26,6 +26,8 @@ NUMBER = re.compile(r"-?\d[\d.]*(?:e[-+]?\d+)?")
 UNLIKELY = 1e-3  # probability that one of many residuals is so large by chance
 SAME = 1e-3  # relative: searches with such costs have found the same minimum
 EXACT = 1e-12  # a cost: of data without noise it is a rounding
+POOR = 1.1  # of the spread of the data: no fit has larger residuals that could give a constant
+ROUNDING = 1e-6  # of the data
 APART = 1e-2  # of the bounds: ends of searches at different values
 MAX_VALUES = 4  # in a sentence
 
@@ -73,7 +75,8 @@ class Bootstrap(NamedTuple):
 class Outcome(NamedTuple):
     """What a fit found.
 
-    Standard errors, intervals and correlations of a key that is not identified are None or NaN.
+    Standard errors, intervals and correlations of a key that is not identified are None or NaN;
+    so are all of as many values as keys without a given sigma.
     """
 
     fitted: "Scenario"  # with the estimates
@@ -274,7 +277,7 @@ def derivative_warnings(
     """
     warnings = []
     for j, key in enumerate(keys):
-        if key.key in found.reasons:
+        if np.isnan(found.covariance[j, j]):  # there is no standard error
             continue
         if differences[j] > DISAGREE:
             warnings.append(
@@ -298,7 +301,23 @@ def residual_warnings(
     Chi squared is None unless every sigma was given.
     """
     alike = [_alike(part) for part in statistics if _is_alike(part)]
-    return [*alike, *(_chi_warning(statistics, chi, degrees) or _outliers(statistics))]
+    return [
+        *_poor(statistics),
+        *alike,
+        *(_chi_warning(statistics, chi, degrees) or _outliers(statistics)),
+    ]
+
+
+def _poor(statistics: Sequence[TargetResiduals]) -> Iterator[str]:
+    """Yield the series and curves that a constant would fit better: often by another unit."""
+    for part in statistics:
+        data = part.values + part.fitted
+        spread = max(float(np.std(data)), ROUNDING * float(np.max(np.abs(data))))
+        if part.values.size > 1 and part.rms > POOR * spread:
+            yield (
+                f"the residuals of {part.name} are {part.rms / spread:.3g} times the spread of the"
+                " data: a constant would fit these better; check the units of data and scenario"
+            )
 
 
 def _is_alike(part: TargetResiduals) -> bool:

@@ -47,7 +47,7 @@ from frictionsim.simulation.record import scenario_attributes
 from frictionsim.simulation.sample_store import power_of_two, rows_per_segment
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from frictionsim.results import Column, Flags
     from frictionsim.scenario.settings import Scenario
@@ -307,8 +307,7 @@ def _add_checkpoint(file: Any, state: dict[str, Any]) -> None:
     # In the order in which a file gives them, so that a copy has the same bytes.
     for name, values in sorted(state.items()):
         dataset = group.create_dataset(name, data=values)
-        for dimension, length in zip(dataset.dims, dataset.shape, strict=True):
-            dimension.attach_scale(scales[length])
+        _attach(dataset, [scales[length] for length in dataset.shape])
     _set_text(group, "digest", state_digest(dict(file.attrs), state))
 
 
@@ -354,8 +353,13 @@ def describe(dataset: Any, channel: Channel, *scales: Any) -> None:
         numbers, meanings = zip(*channel.flags, strict=True)
         dataset.attrs["flag_values"] = np.array(numbers, dtype=dataset.dtype)
         _set_text(dataset, "flag_meanings", " ".join(meanings))
-    for dimension, scale in zip(dataset.dims, scales, strict=False):  # a scale has none
-        dimension.attach_scale(scale)
+    _attach(dataset, scales)
+
+
+def _attach(dataset: Any, scales: "Sequence[Any]") -> None:
+    """Attach the scales of the dimensions, if any; the `dims` of h5py take longer."""
+    for dimension, scale in enumerate(scales):
+        h5py.h5ds.attach_scale(dataset.id, scale.id, dimension)
 
 
 def _set_text(owner: Any, name: str, text: str) -> None:

@@ -222,10 +222,10 @@ def tension(result: "Record", figure: "Figure | SubFigure") -> None:
     handles += _draw_spans(ax, result, belt)
     handles += _shade_arcs(ax, result, belt)
     ax.set_ylabel(label(result, "tension"))
-    name = pulleys_of(result)[0].name
-    ax.set_xlabel(
-        axis_label(f"distance along the belt from where it leaves {name}", result.units["x"])
-    )
+    first, second, *_ = (pulley.name for pulley in pulleys_of(result))
+    # Whichever way the belt moves.
+    words = f"distance along the belt from {first} towards {second}"
+    ax.set_xlabel(axis_label(words, result.units["x"]))
     add_legend(figure, handles)
 
 

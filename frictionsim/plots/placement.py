@@ -12,6 +12,8 @@ from warnings import catch_warnings, simplefilter
 import numpy as np
 from matplotlib import rcParams
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import FigureCanvasBase
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -236,7 +238,9 @@ def _new(view: View, width: float, look: Appearance) -> Figure:
         make_literal(figure)
         if not look.is_usual:
             with rendering(values):  # which says what the user's settings lack
+                FigureCanvasAgg(figure)  # the plain canvas makes a renderer for each measurement
                 arrange(figure, look)
+                FigureCanvasBase(figure)  # lets go of the renderer
             if look.dpi is not None:
                 figure.set_dpi(look.dpi)
     return figure

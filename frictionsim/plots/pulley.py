@@ -95,11 +95,7 @@ def draw_panels(result: "Record", figure: "Figure | SubFigure") -> tuple[dict[st
     shown = list(handles.values())
     if {CAR, COUNTERWEIGHT} <= result.channels.keys():
         shown += _shade_traction(axes[CAR], result)
-    marks = mark_modes(result, list(axes.values()))
-    for mark in marks:
-        if mark.get_label() == "sticking":  # not the cord, which may slip meanwhile
-            mark.set_label("the shaft sticks")
-    return axes, [*shown, *marks]
+    return axes, [*shown, *mark_modes(result, list(axes.values()))]
 
 
 def traction(result: "Record", figure: "Figure | SubFigure") -> None:
@@ -165,17 +161,18 @@ def slipping_phases(result: "Record") -> list[tuple[float, float]]:
 
 
 def _shade_traction(ax: Any, result: "Record") -> list[Any]:
-    """Shade the tensions of the counterweight at which the cord sticks at that of the car."""
+    """Shade the tensions of the counterweight at which the cord keeps sticking, while it does."""
     limits = ratios(result)
     if limits is None:
         return []
     time, tension = with_jumps(result, CAR)
-    ax.fill_between(
-        time, tension / limits[0], tension * limits[0], color=CORD_STICKS_SHADE, zorder=1.1
-    )
-    return [
-        Patch(color=CORD_STICKS_SHADE, label="counterweight's tension\nat which the cord sticks")
-    ]
+    slips = np.zeros(time.shape, dtype=bool)
+    for start, stop in slipping_phases(result):
+        slips |= (time > start) & (time < stop)
+    low, high = tension / limits[0], tension * limits[0]
+    ax.fill_between(time, low, high, where=~slips, color=CORD_STICKS_SHADE, zorder=1.1)
+    words = "counterweight's tension\nat which the cord keeps sticking"
+    return [Patch(color=CORD_STICKS_SHADE, label=words)]
 
 
 def with_derived(result: "Record") -> "Record":

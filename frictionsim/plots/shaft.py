@@ -451,12 +451,13 @@ def _draw_shaft(ax: Any, now: Instant, side: float) -> list[Any]:
         ("static", r_s, STATIC_CIRCLE),
         ("kinetic", journal.kinetic_radius, KINETIC_CIRCLE),
     ):
-        words = f"circle of {name} friction, {length(radius)}"
+        words = f"circle of {name} friction, radius {length(radius)}"
         if radius > 0.0:
             ax.add_patch(Circle((0.0, 0.0), radius, **look, zorder=3, label=words))
         face: Style = {"color": "none", "mfc": "none", "mec": look["ec"], "mew": 1.3}
         handles.append(Line2D([], [], marker="o", markersize=8, label=words, **face))
-    for role, words in (("still", f"shaft, {length(shaft)}"), ("moving", "body around the shaft")):
+    names = {"still": f"shaft, radius {length(shaft)}", "moving": "body around the shaft"}
+    for role, words in names.items():
         face = {"color": "none", "mfc": ROLES[role], "mec": GREY, "mew": 0.8}
         handles.append(Line2D([], [], marker="o", markersize=8, label=words, **face))
     drawing.keep_free(arc(r_s, 0.0, 2.0 * np.pi, 45))

@@ -34,8 +34,9 @@ from frictionsim.simulation.record import (
     REVERSAL,
     SLIPS,
     STICKS,
-    event_names,
+    event_labels,
     sticking_phases,
+    sticking_words,
     with_jumps,
 )
 from frictionsim.solvers.end_stops import EVENT as END_STOP
@@ -81,8 +82,8 @@ MAX_MARKS = 60  # events; marks of more would hide the channels
 # Lines of events that are closer, of the width of such a picture, are thinner, but not below a
 # part of their width, and behind the channels: else bounces are a bar that hides these.
 CLOSE, THINNEST = 0.008, 0.25
-# For the label `stick`, for a time: of the width of a picture that is WIDTH wide.
-MIN_STICK_WIDTH, MIN_GAP = 0.033, 0.08
+# For a letter of the label of a stick, for a time: of the width of a picture that is WIDTH wide.
+MIN_LETTER_WIDTH, MIN_GAP = 0.0066, 0.08
 
 EVENT_DASHES = ((5, 2), (5, 1.5, 1, 1.5), (1, 1))
 EVENTS = (  # by colour: what they are of, and three events in the order of dashes
@@ -225,13 +226,16 @@ def mark_modes(result: "Record", axes: Sequence[Any]) -> list[Any]:
     handles = _mark_events(result, axes, row=1 if sticks else 0)
     if not sticks:
         return handles
-    narrow = MIN_STICK_WIDTH / relative_width(axes[0].figure) * np.ptp(result.channels["time"])
+    words = sticking_words(result)
+    short = words.removesuffix("ing")  # stick
+    narrow = len(short) * MIN_LETTER_WIDTH / relative_width(axes[0].figure)
+    narrow *= np.ptp(result.channels["time"])
     for start, stop in sticks:
         for ax in axes:
             ax.axvspan(start, stop, color=STICK_SHADE, linewidth=0)
         if stop - start > narrow:
-            annotate_above(axes[0], 0.5 * (start + stop), "stick", row=0)
-    return [Patch(color=STICK_SHADE, label="sticking"), *handles]
+            annotate_above(axes[0], 0.5 * (start + stop), short, row=0)
+    return [Patch(color=STICK_SHADE, label=words), *handles]
 
 
 def _mark_events(result: "Record", axes: Sequence[Any], row: int) -> list[Any]:
@@ -239,7 +243,7 @@ def _mark_events(result: "Record", axes: Sequence[Any], row: int) -> list[Any]:
     times = result.events["time"]
     if len(times) > MAX_MARKS:
         return []
-    names = event_names(result)
+    names = event_labels(result)
     handles = {}
     span = np.ptp(result.channels["time"]) / relative_width(axes[0].figure)
     widths = line_widths(times, CLOSE * span)

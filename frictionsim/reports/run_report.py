@@ -1,11 +1,11 @@
 """The report of one run, or of several of a kind side by side: its page and the data of that."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.display import MODE_WORDS, with_minus
+from frictionsim.display import with_minus
 from frictionsim.document import Block, Cell, Table
 from frictionsim.errors import InputError
 from frictionsim.motion import motion_of
@@ -20,11 +20,12 @@ from frictionsim.reports.run_charts import (
     thinned,
     undrawn,
 )
-from frictionsim.reports.run_tables import after_label, differences, origins, summary
-from frictionsim.simulation.record import event_names, sticking_phases
+from frictionsim.reports.run_tables import after_label, differences, event_cells, origins, summary
+from frictionsim.simulation.record import event_labels, sticking_phases, sticking_words
 
 if TYPE_CHECKING:
     from frictionsim.reports.run_tables import ReportedRun
+    from frictionsim.results import Transition
 
 BELT = "belt_drive"
 MAX_MARKS = 60  # events; marks of more would hide the lines
@@ -96,7 +97,7 @@ def _result_data(run: "ReportedRun", times: TimePool) -> dict[str, Any]:
     record = run.record
     time = np.asarray(record.channels["time"], dtype=float)
     motion, reason = _motion(run)
-    names = event_names(record)
+    names = event_labels(record)
     return {
         "label": run.label,
         "kind": run.attribute("kind"),
@@ -105,6 +106,7 @@ def _result_data(run: "ReportedRun", times: TimePool) -> dict[str, Any]:
         # A clock that goes from sample to sample needs no more of them than a line.
         "steps": times.number(time[thinned(time, MAX_STEPS)]),
         "sticking": [list(phase) for phase in sticking_phases(record)] if time.size else [],
+        "sticking_words": sticking_words(record),
         "events": {
             "time": np.asarray(record.events["time"], dtype=float),
             "names": names if len(names) <= MAX_MARKS else [],
@@ -219,34 +221,30 @@ def events(runs: "Sequence[ReportedRun]") -> Html:
     count = sum(len(run.record.events["time"]) for run in runs)
     if not count:
         return section("Events", "There are no events.", name="events")
-    rows = sorted((row for run in runs for row in _rows(run)), key=lambda row: row[0])
+    rows = [
+        (e, name, run.label)
+        for run in runs
+        for e, name in zip(run.record.transitions, event_labels(run.record), strict=True)
+    ]
+    rows.sort(key=lambda row: row[0].time)
     placed = any("angle" in run.record.events for run in runs)
     headings = ["time, s", "event", "contact", "from", "to"]
     headings += [">angle, rad"] if placed else []
     headings += ["result"] if len(runs) > 1 else []
-    shown = [_cells(row, placed) for row in rows[:MAX_EVENTS]]
+    shown = [_cells(*row, len(headings)) for row in rows[:MAX_EVENTS]]
     caption = "Events; a button sets the clock to its time"
     scrolled = region("scrolled", "Events", table(Table(headings, shown, caption)))
     more = [f"The first {MAX_EVENTS} of {count} events."] if count > MAX_EVENTS else []
     return section(f"Events ({count})", scrolled, *more, name="events")
 
 
-_Row = tuple[float, str, str, int, int, float | None, str]
-
-
-def _rows(run: "ReportedRun") -> Iterator[_Row]:
-    for e, name in zip(run.record.transitions, event_names(run.record), strict=True):
-        yield e.time, name, e.contact, e.mode_from, e.mode_to, e.position, run.label
-
-
-def _cells(row: _Row, placed: bool) -> list[Cell]:
-    time, name, contact, before, after, angle, label = row
-    button = (
-        f'<button type="button" data-time="{time!r}">{escaped(with_minus(f"{time:.9g}"))}</button>'
-    )
-    cells: list[Cell] = [Html(button), name, contact, MODE_WORDS[before], MODE_WORDS[after]]
-    cells += ["" if angle is None else f"{angle:.{ANGLE_DIGITS}g}"] if placed else []
-    return [*cells, label] if label else cells
+def _cells(e: "Transition", name: str, label: str, columns: int) -> list[Cell]:
+    """Return the cells of an event; of one without an angle, that is empty."""
+    time = with_minus(f"{e.time:.9g}")
+    button = f'<button type="button" data-time="{e.time!r}">{escaped(time)}</button>'
+    cells: list[Cell] = [Html(button), name, *event_cells(e, ANGLE_DIGITS)]
+    ending = [label] if label else []
+    return [*cells, *[""] * (columns - len(cells) - len(ending)), *ending]
 
 
 def scenarios(runs: "Sequence[ReportedRun]") -> Html:

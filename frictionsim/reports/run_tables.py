@@ -4,10 +4,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.display import error_text, number_text, short_text
+from frictionsim.display import DIGITS, MODE_WORDS, error_text, number_text, short_text
 from frictionsim.document import Block, Table
 from frictionsim.errors import InputError
-from frictionsim.results import Check, Quantities, Quantity
+from frictionsim.results import Check, Quantities, Quantity, Transition
 from frictionsim.scenario.toml_data import differing_keys
 
 if TYPE_CHECKING:
@@ -174,6 +174,12 @@ def _counts(runs: Sequence[ReportedRun]) -> Table:
 
 ABSENT = "\N{EM DASH}"
 MAX_VALUE = 120  # characters of a value in a table
+
+
+def event_cells(e: Transition, digits: int = DIGITS) -> tuple[str, ...]:
+    """Return contact, modes and angle of an event; without an angle there is no cell for it."""
+    angle = () if e.position is None else (number_text(e.position, digits),)
+    return e.contact, MODE_WORDS[e.mode_from], MODE_WORDS[e.mode_to], *angle
 
 
 def differences(runs: Sequence[ReportedRun]) -> Block:

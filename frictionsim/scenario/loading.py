@@ -173,7 +173,8 @@ def origin_of(attributes: Mapping[str, str]) -> Origin:
     """Return the origin of a scenario from the attributes of a result file."""
     # Not splitlines: texts may contain the line separators of Unicode.
     overrides = tuple(filter(None, attributes.get("overrides", "").split("\n")))
-    return Origin(Path(attributes.get("source", "")).name, overrides)
+    name = Path(attributes.get("source", "")).name
+    return Origin(name, overrides, attributes.get("command", ""))
 
 
 def _table_of(data: dict[str, Any], name: str, option: str) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple, get_args, get_origin
 
 from pydantic import BaseModel
 
-from frictionsim.errors import unknown
+from frictionsim.errors import closest, unknown
 from frictionsim.scenario.model_fields import key_names, models_in
 from frictionsim.scenario.signal_tables import FORMS_BESIDE_NUMBER, SIGNAL_TAGS, SUM
 from frictionsim.scenario.toml_data import KeyPath
@@ -36,10 +36,23 @@ class _Place(NamedTuple):
     is_list: bool
 
 
-def error_message(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
+def error_messages(errors: list[Any], model: type[BaseModel]) -> list[tuple[KeyPath, str]]:
+    """Return key and message for each error; a misspelt key is not missing as well."""
+    errors, misspelt = list(errors), {}
+    for error in [e for e in errors if e["type"] == "extra_forbidden"]:
+        *table, key = error["loc"]
+        missing = [e for e in errors if e["type"] == "missing" and [*e["loc"][:-1]] == table]
+        if near := closest(str(key), [str(e["loc"][-1]) for e in missing]):
+            misspelt[error["loc"]] = near
+            errors.remove(next(e for e in missing if e["loc"][-1] == near))
+    return [error_message(e, model, misspelt.get(e["loc"], "")) for e in errors]
+
+
+def error_message(error: Any, model: type[BaseModel], misspelt: str = "") -> tuple[KeyPath, str]:
     """Return key and message for an error of pydantic, one of `ValidationError.errors()`.
 
-    The path is that in the TOML file, without pydantic's names of union branches.
+    The path is that in the TOML file, without pydantic's names of union branches. A key that is
+    not known may be a missing one that is misspelt.
     """
     place = _place(model, error["loc"])
     kind, context = error["type"], error.get("ctx", {})
@@ -47,7 +60,8 @@ def error_message(error: Any, model: type[BaseModel]) -> tuple[KeyPath, str]:
         return (*place.path, *context["where"]), context["message"]
     if kind == "extra_forbidden":
         retired = getattr(place.table, "RETIRED", {}).get(place.path[-1])
-        return place.path, retired or unknown("key", str(place.path[-1]), key_names(place.table))
+        known = [misspelt] if misspelt else key_names(place.table)
+        return place.path, retired or unknown("key", str(place.path[-1]), known)
     if kind in ("value_error", "assertion_error"):  # of a validator in another package
         return place.path, str(context["error"]) or "invalid"
     expected = _expected(kind, context, place)

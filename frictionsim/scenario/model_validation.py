@@ -60,9 +60,9 @@ def _validated(model: type[Table], data: dict[str, Any], folder: Path | None) ->
     try:
         scenario = model.model_validate(data, context={"folder": folder})
     except ValidationError as error:
-        from frictionsim.scenario.messages import error_message
+        from frictionsim.scenario.messages import error_messages
 
-        raise ValidationFailure([error_message(e, model) for e in _root_errors(error)]) from None
+        raise ValidationFailure(error_messages(_root_errors(error), model)) from None
     except OverflowError:
         raise ValidationFailure([((), OUT_OF_RANGE)]) from None
     # Of points, those in CSV files were read by now.
@@ -81,9 +81,9 @@ def validate_table(model: "type[Table]", data: dict[str, Any]) -> "Table":
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        from frictionsim.scenario.messages import error_message
+        from frictionsim.scenario.messages import error_messages
 
-        raise ValidationFailure([error_message(e, model) for e in _root_errors(error)]) from None
+        raise ValidationFailure(error_messages(_root_errors(error), model)) from None
 
 
 def _refuse(faults: list[tuple[KeyPath, str]]) -> None:

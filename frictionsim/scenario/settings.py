@@ -13,6 +13,7 @@ from frictionsim.errors import ScenarioError, unknown
 from frictionsim.results import Channel
 from frictionsim.scenario import methods
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
+from frictionsim.scenario.shipped import shipped_name
 
 if TYPE_CHECKING:
     from frictionsim.scenario.overrides import Overrides
@@ -112,10 +113,14 @@ class Output(Params):
 
 
 class Origin(NamedTuple):
-    """Where a scenario came from: its file and the overrides KEY=VALUE; both may be empty."""
+    """Where a scenario came from: its file and the overrides KEY=VALUE; both may be empty.
+
+    A result has the name of the file without its folder, and the `recorded` command with it.
+    """
 
     source: str = ""
     overrides: tuple[str, ...] = ()
+    recorded: str = ""
 
     @property
     def values(self) -> dict[str, Any]:
@@ -129,10 +134,10 @@ class Origin(NamedTuple):
         """The command that solves the scenario again; empty if it is of no file."""
         from shlex import join
 
-        if not self.source:
-            return ""
+        if self.recorded or not self.source:
+            return self.recorded
         options = (part for override in self.overrides for part in ("--set", override))
-        name = "-" if self.source == STDIN else Path(self.source).name
+        name = "-" if self.source == STDIN else shipped_name(self.source)
         return join(["frictionsim", "solve", name, *options])
 
 

@@ -11,19 +11,21 @@ FOLDERS = "hard", "validation"  # beside the examples: hard for a solver, benchm
 
 
 def shipped_folder() -> Path:
-    """Return the folder of the shipped scenarios.
-
-    A wheel has them inside the package, a source tree beside it.
-    """
-    folders = (PACKAGE / "scenarios", PACKAGE.parent / "scenarios")
-    for folder in folders:
+    """Return the folder of the shipped scenarios."""
+    inside, beside = _places()
+    for folder in (inside, beside):
         # Another package may have a folder of this name beside ours.
         if (folder / "pulley.toml").is_file():
             return folder
     raise InputError(
-        f"the scenarios that come with frictionsim are neither in {folders[0]} nor in {folders[1]};"
+        f"the scenarios that come with frictionsim are neither in {inside} nor in {beside};"
         " install the package again"
     )
+
+
+def _places() -> tuple[Path, Path]:
+    """Return where they may be: a wheel has them inside the package, a source tree beside it."""
+    return PACKAGE / "scenarios", PACKAGE.parent / "scenarios"
 
 
 def shipped_scenarios() -> dict[str, Path]:
@@ -42,6 +44,14 @@ def scenario_file(source: str | PathLike[str], folder: Path = Path()) -> Path:
     """
     path, name = folder / fsdecode(source), Path(fsdecode(source)).as_posix()
     return path if exists(path) else _shipped_or_none().get(name, path)
+
+
+def shipped_name(file: str) -> str:
+    """Return the name of a shipped scenario for its file; the file itself if it is another one."""
+    for folder in _places():
+        if folder in Path(file).parents:
+            return Path(file).relative_to(folder).with_suffix("").as_posix()
+    return file
 
 
 def near_shipped(path: Path) -> str:

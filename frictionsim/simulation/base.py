@@ -63,6 +63,12 @@ class Simulation(Protocol):
             If the equations have no solution at the start, or not within the numbers.
         """
 
+    def compile(self, on_step: Callable[[float], Any]) -> float | None:
+        """Compile what the run, or a longer one, calls; return how long that took, s.
+
+        None if it is not compiled with this method. `on_step` is as for `prepare`.
+        """
+
     def solve(self, on_step: Callable[[float], Any]) -> bool | None:
         """Integrate on, from the start, from a restored state or from where the last call ended.
 

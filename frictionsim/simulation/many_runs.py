@@ -274,6 +274,7 @@ def _observed(
             trajectory.time[-1],
             trajectory.position[-1],
             trajectory.velocity[-1],
+            mechanism.initial_energy,
             {name: energy[-1] for name, energy in energies.items()},
         )
         for name, quantity in last.items():

@@ -14,6 +14,7 @@ release             what leaves stick was at its static limit just before; or el
 """
 
 from array import array
+from collections.abc import Sequence
 from itertools import product
 from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -27,6 +28,8 @@ from frictionsim.results import (
     STICK,
     TAUT,
     Check,
+    Quantities,
+    Quantity,
     Transition,
 )
 from frictionsim.simulation.audit import (
@@ -48,12 +51,12 @@ from frictionsim.solvers.contacts import (
     Contact,
     Friction,
     MultiContactMechanism,
-    MultiContactTrajectory,
     Vector,
 )
 from frictionsim.solvers.event_driven import SOLVER
+from frictionsim.solvers.mechanism import Trajectory
 from frictionsim.solvers.one_contact_state import Y
-from frictionsim.solvers.problems import MODE
+from frictionsim.solvers.problems import MODE, event_names
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
@@ -65,7 +68,7 @@ Modes = tuple[int, ...]
 
 
 def audit(
-    trajectory: "MultiContactTrajectory",
+    trajectory: "Trajectory",
     mechanism: "MultiContactMechanism",
     energy_limit: float,
     atol: float,
@@ -74,7 +77,7 @@ def audit(
 
     Parameters
     ----------
-    trajectory : MultiContactTrajectory
+    trajectory : Trajectory
     mechanism : MultiContactMechanism
     energy_limit : float
         Allowed residual of the energy balance.
@@ -100,9 +103,7 @@ def audit(
     return checks | mechanism.checks(trajectory)
 
 
-def friction_violation(
-    trajectory: "MultiContactTrajectory", contact: "Contact", index: int
-) -> float:
+def friction_violation(trajectory: "Trajectory", contact: "Contact", index: int) -> float:
     """Return the largest violation of a friction law, relative to the largest static limit."""
     forces, mode = trajectory.forces, trajectory.modes[index]
     u = trajectory.drive
@@ -117,7 +118,7 @@ def friction_violation(
     return worst / largest if largest > 0.0 else worst
 
 
-def driving_power(trajectory: "MultiContactTrajectory", contact: "Contact") -> float:
+def driving_power(trajectory: "Trajectory", contact: "Contact") -> float:
     """Return the largest positive power of a contact, relative to the largest magnitude."""
     velocity = trajectory.velocity[contact.coordinate]
     forces, u = trajectory.forces, trajectory.drive
@@ -128,16 +129,14 @@ def driving_power(trajectory: "MultiContactTrajectory", contact: "Contact") -> f
     return max(0.0, float(np.max(beyond, initial=0.0)) / largest) if largest > 0.0 else 0.0
 
 
-def _gain(trajectory: "MultiContactTrajectory") -> float:
+def _gain(trajectory: "Trajectory") -> float:
     """Return the largest energy gained in an impact, relative to the largest energy of impacts."""
     lost = trajectory.energy_integrals.get("energy_impact", np.zeros(0))
     gained = -float(np.min(np.diff(lost), initial=0.0))
     return gained / float(np.max(np.abs(lost))) if gained > 0.0 else 0.0
 
 
-def held_drift(
-    trajectory: "MultiContactTrajectory", index: int, coordinate: int, name: str
-) -> float:
+def held_drift(trajectory: "Trajectory", index: int, coordinate: int, name: str) -> float:
     """Return the largest change of a coordinate between samples at which its contact holds."""
     holds = np.isin(trajectory.modes[index], HOLDING)
     moved: Array = np.abs(np.diff(trajectory.position[coordinate]))
@@ -148,8 +147,8 @@ def held_drift(
 
 def release_check(
     mechanism: "MultiContactMechanism",
-    before: "MultiContactTrajectory",
-    after: "MultiContactTrajectory",
+    before: "Trajectory",
+    after: "Trajectory",
     end: float,
 ) -> Check:
     """Return the check of the breakaways.
@@ -157,7 +156,7 @@ def release_check(
     Parameters
     ----------
     mechanism : MultiContactMechanism
-    before, after : MultiContactTrajectory
+    before, after : Trajectory
         The samples immediately before and after each transition.
     end : float, s
         Duration of the run, which sets the roundoff of the time.
@@ -220,7 +219,7 @@ State = tuple[float, list[float], list[float], Modes]
 """The drive, positions, velocities and modes of a sample."""
 
 
-def _state(at: "MultiContactTrajectory", sample: int) -> State:
+def _state(at: "Trajectory", sample: int) -> State:
     modes = tuple(int(mode) for mode in at.modes[:, sample])
     position, velocity = (x[:, sample].tolist() for x in (at.position, at.velocity))
     return float(at.drive[sample]), position, velocity, modes
@@ -288,6 +287,26 @@ def _smallest_margin(mechanism: "MultiContactMechanism", state: State, gone: set
     return min(margins)
 
 
+def last_rest(trajectory: "Trajectory", contacts: Sequence[str]) -> float | None:
+    """Return when all contacts last came to hold, s; None if they never did in the samples.
+
+    Parameters
+    ----------
+    contacts : sequence of str
+        Their names, in the order of the modes.
+    """
+    if not trajectory.time.size:
+        return None
+    modes = dict(zip(contacts, trajectory.modes[:, -1].tolist(), strict=True))
+    for e in reversed(trajectory.transitions):
+        if e.time > trajectory.time[-1]:
+            continue
+        if all(mode in HOLDING for mode in modes.values()):
+            return e.time
+        modes[e.contact] = e.mode_from
+    return None
+
+
 def _releases(transitions: "list[Transition]", name: str) -> "Array":
     """Return the times at which a contact was released, s: it may hold again before a sample."""
     return np.array([e.time for e in transitions if e.contact == name and e.mode_to not in HOLDING])
@@ -318,19 +337,22 @@ class MultiContactSimulation(RecordedSimulation):
         self.mode_columns = slice(first, last)
 
     @property
-    def event_names(self) -> tuple[str, ...]:
-        return tuple(contact.name for contact in self._mechanism.contacts)
-
-    @property
     def _contact_names(self) -> tuple[str, ...]:
         return tuple(contact.name for _, contact in self._mechanism.frictions[:1])
 
-    def _trajectory_of(self, rows: Any, transitions: list[Transition]) -> MultiContactTrajectory:
+    def _quantities(self, trajectory: Trajectory, energies: dict[str, Any]) -> Quantities:
+        quantities = super()._quantities(trajectory, energies)
+        if "last_rest_time" in quantities:
+            rest = last_rest(trajectory, event_names(self._mechanism))
+            quantities["last_rest_time"] = Quantity(rest, "s")
+        return quantities
+
+    def _trajectory_of(self, rows: Any, transitions: list[Transition]) -> Trajectory:
         mechanism, n = self._mechanism, len(self._mechanism.position)
         columns = rows.T.copy()
         position, velocity, acceleration = columns[2 : 2 + 3 * n].reshape(3, n, -1)
         stored = mechanism.system.stored_energies(position, velocity)
-        return MultiContactTrajectory(
+        return Trajectory(
             time=columns[0],
             drive=columns[1],
             position=position,
@@ -345,11 +367,11 @@ class MultiContactSimulation(RecordedSimulation):
             transitions=transitions,
         )
 
-    def _channels(self, trajectory: MultiContactTrajectory) -> dict[str, Any]:
+    def _channels(self, trajectory: Trajectory) -> dict[str, Any]:
         channels: dict[str, Any] = self._mechanism.channels(trajectory)
         return channels
 
-    def _checks(self, trajectory: MultiContactTrajectory, samples: Samples) -> dict[str, Check]:
+    def _checks(self, trajectory: Trajectory, samples: Samples) -> dict[str, Check]:
         mechanism, settings = self._mechanism, self._settings
         allowed = allowed_residual(settings.rtol, self.statistics()[0])
         checks = audit(trajectory, mechanism, allowed, settings.atol)
@@ -361,6 +383,6 @@ class MultiContactSimulation(RecordedSimulation):
             checks["release"] = release_check(mechanism, before, after, settings.duration)
         return checks
 
-    def _warnings(self, trajectory: MultiContactTrajectory) -> list[str]:
+    def _warnings(self, trajectory: Trajectory) -> list[str]:
         warnings = [] if np.any(trajectory.velocity) else ["nothing moves: all contacts hold"]
         return warnings + list(self._mechanism.run_warnings(trajectory))

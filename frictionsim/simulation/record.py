@@ -226,16 +226,21 @@ def sticking_phases(result: Record, contact: str | None = None) -> Iterator[tupl
         yield resting_since, time[-1]
 
 
-def event_names(result: Record) -> list[str]:
+def sticking_words(result: Record) -> str:
+    """Return the words for sticking phases, in which a cord may move on the shaft that sticks."""
+    return "sticking" if result.events_of().all() else "the shaft sticks"
+
+
+def event_labels(result: Record) -> list[str]:
     """Return the label of each event: by its change of mode, or with the name of its contact."""
     columns = (result.events[name] for name in ("contact", "mode_from", "mode_to"))
     return [
-        _event_name(result.contacts[int(contact)], before, after)
+        _event_label(result.contacts[int(contact)], before, after)
         for contact, before, after in zip(*columns, strict=True)
     ]
 
 
-def _event_name(contact: str, before: float, after: float) -> str:
+def _event_label(contact: str, before: float, after: float) -> str:
     if {before, after} & ENGAGEMENT.keys():
         name = contact.replace("_rope", " rope")
         return f"{name}: {IMPACT if before == after else ENGAGEMENT.get(after, 'closed')}"

@@ -19,9 +19,10 @@ from frictionsim.simulation.checkpoint import (
 )
 from frictionsim.simulation.monitor import compilation_of
 from frictionsim.simulation.run_warnings import hidden_stick_slip, nothing_moves
-from frictionsim.solvers import end_stops, new_solver
+from frictionsim.solvers import new_solver
 from frictionsim.solvers.common import GivenTimes, SampleBuffer, SampleTimes
 from frictionsim.solvers.mechanism import Mechanism, Trajectory
+from frictionsim.solvers.problems import event_names
 from frictionsim.solvers.state_values import DIRECTION, NUMBER, TIME, Values, unfit
 
 if TYPE_CHECKING:
@@ -161,13 +162,18 @@ class RecordedSimulation:
 
     def prepare(self, on_step: Callable[[float], Any]) -> float:
         """Compile the rest of a long run if that pays; return how long it took, s."""
+        pays = getattr(self._solver, "is_to_be_compiled", False)
+        return (self.compile(on_step) or 0.0) if pays else 0.0
+
+    def compile(self, on_step: Callable[[float], Any]) -> float | None:
+        """Compile the loop of the run; None for a method that is Python alone."""
         solver: Any = self._solver
-        if not getattr(solver, "is_to_be_compiled", False):
-            return 0.0
+        if not hasattr(solver, "compile"):
+            return None
         started, expected = perf_counter(), solver.compile_seconds
         with compilation_of(on_step, expected) if expected else nullcontext():
             solver.compile()
-        return perf_counter() - started
+        return perf_counter() - started if expected else 0.0
 
     def solve(self, on_step: Callable[[float], Any]) -> bool:
         """Integrate to the end with the backend of the scenario; see `Simulation.solve`."""
@@ -191,11 +197,6 @@ class RecordedSimulation:
         ).reshape(-1, 4)
         return state
 
-    @property
-    def event_names(self) -> tuple[str, ...]:
-        """The names that an event of the scenario may have."""
-        raise NotImplementedError
-
     def restore(self, state: Arrays) -> None:
         """Load the state of another simulation of the same scenario."""
         for name, part in self._solver.checkpoint_parts.items():
@@ -215,7 +216,7 @@ class RecordedSimulation:
             raise unfit("transitions", "is of another type or shape")
         for column, expected in zip(rows.T, values, strict=True):
             require_values(column, "transitions", expected, self._settings.duration)
-        known = {name.encode(): name for name in self.event_names}
+        known = {name.encode(): name for name in event_names(self._mechanism) if name}
         if not known.keys() >= set(contacts):
             raise unfit("transitions.contact", "names no contact of it")
         return [
@@ -296,7 +297,7 @@ class RecordedSimulation:
     @property
     def _contact_names(self) -> tuple[str, ...]:
         """The names of the events of which breakaway and rest are quantities."""
-        return self.event_names
+        raise NotImplementedError
 
     def _quantities(self, trajectory: Any, energies: dict[str, Any]) -> Quantities:
         """Return the quantities of the mechanism, of its first contact and of the end.
@@ -315,6 +316,7 @@ class RecordedSimulation:
                 float(trajectory.time[-1]),
                 float(position[0, -1]),
                 float(velocity[0, -1]),
+                float(self._mechanism.initial_energy),
                 {name: float(energy[-1]) for name, energy in energies.items()},
             )
         return quantities
@@ -358,16 +360,8 @@ class SingleDofSimulation(RecordedSimulation):
         self._locates_events = methods.METHODS[scenario.solver.backend].locates_events
 
     @property
-    def event_names(self) -> tuple[str, ...]:
-        mechanism = self._mechanism
-        contact = "drive" if mechanism.contact is None else mechanism.contact.name
-        events = [surface.event for surface in mechanism.switching_surfaces]
-        events += [] if mechanism.stops is None else [end_stops.EVENT]
-        return tuple(name for name in (contact, *events) if name)
-
-    @property
     def _contact_names(self) -> tuple[str, ...]:
-        return () if self._mechanism.contact is None else self.event_names
+        return () if self._mechanism.contact is None else event_names(self._mechanism)
 
     def _trajectory_of_samples(self, samples: Samples) -> Trajectory:
         trajectory = self._trajectory_of(samples.rows, samples.transitions)
@@ -471,12 +465,13 @@ def quantities_of_transitions(transitions: list[Transition]) -> Quantities:
 
 
 def final_quantities(
-    time: float, position: float, velocity: float, energies: Mapping[str, float]
+    time: float, position: float, velocity: float, at_start: float, energies: Mapping[str, float]
 ) -> Quantities:
-    """Return the quantities of the last sample."""
+    """Return the quantities of the last sample, and what balances them: the energy at the start."""
     return {
         "final_time": Quantity(time, "s"),
         "final_angle": Quantity(position, "rad"),
         "final_angular_velocity": Quantity(velocity, "rad/s"),
+        "initial_energy": Quantity(at_start, "J"),
         **{name: Quantity(energy, "J") for name, energy in energies.items()},
     }

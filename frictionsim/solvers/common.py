@@ -11,7 +11,7 @@ from frictionsim.results import Transition
 from frictionsim.solvers.state_values import COUNT, SAMPLE, TIME, Values
 
 if TYPE_CHECKING:
-    from frictionsim.solvers.mechanism import Mechanism
+    pass
 
 
 # A root search stops at an interval of two units in the last place of the time.
@@ -149,9 +149,3 @@ def chattering_error(t: float, what: str, events: int, within: float, advice: st
     return Chattering(
         f"chattering at t = {t:.9g} s: {what} {events} times within {within:.2g} s; {advice}"
     )
-
-
-def subject_of(mechanism: "Mechanism") -> str:
-    """Return the subject of messages about the motion of a mechanism."""
-    contact = mechanism.contact
-    return "the motion" if contact is None else f"the motion on the contact '{contact.name}'"

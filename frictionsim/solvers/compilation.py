@@ -10,13 +10,14 @@ a build carries a digest of all sources: of the marked functions, of the classes
 and of all modules beside them.
 """
 
+import gc
 import os
 import platform
 import sys
 from array import array
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from functools import cache, cached_property, partial
 from hashlib import sha256
 from importlib import import_module
@@ -268,7 +269,8 @@ class Kernel:
         try:
             function = _dispatcher(self._function, self._classes)
             if self.form not in _compiled_forms:
-                call(function)
+                with without_collection():
+                    function = self._called(call, function)
         except Exception as error:  # whatever is wrong with a compiler, the run takes its time
             _failed_forms.add(ANY_FORM if isinstance(error, ImportError) else self.form)
             log.warning(
@@ -284,6 +286,18 @@ class Kernel:
             if folder is not None:
                 with suppress(OSError):  # on a full disk the next process compiles again
                     (folder / self._mark).touch()
+        return function
+
+    def _called(self, call: Callable[[Any], Any], function: Any) -> Any:
+        """Return a function that `call` has called, and so compiled."""
+        import logging
+
+        try:
+            call(function)
+        except OSError as error:  # a full disk: compiled for this process alone
+            logging.getLogger(__name__).warning("the compiled code cannot be kept: %s", error)
+            function = _dispatcher(self._function, self._classes, is_kept=False)
+            call(function)
         return function
 
 
@@ -332,12 +346,14 @@ def folder_of(classes: frozenset[type]) -> Path | None:
 
 
 @cache
-def _dispatcher(function: Callable[..., Any], classes: frozenset[type]) -> Any:
+def _dispatcher(
+    function: Callable[..., Any], classes: frozenset[type], is_kept: bool = True
+) -> Any:
     """Return a marked function as numba compiles it, for arguments of some classes."""
     numba = _prepare()
     for one in classes:
         _register_methods(one)
-    folder, options = folder_of(classes), {}
+    folder, options = folder_of(classes) if is_kept else None, {}
     if folder is not None:
         # Each time anew: numba takes it from the environment again when that changes.
         numba.config.CACHE_DIR, numba.config.CACHE_LOCATOR_CLASSES = str(folder), ""
@@ -358,21 +374,48 @@ def _prepare() -> Any:
         compiled_as(ulp_of)(ulp)
         compiled_as(_bisect_right)(bisect_right)
         compiled_by_type(_filling, _parameters(argument_of))(argument_of)
+    options = _options_of_parts()
     while _marked:  # modules that were imported since the last time may have more
         function = _marked.pop()
         if isinstance(function, type):
             _register_methods(function)
             continue
-        inline = {"forceinline": function in _inlined}
-        dispatcher = numba.njit(function, **OPTIONS, **inline, no_cpython_wrapper=True)
+        dispatcher = numba.njit(function, **options, forceinline=function in _inlined)
         _alive.append(dispatcher)
         _compile_once(dispatcher)
         function._numba_type_ = dispatcher._numba_type_
     while _replaced:
         function, choice, parameters = _replaced.pop()
         chosen = _typing_function(choice, parameters)
-        numba.extending.overload(function, jit_options=OPTIONS, strict=False)(chosen)
+        numba.extending.overload(function, jit_options=options, strict=False)(chosen)
     return numba
+
+
+def compiler_of_parts(name: str = "PartCompiler") -> Any:
+    """Return a compiler of parts; numba's own one where its insides are not those we know."""
+    try:
+        from frictionsim.solvers import compiled_parts
+    except (ImportError, AttributeError):
+        from numba.core.compiler import Compiler
+
+        return Compiler
+    return getattr(compiled_parts, name)
+
+
+@contextmanager
+def without_collection() -> Iterator[None]:
+    """Search for no garbage in a block that compiles: all the while that would find nothing."""
+    is_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if is_enabled:
+            gc.enable()
+
+
+def _options_of_parts() -> dict[str, Any]:
+    return {**OPTIONS, "no_cpython_wrapper": True, "pipeline_class": compiler_of_parts()}
 
 
 def _compile_once(dispatcher: Any) -> None:
@@ -410,7 +453,7 @@ def _bisect_right(values: Any, x: float) -> int:
 def _register_methods(kind: type) -> None:
     """Let compiled code call the methods of a class of named tuples."""
     numba = _prepare()
-    known_as: dict[str, Any] = {"jit_options": OPTIONS, "strict": False}
+    known_as: dict[str, Any] = {"jit_options": _options_of_parts(), "strict": False}
     for name, method in vars(kind).items():
         if not isinstance(method, FunctionType) or name.startswith("_"):
             continue

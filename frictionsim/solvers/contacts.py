@@ -21,9 +21,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.results import FORWARD, STICK, TAUT
+from frictionsim.solvers.mechanism import Trajectory
 
 if TYPE_CHECKING:
-    from frictionsim.results import Array, Channel, Check, Quantities, Transition
+    from frictionsim.results import Channel, Check, Quantities
     from frictionsim.scenario.signals import Signal
 
 Value = Any  # a float, or an array over time
@@ -172,32 +173,6 @@ def _row(contact: Contact) -> Iterator[float]:
         yield from form
 
 
-class MultiContactTrajectory(NamedTuple):
-    """The samples of a run as arrays over time, and its transitions.
-
-    Attributes
-    ----------
-    time : (n,), s
-    drive : (n,)
-    position, velocity, acceleration : (coordinates, n)
-    forces : (forces, n)
-    modes : (contacts, n)
-    energy_integrals, stored_energies : dict of (n,), J
-    transitions : list of Transition
-    """
-
-    time: "Array"
-    drive: "Array"
-    position: "Array"
-    velocity: "Array"
-    acceleration: "Array"
-    forces: "Array"
-    modes: "Array"
-    energy_integrals: dict[str, "Array"]
-    stored_energies: dict[str, "Array"]
-    transitions: list["Transition"]
-
-
 class MultiContactMechanism(NamedTuple):
     """A mechanism of n coordinates q, v = dq/dt, and m contacts.
 
@@ -232,13 +207,13 @@ class MultiContactMechanism(NamedTuple):
     stored_energies: tuple[str, ...]
     position: tuple[float, ...]
     velocity: tuple[float, ...]
-    channels: Callable[[MultiContactTrajectory], dict[str, Any]]
+    channels: Callable[[Trajectory], dict[str, Any]]
     channel_info: Mapping[str, "Channel"]
-    quantities: Callable[[MultiContactTrajectory], "Quantities"]
+    quantities: Callable[[Trajectory], "Quantities"]
     effects: tuple[str, ...]
     energy_scale: float
-    run_warnings: Callable[[MultiContactTrajectory], list[str]] = lambda trajectory: []
-    checks: Callable[[MultiContactTrajectory], dict[str, "Check"]] = lambda trajectory: {}
+    run_warnings: Callable[[Trajectory], list[str]] = lambda trajectory: []
+    checks: Callable[[Trajectory], dict[str, "Check"]] = lambda trajectory: {}
 
     @property
     def frictions(self) -> tuple[tuple[int, Contact], ...]:
@@ -256,7 +231,6 @@ class MultiContactMechanism(NamedTuple):
         return [*self.position, *self.velocity, *(0.0 for _ in self.energy_integrals)]
 
     @property
-    def subject(self) -> str:
-        """The subject of messages about the motion."""
-        names = " and ".join(f"'{contact.name}'" for contact in self.contacts)
-        return f"the motion on the contacts {names}" if names else "the motion"
+    def initial_energy(self) -> Value:
+        """The energy stored at the start, J."""
+        return sum(self.system.stored_energies(self.position, self.velocity))

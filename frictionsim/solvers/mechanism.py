@@ -9,7 +9,6 @@ arrays in post-processing; `u` is the value of the drive.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from math import ceil, floor
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
@@ -72,18 +71,15 @@ class SwitchingSurface(NamedTuple):
 
     Attributes
     ----------
-    function : callable or None
+    function : callable
         function(q, v) changes its sign on the surface, at most once within a step.
-    every : float, rad
-        Without a function, the surface consists of the multiples of this angle.
     event : str
         Name of the event to record; empty for none.
     is_of_table : bool
         The next surface may be closer than a step is long: a step that is cut here is rechecked.
     """
 
-    function: Callable[[Value, Value], Value] | None = None
-    every: float = 0.0
+    function: Callable[[Value, Value], Value]
     event: str = ""
     is_of_table: bool = False
 
@@ -103,12 +99,8 @@ class SwitchingSurface(NamedTuple):
             At its end.
         q, v : float, rad and rad/s
         """
-        if self.function is not None:
-            beyond: float = -self.function(q0, v0) * self.function(q, v)
-            return beyond
-        if q1 > q0:
-            return q - (floor(q0 / self.every) + 1) * self.every
-        return (ceil(q0 / self.every) - 1) * self.every - q
+        beyond: float = -self.function(q0, v0) * self.function(q, v)
+        return beyond
 
 
 class EndStops(NamedTuple):
@@ -168,15 +160,19 @@ def stop_torque(stops: EndStops, applied: Value, q: Value, v: Value) -> Value:
 class Trajectory(NamedTuple):
     """The samples of a run as arrays over time, and its transitions.
 
+    Of several coordinates and contacts the arrays of coordinates, forces and modes have two axes:
+    the first is that of the members.
+
     Attributes
     ----------
     time : (n,), s
     drive : (n,)
         Value of the drive, in its unit.
     position, velocity, acceleration : (n,), rad, rad/s, rad/s^2
-    friction : (n,), N m
-    mode : (n,)
-        0 sticking, +1 or -1 sliding.
+    forces : (n,), N m
+        The friction; of several contacts all forces of their balance.
+    modes : (n,)
+        0 sticking, +1 or -1 sliding; of ropes TAUT or SLACK.
     energy_integrals : dict of (n,), J
         Integrated power flows: energy input and dissipated energies.
     stored_energies : dict of (n,), J
@@ -191,13 +187,23 @@ class Trajectory(NamedTuple):
     position: "Array"
     velocity: "Array"
     acceleration: "Array"
-    friction: "Array"
-    mode: "Array"
+    forces: "Array"
+    modes: "Array"
     energy_integrals: dict[str, "Array"]
     stored_energies: dict[str, "Array"]
     transitions: list["Transition"]
     velocity_before: "Array | None" = None
     velocity_after: "Array | None" = None
+
+    @property
+    def friction(self) -> "Array":
+        """The friction torque of the contact, (n,), N m."""
+        return self.forces
+
+    @property
+    def mode(self) -> "Array":
+        """The mode of the contact, (n,)."""
+        return self.modes
 
 
 class Mechanism(NamedTuple):
@@ -275,6 +281,11 @@ class Mechanism(NamedTuple):
     def initial_state(self) -> list[float]:
         """The initial state vector: position, velocity, and the energy integrals."""
         return [self.position, self.velocity, *(0.0 for _ in self.energy_integrals)]
+
+    @property
+    def initial_energy(self) -> Value:
+        """The energy stored at the start, J."""
+        return sum(energy(self.position, self.velocity) for energy in self.stored_energies.values())
 
 
 def equation_of(system: Any, flows: Sequence[str], stored: Sequence[str]) -> dict[str, Any]:

@@ -4,7 +4,7 @@ A problem has the loop, its arguments, and the names of what is in its state.
 """
 
 from array import array
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from math import copysign, inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -12,7 +12,7 @@ from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
 from frictionsim.solvers import multi_contact, one_contact
 from frictionsim.solvers import multi_contact_state as multi
 from frictionsim.solvers import one_contact_state as layout
-from frictionsim.solvers.common import SampleBuffer, subject_of
+from frictionsim.solvers.common import SampleBuffer
 from frictionsim.solvers.contacts import Friction, MultiContactMechanism
 from frictionsim.solvers.end_stops import ENERGY, EVENT
 from frictionsim.solvers.one_contact_state import MAX_STATES, NEVER, ROW_COLUMNS, Run
@@ -106,7 +106,7 @@ class Problem:
             raise ValueError(
                 f"at most {MAX_STATES} states have room; found {len(mechanism.initial_state)}"
             )
-        self.subject = subject_of(mechanism)
+        self.subject = _subject([] if mechanism.contact is None else [mechanism.contact.name])
         self.system = system_of(mechanism)
         self.run = run_of(mechanism, settings, buffer)
         self.state = initial_state(mechanism)
@@ -160,10 +160,10 @@ class MultiContactProblem(Problem):
                 f"at most {MAX_STATES} states and forces and {MAX_STATES // 2} contacts have room;"
                 f" found {states} states, {terms - 2} forces, {self.contacts} contacts"
             )
-        self.subject, self.system = mechanism.subject, mechanism.system
+        self.event_names, self.system = event_names(mechanism), mechanism.system
+        self.subject = _subject(self.event_names)
         self.run = _run_of_several(mechanism, settings, buffer)
         self.state = _state_of_several(mechanism)
-        self.event_names = tuple(contact.name for contact in mechanism.contacts)
         self.change = "the contacts changed their modes"
         self.advice = "check whether the drive changes too fast"
 
@@ -203,6 +203,14 @@ def problem_of(
     if isinstance(mechanism, MultiContactMechanism):
         return MultiContactProblem(mechanism, settings, buffer)
     return Problem(mechanism, settings, buffer)
+
+
+def _subject(contacts: Sequence[str]) -> str:
+    """Return the subject of messages about the motion."""
+    if not contacts:
+        return "the motion"
+    names = " and ".join(f"'{name}'" for name in contacts)
+    return f"the motion on the contact{'s' if len(contacts) > 1 else ''} {names}"
 
 
 def run_of(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer) -> Run:
@@ -290,8 +298,10 @@ def _state_with(y: list[float], length: int) -> "array[float]":
     return s
 
 
-def event_names(mechanism: "Mechanism") -> tuple[str, ...]:
-    """Return the names of events of one contact by their numbers."""
+def event_names(mechanism: "Mechanism | MultiContactMechanism") -> tuple[str, ...]:
+    """Return the names of events by their numbers: of contacts, stops and surfaces."""
+    if isinstance(mechanism, MultiContactMechanism):
+        return tuple(contact.name for contact in mechanism.contacts)
     surfaces = [surface.event for surface in mechanism.switching_surfaces]
     contact = "drive" if mechanism.contact is None else mechanism.contact.name
     return (contact, EVENT, *surfaces)

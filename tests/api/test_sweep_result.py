@@ -76,7 +76,7 @@ def grid(tmp_path_factory: pytest.TempPathFactory) -> tuple[xarray.Dataset, Path
     path = tmp_path_factory.mktemp("sweep") / "s.h5"
     vary = {MU_S: [0.1, 0.2, 0.3], WAY: ["vertical", "horizontal"]}
     return fs.sweep(
-        SCENARIOS / "pulley.toml", vary, {"solver.rtol": 1e-4}, output=path
+        SCENARIOS / "pulley.toml", vary, {"solver.rtol": 1e-4}, output=path, workers=1
     ).dataset, path
 
 

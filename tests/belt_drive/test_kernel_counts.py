@@ -122,9 +122,3 @@ def test_warm_up_names_combinations_and_compiles_nothing_twice(
         "belt_drive, moreau: compiled already",
         "0.0 s of compilation",
     ]
-
-
-def test_warm_up_of_plain_python_compiles_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    assert fs.warm_up("pulley") == ()
-    assert run_command_line(["warm-up", "pulley"]) == 0
-    assert capsys.readouterr().out == "no kernels to compile\n"

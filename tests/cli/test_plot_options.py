@@ -44,7 +44,6 @@ def told(
     ("options", "files"),
     [
         (["gear.h5"], ["gear.png"]),
-        (["gear.h5", "--view", "torque"], ["gear-torque.png"]),
         (["gear.h5", "--view", "torque,path", "-o", "t.svg"], ["t-torque.svg", "t-path.svg"]),
         (["gear.h5", "--view", "torque", "--view", "path"], ["gear-torque.png", "gear-path.png"]),
         (["a.h5", "b.h5"], ["a-b.png"]),

@@ -27,7 +27,7 @@ RESULT = ROOT / "tests" / "io" / "format_1.h5"
 def grid(here: Path) -> xarray.Dataset:
     """A sweep over two keys in the file s.h5."""
     vary = {MU_S: "lin(0.1, 0.4, 4)", LOAD: [2000.0, 2224.1, 3000.0]}
-    return fs.sweep(PULLEY, vary, LOOSE, output="s.h5")
+    return fs.sweep(PULLEY, vary, LOOSE, output="s.h5", workers=1)
 
 
 def test_the_summary_of_a_grid_has_the_extremes(grid: xarray.Dataset, told: Run) -> None:
@@ -62,7 +62,7 @@ def test_the_summary_of_a_grid_has_the_extremes(grid: xarray.Dataset, told: Run)
 
 def test_the_summary_of_a_sample_has_its_statistics(here: Path, told: Run) -> None:
     vary = {MU_S: "uniform(0.1, 0.2)", LOAD: "normal(2000.0, 30.0)"}
-    found = fs.sweep(PULLEY, vary, LOOSE, sample=16, indices=True, output="s.h5")
+    found = fs.sweep(PULLEY, vary, LOOSE, sample=16, indices=True, output="s.h5", workers=1)
     out, _ = told("show", "s.h5")
     angle = found["final_angle"].values[:32]  # of A and B
     row = next(line for line in out.splitlines() if line.startswith("final_angle")).split()
@@ -86,7 +86,7 @@ def test_csv_scenario_and_study_are_those_of_the_sweep(grid: xarray.Dataset, tol
     assert len(list(csv.reader(io.StringIO(out)))) == 13
     assert tomllib.loads(told("show", "s.h5", "--scenario")[0])["solver"]["rtol"] == 1e-4
     study = tomllib.loads(told("show", "s.h5", "--study")[0])
-    assert fs.sweep(study).equals(grid)
+    assert fs.sweep(study, workers=1).equals(grid)
     assert told("show", RESULT, "--study", code=2)[1] == (
         f"frictionsim: {RESULT}: --study is for sweeps, this is the result of a run\n"
     )

@@ -112,12 +112,9 @@ def test_a_value_that_is_jumped_over_is_out_of_reach() -> None:
 
 
 def test_a_value_that_noise_explains_is_not_out_of_reach() -> None:
-    near, far = (
-        fit_one(pulley(), BOUNDS, breakaway_time=0.5, sigma={"breakaway_time": sigma})
-        for sigma in (0.02, 0.01)  # the nearest is 0.0412 away: 2.06 and 4.12 of them
-    )
-    assert (near.finding.kind, near.exit_code) == ("minimum", 0)
-    assert (far.finding.kind, far.exit_code) == ("out_of_reach", 1)
+    # The nearest is 0.0412 away, 2.06 sigma; with half of it, it is out of reach (test_quantities).
+    found = fit_one(pulley(), BOUNDS, breakaway_time=0.5, sigma={"breakaway_time": 0.02})
+    assert (found.finding.kind, found.exit_code) == ("minimum", 0)
 
 
 def test_a_quantity_that_does_not_depend_on_the_key_is_flat() -> None:
@@ -178,12 +175,12 @@ def test_equal_minima_are_reported() -> None:
     impulse = 100.0 / pi * 2.0  # N s, over 1 s with phase 0
     wanted = SLOPE * (300.0 - 100.0 + impulse / sqrt(2.0))
     free = {f"{FORCE}.sine.phase_deg": (-170.0, 150.0)}
-    found = fit_one(scenario, free, final_angular_velocity=wanted, starts=6)
+    found = fit_one(scenario, free, final_angular_velocity=wanted, starts=4)
     assert found.finding.kind == "equal_minima"
     phases = sorted({round(start["last"][f"{FORCE}.sine.phase_deg"], 3) for start in found.starts})
     assert phases == [-45.0, 45.0]
     assert acos(1.0 / sqrt(2.0)) == pytest.approx(np.deg2rad(phases[1]))
-    assert found.finding.sentence.startswith("the data are reached exactly; 6 of 6 searches ended")
+    assert found.finding.sentence.startswith("the data are reached exactly; 4 of 4 searches ended")
     assert f"at {FORCE}.sine.phase_deg = -45, 45: the data fit them" in found.finding.sentence
 
 

@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 
 import frictionsim as fs
+from frictionsim.api.fitting import toml_of
 from frictionsim.fitting.uncertainty import correlations
 from tests.benchmarks import fit_coverage
 from tests.fitting.measurements import (
@@ -297,13 +298,26 @@ def test_a_key_that_the_data_determine_no_better_than_its_bounds() -> None:
     assert found.not_identified == {FORCE: "the data determine it no better than its bounds do"}
 
 
+def test_data_in_another_unit_are_no_better_than_a_constant() -> None:
+    data = line(0.0, 2)
+    (doubt,) = (w for w in fit_line(data | {"w": 1e3 * data["w"]}).warnings if "spread" in w)
+    # Of a ramp from zero that the fit does not reach: root of mean square over that about the mean.
+    w = data["w"]
+    ratio = float(np.sqrt(np.mean(w * w)) / np.std(w))
+    assert float(doubt.split()[5]) == pytest.approx(ratio, rel=0.02)
+    assert not any("spread" in warning for warning in fit_line(line(0.1, 2)).warnings)
+
+
 def test_as_many_values_as_keys_need_a_sigma() -> None:
     data = {"time": [0.5], "w": [2.5]}
     unknown, given = fit_line(data), fit_line(data, sigma={"angular_velocity": 0.1})
     assert unknown.values[FORCE] == pytest.approx(300.0)
-    assert unknown.not_identified == {
-        FORCE: "there are as many values as free keys, which leave no scatter; give sigma"
-    }
+    assert (unknown.not_identified, unknown.standard_errors) == ({}, {FORCE: None})
+    assert unknown.warnings == (
+        "no standard error is known: there are as many values as free keys, which leave no scatter;"
+        " give sigma",
+    )
+    assert f"#   {FORCE} = 300, unknown\n" in toml_of(unknown.data, "")
     assert given.standard_errors[FORCE] == pytest.approx(0.1 / (0.5 * SLOPE))
 
 

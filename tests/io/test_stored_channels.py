@@ -11,9 +11,7 @@ import pytest
 import frictionsim as fs
 from frictionsim.api.result import write_channels
 from frictionsim.errors import InputError
-from frictionsim.io import child_process, hdf5_content, hdf5_writer
-from frictionsim.io.child_answer import decoded
-from frictionsim.io.child_questions import answer
+from frictionsim.io import hdf5_content, hdf5_writer
 from frictionsim.plots import draw, save
 from frictionsim.simulation import sample_store, stored_channel
 from frictionsim.simulation.stored_channel import StoredChannel
@@ -32,11 +30,6 @@ def pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[fs.Result, fs
     monkeypatch.setattr(sample_store, "SEGMENT_BYTES", 50_000)
     monkeypatch.setattr(hdf5_content, "LONG_BYTES", 50_000)
     monkeypatch.setattr(hdf5_content, "LONG_CHANNEL_BYTES", 1000)
-
-    def in_this_process(*asked: Any, size: int = 0) -> Any:
-        return decoded(answer(*map(str, asked)))
-
-    monkeypatch.setattr(child_process, "answer_of", in_this_process)  # a child has other limits
     monkeypatch.setattr(stored_channel, "BLOCK_BYTES", 25_000)  # a third of a channel
     hdf5_writer.write(run, tmp_path / "long.h5")
     long = fs.open(tmp_path / "long.h5")
@@ -104,7 +97,7 @@ def test_everything_made_of_a_long_result_is_that_of_a_short_one(
     assert tables[0].getvalue() == tables[1].getvalue()
     pictures = tmp_path / "short.png", tmp_path / "long.png"
     for result, picture in zip(pair, pictures, strict=True):
-        save(draw(result.record, "tension"), picture)
+        save(draw(result.record, "tension"), picture, dpi=50)
     assert pictures[0].read_bytes() == pictures[1].read_bytes()
 
 

@@ -24,8 +24,10 @@ Change = Callable[[Any], object]
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("sweeps")
-    fs.sweep(PULLEY, {MU_S: [0.2, 0.3, 0.4]}, LOOSE, output=folder / "grid.h5")
-    fs.sweep(PULLEY, {MU_S: "uniform(0.2, 0.4)"}, LOOSE, sample=4, output=folder / "sample.h5")
+    fs.sweep(PULLEY, {MU_S: [0.2, 0.3, 0.4]}, LOOSE, output=folder / "grid.h5", workers=1)
+    fs.sweep(
+        PULLEY, {MU_S: "uniform(0.2, 0.4)"}, LOOSE, sample=4, output=folder / "sample.h5", workers=1
+    )
     fs.solve(PULLEY, LOOSE, output=folder / "result.h5")
     return folder
 

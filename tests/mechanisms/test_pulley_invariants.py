@@ -1,4 +1,4 @@
-"""Properties of random pulleys: energy, friction law, symmetries, scaling."""
+"""Properties of random pulleys: energy, friction law, symmetries."""
 
 from typing import Any
 
@@ -130,35 +130,6 @@ def test_force_and_load_exchanged_mirror_the_motion(data: Scenario) -> None:
     assert close(-mirrored.channels["angular_velocity"], motion.channels["angular_velocity"])
 
 
-def scaled_force(force: Any, by: float) -> Any:
-    if isinstance(force, float):
-        return force * by
-    if "value" in force:
-        return {"time": force["time"], "value": [v * by for v in force["value"]]}
-    ((shape, inner),) = force.items()
-    names = ("mean", "amplitude") if shape == "sine" else ("from", "to")
-    return {shape: inner | {name: inner[name] * by for name in names}}
-
-
-def times_a(data: Scenario, a: float, *keys: str) -> Scenario:
-    """Return a scenario with numbers multiplied, and its damping if there is any."""
-    found = changed(data)
-    for table, _, key in (key.partition(".") for key in keys):
-        owner = found["effects"][table] if table == "shaft_friction" else found[table]
-        owner[key] *= a
-    if "viscous_damping" in found["effects"]:
-        found["effects"]["viscous_damping"]["coefficient"] *= a
-    return found
-
-
-@given(scenarios(), st.floats(0.1, 10.0))
-def test_forces_and_inertias_scale_together(data: Scenario, a: float) -> None:
-    """(P, W, I, b) -> a (P, W, I, b) leaves the motion as it is."""
-    scaled = times_a(data, a, "mechanism.inertia", "mechanism.load")
-    scaled["drive"]["force"] = scaled_force(data["drive"]["force"], a)
-    assert close(simulate(scaled).channels["angle"], simulate(data).channels["angle"])
-
-
 points = st.lists(st.floats(0.0, 6000.0), min_size=2, max_size=6)
 
 
@@ -168,17 +139,6 @@ def with_points(data: Scenario, times: list[float], values: list[float], **solve
         drive__force={"time": times, "value": values},
         **{f"solver__{key}": value for key, value in solver.items()},
     )
-
-
-@given(scenarios(), points, st.sampled_from([0.25, 2.0, 8.0]))
-def test_time_scales_with_inertia(data: Scenario, values: list[float], a: float) -> None:
-    """t -> a t, I -> a^2 I, b -> a b leaves the angle as it is."""
-    times = [0.3 * i for i in range(len(values))]
-    scaled = times_a(data, a, "mechanism.inertia", "output.interval")
-    scaled["mechanism"]["inertia"] *= a
-    scaled = with_points(scaled, [a * t for t in times], values, duration=2.0 * a)
-    expected = simulate(with_points(data, times, values)).channels["angle"]
-    assert close(simulate(scaled).channels["angle"], expected)
 
 
 def end_of(run: Record) -> dict[str, float]:

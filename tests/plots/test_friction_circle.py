@@ -110,8 +110,8 @@ def test_circles_and_shaft_are_true_to_scale_and_the_contact_is_on_the_shaft() -
     wanted = [0.02 * np.sin(np.arctan(mu)) for mu in (0.2, 0.3)]
     assert radii[:3] == pytest.approx([*wanted, 0.02])
     assert [t for t in key_of(figure) if t.startswith("circle of")] == [
-        f"circle of static friction, {1e3 * wanted[1]:.4g} mm",
-        f"circle of kinetic friction, {1e3 * wanted[0]:.4g} mm",
+        f"circle of static friction, radius {1e3 * wanted[1]:.4g} mm",
+        f"circle of kinetic friction, radius {1e3 * wanted[0]:.4g} mm",
     ]
     contact, way = arrows(enlarged)["reaction"]
     assert abs(contact) == pytest.approx(0.02)
@@ -272,7 +272,8 @@ def test_texts_of_shipped_scenarios_are_apart(name: str, look: dict[str, Any]) -
     channels = {"time": TIMES, "angle": 2.0 * TIMES, "angular_velocity": 2.0 + 0.0 * TIMES}
     channels |= {"angular_acceleration": TIMES, "friction_torque": 0.1 + 0.0 * TIMES}
     figure = draw(made(shipped(name), channels), VIEW, look=Appearance.of(**look))
-    figure.draw_without_rendering()
+    if not look:
+        figure.draw_without_rendering()
     check_texts(figure)
 
 

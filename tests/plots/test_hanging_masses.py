@@ -12,7 +12,7 @@ import frictionsim as fs
 from frictionsim.plots import draw, views_with_effects
 from frictionsim.plots.pulley import slipping_phases
 from frictionsim.plots.view import Extent
-from frictionsim.results import SLACK, Record
+from frictionsim.results import SLACK, STICK, Record
 from tests.support.records import shown, with_channels
 from tests.support.scenarios import pulley
 
@@ -84,6 +84,21 @@ def test_tensions_and_the_range_in_which_the_cord_sticks() -> None:
     at_start = edges[edges[:, 0] == 0.0][:, 1]
     assert min(at_start) == pytest.approx(M1 * G / STATIC)
     assert max(at_start) == pytest.approx(M1 * G * STATIC)
+    # Where the cord slips there is no such range.
+    places = np.concatenate([path.vertices[:, 0] for path in band.get_paths()])
+    assert {*places[(places > START - 1e-3) & (places < END + 1e-3)]} != set()
+    assert not np.any((places > START + 1e-6) & (places < END - 1e-6))
+
+
+def test_the_last_rest_is_that_of_the_car_which_slides_on_while_the_sheave_sticks() -> None:
+    record = solved(LIFT)
+    stuck = [e.time for e in record.transitions if e.contact == "shaft" and e.mode_to == STICK]
+    assert START < stuck[-1] < END
+    assert record.quantities["last_rest_time"].value == pytest.approx(END, abs=1e-6)
+    (legend,) = drawn().legends
+    texts = [text.get_text() for text in [*drawn().axes[0].texts, *legend.get_texts()]]
+    assert texts.count("the shaft sticks") > 1
+    assert not {"stick", "sticking"} & {*texts}
 
 
 def test_friction_is_within_its_limit_of_the_tensions() -> None:

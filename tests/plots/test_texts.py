@@ -31,7 +31,7 @@ from tests.plots.test_cost_pictures import drawn as cost_of
 from tests.plots.test_cost_pictures import row
 from tests.plots.test_fit_picture import over_a_key
 from tests.support import motions
-from tests.support.records import drawn_views, shown
+from tests.support.records import drawn_views, picture, shown
 from tests.support.sweeps import grid_of
 
 BAD = r"$\frac$"  # no formula: matplotlib ends with an exception where it reads one
@@ -50,8 +50,9 @@ def hostile(name: str) -> Record:
 
 
 def texts_of(artist: Any) -> Iterator[Text]:
-    """Yield the texts of a picture but those of ticks."""
-    for child in [artist.label] if isinstance(artist, Axis) else artist.get_children():
+    """Yield the texts of a picture, with those that stand along axes now."""
+    is_axis = isinstance(artist, Axis)
+    for child in [artist.label, *artist.get_ticklabels()] if is_axis else artist.get_children():
         if isinstance(child, Text):
             yield child
         else:
@@ -78,13 +79,11 @@ def pictures() -> Iterator[Any]:
     yield pytest.param(partial(cost_of, costs), id="cost")
 
 
-@pytest.mark.parametrize("picture", list(pictures()))
-def test_no_text_of_a_file_is_read_as_a_formula(picture: Callable[[], Figure]) -> None:
-    figure = picture()
-    found = [text for text in texts_of(figure) if r"\frac" in text.get_text()]
+@pytest.mark.parametrize("drawn", list(pictures()))
+def test_no_text_of_a_file_is_read_as_a_formula(drawn: Callable[[], Figure]) -> None:
+    found = [text for text in texts_of(drawn()) if r"\frac" in text.get_text()]
     assert found
     assert not [text.get_text() for text in found if text.get_parse_math()]
-    figure.draw_without_rendering()  # which names along axes are laid out for
 
 
 def test_a_title_stands_in_a_picture_letter_by_letter() -> None:
@@ -174,15 +173,15 @@ def sweeps() -> Iterator[Callable[[], Figure]]:
 
 def labelled() -> Iterator[Any]:
     for name, view in drawn_views():
-        yield pytest.param(lambda n=name, v=view: draw(shown(n), v), id=f"{name}-{view}")
+        yield pytest.param(partial(picture, name, view), id=f"{name}-{view}")
     yield from sweeps()
     yield lambda: cost_of([row("a", 1e-9, 0.1), row("a", None, 0.01)])
     yield lambda: over_a_key().plot()
 
 
-@pytest.mark.parametrize("picture", list(labelled()))
-def test_every_axis_says_quantity_and_unit(picture: Callable[[], Figure]) -> None:
-    axes = picture().axes
+@pytest.mark.parametrize("drawn", list(labelled()))
+def test_every_axis_says_quantity_and_unit(drawn: Callable[[], Figure]) -> None:
+    axes = drawn().axes
     labels = [label for ax in axes for label in (ax.get_xlabel(), ax.get_ylabel()) if label]
     assert labels
     for label in labels:

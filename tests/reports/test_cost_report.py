@@ -39,6 +39,12 @@ def files(study: fs.Study, tmp_path_factory: pytest.TempPathFactory) -> dict[str
     return {name: study.save(folder / f"costs{name}") for name in (".h5", ".csv")}
 
 
+@pytest.fixture(scope="module")
+def reports(files: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("reports")
+    return {name: fs.report(file, folder / f"{name[1:]}.html") for name, file in files.items()}
+
+
 def lines_of(file: Path, error: str, work: str) -> dict[str, list[tuple[float, float]]]:
     """Return the points of each line, read by others' readers."""
     if file.suffix == ".csv":
@@ -75,13 +81,13 @@ def drawn(figure: Figure) -> dict[str, list[tuple[float, float]]]:
 
 @pytest.mark.parametrize("suffix", [".h5", ".csv"])
 def test_the_picture_is_that_of_the_study_and_holds_the_numbers_of_the_table(
-    suffix: str, study: fs.Study, files: dict[str, Path], tmp_path: Path
+    suffix: str, study: fs.Study, files: dict[str, Path], reports: dict[str, Path]
 ) -> None:
     path = files[suffix]
     table = read_any(path) if suffix == ".h5" else read_csv(path)
     figure = cost_diagram(study_of(table))
     assert drawn(figure) == drawn(study.plot()) == lines_of(path, "error", "wall_seconds")
-    page = fs.report(path, tmp_path / "costs.html").read_text(encoding="utf-8")
+    page = reports[suffix].read_text(encoding="utf-8")
     image = re.search(r'<img class="picture" src="data:image/svg\+xml;base64,([^"]+)"', page)
     assert image
     assert b64decode(image[1]) == image_for_page(figure)
@@ -98,9 +104,9 @@ def test_numbers_that_no_axis_shows_are_in_the_table_only(
 
 
 def test_the_table_is_sorted_by_numbers_with_the_keyboard(
-    browser: Any, study: fs.Study, files: dict[str, Path], tmp_path: Path
+    browser: Any, study: fs.Study, reports: dict[str, Path]
 ) -> None:
-    with opened(browser, fs.report(files[".h5"], tmp_path / "costs.html")) as page:
+    with opened(browser, reports[".h5"]) as page:
         check_sorting(page, "#settings", "steps", [row.steps for row in study.data.rows])
 
 
@@ -148,10 +154,10 @@ def test_markup_in_a_table_of_costs_stays_text(
         assert "1 of " in page.inner_text("body")
 
 
-def test_a_table_without_uncertainty_says_so(files: dict[str, Path], tmp_path: Path) -> None:
-    text = fs.report(files[".csv"], tmp_path / "a.html").read_text(encoding="utf-8")
+def test_a_table_without_uncertainty_says_so(reports: dict[str, Path]) -> None:
+    text = reports[".csv"].read_text(encoding="utf-8")
     assert "The table does not hold the reference uncertainty" in text
-    text = fs.report(files[".h5"], tmp_path / "a.html").read_text(encoding="utf-8")
+    text = reports[".h5"].read_text(encoding="utf-8")
     assert "The references differ by" in text
     assert text.count("<script") == 3
 

@@ -151,6 +151,7 @@ def test_without_samples_at_events_a_page_agrees_with_its_events(
     away, rest = record.transitions
     with opened(browser, fs.report(tmp_path / "a.h5", tmp_path / "a.html")) as page:
         shaded = page.evaluate("frictionsim.data.results[0].sticking")
+        assert page.locator("text=Grey areas: sticking.").count() == 1
         assert shaded[0][1] == away.time
         assert shaded[1][0] == rest.time
         for event, before, after in ((away, "sticks", "slips forward"),

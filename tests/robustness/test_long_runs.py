@@ -20,10 +20,9 @@ from frictionsim.simulation import sample_store
 from tests.support.belt_scenarios import pair
 from tests.support.stopped_runs import stopped_at
 
-SEGMENT_BYTES = 100_000
-ROWS = 64  # of 24 bodies, in a segment
-LONG = pair(solver__backend="moreau", solver__duration=0.3)
-SAMPLES = 301
+SEGMENT_BYTES = 50_000
+ROWS = 32  # of 24 bodies, in a segment
+LONG = pair(solver__backend="moreau", solver__duration=0.15)
 
 
 @pytest.fixture(autouse=True)
@@ -59,6 +58,23 @@ def stopping(*times: float) -> Any:
     return on_step
 
 
+@pytest.fixture(scope="module")
+def stopped_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a run that was stopped after some segments."""
+    path = tmp_path_factory.mktemp("stopped")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sample_store, "SEGMENT_BYTES", SEGMENT_BYTES)
+        fs.solve(LONG, output=path / "a.h5", progress=stopping(0.1))
+    return path
+
+
+@pytest.fixture
+def stopped(stopped_run: Path, tmp_path: Path) -> Path:
+    """Its result in a folder of its own."""
+    shutil.copytree(stopped_run, tmp_path, dirs_exist_ok=True)
+    return tmp_path / "a.h5"
+
+
 def test_summary_and_channels_are_those_of_a_run_in_memory(
     in_memory: fs.Result, whole: Path, tmp_path: Path
 ) -> None:
@@ -85,7 +101,7 @@ def test_a_stopped_run_counts_its_segments_and_resumes_to_the_same_bytes(
     whole: Path, in_memory: fs.Result, tmp_path: Path
 ) -> None:
     path = tmp_path / "a.h5"
-    stopped = fs.solve(LONG, output=path, progress=stopping(0.08))
+    stopped = fs.solve(LONG, output=path, progress=stopping(0.04))
     n = len(stopped.record.channels["time"])
     before = (n - 1) // ROWS
     assert before > 0
@@ -101,7 +117,7 @@ def test_a_stopped_run_counts_its_segments_and_resumes_to_the_same_bytes(
             [f"a.{number:06d}.h5", str(ROWS)] for number in range(before)
         ]
         assert len(file["time"]) == n - before * ROWS
-    again = fs.resume(path, progress=stopping(0.25))
+    again = fs.resume(path, progress=stopping(0.125))
     assert len(again.record.channels["time"]) > n
     assert fs.resume(path).status == "done"
     assert path.read_bytes() == whole.read_bytes()
@@ -110,10 +126,9 @@ def test_a_stopped_run_counts_its_segments_and_resumes_to_the_same_bytes(
 
 @pytest.mark.parametrize("change", [(f" {ROWS} ", " 2 "), (f" {ROWS} ", f" {ROWS} 00"), (" ", "")])
 def test_segments_that_are_not_those_of_the_result_are_not_shown(
-    change: tuple[str, str], tmp_path: Path
+    change: tuple[str, str], stopped: Path
 ) -> None:
-    path = partial_name(tmp_path / "a.h5")
-    fs.solve(LONG, output=tmp_path / "a.h5", progress=stopping(0.2))
+    path = partial_name(stopped)
     with h5py.File(path, "r+") as file:
         file.attrs["segments"] = file.attrs["segments"].replace(*change, 1)
     append_trailer(path)
@@ -122,33 +137,26 @@ def test_segments_that_are_not_those_of_the_result_are_not_shown(
 
 
 def test_a_run_that_is_resumed_into_another_file_leaves_the_first_as_it_is(
-    whole: Path, tmp_path: Path
+    whole: Path, stopped: Path
 ) -> None:
-    (tmp_path / "other").mkdir()
-    path, other = tmp_path / "a.h5", tmp_path / "other" / "of_another_length.h5"
-    fs.solve(LONG, output=path, progress=stopping(0.2))
-    fs.resume(path, output=other)
+    other = stopped.parent / "other" / "of_another_length.h5"
+    other.parent.mkdir()
+    fs.resume(stopped, output=other)
     assert other.read_bytes() == whole.read_bytes()
     assert os.listdir(other.parent) == [other.name]
-    fs.resume(path)
-    assert path.read_bytes() == whole.read_bytes()
+    fs.resume(stopped)
+    assert stopped.read_bytes() == whole.read_bytes()
 
 
-def test_a_new_run_replaces_an_incomplete_one_with_its_segments(
-    whole: Path, tmp_path: Path
-) -> None:
-    path = tmp_path / "a.h5"
-    fs.solve(LONG, output=path, progress=stopping(0.2))
-    fs.solve(LONG, output=path)
-    assert path.read_bytes() == whole.read_bytes()
-    assert os.listdir(tmp_path) == ["a.h5"]
+def test_a_new_run_replaces_an_incomplete_one_with_its_segments(whole: Path, stopped: Path) -> None:
+    fs.solve(LONG, output=stopped)
+    assert stopped.read_bytes() == whole.read_bytes()
+    assert os.listdir(stopped.parent) == ["a.h5"]
 
 
 @pytest.mark.parametrize("damage", ["missing", "changed", "other", "link"])
-def test_refuses_to_resume_from_damaged_segments(damage: str, tmp_path: Path) -> None:
-    path = tmp_path / "a.h5"
-    fs.solve(LONG, output=path, progress=stopping(0.2))
-    first, second = tmp_path / "a.000000.h5", tmp_path / "a.000001.h5"
+def test_refuses_to_resume_from_damaged_segments(damage: str, stopped: Path) -> None:
+    first, second = (stopped.with_name(f"a.00000{number}.h5") for number in (0, 1))
     if damage == "missing":
         second.unlink()
     elif damage == "changed":
@@ -156,14 +164,14 @@ def test_refuses_to_resume_from_damaged_segments(damage: str, tmp_path: Path) ->
         content[len(content) // 2] ^= 1
         second.write_bytes(content)
     elif damage == "link":
-        second.symlink_to(second.rename(tmp_path / "elsewhere"))
+        second.symlink_to(second.rename(stopped.with_name("elsewhere")))
     else:
         shutil.copy(first, second)
     with pytest.raises(InputError) as refused:
-        fs.resume(path)
+        fs.resume(stopped)
     assert f"{second}: cannot read these samples of an unfinished result" in str(refused.value)
     assert "keep a.000001.h5 and the other segments beside the result" in str(refused.value)
-    assert partial_name(path).exists()
+    assert partial_name(stopped).exists()
 
 
 def test_a_checkpoint_writes_what_is_new_and_says_what_it_leaves_out(

@@ -1,5 +1,6 @@
 """A scenario in a result holds its numbers itself: what others write there has no file read."""
 
+import shutil
 from pathlib import Path
 
 import h5py
@@ -64,6 +65,19 @@ def test_a_csv_signal_is_recorded_as_its_numbers(tmp_path: Path) -> None:
     found = fs.solve(scenario, output=tmp_path / "a.h5", max_steps=40)
     assert "csv" not in fs.open(found.path).record.attributes["scenario"]  # type: ignore[arg-type]
     assert fs.resume(tmp_path / "a.h5").status == "done"
+
+
+def test_the_recorded_command_solves_the_scenario_from_where_it_was_solved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("in").mkdir()
+    shutil.copy(PULLEY, "in/a.toml")
+    found = fs.solve("in/a.toml", output="a.h5", max_steps=40)
+    assert found.record.attributes["command"] == "frictionsim solve in/a.toml"
+    assert fs.resume("a.h5").record.attributes["command"] == "frictionsim solve in/a.toml"
+    shipped = fs.solve("hard/decay", output="b.h5")
+    assert shipped.record.attributes["command"] == "frictionsim solve hard/decay"
 
 
 def test_the_source_of_a_recorded_scenario_is_a_name(stopped: Path) -> None:

@@ -70,22 +70,22 @@ def test_friction_beyond_its_limit_is_detected(sound: Trajectory) -> None:
     stick, slip = np.flatnonzero(sound.mode == 0)[-1], np.flatnonzero(sound.mode == 1)[5]
     for i in (stick, slip):
         friction = with_sample(sound.friction, i, -1.1 * abs(sound.friction[i]))
-        assert failed(sound._replace(friction=friction)) == {"friction_law"}
+        assert failed(sound._replace(forces=friction)) == {"friction_law"}
 
 
 def test_driving_friction_is_detected(sound: Trajectory) -> None:
     slip = np.flatnonzero(sound.mode == 1)[5]
     friction = with_sample(sound.friction, slip, -sound.friction[slip])
-    assert failed(sound._replace(friction=friction)) == {"dissipation_sign"}
+    assert failed(sound._replace(forces=friction)) == {"dissipation_sign"}
 
 
 def test_friction_below_its_kinetic_size_is_detected(sound: Trajectory) -> None:
     slip = np.flatnonzero(sound.mode == 1)[5]
     friction = with_sample(sound.friction, slip, 0.9 * sound.friction[slip])
-    assert failed(sound._replace(friction=friction)) == {"friction_law"}
+    assert failed(sound._replace(forces=friction)) == {"friction_law"}
     stick = np.flatnonzero(sound.mode == 0)[-1]  # there it has any size up to its limit
     friction = with_sample(sound.friction, stick, 0.5 * sound.friction[stick])
-    assert failed(sound._replace(friction=friction)) == set()
+    assert failed(sound._replace(forces=friction)) == set()
 
 
 @pytest.mark.parametrize("towards", [np.inf, -np.inf])

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from contextlib import AbstractContextManager, nullcontext
+from errno import ENOSPC
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,9 +12,10 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
+from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import BudgetExceeded
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.loading import validate
+from frictionsim.scenario.loading import load, validate
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.simulate import run
 from frictionsim.simulation.single_dof import RecordedSimulation
@@ -205,6 +207,41 @@ def test_a_method_hides_no_field_of_its_name_in_another_class() -> None:
     assert function(*arguments) == 6.0
 
 
+@compilable
+def doubled(scale: Scale) -> float:
+    return 2.0 * scale.factor
+
+
+def test_code_that_cannot_be_kept_serves_this_process(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, tmp_path: Path
+) -> None:
+    """On a disk that is full once the code is compiled."""
+    from numba.core.caching import IndexDataCacheFile
+
+    def save(*arguments: object) -> None:
+        raise OSError(ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(IndexDataCacheFile, "save", save)
+    monkeypatch.setattr(compilation, "folder_of", lambda classes: tmp_path)
+    function = Kernel(doubled, (Scale(1.5),)).compiled(lambda function: function(Scale(1.5)))
+    assert function(Scale(1.5)) == 3.0
+    assert function.signatures
+    assert "the compiled code cannot be kept: [Errno 28] No space left" in caplog.text
+
+
+def test_warm_up_compiles_what_long_runs_and_sweeps_call(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names = {"pulley": SCENARIOS / "pulley.toml"}
+    monkeypatch.setattr("frictionsim.api.scenarios.shipped_scenarios", lambda: names)
+    fs.warm_up("pulley")
+    simulation: Any = simulation_of(load(names["pulley"]))
+    assert simulation._solver._kernel.is_loaded
+    assert fs.warm_up() == (fs.WarmedUp("pulley", "events", 0.0),)
+    assert run_command_line(["warm-up", "shaft"]) == 0
+    assert capsys.readouterr().out == "nothing to compile\n"
+
+
 LAWS = """
 from frictionsim.solvers.compilation import compilable
 
@@ -250,6 +287,7 @@ def test_another_process_finds_the_code_on_the_disk_but_not_of_another_source(
     def process() -> str:
         environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
         environment["PYTHONPATH"] = os.pathsep.join([str(tmp_path), str(SCENARIOS.parent)])
+        environment["PYTHONDONTWRITEBYTECODE"] = "1"  # else Python's own cache has the old source
         command = [sys.executable, "-c", PROCESS]
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
         return done.stdout.strip()

@@ -23,7 +23,8 @@ from frictionsim.simulation.multi_contact import (
 )
 from frictionsim.simulation.simulate import run
 from frictionsim.solvers import multi_contact
-from frictionsim.solvers.contacts import Contact, Friction, MultiContactTrajectory
+from frictionsim.solvers.contacts import Contact, Friction
+from frictionsim.solvers.mechanism import Trajectory
 from frictionsim.solvers.multi_contact_modes import write_consistent_modes
 from frictionsim.solvers.multi_contact_state import MODES
 from frictionsim.work_precision.error_estimate import estimate
@@ -104,7 +105,7 @@ def test_events_have_both_sides_and_their_own_sample() -> None:
     assert np.all(np.diff(result.time) > 0.0)
 
 
-def trajectory(data: Scenario) -> tuple[MultiContactTrajectory, Any]:
+def trajectory(data: Scenario) -> tuple[Trajectory, Any]:
     scenario = validate(data, SCENARIOS)
     mechanism = build(scenario)
     simulation = MultiContactSimulation(scenario, mechanism)
@@ -112,7 +113,7 @@ def trajectory(data: Scenario) -> tuple[MultiContactTrajectory, Any]:
     return simulation.trajectory(), mechanism
 
 
-def failed(found: MultiContactTrajectory, mechanism: Any) -> list[str]:
+def failed(found: Trajectory, mechanism: Any) -> list[str]:
     checks = audit(found, mechanism, 1e-6, 1e-11)
     return [name for name, check in checks.items() if not check.ok]
 
@@ -202,7 +203,7 @@ def test_the_audit_sees_a_cord_that_slips_within_its_limit(
 
 def both_sides(
     data: Scenario, which: Callable[[Transition], bool]
-) -> tuple[Any, MultiContactTrajectory, MultiContactTrajectory]:
+) -> tuple[Any, Trajectory, Trajectory]:
     """Return the mechanism, and the samples immediately before and after some of the events."""
     scenario = validate(data, SCENARIOS)
     mechanism = build(scenario)

@@ -7,7 +7,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.results import Record
-from frictionsim.simulation.record import event_names, sticking_phases, with_jumps
+from frictionsim.simulation.record import event_labels, sticking_phases, sticking_words, with_jumps
 from tests.support.scenarios import shipped
 
 pytestmark = pytest.mark.quick
@@ -42,17 +42,22 @@ def test_sticking_phases_are_those_of_the_samples(
 
 
 def test_the_events_of_a_cord_are_not_those_of_the_shaft() -> None:
-    assert event_names(solved("lift")) == [
+    assert event_labels(solved("lift")) == [
         *("breakaway", "comes to rest", "breakaway"),
         *("cord: slips", "comes to rest", "cord: sticks"),
     ]
+
+
+def test_what_sticks_is_the_shaft_where_the_cord_may_move_on() -> None:
+    words = {name: sticking_words(solved(name)) for name in ("lift", "pulley_return")}
+    assert words == {"lift": "the shaft sticks", "pulley_return": "sticking"}
 
 
 def test_a_rope_falls_slack_bounces_and_is_taut() -> None:
     record = solved("hard/lift_slack_rope")
     names = [
         name
-        for name, event in zip(event_names(record), record.transitions, strict=True)
+        for name, event in zip(event_labels(record), record.transitions, strict=True)
         if event.contact == "car_rope"
     ]
     assert names == ["car rope: slack", *4 * ["car rope: impact"], "car rope: taut"]

@@ -66,14 +66,14 @@ def test_interruption_at_any_step_gives_identical_bytes(
 ) -> None:
     """Including steps between a step and its samples, and at the changes of mode.
 
-    Every fifth one: all of them take a minute, and neighbours are alike.
+    Every seventh one: all of them take a minute, and neighbours are alike.
     """
     data = pulley(
         drive__force=SINE,
         solver={"backend": backend, "duration": 1.5, "rtol": 1e-4, "atol": 1e-6},
         output__interval=0.05,
     )
-    stops = ([place] for place in range(first, calls_of(data), 5))
+    stops = ([place] for place in range(first, calls_of(data), 7))
     assert_same_when_interrupted(data, tmp_path, *stops)
 
 

@@ -291,7 +291,7 @@ def test_resumed_runs_give_identical_results(law: str, backend: str, keys: dict[
     data = with_method(data, law, backend) if law else data
     scenario, whole, calls = validate(data, SCENARIOS), sound(data), calls_of(data)
     assert {"stop"} < {e.contact for e in whole.transitions} or not law
-    for place in range(1, calls, max(1, calls // 40)):
+    for place in range(1, calls, max(1, calls // 15)):
         part = run(scenario, stopping(place))
         assert part.failure == "budget_exceeded"
         done = run(scenario, lambda t: None, checkpoint=part.checkpoint)

@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionsim.solvers.first_excess import MAX_STEPS, time_of_excess
-from frictionsim.solvers.root_finding import bracket_root
+from frictionsim.solvers.root_finding import MAX_STEPS, bracket_root, time_of_excess
 
 TIE = 1e-14
 

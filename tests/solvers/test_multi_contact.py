@@ -233,7 +233,7 @@ def test_equations_without_a_solution_are_an_error() -> None:
         integrated(sliding_block(-3.0, 0.6), [BLOCK], 1.0)
     assert str(error.value) == (
         "at t = 0 s no combination of sticking, sliding and slack satisfies the equations of the"
-        " motion on the contacts 'block': the friction is too large for them; check the"
+        " motion on the contact 'block': the friction is too large for them; check the"
         " coefficients of friction and the radius of the shaft"
     )
 

@@ -42,7 +42,10 @@ def test_the_curve_passes_the_static_and_the_kinetic_limit() -> None:
     assert np.max(np.abs(np.diff(curve, 2))) < 30e-6
 
 
-@pytest.mark.parametrize("backend", SMOOTHING)
+@pytest.mark.parametrize(
+    "backend",  # "rk45" takes the most steps, by the lines of "dop853"
+    [pytest.param(name, marks=pytest.mark.slow) if name == "rk45" else name for name in SMOOTHING],
+)
 def test_the_regularised_ramp_approximates_the_exact_one(backend: str) -> None:
     run = smoothed(backend, 1e-4, solver__duration=2.0)
     assert (run.status, len(run.transitions)) == ("done", 1)

@@ -7,7 +7,7 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from frictionsim.plots import VIEWS
+from frictionsim.plots import VIEWS, draw
 from frictionsim.results import Record
 from tests.support.belt_results import FOUR, TWO, belt_run
 from tests.support.scenarios import shipped, simulate
@@ -21,6 +21,12 @@ DRAWN = ("pulley_return", "lift", "marble_machine", "epicyclic", "swing_door", *
 def shown(name: str, **changes: Any) -> Record:
     """Return a belt made by hand, or a run of a shipped scenario with changes as in `shipped`."""
     return belt_run(BELTS[name]) if name in BELTS else simulate(shipped(name, **changes))
+
+
+@cache
+def picture(name: str, view: str | None = None) -> Figure:
+    """Return a picture of a record, for tests that neither change nor render it."""
+    return draw(shown(name), view)
 
 
 @cache

@@ -6,7 +6,7 @@ closed forms; work and dissipation are integrals over the samples where the pack
 them with the motion. Each value has an uncertainty, which follows from the samples.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from math import inf, pi, radians, sin
 from sys import float_info
 from typing import Any, NamedTuple
@@ -140,7 +140,13 @@ def of_any_motion(record: Recorded) -> dict[str, Seen]:
         "final_time": Seen(record.scenario["solver"]["duration"]),
         "final_angle": Seen(float(record.channels["angle"][-1])),
         "final_angular_velocity": Seen(float(record.channels["angular_velocity"][-1])),
+        "initial_energy": closed(stored_at_start(record.channels)),
     }
+
+
+def stored_at_start(channels: Mapping[str, Array]) -> float:
+    names = ("energy_kinetic", "energy_potential")
+    return sum(float(channels[name][0]) for name in names if name in channels)
 
 
 def motion(record: Recorded) -> dict[str, Seen]:

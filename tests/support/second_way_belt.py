@@ -242,6 +242,7 @@ def energies(record: Recorded, length: float) -> dict[str, Seen]:
     time, channels, effects = record.time, record.channels, record.scenario["effects"]
     first, end = potential(record, 0, length), potential(record, -1, length)
     seen = {
+        "initial_energy": Seen(float(channels["energy_kinetic"][0]) + first, 1e-6 * abs(first)),
         "energy_input": integral(
             time, np.sum(channels["pulley_torque"] * channels["pulley_speed"], axis=1)
         ),

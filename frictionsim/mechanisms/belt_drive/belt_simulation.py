@@ -69,6 +69,10 @@ class BeltDrive:
         self._started = True
         return found.seconds
 
+    def compile(self, on_step: Callable[[float], Any]) -> float | None:
+        """Compile all kernels of the run."""
+        return self.prepare(on_step)
+
     def solve(self, on_step: Callable[[float], Any]) -> bool:
         """Step on; return whether there are kernels to `prepare` before the end."""
         stepper, times, end = self._stepper, self._times, self._scenario.solver.duration

@@ -278,6 +278,8 @@ def quantities_of(
         if model.system.friction is not None:
             found[f"adhesion_arc_{name}"] = Quantity(float(sticking[j] * per_body), "rad")
     found["final_time"] = Quantity(float(time[-1]), "s")
+    stored = sum(float(seen[name][0]) for name in ("energy_kinetic", "energy_potential"))
+    found["initial_energy"] = Quantity(stored, "J")
     for name, energy in seen.items():
         if name.startswith("energy"):
             found[name] = Quantity(float(energy[-1]), "J")

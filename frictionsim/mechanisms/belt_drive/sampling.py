@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.errors import BeltOffPulleys, Diverged
+from frictionsim.mechanisms.belt_drive.effects.base import of_those_before
 from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
 from frictionsim.mechanisms.belt_drive.kernels.system import (
     ANGLE,
@@ -76,7 +77,6 @@ class Observer:
             for name, channel in CHANNELS.items()
             if channel.axis and name not in absent and (wanted is None or name in wanted)
         ]
-        self._before = np.arange(self._bodies) - 1
         self._patch = patch_bodies(scenario.effects.patch, system.chain)
         self.samples = SampleStore(
             {
@@ -181,7 +181,7 @@ class Observer:
         force_y = self._system.workspace[FORCE_Y, : self._bodies]
         angle = kinematics[ANGLE]
         cos, sin = np.cos(angle), np.sin(angle)
-        along = force_x * (cos + cos[self._before]) + force_y * (sin + sin[self._before])
+        along = force_x * (cos + of_those_before(cos)) + force_y * (sin + of_those_before(sin))
         return np.copysign(np.hypot(force_x, force_y), along)
 
     def _of_pulleys(self, state: Array) -> dict[str, Array]:

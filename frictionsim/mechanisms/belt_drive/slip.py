@@ -43,9 +43,8 @@ def span_tensions(tension: "Array", pulley_index: "Array", pulleys: int) -> "Arr
     if not touching.size:
         return np.full(pulleys, tension.mean())
     leaves = pulley_index[touching].astype(np.intp)
-    reaches = np.roll(leaves, -1)
-    joints = (np.roll(touching, -1) - touching) % bodies
-    joints[joints == 0] = bodies  # a single body touches
+    reaches = np.append(leaves[1:], leaves[0])
+    joints = np.append(touching[1:], touching[0] + bodies) - touching
     gaps = np.flatnonzero(leaves != reaches)
     if not gaps.size:  # one pulley only: bodies may lift off between others
         gaps = np.array([np.argmax(joints)])

@@ -12,7 +12,7 @@ from frictionsim.mechanisms.marble_machine.tables import (
     Motor,
 )
 from frictionsim.mechanisms.single_dof import sqrt as sqrt_of
-from frictionsim.results import Quantities, Quantity
+from frictionsim.results import Quantities, Quantity, StaticQuantities
 from frictionsim.solvers.mechanism import Value
 
 # Torque and limit are sums of products: a few roundings of each.
@@ -131,13 +131,14 @@ def impending_motion_torques(
 
 def statics_of(
     geometry: MarbleMachineParameters, effects: MarbleMachineEffects, motor: Motor | None
-) -> Quantities:
+) -> StaticQuantities:
     """Return the torques of impending motion on the pinion (eq 24) and their components."""
     journal = effects.shaft_friction
     mesh, g = mesh_of(geometry), effects.gravity.g if effects.gravity else 0.0
     half = 0.5 * geometry.pitch
     lift = geometry.marble_mass * g * geometry.marble_circle_radius
-    quantities = impending_motion_torques(geometry, effects, motor)
+    quantities = StaticQuantities(impending_motion_torques(geometry, effects, motor))
+    quantities.notes = ("torques to lift and to hold act on the pinion, load torques on the gear",)
     quantities["load_torque_at_transfer"] = Quantity(lift * cosine(half) / sine(half), "N m")
     quantities["load_torque_worst"] = Quantity(lift / sine(half), "N m")
     quantities["angle_of_the_worst"] = Quantity(half, "rad")

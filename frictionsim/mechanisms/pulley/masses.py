@@ -16,24 +16,18 @@ tensions: eliminating both, the friction shifts the arms of the forces by its ra
         = (P + m2 g)(r - s r_k) - m1 g (r + s r_k) + tau - b w
 
 and a slack side has no terms in it. Its body falls freely, the gap d1 = x1 - r theta, or
-d2 = x2 + r theta, grows, and closes with an impact, of which the friction of the shaft is a
-part (`frictionsim.mechanisms.pulley.masses`).
+d2 = x2 + r theta, grows, and closes with an impact.
 
 With cord friction, x is the displacement of the cord, x1 = x and x2 = -x. It sticks while
 exp(-mu_s phi) <= T2/T1 <= exp(mu_s phi); slipping in direction sigma = sign(x' - r w),
 T2 = T1 exp(sigma mu_k phi) [1]_.
 
-References
-----------
-.. [1] J. A. Eytelwein, Handbuch der Statik fester Koerper, 1808: the capstan equation.
-
-The impact of a slack rope that becomes taut, over a pulley on a dry shaft.
-
-Tensions are impulsive in it, so is the reaction of the shaft, the sum of both tensions, and with
-it the friction of the shaft. The other forces are finite and have no part. Let J be the impulse of
-the rope that becomes taut, w the speed of the pulley, positive against the pull of that rope, and
-d' the rate of the gap; m is the body on the rope and m' that on the other side. With the impulse
-J' of the other rope, while the shaft slides in direction s,
+In the impact of a slack rope that becomes taut, tensions are impulsive, so is the reaction of the
+shaft, the sum of both tensions, and with it the friction of the shaft. The other forces are finite
+and have no part. Let J be the impulse of the rope that becomes taut, w the speed of the pulley,
+positive against the pull of that rope, and d' the rate of the gap; m is the body on the rope and
+m' that on the other side. With the impulse J' of the other rope, while the shaft slides in
+direction s,
 
     m dv = dJ,    m' r dw = -dJ',    I dw = (dJ' - dJ) r - s r_k (dJ + dJ')
     dw/dJ = -k,   k = (r + s r_k)/(I + m' r (r - s r_k)),   dJ' = m' r k dJ,   m' = 0 if slack
@@ -43,15 +37,14 @@ At w = 0 the shaft locks if r_s >= r, as then r dJ <= r_s dJ; if not, s becomes 
 which takes r_k > r and s = -1, J' would be negative: the other rope falls slack, and m' = 0.
 
 All speeds are linear in J, in two pieces at most. The rope takes the work -d' dJ up while the gap
-closes, and gives the part e^2 of it back, the energetic restitution [1]_. In an impact of one
+closes, and gives the part e^2 of it back, the energetic restitution [2]_. In an impact of one
 piece, d' after is -e d' before (Newton), which is no law for others: together with friction, it may
 give more energy than there was.
 
 References
 ----------
-.. [1] W. J. Stronge, Rigid body collisions with friction, Proc. R. Soc. Lond. A 431, 1990.
-
-Channels, quantities, warnings and checks of a pulley with masses on its cord.
+.. [1] J. A. Eytelwein, Handbuch der Statik fester Koerper, 1808: the capstan equation.
+.. [2] W. J. Stronge, Rigid body collisions with friction, Proc. R. Soc. Lond. A 431, 1990.
 """
 
 from collections.abc import Callable, Sequence
@@ -90,7 +83,7 @@ from frictionsim.solvers.contacts import (
 from frictionsim.solvers.multi_contact_state import ACCELERATION, FORCES, HEATS, MODES
 
 if TYPE_CHECKING:
-    from frictionsim.solvers.contacts import MultiContactTrajectory
+    from frictionsim.solvers.mechanism import Trajectory
 
 
 TORQUE, CAR, OTHER = 0, 1, 2  # in the forces of the balance: friction torque of the shaft, T1, T2
@@ -118,7 +111,7 @@ def outputs(
     n = scenario.lift_parameters
     weights = n.weight_1 + n.weight_2 + _largest_magnitude(scenario.drive.force, scenario)
 
-    def channels(trajectory: "MultiContactTrajectory") -> dict[str, Any]:
+    def channels(trajectory: "Trajectory") -> dict[str, Any]:
         q, v, a = trajectory.position, trajectory.velocity, trajectory.acceleration
         forces, modes = trajectory.forces, dict(zip(names, trajectory.modes, strict=True))
         x1, x2 = heights(_from_start(q, scenario))
@@ -146,18 +139,18 @@ def outputs(
             values["slack"] = sum(side << i for i, side in enumerate(np.asarray(ropes, dtype=int)))
         return values
 
-    def quantities(trajectory: "MultiContactTrajectory") -> Quantities:
+    def quantities(trajectory: "Trajectory") -> Quantities:
         return impending_motion_of_lift(scenario) | _sample_quantities(
             trajectory, channels(trajectory), names
         )
 
-    def checks(trajectory: "MultiContactTrajectory") -> dict[str, Check]:
+    def checks(trajectory: "Trajectory") -> dict[str, Check]:
         tensions = trajectory.forces[CAR:]
         lowest = float(np.min(tensions, initial=0.0))
         largest = max(weights, float(np.max(np.abs(tensions), initial=0.0)))
         return {"rope_tension": Check(-lowest / largest if lowest else 0.0, TENSION_ROUNDOFF)}
 
-    def run_warnings(trajectory: "MultiContactTrajectory") -> list[str]:
+    def run_warnings(trajectory: "Trajectory") -> list[str]:
         return _run_warnings(trajectory.transitions)
 
     torque = _largest_magnitude(scenario.drive.torque, scenario) if n.by_torque else 0.0
@@ -187,7 +180,7 @@ def _from_start(q: Any, scenario: PulleyScenario) -> Any:
 
 
 def _sample_quantities(
-    trajectory: "MultiContactTrajectory", channels: dict[str, Any], names: Sequence[str]
+    trajectory: "Trajectory", channels: dict[str, Any], names: Sequence[str]
 ) -> Quantities:
     """Return the quantities of samples and events; none without a sample."""
     if not trajectory.time.size:
@@ -210,9 +203,7 @@ def _sample_quantities(
     return quantities
 
 
-def _first(
-    trajectory: "MultiContactTrajectory", applies: Callable[[Transition], bool]
-) -> float | None:
+def _first(trajectory: "Trajectory", applies: Callable[[Transition], bool]) -> float | None:
     """Return the time of the first event of a sort up to the last sample, s; None if none."""
     end = float(trajectory.time[-1])
     return next((e.time for e in trajectory.transitions if applies(e) and e.time <= end), None)

@@ -29,6 +29,8 @@ The model is in
     free_body         where each force acts, for pictures
 """
 
+from typing import Any
+
 from frictionsim.mechanisms.effects import CONTACT_NAME
 from frictionsim.mechanisms.shaft.equation import (
     load_on_shaft,
@@ -36,7 +38,6 @@ from frictionsim.mechanisms.shaft.equation import (
     shaft_of,
     turns_with_body,
 )
-from frictionsim.mechanisms.shaft.impacts import impact_quantities, many_impacts
 from frictionsim.mechanisms.shaft.loads import Elapsed
 from frictionsim.mechanisms.shaft.schema import ShaftScenario
 from frictionsim.mechanisms.shaft.statics import breakaway_values, check_unknown
@@ -44,7 +45,7 @@ from frictionsim.mechanisms.shaft.statics import statics as statics
 from frictionsim.mechanisms.single_dof import METRICS as METRICS
 from frictionsim.mechanisms.single_dof import set_up, simulation_of, sqrt
 from frictionsim.results import Quantities, Quantity
-from frictionsim.solvers.end_stops import ENERGY
+from frictionsim.solvers.end_stops import ENERGY, EVENT
 from frictionsim.solvers.mechanism import (
     Mechanism,
     Trajectory,
@@ -59,6 +60,8 @@ ShaftScenario.CHECKS = (check_unknown,)
 
 # The channels of the default plot, from top to bottom.
 PANELS = ("applied_torque", "friction_torque", "angular_velocity", "angle")
+# A run with more impacts has a capture speed that is far below the speeds of its motion.
+MANY_IMPACTS = 1000
 
 
 def build(scenario: ShaftScenario) -> Mechanism:
@@ -122,3 +125,41 @@ def build(scenario: ShaftScenario) -> Mechanism:
 
 
 simulation = simulation_of(build)
+
+
+def impact_quantities(trajectory: Trajectory) -> Quantities:
+    """Return the number of impacts and the largest speed of one; None if there was none."""
+    speeds = impact_speeds(trajectory)
+    largest = float(speeds.max()) if speeds.size else None
+    return {
+        "impacts": Quantity(float(speeds.size), "1"),
+        "impact_speed_max": Quantity(largest, "rad/s"),
+    }
+
+
+def impact_speeds(trajectory: Trajectory) -> Any:
+    """Return the speeds of the body immediately before its impacts, (m,), rad/s.
+
+    Events after the last sample, which a failed run may have, are ignored.
+    """
+    import numpy as np  # imported here because `check` does not need it
+
+    if trajectory.velocity_before is None:
+        return np.empty(0)
+    end = trajectory.time[-1] if trajectory.time.size else -np.inf
+    hits = [
+        event.contact == EVENT and event.time <= end and speed != 0.0
+        for event, speed in zip(trajectory.transitions, trajectory.velocity_before, strict=True)
+    ]
+    return np.abs(trajectory.velocity_before[np.array(hits, dtype=bool)])
+
+
+def many_impacts(trajectory: Trajectory) -> list[str]:
+    """Warn if the body bounces so often that the capture speed seems far too low."""
+    count = impact_speeds(trajectory).size
+    if count < MANY_IMPACTS:
+        return []
+    return [
+        f"{count} impacts on the end stops, most of them negligible bounces; increase"
+        " effects.end_stops.capture_speed"
+    ]

@@ -37,8 +37,8 @@ from frictionsim.mechanisms.single_dof import cos, kinetic_energy_of, sin, sqrt
 from frictionsim.scenario.signal_tables import AngleTable, SpeedTable, signal_from
 from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal
 from frictionsim.solvers.compilation import compilable
-from frictionsim.solvers.first_excess import time_of_excess
 from frictionsim.solvers.mechanism import EndStops, Value, stop_torque
+from frictionsim.solvers.root_finding import time_of_excess
 
 # Torque and limit are sums of products: a few roundings of each, and of numbers below the smallest
 # normal one all digits.

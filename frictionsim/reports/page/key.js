@@ -87,8 +87,8 @@ frictionsim.marksKey = ({ results }) => {
   if (results.length > 1) {
     if (results.some(({ sticking }) => sticking.length)) notes.push("Strips at the bottom: sticking, in the colour of the result.");
   } else {
-    const [{ sticking, events }] = results;
-    if (sticking.length) notes.push("Grey areas: sticking.");
+    const [{ sticking, sticking_words: words, events }] = results;
+    if (sticking.length) notes.push(`Grey areas: ${words}.`);
     if (events.names.length) notes.push("Upright lines: events (breakaway dashed, coming to rest dash-dotted, others dotted).");
     else if (events.time.length) notes.push(`${events.time.length} events, too many to mark.`);
   }

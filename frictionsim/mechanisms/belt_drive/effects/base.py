@@ -27,6 +27,16 @@ class Belt(NamedTuple):
     pulleys: tuple[str, ...]
 
 
+def of_those_before(rows: Array) -> Array:
+    """Return for each body or joint the row of the one before it; quicker than `np.roll`."""
+    return np.concatenate((rows[-1:], rows[:-1]))
+
+
+def of_those_after(rows: Array) -> Array:
+    """Return for each body, or joint, the row of the one after it."""
+    return np.concatenate((rows[1:], rows[:1]))
+
+
 class Shape:
     """The configuration of the bodies, of which energies are functions.
 
@@ -67,14 +77,14 @@ class Shape:
     def gap(self) -> Array:
         """How far each joint is stretched, (n, 2), m; joint k is before body k."""
         # The difference of neighbours is exact: only the rounding of the coordinates is left.
-        gap = self.position - np.roll(self.position, 1, axis=0)
-        gap -= 0.5 * self.chain.length * (self.along + np.roll(self.along, 1, axis=0))
+        gap = self.position - of_those_before(self.position)
+        gap -= 0.5 * self.chain.length * (self.along + of_those_before(self.along))
         return gap
 
     @cached_property
     def bend(self) -> Array:
         """How far each joint is bent, (n,), rad."""
-        bend = self.angle - np.roll(self.angle, 1)
+        bend = self.angle - of_those_before(self.angle)
         bend[0] += self.chain.total_turning
         return bend
 

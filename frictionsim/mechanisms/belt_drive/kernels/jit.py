@@ -17,6 +17,7 @@ from time import perf_counter
 from typing import Any
 
 from frictionsim.simulation.monitor import compilation_of
+from frictionsim.solvers.compilation import compiler_of_parts, without_collection
 
 LOG = logging.getLogger(__name__)
 
@@ -30,9 +31,10 @@ OPTIONS: dict[str, Any] = {
     "_nrt": False,
 }
 
-# Plain Python for one coordinate, and compiled for belts.
+# Plain Python for one coordinate, and compiled for belts; and the compiler of both.
 SHARED = tuple(
-    f"solvers/{name}.py" for name in ("runge_kutta_fehlberg", "friction_curve", "stepper")
+    f"solvers/{name}.py"
+    for name in ("runge_kutta_fehlberg", "friction_curve", "stepper", "compiled_parts")
 )
 
 # Of a kernel that is a part of others: what Python calls it by would take as long to compile.
@@ -80,7 +82,9 @@ class Kernel:
         """The function as other kernels call it."""
         if not self._as_part:
             return self.compiled
-        return _compiled(self.py_func, pipeline_class=_compiler(self._compiler), **self._as_part)
+        return _compiled(
+            self.py_func, pipeline_class=compiler_of_parts(self._compiler), **self._as_part
+        )
 
     @property
     def _numba_type_(self) -> Any:
@@ -115,7 +119,7 @@ class KernelChoice:
         def choice(*arguments: Any) -> Any:
             """Stand for all of the kernels."""
 
-        options: Any = {**OPTIONS, **COPIED, "pipeline_class": _compiler("PartCompiler")}
+        options: Any = {**OPTIONS, **COPIED, "pipeline_class": compiler_of_parts()}
 
         @overload(choice, jit_options=options, strict=False)
         def chosen(first: Any, *arguments: Any) -> Any:
@@ -127,18 +131,6 @@ class KernelChoice:
 
 def _compiled(function: Callable[..., Any], **options: Any) -> Any:
     return _numba().njit(function, **OPTIONS, **options)
-
-
-def _compiler(name: str) -> Any:
-    """Return a compiler of parts; numba's own one where its insides are not those we know."""
-    _numba()
-    try:
-        from frictionsim.mechanisms.belt_drive.kernels import parts
-    except (ImportError, AttributeError):
-        from numba.core.compiler import Compiler
-
-        return Compiler
-    return getattr(parts, name)
 
 
 def inline_kernel(function: Callable[..., Any]) -> Any:
@@ -182,8 +174,7 @@ def kernel_sources() -> tuple[Path, ...]:
         if b"frictionsim.mechanisms.belt_drive.kernels.jit" in path.read_bytes()
     }
     shared = {package / name for name in SHARED}
-    own = {Path(__file__), Path(__file__).with_name("parts.py")}
-    return tuple(sorted({*own, *found, *in_package, *shared}))
+    return tuple(sorted({Path(__file__), *found, *in_package, *shared}))
 
 
 def build_name() -> str:
@@ -260,7 +251,7 @@ def announce_compilation(expected: float, on_step: Any) -> Iterator[Compilation]
 
     with ExitStack() as stack:
         started = perf_counter()
-        with event.install_listener("numba:compile", Listener()):
+        with event.install_listener("numba:compile", Listener()), without_collection():
             yield found
         if found.noticed:
             found.seconds = perf_counter() - started
