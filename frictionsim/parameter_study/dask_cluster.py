@@ -75,7 +75,7 @@ class DaskCluster:
         self._plan = plan
         # A task, not data sent beforehand: if its worker dies, the scheduler has it done again.
         self._combinations = self._client.submit(
-            Combinations, plan.scenario, plan.design.keys, pure=False
+            Combinations, plan.scenario, plan.design.keys, plan.design.runs, pure=False
         )
 
     def submit(self, kind: str, task: Task) -> "Future[Done]":

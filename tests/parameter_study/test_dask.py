@@ -7,6 +7,7 @@ import socket
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -14,6 +15,9 @@ import pytest
 import frictionsim as fs
 from frictionsim.parameter_study import dask_cluster, dispatch
 from frictionsim.parameter_study.dask_cluster import DaskCluster
+from frictionsim.parameter_study.design import design_of
+from frictionsim.parameter_study.sweep import SweepPlan
+from frictionsim.parameter_study.values import values_by_key
 from frictionsim.simulation.monitor import SweepProgress
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
 
@@ -93,3 +97,14 @@ def test_a_missing_extra_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
         "dask: the package distributed is not installed; install it with"
         " pip install 'frictionsim[dask]'"
     )
+
+
+def test_workers_know_how_many_runs_there_are() -> None:
+    """Few go alone, however long the blocks are."""
+    cluster: Any = DaskCluster.__new__(DaskCluster)
+    cluster._plan = None
+    cluster._client = SimpleNamespace(submit=lambda made, *arguments, pure: made(*arguments))
+    design = design_of(values_by_key([("mechanism.load", "lin(2000.0, 2400.0, 5000)")]))
+    plan = SweepPlan(fs.load("pulley"), design)
+    cluster.start(plan, lambda: None)
+    assert cluster._combinations.__reduce__() == plan.combinations.__reduce__()
