@@ -1,4 +1,4 @@
-"""The folder of compiled kernels: in the user's cache, or in a private one for temporary files.
+"""The folder of compiled kernels, in the user's cache.
 
 What is in it is loaded as machine code (numba's .nbc) or unpickled (.nbi), both of which run with
 the user's rights. So a folder is taken only if nobody else can have put anything into it:
@@ -13,10 +13,9 @@ the user's rights. So a folder is taken only if nobody else can have put anythin
 
 Without such a folder the kernels are compiled for each process anew, and never read from a disk.
 The folder that `NUMBA_CACHE_DIR` names is not used: kernels of other programs are none of ours.
-Windows has no such owners and modes; there both places are in the user's profile.
+Windows has no such owners and modes; there it is in the user's profile.
 """
 
-import getpass
 import logging
 import os
 import re
@@ -24,7 +23,7 @@ from contextlib import suppress
 from pathlib import Path
 from shutil import rmtree
 from stat import S_IMODE, S_ISDIR, S_ISREG, S_ISVTX
-from tempfile import NamedTemporaryFile, gettempdir
+from tempfile import NamedTemporaryFile
 from time import time
 
 from platformdirs import user_cache_path
@@ -68,31 +67,24 @@ def usable_folder(name: str) -> Path | None:
     Path or None
         None if there is none: then nothing is kept, which a warning says.
     """
-    reasons = []
-    for place in (_home_cache, _private_temporary):
-        try:
-            return _prepared(place(), name)
-        except _NotPrivate as error:
-            reasons.append(str(error))
-        except (OSError, RuntimeError) as error:  # RuntimeError: the user has no home
-            what = getattr(error, "strerror", None) or error
-            where = getattr(error, "filename", None)
-            reasons.append(f"'{where}': {what}" if where else str(what))
-        LOG.info("no compiled kernels there: %s", reasons[-1])
+    try:
+        return _prepared(_home_cache(), name)
+    except _NotPrivate as error:
+        reason = str(error)
+    except (OSError, RuntimeError) as error:  # RuntimeError: the user has no home
+        what = getattr(error, "strerror", None) or error
+        where = getattr(error, "filename", None)
+        reason = f"'{where}': {what}" if where else str(what)
     LOG.warning(
         "there is no private folder to keep compiled kernels in (%s); every run that needs them"
         " compiles them anew, in 10 to 30 s: set XDG_CACHE_HOME to a folder of your own",
-        "; ".join(reasons),
+        reason,
     )
     return None
 
 
 def _home_cache() -> Path:
     return user_cache_path(PROGRAM, appauthor=False)
-
-
-def _private_temporary() -> Path:
-    return Path(gettempdir()) / f"{PROGRAM}-{_user_name()}"
 
 
 def _prepared(base: Path, name: str) -> Path:
@@ -199,12 +191,3 @@ def _remove_unused(new: Path, owner: int) -> None:
         is_ours = S_ISDIR(found.st_mode) and found.st_uid == owner
         if path != new and is_ours and time() - found.st_mtime > KEPT_UNUSED:
             rmtree(path, ignore_errors=True)
-
-
-def _user_name() -> str:
-    """Return the user's name for a file name; 'user' where the system knows none."""
-    try:
-        name = getpass.getuser()
-    except (ImportError, KeyError, OSError):  # as in a container, for a user that it has no name of
-        return "user"
-    return "".join(letter if letter.isalnum() else "_" for letter in name)
