@@ -77,17 +77,19 @@ def combined(names: Iterable[str]) -> Surroundings:
     return Surroundings(**values)
 
 
-def run(place: Surroundings, tests: list[str]) -> tuple[int, dict[str, int]]:
+def run(place: Surroundings, tests: list[str]) -> tuple[int, dict[str, int | str]]:
     """Run the tests in surroundings.
 
-    Returns the exit code of the first command that fails, and the counts of tests by outcome, with
-    the seconds of the processor that all commands took.
+    Returns the exit code of the first command that fails, and what is recorded of it: the commit,
+    the counts of tests by outcome, and the seconds of the processor that all commands took.
     """
     above = Path(mkdtemp(prefix="surroundings-"))
     clone, home = above / place.folder, above / "home"
     user = NOBODY if place.ordinary_user and os.geteuid() == 0 else None
     home.mkdir(mode=0o700)
     subprocess.run(["git", "clone", "--quiet", "--no-hardlinks", ROOT, clone], check=True)
+    asked = ["git", "-C", clone, "rev-parse", "--short", "HEAD"]  # the origin may go on
+    commit = subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip()
     if user is not None:
         above.chmod(0o755)
         for path in (home, clone, *clone.rglob("*")):
@@ -113,7 +115,7 @@ def run(place: Surroundings, tests: list[str]) -> tuple[int, dict[str, int]]:
             or call(*TESTS, f"--junitxml={report}", *tests)
         )
         seconds = round(seconds_of_children() - seconds_before)
-        return code, {**counts(report), "cpu_seconds": seconds}
+        return code, {"commit": commit, **counts(report), "cpu_seconds": seconds}
     finally:
         shutil.rmtree(above, ignore_errors=True)
 
@@ -130,14 +132,10 @@ def seconds_of_children() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def record(name: str, code: int, found: dict[str, int]) -> None:
+def record(name: str, code: int, found: dict[str, int | str]) -> None:
     """Write what came of a run to the record, in the place of an earlier one."""
-    commit = subprocess.run(
-        ["git", "-C", ROOT, "rev-parse", "--short", "HEAD"],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
     runs = json.loads(RECORD.read_text()) if RECORD.exists() else {}
-    runs[name] = {"commit": commit.stdout.strip(), "exit": code, **found}
+    runs[name] = {"exit": code, **found}
     RECORD.write_text(json.dumps(dict(sorted(runs.items())), indent=2) + "\n")
 
 
