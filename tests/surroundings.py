@@ -88,7 +88,7 @@ def run(place: Surroundings, tests: list[str]) -> tuple[int, dict[str, int | str
     user = NOBODY if place.ordinary_user and os.geteuid() == 0 else None
     home.mkdir(mode=0o700)
     subprocess.run(["git", "clone", "--quiet", "--no-hardlinks", ROOT, clone], check=True)
-    asked = ["git", "-C", clone, "rev-parse", "--short", "HEAD"]  # the origin may go on
+    asked = ["git", "-C", str(clone), "rev-parse", "--short", "HEAD"]  # the origin may go on
     commit = subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip()
     if user is not None:
         above.chmod(0o755)
