@@ -2,6 +2,7 @@
 
     python -m tests.faults check                     every fault can still be set
     python -m tests.faults run --until nearest       the nearest tests against each
+    python -m tests.faults draw --seed 1             another fault, to be described
 
 `run` writes results/faults.json after each fault and goes on where it was stopped. A fault counts
 as caught if a test fails with it that passes without it. Whether that test is about the fault, or
@@ -12,6 +13,7 @@ is kept while the same test catches it.
 import argparse
 import sys
 
+from tests.faults.drawing import as_toml, draw
 from tests.faults.table import faults, mistakes
 from tests.faults.trial import LIMITS, copy_of_sources, read_results, write_results
 
@@ -25,10 +27,14 @@ def main() -> int:
     parser = argparse.ArgumentParser("python -m tests.faults", None, __doc__, formatter_class=form)
     commands = parser.add_subparsers(dest="command", required=True)
     commands.add_parser("check", help="that every fault can be set")
+    commands.add_parser("draw", help="a fault").add_argument("--seed", type=int, required=True)
     run = commands.add_parser("run", help="the tests against each fault")
     run.add_argument("--only", nargs="+", metavar="NAME", help="these, also if they are done")
     run.add_argument("--until", choices=STAGES, default="slow", help="the last tests to run")
     given = parser.parse_args()
+    if given.command == "draw":
+        print(as_toml(draw(given.seed)))
+        return 0
     wrong = mistakes()
     print("\n".join(wrong), file=sys.stderr, end="\n" if wrong else "")
     if given.command == "run" and not wrong:
