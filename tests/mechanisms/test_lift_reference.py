@@ -1,7 +1,7 @@
 """The pulley with hanging masses against an independent program, and what every lift must obey.
 
-`lift_reference` has the motion in closed form with 50 digits. Impacts are summed
-from small pulls in `test_rope_impact`.
+`lift_reference` has the motion in closed form with 50 digits; `lift_energies` shows that it obeys
+Newton, Euler, Coulomb and Eytelwein. Impacts are summed from small pulls in `test_rope_impact`.
 """
 
 import tomllib
@@ -14,7 +14,7 @@ import pytest
 
 from frictionsim.results import Record
 from tests.support.drawn_lifts import FAMILIES, Scenario, numbers
-from tests.support.lift_energies import energies
+from tests.support.lift_energies import energies, largest_violation
 from tests.support.lift_reference import Solution, solve
 from tests.support.lifts import CONTACTS, SLACK, changes
 from tests.support.scenarios import SCENARIOS, changed, simulate
@@ -67,6 +67,12 @@ def test_the_draws_have_every_transition() -> None:
     }
     assert {m.taut for m in modes} == {(a, b) for a in (True, False) for b in (True, False)}
     assert sum(len(reference(*drawn).events) for drawn in OFTEN) > 100
+
+
+@pytest.mark.parametrize(("family", "seed"), OFTEN[::2])
+def test_the_reference_obeys_the_laws(family: str, seed: int) -> None:
+    violations = largest_violation(reference(family, seed))
+    assert max(violations.values()) < 1e-22
 
 
 @pytest.mark.parametrize(("family", "seed"), ALL)

@@ -1,4 +1,4 @@
-"""Kind `shaft` against an independent program that integrates between located events."""
+"""Kind `shaft` against two independent programs: located integration, and closed forms."""
 
 from math import radians
 from typing import Any
@@ -8,6 +8,7 @@ import pytest
 from tests.support.problems import cases
 from tests.support.scenarios import Scenario, changed, simulate, sound, with_method
 from tests.support.shaft_reference import solution
+from tests.support.shaft_reference_closed import closed_form
 from tests.support.shaft_scenarios import drawn, in_units, ramp, shaft_scenario, sine, turned
 
 TIME, ANGLE = 1e-9, 1e-8  # s, rad, at rtol 1e-11
@@ -61,7 +62,7 @@ def test_the_stored_scenarios_are_those_of_the_independent_program(number: int) 
     assert_same((found["events"], found["final"]), stored, time=1e-12, angle=angle)
 
 
-LINEAR_IN_TIME = {
+CLOSED_FORMS = {
     "a ramp of torque, up and down": shaft_scenario(
         [{"size": 100.0, "direction": [0.0, -1.0], **THROUGH_THE_AXIS}],
         [ramp(0.0, 0.0, 0.4, 2.0, 0.7, -1.0, 1.0, 0.0)],
@@ -79,12 +80,12 @@ LINEAR_IN_TIME = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", LINEAR_IN_TIME)
-def test_loads_linear_in_time_give_the_reference_to_its_last_digits(name: str) -> None:
-    expected = solution(LINEAR_IN_TIME[name])
+@pytest.mark.parametrize("name", CLOSED_FORMS)
+def test_loads_linear_in_time_give_the_closed_form(name: str) -> None:
+    expected = closed_form(CLOSED_FORMS[name])
     assert expected["events"]
     assert_same(
-        seen(LINEAR_IN_TIME[name]), (expected["events"], expected["final"]), time=1e-11, angle=1e-11
+        seen(CLOSED_FORMS[name]), (expected["events"], expected["final"]), time=1e-11, angle=1e-11
     )
 
 
