@@ -21,7 +21,7 @@ from tests.net.digests import ROOT, data, table, text
 LIKE_ANOTHER = (
     "b.h5",
     "part.h5",
-    "cut.h5",
+    "cut.partial.h5",
     "kept.h5",
 )  # results whose pictures would be those of a.h5
 
