@@ -82,6 +82,14 @@ def test_a_result_is_replaced_also_if_it_was_damaged(damage: str) -> None:
     assert Path("a.h5").read_bytes() == whole
 
 
+def test_a_result_and_a_sweep_do_not_replace_each_other() -> None:
+    sweep = ["sweep", PULLEY, "--vary", "mechanism.load=[2000, 2100]", "--workers", "1", "-q", "-o"]
+    assert solve("-o", "a.h5") == run_command_line([*sweep, "b.h5"]) == 0
+    before = [Path(name).read_bytes() for name in ("a.h5", "b.h5")]
+    assert solve("-o", "b.h5") == run_command_line([*sweep, "a.h5"]) == 4
+    assert [Path(name).read_bytes() for name in ("a.h5", "b.h5")] == before
+
+
 def test_xml_that_is_no_picture_stays() -> None:
     assert solve("-o", "r.h5") == 0
     for name, text, code in (("a.svg", "<?xml?><html/>", 4), ("b.svg", "<?xml?><svg/>", 0)):
