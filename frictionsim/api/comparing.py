@@ -57,7 +57,8 @@ def compare(
     Returns
     -------
     Comparison
-        `same` is the verdict, `rows` has the largest difference of each channel.
+        `same` is the verdict, `rows` has the difference of each channel that is largest relative to
+        what is allowed.
 
     Raises
     ------
@@ -96,7 +97,7 @@ def _named(
 
 
 def comparison_parts(comparison: Comparison) -> Document:
-    """Yield the largest differences of two results."""
+    """Yield the differences of two results."""
     rows = [
         (
             row.name,
@@ -119,7 +120,9 @@ def comparison_parts(comparison: Comparison) -> Document:
         for row in comparison.rows
     ]
     yield Data({"same": comparison.same, "rows": data, "notes": list(comparison.notes)})
-    yield Table(("channel", ">largest difference", ">allowed", ">time, s", ""), rows)
+    yield Table(("channel", ">difference", ">allowed", ">time, s", ""), rows)
     yield from comparison.notes
     differing = sum(not row.ok for row in comparison.rows)
+    if differing:
+        yield "note: each difference is that of the sample that is furthest above what is allowed"
     yield f"{differing} of {len(comparison.rows)} differ" if differing else "the files agree"

@@ -217,7 +217,7 @@ def _out_of_reach(problem: FitProblem, best: Minimum, names: str, flat: bool) ->
     begin = f"out of reach: {target.name} = {wanted:.6g}{unit}"
     if flat:
         return f"{begin}; it is {least:.6g}{unit} whatever {names} is within the bounds"
-    reachable = f"{problem.runs} runs within the bounds gave {least:.6g} to {largest:.6g}{unit}"
+    reachable = f"runs within the bounds gave {least:.6g} to {largest:.6g}{unit}"
     if best.jump is not None:
         below, above = best.jump
         at = problem.values(best.x)[names]

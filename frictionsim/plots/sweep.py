@@ -236,7 +236,7 @@ def _draw_face(
     _label_keys(places, layout)
     if not layout.is_map:
         figure.align_ylabels(places)
-    _title(figure, table, [axis.key for axis in axes], notes)
+    _title(figure, table, [axis.key for axis in axes], notes, face.runs.size)
     add_legend(figure, _handles(table, layout, panels), columns=3)
 
 
@@ -300,7 +300,7 @@ def _draw_sample(
     if sampling is not None:
         independent = f", {runs.stop} independent runs" if sampling.indices else ""
         notes.insert(0, f"{sampling.method} sample{independent}")
-    _title(figure, table, list(table.coordinates), notes)
+    _title(figure, table, list(table.coordinates), notes, table.runs)
     add_legend(figure, legend_of_sample(any(i.first.size for i in indices.values())), columns=5)
 
 
@@ -325,9 +325,13 @@ def _panels(figure: "Figure | SubFigure", count: int, row: float, sharey: bool) 
 
 
 def _title(
-    figure: "Figure | SubFigure", table: SweepTable, keys: Sequence[str], notes: Sequence[str]
+    figure: "Figure | SubFigure",
+    table: SweepTable,
+    keys: Sequence[str],
+    notes: Sequence[str],
+    drawn: int,
 ) -> None:
-    """Give a figure the title of a sweep: what is varied, and how many runs there are."""
+    """Give a figure the title of a sweep: what is varied, and how many of its runs are drawn."""
     attributes = table.attributes
     title = attributes["title"] or attributes["kind"]
     number = counts(table)
@@ -335,7 +339,8 @@ def _title(
     if number[NOT_RUN]:
         parts.append(f"{attributes['status']}: {table.runs - number[NOT_RUN]} of {table.runs} runs")
     else:
-        parts.append(f"{table.runs} run{'' if table.runs == 1 else 's'}")
+        some = f"{drawn} of " if drawn < table.runs else ""
+        parts.append(f"{some}{table.runs} run{'' if table.runs == 1 else 's'}")
     for status, words in ((FAILED, "failed"), (AUDIT_FAILED, "with a failed audit")):
         if number[status]:
             parts.append(f"{number[status]} {words}")

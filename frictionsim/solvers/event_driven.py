@@ -302,8 +302,8 @@ class EventDrivenSolver:
             if steps > 1.0:
                 status = self._piece_compiled(self._compiled, steps - 1.0)
             self._compiled = None
-            LOG.warning(
-                "compiled code fails after t = %.9g s; Python goes on, and says what is wrong",
+            LOG.info(
+                "compiled code ends at t = %.9g s; Python goes on, and says what is wrong",
                 self._state[layout.TIME],
             )
         seconds = max(perf_counter() - started, 1e-6)

@@ -124,7 +124,7 @@ def test_a_chosen_quantity_is_drawn_at_a_chosen_value(grid: xarray.Dataset, told
     told("plot", "s.h5", "--view", "final_angle", "--at", f"{LOAD}=2000", "-o", "a.svg")
     text = Path("a.svg").read_text(encoding="utf-8")
     assert ">final angle," in text
-    assert "(mechanism.load = 2000 N; 12 runs)" in text
+    assert "(mechanism.load = 2000 N; 4 of 12 runs)" in text
     told("plot", "s.h5", "-o", "a.svg", "--no-clobber", code=4)
 
 
