@@ -67,7 +67,7 @@ def audit(
     checks = {"energy_balance": energy_check(trajectory, energy_limit, atol, size)}
     if contact is not None:
         checks["friction_law"] = Check(float(friction_violation(trajectory, contact)), ROUNDING)
-        checks["dissipation_sign"] = Check(float(driving_power(trajectory)), 0.0)
+        checks["dissipation_sign"] = Check(float(driving_power(trajectory, atol)), 0.0)
         checks["stick_drift"] = Check(stick_drift(trajectory), 0.0)
     if stops is not None:
         checks["end_stops"] = end_stops_check(trajectory, stops)
@@ -147,11 +147,16 @@ def friction_violation(trajectory: "Trajectory", contact: "DryFriction") -> Any:
     return _ratio(worst, largest, worst)
 
 
-def driving_power(trajectory: "Trajectory") -> Any:
-    """Return the largest positive power of friction, relative to the largest magnitude."""
-    power = trajectory.friction * trajectory.velocity
+def driving_power(trajectory: "Trajectory", atol: Any) -> Any:
+    """Return the largest positive power of friction, relative to the largest magnitude.
+
+    A speed below the absolute tolerance may have either sign.
+    """
+    velocity = trajectory.velocity
+    power = trajectory.friction * velocity
     largest = np.max(np.abs(power), axis=0, initial=0.0)
-    return _ratio(np.max(power, axis=0, initial=0.0), largest, 0.0)
+    driving = np.where(np.abs(velocity) > atol, power, 0.0)
+    return _ratio(np.max(driving, axis=0, initial=0.0), largest, 0.0)
 
 
 def _ratio(worst: Any, largest: Any, otherwise: Any) -> Any:

@@ -296,7 +296,7 @@ def _passes(runs: Prepared, chosen: Any, mechanism: Mechanism, trajectory: Traje
     return (
         (residual <= limit)
         & (friction_violation(trajectory, mechanism.contact) <= ROUNDING)
-        & (driving_power(trajectory) <= 0.0)
+        & (driving_power(trajectory, atol) <= 0.0)
     )
 
 

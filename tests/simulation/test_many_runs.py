@@ -226,7 +226,7 @@ def test_runs_go_together_where_nothing_is_wrong(
     [
         ("allowed_residual", lambda rtol: 0.0),
         ("ROUNDING", -1.0),
-        ("driving_power", lambda trajectory: np.ones(trajectory.time.shape[1])),
+        ("driving_power", lambda trajectory, atol: np.ones(trajectory.time.shape[1])),
     ],
 )
 def test_runs_that_do_not_pass_the_audit_are_run_alone(
