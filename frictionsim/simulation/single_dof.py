@@ -441,11 +441,14 @@ def trajectory_of(mechanism: Mechanism, columns: Any, transitions: list[Transiti
 def energy_scale(mechanism: Mechanism, trajectory: Trajectory) -> Any:
     """Return the energy scale of the scenario, J, which does not depend on the solution.
 
-    Of the samples of many runs, (n, runs), one value for each.
+    Of the samples of many runs, (n, runs), one value for each. The drive of a prescribed motion
+    is the torque that balances all others.
     """
-    applied_torque = mechanism.applied_torque(
-        trajectory.drive, trajectory.position, np.zeros_like(trajectory.velocity)
-    )
+    applied_torque = trajectory.drive
+    if not mechanism.prescribed:
+        applied_torque = mechanism.applied_torque(
+            trajectory.drive, trajectory.position, np.zeros_like(trajectory.velocity)
+        )
     at_start = mechanism.stored_energies["energy_kinetic"](mechanism.position, mechanism.velocity)
     torque = np.broadcast_to(np.abs(applied_torque), trajectory.velocity.shape)
     return np.max(torque, axis=0, initial=0.0) + at_start

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from frictionsim.mechanisms import epicyclic
 from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint, tracer_position
 from frictionsim.scenario.loading import validate
+from tests.support.examples import examples
 from tests.support.problems import assert_agrees, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, shipped, simulate
 
@@ -83,6 +84,20 @@ def test_friction_reverses_with_the_prescribed_speed() -> None:
     assert [(e.mode_from, e.mode_to) for e in run.transitions] == [(1, -1), (-1, 0)]
     assert [e.time for e in run.transitions] == pytest.approx([0.5, 1.5], abs=1e-15)
     assert [name for name, check in run.checks.items() if not check.ok] == []
+
+
+@examples(10)
+@given(st.floats(-300.0, -1.0), st.floats(-180.0, 180.0))
+def test_a_drive_of_any_slowness_passes_the_audit(size: float, degrees: float) -> None:
+    """The slower it raises the crank, the less the potential energy tells of its work."""
+    data = gear(
+        drive={"speed": 10.0**size},
+        mechanism__initial_angle_deg=degrees,
+        effects__hinge_friction=None,
+        effects__rolling_friction=None,
+        output__interval=0.1,
+    )
+    assert [name for name, check in simulate(data).checks.items() if not check.ok] == []
 
 
 def test_without_gravity_there_is_no_weight() -> None:
