@@ -23,6 +23,8 @@ MAX_ATTRIBUTES = 64  # of one object
 MAX_TEXT = 64 * 1024  # bytes of an attribute or a name
 MAX_SCENARIO = 64 * 2**20  # it holds the data of CSV signals
 LONG_TEXTS = ("scenario", "study", "segments")
+LABELS = ("units", "long_name")  # written beside numbers and drawn at axes
+MAX_LABEL = 200
 MAX_NAMES = 100_000
 MAX_AXIS = 10**6
 FREE_BYTES = 256 * 2**20  # that any file may claim, however small it is
@@ -146,7 +148,10 @@ def texts_of(item: Any, budget: Budget) -> dict[str, str]:
 
 
 def text_of(item: Any, name: str, budget: Budget) -> str:
-    """Return a short attribute as text; bytes that are not UTF-8 are replaced."""
+    """Return a short attribute as text; bytes that are not UTF-8 are replaced.
+
+    Labels are one line of at most MAX_LABEL characters, the rest is cut.
+    """
     attribute = item.attrs.get_id(name)
     if attribute.shape != () or not _is_plain(attribute.get_type()):
         raise ValueError(f"{name} is not a text")
@@ -154,6 +159,8 @@ def text_of(item: Any, name: str, budget: Budget) -> str:
     text = str(value).encode("utf-8", "replace").decode()
     if len(text) > (MAX_SCENARIO if name in LONG_TEXTS else MAX_TEXT):
         raise ValueError(f"{name} is too long")
+    if name in LABELS:  # a picture of thousands of lines takes seconds
+        text = " ".join(text[:MAX_LABEL].split())
     budget.take(4 * len(text), name)
     return text
 

@@ -24,6 +24,9 @@ ROOT = Path(__file__).parents[2]
 # Of address space, bytes, besides the program and its libraries: together two gigabytes.
 MEMORY = 3 << 29
 SECONDS_PER_CASE = 10.0
+# Of extremes, whose runs of thousands of steps compile a kernel for their kind and effects. In a
+# process that goes on, as here, no limit of the wall time ends a compilation.
+SECONDS_WITH_COMPILATION = 60.0
 # Of cases that start processes: the command, the undisturbed one and the next one after it.
 SECONDS_WITH_PROCESSES = 90.0
 WITH_PROCESSES = ("kills", "streams", "environments", "interruptions", "writers", "plugins")
@@ -102,8 +105,7 @@ class _Process:
                 if not self._pipe.poll(self._seconds):
                     return Case(self._attack, number, "slow", "its process does not start")
                 self._pipe.recv()
-                with_processes = self._attack in WITH_PROCESSES
-                self._seconds = SECONDS_WITH_PROCESSES if with_processes else SECONDS_PER_CASE
+                self._seconds = _seconds(self._attack)
             self._pipe.send(number)
             if self._pipe.poll(self._seconds):
                 return Case(self._attack, number, *self._pipe.recv())
@@ -121,6 +123,12 @@ class _Process:
         self._process.kill()
         self._process.join()
         self._pipe.close()
+
+
+def _seconds(attack: str) -> float:
+    if attack == "extremes":
+        return SECONDS_WITH_COMPILATION
+    return SECONDS_WITH_PROCESSES if attack in WITH_PROCESSES else SECONDS_PER_CASE
 
 
 @contextlib.contextmanager

@@ -250,6 +250,14 @@ def test_what_no_result_has_is_refused(
     assert message(result) == NO_RESULT
 
 
+def test_a_label_is_one_line_of_two_hundred_characters(result: Path) -> None:
+    with h5py.File(result, "r+") as file:
+        file["angle"].attrs.update(units="rad\n" * 2000, long_name="x" * 60_000)
+    found = fs.open(result).dataset["angle"].attrs
+    assert found["units"] == " ".join(["rad"] * 50)
+    assert found["long_name"] == "x" * 200
+
+
 def test_one_long_text_many_times_does_not_fill_memory(result: Path) -> None:
     with h5py.File(result, "r+") as file:
         scale = file.create_dataset("body", (4000,), h5py.string_dtype())
