@@ -45,7 +45,7 @@ class BeltDrive:
         self._discontinuities = _discontinuities(scenario)
         self._observer = observer_of(scenario, self._model)
         module = import_module(scenario.pair.module)
-        self._stepper = module.BeltStepper(self._model, scenario.solver)
+        self._stepper = module.STEPPER(self._model, scenario.solver)
         self._observer.force_per_impulse = self._stepper.force_per_impulse
         self._started = False
         self._tried_before = 0  # steps, in the parts of the run before this one

@@ -251,7 +251,7 @@ def string_plan(model: "BeltModel", settings: "BeltSolverSettings") -> StepPlan:
     return StepPlan(h, max_step, stiff, stiff is not None, None, dampers, seconds)
 
 
-class BeltStepper(Stepper):
+class MoreauStepper(Stepper):
     """A belt drive between two steps of a fixed length.
 
     Parameters
@@ -373,3 +373,6 @@ class BeltStepper(Stepper):
             start, end = table[SPEED_OLD, prescribed], table[ALPHA, prescribed]
             table[SPEED, prescribed] = start + ratio * (end - start)
         return inside
+
+
+STEPPER = MoreauStepper

@@ -318,7 +318,7 @@ def max_stable_step(eigenvalues: "npt.NDArray[np.complex128]") -> float:
     return float(products[first_unstable - 1]) / fastest
 
 
-class BeltStepper(Stepper):
+class RKF45Stepper(Stepper):
     """A belt drive between two adaptive steps."""
 
     def __init__(self, model: "BeltModel", settings: "BeltSolverSettings") -> None:
@@ -425,3 +425,6 @@ class BeltStepper(Stepper):
         """Return the array of a checkpoint that contradicts the others; empty if none does."""
         in_order = self._state.clock[T_OLD] <= self._state.clock[T]
         return super().restored_fault() if in_order else "clock"
+
+
+STEPPER = RKF45Stepper
