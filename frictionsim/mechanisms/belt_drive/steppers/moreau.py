@@ -31,11 +31,8 @@ import numpy as np
 
 from frictionsim.errors import InputError, NonFinite
 from frictionsim.mechanisms.belt_drive.effects.axial import MAX_OBLIQUITY, TINY, has_oblique_joints
+from frictionsim.mechanisms.belt_drive.equation import find_contact_candidates, prescribed_speeds
 from frictionsim.mechanisms.belt_drive.kernels.contacts import update_contact_modes
-from frictionsim.mechanisms.belt_drive.kernels.equations import (
-    find_contact_candidates,
-    prescribed_speeds,
-)
 from frictionsim.mechanisms.belt_drive.kernels.jit import KernelChoice, inline_kernel, kernel
 from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
