@@ -8,14 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from frictionsim.api.result_base import Ending, ResultBase
+from frictionsim.display import short_text
 from frictionsim.document import Data, Document, Table
-from frictionsim.errors import (
-    EXIT_DONE,
-    AuditError,
-    BudgetExceeded,
-    InputError,
-    failure_class,
-)
+from frictionsim.errors import EXIT_DONE, AuditError, BudgetExceeded, InputError, failure_class
 from frictionsim.reports.run_tables import audit_table, event_cells, quantities_table
 from frictionsim.results import (
     Check,
@@ -373,8 +368,8 @@ def open(path: str | PathLike[str]) -> Result:
 
 def _statistics(statistics: SolverStatistics, samples: int) -> str:
     compiled, seconds = statistics.compile_seconds, statistics.wall_seconds
-    compilation = f" after {compiled:.3g} s of compilation" if compiled else ""
-    solved = "" if seconds is None else f"solved in {seconds:.3g} s{compilation}: "
+    compilation = f" after {short_text(compiled)} s of compilation" if compiled else ""
+    solved = "" if seconds is None else f"solved in {short_text(seconds)} s{compilation}: "
     return (
         f"{solved}{statistics.states} states,"
         f" {statistics.steps} steps, {statistics.rejected} rejected steps,"

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.display import labelled
+from frictionsim.display import error_text, labelled
 from frictionsim.document import Block, Cell, Document, Number, Picture, Table
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import DONE
@@ -278,9 +278,9 @@ def _references(study: WorkPrecision) -> Iterator[str]:
     if reference is not None and reference.names:
         yield f"Errors are those against {short(' and '.join(reference.names), 1000)}."
     if reference is not None and reference.floor:
-        parts = ", ".join(f"{name} {e.relative:.1e}" for name, e in reference.floor.items())
+        parts = ", ".join(f"{name} {error_text(e.relative)}" for name, e in reference.floor.items())
         yield (
-            f"The references differ by {study.floor:.1e} ({short(parts, 2000)});"
+            f"The references differ by {error_text(study.floor)} ({short(parts, 2000)});"
             " smaller errors cannot be resolved."
         )
     else:
