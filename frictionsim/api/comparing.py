@@ -68,7 +68,7 @@ def compare(
         If they cannot be compared: a file is unreadable, the kinds differ, or both runs are done
         but sampled at different times.
     """
-    options = CompareOptions.of(rtol=rtol, atol=atol, time_atol=time_atol, ignore=ignore)
+    options = CompareOptions.among(locals())
     return compare_with(result, golden, options)
 
 

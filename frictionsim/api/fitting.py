@@ -357,22 +357,7 @@ def fit(
     SolverError
         If all runs fail.
     """
-    options = FitOptions.of(
-        data=data,
-        channels=channels,
-        over=over,
-        quantities=quantities,
-        sigma=sigma,
-        units=units,
-        time=time,
-        time_unit=time_unit,
-        time_offset=time_offset,
-        free=free,
-        starts=starts,
-        seed=seed,
-        bootstrap=bootstrap,
-        progress=progress,
-    )
+    options = FitOptions.among(locals())
     return fit_with(with_overrides(scenario, overrides), options)
 
 

@@ -209,16 +209,7 @@ def cost(
     SolverError
         If all reference runs fail.
     """
-    options = CostOptions.of(
-        laws=laws,
-        backends=backends,
-        tolerances=tolerances,
-        bodies=bodies,
-        models=models,
-        max_wall=max_wall,
-        repeats=repeats,
-        progress=progress,
-    )
+    options = CostOptions.among(locals())
     return cost_with(with_overrides(scenario, overrides), options)
 
 
