@@ -16,7 +16,7 @@ from frictionsim.work_precision.recommendation import recommendations
 from frictionsim.work_precision.settings import MAX_WALL, REPEATS
 from frictionsim.work_precision.settings import CostOptions as CostOptions
 from frictionsim.work_precision.study import study
-from frictionsim.work_precision.table import attributes, columns, study_json, write_csv
+from frictionsim.work_precision.table import study_json, table_of
 
 if TYPE_CHECKING:
     import xarray
@@ -127,19 +127,21 @@ class Study(TableResult):
         return xarray.Dataset(
             {
                 name: ("row", values, {"long_name": words} | ({"units": unit} if unit else {}))
-                for name, unit, words, values in columns(self.data)
+                for name, unit, words, values in table_of(self.data).columns.values()
             }
         )
 
     def save_csv(self, path: Path) -> None:
         """Write the table as CSV, with units in the header line."""
-        write_csv(self.data, path)
+        from frictionsim.io.cost_table import write_csv
+
+        write_csv(table_of(self.data), path)
 
     def save_hdf5(self, path: Path) -> Path:
         """Write the table as HDF5, see `frictionsim.io.hdf5_writer.write_table`."""
         from frictionsim.io.hdf5_writer import write_table
 
-        write_table(self._scenario, columns(self.data), attributes(self.data), path)
+        write_table(self._scenario, table_of(self.data), path)
         return path
 
     def plot(self, *, ax: "Axes | None" = None) -> "Figure":
