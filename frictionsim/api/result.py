@@ -381,17 +381,12 @@ def _statistics(statistics: SolverStatistics, samples: int) -> str:
 def _transitions_table(transitions: list[Transition]) -> Table:
     placed = any(transition.position is not None for transition in transitions)
     angle = (">angle, rad",) if placed else ()
-    numbered = list(enumerate(transitions, start=1))
-    if len(numbered) > MAX_EVENTS:
-        shown, last = numbered[: MAX_EVENTS - 2], numbered[-1:]
-    else:
-        shown, last = numbered, []
-    dots = [("...",)] if last else []
-    rows = [
-        *((str(number), f"{e.time:.9f}", *event_cells(e)) for number, e in shown),
-        *dots,
-        *((str(number), f"{e.time:.9f}", *event_cells(e)) for number, e in last),
-    ]
+    shown = list(enumerate(transitions, start=1))
+    if too_many := len(shown) > MAX_EVENTS:
+        shown = [*shown[: MAX_EVENTS - 2], shown[-1]]
+    rows = [(str(number), f"{e.time:.9f}", *event_cells(e)) for number, e in shown]
+    if too_many:
+        rows[-1:] = [("...",), *rows[-1:]]
     return Table((">event", ">time, s", "contact", "from", "to", *angle), rows)
 
 
