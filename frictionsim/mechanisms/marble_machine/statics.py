@@ -56,7 +56,7 @@ def limit_torques(
 
     with the discriminant r_f^2 ((c M)^2 + 2 k M W c_y + (k W)^2 - (r_f W c_z)^2), which has no
     cancellation if the friction is small. `shaft.balance.roots_of` solves eq 24 for any loads; its
-    roots differ in the last digits, and the machine as a body on a shaft is a test of it.
+    roots differ in the last digits.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ def limit_forces(arm: float, radius: float, load: float, vertical: bool) -> Limi
         horizontal   (1 - q) P^2 - 2 W P + (1 - q) W^2 = 0,  q = (r_f/r_e)^2
 
     The paper solves it in this closed form. `shaft.balance.roots_of` solves eq 24 for any loads;
-    its roots differ in the last digits, and the pulley as a body on a shaft is a test of it.
+    its roots differ in the last digits.
 
     Parameters
     ----------
