@@ -14,6 +14,7 @@ from frictionsim.results import BACKWARD, FORWARD, MODES, STICK
 
 MINUS = "\N{MINUS SIGN}"
 DIGITS, STUDY_DIGITS = 10, 6  # of a quantity in the summary of a run, and of many runs
+TIME_DIGITS, PICTURE_DIGITS = 9, 4
 NO_VALUE = "none"
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -26,6 +27,22 @@ def number_text(value: float | None, digits: int = DIGITS) -> str:
 def study_text(value: float | None) -> str:
     """Return a number of a sweep or a fit; `none` where it is not defined."""
     return number_text(value, STUDY_DIGITS)
+
+
+def time_text(time: float | None) -> str:
+    """Return a time, s, in as many digits as tell two events apart; empty if there is none."""
+    return "" if time is None else number_text(time, TIME_DIGITS)
+
+
+def picture_text(value: float, digits: int = PICTURE_DIGITS) -> str:
+    """Return a number in a picture; it has an exponent only where the tables have one."""
+    text = number_text(value, digits)
+    return f"{value:.0f}" if "e" in text and "e" not in study_text(value) else text
+
+
+def ratio_text(value: float) -> str:
+    """Return a number between -1 and 1; `none` where it is not defined."""
+    return NO_VALUE if value != value else f"{value:.3f}"
 
 
 def short_text(value: float | None) -> str:

@@ -38,7 +38,7 @@ NAMES = {
     r"limits_of_rest|torques_of_rest": "impending_motion_...",
     r"laboratory": "benchmark",
     r"headline": "max_relative_error",
-    r"rest_figures": "equilibrium_quantities",
+    r"rest_figures": "statics",
     r"share_of_reference": "mesh_scale",
     r"share_friction": "project_friction",
     r"lay_coefficients": "assign_friction_coefficients",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pydantic import Field
 
 from frictionsim.api import result as results
-from frictionsim.display import short_text
+from frictionsim.display import short_text, time_text
 from frictionsim.document import Data, Document, Table
 from frictionsim.io.comparison import Comparison, Tolerances, compare_records
 from frictionsim.results import finite
@@ -68,7 +68,7 @@ def compare(
         If they cannot be compared: a file is unreadable, the kinds differ, or both runs are done
         but sampled at different times.
     """
-    options = CompareOptions.of(rtol=rtol, atol=atol, time_atol=time_atol, ignore=ignore)
+    options = CompareOptions.among(locals())
     return compare_with(result, golden, options)
 
 
@@ -103,7 +103,7 @@ def comparison_parts(comparison: Comparison) -> Document:
             row.name,
             short_text(row.difference),
             short_text(row.allowed),
-            "" if row.time is None else f"{row.time:.9g}",
+            time_text(row.time),
             "ok" if row.ok else (row.note or "different"),
         )
         for row in comparison.rows

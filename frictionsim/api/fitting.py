@@ -1,26 +1,19 @@
 """Fits of free keys of a scenario to measured data from Python: fit and Fit."""
 
 from collections.abc import Callable, Iterable, Mapping
-from math import isnan
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.api.result_base import Ending, ResultBase
 from frictionsim.api.scenarios import with_overrides
-from frictionsim.display import number_text, study_text
+from frictionsim.display import number_text, ratio_text, study_text
 from frictionsim.document import Data, Document, Table
 from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_DONE, EXIT_SOLVER_FAILED, counted
 from frictionsim.fitting.data import STARTS, measured
 from frictionsim.fitting.data import FitOptions as FitOptions
 from frictionsim.fitting.fit import fit as fit_problem
-from frictionsim.fitting.outcome import (
-    OUT_OF_REACH,
-    Bootstrap,
-    Finding,
-    Outcome,
-    outcome_json,
-)
+from frictionsim.fitting.outcome import OUT_OF_REACH, Bootstrap, Finding, Outcome, outcome_json
 from frictionsim.fitting.problem import FitProblem, check_runs, free_keys
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.options import as_path
@@ -84,7 +77,7 @@ def _estimates(found: "Outcome") -> Table:
 def _correlations(found: "Outcome") -> Table:
     numbers = [f">({i})" for i in range(1, len(found.keys) + 1)]
     rows = [
-        (f"({i}) {key.key}", *("none" if isnan(c) else f"{c:.3f}" for c in row))
+        (f"({i}) {key.key}", *map(ratio_text, row))
         for i, (key, row) in enumerate(zip(found.keys, found.correlations, strict=True), start=1)
     ]
     return Table(("correlation", *numbers), rows)
@@ -294,7 +287,7 @@ class Fit(ResultBase):
         yield Data(outcome_json(self.data, self.source, self.overrides))
 
     def __repr__(self) -> str:
-        values = ", ".join(f"{key}={value:.6g}" for key, value in self.values.items())
+        values = ", ".join(f"{key}={study_text(value)}" for key, value in self.values.items())
         return f"<frictionsim.Fit {self.scenario.kind}: {self.status}, {values}>"
 
 
@@ -364,22 +357,7 @@ def fit(
     SolverError
         If all runs fail.
     """
-    options = FitOptions.of(
-        data=data,
-        channels=channels,
-        over=over,
-        quantities=quantities,
-        sigma=sigma,
-        units=units,
-        time=time,
-        time_unit=time_unit,
-        time_offset=time_offset,
-        free=free,
-        starts=starts,
-        seed=seed,
-        bootstrap=bootstrap,
-        progress=progress,
-    )
+    options = FitOptions.among(locals())
     return fit_with(with_overrides(scenario, overrides), options)
 
 

@@ -327,7 +327,7 @@ def animate(
     """
     from frictionsim.plots import animation
 
-    options = PlotOptions.of(fps=fps, speed=speed)
+    options = PlotOptions.among(locals())
     target = as_path("animate", path)
     if no_clobber:
         check_no_clobber(target)
@@ -397,19 +397,7 @@ def plot(
         If there is no such view, or the result lacks channels of it; if an option is not valid
         or does not apply to the view.
     """
-    options = PlotOptions.of(
-        view=view,
-        body=body,
-        at=at,
-        width=width,
-        height=height,
-        dpi=dpi,
-        style=style,
-        title=title,
-        time=time,
-        window=window,
-        channels=channels,
-    )
+    options = PlotOptions.among(locals())
     found = _found(result)
     if isinstance(found, list):
         options.check_for("several results")

@@ -7,6 +7,7 @@ from typing import IO, Self, cast
 from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn
 
+from frictionsim.display import short_text
 from frictionsim.io.terminal import Stderr, print_on_stderr
 from frictionsim.simulation.monitor import RunMonitor, SweepProgress, compilation_text
 
@@ -45,7 +46,7 @@ class ProgressBar:
         text = ""
         if pace is not None:
             left = pace * (self._duration - t)
-            text = f", {pace:.3g} s per simulated second, {left:.0f} s left"
+            text = f", {short_text(pace)} s per simulated second, {left:.0f} s left"
         self._progress.update(self._task, completed=t, pace=text)
 
     def close(self) -> None:
@@ -149,7 +150,8 @@ def _text_of_sweep(progress: SweepProgress, seconds: float, first: int) -> str:
     text, done = "runs", progress.done - first
     if done and seconds > 0.0:
         rate = done / seconds
-        text += f", {rate:.3g} per second, {(progress.total - progress.done) / rate:.0f} s left"
+        left = (progress.total - progress.done) / rate
+        text += f", {short_text(rate)} per second, {left:.0f} s left"
     return f"{text}, {progress.failed} failed" if progress.failed else text
 
 

@@ -8,14 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from frictionsim.api.result_base import Ending, ResultBase
+from frictionsim.display import short_text
 from frictionsim.document import Data, Document, Table
-from frictionsim.errors import (
-    EXIT_DONE,
-    AuditError,
-    BudgetExceeded,
-    InputError,
-    failure_class,
-)
+from frictionsim.errors import EXIT_DONE, AuditError, BudgetExceeded, InputError, failure_class
 from frictionsim.reports.run_tables import audit_table, event_cells, quantities_table
 from frictionsim.results import (
     Check,
@@ -373,8 +368,8 @@ def open(path: str | PathLike[str]) -> Result:
 
 def _statistics(statistics: SolverStatistics, samples: int) -> str:
     compiled, seconds = statistics.compile_seconds, statistics.wall_seconds
-    compilation = f" after {compiled:.3g} s of compilation" if compiled else ""
-    solved = "" if seconds is None else f"solved in {seconds:.3g} s{compilation}: "
+    compilation = f" after {short_text(compiled)} s of compilation" if compiled else ""
+    solved = "" if seconds is None else f"solved in {short_text(seconds)} s{compilation}: "
     return (
         f"{solved}{statistics.states} states,"
         f" {statistics.steps} steps, {statistics.rejected} rejected steps,"
@@ -386,17 +381,12 @@ def _statistics(statistics: SolverStatistics, samples: int) -> str:
 def _transitions_table(transitions: list[Transition]) -> Table:
     placed = any(transition.position is not None for transition in transitions)
     angle = (">angle, rad",) if placed else ()
-    numbered = list(enumerate(transitions, start=1))
-    if len(numbered) > MAX_EVENTS:
-        shown, last = numbered[: MAX_EVENTS - 2], numbered[-1:]
-    else:
-        shown, last = numbered, []
-    dots = [("...",)] if last else []
-    rows = [
-        *((str(number), f"{e.time:.9f}", *event_cells(e)) for number, e in shown),
-        *dots,
-        *((str(number), f"{e.time:.9f}", *event_cells(e)) for number, e in last),
-    ]
+    shown = list(enumerate(transitions, start=1))
+    if too_many := len(shown) > MAX_EVENTS:
+        shown = [*shown[: MAX_EVENTS - 2], shown[-1]]
+    rows = [(str(number), f"{e.time:.9f}", *event_cells(e)) for number, e in shown]
+    if too_many:
+        rows[-1:] = [("...",), *rows[-1:]]
     return Table((">event", ">time, s", "contact", "from", "to", *angle), rows)
 
 

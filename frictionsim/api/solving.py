@@ -94,14 +94,7 @@ def solve(
     SolverError, AuditError
         Only with `check`.
     """
-    options = RunOptions.of(
-        no_clobber=no_clobber,
-        max_wall=max_wall,
-        max_steps=max_steps,
-        estimate_error=estimate_error,
-        progress=progress,
-        check=check,
-    )
+    options = RunOptions.among(locals())
     return solve_with(scenario, overrides, output, options)
 
 
@@ -136,13 +129,7 @@ def resume(
     SolverError, AuditError
         Only with `check`.
     """
-    options = RunOptions.of(
-        no_clobber=no_clobber,
-        max_wall=max_wall,
-        max_steps=max_steps,
-        progress=progress,
-        check=check,
-    )
+    options = RunOptions.among(locals())
     return resume_with(result, output, options)
 
 

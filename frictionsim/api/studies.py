@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from frictionsim.api.result_base import Ending, TableResult
 from frictionsim.api.scenarios import with_overrides
+from frictionsim.display import error_text, number_text, short_text
 from frictionsim.document import Data, Document, Table
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.settings import Scenario
@@ -15,7 +16,7 @@ from frictionsim.work_precision.recommendation import recommendations
 from frictionsim.work_precision.settings import MAX_WALL, REPEATS
 from frictionsim.work_precision.settings import CostOptions as CostOptions
 from frictionsim.work_precision.study import study
-from frictionsim.work_precision.table import attributes, columns, study_json, write_csv
+from frictionsim.work_precision.table import study_json, table_of
 
 if TYPE_CHECKING:
     import xarray
@@ -47,17 +48,17 @@ def _reference_lines(study: WorkPrecision) -> list[str]:
         return []
     lines = [f"reference: {' and '.join(reference.names)}"]
     if reference.floor:
-        parts = ", ".join(f"{name} {e.relative:.1e}" for name, e in reference.floor.items())
+        parts = ", ".join(f"{name} {error_text(e.relative)}" for name, e in reference.floor.items())
         lines.append(
-            f"reference uncertainty: {study.floor:.1e}, the difference of the references ({parts});"
-            " smaller errors cannot be resolved"
+            f"reference uncertainty: {error_text(study.floor)}, the difference of the references"
+            f" ({parts}); smaller errors cannot be resolved"
         )
     elif len(reference.names) == 1:
         lines.append("reference uncertainty: unknown, the second reference failed")
     if study.time_reference is not None:
         lines.append(
             f"`in time`: error against {' and '.join(study.time_reference.names)}, which differ by"
-            f" {study.time_reference.uncertainty:.1e}"
+            f" {error_text(study.time_reference.uncertainty)}"
         )
     return [
         *lines,
@@ -70,7 +71,7 @@ def _cells(study: WorkPrecision, row: "Row", names: list[str]) -> list[str]:
     below, of_meshes = study.below_uncertainty(row), study.of_meshes
 
     def marked(name: str, error: float | None) -> str:
-        return "" if error is None else f"{error:.1e}{'*' if name in below else ''}"
+        return error_text(error) + "*" * (error is not None and name in below)
 
     mesh = row.setting.mesh
     spread = row.wall_spread
@@ -83,8 +84,8 @@ def _cells(study: WorkPrecision, row: "Row", names: list[str]) -> list[str]:
         *((marked("time_error", row.time_error),) if of_meshes else ()),
         *(marked(n, row.errors[n].relative if n in row.errors else None) for n in names),
         str(row.events),
-        f"{1e3 * row.wall_seconds:.3g}",
-        "" if spread is None else f"{1e3 * spread:.2g}",
+        short_text(1e3 * row.wall_seconds),
+        "" if spread is None else number_text(1e3 * spread, 2),
         str(row.steps),
         "" if row.rejected is None else str(row.rejected),
         str(row.rhs_evaluations),
@@ -126,19 +127,21 @@ class Study(TableResult):
         return xarray.Dataset(
             {
                 name: ("row", values, {"long_name": words} | ({"units": unit} if unit else {}))
-                for name, unit, words, values in columns(self.data)
+                for name, unit, words, values in table_of(self.data).columns.values()
             }
         )
 
     def save_csv(self, path: Path) -> None:
         """Write the table as CSV, with units in the header line."""
-        write_csv(self.data, path)
+        from frictionsim.io.cost_table import write_csv
+
+        write_csv(table_of(self.data), path)
 
     def save_hdf5(self, path: Path) -> Path:
         """Write the table as HDF5, see `frictionsim.io.hdf5_writer.write_table`."""
         from frictionsim.io.hdf5_writer import write_table
 
-        write_table(self._scenario, columns(self.data), attributes(self.data), path)
+        write_table(self._scenario, table_of(self.data), path)
         return path
 
     def plot(self, *, ax: "Axes | None" = None) -> "Figure":
@@ -208,16 +211,7 @@ def cost(
     SolverError
         If all reference runs fail.
     """
-    options = CostOptions.of(
-        laws=laws,
-        backends=backends,
-        tolerances=tolerances,
-        bodies=bodies,
-        models=models,
-        max_wall=max_wall,
-        repeats=repeats,
-        progress=progress,
-    )
+    options = CostOptions.among(locals())
     return cost_with(with_overrides(scenario, overrides), options)
 
 

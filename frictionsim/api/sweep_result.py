@@ -10,7 +10,7 @@ import numpy as np
 
 from frictionsim.api.result import Result
 from frictionsim.api.result_base import Ending, TableResult
-from frictionsim.display import study_text
+from frictionsim.display import ratio_text, study_text
 from frictionsim.document import Data, Document, Table
 from frictionsim.errors import EXIT_DONE, EXIT_SOLVER_FAILED, exit_code_of_interruption
 from frictionsim.io.sweep_table import SOBOL, SobolIndices, SweepTable
@@ -364,7 +364,7 @@ def _sobol_parts(table: SweepTable) -> Document:
             yield f"{name}: {basis}"
             continue
         rows += [
-            (name, key, *(f"{value:.3f}" if value == value else "" for value in column), basis)
+            (name, key, *(ratio_text(value) if value == value else "" for value in column), basis)
             for key, column in zip(found.keys, values.T, strict=True)
         ]
     ends = (">95 % from", ">to")
@@ -382,7 +382,7 @@ def _range_text(values: Any) -> str:
 def _value_text(value: Any) -> str:
     if isinstance(value, str):
         return value
-    return f"{value:.6g}" if isinstance(value, float) else toml_value(value)
+    return study_text(value) if isinstance(value, float) else toml_value(value)
 
 
 def _extreme_parts(table: SweepTable) -> Document:

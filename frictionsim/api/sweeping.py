@@ -174,18 +174,8 @@ def sweep(
         If the file cannot be written.
     """
     path = None if output is None else as_path("output", output)
-    options = SweepOptions.of(
-        vary=vary,
-        zip=zip,
-        sample=sample,
-        method=method,
-        seed=seed,
-        indices=indices,
-        keep_series=keep_series,
-    )
-    execution = ExecutionOptions.of(
-        workers=workers, dask=dask, progress=progress, no_clobber=no_clobber
-    )
+    options = SweepOptions.among(locals())
+    execution = ExecutionOptions.among(locals())
     return run_study(study_from(scenario, overrides, options), path, execution)
 
 
@@ -222,9 +212,7 @@ def resume_sweep(
         If another process is running it, or the file cannot be written.
     """
     target = None if output is None else as_path("output", output)
-    execution = ExecutionOptions.of(
-        workers=workers, dask=dask, progress=progress, no_clobber=no_clobber
-    )
+    execution = ExecutionOptions.among(locals())
     return resume_study(as_path("path", path), target, execution)
 
 

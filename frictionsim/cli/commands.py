@@ -165,12 +165,7 @@ def solve(
     """Simulate scenarios, write the result files and print the summaries."""
     from frictionsim.api.solving import RunOptions
 
-    options = RunOptions.of(  # before anything is read
-        max_wall=max_wall,
-        max_steps=max_steps,
-        estimate_error=estimate_error,
-        no_clobber=no_clobber,
-    )
+    options = RunOptions.among(locals())  # before anything is read
     # All are read before the first is solved, so that an error in the last is reported at once.
     check_read_once(scenarios)
     loaded = [load_scenario(source, overrides, backend) for source in scenarios]
@@ -208,7 +203,7 @@ def resume(
     from frictionsim.cli.job import Report, resume_job
 
     log_on_stderr(verbose)
-    options = RunOptions.of(max_wall=max_wall, max_steps=max_steps, no_clobber=no_clobber)
+    options = RunOptions.among(locals())
     incomplete = result_or_sweep(result)
     if not isinstance(incomplete, fs.Result):
         from frictionsim.api.sweeping import ExecutionOptions, resume_study
@@ -218,7 +213,7 @@ def resume(
             raise InputError(
                 f"{result}: this is a sweep; --max-wall and --max-steps apply to a run"
             )
-        execution = ExecutionOptions.of(workers=workers, dask=dask, no_clobber=no_clobber)
+        execution = ExecutionOptions.among(locals())
         printing = SweepPrinting(str(result), None, as_json, quiet, verbose)
         return run_with(partial(resume_study, result, output), execution, printing)
     if workers is not None or dask is not None:

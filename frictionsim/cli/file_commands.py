@@ -196,7 +196,7 @@ def compare(
     from frictionsim.document import as_json as json_of
     from frictionsim.document import as_text
 
-    options = CompareOptions.of(rtol=rtol, atol=atol, time_atol=time_atol, ignore=ignore)
+    options = CompareOptions.among(locals())
     comparison = compare_with(result, golden, options)
     parts = comparison_parts(comparison)
     if as_json:

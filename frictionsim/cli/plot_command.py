@@ -112,21 +112,7 @@ def plot(
     from frictionsim.api.pictures import PlotOptions, SavedPictures, save_pictures
 
     with named_by_option({"window": "from and --to", "title": "no-title"}):
-        options = PlotOptions.of(
-            view=view,
-            body=body,
-            at=at,
-            time=time,
-            window=(start, stop),
-            channels=channels,
-            width=width,
-            height=height,
-            dpi=dpi,
-            style=style,
-            title=not no_title,
-            fps=fps,
-            speed=speed,
-        )
+        options = PlotOptions.among(locals(), window=(start, stop), title=not no_title)
         if animate is None:
             done = save_pictures(result, output, options, no_clobber=no_clobber)
         else:

@@ -158,16 +158,7 @@ def cost(
         CommandMonitor(loaded.solver.duration, with_progress=False) as monitor,
         StatusLine() as line,
     ):
-        options = CostOptions.of(
-            backends=backends,
-            laws=laws,
-            tolerances=tolerances,
-            models=models,
-            bodies=bodies,
-            max_wall=max_wall,
-            repeats=repeats,
-            progress=line,
-        )
+        options = CostOptions.among(locals(), progress=line)
         files.check(no_clobber, COSTS_IN_HDF5, COSTS)
         study = cost_with(loaded, options, monitor)
     files.print(study, as_json)
@@ -193,13 +184,19 @@ def fit(
     data: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Measured data in CSV.", show_default=False)
     ] = None,
-    channel: Annotated[
+    channels: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME[=COLUMN]", help="Measured channel, and its column in the data."),
+        typer.Option(
+            "--channel",
+            metavar="NAME[=COLUMN]",
+            help="Measured channel, and its column in the data.",
+        ),
     ] = None,
-    quantity: Annotated[
+    quantities: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=VALUE", help="Measured quantity; with --over NAME[=COLUMN]."),
+        typer.Option(
+            "--quantity", metavar="NAME=VALUE", help="Measured quantity; with --over NAME[=COLUMN]."
+        ),
     ] = None,
     over: Annotated[
         list[str] | None,
@@ -217,9 +214,11 @@ def fit(
             " column. [the scatter about the fit]",
         ),
     ] = None,
-    unit: Annotated[
+    units: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=UNIT", help="Unit of the data of a channel, e.g. deg/s or rpm."),
+        typer.Option(
+            "--unit", metavar="NAME=UNIT", help="Unit of the data of a channel, e.g. deg/s or rpm."
+        ),
     ] = None,
     time: Annotated[
         str | None, typer.Option(metavar="COLUMN", help="Column of the times. [time, or the first]")
@@ -261,21 +260,8 @@ def fit(
     from frictionsim.scenario.options import column_of
 
     with named_by_option(OPTIONS), StatusLine() as line:
-        options = FitOptions.of(
-            data=data,
-            channels=channel,
-            over=over,
-            quantities=quantity,
-            sigma=sigma,
-            units=unit,
-            time=None if time is None else column_of(time),
-            time_unit=time_unit,
-            time_offset=time_offset,
-            free=free,
-            starts=starts,
-            seed=seed,
-            bootstrap=bootstrap,
-            progress=_Updates(line),
+        options = FitOptions.among(
+            locals(), time=None if time is None else column_of(time), progress=_Updates(line)
         )
         loaded = load_scenario(scenario, overrides)
         files = StudyFiles(output, None, plot)
@@ -327,7 +313,7 @@ def sweep(
         ),
     ] = None,
     overrides: Overrides = None,
-    together: Annotated[
+    zip: Annotated[
         bool, typer.Option("--zip", help="Vary the keys together, not in all combinations.")
     ] = False,
     sample: Annotated[
@@ -369,16 +355,8 @@ def sweep(
     """Run a scenario for many combinations of values and write them to one file."""
     from frictionsim.api.sweeping import ExecutionOptions, SweepOptions, run_study, study_from
 
-    execution = ExecutionOptions.of(workers=workers, dask=dask, no_clobber=no_clobber)
-    options = SweepOptions.of(
-        vary=vary,
-        zip=together,
-        sample=sample,
-        method=method,
-        seed=seed,
-        indices=indices,
-        keep_series=keep_series,
-    )
+    execution = ExecutionOptions.among(locals())
+    options = SweepOptions.among(locals())
     if output == Path(STDIN):
         raise InputError("-o -: a sweep is written as HDF5, not printed; give a file name")
     study = study_from(

@@ -1,4 +1,4 @@
-"""The table of a work-precision study from a file of `frictionsim cost`, in CSV or HDF5.
+"""The table of a work-precision study in a file of `frictionsim cost`, in CSV or HDF5.
 
 A table in CSV has a line for each setting below a heading with units. Lines above the heading that
 begin with # are notes, as on the machine that it was made on.
@@ -8,11 +8,14 @@ import csv
 import os
 import re
 from collections.abc import Iterator
+from io import StringIO
 from pathlib import Path
 from stat import S_ISREG
 from typing import Any, NamedTuple
 
 from frictionsim.errors import InputError
+from frictionsim.io.atomic_write import write_atomically
+from frictionsim.io.replaceable import COSTS, check_replaceable
 from frictionsim.results import Column
 
 MAX_BYTES = 64 * 2**20  # of a table in CSV; a study has some hundred lines
@@ -49,6 +52,16 @@ def is_costs_in_csv(path: Path) -> bool:
         return False
     lines = [line for line in head.split(b"\n") if not line.startswith(NOTE.encode())]
     return bool(lines) and lines[0].startswith(FIRST)
+
+
+def write_csv(table: CostTable, path: Path) -> None:
+    """Write a table of costs as CSV, with units in the header line; whole or not at all."""
+    text, columns = StringIO(newline=""), table.columns.values()
+    writer = csv.writer(text)
+    writer.writerow([f"{c.name} [{c.unit}]" if c.unit else c.name for c in columns])
+    writer.writerows(zip(*(c.values for c in columns), strict=True))
+    check_replaceable(path, COSTS)
+    write_atomically(text.getvalue().encode(), path, COSTS.word)
 
 
 def read_csv(path: Path) -> CostTable:

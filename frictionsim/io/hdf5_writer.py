@@ -47,9 +47,10 @@ from frictionsim.simulation.record import scenario_attributes
 from frictionsim.simulation.sample_store import power_of_two, rows_per_segment
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
-    from frictionsim.results import Column, Flags
+    from frictionsim.io.cost_table import CostTable
+    from frictionsim.results import Flags
     from frictionsim.scenario.settings import Scenario
 
 CHUNK_BYTES = 128 * 1024
@@ -156,9 +157,7 @@ def _reported(path: Path) -> "Iterator[None]":
         raise OutputError(f"{path}: cannot write the result: {reason}") from None
 
 
-def write_table(
-    scenario: "Scenario", columns: "Iterable[Column]", attributes: dict[str, str], path: Path
-) -> None:
+def write_table(scenario: "Scenario", table: "CostTable", path: Path) -> None:
     """Write the table of a work-precision study atomically.
 
     The file has the attributes of a result and of the study, and
@@ -169,9 +168,9 @@ def write_table(
     """
 
     def fill(file: Any) -> None:
-        _add_attributes(file, scenario_attributes(scenario) | attributes)
+        _add_attributes(file, scenario_attributes(scenario) | table.attributes)
         group = file.create_group("cost")
-        for number, (name, unit, long_name, values) in enumerate(columns):
+        for number, (name, unit, long_name, values) in enumerate(table.columns.values()):
             if number == 0:
                 scale = _add_scale(group, "row", np.arange(len(values)), "number of the row")
             if unit:

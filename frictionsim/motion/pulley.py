@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.display import CONTACT_WORDS, MODE_WORDS
+from frictionsim.display import CONTACT_WORDS, MODE_WORDS, study_text
 from frictionsim.mechanisms.effects import friction_radius
 from frictionsim.motion.frames import (
     Frames,
@@ -230,7 +230,7 @@ def _blocks(result: "Record", ropes: tuple[Rope, Rope], radius: float) -> list[P
     """Return car and counterweight; without a counterweight nothing hangs on the left."""
     side, still = BLOCK * radius, np.zeros_like(ropes[0].height)
     scale = ropes[0].scale
-    words = "" if scale == 1.0 else f" (height 1 : {scale:g})"
+    words = "" if scale == 1.0 else f" (height 1 : {study_text(scale)})"
     shapes = {
         "car": (ropes[0], block(side, side, "load")),
         "counterweight": (ropes[1], block(0.7 * side, side, "still")),

@@ -24,6 +24,8 @@ from frictionsim.display import (
     PULLEY_SHADE,
     TENSION_COLOURS,
     VERMILION,
+    picture_text,
+    study_text,
     with_minus,
     with_unit,
 )
@@ -200,7 +202,7 @@ def patch_of(result: "Record", belt: Belt) -> BeltPatch | None:
         return None
     table = scenario_value(result, "effects", "patch")
     coefficients = [
-        f"{name} = {table[name]:g}"
+        f"{name} = {study_text(table[name])}"
         for name in ("mu_s", "mu_k")
         if isinstance(table.get(name), int | float)
     ]
@@ -277,7 +279,7 @@ def _draw_scale_bar(ax: Any, pulley: DrawnPulley, force: float) -> None:
     ends = [pulley.x - half, pulley.x + half]
     ax.plot(ends, [pulley.y] * 2, color=BLACK, linewidth=1.5, marker="|", markersize=5)
     ax.annotate(
-        f"{value:g} N",
+        f"{study_text(value)} N",
         (pulley.x, pulley.y),
         (0.0, 4.0),
         textcoords="offset points",
@@ -457,7 +459,7 @@ def _notes(pulleys: Sequence[DrawnPulley]) -> list[str]:
 
 def _time(result: "Record") -> str:
     """Return the time of the picture, which is in it with a title and without."""
-    return f"at {result.channels['time'][-1]:.6g} s"
+    return f"at {study_text(result.channels['time'][-1])} s"
 
 
 def _height_of_whole(belt: Belt, width: float) -> float:
@@ -548,7 +550,7 @@ def _draw_detail(ax: Any, pulleys: Sequence[DrawnPulley], number: int, belt: Bel
 def _caption(result: "Record", number: int, pulley: DrawnPulley) -> str:
     """Return the name of a pulley, and below it its recorded speed and torque."""
     known = [
-        with_unit(f"{result.channels[name][-1, number]:.4g}", result.units[name])
+        with_unit(picture_text(result.channels[name][-1, number]), result.units[name])
         for name in ("pulley_speed", "pulley_torque")
         if name in result.channels
     ]

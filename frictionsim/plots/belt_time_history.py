@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from frictionsim.display import ARC_SHADES, BLACK, VERMILION
+from frictionsim.display import ARC_SHADES, BLACK, VERMILION, picture_text
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import (
     Ends,
@@ -146,7 +146,7 @@ def draw_slip(ax: Any, result: "Record", pulleys: list[DrawnPulley]) -> list[Any
     handles = []
     if np.isfinite(slip.mean):
         last = time[last_part(time)]
-        words = f"mean slip over the last fifth, {slip.mean:.4g} %"
+        words = f"mean slip over the last fifth, {picture_text(slip.mean)} %"
         handles = ax.plot(last[[0, -1]], [slip.mean] * 2, **MEAN, label=words)
         shown = np.append(shown, slip.mean)
     if shown.any():
@@ -304,7 +304,7 @@ def body(result: "Record", figure: "Figure | SubFigure", body: int | None = None
     axes["tension"].set_ylabel(label(result, "tension", f"tension before\nbody {number}"))
     if not meets:
         time = result.channels["time"]
-        span = f"from {time[0]:.4g} s to {time[-1]:.4g} s"
+        span = f"from {picture_text(time[0])} s to {picture_text(time[-1])} s"
         words = f"body {number} meets no pulley {span}: there are no forces on it, and no slip"
         axes["pulley_speed"].set_title(words, fontsize="small", loc="left")
     handles += _shade_touch(list(axes.values()), result, number)

@@ -16,7 +16,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.patches import Circle
 
-from frictionsim.display import BLACK, BLUE, GREY, ORANGE, ROLES, SKY, VERMILION
+from frictionsim.display import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    ROLES,
+    SKY,
+    VERMILION,
+    picture_text,
+    study_text,
+)
 from frictionsim.errors import InputError, counted
 from frictionsim.mechanisms.epicyclic.tracer_point import (
     TracerPoint,
@@ -107,7 +117,7 @@ def _draw_dwell(
         return []
     turned = np.interp(np.linspace(dwell.start, dwell.stop, FINE), time, angle)
     path = tracer_position(length, turns, point, turned)
-    words = f"longest dwell, {dwell.stop - dwell.start:.4g} s"
+    words = f"longest dwell, {picture_text(dwell.stop - dwell.start)} s"
     plane.plot(*path, **DWELL, zorder=2.5)
     at = x[dwell.sample], y[dwell.sample]
     return list(plane.plot(*at, **PLACE, zorder=4.5, label=words))
@@ -300,7 +310,7 @@ def path(result: "Record", figure: "Figure | SubFigure", instant: "Record | None
             " effects.tracer_point to the scenario (see output.channels)"
         )
     sun_radius, radius = (scenario_value(result, "mechanism", f"{part}_radius") for part in PARTS)
-    notes = [] if instant is None else [f"at {instant.channels['time'][-1]:.6g} s"]
+    notes = [] if instant is None else [f"at {study_text(instant.channels['time'][-1])} s"]
     set_up(figure, result, _height_of_path(figure), *notes, scaled=False)
     plane = figure.subplots()
     sun = Circle((0.0, 0.0), sun_radius, fc=ROLES["still"], ec=BLACK, label="sun")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
-from frictionsim.display import GREY, with_unit
+from frictionsim.display import GREY, study_text, with_unit
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.plots.style import (
     MAX_LINES,
@@ -266,4 +266,4 @@ def _value(value: Any, unit: str) -> str:
         return "none"
     if isinstance(value, bool) or not isinstance(value, int | float):
         return str(value).lower() if isinstance(value, bool) else str(value)
-    return with_unit(f"{value:.6g}", unit)
+    return with_unit(study_text(value), unit)

@@ -1,7 +1,9 @@
 """Where a view is drawn: a new figure, or the place of given Axes; and how its parts fit there.
 
-Matplotlib's constrained layout makes room for titles, labels and legends. It breaks no texts into
-lines: labels that are longer than their panels are, and a picture becomes higher for them.
+Matplotlib's constrained layout makes room for titles, labels and legends. What is left to do here,
+in a picture whose size is given, is what it does not: it breaks no labels into lines where they are
+longer than their panels (the picture becomes higher for them), and it takes away no ticks at given
+values and no labels of events that would overlap in narrow panels.
 """
 
 from collections.abc import Callable
@@ -49,25 +51,9 @@ def arrange(figure: "Figure", look: Appearance) -> None:
     if further and look.height is None:
         figure.set_figheight(figure.get_figheight() + further / POINTS)
     _lay_out(figure, look)
-    if _hold_ticks(figure) | _thin_ticks(figure):
+    if _thin_ticks(figure):
         _lay_out(figure, look)
     _hide_overlapping(figure)
-
-
-def _hold_ticks(figure: "Figure") -> bool:
-    """Keep the ticks of axes whose labels leave the figure; return whether there are any.
-
-    Ticks depend on the size of a panel and this on the labels of the ticks: the layout may go to
-    and fro between two choices, and stop where the labels of one have the room of the other.
-    """
-    held = False
-    for ax in figure.axes:
-        box = ax.get_tightbbox()
-        if box is not None and (box.x1 > figure.bbox.x1 + 1.0 or box.x0 < figure.bbox.x0 - 1.0):
-            low, high = sorted(ax.get_xlim())
-            ax.set_xticks([tick for tick in ax.get_xticks() if low <= tick <= high])
-            held = True
-    return held
 
 
 def _thin_ticks(figure: "Figure") -> bool:

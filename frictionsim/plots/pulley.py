@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.patches import Patch
 
-from frictionsim.display import BLACK, BLUE, CORD_SLIPS_SHADE, CORD_STICKS_SHADE, GREY, with_minus
+from frictionsim.display import (
+    BLACK,
+    BLUE,
+    CORD_SLIPS_SHADE,
+    CORD_STICKS_SHADE,
+    GREY,
+    picture_text,
+    with_minus,
+)
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.pulley.schema import limiting_ratio
 from frictionsim.plots import time_history
@@ -125,7 +133,7 @@ def traction(result: "Record", figure: "Figure | SubFigure") -> None:
     handles = []
     for ratio, style, sort in zip(limits, (STATIC, KINETIC), ("static", "kinetic"), strict=True):
         first.axhline(1.0 / ratio, **style)
-        text = f"limit of {sort} friction: {1.0 / ratio:.4g} and {ratio:.4g}"
+        text = f"limit of {sort} friction: {picture_text(1.0 / ratio)} and {picture_text(ratio)}"
         handles.append(first.axhline(ratio, **style, label=text))
     slips, ends = slipping_phases(result), result.channels["time"][[0, -1]]
     for start, stop in slips:
@@ -133,7 +141,7 @@ def traction(result: "Record", figure: "Figure | SubFigure") -> None:
             ax.axvspan(start, stop, color=CORD_SLIPS_SHADE, linewidth=0)
         for at, row in ((start, 0), (stop, 1)):
             if ends[0] < at < ends[1]:  # not where the run begins or ends
-                annotate_above(first, at, f"{at:.4g} s", row)
+                annotate_above(first, at, f"{picture_text(at)} s", row)
     if slips:
         handles.append(Patch(color=CORD_SLIPS_SHADE, label="the cord slips"))
     add_legend(figure, handles, columns=3)

@@ -19,6 +19,8 @@ from frictionsim.display import (
     ROLES,
     VERMILION,
     WINE,
+    picture_text,
+    study_text,
     with_minus,
 )
 from frictionsim.mechanisms.shaft.free_body import (
@@ -30,14 +32,7 @@ from frictionsim.mechanisms.shaft.free_body import (
     free_body,
 )
 from frictionsim.motion.parts import Body, Disc, Moment
-from frictionsim.motion.shaft import (
-    bodies_of,
-    cords_of,
-    look_of,
-    scale_of,
-    scenario_in,
-    tail_of,
-)
+from frictionsim.motion.shaft import bodies_of, cords_of, look_of, scale_of, scenario_in, tail_of
 from frictionsim.motion.shapes import arc, reaction_foot
 from frictionsim.plots import time_history
 from frictionsim.plots.force_drawing import Area, ForceDrawing, Resultant, arrow_sample
@@ -142,7 +137,7 @@ def _line_of_action(body: FreeBody, across: Any, up: Any, torque: Any) -> Result
 
 def number(value: float, unit: str) -> str:
     """Return a number with its unit, such as "12.5 N"."""
-    return f"{with_minus(f'{value:.4g}')} {unit}"
+    return f"{with_minus(picture_text(value))} {unit}"
 
 
 def length(value: float) -> str:
@@ -173,7 +168,7 @@ def words_of_reaction(now: Instant) -> str:
 
 def notes_of(now: Instant) -> list[str]:
     """Return sentences on what is special."""
-    state = f"at {now.time:.6g} s" + (f": {now.state}" if now.state else "")
+    state = f"at {study_text(now.time)} s" + (f": {now.state}" if now.state else "")
     notes = [state]
     if now.scenario.effects.shaft_friction is None:
         notes.append("no dry friction: the reaction goes through the axis")

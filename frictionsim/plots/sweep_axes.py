@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
-from frictionsim.display import with_unit
+from frictionsim.display import picture_text, study_text, with_unit
 from frictionsim.errors import ArgumentError, unknown
 from frictionsim.io.sweep_table import RUN, Coordinate, SweepTable
 from frictionsim.plots.style import axis_label
@@ -67,7 +67,7 @@ class KeyAxis(NamedTuple):
         """Return a value with its unit; `place` is that along the axis."""
         if self.labels:
             return self.labels[place]
-        return with_unit(f"{self.values[place]:.6g}", self.unit)
+        return with_unit(study_text(self.values[place]), self.unit)
 
     def plain(self, place: int) -> str:
         """Return a value as the argument `at` takes it."""
@@ -94,7 +94,7 @@ class KeyAxis(NamedTuple):
             set_scale("log")
             if self.values[-1] < LOG_DECADES * self.values[0]:
                 axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-                axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+                axis.set_major_formatter(FuncFormatter(lambda value, _: study_text(value)))
                 axis.set_minor_formatter(NullFormatter())
         if self.labels:
             step = -(-len(self.labels) // MAX_LABELS)
@@ -107,7 +107,7 @@ class KeyAxis(NamedTuple):
             axis.set_minor_locator(NullLocator())
             getattr(ax, f"set_{side}lim")(self.values[0] - 0.5, self.values[-1] + 0.5)
         elif not self.log and self._are_few():
-            axis.set_ticks(self.values, labels=[f"{value:.5g}" for value in self.values])
+            axis.set_ticks(self.values, labels=[picture_text(value, 5) for value in self.values])
 
     def _are_few(self) -> bool:
         """Return whether each value can have a tick of its own."""
@@ -219,7 +219,7 @@ def key_axis(key: str, coordinate: Coordinate) -> KeyAxis:
     order = np.argsort(numbers, kind="stable")
     if (np.diff(numbers[order]) <= 0.0).any():
         places = np.arange(numbers.size)
-        labels = tuple(f"{number:.6g}" for number in numbers[order])
+        labels = tuple(map(study_text, numbers[order]))
         return KeyAxis(key, coordinate.unit, places.astype(np.float64), order, labels)
     return KeyAxis(key, coordinate.unit, numbers[order], order, (), _is_log(numbers[order]))
 
@@ -262,7 +262,7 @@ def _place(coordinate: Coordinate, axis: KeyAxis, wanted: Any) -> int:
         scale = np.abs(numbers).max()
         if np.isfinite(number) and distances.min() <= CLOSE * scale:
             return int(np.argmin(distances))
-        shown = [f"{value:.6g}" for value in numbers]
+        shown = list(map(study_text, numbers))
     if len(shown) > MAX_SHOWN:
         shown = [*shown[: MAX_SHOWN - 1], "...", shown[-1]]
     raise ArgumentError(

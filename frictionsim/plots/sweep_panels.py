@@ -10,26 +10,22 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator
 
-from frictionsim.display import BLACK, BLUE, GREY, SKY, TENSION_COLOURS, VERMILION, with_unit
+from frictionsim.display import (
+    BLACK,
+    BLUE,
+    GREY,
+    SKY,
+    TENSION_COLOURS,
+    VERMILION,
+    picture_text,
+    with_unit,
+)
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
 from frictionsim.parameter_study.sensitivity import Indices
-from frictionsim.parameter_study.statistics import (
-    Statistics,
-    is_constant,
-    sound_values,
-)
-from frictionsim.plots.style import (
-    Style,
-    axis_label,
-    grid,
-    line_style,
-)
-from frictionsim.plots.sweep_axes import (
-    MAX_WORD,
-    KeyAxis,
-    short_keys,
-)
+from frictionsim.parameter_study.statistics import Statistics, is_constant, sound_values
+from frictionsim.plots.style import Style, axis_label, grid, line_style
+from frictionsim.plots.sweep_axes import MAX_WORD, KeyAxis, short_keys
 from frictionsim.plots.texts import LITERAL, literal
 
 if TYPE_CHECKING:
@@ -299,7 +295,7 @@ def _draw_contours(ax: Any, x: KeyAxis, y: KeyAxis, masked: Any, norm: Normalize
         lines.remove()
         return
     lines.set_path_effects(stroke)
-    for text in ax.clabel(lines, fontsize=7, fmt="%.4g"):
+    for text in ax.clabel(lines, fontsize=7, fmt=picture_text):
         text.set_path_effects(stroke)
 
 
@@ -310,7 +306,7 @@ def _write_values(ax: Any, x: KeyAxis, y: KeyAxis, values: "Array", norm: Normal
             value = values[i, j]
             if np.isfinite(value):
                 colour = "white" if norm(value) < DARK else BLACK
-                text = f"{value:.3g}"
+                text = picture_text(value, 3)
                 ax.text(column, row, text, ha="center", va="center", fontsize=7, color=colour)
 
 
@@ -375,10 +371,11 @@ def draw_histogram(
     ):
         for place in places:
             ax.axvline(place, **style)
-    deviation = "" if np.isnan(s.deviation) else f", standard deviation {s.deviation:.4g}"
+    deviation = "" if np.isnan(s.deviation) else f", standard deviation {picture_text(s.deviation)}"
+    low, median, high = (picture_text(value, 5) for value in (s.low, s.median, s.high))
     lines = [
-        with_unit(f"mean {s.mean:.5g}{deviation}", unit),
-        with_unit(f"5 %: {s.low:.5g}, 50 %: {s.median:.5g}, 95 %: {s.high:.5g}", unit),
+        with_unit(f"mean {picture_text(s.mean, 5)}{deviation}", unit),
+        with_unit(f"5 %: {low}, 50 %: {median}, 95 %: {high}", unit),
     ]
     if s.runs < values.size:
         lines.append(f"from {s.runs} of {values.size} runs; the others failed or do not define it")

@@ -7,7 +7,17 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from frictionsim.display import BLACK, BLUE, GREEN, GREY, PURPLE, STICK_SHADE, VERMILION, WINE
+from frictionsim.display import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    PURPLE,
+    STICK_SHADE,
+    VERMILION,
+    WINE,
+    picture_text,
+)
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.mechanisms.effects import friction_radius
 from frictionsim.plots.style import (
@@ -255,7 +265,7 @@ def _mark_events(result: "Record", axes: Sequence[Any], row: int) -> list[Any]:
             ax.axvline(at, **style | thin)
     min_gap = MIN_GAP * span
     for i, rows in enumerate(label_rows(times, min_gap, max_rows=2)):
-        annotate_above(axes[0], times[i], f"{times[i]:.4g} s", row + rows)
+        annotate_above(axes[0], times[i], f"{picture_text(times[i])} s", row + rows)
     return list(handles.values())
 
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.display import with_minus
+from frictionsim.display import study_text, time_text, with_minus
 from frictionsim.document import Block, Cell, Table
 from frictionsim.errors import InputError
 from frictionsim.motion import motion_of
@@ -197,7 +197,7 @@ def _notes(run: "ReportedRun") -> str:
     notes = []
     if run.attribute("status") in ("failed", "interrupted"):
         time = run.record.channels["time"]
-        until = f" up to {time[-1]:.6g} s" if len(time) else ""
+        until = f" up to {study_text(time[-1])} s" if len(time) else ""
         notes.append(f"The run did not come to its end: what follows is what there is{until}.")
     if not len(run.record.channels["time"]):
         notes.append(NO_SAMPLES)
@@ -240,7 +240,7 @@ def events(runs: "Sequence[ReportedRun]") -> Html:
 
 def _cells(e: "Transition", name: str, label: str, columns: int) -> list[Cell]:
     """Return the cells of an event; of one without an angle, that is empty."""
-    time = with_minus(f"{e.time:.9g}")
+    time = with_minus(time_text(e.time))
     button = f'<button type="button" data-time="{e.time!r}">{escaped(time)}</button>'
     cells: list[Cell] = [Html(button), name, *event_cells(e, ANGLE_DIGITS)]
     ending = [label] if label else []

@@ -4,8 +4,7 @@ A scenario names the law in its friction effect (`effects.<friction>.law`) and t
 `solver.backend`. A kind of mechanism has one of the tables of pairs below (`Scenario.PAIRS`).
 Modules are given by name, so that only the one of the scenario is imported.
 
-A module for mechanisms of one coordinate has its class as `SOLVER`, one for belts has a class
-`BeltStepper`.
+A module for mechanisms of one coordinate has its class as `SOLVER`, one for belts as `STEPPER`.
 """
 
 from collections.abc import Mapping

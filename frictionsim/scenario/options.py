@@ -26,6 +26,12 @@ class Options(Params):
         return {name: _plain(value) for name, value in data.items()}
 
     @classmethod
+    def among(cls, arguments: Mapping[str, Any], **others: Any) -> Self:
+        """Return the options among the arguments of a function, its `locals()`, as `of`."""
+        named = {name: arguments[name] for name in cls.model_fields if name in arguments}
+        return cls.of(**named | others)
+
+    @classmethod
     def of(cls, **given: Any) -> Self:
         """Return the options; those that are None have their defaults.
 

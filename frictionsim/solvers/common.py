@@ -4,18 +4,19 @@ from array import array
 from collections import deque
 from collections.abc import Sequence
 from math import floor, inf
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from frictionsim.errors import Chattering
-from frictionsim.results import Transition
+from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
 from frictionsim.solvers.state_values import COUNT, SAMPLE, TIME, Values
-
-if TYPE_CHECKING:
-    pass
-
 
 # A root search stops at an interval of two units in the last place of the time.
 SAME_TIME_ULPS = 2.0
+
+
+def direction_of(v: float) -> int:
+    """Return the direction of a velocity; STICK for one that is zero."""
+    return FORWARD if v > 0.0 else BACKWARD if v < 0.0 else STICK
 
 
 class SampleTimes:

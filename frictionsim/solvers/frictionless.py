@@ -2,13 +2,10 @@
 
 from typing import Any
 
-from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
+from frictionsim.results import STICK, Transition
 from frictionsim.solvers.base import Solver, State
+from frictionsim.solvers.common import direction_of
 from frictionsim.solvers.end_stops import EVENT
-
-
-def _direction(v: float) -> int:
-    return FORWARD if v > 0.0 else BACKWARD if v < 0.0 else STICK
 
 
 class FrictionlessSolver(Solver):
@@ -34,4 +31,4 @@ class FrictionlessSolver(Solver):
     def process_step(self) -> None:
         if sides := self.impact():
             before, after = sides
-            self.record_impact(before, after, (_direction(before[1]), _direction(after[1])))
+            self.record_impact(before, after, (direction_of(before[1]), direction_of(after[1])))

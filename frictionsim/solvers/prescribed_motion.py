@@ -12,9 +12,9 @@ static limit; it is taken as zero.
 from math import inf, nextafter
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
+from frictionsim.results import STICK, Transition
 from frictionsim.solvers.base import Solver, State
-from frictionsim.solvers.common import Row, SampleBuffer
+from frictionsim.solvers.common import Row, SampleBuffer, direction_of
 from frictionsim.solvers.root_finding import bracket_root
 from frictionsim.solvers.state_values import DIRECTION, TIME
 
@@ -81,7 +81,7 @@ class PrescribedMotionSolver(Solver):
     def next_direction(self, t: float) -> int:
         """Set the end of the segment that starts at t, and return its direction."""
         self.segment_end = _segment_end(self.mechanism, t, self.end)
-        return _sign(self.mechanism.drive(0.5 * (t + self.segment_end)))
+        return direction_of(self.mechanism.drive(0.5 * (t + self.segment_end)))
 
     def switch_mode(self, t: float, y: State) -> None:
         """Start the next segment, and record the change of direction if there is one."""
@@ -116,11 +116,7 @@ def _segment_end(mechanism: "Mechanism", t: float, end: float) -> float:
     """Return a time after t up to which the velocity is smooth and of one sign, s."""
     drive = mechanism.drive
     b = min(end, drive.next_extremum(t))
-    direction = _sign(drive(b))  # compare signs: a product of tiny velocities may underflow
-    if _sign(drive(t)) * direction < 0:
+    direction = direction_of(drive(b))  # compare signs: a product of tiny velocities may underflow
+    if direction_of(drive(t)) * direction < 0:
         _, b = bracket_root(lambda x: direction * drive(x), t, b)
     return b
-
-
-def _sign(v: float) -> int:
-    return FORWARD if v > 0.0 else BACKWARD if v < 0.0 else STICK

@@ -7,6 +7,7 @@ right-hand side, whose number is the same in each run.
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from frictionsim.display import error_text, short_text, study_text
 from frictionsim.work_precision.outcome import Row, WorkPrecision
 
 TARGET_ERRORS = (1e-2, 1e-3, 1e-4)
@@ -44,9 +45,9 @@ class Advice(NamedTuple):
         unit : str
             Of wall time.
         """
-        goal = f"for {100 * self.wanted:g} %{self.metric and ' of '}{self.metric}"
+        goal = f"for {study_text(100 * self.wanted)} %{self.metric and ' of '}{self.metric}"
         if self.floor > self.wanted:
-            return f"{goal}: unknown, the reference uncertainty is {self.floor:.1e}"
+            return f"{goal}: unknown, the reference uncertainty is {error_text(self.floor)}"
         if self.row is None:
             return f"{goal}: no setting reached it"
         row = self.row
@@ -54,7 +55,7 @@ class Advice(NamedTuple):
         equal = f"; of {self.equal} as fast, the fewest evaluations" if self.equal > 1 else ""
         return (
             f"{goal}: {row.setting.line} with {row.setting.detail},"
-            f" {per_second * row.wall_seconds:.3g} {unit}, error {error:.1e}{equal}"
+            f" {short_text(per_second * row.wall_seconds)} {unit}, error {error_text(error)}{equal}"
         )
 
 

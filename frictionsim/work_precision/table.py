@@ -1,16 +1,11 @@
-"""The table of a study: as JSON, in CSV and in columns for HDF5, and read back from these."""
+"""A study as JSON, and as the table that files hold: Row, CostTable, file, CostTable, Row."""
 
-import csv
 import json
-from io import StringIO
 from math import isfinite
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.errors import EXIT_DONE
-from frictionsim.io.atomic_write import write_atomically
 from frictionsim.io.cost_table import CostTable
-from frictionsim.io.replaceable import COSTS, check_replaceable
 from frictionsim.results import Column, Metric, finite
 from frictionsim.scenario.toml_data import json_value
 from frictionsim.scenario.variants import Mesh, Setting
@@ -21,6 +16,17 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
 RELATIVE = "_relative"
+NUMBERS = {
+    "events": ("1", "events of the run"),
+    "wall_seconds": ("s", "median wall time of the solution alone"),
+    "wall_spread": ("s", "largest minus least wall time of the repeats"),
+    "repeats": ("1", "runs that were timed"),
+    "steps": ("1", "accepted steps"),
+    "rejected": ("1", "rejected steps"),
+    "rhs_evaluations": ("1", "evaluations of the right-hand side"),
+    "states": ("1", "length of the state vector"),
+}
+"""Unit and description of the numbers of a `Row`, by name."""
 
 
 def study_json(study: WorkPrecision, scenario: "Scenario") -> dict[str, Any]:
@@ -68,14 +74,7 @@ def _row_json(row: Row) -> dict[str, Any]:
         "error": finite(row.error),
         "time_error": finite(row.time_error),
         "errors": _errors_json(row.errors),
-        "events": row.events,
-        "wall_seconds": row.wall_seconds,
-        "wall_spread": row.wall_spread,
-        "repeats": row.repeats,
-        "steps": row.steps,
-        "rejected": row.rejected,
-        "rhs_evaluations": row.rhs_evaluations,
-        "states": row.states,
+        **{name: getattr(row, name) for name in NUMBERS},
     }
 
 
@@ -91,7 +90,12 @@ def _errors_json(errors: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def attributes(study: WorkPrecision) -> dict[str, str]:
+def table_of(study: WorkPrecision) -> CostTable:
+    """Return the table of a study."""
+    return CostTable(_attributes(study), {column.name: column for column in _columns(study)})
+
+
+def _attributes(study: WorkPrecision) -> dict[str, str]:
     """Return the attributes of a study beside its rows, as texts.
 
     `status` and `reason`; `references` and `time_references`, one per line;
@@ -111,7 +115,7 @@ def attributes(study: WorkPrecision) -> dict[str, str]:
     }
 
 
-def columns(study: WorkPrecision) -> list[Column]:
+def _columns(study: WorkPrecision) -> list[Column]:
     """Return the table of a study as columns; unknown values are NaN."""
     rows, nan = study.rows, float("nan")
 
@@ -143,16 +147,7 @@ def columns(study: WorkPrecision) -> list[Column]:
         relative = [number(e and e.relative) for e in errors]
         table.append(Column(f"{m.name}_error", m.unit, f"error of {m.name}", absolute))
         table.append(Column(m.name + RELATIVE, "1", f"relative error of {m.name}", relative))
-    for name, unit, long_name in (
-        ("events", "1", "events of the run"),
-        ("wall_seconds", "s", "median wall time of the solution alone"),
-        ("wall_spread", "s", "largest minus least wall time of the repeats"),
-        ("repeats", "1", "runs that were timed"),
-        ("steps", "1", "accepted steps"),
-        ("rejected", "1", "rejected steps"),
-        ("rhs_evaluations", "1", "evaluations of the right-hand side"),
-        ("states", "1", "length of the state vector"),
-    ):
+    for name, (unit, long_name) in NUMBERS.items():
         values = [number(getattr(row, name)) for row in rows]
         table.append(Column(name, unit, long_name, values))
     return table
@@ -169,16 +164,6 @@ def _mesh_columns(rows: list[Row]) -> tuple[Column, Column]:
             [float(mesh.bodies) if mesh else float("nan") for mesh in meshes],
         ),
     )
-
-
-def write_csv(study: WorkPrecision, path: Path) -> None:
-    """Write the table of a study as CSV, with units in the header line; whole or not at all."""
-    table, text = columns(study), StringIO(newline="")
-    writer = csv.writer(text)
-    writer.writerow([f"{c.name} [{c.unit}]" if c.unit else c.name for c in table])
-    writer.writerows(zip(*(c.values for c in table), strict=True))
-    check_replaceable(path, COSTS)
-    write_atomically(text.getvalue().encode(), path, COSTS.word)
 
 
 def study_of(table: CostTable) -> WorkPrecision:

@@ -1,13 +1,22 @@
 """static, cost, compare, plot, new, schema, kinds and scenarios from Python."""
 
-from inspect import isfunction, signature
+from inspect import Parameter, isfunction, signature
 from math import isfinite
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import frictionsim as fs
+from frictionsim.api.comparing import CompareOptions
+from frictionsim.api.fitting import FitOptions
+from frictionsim.api.pictures import PlotOptions
+from frictionsim.api.solving import RunOptions
+from frictionsim.api.studies import CostOptions
+from frictionsim.api.sweeping import ExecutionOptions, SweepOptions
+from frictionsim.cli import commands, file_commands, plot_command, study_commands
+from frictionsim.scenario.options import Options
 from tests.support.scenarios import SCENARIOS, pulley
 
 pytestmark = pytest.mark.quick
@@ -19,6 +28,42 @@ MU_S = "effects.shaft_friction.mu_s"
 @pytest.fixture(scope="module")
 def result() -> fs.Result:
     return fs.solve(PULLEY)
+
+
+# --- options --------------------------------------------------------------------------------
+
+# The model's fields that a function or its command has in another form, or that are none of its.
+WINDOW = {"window", "title", "fitted"}  # --from and --to, --no-title
+OPTIONS = [
+    (fs.solve, RunOptions, set()),
+    (commands.solve, RunOptions, {"progress", "check"}),
+    (fs.resume, RunOptions, {"estimate_error"}),
+    (fs.fit, FitOptions, set()),
+    (study_commands.fit, FitOptions, {"progress"}),
+    (fs.cost, CostOptions, set()),
+    (study_commands.cost, CostOptions, {"progress"}),
+    (fs.sweep, SweepOptions, set()),
+    (fs.sweep, ExecutionOptions, set()),
+    (fs.resume_sweep, ExecutionOptions, set()),
+    (study_commands.sweep, SweepOptions, set()),
+    (study_commands.sweep, ExecutionOptions, {"progress"}),
+    (fs.compare, CompareOptions, set()),
+    (file_commands.compare, CompareOptions, set()),
+    (fs.plot, PlotOptions, {"fitted", "fps", "speed"}),
+    (plot_command.plot, PlotOptions, WINDOW),
+]
+
+
+@pytest.mark.parametrize(("function", "model", "others"), OPTIONS)
+def test_a_function_and_its_command_have_the_options_of_one_model(
+    function: Any, model: type[Options], others: set[str]
+) -> None:
+    parameters, fields = signature(function).parameters, model.model_fields
+    assert fields.keys() - parameters.keys() == others
+    for name in fields.keys() - others:
+        default = parameters[name].default
+        if default not in (None, (), Parameter.empty):
+            assert default == fields[name].get_default(), name
 
 
 # --- static ---------------------------------------------------------------------------------

@@ -86,7 +86,7 @@ def scaled_norm(model: BeltModel, error: "np.ndarray[Any, np.dtype[np.float64]]"
     The error of a step of which all rates but the sixth are zero is E6 h times that one.
     """
     settings = scenario_of(pair(solver__rtol=0.5)).solver
-    stepper = rkf45.BeltStepper(model, settings)
+    stepper = rkf45.RKF45Stepper(model, settings)
     finite = np.isfinite(model.error_scales)
     stepper._state.k[5][finite] = error[finite] * model.error_scales[finite] / rkf.E6
     return 0.5 * float(rkf45.error_norm(1.0, stepper._state))
@@ -112,7 +112,7 @@ def test_an_error_that_is_no_number_is_no_small_one() -> None:
 def test_a_step_after_a_rejected_one_is_no_longer() -> None:
     """Its error said that the step before was too long, whatever a kink then makes of it."""
     scenario = scenario_of(pair(solver__rtol=1e-7))
-    stepper = rkf45.BeltStepper(assemble(scenario), scenario.solver)
+    stepper = rkf45.RKF45Stepper(assemble(scenario), scenario.solver)
     stepper.start()
     after_rejection: list[float] = []
     while len(after_rejection) < 20:

@@ -184,7 +184,7 @@ def test_to_prepare_changes_no_bit_of_a_run(name: str) -> None:
         scenario = scenario_of(COMPILED[name])
         model = assemble(scenario)
         module = {"rkf45": rkf45, "moreau": moreau}[scenario.solver.backend]
-        stepper = module.BeltStepper(model, scenario.solver)
+        stepper = module.STEPPER(model, scenario.solver)
         stepper.start()
         stepper.advance(1.0, 1.0, STEPS)
         for _ in range(times):
@@ -265,7 +265,7 @@ def test_a_compilation_in_the_middle_of_a_run_may_be_ended_if_its_samples_are_ke
 
     monkeypatch.setattr(BeltDrive, "prepare", noted)
     is_due = property(lambda self: not due or self.t < due[0])
-    monkeypatch.setattr(moreau.BeltStepper, "prepared", is_due)
+    monkeypatch.setattr(moreau.MoreauStepper, "prepared", is_due)
     done = run(scenario_of(pair(solver__backend="moreau", solver__duration=0.01)), monitor, keep)
     assert done.status == "done"
     assert told == [(0, True), (1, is_kept)]

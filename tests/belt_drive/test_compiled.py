@@ -68,7 +68,7 @@ def ends(data: Scenario) -> dict[str, Any]:
     width, n = model.system.layout.width, model.system.chain.bodies
     model.state[3 * width : 3 * width + n] = 0.05 * np.sin(np.arange(n))
     module = {"rkf45": rkf45, "moreau": moreau}[scenario.solver.backend]
-    stepper = module.BeltStepper(model, scenario.solver)
+    stepper = module.STEPPER(model, scenario.solver)
     stepper.start()
     stepper.advance(1.0, 1.0, STEPS)
     inside = stepper.interpolate(0.3 * stepper.t)

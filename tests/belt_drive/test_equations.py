@@ -9,8 +9,8 @@ import pytest
 
 from frictionsim.mechanisms.belt_drive.effects.axial import turn_bodies
 from frictionsim.mechanisms.belt_drive.effects.base import Chain
+from frictionsim.mechanisms.belt_drive.equation import find_contact_candidates, rhs
 from frictionsim.mechanisms.belt_drive.kernels.contacts import update_contact_modes
-from frictionsim.mechanisms.belt_drive.kernels.equations import find_contact_candidates, rhs
 from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
     FORCE_X,

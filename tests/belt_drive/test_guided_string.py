@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from frictionsim.mechanisms.belt_drive.quantities import equilibrium_quantities
+from frictionsim.mechanisms.belt_drive.statics import statics
 from frictionsim.results import Record
 from tests.support.belt_closed_forms import SECTION_4, two_pulley_mode
 from tests.support.belt_scenarios import (
@@ -117,7 +117,7 @@ def test_a_belt_that_slips_does_the_same_backward() -> None:
 def belt_speed(done: Record) -> float:
     """Return the speed of the belt, m/s, that its kinetic energy tells."""
     inertia = 2.4e-4 * (value(done, "drive_speed") ** 2 + value(done, "driven_speed") ** 2)
-    mass = RHO * float(equilibrium_quantities(scenario_run(done))["belt_length"].value or 0.0)
+    mass = RHO * float(statics(scenario_run(done))["belt_length"].value or 0.0)
     return float(np.sqrt((2.0 * value(done, "energy_kinetic") - inertia) / mass))
 
 
@@ -143,7 +143,7 @@ def test_two_pulleys_swing_against_each_other_as_the_closed_form_has_it() -> Non
 def test_the_belt_at_rest_is_exact() -> None:
     data = trio(**NO_MOTION_ACROSS, mechanism__belt__bodies=80)
     scenario = scenario_of(data)
-    found = {name: q.value for name, q in equilibrium_quantities(scenario).items()}
+    found = {name: q.value for name, q in statics(scenario).items()}
     path = scenario.mechanism.path()
     length = path.length / (1.0 + 200.0 / 1e4)
     assert found["belt_length"] == pytest.approx(length, rel=1e-14)
@@ -152,7 +152,7 @@ def test_the_belt_at_rest_is_exact() -> None:
         pulls = np.array([1.0, 0.0]) - np.array([cos(arc.wrap_angle), sin(arc.wrap_angle)])
         assert found[f"shaft_load_{name}"] == pytest.approx(200.0 * np.hypot(*pulls), rel=1e-12)
     given_length = {"bodies": 80, "mass_per_length": 0.5, "axial_rigidity": 1e4, "length": length}
-    again = equilibrium_quantities(scenario_of(changed(data, mechanism__belt=given_length)))
+    again = statics(scenario_of(changed(data, mechanism__belt=given_length)))
     assert again["pretension"].value == pytest.approx(200.0, rel=1e-10)
 
 

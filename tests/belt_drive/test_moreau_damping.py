@@ -8,7 +8,7 @@ import pytest
 
 from frictionsim.mechanisms.belt_drive.effects.axial import joint_forces
 from frictionsim.mechanisms.belt_drive.effects.contact import contact_forces
-from frictionsim.mechanisms.belt_drive.kernels.equations import find_contact_candidates
+from frictionsim.mechanisms.belt_drive.equation import find_contact_candidates
 from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
     BACKWARD_LIMIT,

@@ -76,6 +76,6 @@ def test_a_step_of_rkf45_stays_within_its_region_of_stability() -> None:
     end = stepped(pair(solver__rtol=1e-2, solver__duration=0.1), kick(1e-3))
     steps, rejected, _ = end.stepper.statistics
     assert rejected <= 0.01 * steps
-    assert isinstance(end.stepper, rkf45.BeltStepper)
+    assert isinstance(end.stepper, rkf45.RKF45Stepper)
     tau = end.model.system.effects.belt_friction.set_valued.relaxation_time
     assert end.stepper._control.max_step == pytest.approx(1.95 * tau, rel=1e-2)

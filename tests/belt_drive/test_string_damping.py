@@ -127,7 +127,7 @@ def test_the_default_step_is_that_of_the_waves_alone(points: int, most: int) -> 
     found = []
     for damping in (None, {"coefficient": 1.0, "basis": "section"}):
         scenario = scenario_of(changed(stretchy(points), effects__axial_damping=damping))
-        stepper = moreau.BeltStepper(assemble(scenario), scenario.solver)
+        stepper = moreau.MoreauStepper(assemble(scenario), scenario.solver)
         found.append(stepper.force_per_impulse)  # one over the length of a step
     assert found[1] == found[0]
     assert 3.0 * found[1] < most

@@ -15,7 +15,7 @@ from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import OutputError
 from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.io.destination import Destination
-from frictionsim.results import Record
+from frictionsim.results import Column, Record
 from frictionsim.work_precision import table
 from tests.support.scenarios import SCENARIOS
 
@@ -136,8 +136,12 @@ def test_tables_are_whole_or_the_old_ones(
     """And what cannot be written keeps no other file from being written."""
     old = b"law,backend,setting," + b"old" * 4000
     Path("a.csv").write_bytes(old)
-    found = table.columns
-    monkeypatch.setattr(table, "columns", lambda study: found(study) * 20)  # a long table
+    found = table._columns
+
+    def of_many_rows(study: Any) -> list[Column]:
+        return [column._replace(values=[*column.values] * 20) for column in found(study)]
+
+    monkeypatch.setattr(table, "_columns", of_many_rows)
     with full_disk():
         assert run_command_line([*COST, "--csv", "a.csv", "-o", "a.h5"]) == 4
     assert capsys.readouterr().err.splitlines() == [

@@ -333,12 +333,3 @@ def test_a_body_rests_on_its_stop() -> None:
     assert opened["breakaway_direction"].value == 1.0
     assert opened["stop_torque"].value == 0.0
     assert "stop_torque" not in fs.static(CRANK)
-
-
-# --- the pulley and the marble machine as bodies on a shaft
-
-
-def shaft(data: Scenario, **tables: Any) -> Scenario:
-    """Return a body with the shaft friction of a scenario and other tables."""
-    friction = data["effects"]["shaft_friction"]
-    return {"kind": "shaft", "effects": {"shaft_friction": friction}} | tables

@@ -143,6 +143,14 @@ def test_a_map_has_the_values_in_cells_halfway_between_them() -> None:
     assert written == {f"{value:.3g}" for row in expected for value in row}
 
 
+def test_a_number_in_a_cell_has_an_exponent_only_where_the_tables_have_one() -> None:
+    values = np.array([14025.4, -999999.0, 1234567.0, 0.012345, 1.2e-5])
+    x, y = [0.0, 1.0, 2.0, 3.0, 4.0], [1.0, 2.0]
+    table = grid_of({"x": x, "y": y}, {"f": lambda x, y: values[x.astype(int)] * y})
+    written = [text.get_text() for text in draw_sweep(table).axes[0].texts]
+    assert written[::2] == ["14025", "-999999", "1.23e+06", "0.0123", "1.2e-05"]
+
+
 def test_cells_without_a_sound_value_differ_from_each_other() -> None:
     table = grid_of({"x": FIVE, "y": FIVE}, {"f": lambda x, y: 10.0 * x + y})
     table.values["f"][7] = np.nan

@@ -131,7 +131,7 @@ def stepped(data: Scenario, disturb: Disturb | None = None) -> Stepped:
     model = assemble(scenario)
     if disturb is not None:
         disturb(model)
-    stepper = import_module(scenario.pair.module).BeltStepper(model, scenario.solver)
+    stepper = import_module(scenario.pair.module).STEPPER(model, scenario.solver)
     stepper.start()
     end = scenario.solver.duration
     while stepper.t < end * (1.0 - 1e-12):

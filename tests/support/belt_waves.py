@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionsim.mechanisms.belt_drive.kernels.equations import find_contact_candidates, rhs
+from frictionsim.mechanisms.belt_drive.equation import find_contact_candidates, rhs
 from frictionsim.mechanisms.belt_drive.kernels.system import kinematics_of
 from frictionsim.mechanisms.belt_drive.model import BeltModel
 

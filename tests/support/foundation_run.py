@@ -12,7 +12,7 @@ from tests.support.foundation_effect import FoundationEffect
 
 EFFECTS.append(FoundationEffect())
 
-from frictionsim.mechanisms.belt_drive.kernels import equations  # noqa: E402
+from frictionsim.mechanisms.belt_drive import equation  # noqa: E402
 from frictionsim.mechanisms.belt_drive.kernels.jit import Kernel  # noqa: E402
 from frictionsim.mechanisms.belt_drive.kernels.system import kinematics_of  # noqa: E402
 from frictionsim.mechanisms.belt_drive.model import assemble  # noqa: E402
@@ -44,8 +44,8 @@ def check_the_rest() -> None:
     )
     layout, n, rate = model.system.layout, model.system.chain.bodies, np.zeros_like(model.state)
     kinematics = kinematics_of(model.state, layout)
-    equations.find_contact_candidates(model.system, kinematics)
-    equations.rhs(0.0, 0.0, model.state, rate, model.system)
+    equation.find_contact_candidates(model.system, kinematics)
+    equation.rhs(0.0, 0.0, model.state, rate, model.system)
     mass = model.system.chain.mass
     assert model.equilibrium.residual < 1e-7 * 200.0
     # A sum of forces of some 1e4 N/m times rounded coordinates.

@@ -11,7 +11,7 @@ from frictionsim.io.cost_table import CostTable, read_csv
 from frictionsim.io.hdf5_reader import read_any
 from frictionsim.work_precision.outcome import Row
 from frictionsim.work_precision.recommendation import recommendations
-from frictionsim.work_precision.table import attributes, columns, study_of
+from frictionsim.work_precision.table import study_of, table_of
 from tests.support.scenarios import ROOT, changed, pulley
 
 MESHES = ROOT / "results" / "belt_drive_cost.csv"
@@ -56,12 +56,13 @@ def test_files_have_the_rows_of_their_study(saved: Saved) -> None:
 def test_a_study_that_is_read_has_the_columns_that_were_written(saved: Saved) -> None:
     """But for absolute errors, which nothing that reads a table needs."""
     table = read_any(saved.folder / "a.h5")
-    written = {column.name: column.values for column in columns(study_of(table))}
+    again = table_of(study_of(table))
+    written = {name: column.values for name, column in again.columns.items()}
     assert set(written) == set(table.columns)
     for name, values in written.items():
         if not name.endswith("_error") or name == "time_error":
             assert repr(values) == repr(table.columns[name].values), name
-    about = attributes(study_of(table))
+    about = again.attributes
     assert about == {name: table.attributes[name] for name in about}
 
 

@@ -36,7 +36,7 @@ from frictionsim.work_precision.outcome import (
 from frictionsim.work_precision.recommendation import advise
 from frictionsim.work_precision.settings import ScenarioVariants
 from frictionsim.work_precision.study import Benchmark, study
-from frictionsim.work_precision.table import attributes
+from frictionsim.work_precision.table import table_of
 from tests.support.problems import RAMP
 from tests.support.scenarios import GOLDEN, SCENARIOS, pulley, simulate, with_method
 
@@ -162,7 +162,7 @@ def test_errors_below_the_reference_uncertainty_are_marked(tmp_path: Path) -> No
         assert page.count("5e\N{MINUS SIGN}09*") == 0
         assert "* below the reference uncertainty" in page
     in_time = reference._replace(names=("on its own mesh",))
-    about = attributes(found.data._replace(time_reference=in_time))
+    about = table_of(found.data._replace(time_reference=in_time)).attributes
     assert (about["references"], about["time_references"]) == ("one\ntwo", "on its own mesh")
     unknown = reference._replace(floor={})
     other = PublicStudy(found.data._replace(reference=unknown))

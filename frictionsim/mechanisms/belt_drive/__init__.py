@@ -5,18 +5,21 @@ without contact asks for no motion across the belt, which is then a string guide
 of nb + np degrees of freedom. The model is in
 
     schema            the scenario's tables
+    channels          what is recorded
+    equation          the equations of motion, compiled
+    statics           the belt at rest: its quantities
     effects           each with its table, force, energy and limits: contact, friction, ...
     geometry          the line of an ideal belt round its pulleys
-    equilibrium       the belt at rest: equilibrium_energy is what it minimises
+    equilibrium       the search for the belt at rest: equilibrium_energy is what it minimises
     composition       from a scenario to arrays
     model             the belt at rest, ready to be stepped: its energies and limits
-    kernels           the arrays (system), both kinematics (plane, string), the equations of motion
+    kernels           the arrays (system), both kinematics (plane, string), contacts
     steppers          the methods rkf45 and moreau, the latter with a step for each kinematics
     stability_limits  the highest frequency and decay, which bound the steps
     belt_simulation   from step to step
     sampling          the channels, and what summary and audit need of each sample
     slip              the slip of the drive, and the tensions of its spans
-    quantities        the summary and the audit, at rest too
+    quantities        the summary and the audit
     transitions       full slip and grip, lift-off, slack spans
     run_warnings      the warnings of a run
     work_precision    metrics and settings of a study of cost and accuracy
@@ -31,8 +34,9 @@ References
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.mechanisms.belt_drive import mesh_study
+from frictionsim.mechanisms.belt_drive.channels import PANELS
+from frictionsim.mechanisms.belt_drive.statics import statics
 from frictionsim.mechanisms.belt_drive.work_precision import METRICS, ladders, references, tighter
-from frictionsim.results import Quantities
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
@@ -49,9 +53,6 @@ __all__ = [
     "tighter",
 ]
 
-# What a plot shows, from top to bottom.
-PANELS = ("pulley_torque", "pulley_speed", "pulley_angle")
-
 
 def __getattr__(name: str) -> Any:
     """Return SCENARIO, when it is first asked for: by then all effects have to be known."""
@@ -67,10 +68,3 @@ def simulation(scenario: "BeltDriveScenario") -> "Simulation":
     from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 
     return BeltDrive(scenario)
-
-
-def statics(scenario: "BeltDriveScenario") -> Quantities:
-    """Return the belt at rest at its pretension, without friction."""
-    from frictionsim.mechanisms.belt_drive.quantities import equilibrium_quantities
-
-    return equilibrium_quantities(scenario)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.errors import BudgetExceeded, Diverged, InputError
+from frictionsim.mechanisms.belt_drive.channels import channels_of
 from frictionsim.mechanisms.belt_drive.kernels import jit
 from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.mechanisms.belt_drive.sampling import observer_of
-from frictionsim.mechanisms.belt_drive.schema import channels_of
 from frictionsim.results import SimulationResult
 from frictionsim.simulation.checkpoint import (
     Arrays,
@@ -45,12 +45,12 @@ class BeltDrive:
         self._discontinuities = _discontinuities(scenario)
         self._observer = observer_of(scenario, self._model)
         module = import_module(scenario.pair.module)
-        self._stepper = module.BeltStepper(self._model, scenario.solver)
+        self._stepper = module.STEPPER(self._model, scenario.solver)
         self._observer.force_per_impulse = self._stepper.force_per_impulse
         self._started = False
         self._tried_before = 0  # steps, in the parts of the run before this one
         self.effects = scenario.effect_names
-        self.channel_info: Mapping[str, Channel] = channels_of(scenario)
+        self.channel_info: Mapping[str, Channel] = channels_of(scenario.mechanism.names)
         bodies = tuple(map(str, range(scenario.mechanism.belt.bodies)))
         self.axes = {"pulley": scenario.mechanism.names, "body": bodies, "joint": bodies}
         self.states = self._observer.states

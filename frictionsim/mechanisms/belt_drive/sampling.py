@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.errors import BeltOffPulleys, Diverged
+from frictionsim.mechanisms.belt_drive.channels import CHANNELS
 from frictionsim.mechanisms.belt_drive.effects.base import of_those_before
 from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
 from frictionsim.mechanisms.belt_drive.kernels.system import (
@@ -33,7 +34,6 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
 )
 from frictionsim.mechanisms.belt_drive.quantities import checks_of, quantities_of
 from frictionsim.mechanisms.belt_drive.run_warnings import warnings_of
-from frictionsim.mechanisms.belt_drive.schema import CHANNELS
 from frictionsim.mechanisms.belt_drive.slip import span_tensions
 from frictionsim.mechanisms.belt_drive.transitions import transitions_of
 from frictionsim.results import SimulationResult

@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field, create_model, field_validator, model_validator
 
 from frictionsim.errors import unknown
+from frictionsim.mechanisms.belt_drive.channels import CHANNELS
 from frictionsim.mechanisms.belt_drive.effects import EFFECTS
 from frictionsim.mechanisms.belt_drive.geometry import (
     MAX_STRAIN,
@@ -17,52 +18,13 @@ from frictionsim.mechanisms.belt_drive.geometry import (
     Pulley,
     belt_path,
 )
-from frictionsim.results import Channel
-from frictionsim.scenario.methods import (
-    BELT,
-    CREEP,
-    PUBLISHED,
-    REGULARISED,
-    Pairs,
-)
+from frictionsim.scenario.methods import BELT, CREEP, PUBLISHED, REGULARISED, Pairs
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario, SolverSettings
 from frictionsim.scenario.signal_tables import SpeedOrTimeSignals, TimeSignals
 
 # A body longer than this part of a radius cannot follow the curve: two to half a turn.
 MAX_BODY_OVER_RADIUS = pi / 2
-
-CHANNELS = {
-    "pulley_angle": Channel("rad", "angle of the pulley", "pulley"),
-    "pulley_speed": Channel("rad/s", "angular velocity of the pulley", "pulley"),
-    "pulley_torque": Channel("N m", "torque on the pulley from outside", "pulley"),
-    "x": Channel("m", "x of the body's centre", "body"),
-    "y": Channel("m", "y of the body's centre", "body"),
-    "angle": Channel("rad", "angle of the body", "body"),
-    "normal_force": Channel("N", "normal force of the pulley on the body", "body"),
-    "friction_force": Channel("N", "friction of the rim on the belt, along z x n", "body"),
-    "slip_velocity": Channel("m/s", "velocity of the rim less that of the belt on it", "body"),
-    "sticking": Channel(
-        "1",
-        "1 where the body sticks to a pulley, else 0",
-        "body",
-        integer=True,
-        flags=((0, "not_sticking"), (1, "sticking")),
-    ),
-    "pulley_index": Channel(
-        "1",
-        "pulley that the body touches, -1 none",
-        "body",
-        integer=True,
-        flags=((-1, "none"),),  # a scenario's own pulleys: `channel_info`
-    ),
-    "tension": Channel("N", "tension, of the joint before the body", "joint"),
-    "energy_input": Channel("J", "work of the torques on the pulleys"),
-    "energy_kinetic": Channel("J", "kinetic energy of belt and pulleys"),
-    "energy_potential": Channel("J", "energy of springs and contacts, and of the weight"),
-    "energy_friction": Channel("J", "heat of the dry friction"),
-    "energy_damping": Channel("J", "heat of the dampers in belt and contacts"),
-}
 
 
 class BeltTable(Params):
@@ -357,13 +319,6 @@ def _missing_bodies(path: Path, pulleys: "Sequence[PulleyTable]", bodies: int) -
         f" '{smallest.name}', radius {smallest.radius} m; it takes at least {needed:.10g}, and"
         f" about {needed * 4:.10g} for quantities that depend little on their number"
     )
-
-
-def channels_of(scenario: BeltDriveScenario) -> dict[str, Channel]:
-    """Return the channels of a scenario: its pulleys are the meanings of `pulley_index`."""
-    index = CHANNELS["pulley_index"]
-    names = enumerate(scenario.mechanism.names)
-    return CHANNELS | {"pulley_index": index._replace(flags=(*index.flags, *names))}
 
 
 # --- how many points a guided string needs to follow its line -----------------------------------

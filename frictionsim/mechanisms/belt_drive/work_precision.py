@@ -92,4 +92,4 @@ def _default_step(scenario: "BeltDriveScenario") -> float:
 
     module = import_module(BELT[SET_VALUED, "moreau"].module)
     settings = scenario.solver.model_copy(update={"backend": "moreau", "step": None})
-    return float(1.0 / module.BeltStepper(assemble(scenario), settings).force_per_impulse)
+    return float(1.0 / module.STEPPER(assemble(scenario), settings).force_per_impulse)

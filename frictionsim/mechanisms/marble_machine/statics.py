@@ -55,7 +55,8 @@ def limit_torques(
     (k^2 - r_f^2 c^2) T^2 - 2 (k M + r_f^2 W c_y) T + M^2 - r_f^2 W^2 = 0,  c^2 = c_z^2 + c_y^2
 
     with the discriminant r_f^2 ((c M)^2 + 2 k M W c_y + (k W)^2 - (r_f W c_z)^2), which has no
-    cancellation if the friction is small.
+    cancellation if the friction is small. `shaft.balance.roots_of` solves eq 24 for any loads; its
+    roots differ in the last digits.
 
     Parameters
     ----------

@@ -28,6 +28,9 @@ def limit_forces(arm: float, radius: float, load: float, vertical: bool) -> Limi
         vertical     P = W (r_e +- r_f)/(r_e -+ r_f)
         horizontal   (1 - q) P^2 - 2 W P + (1 - q) W^2 = 0,  q = (r_f/r_e)^2
 
+    The paper solves it in this closed form. `shaft.balance.roots_of` solves eq 24 for any loads;
+    its roots differ in the last digits.
+
     Parameters
     ----------
     arm : float, m

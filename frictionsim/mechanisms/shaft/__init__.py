@@ -21,6 +21,7 @@ References
 The model is in
 
     schema            the scenario's tables
+    channels          what is recorded
     loads             forces and couples: moment and resultant over time, angle and speed
     equation          the equation of motion as data: friction, end stops, energies
     unknowns          the keys for which eq 24 can be solved
@@ -32,12 +33,9 @@ The model is in
 from typing import Any
 
 from frictionsim.mechanisms.effects import CONTACT_NAME
-from frictionsim.mechanisms.shaft.equation import (
-    load_on_shaft,
-    loads_of,
-    shaft_of,
-    turns_with_body,
-)
+from frictionsim.mechanisms.shaft.channels import CHANNELS as CHANNELS
+from frictionsim.mechanisms.shaft.channels import PANELS as PANELS
+from frictionsim.mechanisms.shaft.equation import load_on_shaft, loads_of, shaft_of, turns_with_body
 from frictionsim.mechanisms.shaft.loads import Elapsed
 from frictionsim.mechanisms.shaft.schema import ShaftScenario
 from frictionsim.mechanisms.shaft.statics import breakaway_values, check_unknown
@@ -58,8 +56,6 @@ from frictionsim.solvers.mechanism import (
 SCENARIO = ShaftScenario
 ShaftScenario.CHECKS = (check_unknown,)
 
-# The channels of the default plot, from top to bottom.
-PANELS = ("applied_torque", "friction_torque", "angular_velocity", "angle")
 # A run with more impacts has a capture speed that is far below the speeds of its motion.
 MANY_IMPACTS = 1000
 

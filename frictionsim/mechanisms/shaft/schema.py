@@ -8,8 +8,9 @@ from typing import Any, ClassVar, Literal, Self
 from pydantic import Field, field_validator, model_validator
 
 from frictionsim.mechanisms.effects import Gravity, ShaftFriction, ViscousDamping
+from frictionsim.mechanisms.shaft.channels import CHANNELS
 from frictionsim.mechanisms.shaft.loads import Arms, Turning, arms_of_force, largest_arm
-from frictionsim.mechanisms.single_dof import SingleDofScenario, base_channels
+from frictionsim.mechanisms.single_dof import SingleDofScenario
 from frictionsim.results import Channel
 from frictionsim.scenario.methods import PUBLISHED
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
@@ -20,20 +21,6 @@ MAX_LOADS = 1000
 RADII = ".shaft_radius", ".mu_s", ".cord_radius", ".distance"
 # Closer to 1, the impacts at ordinary speeds lose no more than the rounding of the flights gives.
 MAX_RESTITUTION = 1.0 - 1e-9
-
-CHANNELS = base_channels("body") | {
-    "angle": Channel("rad", "angle of the body, positive counter-clockwise"),
-    "applied_torque": Channel("N m", "torque on the body, of all but dry friction and end stops"),
-    "stop_torque": Channel("N m", "torque of an end stop on the body that rests on it"),
-    "shaft_reaction": Channel("N", "reaction of the shaft"),
-    "reaction_x": Channel("N", "reaction of the shaft on the body, component to the right"),
-    "reaction_y": Channel("N", "reaction of the shaft on the body, component upwards"),
-    "energy_input": Channel("J", "work of the forces and couples"),
-    "energy_kinetic": Channel("J", "kinetic energy of the body"),
-    "energy_potential": Channel("J", "potential energy of the eccentric mass and the spring"),
-    "energy_damping": Channel("J", "heat of viscous damping"),
-    "energy_impact": Channel("J", "energy lost in impacts on the end stops"),
-}
 
 
 class ShaftParameters(Params):

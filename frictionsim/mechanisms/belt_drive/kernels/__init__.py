@@ -1,1 +1,1 @@
-"""The compiled kernels of belts: layout of the state, contacts, signals and equations."""
+"""The compiled kernels of belts: layout of the state, contacts, signals and both kinematics."""

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class Stepper:
-    """A belt drive between two steps of a method; each method has its `BeltStepper`.
+    """A belt drive between two steps of a method; each method has its own.
 
     Attributes
     ----------

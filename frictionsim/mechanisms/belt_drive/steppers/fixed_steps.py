@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from frictionsim.mechanisms.belt_drive.effects.belt_friction import total_friction
-from frictionsim.mechanisms.belt_drive.kernels.equations import prescribed_speeds, pulley_torques
+from frictionsim.mechanisms.belt_drive.equation import prescribed_speeds, pulley_torques
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
 from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,

@@ -31,11 +31,8 @@ import numpy as np
 
 from frictionsim.errors import InputError, NonFinite
 from frictionsim.mechanisms.belt_drive.effects.axial import MAX_OBLIQUITY, TINY, has_oblique_joints
+from frictionsim.mechanisms.belt_drive.equation import find_contact_candidates, prescribed_speeds
 from frictionsim.mechanisms.belt_drive.kernels.contacts import update_contact_modes
-from frictionsim.mechanisms.belt_drive.kernels.equations import (
-    find_contact_candidates,
-    prescribed_speeds,
-)
 from frictionsim.mechanisms.belt_drive.kernels.jit import KernelChoice, inline_kernel, kernel
 from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
@@ -251,7 +248,7 @@ def string_plan(model: "BeltModel", settings: "BeltSolverSettings") -> StepPlan:
     return StepPlan(h, max_step, stiff, stiff is not None, None, dampers, seconds)
 
 
-class BeltStepper(Stepper):
+class MoreauStepper(Stepper):
     """A belt drive between two steps of a fixed length.
 
     Parameters
@@ -373,3 +370,6 @@ class BeltStepper(Stepper):
             start, end = table[SPEED_OLD, prescribed], table[ALPHA, prescribed]
             table[SPEED, prescribed] = start + ratio * (end - start)
         return inside
+
+
+STEPPER = MoreauStepper

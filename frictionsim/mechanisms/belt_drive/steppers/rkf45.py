@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import NonFinite, StepUnderflow
-from frictionsim.mechanisms.belt_drive.kernels.contacts import update_contact_modes
-from frictionsim.mechanisms.belt_drive.kernels.equations import (
+from frictionsim.mechanisms.belt_drive.equation import (
     find_contact_candidates,
     prescribed_speeds,
     rhs,
 )
+from frictionsim.mechanisms.belt_drive.kernels.contacts import update_contact_modes
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, kernel, shared_kernel
 from frictionsim.mechanisms.belt_drive.kernels.system import (
     ALPHA,
@@ -50,15 +50,7 @@ from frictionsim.solvers.runge_kutta_fehlberg import (
     E5,
     E6,
 )
-from frictionsim.solvers.state_values import (
-    COUNT,
-    NUMBER,
-    POSITIVE,
-    TIME,
-    Expected,
-    Rows,
-    Values,
-)
+from frictionsim.solvers.state_values import COUNT, NUMBER, POSITIVE, TIME, Expected, Rows, Values
 from frictionsim.solvers.stepper import MIN_ERROR_NORM
 
 if TYPE_CHECKING:
@@ -318,7 +310,7 @@ def max_stable_step(eigenvalues: "npt.NDArray[np.complex128]") -> float:
     return float(products[first_unstable - 1]) / fastest
 
 
-class BeltStepper(Stepper):
+class RKF45Stepper(Stepper):
     """A belt drive between two adaptive steps."""
 
     def __init__(self, model: "BeltModel", settings: "BeltSolverSettings") -> None:
@@ -425,3 +417,6 @@ class BeltStepper(Stepper):
         """Return the array of a checkpoint that contradicts the others; empty if none does."""
         in_order = self._state.clock[T_OLD] <= self._state.clock[T]
         return super().restored_fault() if in_order else "clock"
+
+
+STEPPER = RKF45Stepper
