@@ -12,6 +12,7 @@ from frictionsim.cli.app import STDIN, default_folder, stem_of
 from frictionsim.cli.messages import (
     log_on_stderr,
     print_beside_files,
+    print_continuation,
     print_error,
     warn,
     warn_of_name,
@@ -239,5 +240,4 @@ def _report_end(result: "fs.Result", whole: Path) -> None:
         return
     unchanged = f"; {whole} is unchanged" if place != whole and whole.exists() else ""
     print_error(f"samples up to this time are in {place}, status '{result.status}'{unchanged}")
-    if result.checkpoint is not None:
-        print_error(f"'frictionsim resume {place}' continues the run")
+    print_continuation(result, result.checkpoint is not None)

@@ -242,6 +242,18 @@ def test_a_signal_in_a_later_compilation_names_the_checkpoint(
     assert fs.open("a.partial.h5").status == "interrupted"
 
 
+def test_an_unfinished_run_of_a_method_of_scipy_says_that_it_cannot_be_resumed(told: Run) -> None:
+    law = "effects.shaft_friction.law=regularised"
+    arguments = ["--backend", "dop853", "--set", law, "--max-steps", "50", "-q"]
+    cannot = (
+        "frictionsim: the run cannot be resumed: the backend dop853 is SciPy's and saves no state"
+    )
+    _, err = told("solve", PULLEY, "-o", "a.h5", *arguments, code=5)
+    assert err.splitlines()[-1] == cannot
+    _, err = told("show", "a.partial.h5", code=0)
+    assert err.splitlines()[-1] == cannot
+
+
 def test_max_wall_counts_from_the_call(monkeypatch: pytest.MonkeyPatch) -> None:
     """In Python, too: what is read and assembled is a part of it."""
     load = solving.with_overrides
