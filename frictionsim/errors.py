@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from re import split
 from signal import Signals
 from typing import Any
 
@@ -183,10 +184,29 @@ def unknown(what: str, found: str, known: list[str], listed: str = "") -> str:
 
 
 def closest(found: str, known: list[str]) -> str:
-    """Return the known name that is most like another one; empty if none is like it."""
+    """Return the known name of which another one is a misspelling; empty if there is none.
+
+    A common ending, as of `hinge_friction` and `shaft_friction`, does not make one: the words
+    before it must be alike. A name that lacks them is completed if there is one completion only.
+    """
     from difflib import get_close_matches  # imported here: needed for error messages only
 
-    return next(iter(get_close_matches(found, known, n=1)), "")
+    completions = []
+    for name in get_close_matches(found, known, n=len(known) or 1):
+        start, start_of_known = _without_common_ending(found, name)
+        if not (start and start_of_known):
+            completions.append(name)
+        elif get_close_matches(start, [start_of_known]):
+            return name
+    return completions[0] if len(completions) == 1 else ""
+
+
+def _without_common_ending(first: str, second: str) -> tuple[str, str]:
+    """Return two names without the words that both end with."""
+    words, others = (split(r"[-_. ]", name.casefold()) for name in (first, second))
+    while words and others and words[-1] == others[-1]:
+        del words[-1], others[-1]
+    return "_".join(words), "_".join(others)
 
 
 def near_files(path: Path, suffixes: tuple[str, ...]) -> str:

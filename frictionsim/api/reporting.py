@@ -104,23 +104,27 @@ def _sweep_html(found: Sweep) -> str:
 
 
 def _pictures_of_sweep(table: "SweepTable") -> "Iterator[Picture]":
-    """Yield the pictures of a sweep: the first quantities together, then each alone."""
+    """Yield the pictures of a sweep: the first varying quantities together, then each alone."""
     from frictionsim.document import Picture
-    from frictionsim.parameter_study.statistics import is_defined
+    from frictionsim.parameter_study.statistics import is_constant, is_defined, sound_values
     from frictionsim.plots.picture_file import image_for_page
     from frictionsim.plots.sweep import draw_sweep
 
     defined = [name for name in table.values if is_defined(table, name)]
-    told = ""
-    for names in [[], *([name] for name in defined[:MAX_PICTURES])]:
+    varying = [name for name in defined if not is_constant(sound_values(table, name))]
+    drawn = (varying or defined)[:MAX_PICTURES]
+    undrawn = [name for name in defined if name not in drawn]
+    note = f"Without a picture: {', '.join(undrawn)}; the table has them." if undrawn else ""
+    reported = ""
+    for names in [[], *([name] for name in drawn)]:
         title = ", ".join(names) or "The first quantities that vary"
         try:
-            yield Picture(title, image_for_page(draw_sweep(table, names)))
+            yield Picture(title, image_for_page(draw_sweep(table, names)), "" if names else note)
         except InputError as refused:
             reason = refused.text if isinstance(refused, ArgumentError) else str(refused)
-            if reason != told:
-                told = reason
-                yield Picture(title, b"", told)
+            if reason != reported:
+                reported = reason
+                yield Picture(title, b"", reason)
 
 
 SUFFIXES = (".html", ".htm")

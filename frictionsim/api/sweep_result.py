@@ -24,7 +24,9 @@ from frictionsim.parameter_study.statistics import (
     extremes,
     grouped,
     independent_runs,
+    is_constant,
     sample_statistics,
+    sound_values,
     variation,
     varied_values,
 )
@@ -397,7 +399,7 @@ def _extreme_parts(table: SweepTable) -> Document:
             continue
         places = (str(e.least_run), str(e.largest_run))
         least, largest = study_text(e.least), study_text(e.largest)
-        if e.least == e.largest:
+        if is_constant(sound_values(table, name)):  # which of equal runs is least is roundoff
             places = ("", "")
         rows.append((name, least, places[0], largest, places[1], table.units[name], str(e.runs)))
     yield Table(headings, rows)

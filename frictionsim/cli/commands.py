@@ -273,7 +273,7 @@ def check(
 def static(scenario: ScenarioFile, overrides: Overrides = None, as_json: AsJson = False) -> None:
     """Compute the forces and torques of impending motion."""
     loaded = load_scenario(scenario, overrides)
-    quantities = fs.static(loaded)
+    quantities, warnings = fs.static(loaded), loaded.warnings()
     if as_json:
         from frictionsim.results import quantities_json
 
@@ -284,9 +284,11 @@ def static(scenario: ScenarioFile, overrides: Overrides = None, as_json: AsJson 
                 "kind": loaded.kind,
                 "quantities": quantities_json(quantities),
                 "notes": list(quantities.notes),
+                "warnings": list(warnings),
             }
         )
     else:
         from frictionsim.api.scenarios import statics_text
 
         print_text(statics_text(quantities))
+        warn(warnings)

@@ -12,6 +12,7 @@ from frictionsim.cli.completion import kinds, kinds_and_scenarios
 from frictionsim.cli.messages import (
     log_on_stderr,
     print_beside_files,
+    print_continuation,
     print_error,
     print_json,
     print_text,
@@ -67,15 +68,15 @@ def warm_up(
     """Compile the kernels of the shipped scenarios in advance, for containers and CI."""
     from frictionsim.api.scenarios import warming
 
-    total, found = 0.0, False
+    total, has_kernels = 0.0, False
     with CommandMonitor(1.0, with_progress=False, quiet=True) as monitor:
         for scenario, backend, seconds in warming(kind, monitor):
-            total, found = total + seconds, True
+            total, has_kernels = total + seconds, True
             if not quiet:
                 took = f"compiled in {seconds:.1f} s" if seconds else "compiled already"
                 print_beside_files(f"{scenario}, {backend}: {took}")
     if not quiet:
-        print_beside_files(f"{total:.1f} s of compilation" if found else "nothing to compile")
+        print_beside_files(f"{total:.1f} s of compilation" if has_kernels else "nothing to compile")
 
 
 def show_sweep(
@@ -128,42 +129,41 @@ def show(
     from frictionsim.api.sweep_result import result_or_sweep
 
     log_on_stderr(0)
-    found = result_or_sweep(result)
-    if not isinstance(found, fs.Result):
-        show_sweep(found, as_json=as_json, as_csv=as_csv, scenario=scenario, study=study)
+    content = result_or_sweep(result)
+    if not isinstance(content, fs.Result):
+        show_sweep(content, as_json=as_json, as_csv=as_csv, scenario=scenario, study=study)
         return
     if study:
         raise InputError(f"{result}: --study is for sweeps, this is the result of a run")
     if as_json:
-        print_json(found.to_json())
+        print_json(content.to_json())
     elif as_csv:
         from frictionsim.api.result import write_channels
 
         stdout = Stdout()
         with suppress(ReaderGone):
-            write_channels(found.record, stdout)
+            write_channels(content.record, stdout)
             stdout.flush()
     elif scenario:
-        print_text(found.record.attributes["scenario"].rstrip("\n"))
+        print_text(content.record.attributes["scenario"].rstrip("\n"))
         return
     else:
-        print_text(found.summary())
-    warn(found.warnings)
-    _print_end(found)
+        print_text(content.summary())
+    warn(content.warnings)
+    _print_end(content)
 
 
-def _print_end(found: "fs.Result") -> None:
-    """Print how a run ended if it is not done and sound, as `solve` does."""
-    if found.status == "done":
-        if found.reason:
-            print_error(f"{found.reason}; do not trust {found.path}")
+def _print_end(result: "fs.Result") -> None:
+    """Print the end of a run that is unfinished or failed its audit, as `solve` does."""
+    if result.status == "done":
+        if result.reason:
+            print_error(f"{result.reason}; do not trust {result.path}")
         return
-    print_error(f"run {found.status}: {found.reason}")
-    try:
-        found.load_checkpoint()
-    except InputError:
-        return
-    print_error(f"'frictionsim resume {found.path}' continues the run")
+    print_error(f"run {result.status}: {result.reason}")
+    has_checkpoint = False
+    with suppress(InputError):
+        has_checkpoint = bool(result.load_checkpoint())
+    print_continuation(result, has_checkpoint)
 
 
 @app.command()

@@ -12,11 +12,12 @@ from frictionsim.cli.app import STDIN, default_folder, stem_of
 from frictionsim.cli.messages import (
     log_on_stderr,
     print_beside_files,
+    print_continuation,
     print_error,
     warn,
     warn_of_name,
 )
-from frictionsim.cli.monitor import CommandMonitor
+from frictionsim.cli.monitor import CommandMonitor, SummarySignals
 from frictionsim.errors import (
     EXIT_DONE,
     EXIT_SIGNAL,
@@ -25,7 +26,7 @@ from frictionsim.errors import (
     OutputError,
 )
 from frictionsim.io.destination import Destination
-from frictionsim.io.unfinished import whole_name
+from frictionsim.io.unfinished import partial_name, whole_name
 
 if TYPE_CHECKING:
     from frictionsim.api.solving import RunOptions
@@ -63,6 +64,7 @@ class Report:
         self._objects: list[dict[str, Any]] = []
         self.exit_code = EXIT_DONE
         self.waiting = 0  # scenarios not started yet
+        self._written = ""
         log_on_stderr(verbose)
 
     def run(
@@ -89,15 +91,20 @@ class Report:
         known = scenario.warnings()
         warn(known, self._prefix(source))  # before the run, so that the user can stop it
         shown = not (self.quiet or self._as_json)
+        duration, unfinished = scenario.solver.duration, partial_name(whole)
         # Written within the monitor, so that a first signal does not interrupt the writing.
         with (
-            CommandMonitor(scenario.solver.duration, shown, quiet=self.quiet) as monitor,
+            CommandMonitor(duration, shown, self.quiet, unfinished) as monitor,
             monitor.limited(options.max_wall, self._give_up),
         ):
             result = simulate(options.model_copy(update={"progress": monitor}))
         if monitor.signals.received and self.waiting:  # received while the result was written
             self.exit_code = EXIT_SIGNAL + monitor.signals.received
-        self.add(result, source, known, whole)
+        self._written = "nothing was written"
+        if result.path is not None:
+            self._written = f"the result is in {result.path}"
+        with SummarySignals(self._written, self.report_waiting):
+            self.add(result, source, known, whole)
 
     def _give_up(self) -> None:
         """Print the results so far before the process ends within a run."""
@@ -134,7 +141,9 @@ class Report:
 
     def close(self) -> None:
         """Print the JSON: one object, or a list of them if there are several scenarios."""
-        if self._as_json:
+        if not self._as_json:
+            return
+        with SummarySignals("the results are written" if self.several else self._written):
             print_beside_files(self._objects if self.several else self._objects[0])
 
 
@@ -231,5 +240,4 @@ def _report_end(result: "fs.Result", whole: Path) -> None:
         return
     unchanged = f"; {whole} is unchanged" if place != whole and whole.exists() else ""
     print_error(f"samples up to this time are in {place}, status '{result.status}'{unchanged}")
-    if result.checkpoint is not None:
-        print_error(f"'frictionsim resume {place}' continues the run")
+    print_continuation(result, result.checkpoint is not None)

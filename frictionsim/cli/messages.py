@@ -45,6 +45,25 @@ def warn(warnings: Iterable[str], source: str = "") -> None:
         print_error(f"warning: {source}{warning}")
 
 
+def print_continuation(result: Any, has_checkpoint: bool) -> None:
+    """Print how an unfinished run is continued, or that its method saves no state for that.
+
+    Parameters
+    ----------
+    result : Result
+    has_checkpoint : bool
+    """
+    from frictionsim.scenario.methods import METHODS
+
+    backend = result.scenario.solver.backend
+    if has_checkpoint:
+        print_error(f"'frictionsim resume {result.path}' continues the run")
+    elif not METHODS[backend].resumable:
+        print_error(
+            f"the run cannot be resumed: the backend {backend} is SciPy's and saves no state"
+        )
+
+
 def warn_of_name(written: Path | None) -> None:
     """Warn of an HDF5 file without a suffix of HDF5."""
     from frictionsim.io.atomic_write import SUFFIXES

@@ -5,6 +5,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from threading import Event, Thread
 from time import monotonic
 from types import FrameType
@@ -69,6 +70,35 @@ class CommandSignals(StopSignals):
         super()._on_signal(number, frame)
 
 
+class SummarySignals(CommandSignals):
+    """Ends the process at a stop signal while the summary is printed, and says what is written.
+
+    Parameters
+    ----------
+    written : str
+        The files that the command has written, for the message.
+    before_exit : callable, optional
+        Called after the message.
+    """
+
+    def __init__(self, written: str, before_exit: Callable[[], Any] | None = None) -> None:
+        super().__init__()
+        self._written, self._before_exit = written, before_exit
+
+    def __enter__(self) -> Self:
+        self.begin()
+        return self
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        name = signal.Signals(number).name
+        print_on_stderr(
+            f"frictionsim: interrupted by {name} while printing the summary; {self._written}"
+        )
+        if self._before_exit is not None:
+            self._before_exit()
+        os._exit(EXIT_SIGNAL + number)
+
+
 class CompilationMonitor:
     """Announces compilations; during one, a stop signal ends the process at once.
 
@@ -76,14 +106,16 @@ class CompilationMonitor:
     ----------
     quiet : bool
         Do not announce them.
+    unfinished : Path, optional
+        File of a run that is interrupted.
 
     Attributes
     ----------
     signals : CommandSignals
     """
 
-    def __init__(self, quiet: bool) -> None:
-        self._quiet, self.signals = quiet, CommandSignals()
+    def __init__(self, quiet: bool, unfinished: Path | None = None) -> None:
+        self._quiet, self._unfinished, self.signals = quiet, unfinished, CommandSignals()
         self._stepped = self._compiling = False
 
     @contextmanager
@@ -139,7 +171,13 @@ class CompilationMonitor:
 
     @property
     def _kept(self) -> str:
-        return "files already written are kept" if self._stepped else "nothing was written"
+        if not self._stepped:
+            return "nothing was written"
+        path = self._unfinished
+        if path is None or not path.exists():  # no run, or it is done
+            return "files already written are kept"
+        continued = f"'frictionsim resume {path}' continues the run"
+        return f"samples up to this time are in {path}; {continued}"
 
 
 class CommandMonitor(CompilationMonitor, Monitors):
@@ -151,12 +189,18 @@ class CommandMonitor(CompilationMonitor, Monitors):
         Duration of the simulation.
     with_progress : bool
         Show a progress bar if stderr is a terminal.
-    quiet : bool
-        Do not announce compilation.
+    quiet, unfinished
+        As for `CompilationMonitor`.
     """
 
-    def __init__(self, duration: float, with_progress: bool, quiet: bool = False) -> None:
-        CompilationMonitor.__init__(self, quiet)
+    def __init__(
+        self,
+        duration: float,
+        with_progress: bool,
+        quiet: bool = False,
+        unfinished: Path | None = None,
+    ) -> None:
+        CompilationMonitor.__init__(self, quiet, unfinished)
         bar: list[RunMonitor] = []
         if with_progress and is_terminal(sys.stderr):
             from frictionsim.api.progress import SECONDS_WITHOUT_BAR, RunProgress

@@ -36,7 +36,7 @@ from frictionsim.cli.messages import (
     warn,
     warn_of_name,
 )
-from frictionsim.cli.monitor import CommandMonitor, StatusLine, SweepMonitor
+from frictionsim.cli.monitor import CommandMonitor, StatusLine, SummarySignals, SweepMonitor
 from frictionsim.errors import EXIT_SIGNAL, InputError, OutputError, counted
 
 if TYPE_CHECKING:
@@ -392,11 +392,12 @@ def run_with(
         swept = run(execution.model_copy(update={"progress": monitor}))
         if printing.csv is not None:
             swept.save_csv(printing.csv)
-    if printing.as_json:
-        csv = None if printing.csv is None else str(printing.csv)
-        print_beside_files(swept.to_json() | {"scenario": printing.source, "csv": csv})
-    elif not printing.quiet:
-        print_beside_files(swept.summary())
+    with SummarySignals(f"the sweep is in {swept.path}"):
+        if printing.as_json:
+            csv = None if printing.csv is None else str(printing.csv)
+            print_beside_files(swept.to_json() | {"scenario": printing.source, "csv": csv})
+        elif not printing.quiet:
+            print_beside_files(swept.summary())
     warn_of_name(swept.path)
     for failures in swept.failures:
         print_error(f"warning: {failures}")

@@ -31,7 +31,7 @@ def state_digest(attributes: dict[str, Any], state: dict[str, Any]) -> str:
     for name in sorted(state):
         values = state[name]
         digest.update(repr((name, values.dtype.str, values.shape)).encode())
-        digest.update(values.tobytes())
+        digest.update(values.data if values.flags.c_contiguous else values.tobytes())
     return digest.hexdigest()
 
 

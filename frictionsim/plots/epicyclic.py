@@ -369,7 +369,7 @@ def _draw_planet(
     crank = {"color": ORANGE, "linewidth": 3.0, "marker": "o", "markersize": 5, "zorder": 3}
     parts = [planet, *plane.plot([0.0, centre[0]], [0.0, centre[1]], **crank, label="crank")]
     if not at_end:  # where the end of the path is marked
-        point = {"marker": "D", "mfc": "white", "mec": BLACK, "markersize": 6, "linestyle": ""}
+        point = {"marker": "o", "color": BLACK, "markersize": 6, "linestyle": ""}
         parts += plane.plot(*end, **point, zorder=5, label="tracer point")
     return parts
 

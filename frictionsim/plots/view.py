@@ -61,11 +61,11 @@ class Extent(Options):
     Attributes
     ----------
     time : float or None, s
-        The instant of a view of one; None is the last sample.
+        The instant to draw; None is the last sample.
     window : pair of float or None, s
-        Start and end of a view over time; None is the first or last sample.
+        Start and end of the time axis; None is the first or last sample.
     channels : tuple of str
-        Of a view over time; empty for those of the kind.
+        Channels to draw over time; empty for the default ones of the kind.
     """
 
     time: Annotated[float | None, BeforeValidator(_second)] = None

@@ -69,7 +69,7 @@ def samples_of(buffer: "SampleBuffer", width: int, at_events: bool, several: boo
     several : bool
         The columns are those of several coordinates and contacts.
     """
-    rows = np.array(buffer.rows).reshape(-1, width)
+    rows = np.frombuffer(buffer.rows).reshape(-1, width)  # no copy: a file may wait for millions
     sides = np.array(buffer.sides).reshape(-1, 2, width)
     # A step records the event at its end before a stop within it.
     order = np.argsort(sides[:, 1, TIME_COLUMN], kind="stable")
@@ -115,10 +115,11 @@ def _sides_of_several(before: Any, after: Any, transitions: list[Transition]) ->
 def _merged(rows: Any, at_events: Any) -> Any:
     """Return the regular samples and those of events, which replace regular ones at their times."""
     time = at_events[:, TIME_COLUMN]
-    at_events = at_events[np.append(time[1:] != time[:-1], True)]
-    regular = rows[~np.isin(rows[:, TIME_COLUMN], time)]
-    merged = np.concatenate((regular, at_events))
-    return merged[np.argsort(merged[:, TIME_COLUMN], kind="stable")]
+    last = np.append(time[1:] != time[:-1], True)
+    time, at_events = time[last], at_events[last]
+    replaced = np.isin(rows[:, TIME_COLUMN], time)
+    regular = rows[~replaced] if replaced.any() else rows
+    return np.insert(regular, np.searchsorted(regular[:, TIME_COLUMN], time), at_events, 0)
 
 
 class RecordedSimulation:

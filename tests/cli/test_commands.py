@@ -165,14 +165,23 @@ def test_progress_bar_shows_the_remaining_time(capsys: pytest.CaptureFixture[str
 
 def test_static_prints_forces_and_writes_nothing(told: Run) -> None:
     found = strict_json(told("static", PULLEY, "--json")[0])
-    assert found.keys() == {"scenario", "overrides", "kind", "quantities", "notes"}
-    assert found["notes"] == []
+    assert found.keys() == {*("scenario", "overrides", "kind", "quantities", "notes", "warnings")}
+    assert found["notes"] == found["warnings"] == []
     assert found["quantities"]["force_to_lift"]["unit"] == "N"
     # Eq 24 by hand: 2224.1 (0.0508 + r)/(0.0508 - r) with r = 0.0254 0.2/sqrt(1.04), 7 digits.
     assert found["quantities"]["force_to_lift"]["value"] == pytest.approx(2707.703, rel=1e-7)
     table = told("static", PULLEY)[0]
     assert all(name in table for name in found["quantities"])
     assert os.listdir() == []
+
+
+def test_static_warns_of_implausible_values_as_check_does(told: Run) -> None:
+    implausible = ("pulley", "--set", "mechanism.cord_radius=50")
+    (warned,) = strict_json(told("static", *implausible, "--json")[0])["warnings"]
+    assert "50 m is a radius above 5 m" in warned
+    assert told("static", *implausible)[1] == f"frictionsim: warning: {warned}\n"
+    (checked,) = strict_json(told("check", *implausible, "--json")[0])["scenarios"]
+    assert checked["warnings"] == [warned]
 
 
 def test_non_finite_quantities_are_null_in_json() -> None:
@@ -303,7 +312,7 @@ def test_static_as_json_has_the_sentences_as_notes(told: Run) -> None:
     found = strict_json(
         told("static", "shaft", "--set", "statics.unknown=mechanism.mass", "--json")[0]
     )
-    assert found.keys() == {"scenario", "overrides", "kind", "quantities", "notes"}
+    assert found.keys() >= {"kind", "quantities", "notes", "warnings"}
     assert found["quantities"]["mass_clockwise"] == {"value": None, "unit": "kg"}
     assert found["notes"][:2] == [
         "at 0 deg and 0 s, the body rests",

@@ -1,5 +1,6 @@
 """Signals before, in and after the steps of a run, and the wall-time limit of each stage."""
 
+import functools
 import os
 import signal
 import subprocess
@@ -14,12 +15,14 @@ import pytest
 import frictionsim as fs
 from frictionsim import __main__ as entry
 from frictionsim.api import solving
-from frictionsim.cli import monitor
+from frictionsim.cli import job, monitor, study_commands
 from frictionsim.cli.job import Report
 from frictionsim.cli.monitor import CommandMonitor
 from frictionsim.errors import BudgetExceeded, Interrupted
 from frictionsim.io.destination import Destination
 from frictionsim.simulation.monitor import Monitors, WallTimeLimit
+from frictionsim.simulation.single_dof import RecordedSimulation
+from frictionsim.solvers import event_driven
 from tests.cli.conftest import Run, strict_json
 from tests.support.scenarios import ROOT, SCENARIOS
 
@@ -184,6 +187,71 @@ def test_what_was_solved_is_printed_before_the_clock_ends_the_process(
     captured = capsys.readouterr()
     assert [found["status"] for found in strict_json(captured.out)] == ["done"]
     assert captured.err == "frictionsim: not solved: 2 of the scenarios, after this one\n"
+
+
+@pytest.mark.parametrize("option", ["--max-steps=100000", "--json"])
+def test_a_signal_while_the_summary_is_printed_names_the_result(
+    option: str, left: list[int], told: Run, monkeypatch: pytest.MonkeyPatch, defaults: None
+) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    monkeypatch.setattr(job, "print_beside_files", lambda data: signal.raise_signal(signal.SIGINT))
+    _, err = told("solve", PULLEY, "-o", "a.h5", option, code=0)
+    assert left == [130]
+    assert err == (
+        "frictionsim: interrupted by SIGINT while printing the summary; the result is in a.h5\n"
+    )
+    assert fs.open("a.h5").status == "done"
+
+
+def test_a_signal_while_the_summary_of_a_sweep_is_printed_names_the_sweep(
+    left: list[int], told: Run, monkeypatch: pytest.MonkeyPatch, defaults: None
+) -> None:
+    raised = functools.partial(signal.raise_signal, signal.SIGTERM)
+    monkeypatch.setattr(study_commands, "print_beside_files", lambda data: raised())
+    vary = "mechanism.load=lin(2000, 2200, 2)"
+    _, err = told("sweep", PULLEY, "--vary", vary, "-j1", "-o", "s.h5", code=0)
+    assert left == [143]
+    assert err == (
+        "frictionsim: interrupted by SIGTERM while printing the summary; the sweep is in s.h5\n"
+    )
+
+
+def test_a_signal_in_a_later_compilation_names_the_checkpoint(
+    left: list[int], told: Run, monkeypatch: pytest.MonkeyPatch, defaults: None
+) -> None:
+    """A run compiles its kernels after some steps, when a checkpoint is on the disk."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    def compiling(self: RecordedSimulation, on_step: Any) -> float:
+        if self._solver.started:
+            with on_step.compiling(10.0):
+                signal.raise_signal(signal.SIGINT)
+                wait_for(lambda: left)
+        return 0.0
+
+    monkeypatch.setattr(RecordedSimulation, "prepare", compiling)
+    monkeypatch.setattr(event_driven.EventDrivenSolver, "_pays", lambda self, done: True)
+    monkeypatch.setattr(event_driven, "PATIENCE", 20)
+    _, err = told("solve", PULLEY, "-o", "a.h5", code=130)
+    assert left == [130]
+    assert "compiling the kernels" in err
+    assert (
+        "interrupted by SIGINT while compiling kernels; samples up to this time are in"
+        " a.partial.h5; 'frictionsim resume a.partial.h5' continues the run\n"
+    ) in err
+    assert fs.open("a.partial.h5").status == "interrupted"
+
+
+def test_an_unfinished_run_of_a_method_of_scipy_says_that_it_cannot_be_resumed(told: Run) -> None:
+    law = "effects.shaft_friction.law=regularised"
+    arguments = ["--backend", "dop853", "--set", law, "--max-steps", "50", "-q"]
+    cannot = (
+        "frictionsim: the run cannot be resumed: the backend dop853 is SciPy's and saves no state"
+    )
+    _, err = told("solve", PULLEY, "-o", "a.h5", *arguments, code=5)
+    assert err.splitlines()[-1] == cannot
+    _, err = told("show", "a.partial.h5", code=0)
+    assert err.splitlines()[-1] == cannot
 
 
 def test_max_wall_counts_from_the_call(monkeypatch: pytest.MonkeyPatch) -> None:

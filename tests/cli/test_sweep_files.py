@@ -30,6 +30,16 @@ def grid(here: Path) -> xarray.Dataset:
     return fs.sweep(PULLEY, vary, LOOSE, output="s.h5", workers=1)
 
 
+def test_no_run_is_named_for_extremes_that_differ_by_roundoff(
+    grid: xarray.Dataset, told: Run
+) -> None:
+    table = grid.table  # type: ignore[attr-defined]
+    force = table.values["force_to_lift"]
+    force[:] = 2000.0 * (1.0 + 1e-15 * np.arange(force.size).reshape(force.shape))
+    row = next(line for line in grid.summary().splitlines() if line.startswith("force_to_lift"))
+    assert row.split() == ["force_to_lift", "2000", "2000", "N", "12"]
+
+
 def test_the_summary_of_a_grid_has_the_extremes(grid: xarray.Dataset, told: Run) -> None:
     out, err = told("show", "s.h5")
     assert err == ""

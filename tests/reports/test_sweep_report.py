@@ -206,7 +206,14 @@ def test_numbers_that_are_non_finite_have_a_report(browser: Any, tmp_path: Path)
     assert pictures_of(report) == []
     assert "has numbers above 1e+100" in report.read_text("utf-8")
     found["value3"][:] = 1e90
+    found["value3"][0] = 2e90
+    found["value1"][:] = 3.0
     report = fs.report(found, tmp_path / "a.html")
-    assert {"value0", "value3"} <= {title for title, _ in pictures_of(report)}
+    titles = {title for title, _ in pictures_of(report)}
+    assert {"value0", "value3"} <= titles
+    assert "value1" not in titles  # it does not vary
+    assert re.search(
+        "Without a picture: [^;]*value1[^;]*; the table has", report.read_text("utf-8")
+    )
     with opened(browser, report) as page:
         assert "none" in page.inner_text("#runs")

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionsim.cli.commands import run_command_line
-from frictionsim.errors import EXIT_BAD_INPUT, ScenarioError
+from frictionsim.errors import EXIT_BAD_INPUT, ScenarioError, closest
 from frictionsim.scenario.loading import load
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.toml_data import LONG_STATEMENT, key_lines
@@ -252,3 +252,18 @@ def test_any_bytes_load_or_are_refused(room: Path, content: str | bytes) -> None
 @given(st.lists(keys, max_size=4), st.text(max_size=10) | values.map(str))
 def test_any_override_loads_or_is_refused(room: Path, path: list[str], value: str) -> None:
     loads_or_refuses(write_scenario(room, TEXT), [f"{'.'.join(path)}={value}"])
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ("shaft_frction", "shaft_friction"),
+        ("shaftfriction", "shaft_friction"),
+        ("damping", "viscous_damping"),  # the only one with this ending
+        ("hinge_friction", ""),
+        ("friction", ""),
+    ],
+)
+def test_a_common_ending_is_no_misspelling(written: str, meant: str) -> None:
+    known = ["shaft_friction", "viscous_damping", "hanging_masses", "cord_friction"]
+    assert closest(written, known) == meant
