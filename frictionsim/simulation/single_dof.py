@@ -69,7 +69,7 @@ def samples_of(buffer: "SampleBuffer", width: int, at_events: bool, several: boo
     several : bool
         The columns are those of several coordinates and contacts.
     """
-    rows = np.frombuffer(buffer.rows).reshape(-1, width)  # no copy: a file may wait for millions
+    rows = np.array(buffer.rows).reshape(-1, width)
     sides = np.array(buffer.sides).reshape(-1, 2, width)
     # A step records the event at its end before a stop within it.
     order = np.argsort(sides[:, 1, TIME_COLUMN], kind="stable")
