@@ -66,7 +66,7 @@ class KeyAxis(NamedTuple):
     def text(self, place: int) -> str:
         """Return a value with its unit; `place` is that along the axis."""
         if self.labels:
-            return self.labels[place]
+            return _cut(self.labels[place], MAX_KEY)
         return with_unit(study_text(self.values[place]), self.unit)
 
     def plain(self, place: int) -> str:

@@ -188,7 +188,9 @@ def change(rng: random.Random, path: Path) -> str:
     done = []
     with h5py.File(path, "r+") as file:
         for _ in range(rng.choice([1, 1, 2, 3])):
-            name = rng.choice(_names(file))
+            if not (names := _names(file)):
+                break
+            name = rng.choice(names)
             if name in file:  # not a link to nowhere
                 try:
                     done.append(rng.choice(WAYS)(rng, file, name))

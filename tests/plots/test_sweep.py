@@ -116,6 +116,11 @@ def test_text_is_drawn_as_points_by_category_and_beside_a_number_as_curves() -> 
     assert [label.get_text() for label in ax.get_xticklabels()] == ["false", "true"]
 
 
+def test_values_that_are_long_texts_are_cut_in_the_legend() -> None:
+    values = {"x": FIVE, "w": ["up", f"a{'x' * 60_000}"]}
+    assert legend_of(draw_sweep(grid_of(values, {"f": _signed}))) == ["w:", "up", f"a{'x' * 42}…"]
+
+
 def _signed(*columns: Any) -> Any:
     word, number = columns if isinstance(columns[0][0], str) else columns[::-1]
     return np.where(word == "up", 1.0, -1.0) * number.astype(float)
