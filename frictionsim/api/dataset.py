@@ -40,7 +40,7 @@ def lazy_array(channel: StoredChannel) -> Any:
     return indexing.LazilyIndexedArray(_LazyArray(channel))
 
 
-OF_THE_FORMAT = ("format_version", "Conventions")
+FORMAT_ATTRIBUTES = ("format_version", "Conventions")
 
 
 def channels_dataset(record: "Record") -> xarray.Dataset:
@@ -63,7 +63,7 @@ def channels_dataset(record: "Record") -> xarray.Dataset:
         for name, values in record.channels.items()
         if name != "time"
     }
-    attributes = {k: text for k, text in record.attributes.items() if k not in OF_THE_FORMAT}
+    attributes = {k: text for k, text in record.attributes.items() if k not in FORMAT_ATTRIBUTES}
     return xarray.Dataset(variables, coordinates, attributes)
 
 

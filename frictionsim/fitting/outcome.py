@@ -73,7 +73,7 @@ class Bootstrap(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What a fit found.
+    """The values of a fit with their uncertainties.
 
     Standard errors, intervals and correlations of a key that is not identified are None or NaN;
     so are all of as many values as keys without a given sigma.

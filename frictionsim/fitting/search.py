@@ -228,7 +228,7 @@ def search(
     if starts > 1:
         rng = np.random.default_rng(seed)
         points += list(latin_hypercube(SCANNED * starts, len(keys), rng))
-    # Before any scan: a channel or quantity that there is not is told at once.
+    # Before any scan, so that an unknown channel or quantity is reported at once.
     works = [point for point in points if problem.at(point).values is not None]
     if not works and problem.data.size == 1:
         points += list(_grid())

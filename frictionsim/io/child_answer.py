@@ -73,7 +73,15 @@ def _tree_of(value: Any, arrays: dict[str, Any]) -> Any:
 
 
 def decoded(answer: bytes) -> Any:
-    """Return an answer from its bytes; raise InputError of a refusal, any error if it is none."""
+    """Decode an answer.
+
+    Raises
+    ------
+    InputError
+        If the child refused the file.
+    Exception
+        Of any type, if the bytes are not an answer.
+    """
     with np.load(io.BytesIO(answer), allow_pickle=False) as arrays:
         found = _value_of(json_value(arrays["tree"].tobytes()), arrays)
     if isinstance(found, Refusal):

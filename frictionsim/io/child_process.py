@@ -72,7 +72,7 @@ def answer_of(question: str, *arguments: str | int, size: int = 0) -> Any:
             answer, _ = process.communicate(text, timeout=seconds)
         except TimeoutExpired:
             raise ChildFailed(
-                f"HDF5 did not come to an end within {seconds:.0f} s: the file is corrupt or"
+                f"HDF5 did not finish within {seconds:.0f} s: the file is corrupt or"
                 " malicious, or its disk does not answer"
             ) from None
         finally:

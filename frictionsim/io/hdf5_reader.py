@@ -129,7 +129,7 @@ def _answer(question: str, path: Path) -> Any:
 
 
 def _check_is_hdf5(path: Path) -> None:
-    """Raise OSError if a file is none of HDF5, InputError if it is damaged.
+    """Raise OSError if a file is not HDF5, InputError if it is damaged.
 
     What is no regular file is not opened: to open a pipe waits for who writes to it.
     """

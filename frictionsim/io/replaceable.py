@@ -8,7 +8,7 @@ such.
 
 A file of HDF5 is ours if it ends in the line with our checksum, also where the checksum does not
 match: it was damaged, and the run that made it should be run again. One without that line was
-written or changed by another program. All other files are told by their first bytes.
+written or changed by another program. Other formats are recognised by their first bytes.
 """
 
 import os

@@ -17,7 +17,7 @@ from typing import Any
 
 from frictionsim.errors import InputError, SolverError
 from frictionsim.parameter_study.combinations import Combinations
-from frictionsim.parameter_study.dispatch import Done, do_job
+from frictionsim.parameter_study.dispatch import JobResult, do_job
 from frictionsim.parameter_study.executors import use_one_thread_of_linear_algebra
 from frictionsim.parameter_study.single_run import Task
 from frictionsim.parameter_study.sweep import SweepPlan
@@ -78,11 +78,11 @@ class DaskCluster:
             Combinations, plan.scenario, plan.design.keys, plan.design.runs, pure=False
         )
 
-    def submit(self, kind: str, task: Task) -> "Future[Done]":
+    def submit(self, kind: str, task: Task) -> "Future[JobResult]":
         """Have the scheduler give a job to a worker."""
         assert self._plan is not None
         series = None if self._plan.series is None else self._plan.series.absolute()
-        future: Future[Done] = self._executor.submit(
+        future: Future[JobResult] = self._executor.submit(
             do_job_there, __version__, self._combinations, kind, task, series
         )
         return future
@@ -166,7 +166,7 @@ class DaskCluster:
 
 def do_job_there(
     version: str, combinations: Combinations, kind: str, task: Task, series: Path | None
-) -> Done:
+) -> JobResult:
     """Do a job on a worker, which must have the version of the program that asks for it."""
     if version != __version__:  # it has come after the workers were checked
         raise InputError(_other_version("worker", __version__, version))

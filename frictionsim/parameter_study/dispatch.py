@@ -33,7 +33,7 @@ GROWTH = 4
 # Of a run: longer ones go alone, so that a block of the fewest that go together takes seconds only.
 MAX_SECONDS_TOGETHER = 0.06
 
-Done = tuple[float, Block | None]
+JobResult = tuple[float, Block | None]
 """The seconds that a job took, and the outcomes of its runs; None of a check."""
 
 
@@ -51,8 +51,8 @@ class Executor(Protocol):
     def start(self, plan: SweepPlan, on_tick: Callable[[], Any]) -> None:
         """Prepare for the jobs of a sweep; `on_tick` is for jobs that are done in `submit`."""
 
-    def submit(self, kind: str, task: Task) -> "Future[Done]":
-        """Have `do_job` called."""
+    def submit(self, kind: str, task: Task) -> "Future[JobResult]":
+        """Queue a job, which is a call of `do_job`."""
 
     def watch(self) -> None:
         """Check that the workers are still there; called some times each second."""
@@ -70,7 +70,7 @@ def do_job(
     task: Task,
     series: Path | None,
     on_step: Callable[[float], Any] = NO_MONITOR,
-) -> Done:
+) -> JobResult:
     """Check the combinations of a task, or run them."""
     started, block = perf_counter(), None
     if kind == CHECK:
@@ -172,7 +172,7 @@ class _Dispatch:
         self._sizes = BlockSizes(executor.seconds_of_a_block, sum(map(len, self._ranges)), together)
         self._again: deque[_Job] = deque()
         self._last: deque[_Job] = deque()
-        self._out: dict[Future[Done], _Job] = {}
+        self._out: dict[Future[JobResult], _Job] = {}
 
     def stop(self) -> None:
         """Give out no more jobs."""

@@ -22,7 +22,7 @@ from typing import Any, NoReturn
 
 from frictionsim.errors import FrictionsimError, InputError
 from frictionsim.parameter_study.combinations import Combinations
-from frictionsim.parameter_study.dispatch import Done, Executor, Ticker, do_job
+from frictionsim.parameter_study.dispatch import Executor, JobResult, Ticker, do_job
 from frictionsim.parameter_study.single_run import Task
 from frictionsim.parameter_study.sweep import SweepPlan
 from frictionsim.scenario.kinds import mechanism_module
@@ -34,7 +34,7 @@ MAX_STILLBORN = 3  # pools whose workers end before they begin; one may be kille
 SECONDS_TO_BREAK = 1.0  # after the death of a worker
 ENDED_LATER = (-9, -15, 0)  # exit codes of workers that were ended with another one
 # A terminal sends these to all of its processes; the one that started the sweep decides.
-TO_PARENT = [getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasattr(signal, name)]
+PARENT_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasattr(signal, name)]
 
 
 def available_cores() -> int:
@@ -66,9 +66,9 @@ class InProcess:
         self._combinations, self._series = plan.combinations, plan.series
         self._on_step = _OnStep(on_tick)
 
-    def submit(self, kind: str, task: Task) -> "Future[Done]":
+    def submit(self, kind: str, task: Task) -> "Future[JobResult]":
         """Do a job."""
-        future: Future[Done] = Future()
+        future: Future[JobResult] = Future()
         try:
             future.set_result(do_job(self._combinations, kind, task, self._series, self._on_step))
         except _Stopped as stopped:
@@ -140,7 +140,7 @@ class ProcessPool:
             scenario = combinations.scenario(first)
             mechanism_module(scenario.kind).simulation(scenario).prepare(on_tick)
 
-    def submit(self, kind: str, task: Task) -> "Future[Done]":
+    def submit(self, kind: str, task: Task) -> "Future[JobResult]":
         """Have a worker do a job."""
         if self._pool is None:
             self._open()
@@ -232,14 +232,14 @@ def may_fork() -> bool:
 
 @contextmanager
 def signals_blocked() -> Iterator[None]:
-    """Return the context in which workers are started: `_isolate` has them ignore `TO_PARENT`.
+    """Return the context in which workers are started: `_isolate` has them ignore `PARENT_SIGNALS`.
 
     Until then these signals wait, in the worker as here.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [*TO_PARENT, signal.SIGTERM])
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [*PARENT_SIGNALS, signal.SIGTERM])
     try:
         yield
     finally:
@@ -261,7 +261,7 @@ def _say_ready() -> None:
     """Tell the pool that a worker has begun."""
 
 
-def _do_job(kind: str, task: Task) -> Done:
+def _do_job(kind: str, task: Task) -> JobResult:
     ((combinations, series),) = _work
     return do_job(combinations, kind, task, series)
 
@@ -281,7 +281,7 @@ def _isolate() -> None:
     gc.enable()
     signal.set_wakeup_fd(-1)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    for number in TO_PARENT:
+    for number in PARENT_SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_SETMASK, ())

@@ -59,7 +59,7 @@ TITLE, MARGIN, ROW = 0.42, 0.12, 0.21
 PANEL = 2.9  # width of numbers and key beside a drawing
 MIN_HEIGHT, MAX_HEIGHT = 1.0, 4.6  # of the drawing
 DETAIL, CAPTION = 2.1, 0.3
-BAR = 0.62  # height of the scale of colours
+BAR = 0.75  # height of the scale of colours, with its label
 COLUMNS = 3  # of numbers and key below a wide drawing
 THICK = 1.5  # factor of line widths in details
 SMALL = "small"
@@ -207,7 +207,7 @@ class MovingPicture:
             self._number(x, y, PANEL - 0.3, row)
             y -= ROW
         if scaled:
-            self._scale(x, y - 0.25, PANEL - 0.3)
+            self._scale(x, y - 0.38, PANEL - 0.3)
             y -= BAR
         where = (x / WIDTH - 0.01, y / self._height)
         self._legend(entries, "upper left", where, columns=1)
@@ -222,7 +222,7 @@ class MovingPicture:
             self._number(*place, width - 0.35, row)
         y -= ROW * lines
         if scaled:
-            self._scale(0.25 * WIDTH, y - 0.25, 0.5 * WIDTH)
+            self._scale(0.25 * WIDTH, y - 0.38, 0.5 * WIDTH)
             y -= BAR
         self._legend(entries, "upper center", (0.5, y / self._height), columns=COLUMNS)
 
@@ -237,7 +237,7 @@ class MovingPicture:
         )
         bar.ax.tick_params(labelsize="x-small", pad=1.5, length=2.5)
         label = f"{band.quantity}, {band.unit}"
-        ax.text(-0.02, 0.5, label, ha="right", va="center", fontsize=SMALL, transform=ax.transAxes)
+        ax.set_title(label, loc="left", fontsize=SMALL, pad=3)
 
     def _legend(
         self, entries: list[Any], loc: str, where: tuple[float, float], columns: int
@@ -503,8 +503,8 @@ def _mp4(frames: _Frames, timing: Timing) -> bytes:
                     process.kill()
                 process.wait()
         if process.returncode:
-            told = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
-            reason = told[-1] if told else f"it ended with code {process.returncode}"
+            lines = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+            reason = lines[-1] if lines else f"it ended with code {process.returncode}"
             raise OutputError(f"cannot write the animation: ffmpeg failed: {reason}")
         return file.read_bytes()
 

@@ -283,7 +283,7 @@ def _draw_failed(ax: Any, places: Any, middle: float, number: int, words: str) -
 FIT_HEIGHT, FIT_MARGIN = 3.4, 0.8  # inches, of a channel with its residuals, and of title and axis
 RATIOS = (3.0, 1.2)  # heights of data and residuals
 RESIDUAL_WIDTH = 12  # characters beside a panel of residuals
-FEW = 60  # points: more are drawn smaller
+FULL_SIZE_POINTS = 60  # points: more are drawn smaller
 DATA: dict[str, Any] = {"color": GREY, "linestyle": "", "marker": "o", "markerfacecolor": "none"}
 FIT: dict[str, Any] = {"color": VERMILION, "linestyle": "-", "linewidth": 1.6}
 RESIDUAL: dict[str, Any] = {"color": BLACK, "linestyle": "", "marker": "."}
@@ -322,7 +322,7 @@ def _draw_target(
 ) -> None:
     x, label = _abscissa(outcome, target)
     order = np.argsort(x, kind="stable")
-    size = 5.0 if len(x) <= FEW else 2.5
+    size = 5.0 if len(x) <= FULL_SIZE_POINTS else 2.5
     upper.plot(x, target.values, **DATA, markersize=size)
     upper.plot(x[order], residuals.fitted[order], **FIT)
     upper.set_ylabel(axis_label(target.name.replace("_", " "), residuals.unit, LABEL_WIDTH))

@@ -35,7 +35,7 @@ MIN_DPI, MAX_DPI = 10.0, 10_000.0
 TEXT, LINE = 10.0, 1.5  # points, of text and lines where no style changes them
 
 USER = "user"
-# The widths of lines are no widths that a view gives: such are scaled, see `arrangement`.
+# Widths of lines that a view gives are scaled, see `placement`.
 STYLES: dict[str, dict[str, Any]] = {
     "paper": {
         "font.size": 8.0,

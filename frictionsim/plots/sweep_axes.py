@@ -18,7 +18,7 @@ MAX_KEY, MAX_WORD = 44, 24  # characters of a label
 MAX_LABELS = 20  # of categories along an axis
 MAX_TICKS = 6  # at the values of numbers, one beside the other
 MAX_SHOWN = 8  # values of a key in a message
-CLOSE = 1e-9  # relative: of a given number and a value of the sweep
+VALUE_TOLERANCE = 1e-9  # relative: of a given number and a value of the sweep
 MIN_LOG_RATIO = 3.0  # of largest to least value, below which a logarithmic axis shows nothing more
 MAX_UNEVENNESS = 1.6  # largest to least step on a logarithmic axis; of 1, 2, 5, 10 it is 1.3
 LOG_DECADES = 100.0  # ratio, below which not only powers of ten have labels
@@ -260,7 +260,7 @@ def _place(coordinate: Coordinate, axis: KeyAxis, wanted: Any) -> int:
             number = float("nan")
         distances = np.abs(numbers - number)
         scale = np.abs(numbers).max()
-        if np.isfinite(number) and distances.min() <= CLOSE * scale:
+        if np.isfinite(number) and distances.min() <= VALUE_TOLERANCE * scale:
             return int(np.argmin(distances))
         shown = list(map(study_text, numbers))
     if len(shown) > MAX_SHOWN:

@@ -91,7 +91,7 @@ ANNOTATION = 7.5  # points
 MAX_MARKS = 60  # events; marks of more would hide the channels
 # Lines of events that are closer, of the width of such a picture, are thinner, but not below a
 # part of their width, and behind the channels: else bounces are a bar that hides these.
-CLOSE, THINNEST = 0.008, 0.25
+EVENT_SPACING, THINNEST = 0.008, 0.25
 # For a letter of the label of a stick, for a time: of the width of a picture that is WIDTH wide.
 MIN_LETTER_WIDTH, MIN_GAP = 0.0066, 0.08
 
@@ -256,7 +256,7 @@ def _mark_events(result: "Record", axes: Sequence[Any], row: int) -> list[Any]:
     names = event_labels(result)
     handles = {}
     span = np.ptp(result.channels["time"]) / relative_width(axes[0].figure)
-    widths = line_widths(times, CLOSE * span)
+    widths = line_widths(times, EVENT_SPACING * span)
     for at, name, width in zip(times, names, widths, strict=True):
         style = EVENT_LINES.get(name, OTHER_EVENT)
         handles[name] = Line2D([], [], label=name, **style)

@@ -39,7 +39,7 @@ from frictionsim.solvers.compilation import form_of
 from frictionsim.solvers.event_driven import SECONDS_OF_COMPILATION, compiled_for, kernel_of
 from frictionsim.solvers.many_runs import Recorded, recorded
 from frictionsim.solvers.mechanism import Mechanism, Trajectory, equation_of
-from frictionsim.solvers.one_contact_state import EVENT_COLUMNS, OF_STOP, Run
+from frictionsim.solvers.one_contact_state import EVENT_COLUMNS, STOP_EVENT, Run
 from frictionsim.solvers.problems import Problem, initial_states, run_of
 
 if TYPE_CHECKING:
@@ -323,7 +323,7 @@ def _warnings_of_one(scenario: "Scenario", trajectory: Trajectory, i: int) -> tu
 
 def _largest_distance(mechanism: Mechanism, events: _Events, count: int) -> Any:
     """Return the largest distance of a breakaway from its static limit, (runs,)."""
-    leaves = (events.mode_from == STICK) & (events.mode_to != STICK) & (events.name != OF_STOP)
+    leaves = (events.mode_from == STICK) & (events.mode_to != STICK) & (events.name != STOP_EVENT)
     run = events.run[leaves]
     of_each = selected(mechanism, run)
     sides = (trajectory_of(of_each, side[:, leaves], []) for side in (events.before, events.after))

@@ -245,7 +245,7 @@ class Solver:
                 before, after = bracket_root(beyond, stepper.t_old, stepper.t)
                 crossing = None
                 if surface.is_event:
-                    name = self._problem.event_names[int(layout.OF_SURFACE) + i]
+                    name = self._problem.event_names[int(layout.FIRST_SURFACE_EVENT) + i]
                     crossing = Crossing(name, stepper.interpolate(before))
                 stepper.truncate(after)
                 of_table = surface.is_of_table

@@ -303,7 +303,7 @@ class EventDrivenSolver:
                 status = self._piece_compiled(self._compiled, steps - 1.0)
             self._compiled = None
             LOG.info(
-                "compiled code ends at t = %.9g s; Python goes on, and says what is wrong",
+                "compiled code failed at t = %.9g s; Python repeats the step to report the reason",
                 self._state[layout.TIME],
             )
         seconds = max(perf_counter() - started, 1e-6)

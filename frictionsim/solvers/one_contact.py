@@ -34,27 +34,27 @@ from frictionsim.solvers.one_contact_location import (
 )
 from frictionsim.solvers.one_contact_state import (
     BEFORE,
+    CONTACT_EVENT,
     DIRECTION,
     DIVERGED,
     EVENT_COLUMNS,
     EVENTS,
     F_NEW,
     F_OLD,
+    FIRST_SURFACE_EVENT,
     HELD,
     INSIDE,
     MODE,
     NEXT_SAMPLE,
     NEXT_TIME,
     NO_EVENT,
-    OF_CONTACT,
-    OF_STOP,
-    OF_SURFACE,
     PHASE_ENDS,
     ROW_COLUMNS,
     ROWS,
     SAMPLED_UNTIL,
     SEGMENT_END,
     STARTED,
+    STOP_EVENT,
     SURFACE_EVENT,
     T_NEW,
     T_OLD,
@@ -177,7 +177,7 @@ def _switch_mode(system: Any, run: Run, s: Any, events: Any, mode: float) -> Non
     t, before = s[TIME], s[MODE]
     if mode != before:
         held = s[HELD] if before == 0.0 else t
-        at = _begin_event(run, s, events, OF_CONTACT, t, before, mode)
+        at = _begin_event(run, s, events, CONTACT_EVENT, t, before, mode)
         if held >= 0.0:
             # The last time in the mode before is one rounding earlier if the drive jumps at t.
             _write_row(system, run, s, events, at, min(held, t), Y, before)
@@ -332,7 +332,7 @@ def check_energy(system: Any, run: Run, s: Any, gained: float) -> None:
 def _record_crossing(system: Any, run: Run, s: Any, events: Any) -> None:
     """Record the event at the end of the last step; the mode is unchanged."""
     t, mode = s[T_NEW], 1.0 if s[Y_NEW + 1] > 0.0 else -1.0
-    at = _begin_event(run, s, events, OF_SURFACE + s[SURFACE_EVENT], t, mode, mode)
+    at = _begin_event(run, s, events, FIRST_SURFACE_EVENT + s[SURFACE_EVENT], t, mode, mode)
     events[at - 1] = s[Y_NEW]
     _write_row(system, run, s, events, at, t, BEFORE, mode)
     _write_row(system, run, s, events, at + run.columns, t, Y_NEW, mode)
@@ -404,7 +404,7 @@ def _hit_stop(stops: Any, system: Any, run: Run, s: Any, events: Any) -> None:
     count_switch(run, s)
     rebound(stops, system, run, s)
     mode = -mode_before if s[Y + 1] != 0.0 else mode_from_rest(system, s)
-    at = _begin_event(run, s, events, OF_STOP, t, mode_before, mode)
+    at = _begin_event(run, s, events, STOP_EVENT, t, mode_before, mode)
     _write_row(system, run, s, events, at, t, BEFORE, mode_before)
     _write_row(system, run, s, events, at + run.columns, t, Y, mode)
     s[MODE] = mode

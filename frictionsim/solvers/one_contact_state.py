@@ -37,8 +37,8 @@ NO_EVENT = -1.0
 ROW_COLUMNS = 7  # of a sample, without its energies
 # An event: its number (below), time, modes before and after it, position; then two samples.
 EVENT_COLUMNS = 5
-OF_CONTACT, OF_STOP = 0.0, 1.0
-OF_SURFACE = 2.0  # and above: the number of the surface
+CONTACT_EVENT, STOP_EVENT = 0.0, 1.0
+FIRST_SURFACE_EVENT = 2.0  # and above: the number of the surface
 
 # Why a run cannot continue.
 TOO_MANY_STEPS, NON_FINITE, UNDERFLOW, HIDDEN_EVENT, DIVERGED, CHATTERS, NO_MODES = range(7)

@@ -125,7 +125,7 @@ def test_a_child_that_does_not_end_is_ended(
     monkeypatch.setattr(
         subprocess, "Popen", lambda *a, **k: started.append(popen(*a, **k)) or started[0]
     )
-    with pytest.raises(ChildFailed, match="HDF5 did not come to an end within 0 s"):
+    with pytest.raises(ChildFailed, match="HDF5 did not finish within 0 s"):
         answer_of("content", "a.h5")
     assert started[0].poll() == -signal.SIGKILL
 

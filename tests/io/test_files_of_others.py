@@ -109,12 +109,12 @@ def test_one_byte_on_which_hdf5_never_returns_is_an_error_after_one_try(
     monkeypatch.setattr(child_process, "answer_of", tried)
     assert run_command_line([command, "a.h5"]) == 2
     assert capsys.readouterr().err == (
-        "frictionsim: a.h5: cannot read this result: HDF5 did not come to an end within 1 s"
+        "frictionsim: a.h5: cannot read this result: HDF5 did not finish within 1 s"
         f"{HARMFUL}, or its disk does not answer\n"
     )
     assert len(tries) == 1
     fs_message = message(Path("a.h5"))  # remembered, as long as the file does not change
-    assert "did not come to an end" in fs_message
+    assert "did not finish" in fs_message
     assert len(tries) == 1
 
 

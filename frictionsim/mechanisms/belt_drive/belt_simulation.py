@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 STEPS_BETWEEN_CALLS = 2000
 BODIES_FOR_ALL_STEPS = 400
 MAX_ENERGY_GAIN = 1.0  # of the energy that was stored at the start or put in since
-CLOSE = 1e-12  # of a time: two that differ by less are the same
+TIME_TOLERANCE = 1e-12  # of a time: two that differ by less are the same
 RKF45_OF_ORDER_5 = 5  # the length of `counts` in its checkpoints
 
 
@@ -79,12 +79,12 @@ class BeltDrive:
         bodies = max(BODIES_FOR_ALL_STEPS, self._scenario.mechanism.belt.bodies)
         between_calls = max(1, STEPS_BETWEEN_CALLS * BODIES_FOR_ALL_STEPS // bodies)
         while True:
-            while times.next <= stepper.t * (1.0 + CLOSE):
+            while times.next <= stepper.t * (1.0 + TIME_TOLERANCE):
                 t = times.next
                 self._observer.sample(t, stepper.interpolate(t))
                 times.advance()
                 self._check_energy(t)
-            if stepper.t >= end * (1.0 - CLOSE):
+            if stepper.t >= end * (1.0 - TIME_TOLERANCE):
                 return False
             if not stepper.prepared:
                 return True
@@ -162,8 +162,8 @@ class BeltDrive:
         dampers = "dampers" in self._stepper.checkpoint_arrays()
         if order_5 or (dampers and "stepping.dampers" not in state):
             raise InputError(
-                f"its checkpoint is of an earlier version, whose '{backend}' took other steps: the"
-                " run cannot go on with those of this version; solve its scenario again"
+                f"its checkpoint is of an earlier version, whose '{backend}' took other steps: this"
+                " version cannot continue the run; solve its scenario again"
                 " (frictionsim show RESULT --scenario prints it)"
             )
         state.setdefault("stepping.release", np.zeros(1))

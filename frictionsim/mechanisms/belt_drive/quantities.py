@@ -44,7 +44,7 @@ LIMIT = 0.02
 # Bodies of the length l lie on a pulley as a polygon, whose corners are off the rim by (l/R)^2/8:
 # this times (l/R)^2 is what they do to the force, or, where the belt hardly moves over a pulley and
 # a corner may hold it, to the tension. Wrap factors leave of the force what is of higher order.
-CORNER = 1.0 / 4.0
+CORNER_FACTOR = 1.0 / 4.0
 MIN_BODIES = 10.0  # that pass while corners even out
 # Forces of less than this share of the tension are what corners and contacts make at random.
 MIN_FORCE = 0.05
@@ -115,10 +115,10 @@ def _difference_of_spans(
     off, chance = _difference(time, force, -gained)
     length = model.system.chain.length
     passed = np.max(np.abs(time_mean(time, seen["_speed"]))) * radius * np.ptp(time) / length
-    moving = CORNER * (length / radius) ** 2 * np.max(np.abs(time_mean(time, fall)))
+    moving = CORNER_FACTOR * (length / radius) ** 2 * np.max(np.abs(time_mean(time, fall)))
     if model.system.contacts.wrap is not None:
         moving *= (length / radius) ** 2
-    still = CORNER * (length / radius) ** 2 * spans.mean()
+    still = CORNER_FACTOR * (length / radius) ** 2 * spans.mean()
     corners = np.where(passed > MIN_BODIES, moving, still)
     if scenario.guided:
         corners = np.zeros_like(corners)
@@ -160,7 +160,7 @@ def _moments(scenario: "BeltDriveScenario", straight: Array, spans: Array) -> Ar
     return rigidity / radius**2 * (decay + np.roll(decay, 1))
 
 
-UNUSED = 1e-6  # of the energy in the springs: less work counts as zero
+MIN_RELATIVE_WORK = 1e-6  # of the energy in the springs: less work counts as zero
 
 # A fixed step closes the energies to second order, the adaptive one to its tolerance; both see
 # the jumps of contacts that open, which neither locates.
@@ -239,7 +239,7 @@ def min_rim_speed(scenario: "BeltDriveScenario", time: Array, seen: dict[str, Ar
 
 def _unused_energy(seen: dict[str, Array]) -> float:
     """Return an energy, J, that is negligible against the energy stored."""
-    return UNUSED * float(abs(seen["energy_potential"][0]))
+    return MIN_RELATIVE_WORK * float(abs(seen["energy_potential"][0]))
 
 
 def losses(seen: dict[str, Array], last: Any) -> float:

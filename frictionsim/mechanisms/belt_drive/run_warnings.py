@@ -27,7 +27,7 @@ MIN_SAMPLES = 10  # for a mean
 UNSTEADY = 0.01  # of the largest: what the means of the two halves of a steady part differ by
 STANDARD_ERRORS = 4.0  # by which two means may differ by chance
 FULL_SLIP_SAMPLES = 0.01  # of the run
-CREATED = 0.01  # of the energy that the springs store at the start
+MAX_ENERGY_GAIN = 0.01  # of the energy that the springs store at the start
 ALL_STICKS = 0.99  # of the contact arcs
 SHORTER = 2.0  # steps of dampers than those of waves
 # What wrap factors leave of the slip that corners make is (l/R)^2 over 80 to 170; on the safe side.
@@ -274,7 +274,7 @@ def _created_energy(scenario: "BeltDriveScenario", seen: dict[str, Array]) -> It
     for name, energy in seen.items():
         if name.startswith("energy") and name != "energy_input":
             energy_gain += float(energy[-1] - energy[0])
-    if energy_gain > CREATED * stored:
+    if energy_gain > MAX_ENERGY_GAIN * stored:
         way_out = "solver.step" if scenario.solver.backend == "moreau" else "solver.rtol"
         yield (
             f"the steps have put {energy_gain:.3g} J into the belt, "

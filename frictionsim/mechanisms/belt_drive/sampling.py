@@ -7,7 +7,7 @@ import numpy as np
 
 from frictionsim.errors import BeltOffPulleys, Diverged
 from frictionsim.mechanisms.belt_drive.channels import CHANNELS
-from frictionsim.mechanisms.belt_drive.effects.base import of_those_before
+from frictionsim.mechanisms.belt_drive.effects.base import previous_rows
 from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
 from frictionsim.mechanisms.belt_drive.kernels.system import (
     ANGLE,
@@ -181,7 +181,7 @@ class Observer:
         force_y = self._system.workspace[FORCE_Y, : self._bodies]
         angle = kinematics[ANGLE]
         cos, sin = np.cos(angle), np.sin(angle)
-        along = force_x * (cos + of_those_before(cos)) + force_y * (sin + of_those_before(sin))
+        along = force_x * (cos + previous_rows(cos)) + force_y * (sin + previous_rows(sin))
         return np.copysign(np.hypot(force_x, force_y), along)
 
     def _of_pulleys(self, state: Array) -> dict[str, Array]:

@@ -46,7 +46,7 @@ COUNTER_CLOCKWISE, CLOCKWISE, BOTH = 1, -1, 0
 
 # A difference counts as zero if it is no larger, relative to the terms that it is left of. Rounding
 # of the terms leaves 1e-15 of them; no arm and no coefficient of friction is known to 1e-12.
-TIE = 1e-12
+ROUNDOFF = 1e-12
 
 
 class Root(NamedTuple):
@@ -167,12 +167,12 @@ def roots_of(equation: Equation) -> Roots:
     b = a_0 * a_1 - x_0 * x_1 - y_0 * y_1
     f_0 = hypot(x_0, y_0)
     c = (abs(a_0) - f_0) * (abs(a_0) + f_0)
-    if abs(equation.leading) <= TIE * equation.size:
+    if abs(equation.leading) <= ROUNDOFF * equation.size:
         return _linear(equation, b, c)
     a, sign_of_a = equation.leading * (abs(a_1) + f_1), 1 if equation.leading > 0.0 else -1
     v_x, v_y = equation.across
     v, cross = hypot(v_x, v_y), abs(x_0 * y_1 - y_0 * x_1)
-    tie = TIE * terms * equation.size
+    tie = ROUNDOFF * terms * equation.size
     vanishing = v <= tie  # moment and friction, together
     if sign_of_a < 0 and v - cross < -tie:
         return Roots((), sign_of_a)
@@ -194,18 +194,18 @@ def roots_of(equation: Equation) -> Roots:
 def _linear(equation: Equation, b: float, c: float) -> Roots:
     """Solve 2 B x + C = 0, eq 24 where A = 0."""
     terms = equation.terms
-    if abs(b) <= TIE * terms * equation.size:
-        return Roots(every=abs(c) <= TIE * terms * terms)
+    if abs(b) <= ROUNDOFF * terms * equation.size:
+        return Roots(every=abs(c) <= ROUNDOFF * terms * terms)
     value = -c / (2.0 * b)
     turning = equation.a_0 + equation.a_1 * value
-    tied = abs(turning) <= TIE * (terms + abs(equation.a_1 * value))
+    tied = abs(turning) <= ROUNDOFF * (terms + abs(equation.a_1 * value))
     root = Root(_in_units(value, equation), BOTH if tied else _sign(turning))
     return Roots((root,))
 
 
 def _in_units(value: float, equation: Equation) -> float:
     """Return a root in its unit; zero where the terms of the balance leave a tie."""
-    return 0.0 if abs(value) * equation.size <= TIE * equation.terms else value * equation.unit
+    return 0.0 if abs(value) * equation.size <= ROUNDOFF * equation.terms else value * equation.unit
 
 
 def _sign(x: float) -> int:
@@ -307,9 +307,9 @@ class Balance(NamedTuple):
         angle = radians(degrees)
         terms, of_sought = self.given.scale(self.time, angle), self.terms_of_sought(degrees)
         given, sought = self.given.at(self.time, angle), self.sought(degrees)
-        if settled and abs(given[0]) <= TIE * terms:
+        if settled and abs(given[0]) <= ROUNDOFF * terms:
             given = 0.0, *given[1:]
-        if settled and abs(sought[0]) <= TIE * of_sought:
+        if settled and abs(sought[0]) <= ROUNDOFF * of_sought:
             sought = 0.0, *sought[1:]
         return equation_of(given, sought, self.radius, terms)
 
@@ -321,7 +321,7 @@ class Balance(NamedTuple):
             return acting and self.reaction(angle) > 0.0
         moment, across, up = self.sought(degrees)
         entering = max(abs(moment), self.radius * hypot(across, up))
-        return entering > TIE * self.terms_of_sought(degrees)
+        return entering > ROUNDOFF * self.terms_of_sought(degrees)
 
     def reaction(self, angle: float) -> float:
         """Return the resultant of what is given, N; zero where its forces leave a tie."""
@@ -332,7 +332,7 @@ def reaction_of(loads: Sum, time: float, angle: float) -> float:
     """Return the resultant of loads at an angle, rad, in N; zero where they leave a tie."""
     _, across, up = loads.at(time, angle)
     found = hypot(across, up)
-    return found if found > TIE * loads.total_force(time, angle) else 0.0
+    return found if found > ROUNDOFF * loads.total_force(time, angle) else 0.0
 
 
 def sum_of(scenario: ShaftScenario) -> Sum:
@@ -403,7 +403,7 @@ def roots_at(balance: Balance, degrees: float) -> Roots:
     angle = radians(degrees)
     if balance.solves_for_friction:
         given = balance.given.at(balance.time, angle)
-        tie = TIE * balance.given.scale(balance.time, angle)
+        tie = ROUNDOFF * balance.given.scale(balance.time, angle)
         moment = 0.0 if abs(given[0]) <= tie else given[0]
         return _roots_of_friction(balance, moment, balance.reaction(angle))
     return roots_of(balance.equation(degrees)) if balance.enters(degrees) else Roots()
@@ -421,7 +421,7 @@ def limits_at(balance: Balance, degrees: float) -> Roots:
     """
     angle = radians(degrees)
     equation = balance.equation(degrees)
-    if max(abs(equation.a_0), hypot(equation.x_0, equation.y_0)) > TIE * equation.terms:
+    if max(abs(equation.a_0), hypot(equation.x_0, equation.y_0)) > ROUNDOFF * equation.terms:
         return Roots()
     given = balance.given.slopes(balance.time, angle)
     if balance.solves_for_friction:
@@ -447,7 +447,7 @@ def _roots_of_friction(balance: Balance, moment: float, reaction: float) -> Root
         limit = friction_radius(1.0, journal.mu_s) * reaction
         return Roots((Root(moment / limit, direction),) if limit else ())
     most = journal.shaft_radius * reaction
-    if most - moment <= TIE * most:
+    if most - moment <= ROUNDOFF * most:
         return Roots()
     root = (most - moment) ** 0.5 * (most + moment) ** 0.5
     return Roots((Root(moment / root, direction),))

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from frictionsim.mechanisms.shaft.balance import (
     CLOCKWISE,
     COUNTER_CLOCKWISE,
-    TIE,
+    ROUNDOFF,
     Balance,
     Root,
     Roots,
@@ -87,7 +87,7 @@ def at_rest(scenario: ShaftScenario) -> StaticQuantities:
     time, angle = place_of(scenario)
     at_angle = radians(angle)
     torque = loads.at(time, at_angle)[0]
-    if abs(torque) <= TIE * loads.scale(time, at_angle):
+    if abs(torque) <= ROUNDOFF * loads.scale(time, at_angle):
         torque = 0.0
     reaction = reaction_of(loads, time, at_angle)
     limit = (journal.static_radius if journal else 0.0) * reaction
@@ -248,7 +248,7 @@ class _Search:
         for sign in (1, -1):
             best, at, _ = self._extremes.get((direction, sign), Extreme(None, None))
             if best is not None and at is not None:
-                rise, tie = sign * (value - best), TIE * max(abs(best), abs(value))
+                rise, tie = sign * (value - best), ROUNDOFF * max(abs(best), abs(value))
                 nearer = abs(at - self._middle) - abs(angle - self._middle) > RESOLUTION
                 if rise < -tie or (rise <= tie and not nearer):
                     continue
@@ -329,21 +329,21 @@ def _zeros(function: Function, grid: list[float], values: list[float]) -> Iterat
     for i in range(1, len(grid) - 1):
         sign = 1.0 if values[i - 1] > 0.0 else -1.0
         before, x, after = (sign * value for value in values[i - 1 : i + 2])
-        touches = -TIE <= x <= min(before, after) and min(before, after) > TIE
+        touches = -ROUNDOFF <= x <= min(before, after) and min(before, after) > ROUNDOFF
         if not touches or 2.0 * x > max(before, after):  # not even with a corner
             continue
         angle = _lowest(function, sign, grid[i - 1], grid[i + 1])
         lowest = sign * function(angle)
-        if lowest < -TIE:
+        if lowest < -ROUNDOFF:
             yield _zero(function, grid[i - 1], angle)
             yield _zero(function, angle, grid[i + 1])
-        elif lowest <= TIE:
+        elif lowest <= ROUNDOFF:
             yield angle
 
 
 def _changes(function: Function, grid: list[float], values: list[float]) -> Iterator[float]:
     """Yield the zeros between samples of other signs; those that tie with zero do not count."""
-    signed = [(x, value) for x, value in zip(grid, values, strict=True) if abs(value) > TIE]
+    signed = [(x, value) for x, value in zip(grid, values, strict=True) if abs(value) > ROUNDOFF]
     for (low, one), (high, other) in pairwise(signed):
         if (one > 0.0) != (other > 0.0):
             yield _zero(function, low, high)

@@ -31,8 +31,8 @@ from frictionsim.mechanisms.belt_drive.effects.base import (
     Stage,
     Stiffness,
     Waves,
-    of_those_after,
-    of_those_before,
+    next_rows,
+    previous_rows,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.system import (
@@ -336,7 +336,7 @@ class AxialEffect(BeltEffect):
 
     def add_gradient(self, parameters: AxialParameters, shape: Shape, gradient: Array) -> None:
         force = parameters.stiffness * shape.gap
-        ahead = of_those_after(force)
+        ahead = next_rows(force)
         gradient[:, :2] += force - ahead
         gradient[:, 2] -= 0.5 * shape.chain.length * np.sum(shape.across * (force + ahead), axis=1)
 
@@ -344,8 +344,8 @@ class AxialEffect(BeltEffect):
         c, h = parameters.stiffness, shape.scale
         arm = 0.5 * shape.chain.length / h
         force = c * shape.gap
-        forces = force + of_those_after(force)
-        before = of_those_before(shape.across)
+        forces = force + next_rows(force)
+        before = previous_rows(shape.across)
         to.body[:, 2, 2] += arm / h * np.sum(shape.along * forces, axis=1)
         to.ends += np.diag([c, c, c * arm**2])
         to.coupling[:, :2, :2] += -c * np.eye(2)
@@ -374,9 +374,9 @@ def length_stiffness(rigidity: float, shape: Shape) -> tuple[Array, float]:
     """Return its derivatives by the bodies, (n, 3), and by the length, at c = EA/l."""
     length, c = shape.chain.length, rigidity / shape.chain.length
     force = c * shape.gap
-    forces = force + of_those_after(force)
+    forces = force + next_rows(force)
     change = -c * mean_directions(shape) - force / length
-    ahead = of_those_after(change)
+    ahead = next_rows(change)
     border = np.empty((len(change), 3))
     border[:, :2] = change - ahead
     turning = forces + length * (change + ahead)
@@ -386,7 +386,7 @@ def length_stiffness(rigidity: float, shape: Shape) -> tuple[Array, float]:
 
 def mean_directions(shape: Shape) -> Array:
     """Return the mean direction of the two bodies at each joint, (n, 2)."""
-    mean: Array = 0.5 * (shape.along + of_those_before(shape.along))
+    mean: Array = 0.5 * (shape.along + previous_rows(shape.along))
     return mean
 
 

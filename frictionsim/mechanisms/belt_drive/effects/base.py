@@ -27,12 +27,12 @@ class Belt(NamedTuple):
     pulleys: tuple[str, ...]
 
 
-def of_those_before(rows: Array) -> Array:
+def previous_rows(rows: Array) -> Array:
     """Return for each body or joint the row of the one before it; quicker than `np.roll`."""
     return np.concatenate((rows[-1:], rows[:-1]))
 
 
-def of_those_after(rows: Array) -> Array:
+def next_rows(rows: Array) -> Array:
     """Return for each body, or joint, the row of the one after it."""
     return np.concatenate((rows[1:], rows[:1]))
 
@@ -77,14 +77,14 @@ class Shape:
     def gap(self) -> Array:
         """How far each joint is stretched, (n, 2), m; joint k is before body k."""
         # The difference of neighbours is exact: only the rounding of the coordinates is left.
-        gap = self.position - of_those_before(self.position)
-        gap -= 0.5 * self.chain.length * (self.along + of_those_before(self.along))
+        gap = self.position - previous_rows(self.position)
+        gap -= 0.5 * self.chain.length * (self.along + previous_rows(self.along))
         return gap
 
     @cached_property
     def bend(self) -> Array:
         """How far each joint is bent, (n,), rad."""
-        bend = self.angle - of_those_before(self.angle)
+        bend = self.angle - previous_rows(self.angle)
         bend[0] += self.chain.total_turning
         return bend
 

@@ -20,7 +20,7 @@ from frictionsim.mechanisms.belt_drive.effects.base import (
     Stage,
     Stiffness,
     Waves,
-    of_those_after,
+    next_rows,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.system import (
@@ -109,7 +109,7 @@ class BendingEffect(BeltEffect):
 
     def add_gradient(self, parameters: BendingParameters, shape: Shape, gradient: Array) -> None:
         moment = parameters.stiffness * shape.bend
-        gradient[:, 2] += moment - of_those_after(moment)
+        gradient[:, 2] += moment - next_rows(moment)
 
     def add_stiffness(self, parameters: BendingParameters, shape: Shape, to: Stiffness) -> None:
         stiffness = parameters.stiffness / shape.scale**2

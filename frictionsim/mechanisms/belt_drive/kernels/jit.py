@@ -88,7 +88,7 @@ class Kernel:
 
     @property
     def _numba_type_(self) -> Any:
-        """What numba takes it for where another kernel calls it."""
+        """The type that numba gives it in a kernel that calls it."""
         return self.part._numba_type_
 
 
@@ -111,7 +111,7 @@ class KernelChoice:
 
     @cached_property
     def _numba_type_(self) -> Any:
-        """What numba takes it for where a kernel calls it."""
+        """The type that numba gives it in a kernel that calls it."""
         _numba()
         from numba.core.registry import cpu_target
         from numba.extending import overload

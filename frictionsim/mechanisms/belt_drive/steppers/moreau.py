@@ -76,7 +76,7 @@ if TYPE_CHECKING:
 
 
 CANDIDATE_UPDATE_INTERVAL = 16  # steps from one search for contact candidates to the next
-ENDED, NON_FINITE, OTHER_FORM = range(3)  # why steps end
+ENDED, NON_FINITE, TOO_OBLIQUE = range(3)  # why steps end
 
 # The parts of a step, each for bodies in the plane and for points on a line.
 initial_forces = KernelChoice({Plane: plane.initial_forces, PitchLine: string.initial_forces})
@@ -95,7 +95,7 @@ def integrate(
     stiff: StiffDamping | None,
     system: System,
 ) -> int:
-    """Take at most `steps` steps of length h, s; return ENDED, NON_FINITE or OTHER_FORM.
+    """Take at most `steps` steps of length h, s; return ENDED, NON_FINITE or TOO_OBLIQUE.
 
     There are two forms, each compiled when it is first needed: with `stiff` the dampers along the
     belt are solved for, and `system` has none; else `system` has them. Where a body is more oblique
@@ -127,7 +127,7 @@ def integrate(
             if implicit != counts[IMPLICIT_NOW]:
                 counts[IMPLICIT_NOW] = implicit
                 reset_damping_prediction(stiff)
-                end = OTHER_FORM
+                end = TOO_OBLIQUE
                 break
         if starts:
             break
@@ -164,7 +164,7 @@ DEFAULT_STEP_RATIO = 0.935  # of it is taken by default
 COMPILE_SECONDS, COMPILE_SECONDS_STIFF = 12.0, 18.0
 STRING_COMPILE_SECONDS, STRING_COMPILE_SECONDS_STIFF = 5.0, 9.0
 # Contacts open and close: a bounce takes pi/omega, and some steps are to fall into it.
-MAX_OF_CONTACT = 0.4
+MAX_CONTACT_PHASE = 0.4
 # Dampers whose decay in a step is beyond this are solved for; the others are extrapolated.
 STIFF = 0.5
 # Dampers of a string are solved for if they would shorten the steps by more than this: a step that
@@ -219,7 +219,7 @@ def plane_plan(model: "BeltModel", settings: "BeltSolverSettings") -> StepPlan:
     contact_frequency = np.sqrt(model.contact_stiffness / system.chain.mass)
     h = settings.step or min(
         DEFAULT_STEP_RATIO * max_step,
-        MAX_OF_CONTACT / contact_frequency,
+        MAX_CONTACT_PHASE / contact_frequency,
         settings.max_step or np.inf,
     )
     stiff, obliquity = None, MAX_OBLIQUITY
