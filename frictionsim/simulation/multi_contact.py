@@ -53,7 +53,7 @@ from frictionsim.solvers.contacts import (
     MultiContactMechanism,
     Vector,
 )
-from frictionsim.solvers.event_driven import SOLVER
+from frictionsim.solvers.event_driven import EventDrivenSolver
 from frictionsim.solvers.mechanism import Trajectory
 from frictionsim.solvers.one_contact_state import Y
 from frictionsim.solvers.problems import MODE, event_names
@@ -331,7 +331,7 @@ class MultiContactSimulation(RecordedSimulation):
         super().__init__(
             scenario,
             mechanism,
-            lambda recording: SOLVER(mechanism, scenario.solver, recording),
+            lambda recording: EventDrivenSolver(mechanism, scenario.solver, recording),
             last + len(mechanism.energy_integrals),
         )
         self.mode_columns = slice(first, last)

@@ -168,8 +168,7 @@ class EventDrivenSolver:
 
     Parameters
     ----------
-    problem : Problem
-        What it integrates.
+    mechanism : Mechanism or MultiContactMechanism
     settings : SolverSettings
     buffer : SampleBuffer
         Receives samples and transitions.
@@ -180,7 +179,13 @@ class EventDrivenSolver:
         With `steps`, `rejected` and `nfev`.
     """
 
-    def __init__(self, problem: Problem, settings: "SolverSettings", buffer: SampleBuffer) -> None:
+    def __init__(
+        self,
+        mechanism: "Mechanism | MultiContactMechanism",
+        settings: "SolverSettings",
+        buffer: SampleBuffer,
+    ) -> None:
+        problem = problem_of(mechanism, settings, buffer)
         self._problem, self._settings, self._buffer = problem, settings, buffer
         self._run, self._state = problem.run, problem.state
         self._kernel = kernel_of(problem)
@@ -333,13 +338,7 @@ class EventDrivenSolver:
             buffer.sides.extend(events[at + EVENT_COLUMNS : at + EVENT_COLUMNS + 2 * width])
 
 
-def SOLVER(  # noqa: N802  a class, of other methods
-    mechanism: "Mechanism | MultiContactMechanism",
-    settings: "SolverSettings",
-    buffer: SampleBuffer,
-) -> EventDrivenSolver:
-    """Return the solver of a mechanism."""
-    return EventDrivenSolver(problem_of(mechanism, settings, buffer), settings, buffer)
+SOLVER = EventDrivenSolver
 
 
 def buffers_of(problem: Problem, rows: int, events: int) -> "tuple[array[float], array[float]]":

@@ -22,7 +22,7 @@ from frictionsim.solvers.contacts import (
     Unilateral,
     table_of,
 )
-from frictionsim.solvers.event_driven import SOLVER
+from frictionsim.solvers.event_driven import EventDrivenSolver
 from frictionsim.solvers.multi_contact_location import find_first_events
 from frictionsim.solvers.multi_contact_modes import write_consistent_modes
 from frictionsim.solvers.multi_contact_state import (
@@ -224,7 +224,7 @@ def integrated(system: Any, contacts: list[Contact], duration: float) -> Any:
     )
     settings = validate(lift(solver__duration=duration), SCENARIOS).solver
     buffer = SampleBuffer(SampleTimes(duration, duration))
-    SOLVER(mechanism, settings, buffer).run(lambda t: None)
+    EventDrivenSolver(mechanism, settings, buffer).run(lambda t: None)
     return buffer
 
 
