@@ -10,9 +10,14 @@ from frictionsim.display import error_text, labelled
 from frictionsim.document import Block, Cell, Document, Number, Picture, Table
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import DONE
+from frictionsim.parameter_study.design import SAMPLE
+from frictionsim.parameter_study.sensitivity import Indices, indices_of
 from frictionsim.parameter_study.statistics import (
     extremes,
     grouped,
+    is_constant,
+    is_defined,
+    sound_values,
     varied_values,
 )
 from frictionsim.reports.html import (
@@ -30,6 +35,7 @@ from frictionsim.work_precision.outcome import Row, WorkPrecision
 from frictionsim.work_precision.recommendation import recommendations
 
 MAX_KEYS, MAX_QUANTITIES = 30, 60  # columns of the table of runs
+MAX_WITH_INDICES = 6  # quantities
 
 
 class Kept(NamedTuple):
@@ -61,6 +67,18 @@ def kept_of(table: SweepTable) -> Kept:
     return Kept(runs, keys, quantities)
 
 
+def indices_of_sample(table: SweepTable, kept: Kept) -> dict[str, Indices]:
+    """Return the Sobol indices of the first quantities that vary, of a sample of several keys."""
+    if table.attributes["design"] != SAMPLE or len(table.coordinates) < 2:
+        return {}
+    varying = [
+        name
+        for name in kept.quantities
+        if is_defined(table, name) and not is_constant(sound_values(table, name))
+    ]
+    return indices_of(table, varying[:MAX_WITH_INDICES])
+
+
 MAX_CELLS = 12_000  # of the table of runs
 MAX_GROUPS = 50  # of reasons and warnings
 MAX_PART_ROWS = 200  # of a table of the summary
@@ -89,10 +107,12 @@ def sweep_page(
     # The head of the page names the file.
     summary = [part for part in lines if part != f"sweep: {source or 'none'}"]
     kept = kept_of(sweep)
+    indices = indices_of_sample(sweep, kept)
     name = sweep.attributes["title"] or sweep.attributes["kind"]
     sections = (
         section("Summary", *map(_part, summary)),
         section("Pictures", *(picture(each, not i) for i, each in enumerate(pictures))),
+        *_indices(indices),
         section("Runs", *_left_out(sweep, kept), _runs(sweep, kept)),
         *_groups("Failures", sweep.texts, ("failure", "reason")),
         *_groups("Warnings", sweep.texts, ("warnings",)),
@@ -184,6 +204,26 @@ def _groups(
         caption += f"; {rest} more kinds are left out"
     headings = ("text", ">runs", ">first in run")
     yield section(heading, study_table(Table(headings, rows, caption)))
+
+
+def _indices(indices: dict[str, Indices]) -> Iterator[Html]:
+    """Yield the Sobol indices as tables."""
+    if not indices:
+        return
+    parts: list[Block] = []
+    for name, each in indices.items():
+        if not each.first.size:
+            parts.append(f"{short(name)}: {short(each.basis)}")
+            continue
+        rows = [
+            (key, number(float(first), 3), number(float(total), 3))
+            for key, first, total in zip(each.keys, each.first, each.total, strict=True)
+        ]
+        caption = f"{name}: part of its variance that each key causes ({each.basis})"
+        headings = ("key", ">first-order index", ">total index")
+        parts.append(study_table(Table(headings, rows, caption)))
+    note = f"Of the first {MAX_WITH_INDICES} quantities that vary."
+    yield section("Sobol indices", note, *parts)
 
 
 def _study(toml: str) -> Iterator[str]:
