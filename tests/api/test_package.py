@@ -84,7 +84,7 @@ CLI = sorted((ROOT / "frictionsim" / "cli").glob("*.py"))
 LEAVES = {
     # check before a run, and say where its result went
     "frictionsim.io.destination": {"Destination"},
-    "frictionsim.io.unfinished": {"whole_name"},
+    "frictionsim.io.unfinished": {"partial_name", "whole_name"},
     "frictionsim.io.atomic_write": {"SUFFIXES", "check_no_clobber"},
     "frictionsim.io.new_file": {"check_new"},
     "frictionsim.io.replaceable": {
