@@ -17,7 +17,7 @@ from frictionsim.cli.messages import (
     warn,
     warn_of_name,
 )
-from frictionsim.cli.monitor import CommandMonitor, SummarySignals
+from frictionsim.cli.monitor import CommandMonitor, EndingSignals
 from frictionsim.errors import (
     EXIT_DONE,
     EXIT_SIGNAL,
@@ -103,7 +103,7 @@ class Report:
         self._written = "nothing was written"
         if result.path is not None:
             self._written = f"the result is in {result.path}"
-        with SummarySignals(self._written, self.report_waiting):
+        with EndingSignals(self._written, self.report_waiting):
             self.add(result, source, known, whole)
 
     def _give_up(self) -> None:
@@ -143,7 +143,7 @@ class Report:
         """Print the JSON: one object, or a list of them if there are several scenarios."""
         if not self._as_json:
             return
-        with SummarySignals("the results are written" if self.several else self._written):
+        with EndingSignals("the results are written" if self.several else self._written):
             print_beside_files(self._objects if self.several else self._objects[0])
 
 

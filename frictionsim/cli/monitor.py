@@ -70,8 +70,8 @@ class CommandSignals(StopSignals):
         super()._on_signal(number, frame)
 
 
-class SummarySignals(CommandSignals):
-    """Ends the process at a stop signal while the summary is printed, and says what is written.
+class EndingSignals(CommandSignals):
+    """Ends the process at a stop signal at once, and says what is written.
 
     Parameters
     ----------
@@ -79,11 +79,18 @@ class SummarySignals(CommandSignals):
         The files that the command has written, for the message.
     before_exit : callable, optional
         Called after the message.
+    activity : str
+        What is interrupted, for the message.
     """
 
-    def __init__(self, written: str, before_exit: Callable[[], Any] | None = None) -> None:
+    def __init__(
+        self,
+        written: str,
+        before_exit: Callable[[], Any] | None = None,
+        activity: str = "printing the summary",
+    ) -> None:
         super().__init__()
-        self._written, self._before_exit = written, before_exit
+        self._written, self._before_exit, self._activity = written, before_exit, activity
 
     def __enter__(self) -> Self:
         self.begin()
@@ -92,7 +99,7 @@ class SummarySignals(CommandSignals):
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
         name = signal.Signals(number).name
         print_on_stderr(
-            f"frictionsim: interrupted by {name} while printing the summary; {self._written}"
+            f"frictionsim: interrupted by {name} while {self._activity}; {self._written}"
         )
         if self._before_exit is not None:
             self._before_exit()

@@ -36,7 +36,7 @@ from frictionsim.cli.messages import (
     warn,
     warn_of_name,
 )
-from frictionsim.cli.monitor import CommandMonitor, StatusLine, SummarySignals, SweepMonitor
+from frictionsim.cli.monitor import CommandMonitor, EndingSignals, StatusLine, SweepMonitor
 from frictionsim.errors import EXIT_SIGNAL, InputError, OutputError, counted
 
 if TYPE_CHECKING:
@@ -259,7 +259,11 @@ def fit(
     from frictionsim.api.fitting import FitOptions, fit_with
     from frictionsim.scenario.options import column_of
 
-    with named_by_option(OPTIONS), StatusLine() as line:
+    with (
+        named_by_option(OPTIONS),
+        EndingSignals("nothing was written", activity="fitting"),
+        StatusLine() as line,
+    ):
         options = FitOptions.among(
             locals(), time=None if time is None else column_of(time), progress=_Updates(line)
         )
@@ -392,7 +396,7 @@ def run_with(
         swept = run(execution.model_copy(update={"progress": monitor}))
         if printing.csv is not None:
             swept.save_csv(printing.csv)
-    with SummarySignals(f"the sweep is in {swept.path}"):
+    with EndingSignals(f"the sweep is in {swept.path}"):
         if printing.as_json:
             csv = None if printing.csv is None else str(printing.csv)
             print_beside_files(swept.to_json() | {"scenario": printing.source, "csv": csv})

@@ -14,7 +14,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim import __main__ as entry
-from frictionsim.api import solving
+from frictionsim.api import fitting, solving
 from frictionsim.cli import job, monitor, study_commands
 from frictionsim.cli.job import Report
 from frictionsim.cli.monitor import CommandMonitor
@@ -274,3 +274,20 @@ def test_a_compilation_does_not_begin_after_the_limit() -> None:
         limited.compiling(20.0),
     ):
         pytest.fail("the compilation began")
+
+
+def test_a_signal_during_a_fit_says_that_nothing_was_written(
+    left: list[int], told: Run, monkeypatch: pytest.MonkeyPatch, defaults: None
+) -> None:
+    fit_with = fitting.fit_with
+
+    def interrupted(*arguments: Any) -> Any:
+        signal.raise_signal(signal.SIGINT)
+        return fit_with(*arguments)
+
+    monkeypatch.setattr(fitting, "fit_with", interrupted)
+    free = "effects.shaft_friction.mu_s=0.1:0.4"
+    _, err = told("fit", PULLEY, "--quantity", "breakaway_time=0.6", "--free", free, code=0)
+    assert left == [130]
+    first = err.splitlines()[0]
+    assert first == "frictionsim: interrupted by SIGINT while fitting; nothing was written"
