@@ -62,8 +62,11 @@ _lock = RLock()
 
 
 def defaults() -> dict[str, Any]:
-    """Return the defaults of all parameters that are about how a picture looks."""
-    return _style_parameters(mpl.rcParamsDefault)
+    """Return the defaults of all parameters that are about how a picture looks.
+
+    One differs: matplotlib would move a part of nearly equal tick labels, +1.23e2, into a corner.
+    """
+    return _style_parameters(mpl.rcParamsDefault) | {"axes.formatter.useoffset": False}
 
 
 def user_parameters() -> dict[str, Any]:

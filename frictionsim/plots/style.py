@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from matplotlib import rcParams
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from pydantic import BeforeValidator, Field
 
-from frictionsim.display import COLOURS, DASHES, labelled, unit_text
+from frictionsim.display import COLOURS, DASHES, labelled, study_text, unit_text
 from frictionsim.errors import InputError, unknown
 from frictionsim.plots.picture_file import DOTS_PER_INCH, defaults, user_parameters
 from frictionsim.plots.texts import LINE_SPACING, points_of, text_width, wrapped
@@ -163,6 +164,8 @@ POINTS = 72.0  # per inch
 MIN_TEXT = 0.65  # of the usual size, where a subfigure is small
 MIN_PANEL = 0.75  # of the usual height, where a figure is narrow
 TITLE_SIZE = "medium"
+FEW_DECADES = 100.0  # ratio, below which powers of ten are too few labels
+EVEN_RATIO = 5.0  # below which 1, 2 and 5 times these may be a single label
 MARGIN = 8.0  # points beside a legend or title
 
 
@@ -327,6 +330,22 @@ def grid(ax: Any) -> None:
     """Draw a thin grid, and remove the margins in x."""
     ax.margins(x=0.0)
     ax.grid(linewidth=0.3)
+
+
+def set_log_ticks(axis: Any, ratio: float) -> None:
+    """Label a logarithmic axis at powers of ten; a short one at 1, 2 and 5, or evenly.
+
+    Parameters
+    ----------
+    axis : Axis
+    ratio : float
+        Of the largest to the least value along it.
+    """
+    if ratio < FEW_DECADES:
+        even = ratio < EVEN_RATIO
+        axis.set_major_locator(MaxNLocator(4) if even else LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: study_text(value)))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def shrink(text: Any, scale: float) -> None:

@@ -5,23 +5,23 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
+from matplotlib.ticker import NullLocator
 
 from frictionsim.display import picture_text, study_text, with_unit
 from frictionsim.errors import ArgumentError, unknown
 from frictionsim.io.sweep_table import RUN, Coordinate, SweepTable
-from frictionsim.plots.style import axis_label
+from frictionsim.plots.style import axis_label, set_log_ticks
 from frictionsim.plots.texts import LITERAL, literal
 from frictionsim.scenario.model_fields import names_in
 
 MAX_KEY, MAX_WORD = 44, 24  # characters of a label
 MAX_LABELS = 20  # of categories along an axis
 MAX_TICKS = 6  # at the values of numbers, one beside the other
+TICK_DIGITS, MAX_DIGITS = 5, 17  # usual number of digits of a value at a tick; of any double
 MAX_SHOWN = 8  # values of a key in a message
 VALUE_TOLERANCE = 1e-9  # relative: of a given number and a value of the sweep
 MIN_LOG_RATIO = 3.0  # of largest to least value, below which a logarithmic axis shows nothing more
 MAX_UNEVENNESS = 1.6  # largest to least step on a logarithmic axis; of 1, 2, 5, 10 it is 1.3
-LOG_DECADES = 100.0  # ratio, below which not only powers of ten have labels
 FALSE_TRUE = ("false", "true")
 
 
@@ -92,10 +92,7 @@ class KeyAxis(NamedTuple):
         axis, set_scale = getattr(ax, f"{side}axis"), getattr(ax, f"set_{side}scale")
         if self.log:
             set_scale("log")
-            if self.values[-1] < LOG_DECADES * self.values[0]:
-                axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-                axis.set_major_formatter(FuncFormatter(lambda value, _: study_text(value)))
-                axis.set_minor_formatter(NullFormatter())
+            set_log_ticks(axis, self.values[-1] / self.values[0])
         if self.labels:
             step = -(-len(self.labels) // MAX_LABELS)
             texts = [literal(_cut(label, MAX_WORD)) for label in self.labels[::step]]
@@ -107,13 +104,24 @@ class KeyAxis(NamedTuple):
             axis.set_minor_locator(NullLocator())
             getattr(ax, f"set_{side}lim")(self.values[0] - 0.5, self.values[-1] + 0.5)
         elif not self.log and self._are_few():
-            axis.set_ticks(self.values, labels=[picture_text(value, 5) for value in self.values])
+            ticks, labels = _number_ticks(self.values)
+            axis.set_ticks(ticks, labels=labels)
 
     def _are_few(self) -> bool:
         """Return whether each value can have a tick of its own."""
         if not 1 < self.values.size <= MAX_TICKS:
             return False
         return bool(np.min(np.diff(self.values)) >= np.ptp(self.values) / MAX_TICKS)
+
+
+def _number_ticks(values: Any) -> tuple[Any, list[str]]:
+    """Return ticks at all values with their labels; longer labels that differ fit at the ends."""
+    for digits in range(TICK_DIGITS, MAX_DIGITS + 1):
+        texts = [picture_text(value, digits) for value in values]
+        if len(set(texts)) == len(texts):
+            break
+        values = values[[0, -1]]
+    return values, texts
 
 
 class Face(NamedTuple):

@@ -388,6 +388,21 @@ def test_few_values_have_a_tick_each(values: list[float], at_values: bool) -> No
         assert [label.get_text() for label in ax.get_yticklabels()] == ["1500", "2000", "2500"]
 
 
+def test_nearly_equal_values_have_different_labels_that_are_whole_numbers() -> None:
+    values = np.linspace(2224.1, 2224.103, 5)
+    table = grid_of({"x": values}, {"f": lambda x: 1000.0 + 1e-3 * x})
+    figure = draw_sweep(table)
+    figure.draw_without_rendering()
+    (ax,) = figure.axes
+    assert [label.get_text() for label in ax.get_xticklabels()] == ["2224.1", "2224.103"]
+    low, high = ax.get_ylim()
+    labels = [float(label.get_text()) for label in ax.get_yticklabels()]
+    assert len(set(labels)) > 2
+    assert min(labels) > low - (high - low)
+    assert max(labels) < high + (high - low)
+    assert not ax.yaxis.get_offset_text().get_text()
+
+
 def test_counts_are_drawn_as_points() -> None:
     table = grid_of({"x": FIVE}, {"f": lambda x: np.floor(0.7 * x)})
     assert lines_of(draw_sweep(table).axes[0])[0].get_linestyle() == "-"  # whole by chance: N m
