@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.lines import Line2D
-from matplotlib.ticker import NullFormatter
 
 from frictionsim.display import BLACK, COLOURS, GREY, STICK_SHADE, VERMILION, WINE
 from frictionsim.plots.placement import drawn_in
@@ -22,6 +21,7 @@ from frictionsim.plots.style import (
     LABEL_WIDTH,
     add_legend,
     axis_label,
+    set_log_ticks,
     set_title,
 )
 from frictionsim.scenario.model_fields import description_of
@@ -108,6 +108,7 @@ def draw_mesh_study(study: "WorkPrecision", figure: "Figure | SubFigure") -> Non
     handles = _draw_models(left, study.rows)
     handles += _draw_methods(left, right, [row for row in study.rows if row.time_error is not None])
     left.set_ylim(lowest, None)
+    _set_work_ticks(left, [row.wall_seconds for row in study.rows])
     handles += _draw_failed_meshes(left, study.rows)
     for ax in (left, right):
         for target in TARGETS:
@@ -191,7 +192,6 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")
 LINES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)))
 WIDTH, HEIGHT = 9.0, 4.9  # inches, without the legend
 COLUMNS = 5  # of the legend
-DECADE = 10.0
 MIN_ERROR = 1e-16  # smaller errors are drawn here
 WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand-side evaluations"))
 
@@ -238,8 +238,7 @@ def _draw_panel(ax: Any, study: "WorkPrecision", quantity: str) -> None:
             label="below the reference uncertainty",
         )
     work = [getattr(row, quantity) for row in study.rows]
-    if max(work, default=0.0) > DECADE * min(filter(None, work), default=1.0):
-        ax.xaxis.set_minor_formatter(NullFormatter())  # those of powers of ten are enough
+    _set_work_ticks(ax, work)
     middle = add_strip(ax) if any(row.error is None for row in study.rows) else 0.0
     names = list(dict.fromkeys(row.setting.line for row in study.rows))
     for number, name in enumerate(names):
@@ -248,6 +247,13 @@ def _draw_panel(ax: Any, study: "WorkPrecision", quantity: str) -> None:
         places = places_of([getattr(row, quantity) for row in rows if row.error is None], work)
         if places.size:
             _draw_failed(ax, places, middle, number, f"{name}: {places.size} failed")
+
+
+def _set_work_ticks(ax: Any, work: Sequence[float]) -> None:
+    """Label the axis of work; a refused run has done none."""
+    done = [value for value in work if value > 0.0]
+    if done:
+        set_log_ticks(ax.xaxis, max(done) / min(done))
 
 
 def _draw_backend(ax: Any, rows: "list[Row]", quantity: str, number: int) -> None:

@@ -1,5 +1,6 @@
 """Cost diagrams: failed runs are seen, inside the panels."""
 
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -63,6 +64,21 @@ def test_without_failed_runs_there_is_no_strip() -> None:
         assert not crosses(ax)
         assert not ax.texts
         assert ax.get_ylim()[1] == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize("ratio", [1.02, 1.3, 3.0, 10.0, 70.0, 1e3])
+@pytest.mark.parametrize("mesh", [None, Mesh("corrected", 50)])
+def test_labels_of_work_are_several_and_apart(ratio: float, mesh: Mesh | None) -> None:
+    ends = (1.3e-3, 130), (1.3e-3 * ratio, int(130 * ratio))
+    figure = drawn([row("moreau", 1e-6, *end, mesh=mesh) for end in ends])
+    figure.draw_without_rendering()
+    for ax in figure.axes:
+        frame = ax.get_window_extent()
+        texts = [*ax.get_xticklabels(), *ax.get_xticklabels(minor=True)]
+        boxes = [text.get_window_extent() for text in texts if text.get_text()]
+        boxes = [box for box in boxes if frame.x0 < 0.5 * (box.x0 + box.x1) < frame.x1]
+        assert len(boxes) > 1
+        assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
 
 
 def test_crosses_of_failed_meshes_lie_inside_the_left_panel() -> None:
