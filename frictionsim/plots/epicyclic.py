@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.float64]
 
 CUSP: Style = {"marker": "D", "mfc": "white", "mec": BLACK, "markersize": 6, "linestyle": ""}
+TRACER: Style = {"marker": "o", "mfc": ROLES["path"], "mec": BLACK, "ms": 6, "linestyle": ""}
 DWELL: Style = {"color": ORANGE, "linewidth": 5.0, "alpha": 0.8, "solid_capstyle": "butt"}
 PLACE: Style = {
     "marker": "o",
@@ -369,8 +370,7 @@ def _draw_planet(
     crank = {"color": ORANGE, "linewidth": 3.0, "marker": "o", "markersize": 5, "zorder": 3}
     parts = [planet, *plane.plot([0.0, centre[0]], [0.0, centre[1]], **crank, label="crank")]
     if not at_end:  # where the end of the path is marked
-        point = {"marker": "o", "color": BLACK, "markersize": 6, "linestyle": ""}
-        parts += plane.plot(*end, **point, zorder=5, label="tracer point")
+        parts += plane.plot(*end, **TRACER, zorder=5, label="tracer point")
     return parts
 
 
