@@ -6,8 +6,9 @@ from frictionsim.mechanisms.single_dof import (
 from frictionsim.results import Channel
 
 CHANNELS = base_channels("gear") | {
+    "friction_torque": Channel("N m", "torque of the dry friction, along the angle of the gear"),
     "motor_torque": Channel("N m", "torque on the pinion"),
-    "load_torque": Channel("N m", "moment of the marbles on the gear"),
+    "load_torque": Channel("N m", "moment of the marbles, against the angle of the gear"),
     "shaft_reaction": Channel("N", "reaction of the shaft of the gear"),
     "carried_marbles": Channel("1", "marbles on the gear", integer=True),
     "energy_input": Channel("J", "work of the torque on the pinion"),

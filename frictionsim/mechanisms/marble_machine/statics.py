@@ -139,7 +139,9 @@ def statics_of(
     half = 0.5 * geometry.pitch
     lift = geometry.marble_mass * g * geometry.marble_circle_radius
     quantities = StaticQuantities(impending_motion_torques(geometry, effects, motor))
-    quantities.notes = ("torques to lift and to hold act on the pinion, load torques on the gear",)
+    quantities.notes = (
+        "torques to lift and to hold act on the pinion, load torques on the gear against its angle",
+    )
     quantities["load_torque_at_transfer"] = Quantity(lift * cosine(half) / sine(half), "N m")
     quantities["load_torque_worst"] = Quantity(lift / sine(half), "N m")
     quantities["angle_of_the_worst"] = Quantity(half, "rad")
