@@ -31,8 +31,8 @@ class _LazyArray(BackendArray):
     def _read(self, key: tuple[Any, ...]) -> Any:
         rows, *columns = key
         # One axis after the other: numpy takes lists of both for pairs.
-        found = self._channel[rows]
-        return found[(*(() if isinstance(rows, int) else (slice(None),)), *columns)]
+        chosen = self._channel[rows]
+        return chosen[(*(() if isinstance(rows, int) else (slice(None),)), *columns)]
 
 
 def lazy_array(channel: StoredChannel) -> Any:
@@ -125,11 +125,11 @@ def _of(record: "Record", name: str) -> dict[str, Any]:
 
 def _attributes(channel: Channel) -> dict[str, Any]:
     """Return the attributes of a channel, as in a file."""
-    found: dict[str, Any] = {"units": channel.unit, "long_name": channel.long_name}
+    attributes: dict[str, Any] = {"units": channel.unit, "long_name": channel.long_name}
     if channel.flags:
-        found["flag_values"] = [value for value, _ in channel.flags]
-        found["flag_meanings"] = " ".join(meaning for _, meaning in channel.flags)
-    return found
+        attributes["flag_values"] = [value for value, _ in channel.flags]
+        attributes["flag_meanings"] = " ".join(meaning for _, meaning in channel.flags)
+    return attributes
 
 
 SWEEP_ATTRIBUTES = ("study", "scenario", "source", "kind", "title", "design", "status", "reason")
@@ -232,13 +232,13 @@ def sweep_table(dataset: Any) -> SweepTable:
         values={n: np.asarray(dataset[n].values, dtype=np.float64).reshape(-1) for n in names},
         status=np.asarray(status.values, dtype=np.int8).reshape(-1),
         statuses=tuple((int(number), word) for number, word in flags),
-        texts={name: {i: t for i, t in enumerate(found) if t} for name, found in texts.items()},
+        texts={name: {i: t for i, t in enumerate(column) if t} for name, column in texts.items()},
     )
 
 
-def _coordinate(key: str, found: Any) -> Coordinate:
-    values, words = found.values, str(found.attrs.get("long_name", key))
-    dimension = str(found.dims[0])
+def _coordinate(key: str, variable: Any) -> Coordinate:
+    values, words = variable.values, str(variable.attrs.get("long_name", key))
+    dimension = str(variable.dims[0])
     if values.dtype.kind in "OUST":
         return Coordinate(dimension, [str(value) for value in values], "", words)
-    return Coordinate(dimension, values, str(found.attrs.get("units", "1")), words)
+    return Coordinate(dimension, values, str(variable.attrs.get("units", "1")), words)

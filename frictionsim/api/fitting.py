@@ -29,61 +29,65 @@ if TYPE_CHECKING:
 FITTED = "# Fitted by 'frictionsim fit'"
 
 
-def fit_parts(found: "Outcome") -> Document:
+def fit_parts(outcome: "Outcome") -> Document:
     """Yield the estimates, their correlations, the residuals and the keys not identified."""
-    scenario = found.fitted
-    values = sum(part.values.size for part in found.residuals)
-    fit = f"fit of {counted(len(found.keys), 'key')} to {counted(values, 'value')}"
+    scenario = outcome.fitted
+    values = sum(part.values.size for part in outcome.residuals)
+    fit = f"fit of {counted(len(outcome.keys), 'key')} to {counted(values, 'value')}"
     yield f"{scenario.title or scenario.kind}: {fit}"
-    yield _estimates(found)
-    if len(found.keys) > 1:
-        yield _correlations(found)
-    yield _residuals(found)
-    yield f"data: {', '.join(map(_read_as, found.residuals))}"
-    if found.reduced_chi_squared is not None:
-        chi_squared = number_text(found.chi_squared, 3)
-        reduced = number_text(found.reduced_chi_squared, 3)
+    yield _estimates(outcome)
+    if len(outcome.keys) > 1:
+        yield _correlations(outcome)
+    yield _residuals(outcome)
+    yield f"data: {', '.join(map(_read_as, outcome.residuals))}"
+    if outcome.reduced_chi_squared is not None:
+        chi_squared = number_text(outcome.chi_squared, 3)
+        reduced = number_text(outcome.reduced_chi_squared, 3)
         yield (
-            f"chi squared {chi_squared}, of {counted(found.degrees, 'degree')} of freedom:"
+            f"chi squared {chi_squared}, of {counted(outcome.degrees, 'degree')} of freedom:"
             f" reduced {reduced} (near 1 if sigma is right)"
         )
-    for key, why in found.not_identified.items():
+    for key, why in outcome.not_identified.items():
         yield f"{key} is not identified: {why}"
-    yield _searches(found)
-    if found.bootstrap is not None:
-        failed = f", {found.bootstrap.failed} more did not end" if found.bootstrap.failed else ""
-        yield f"bootstrap: {counted(found.bootstrap.done, 'fit')} to resampled data{failed}"
+    yield _searches(outcome)
+    if outcome.bootstrap is not None:
+        failed = (
+            f", {outcome.bootstrap.failed} more did not end" if outcome.bootstrap.failed else ""
+        )
+        yield f"bootstrap: {counted(outcome.bootstrap.done, 'fit')} to resampled data{failed}"
 
 
-def _estimates(found: "Outcome") -> Table:
-    bootstrap = found.bootstrap
+def _estimates(outcome: "Outcome") -> Table:
+    bootstrap = outcome.bootstrap
     drawn = (">bootstrap from", ">to") if bootstrap else ()
     headings = ("key", ">estimate", ">standard error", ">95 % from", ">to", *drawn, "unit")
     rows = []
-    for key in found.keys:
+    for key in outcome.keys:
         name = key.key
         cells = [
             name,
-            study_text(found.values[name]),
-            number_text(found.standard_errors[name], 3),
+            study_text(outcome.values[name]),
+            number_text(outcome.standard_errors[name], 3),
         ]
-        cells += _pair(found.intervals[name])
+        cells += _pair(outcome.intervals[name])
         if bootstrap is not None:
             cells += _pair(bootstrap.intervals[name])
         rows.append((*cells, key.unit))
     return Table(headings, rows)
 
 
-def _correlations(found: "Outcome") -> Table:
-    numbers = [f">({i})" for i in range(1, len(found.keys) + 1)]
+def _correlations(outcome: "Outcome") -> Table:
+    numbers = [f">({i})" for i in range(1, len(outcome.keys) + 1)]
     rows = [
         (f"({i}) {key.key}", *map(ratio_text, row))
-        for i, (key, row) in enumerate(zip(found.keys, found.correlations, strict=True), start=1)
+        for i, (key, row) in enumerate(
+            zip(outcome.keys, outcome.correlations, strict=True), start=1
+        )
     ]
     return Table(("correlation", *numbers), rows)
 
 
-def _residuals(found: "Outcome") -> Table:
+def _residuals(outcome: "Outcome") -> Table:
     rows = [
         (
             part.name,
@@ -94,14 +98,14 @@ def _residuals(found: "Outcome") -> Table:
             "given" if part.sigma_given else "estimated" if part.sigma is not None else "",
             part.unit,
         )
-        for part in found.residuals
+        for part in outcome.residuals
     ]
     return Table(("residual", ">values", ">rms", ">largest", ">sigma", "", "unit"), rows)
 
 
-def _searches(found: "Outcome") -> str:
-    ended = "" if found.status == "done" else f"; {found.status}: {found.reason}"
-    return f"{found.finding.sentence}, in {counted(found.runs, 'run')}{ended}"
+def _searches(outcome: "Outcome") -> str:
+    ended = "" if outcome.status == "done" else f"; {outcome.status}: {outcome.reason}"
+    return f"{outcome.finding.sentence}, in {counted(outcome.runs, 'run')}{ended}"
 
 
 def _read_as(part: "TargetResiduals") -> str:
@@ -117,32 +121,32 @@ def _pair(interval: tuple[float, float] | None) -> list[str]:
     return ["none", "none"] if interval is None else [study_text(end) for end in interval]
 
 
-def toml_of(found: "Outcome", source: str) -> str:
+def toml_of(outcome: "Outcome", source: str) -> str:
     """Return the fitted scenario as TOML, with comments on the keys and data of the fit.
 
     Parameters
     ----------
-    found : Outcome
+    outcome : Outcome
     source : str
         Path of the scenario; empty if it has none.
     """
-    names = ", ".join(part.name for part in found.residuals)
+    names = ", ".join(part.name for part in outcome.residuals)
     of = f" from {Path(source).name}" if source else ""
     lines = [f"{FITTED}{of} to measured {names}: estimate, standard error"]
-    for key in found.keys:
-        error = found.standard_errors[key.key]
-        why = found.not_identified.get(key.key)
+    for key in outcome.keys:
+        error = outcome.standard_errors[key.key]
+        why = outcome.not_identified.get(key.key)
         unit = f" {key.unit}" if key.unit not in ("", "1") else ""
         spread = "unknown" if error is None else f"{number_text(error, 3)}{unit}"
         spread = f"not identified: {why}" if why else spread
-        lines.append(f"#   {key.key} = {study_text(found.values[key.key])}, {spread}")
-    for part in found.residuals:
+        lines.append(f"#   {key.key} = {study_text(outcome.values[key.key])}, {spread}")
+    for part in outcome.residuals:
         lines.append(f"# Residual of {part.name}: rms {number_text(part.rms, 3)} {part.unit}")
-    if found.finding.kind == OUT_OF_REACH:
-        lines.append(f"# {found.finding.sentence}")
+    if outcome.finding.kind == OUT_OF_REACH:
+        lines.append(f"# {outcome.finding.sentence}")
     # One line each: names of files may hold anything.
     comments = [" ".join(line.split()) if i == 0 else line for i, line in enumerate(lines)]
-    return "\n".join([*comments, "", found.fitted.to_toml()])
+    return "\n".join([*comments, "", outcome.fitted.to_toml()])
 
 
 Columns = str | Iterable[str] | Mapping[str, str | int]

@@ -132,12 +132,12 @@ def save_pictures(
     """
     if path is not None:
         check_format(path)
-    found = [(str(file), result_or_sweep(file)) for file in files]
+    results_by_name = [(str(file), result_or_sweep(file)) for file in files]
     place = _Place(path or _default(files), path is not None, no_clobber)
-    (_, first), *others = found
+    (_, first), *others = results_by_name
     if others:
         options.check_for("several results")
-        return _save_overlays(overlaid(found), place, options)
+        return _save_overlays(overlaid(results_by_name), place, options)
     if isinstance(first, Sweep):
         options.check_for("a sweep")
         return _save_sweep(first.table, place, options)
@@ -234,18 +234,18 @@ def _save_views(result: results.Result, place: _Place, options: PlotOptions) -> 
 
 
 def _save_overlays(
-    found: "Sequence[Overlaid]", place: _Place, options: PlotOptions
+    overlays: "Sequence[Overlaid]", place: _Place, options: PlotOptions
 ) -> SavedPictures:
     views = _views(options)
-    kind = found[0].record.attributes["kind"]
-    check_overlay(found)
+    kind = overlays[0].record.attributes["kind"]
+    check_overlay(overlays)
     if views == [ALL]:
         views = views_of_overlay(kind)
     for view in views:
         check_overlaid(kind, view)
     return _save(
         {
-            path: partial(draw_overlay, found, view, None, options, options)
+            path: partial(draw_overlay, overlays, view, None, options, options)
             for path, view in zip(place.of(views), views or FIRST, strict=True)
         },
         options,
@@ -398,18 +398,18 @@ def plot(
         or does not apply to the view.
     """
     options = PlotOptions.among(locals())
-    found = _found(result)
-    if isinstance(found, list):
+    source = _sources(result)
+    if isinstance(source, list):
         options.check_for("several results")
-        return draw_overlay(found, view, ax, options, options)
-    if isinstance(found, results.Result):
+        return draw_overlay(source, view, ax, options, options)
+    if isinstance(source, results.Result):
         options.check_for("the result of a run")
-        return draw(found.record, view, body, ax, options, options)
+        return draw(source.record, view, body, ax, options, options)
     options.check_for("a sweep")
-    return draw_sweep(found, quantities_of(view), options.at, ax, options)
+    return draw_sweep(source, quantities_of(view), options.at, ax, options)
 
 
-def _found(source: Any) -> "results.Result | SweepTable | list[Overlaid]":
+def _sources(source: Any) -> "results.Result | SweepTable | list[Overlaid]":
     """Return the result, the sweep, or the several named results to draw."""
     if isinstance(source, list | tuple):
         if not source:
@@ -438,7 +438,7 @@ def _name(source: Any, number: int) -> str:
     return str(path) if path is not None else f"result {number}"
 
 
-def overlaid(found: "Sequence[tuple[str, results.Result | SweepTable | Sweep]]") -> Any:
+def overlaid(named: "Sequence[tuple[str, results.Result | SweepTable | Sweep]]") -> Any:
     """Return several results to draw over each other.
 
     Raises
@@ -446,10 +446,10 @@ def overlaid(found: "Sequence[tuple[str, results.Result | SweepTable | Sweep]]")
     InputError
         If there is a sweep among them.
     """
-    for name, one in found:
+    for name, one in named:
         if not isinstance(one, results.Result):
             raise InputError(
                 f"{name}: this is a sweep; only results of runs are drawn over each other; draw it"
                 " alone"
             )
-    return [Overlaid(name, one.record) for name, one in found if isinstance(one, results.Result)]
+    return [Overlaid(name, one.record) for name, one in named if isinstance(one, results.Result)]

@@ -62,12 +62,12 @@ def _of_file(path: Path) -> str:
             words = "a sweep in CSV; give its file in HDF5"
         raise InputError(f"{path}: cannot make a report: this is {words}")
     path = existing_name(path)
-    found = read_any(path)
-    if isinstance(found, Record):
-        return _html_of_runs([results.Result(found, path)])
-    if isinstance(found, SweepTable):
-        return _sweep_html(Sweep(found, path))
-    return _costs_of_file(found, path)
+    content = read_any(path)
+    if isinstance(content, Record):
+        return _html_of_runs([results.Result(content, path)])
+    if isinstance(content, SweepTable):
+        return _sweep_html(Sweep(content, path))
+    return _costs_of_file(content, path)
 
 
 def _costs_of_file(table: "CostTable", path: Path) -> str:
@@ -93,14 +93,14 @@ def _costs_html(study: "WorkPrecision", source: str) -> str:
     return cost_page(study, source, Picture(title, image_for_page(cost_diagram(drawn)), note))
 
 
-def _sweep_html(found: Sweep) -> str:
+def _sweep_html(sweep: Sweep) -> str:
     import numpy as np
 
     from frictionsim.reports.study_report import sweep_page
 
     with np.errstate(all="ignore"):  # of a file that holds extreme numbers: they are shown
-        pictures = _pictures_of_sweep(found.table)
-        return sweep_page(found.table, found.parts(), str(found.path or ""), pictures)
+        pictures = _pictures_of_sweep(sweep.table)
+        return sweep_page(sweep.table, sweep.parts(), str(sweep.path or ""), pictures)
 
 
 def _pictures_of_sweep(table: "SweepTable") -> "Iterator[Picture]":
@@ -214,23 +214,23 @@ def _opened(sources: Sequence[Source]) -> list[results.Result]:
 def _result_of(source: Source) -> results.Result:
     if isinstance(source, results.Result):
         return source
-    found = result_or_sweep(as_path("result", source))
-    if isinstance(found, Sweep):
+    opened = result_or_sweep(as_path("result", source))
+    if isinstance(opened, Sweep):
         raise InputError(
             f"{source}: a sweep is not compared with results of runs; report it by itself, or vary"
             " more keys in one sweep"
         )
-    return found
+    return opened
 
 
 def _check_apart(sources: Sequence[Source]) -> None:
     """Check that no result is given twice."""
-    found = set()
+    keys = set()
     for source in sources:
         key = id(source) if isinstance(source, results.Result) else _place(source)
-        if key in found:
+        if key in keys:
             raise InputError(f"{source}: this result is given twice; compare it with another one")
-        found.add(key)
+        keys.add(key)
 
 
 def _place(source: str | PathLike[str]) -> Path:
@@ -240,7 +240,7 @@ def _place(source: str | PathLike[str]) -> Path:
         return as_path("result", source)
 
 
-def _html_of_runs(found: Sequence[results.Result]) -> str:
+def _html_of_runs(runs: Sequence[results.Result]) -> str:
     """Return the report of results, with a comparison of several.
 
     Raises
@@ -251,16 +251,16 @@ def _html_of_runs(found: Sequence[results.Result]) -> str:
     from frictionsim.reports.run_report import run_report
     from frictionsim.reports.run_tables import labels_of
 
-    kinds = list(dict.fromkeys(result.kind for result in found))
+    kinds = list(dict.fromkeys(result.kind for result in runs))
     if len(kinds) > 1:
-        a = next(result for result in found if result.kind == kinds[0])
-        b = next(result for result in found if result.kind == kinds[1])
+        a = next(result for result in runs if result.kind == kinds[0])
+        b = next(result for result in runs if result.kind == kinds[1])
         raise InputError(
             f"cannot compare results of unlike kinds: {_name(a)} is of kind {a.kind},"
             f" {_name(b)} of kind {b.kind}; give results of one kind"
         )
-    labels = labels_of([result.path for result in found])
-    return run_report([_reported(*pair) for pair in zip(found, labels, strict=True)])
+    labels = labels_of([result.path for result in runs])
+    return run_report([_reported(*pair) for pair in zip(runs, labels, strict=True)])
 
 
 def _name(result: results.Result) -> str:

@@ -101,10 +101,10 @@ class Result(ResultBase):
     @property
     def effects(self) -> tuple[str, ...]:
         """The effects that were simulated."""
-        found = self._record.attributes.get("effects")
-        if found is None:  # of a file of format version 1
+        effects = self._record.attributes.get("effects")
+        if effects is None:  # of a file of format version 1
             return self.scenario.effect_names
-        return tuple(found.split())
+        return tuple(effects.split())
 
     @property
     def quantities(self) -> Quantities:
@@ -362,8 +362,8 @@ def open(path: str | PathLike[str]) -> Result:
     from frictionsim.io.hdf5_reader import read
     from frictionsim.io.unfinished import existing_name
 
-    found = existing_name(as_path("path", path))
-    return Result(read(found), found)
+    file = existing_name(as_path("path", path))
+    return Result(read(file), file)
 
 
 def _statistics(statistics: SolverStatistics, samples: int) -> str:

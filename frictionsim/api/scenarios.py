@@ -47,9 +47,9 @@ def static(
     """
     loaded = with_overrides(scenario, overrides)
     with overflow_refused():
-        found: Quantities = mechanism_module(loaded.kind).statics(loaded)
-    quantities = StaticQuantities(defined(found))
-    quantities.notes = getattr(found, "notes", ())
+        statics: Quantities = mechanism_module(loaded.kind).statics(loaded)
+    quantities = StaticQuantities(defined(statics))
+    quantities.notes = getattr(statics, "notes", ())
     return quantities
 
 
@@ -225,5 +225,5 @@ def warming(kind: str | None, on_step: Callable[[float], Any]) -> Iterator[Warme
 
 def _compiled_methods(scenario: Scenario) -> tuple[str, ...]:
     """Return our methods for the scenario's friction law: SciPy's are there for comparison."""
-    found = methods.methods_of(scenario.pairs, scenario.law)
-    return tuple(name for name in found if not methods.METHODS[name].scipy_class)
+    names = methods.methods_of(scenario.pairs, scenario.law)
+    return tuple(name for name in names if not methods.METHODS[name].scipy_class)

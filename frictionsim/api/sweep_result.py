@@ -175,9 +175,9 @@ class Sweep(TableResult):
             If it has none of this name.
         """
         if not name.startswith("_"):
-            found = getattr(self.dataset, name, self)
-            if found is not self:
-                return found
+            attribute = getattr(self.dataset, name, self)
+            if attribute is not self:
+                return attribute
         raise AttributeError(f"neither this sweep nor its .dataset has an attribute '{name}'")
 
     def __getitem__(self, key: Any) -> Any:
@@ -220,8 +220,8 @@ def open_sweep(path: str | PathLike[str]) -> Sweep:
     from frictionsim.io.hdf5_reader import read_sweep
     from frictionsim.io.unfinished import existing_name
 
-    found = existing_name(as_path("path", path))
-    return Sweep(read_sweep(found), found)
+    file = existing_name(as_path("path", path))
+    return Sweep(read_sweep(file), file)
 
 
 def result_or_sweep(path: Path) -> Result | Sweep:
@@ -236,11 +236,11 @@ def result_or_sweep(path: Path) -> Result | Sweep:
     from frictionsim.io.unfinished import existing_name
 
     path = existing_name(path)
-    found = read_any(path)
+    content = read_any(path)
     return (
-        Sweep(found, path)
-        if isinstance(found, SweepTable)
-        else Result(result_of(found, path), path)
+        Sweep(content, path)
+        if isinstance(content, SweepTable)
+        else Result(result_of(content, path), path)
     )
 
 
@@ -320,12 +320,12 @@ def plain(value: Any) -> Any:
 def _reasons(table: SweepTable) -> dict[int, str]:
     """Return the reasons of failed runs and audits by run, in one line each."""
     failures, reasons = table.texts["failure"], table.texts["reason"]
-    found = {}
+    texts = {}
     for run in sorted({*failures, *reasons}):
         text = " ".join(reasons.get(run, "").split())
         kind = failures.get(run, "")
-        found[run] = f"{kind}: {text}" if kind and text else kind or text
-    return found
+        texts[run] = f"{kind}: {text}" if kind and text else kind or text
+    return texts
 
 
 def _counts_text(table: SweepTable, number: dict[int, int]) -> str:
@@ -337,10 +337,11 @@ def _counts_text(table: SweepTable, number: dict[int, int]) -> str:
 
 def _sample_parts(table: SweepTable, sampling: Sampling | None, independent: int) -> Document:
     """Yield the statistics of a sample and its Sobol indices."""
-    found = sample_statistics(table)
+    statistics = sample_statistics(table)
     headings = ("quantity", ">mean", ">standard deviation", ">5 %", ">50 %", ">95 %", "unit")
     rows = [
-        (name, *map(study_text, s[1:]), table.units[name], str(s.runs)) for name, s in found.items()
+        (name, *map(study_text, s[1:]), table.units[name], str(s.runs))
+        for name, s in statistics.items()
     ]
     yield Table((*headings, ">defined in runs"), rows)
     if sampling is not None and sampling.indices:
@@ -349,25 +350,24 @@ def _sample_parts(table: SweepTable, sampling: Sampling | None, independent: int
             " for Sobol indices"
         )
     yield from _sobol_parts(table)
-    yield Data(
-        {"quantities": {name: _statistics_json(s, table.units[name]) for name, s in found.items()}}
-    )
+    data = {name: _statistics_json(s, table.units[name]) for name, s in statistics.items()}
+    yield Data({"quantities": data})
 
 
 def _sobol_parts(table: SweepTable) -> Document:
     """Yield the Sobol indices, or why a quantity has none."""
-    found = table.sobol
-    if found is None:
+    sobol = table.sobol
+    if sobol is None:
         return
     rows = []
-    for number, (name, basis) in enumerate(zip(found.quantities, found.basis, strict=True)):
-        values = np.array([found.columns[column][number] for column in SOBOL])
+    for number, (name, basis) in enumerate(zip(sobol.quantities, sobol.basis, strict=True)):
+        values = np.array([sobol.columns[column][number] for column in SOBOL])
         if np.isnan(values[0]).all():
             yield f"{name}: {basis}"
             continue
         rows += [
             (name, key, *(ratio_text(value) if value == value else "" for value in column), basis)
-            for key, column in zip(found.keys, values.T, strict=True)
+            for key, column in zip(sobol.keys, values.T, strict=True)
         ]
     ends = (">95 % from", ">to")
     yield Table(("Sobol indices of", "key", ">first-order", *ends, ">total", *ends, ""), rows)
@@ -390,10 +390,10 @@ def _value_text(value: Any) -> str:
 def _extreme_parts(table: SweepTable) -> Document:
     """Yield the least and largest values of a grid, and their data."""
     headings = ("quantity", ">least", ">in run", ">largest", ">in run", "unit", ">defined in runs")
-    found = extremes(table)
+    ranges = extremes(table)
     rows = []
     for name in table.values:
-        e = found.get(name)
+        e = ranges.get(name)
         if e is None:
             rows.append((name, "none", "", "none", "", table.units[name], "0"))
             continue
@@ -403,7 +403,7 @@ def _extreme_parts(table: SweepTable) -> Document:
             places = ("", "")
         rows.append((name, least, places[0], largest, places[1], table.units[name], str(e.runs)))
     yield Table(headings, rows)
-    data = {name: _extreme_json(table, found.get(name), name) for name in table.values}
+    data = {name: _extreme_json(table, ranges.get(name), name) for name in table.values}
     yield Data({"quantities": data})
 
 
@@ -420,26 +420,26 @@ def _group_lines(word: str, groups: list[Group]) -> list[str]:
     return lines
 
 
-def _sobol_json(found: SobolIndices) -> dict[str, Any]:
+def _sobol_json(sobol: SobolIndices) -> dict[str, Any]:
     return {
         name: {
-            "basis": found.basis[i],
+            "basis": sobol.basis[i],
             "keys": {
                 key: {
-                    "first": finite(found.columns["sobol_first"][i, j]),
-                    "first_interval": _interval_json(found, "sobol_first", i, j),
-                    "total": finite(found.columns["sobol_total"][i, j]),
-                    "total_interval": _interval_json(found, "sobol_total", i, j),
+                    "first": finite(sobol.columns["sobol_first"][i, j]),
+                    "first_interval": _interval_json(sobol, "sobol_first", i, j),
+                    "total": finite(sobol.columns["sobol_total"][i, j]),
+                    "total_interval": _interval_json(sobol, "sobol_total", i, j),
                 }
-                for j, key in enumerate(found.keys)
+                for j, key in enumerate(sobol.keys)
             },
         }
-        for i, name in enumerate(found.quantities)
+        for i, name in enumerate(sobol.quantities)
     }
 
 
-def _interval_json(found: SobolIndices, name: str, i: int, j: int) -> list[Any] | None:
-    ends = [finite(found.columns[f"{name}_{end}"][i, j]) for end in ("low", "high")]
+def _interval_json(sobol: SobolIndices, name: str, i: int, j: int) -> list[Any] | None:
+    ends = [finite(sobol.columns[f"{name}_{end}"][i, j]) for end in ("low", "high")]
     return None if None in ends else ends
 
 

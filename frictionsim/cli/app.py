@@ -219,13 +219,13 @@ def check_read_once(sources: Sequence[str]) -> None:
 
 def scenarios_in(sources: Sequence[str]) -> list[str]:
     """Return the sources, with the scenarios of each folder instead of the folder."""
-    found = []
+    scenarios = []
     for source in sources:
         if source == STDIN or not isdir(source):
-            found.append(source)
+            scenarios.append(source)
             continue
         inside = sorted(map(str, Path(source).rglob("*.toml")))
         if not inside:
             raise InputError(f"{source}: this folder has no scenario (*.toml)")
-        found += inside
-    return found
+        scenarios += inside
+    return scenarios

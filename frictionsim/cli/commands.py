@@ -239,7 +239,7 @@ def check(
 ) -> int:
     """Validate scenarios without running them."""
     check_read_once(scenarios)
-    code, found = EXIT_DONE, []
+    code, reports = EXIT_DONE, []
     for source in scenarios_in(scenarios):
         data: dict[str, Any] = {"scenario": source, "ok": True, "faults": [], "warnings": []}
         try:
@@ -263,9 +263,9 @@ def check(
                 "law": loaded.law or None,
                 "backend": loaded.solver.backend,
             }
-        found.append(data)
+        reports.append(data)
     if as_json:
-        print_json({"ok": code == EXIT_DONE, "scenarios": found})
+        print_json({"ok": code == EXIT_DONE, "scenarios": reports})
     return code
 
 

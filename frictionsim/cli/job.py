@@ -209,8 +209,8 @@ def _folder(output: Path | None) -> Path:
     if output is None:
         return default_folder()
     if not isdir(output):
-        found = "this is a file" if exists(output) else "there is no such folder, create it first"
-        raise OutputError(f"{output}: expected a folder for the results; {found}")
+        reason = "this is a file" if exists(output) else "there is no such folder, create it first"
+        raise OutputError(f"{output}: expected a folder for the results; {reason}")
     return output
 
 

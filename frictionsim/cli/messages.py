@@ -196,10 +196,10 @@ def usage_message(error: Any, arguments: Sequence[str]) -> str:
     elif name == "BadOptionUsage":
         wanted = "no value" if "does not take a value" in text else "a value"
         text = f"{error.option_name}: expected {wanted}"
-    elif found := fullmatch(r"No such command '(.*?)'.*", text):
-        text = unknown("command", found[1], context.command.list_commands(context))
-    elif found := fullmatch(r"Got unexpected extra argument\S* \((.*)\)", text):
-        text = f"unexpected argument '{found[1]}'"
+    elif match := fullmatch(r"No such command '(.*?)'.*", text):
+        text = unknown("command", match[1], context.command.list_commands(context))
+    elif match := fullmatch(r"Got unexpected extra argument\S* \((.*)\)", text):
+        text = f"unexpected argument '{match[1]}'"
     return f"{text}; see {_command(context, arguments)} --help"
 
 
@@ -246,8 +246,8 @@ def _expected(error: Any) -> str:
         first = judged()[0]
         wanted = ERRORS.get(first["type"], "")
         return f"expected {wanted}, got '{first['input']}'" if wanted else message
-    if found := fullmatch(r"'(.*)' is not a valid (.+)", message):
-        return f"expected {TYPES.get(found[2], found[2])}, got '{found[1]}'"
+    if match := fullmatch(r"'(.*)' is not a valid (.+)", message):
+        return f"expected {TYPES.get(match[2], match[2])}, got '{match[1]}'"
     return message
 
 

@@ -119,14 +119,14 @@ def quantities_table(
     headings += [f">{labels[1]} less {labels[0]}"] if len(results) == 2 else []
     rows = []
     for name in dict.fromkeys(name for quantities in results for name in quantities):
-        found = [quantities.get(name) for quantities in results]
+        compared = [quantities.get(name) for quantities in results]
         cells = [name]
-        for quantity, known in zip(found, errors, strict=True):
+        for quantity, known in zip(compared, errors, strict=True):
             cells.append("" if quantity is None else number_text(quantity.value))
             cells += [error_text(known.get(name))] if known else []
-        cells += [_difference(*found)] if len(found) == 2 else []
+        cells += [_difference(*compared)] if len(compared) == 2 else []
         # Files of several versions may have several units.
-        units = dict.fromkeys(quantity.unit for quantity in found if quantity is not None)
+        units = dict.fromkeys(quantity.unit for quantity in compared if quantity is not None)
         rows.append((*cells, " or ".join(units)))
     return Table([*headings, "unit"], rows, "Quantities")
 

@@ -72,11 +72,11 @@ def _names() -> tuple[str, ...]:
     A kind that several packages provide, or that is built in, is left out with a warning.
     """
     try:
-        providers = _providers()
+        by_kind = _providers()
     except InputError as error:
         _warn(error)
         return ()
-    return tuple(kind for kind, found in providers.items() if _is_usable(kind, found))
+    return tuple(kind for kind, providers in by_kind.items() if _is_usable(kind, providers))
 
 
 def _sound_names() -> tuple[str, ...]:

@@ -102,7 +102,7 @@ def in_groups(
     try:
         # A division by zero, and an overflow of a power, stop a run alone.
         with np.errstate(divide="raise", over="raise", invalid="raise", under="ignore"):
-            found = function(runs)
+            values = function(runs)
     except Unlike as unlike:
         if unlike.holds is not None:
             for part in (unlike.holds, ~unlike.holds):
@@ -110,7 +110,7 @@ def in_groups(
     except (ArithmeticError, AttributeError, TypeError, ValueError):
         pass  # it is for numbers of one run only
     else:
-        yield runs, found
+        yield runs, values
 
 
 def with_numbers(table: Table, numbers: "dict[KeyPath, RunNumbers]") -> Table:
@@ -128,9 +128,9 @@ def with_numbers(table: Table, numbers: "dict[KeyPath, RunNumbers]") -> Table:
     for key, below in inner.items():
         name, field = _field(table, key)
         changed[name] = _replaced(field, getattr(table, name), below)
-    found = table.model_copy(update=changed)
-    _check(found, changed.keys())
-    return found
+    copy = table.model_copy(update=changed)
+    _check(copy, changed.keys())
+    return copy
 
 
 def _field(table: BaseModel, key: str | int) -> tuple[str, FieldInfo]:

@@ -457,11 +457,11 @@ def _may_be_implausible(value: Any) -> bool:
         if type(inner) in WITHOUT_VALUES:
             continue
         if isinstance(inner, Params | Mapping | list | tuple):
-            found = _may_be_implausible(inner)
+            implausible = _may_be_implausible(inner)
         else:
-            found = name.endswith(MAYBE_IMPLAUSIBLE) and (
+            implausible = name.endswith(MAYBE_IMPLAUSIBLE) and (
                 inner > MAX_PLAUSIBLE_MU or inner < -MAX_PLAUSIBLE_RADIUS
             )
-        if found:
+        if implausible:
             return True
     return False

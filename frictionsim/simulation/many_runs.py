@@ -191,11 +191,11 @@ def run_many(
         return None
     arguments = runs.mechanism.system, runs.run
     states = initial_states(runs.mechanism, count)
-    found = recorded(function, arguments, states, lambda: on_step(0.0))
+    recording = recorded(function, arguments, states, lambda: on_step(0.0))
     try:
         # A division by zero stops a run alone.
         with np.errstate(divide="raise", over="ignore", invalid="ignore", under="ignore"):
-            return _observed(runs, found, scenario_of)
+            return _observed(runs, recording, scenario_of)
     except ArithmeticError:
         return None
 
@@ -235,16 +235,16 @@ class _Events:
 
 
 def _observed(
-    runs: Prepared, found: Recorded, scenario_of: "Callable[[int], Scenario]"
+    runs: Prepared, recording: Recorded, scenario_of: "Callable[[int], Scenario]"
 ) -> Observed | None:
-    count, sound = len(found.done), found.done.copy()
-    of_samples, of_events = (np.repeat(np.arange(count), numbers) for numbers in found.counts.T)
-    sound[of_samples[~np.isfinite(found.rows).all(axis=1)]] = False
-    sound[of_events[~np.isfinite(found.events).all(axis=1)]] = False
+    count, sound = len(recording.done), recording.done.copy()
+    of_samples, of_events = (np.repeat(np.arange(count), numbers) for numbers in recording.counts.T)
+    sound[of_samples[~np.isfinite(recording.rows).all(axis=1)]] = False
+    sound[of_events[~np.isfinite(recording.events).all(axis=1)]] = False
     if not sound.any():
         return None
-    events = _Events(found.events[sound[of_events]], of_events[sound[of_events]])
-    of_samples, samples = of_samples[sound[of_samples]], found.rows[sound[of_samples]].T
+    events = _Events(recording.events[sound[of_events]], of_events[sound[of_events]])
+    of_samples, samples = of_samples[sound[of_samples]], recording.rows[sound[of_samples]].T
     samples, of_samples = with_events(samples, of_samples, events)
     slips = events.slips_before(samples[TIME_COLUMN], of_samples)
     numbers = np.bincount(of_samples, minlength=count)
