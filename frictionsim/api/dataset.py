@@ -143,8 +143,8 @@ def sweep_dataset(table: SweepTable) -> xarray.Dataset:
         for key, coordinate in table.coordinates.items()
     }
     if RUN in table.dimensions:
-        of_run = {"units": "1", "long_name": "number of the run, from 0"}
-        coordinates[RUN] = (RUN, np.arange(table.runs), of_run)
+        run_attributes = {"units": "1", "long_name": "number of the run, from 0"}
+        coordinates[RUN] = (RUN, np.arange(table.runs), run_attributes)
     variables: dict[str, Any] = {
         name: (
             dimensions,
@@ -166,8 +166,8 @@ def sweep_dataset(table: SweepTable) -> xarray.Dataset:
     )
     for name, words in TEXTS.items():
         variables[name] = (dimensions, table.text_array(name), {"long_name": words})
-    of_sobol = {} if table.sobol is None else table.sobol.datasets
-    for name, (along, values, words) in of_sobol.items():
+    indices = {} if table.sobol is None else table.sobol.datasets
+    for name, (along, values, words) in indices.items():
         attributes = {"long_name": words} | ({} if isinstance(values, list) else {"units": "1"})
         (coordinates if name in along else variables)[name] = (along, values, attributes)
     return xarray.Dataset(variables, coordinates, dict(table.attributes))

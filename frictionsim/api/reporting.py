@@ -45,17 +45,17 @@ def study_html(source: Any) -> str | None:
         from frictionsim.api.dataset import sweep_table
 
         return _sweep_html(Sweep(sweep_table(source)))
-    return None if isinstance(source, results.Result) else _of_file(as_path("result", source))
+    return None if isinstance(source, results.Result) else _file_html(as_path("result", source))
 
 
-def _of_file(path: Path) -> str:
+def _file_html(path: Path) -> str:
     from frictionsim.io.cost_table import is_costs_in_csv, read_csv
     from frictionsim.io.hdf5_reader import read_any
     from frictionsim.io.replaceable import SWEEP_IN_CSV
     from frictionsim.io.unfinished import existing_name
 
     if is_costs_in_csv(path):
-        return _costs_of_file(read_csv(path), path)
+        return _cost_table_html(read_csv(path), path)
     if path.is_file() and path.suffix == ".csv":
         words = "neither a table of 'frictionsim cost' nor a result"
         if SWEEP_IN_CSV.recognises(path):
@@ -67,10 +67,10 @@ def _of_file(path: Path) -> str:
         return _html_of_runs([results.Result(content, path)])
     if isinstance(content, SweepTable):
         return _sweep_html(Sweep(content, path))
-    return _costs_of_file(content, path)
+    return _cost_table_html(content, path)
 
 
-def _costs_of_file(table: "CostTable", path: Path) -> str:
+def _cost_table_html(table: "CostTable", path: Path) -> str:
     from frictionsim.work_precision.table import study_of
 
     try:
@@ -87,8 +87,12 @@ def _costs_html(study: "WorkPrecision", source: str) -> str:
     from frictionsim.reports.study_report import cost_page
 
     drawn = study._replace(rows=study.drawable)
-    left = len(study.rows) - len(drawn.rows)
-    note = f"{left} settings have numbers that no axis shows; the table has them." if left else ""
+    omitted = len(study.rows) - len(drawn.rows)
+    note = (
+        f"{omitted} settings have numbers that no axis shows; the table has them."
+        if omitted
+        else ""
+    )
     title = "Error against work, one line for each method"
     return cost_page(study, source, Picture(title, image_for_page(cost_diagram(drawn)), note))
 

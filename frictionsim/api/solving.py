@@ -251,7 +251,7 @@ class _ProgressFailed(Exception):
 
 
 class _ProgressFunction(RunMonitor):
-    """A function of the user; its errors are told from those of the run."""
+    """A function of the user, whose errors differ in class from those of the run."""
 
     def __init__(self, progress: Callable[[float], Any]) -> None:
         self._progress = progress

@@ -32,9 +32,11 @@ def study_parts(study: WorkPrecision) -> Document:
     yield f"{study.title or study.kind}: error against run time ({study.status})"
     yield from _reference_lines(study)
     names = [metric.name for metric in study.metrics]
-    of_mesh, in_time = (["model", ">bodies"], [">in time"]) if study.of_meshes else ([], [])
+    mesh_headings, time_heading = (
+        (["model", ">bodies"], [">in time"]) if study.of_meshes else ([], [])
+    )
     headings = [
-        *(*of_mesh, "law", "method", "setting", ">error", *in_time),
+        *(*mesh_headings, "law", "method", "setting", ">error", *time_heading),
         *(f">{name}" for name in names),
         *(">events", ">ms", ">spread", ">steps", ">rejected", ">rhs", ""),
     ]
@@ -68,7 +70,7 @@ def _reference_lines(study: WorkPrecision) -> list[str]:
 
 
 def _cells(study: WorkPrecision, row: "Row", names: list[str]) -> list[str]:
-    below, of_meshes = study.below_uncertainty(row), study.of_meshes
+    below, has_meshes = study.below_uncertainty(row), study.of_meshes
 
     def marked(name: str, error: float | None) -> str:
         return error_text(error) + "*" * (error is not None and name in below)
@@ -76,12 +78,12 @@ def _cells(study: WorkPrecision, row: "Row", names: list[str]) -> list[str]:
     mesh = row.setting.mesh
     spread = row.wall_spread
     return [
-        *((mesh.model, str(mesh.bodies)) if mesh else ("", "") if of_meshes else ()),
+        *((mesh.model, str(mesh.bodies)) if mesh else ("", "") if has_meshes else ()),
         row.setting.law,
         row.setting.backend,
         row.setting.label,
         marked("error", row.error) or "failed",
-        *((marked("time_error", row.time_error),) if of_meshes else ()),
+        *((marked("time_error", row.time_error),) if has_meshes else ()),
         *(marked(n, row.errors[n].relative if n in row.errors else None) for n in names),
         str(row.events),
         short_text(1e3 * row.wall_seconds),

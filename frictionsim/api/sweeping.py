@@ -456,10 +456,10 @@ class _SweepRun:
                     self._write_unfinished(files, error)
             if isinstance(error, Interrupted | KeyboardInterrupt):
                 number = getattr(error, "signal_number", SIGINT)
-                told = SweepInterrupted(number, self._kept(files, error))
+                interrupted = SweepInterrupted(number, self._kept(files, error))
                 if isinstance(error, Interrupted):
-                    raise told from None
-                raise KeyboardInterrupt(str(told)) from None
+                    raise interrupted from None
+                raise KeyboardInterrupt(str(interrupted)) from None
             if isinstance(error, OutputError):
                 raise OutputError(f"{error}. {self._kept(files, error)}") from None
             if isinstance(error, SolverError):  # the scheduler of Dask is lost

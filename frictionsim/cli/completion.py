@@ -1,4 +1,4 @@
-"""What a shell offers for an argument; nothing here may fail, since nobody would see why."""
+"""Shell completions of arguments; nothing here may fail, since nobody would see why."""
 
 from collections.abc import Iterable
 

@@ -260,7 +260,7 @@ OUT_OF_MEMORY = (
     "can't start new thread",
     "out of memory",
 )
-OF_RUNS = ("solve", "resume")
+RUN_COMMANDS = ("solve", "resume")
 
 
 def ending_of(error: BaseException, arguments: Sequence[str]) -> tuple[str, int]:
@@ -317,7 +317,7 @@ def _memory_message(error: BaseException, arguments: Sequence[str]) -> str:
             "out of memory while loading a library; allow the process more (see 'ulimit -v' and"
             " 'ulimit -u')"
         )
-    if any(command in arguments for command in OF_RUNS):
+    if any(command in arguments for command in RUN_COMMANDS):
         return (
             "out of memory; a larger output.interval, or fewer output.channels, records fewer"
             " numbers"

@@ -82,19 +82,19 @@ def check_overlay(results: Sequence[Overlaid]) -> None:
 def overlay(
     results: Sequence[Overlaid],
     figure: "Figure | SubFigure",
-    of_view: Sequence[str] = (),
+    view_channels: Sequence[str] = (),
     channels: Sequence[str] = (),
 ) -> None:
     """Draw channels of several results over time.
 
     Parameters
     ----------
-    of_view : sequence of str
+    view_channels : sequence of str
         The channels that are drawn; by default those of the kind that all results have.
     channels : sequence of str
         Those that are drawn instead.
     """
-    panels = _panels([one.record for one in results], of_view, channels)
+    panels = _panels([one.record for one in results], view_channels, channels)
     first = results[0].record
     titles = {one.record.attributes["title"] or one.record.attributes["kind"] for one in results}
     title = titles.pop() if len(titles) == 1 else first.attributes["kind"]
@@ -114,14 +114,14 @@ def overlay(
 
 
 def _panels(
-    results: Sequence["Record"], of_view: Sequence[str], channels: Sequence[str]
+    results: Sequence["Record"], view_channels: Sequence[str], channels: Sequence[str]
 ) -> list[_Panel]:
     for result in results[1:]:
         for name in channels:
             if name not in result.channels:
                 raise ArgumentError("channels", f"not all of these results have '{name}'")
     first = results[0]
-    names = channels_of(first, channels) if channels or not of_view else list(of_view)
+    names = channels_of(first, channels) if channels or not view_channels else list(view_channels)
     common = [name for name in names if all(name in result.channels for result in results)]
     if not common:
         raise InputError(

@@ -139,12 +139,12 @@ def _draw_models(ax: Any, rows: "list[Row]") -> list[Line2D]:
     counts = sorted({row.setting.mesh.bodies for row in rows if row.setting.mesh})
     markers = {count: MESH_MARKERS[i % len(MESH_MARKERS)] for i, count in enumerate(counts)}
     handles = []
-    for number, (model, of_model) in enumerate(cheapest_of_meshes(rows).items()):
+    for number, (model, model_rows) in enumerate(cheapest_of_meshes(rows).items()):
         colour = COLOURS[number % len(COLOURS)]
         style = {"color": colour, "linestyle": MESH_LINES[number % len(MESH_LINES)]}
-        points = [(row.wall_seconds, max(row.error or 0.0, MIN_MESH_ERROR)) for row in of_model]
+        points = [(row.wall_seconds, max(row.error or 0.0, MIN_MESH_ERROR)) for row in model_rows]
         ax.plot(*zip(*points, strict=True), **style)
-        for row, (x, y) in zip(of_model, points, strict=True):
+        for row, (x, y) in zip(model_rows, points, strict=True):
             if row.setting.mesh is not None:
                 ax.plot(x, y, marker=markers[row.setting.mesh.bodies], color=colour)
         handles.append(Line2D([], [], **style, label=f"moreau, {model}"))
@@ -164,13 +164,13 @@ def _draw_methods(left: Any, right: Any, rows: "list[Row]") -> list[Line2D]:
             "markersize": 8,
             "linewidth": 0.8,
         }
-        of_line = [row for row in rows if row.setting.line == line]
-        seconds = [row.wall_seconds for row in of_line]
-        left.plot(seconds, [max(row.error or 0.0, MIN_MESH_ERROR) for row in of_line], **style)
+        line_rows = [row for row in rows if row.setting.line == line]
+        seconds = [row.wall_seconds for row in line_rows]
+        left.plot(seconds, [max(row.error or 0.0, MIN_MESH_ERROR) for row in line_rows], **style)
         right.plot(
-            seconds, [max(row.time_error or 0.0, MIN_MESH_ERROR) for row in of_line], **style
+            seconds, [max(row.time_error or 0.0, MIN_MESH_ERROR) for row in line_rows], **style
         )
-        bodies = of_line[0].setting.mesh.bodies if of_line[0].setting.mesh else 0
+        bodies = line_rows[0].setting.mesh.bodies if line_rows[0].setting.mesh else 0
         handles.append(Line2D([], [], **style, label=f"{line}, {bodies} bodies"))
     return handles
 

@@ -252,7 +252,7 @@ def _label_keys(places: list[Any], layout: _Layout) -> None:
 
 def _drawn_values(table: SweepTable, name: str, runs: Any) -> Any:
     outcomes = outcomes_of(table, name, runs)
-    return np.where(np.isnan(outcomes.values), outcomes.of_failed_audit, outcomes.values)
+    return np.where(np.isnan(outcomes.values), outcomes.audit_failures, outcomes.values)
 
 
 def _handles(table: SweepTable, layout: _Layout, panels: list[_Panel]) -> list[Any]:

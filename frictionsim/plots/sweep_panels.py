@@ -53,14 +53,14 @@ class Outcomes(NamedTuple):
     ----------
     values : array
         Of runs that are done and passed their audit; else NaN.
-    of_failed_audit : array
+    audit_failures : array
         Of runs whose audit failed; else NaN.
     marks : dict of bool arrays
         By the names of MARKS.
     """
 
     values: "Array"
-    of_failed_audit: "Array"
+    audit_failures: "Array"
     marks: dict[str, Any]
 
 
@@ -111,12 +111,12 @@ def draw_curves(
                 continue
             own = dict(style) if columns.shape[1] == 1 else style | {"color": _colour(number)}
             if mark == "audit failed":
-                ax.plot(x[at], outcomes.of_failed_audit[at, number], linestyle="", **own)
+                ax.plot(x[at], outcomes.audit_failures[at, number], linestyle="", **own)
             else:
                 height = np.full(at.sum(), RAISED * (0.4 + number))
                 transform = ax.get_xaxis_transform()
                 ax.plot(x[at], height, linestyle="", transform=transform, **own)
-    scale_values(ax, np.concatenate((outcomes.values.ravel(), outcomes.of_failed_audit.ravel())))
+    scale_values(ax, np.concatenate((outcomes.values.ravel(), outcomes.audit_failures.ravel())))
     below = [where.any(axis=0) for mark, where in outcomes.marks.items() if mark != "audit failed"]
     if np.any(below):
         _make_room(ax, RAISED * (2.0 + int(np.flatnonzero(np.any(below, axis=0))[-1])))
@@ -243,7 +243,7 @@ def draw_map(
     x.prepare(ax, "x")
     y.prepare(ax, "y")
     outcomes = outcomes_of(table, name, runs)
-    values = np.where(np.isnan(outcomes.values), outcomes.of_failed_audit, outcomes.values)
+    values = np.where(np.isnan(outcomes.values), outcomes.audit_failures, outcomes.values)
     ax.patch.set(facecolor="white", edgecolor=GREY, hatch=HATCH)
     edges, cells = (x.edges, y.edges), {"rasterized": values.size > MAX_CELLS, "linewidth": 0}
     blank = outcomes.marks["failed"] | outcomes.marks["not run"]

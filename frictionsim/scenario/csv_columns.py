@@ -396,12 +396,12 @@ def _find_columns(
         return _Found({}, {}, [])
     names = [column for column in wanted if isinstance(column, str)]
     header, line = list[Heading](), 0
-    of_row = heading if has_units else _plain_heading
+    heading_of = heading if has_units else _plain_heading
     if names:
-        headings = (([of_row(cell) for cell in row.cells], i) for i, row in enumerate(rows))
+        headings = (([heading_of(cell) for cell in row.cells], i) for i, row in enumerate(rows))
         place = next(((h, i) for h, i in headings if set(names) <= _names(h)), None)
         if place is None:
-            raise _no_such_column(path, names, rows, decimal, of_row)
+            raise _no_such_column(path, names, rows, decimal, heading_of)
         header, above = place
         line, rows = rows[above].line, rows[above + 1 :]
     places: dict[Column, int] = {}
@@ -429,7 +429,7 @@ def _find_columns(
 
     below = list(dropwhile(lambda row: not has_number(row), rows))
     if not names and len(below) < len(rows):
-        header = [of_row(cell) for cell in rows[-len(below) - 1].cells]
+        header = [heading_of(cell) for cell in rows[-len(below) - 1].cells]
     units = {c: header[i].unit for c, i in places.items() if 0 <= i < len(header)}
     return _Found(places, {column: unit for column, unit in units.items() if unit}, below)
 
@@ -456,7 +456,7 @@ def _no_such_column(
     names: Sequence[str],
     rows: Sequence[CsvRow],
     decimal: str,
-    of_row: Callable[[str], Heading],
+    heading_of: Callable[[str], Heading],
 ) -> NoSuchColumn:
     """Return the error for names that no row has, which compares with the likely header."""
     above = list(takewhile(lambda row: not _is_numeric(row, decimal), rows))
@@ -466,7 +466,7 @@ def _no_such_column(
             f"'{path}' has no line with the names of its columns; give the number of"
             f" '{names[0]}', from 1",
         )
-    lines = [(row, [of_row(cell) for cell in row.cells]) for row in above]
+    lines = [(row, [heading_of(cell) for cell in row.cells]) for row in above]
 
     def likeness(line: tuple[CsvRow, list[Heading]]) -> tuple[int, int, int]:
         matches = len(_names(line[1]) & {*names})

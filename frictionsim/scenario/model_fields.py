@@ -104,10 +104,10 @@ def fields_along(model: type[BaseModel], key: str) -> list[list[FieldInfo]]:
 
     A value of several forms, such as a signal, has several fields; an unknown key has none.
     """
-    models, levels, of_list = [model], list[list[FieldInfo]](), False
+    models, levels, is_list = [model], list[list[FieldInfo]](), False
     for part in map(str.strip, key.split(".")):
-        if of_list or part.isdecimal():
-            of_list = False
+        if is_list or part.isdecimal():
+            is_list = False
             continue
         fields = [
             field
@@ -119,7 +119,7 @@ def fields_along(model: type[BaseModel], key: str) -> list[list[FieldInfo]]:
             continue
         levels.append(fields)
         models = [inner for field in fields for inner in models_in(field.annotation)]
-        of_list = any(
+        is_list = any(
             table_model(field.annotation) is not None and holds(field.annotation, tuple)
             for field in fields
         )

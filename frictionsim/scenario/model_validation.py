@@ -170,15 +170,15 @@ def _root_errors(error: ValidationError) -> list[Any]:
 
 def _numbers(tables: dict[str, Any]) -> Iterator[tuple[KeyPath, float]]:
     """Yield all numbers of a scenario with their keys; of a list the largest magnitude."""
-    left: list[tuple[KeyPath, Any]] = [((key,), value) for key, value in tables.items()]
-    while left:
-        path, value = left.pop()
+    pending: list[tuple[KeyPath, Any]] = [((key,), value) for key, value in tables.items()]
+    while pending:
+        path, value = pending.pop()
         if isinstance(value, dict):
-            left.extend(((*path, key), inner) for key, inner in value.items())
+            pending.extend(((*path, key), inner) for key, inner in value.items())
         elif isinstance(value, list | tuple) and all(map(_is_number, value)):
             yield path, max(value, key=abs, default=0.0)
         elif isinstance(value, list | tuple):
-            left.extend(((*path, i), inner) for i, inner in enumerate(value))
+            pending.extend(((*path, i), inner) for i, inner in enumerate(value))
         elif _is_number(value):
             yield path, value
 

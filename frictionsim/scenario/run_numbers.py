@@ -17,7 +17,7 @@ from pydantic_core import PydanticCustomError
 from frictionsim.scenario.toml_data import KeyPath
 
 Table = TypeVar("Table", bound=BaseModel)
-Found = TypeVar("Found")
+Output = TypeVar("Output")
 
 BOUNDS: dict[str, Callable[[Any, Any], Any]] = {
     "gt": operator.gt,
@@ -90,8 +90,8 @@ def stacked(values: Sequence[Any]) -> Any:
 
 
 def in_groups(
-    function: Callable[[Any], Found], runs: Any, fewest: int
-) -> Iterator[tuple[Any, Found]]:
+    function: Callable[[Any], Output], runs: Any, fewest: int
+) -> Iterator[tuple[Any, Output]]:
     """Yield groups of runs that a function takes at once, by their indices, with what it returns.
 
     Runs that differ are divided until they do not; those of groups of less than `fewest`, and

@@ -69,7 +69,7 @@ class SolverSettings(Params):
 
     @property
     def budget_advice(self) -> str:
-        """What a user can do after a run has used up its budget."""
+        """Advice for a run that has exceeded its budget."""
         method = methods.METHODS[self.backend]
         fixed = method.fixed_steps or self.step is not None
         ways = ["resume the run"] if method.resumable else []

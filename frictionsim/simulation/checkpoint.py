@@ -95,10 +95,10 @@ def require_names(names: Iterable[str], known: Iterable[str], prefix: str) -> No
 
 
 @contextmanager
-def of_checkpoint() -> Iterator[None]:
-    """Report what a state leads to whose numbers are in their ranges, but of no run."""
+def checkpoint_errors() -> Iterator[None]:
+    """Report errors from a state whose numbers are in range, but belong to no run."""
     try:
-        with np.errstate(all="ignore"):  # the audit tells, or the run fails by name
+        with np.errstate(all="ignore"):  # the audit reports it, or the run fails by name
             yield
     except MALFORMED as error:
         raise InputError(

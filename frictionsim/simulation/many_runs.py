@@ -50,13 +50,13 @@ BACKEND = "events"
 
 
 class RunForm(NamedTuple):
-    """What runs that go together have in common: the kernel, and the problem of one of them."""
+    """The kernel that runs of one form share, and the problem of one of them."""
 
     kernel: "Kernel"
     problem: Problem
 
     def compiled(self, on_step: Any) -> Any:
-        """Return the compiled code, None if there is none; a monitor is told if that takes long."""
+        """Return the compiled code, or None; a monitor is notified if that takes long."""
         if self.kernel.is_at_hand:
             return compiled_for(self.kernel, self.problem)
         with compilation_of(on_step, SECONDS_OF_COMPILATION):
@@ -146,7 +146,7 @@ def _warnings(scenario: "Scenario") -> tuple[str, ...] | None:
 
 
 class Observed(NamedTuple):
-    """What is observed of many runs.
+    """The results of many runs.
 
     Attributes
     ----------
@@ -224,30 +224,32 @@ class _Events:
         times[self.run[chosen]] = self.time[chosen]
         return times
 
-    def slips_before(self, time: Any, of_samples: Any) -> Any:
+    def slips_before(self, time: Any, sample_runs: Any) -> Any:
         """Return the number of events before each sample, of all runs, after which a run slips."""
         slips = self.mode_to != STICK
-        time, run = np.append(time, self.time[slips]), np.append(of_samples, self.run[slips])
-        is_slip = np.arange(len(time)) >= len(of_samples)
+        time, run = np.append(time, self.time[slips]), np.append(sample_runs, self.run[slips])
+        is_slip = np.arange(len(time)) >= len(sample_runs)
         order, numbers = np.lexsort((is_slip, time, run)), np.empty(len(time), dtype=int)
         numbers[order] = np.cumsum(is_slip[order])
-        return numbers[: len(of_samples)]
+        return numbers[: len(sample_runs)]
 
 
 def _observed(
     runs: Prepared, recording: Recorded, scenario_of: "Callable[[int], Scenario]"
 ) -> Observed | None:
     count, sound = len(recording.done), recording.done.copy()
-    of_samples, of_events = (np.repeat(np.arange(count), numbers) for numbers in recording.counts.T)
-    sound[of_samples[~np.isfinite(recording.rows).all(axis=1)]] = False
-    sound[of_events[~np.isfinite(recording.events).all(axis=1)]] = False
+    sample_runs, event_runs = (
+        np.repeat(np.arange(count), numbers) for numbers in recording.counts.T
+    )
+    sound[sample_runs[~np.isfinite(recording.rows).all(axis=1)]] = False
+    sound[event_runs[~np.isfinite(recording.events).all(axis=1)]] = False
     if not sound.any():
         return None
-    events = _Events(recording.events[sound[of_events]], of_events[sound[of_events]])
-    of_samples, samples = of_samples[sound[of_samples]], recording.rows[sound[of_samples]].T
-    samples, of_samples = with_events(samples, of_samples, events)
-    slips = events.slips_before(samples[TIME_COLUMN], of_samples)
-    numbers = np.bincount(of_samples, minlength=count)
+    events = _Events(recording.events[sound[event_runs]], event_runs[sound[event_runs]])
+    sample_runs, samples = sample_runs[sound[sample_runs]], recording.rows[sound[sample_runs]].T
+    samples, sample_runs = with_events(samples, sample_runs, events)
+    slips = events.slips_before(samples[TIME_COLUMN], sample_runs)
+    numbers = np.bincount(sample_runs, minlength=count)
     begin = np.cumsum(numbers) - numbers
     sound &= _largest_distance(runs.mechanism, events, count) <= RELEASE_DISTANCE
     # In the order of those of one run.
@@ -317,18 +319,20 @@ def _warnings_of_one(scenario: "Scenario", trajectory: Trajectory, i: int) -> tu
     """Return the warnings about the scenario and the samples of one of the runs."""
     mechanism = mechanism_module(scenario.kind).build(scenario)
     columns: list[Any] = [*trajectory[: SampleBuffer.COLUMNS]]
-    of_one = Trajectory(*[column[:, i] for column in columns], {}, {}, [])  # type: ignore[call-arg]
-    return (*scenario.warnings(), *nothing_moves(mechanism, of_one))
+    run_trajectory = Trajectory(*[column[:, i] for column in columns], {}, {}, [])  # type: ignore[call-arg]
+    return (*scenario.warnings(), *nothing_moves(mechanism, run_trajectory))
 
 
 def _largest_distance(mechanism: Mechanism, events: _Events, count: int) -> Any:
     """Return the largest distance of a breakaway from its static limit, (runs,)."""
     leaves = (events.mode_from == STICK) & (events.mode_to != STICK) & (events.name != STOP_EVENT)
     run = events.run[leaves]
-    of_each = selected(mechanism, run)
-    sides = (trajectory_of(of_each, side[:, leaves], []) for side in (events.before, events.after))
+    selection = selected(mechanism, run)
+    sides = (
+        trajectory_of(selection, side[:, leaves], []) for side in (events.before, events.after)
+    )
     largest = np.zeros(count)
-    np.maximum.at(largest, run, release_distance(of_each, *sides))
+    np.maximum.at(largest, run, release_distance(selection, *sides))
     return largest
 
 
@@ -356,7 +360,7 @@ def selected(mechanism: Mechanism, runs: Any) -> Mechanism:
     )
 
 
-def with_events(samples: Any, of_samples: Any, events: _Events) -> tuple[Any, Any]:
+def with_events(samples: Any, sample_runs: Any, events: _Events) -> tuple[Any, Any]:
     """Return the samples of all runs with those at events, (columns, n), and the run of each.
 
     As `samples_of` of one run: an event replaces a regular sample at its time, by
@@ -366,8 +370,8 @@ def with_events(samples: Any, of_samples: Any, events: _Events) -> tuple[Any, An
     before, after = events.before, events.after
     holds = (before[MODE_COLUMN] == STICK) & (before[VELOCITY_COLUMN] == after[VELOCITY_COLUMN])
     at_events = np.where((events.mode_from == STICK) & holds, before, after)
-    rows, run = np.concatenate((samples, at_events), axis=1), np.append(of_samples, events.run)
-    is_event = np.repeat((False, True), (len(of_samples), len(events.run)))
+    rows, run = np.concatenate((samples, at_events), axis=1), np.append(sample_runs, events.run)
+    is_event = np.repeat((False, True), (len(sample_runs), len(events.run)))
     order = np.lexsort((is_event & (rows[MODE_COLUMN] == STICK), is_event, rows[TIME_COLUMN], run))
     rows, run = rows[:, order], run[order]
     later = (rows[TIME_COLUMN, 1:] != rows[TIME_COLUMN, :-1]) | (run[1:] != run[:-1])

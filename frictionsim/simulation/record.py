@@ -249,13 +249,13 @@ def _event_label(contact: str, before: float, after: float) -> str:
     if before == after:
         return contact
     if contact in OTHER_MODES:
-        return f"{contact}: {_of_slip(before, after)}"
+        return f"{contact}: {_slip_change(before, after)}"
     if after == 0:
         return REST
     return BREAKAWAY if before == 0 else REVERSAL
 
 
-def _of_slip(before: float, after: float) -> str:
+def _slip_change(before: float, after: float) -> str:
     if after == STICK:
         return STICKS
     return SLIPS if before == STICK else REVERSAL

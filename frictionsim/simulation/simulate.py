@@ -21,9 +21,9 @@ from frictionsim.results import MODES, Record, SolverStatistics, failures
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.methods import METHODS
 from frictionsim.simulation.checkpoint import (
+    checkpoint_errors,
     dump_part,
     load_part,
-    of_checkpoint,
     require_same_arrays,
 )
 from frictionsim.simulation.record import recorded, segment_record
@@ -155,7 +155,7 @@ def run(
     if samples is not None and segments is not None:
         samples.put_into(segments, partial(segment_record, scenario, simulation))
     doubted: Callable[[], AbstractContextManager[None]] = (
-        nullcontext if checkpoint is None else of_checkpoint
+        nullcontext if checkpoint is None else checkpoint_errors
     )
     if checkpoint is not None:
         LOG.info("the run is resumed")

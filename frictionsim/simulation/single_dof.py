@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 # Channels that /events holds as `angle`, `mode_from` and `mode_to`, not as sides.
-OF_EVENTS = ("angle", "mode")
+EVENT_CHANNELS = ("angle", "mode")
 TIME_COLUMN, VELOCITY_COLUMN, MODE_COLUMN = 0, 3, 6  # of a row of `SampleBuffer`
 
 
@@ -280,7 +280,7 @@ class RecordedSimulation:
         """Return the channels that may jump at events, on one side of each event."""
         trajectory = self._trajectory_of(rows, transitions)
         channels = self._full(self._channels(trajectory), trajectory)
-        return {name: values for name, values in channels.items() if name not in OF_EVENTS}
+        return {name: values for name, values in channels.items() if name not in EVENT_CHANNELS}
 
     def _full(self, channels: dict[str, Any], trajectory: Any) -> dict[str, Any]:
         """Return channels of which a constant one may be given as a number."""

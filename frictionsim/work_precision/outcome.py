@@ -1,4 +1,4 @@
-"""What a study runs and measures: settings, errors by metric, rows and references."""
+"""The runs and measurements of a study: settings, errors by metric, rows and references."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from math import inf
@@ -35,7 +35,7 @@ class Comparable(Protocol):
 
 
 class Outcome(NamedTuple):
-    """What a run is compared with, where that is no run itself; see `Comparable`."""
+    """A reference for runs that is not a run itself; see `Comparable`."""
 
     channels: "Mapping[str, Array]" = MappingProxyType({})
     transitions: "Sequence[Transition]" = ()

@@ -161,18 +161,18 @@ class CostOptions(Options):
         if not hasattr(kind, "METRICS"):
             raise InputError(f"cost: the kind '{scenario.kind}' defines no error metrics")
 
-        def of_kind(name: str, default: Callable[..., Any], argument: Any) -> Any:
-            """Return what a kind's own function returns, or else that of other kinds."""
+        def kind_settings(name: str, default: Callable[..., Any], argument: Any) -> Any:
+            """Return the settings by the function of the kind, or by the default one."""
             if hasattr(kind, name):
                 return getattr(kind, name)(scenario, argument)
             return default(scenario, argument, kind.build(scenario))
 
         def over_time() -> list[Setting]:
-            settings = of_kind("ladders", ladders, self.tolerances)
+            settings = kind_settings("ladders", ladders, self.tolerances)
             return [s for s in settings if s.backend in methods and (not s.law or s.law in laws)]
 
         rtol = min(self.tolerances) * REFERENCE_REFINEMENT
-        best = of_kind("references", references, rtol)
+        best = kind_settings("references", references, rtol)
         meshes = self._meshes(kind, scenario)
         if not meshes:
             return Plan(over_time(), best, kind.METRICS)
@@ -249,13 +249,13 @@ def ladders(
     for (law, name), pair in scenario.pairs.items():
         if pair.fixed_step:
             duration = scenario.solver.duration
-            of_pair = [_with_step(name, fraction * duration) for fraction in STEPS]
+            pair_settings = [_with_step(name, fraction * duration) for fraction in STEPS]
         elif law == REGULARISED:
             speeds = SPEEDS_IF_IMPLICIT if METHODS[name].implicit else SPEEDS
-            of_pair = [_with_speed(name, speed, scenario) for speed in speeds]
+            pair_settings = [_with_speed(name, speed, scenario) for speed in speeds]
         else:
-            of_pair = [with_tolerance(name, rtol) for rtol in tolerances]
-        settings += [setting.with_law(law, scenario) for setting in of_pair]
+            pair_settings = [with_tolerance(name, rtol) for rtol in tolerances]
+        settings += [setting.with_law(law, scenario) for setting in pair_settings]
     return settings
 
 

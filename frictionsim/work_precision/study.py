@@ -99,7 +99,7 @@ class Benchmark:
         self._checks = {m.source for m in self._metrics if m.what == "check"}
         self._max_wall, self._repeats = max_wall, repeats
         self._warm: set[str] = set()
-        self._of_limits: dict[Setting, Record] = {}
+        self._limit_records: dict[Setting, Record] = {}
 
     def reference(self, settings: tuple[Setting, ...], on_step: OnStep) -> Reference:
         """Solve with the settings of the references; the first that is done is the reference.
@@ -141,7 +141,7 @@ class Benchmark:
         references, names, reasons = [], [], []
         for limit in limits:
             try:
-                runs = [self._of_limit(setting, on_step) for setting in limit]
+                runs = [self._limit_record(setting, on_step) for setting in limit]
                 failed = [r.reason for r in runs if r.status != "done"]
             except InputError as refused:
                 failed = [one_line(refused)]
@@ -162,12 +162,12 @@ class Benchmark:
         )
         return Reference(references[0], tuple(names), floor)
 
-    def _of_limit(self, setting: Setting, on_step: OnStep) -> Record:
-        if setting not in self._of_limits:
+    def _limit_record(self, setting: Setting, on_step: OnStep) -> Record:
+        if setting not in self._limit_records:
             self._warm_up(setting, on_step)
             limit = self._max_wall * LIMIT_TIME_FACTOR
-            self._of_limits[setting] = _run(self._variants.judged(setting), on_step, limit)
-        return self._of_limits[setting]
+            self._limit_records[setting] = _run(self._variants.judged(setting), on_step, limit)
+        return self._limit_records[setting]
 
     def row(
         self,
@@ -196,7 +196,7 @@ class Benchmark:
         except InputError as refused:  # an effect that the model does not have, too few bodies
             return _refused(setting, one_line(refused))
         self._warm_up(setting, on_step)
-        judged = self._of_limits.get(setting) or _run(scenario, on_step, self._max_wall)
+        judged = self._limit_records.get(setting) or _run(scenario, on_step, self._max_wall)
         last, seconds = judged, [_seconds(judged)]
         errors: dict[str, Error] = {}
         time_errors: dict[str, Error] = {}
