@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class _LazyArray(BackendArray):
-    """A stored channel as xarray wants what a file holds."""
+    """A stored channel as a backend array of xarray."""
 
     def __init__(self, channel: StoredChannel) -> None:
         self.shape, self.dtype, self._channel = channel.shape, channel.dtype, channel
@@ -36,7 +36,7 @@ class _LazyArray(BackendArray):
 
 
 def lazy_array(channel: StoredChannel) -> Any:
-    """Return a channel as data of an `xarray.Variable`; only what is selected is read."""
+    """Return a channel as data of an `xarray.Variable`; only the selection is read."""
     return indexing.LazilyIndexedArray(_LazyArray(channel))
 
 

@@ -77,7 +77,7 @@ class PlotOptions(Appearance, Extent):
     speed: float | None = None
 
     def check_for(self, drawn: str) -> None:
-        """Raise ArgumentError if an option does not apply to what is drawn, a key of `APPLY`."""
+        """Raise ArgumentError if an option does not apply to a subject, a key of `APPLY`."""
         for name, field in type(self).model_fields.items():
             if name not in APPLY[drawn] and getattr(self, name) != field.default:
                 fit = " or ".join(other for other, names in APPLY.items() if name in names)
@@ -271,12 +271,12 @@ def _save_sweep(table: "SweepTable", place: _Place, options: PlotOptions) -> Sav
     return _save(drawings, options)._replace(skipped=reasons)
 
 
-def _save(drawings: "Drawings", look: Appearance, skips: bool = False) -> SavedPictures:
+def _save(drawings: "Drawings", appearance: Appearance, skips: bool = False) -> SavedPictures:
     """Write pictures; where it `skips`, those that can be drawn, of which there must be one."""
     saved = SavedPictures([], [])
     for path, draw_figure in drawings.items():
         try:
-            save(draw_figure(), path, look.dots_per_inch)
+            save(draw_figure(), path, appearance.dots_per_inch)
             saved.pictures.append(path)
         except InputError as error:
             if not skips or isinstance(error, ArgumentError):

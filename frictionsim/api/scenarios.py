@@ -176,7 +176,7 @@ class WarmedUp(NamedTuple):
 
 
 def warm_up(kind: str | None = None) -> tuple[WarmedUp, ...]:
-    """Compile what the shipped scenarios need, with each compiled method.
+    """Compile the kernels of the shipped scenarios, with each compiled method.
 
     Of belts all that a run calls, of the other kinds what long runs, sweeps and fits call. Another
     scenario compiles again if it has another set of effects.

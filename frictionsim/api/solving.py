@@ -134,7 +134,7 @@ def resume(
 
 
 class RunOptions(Options):
-    """The limits and the progress display of a run, and what is done after it."""
+    """The limits and the progress display of a run, and the actions after it."""
 
     no_clobber: bool = False
     max_wall: float | None = unit_field("s", "Limit of wall time.", None, gt=0, allow_inf_nan=True)

@@ -70,7 +70,7 @@ OnProgress = Callable[[SweepProgress], Any]
 
 
 class SweepInterrupted(Interrupted):
-    """A sweep that was stopped by a signal; the message says what is kept, and where."""
+    """A sweep was stopped by a signal; the message names the files kept."""
 
     def __init__(self, signal_number: int, text: str = "") -> None:
         super().__init__(signal_number, 0.0)

@@ -148,7 +148,7 @@ class Report:
 
 
 def run_jobs(jobs: Sequence[Job], options: "RunOptions", report: Report) -> None:
-    """Run jobs in turn until one is interrupted; an error of one of several only skips it."""
+    """Run jobs one by one until one is interrupted; an error in one of several skips that one."""
     from frictionsim.api.solving import solve_with
 
     for number, job in enumerate(jobs, start=1):

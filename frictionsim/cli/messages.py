@@ -145,7 +145,7 @@ def defect_message(error: Exception) -> str:
 
 
 def _plugin_of(error: Exception) -> str:
-    """Return the installed package whose function failed or called what failed; empty if ours."""
+    """Return the installed package whose call failed; empty if it was ours."""
     from importlib.metadata import entry_points
 
     from frictionsim.scenario.kinds import GROUP
@@ -176,7 +176,7 @@ ERRORS = {
 
 
 def usage_message(error: Any, arguments: Sequence[str]) -> str:
-    """Return the message for an error of typer: where, what was wanted and what was found.
+    """Return the message for an error of typer: the place, the expected and the given value.
 
     Parameters
     ----------

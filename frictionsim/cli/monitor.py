@@ -71,7 +71,7 @@ class CommandSignals(StopSignals):
 
 
 class EndingSignals(CommandSignals):
-    """Ends the process at a stop signal at once, and says what is written.
+    """Ends the process at once at a stop signal, and names the files written.
 
     Parameters
     ----------

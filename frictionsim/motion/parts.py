@@ -128,7 +128,7 @@ class Band(NamedTuple):
 
 
 class Trail(NamedTuple):
-    """The path of a point: what is behind it is drawn stronger than what is ahead.
+    """The path of a point, drawn stronger behind the point than ahead of it.
 
     Attributes
     ----------
@@ -238,7 +238,7 @@ class Moment(NamedTuple):
 
 
 def moment_of(times: "Array", time: float) -> Moment:
-    """Return the place of a time among increasing times; what is outside is at the ends."""
+    """Return the place of a time among increasing times; times outside are at the ends."""
     if time >= times[-1]:
         return Moment(len(times) - 1, 0.0)
     frame = max(int(np.searchsorted(times, time, side="right")) - 1, 0)

@@ -64,7 +64,7 @@ TAUT_OR_SLACK = {0: MODE_WORDS[TAUT], 1: MODE_WORDS[SLACK]}
 
 
 class Rope(NamedTuple):
-    """A side of the rope and what hangs on it.
+    """A side of the rope and its load.
 
     Attributes
     ----------

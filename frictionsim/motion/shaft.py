@@ -66,7 +66,7 @@ BARE_RADIUS = 5.0  # radius of a body on which only couples act, relative to its
 MAX_ARMS = 12  # more are an outline around them
 
 
-class Look(NamedTuple):
+class Sizes(NamedTuple):
     """Sizes of the drawing of a body.
 
     Attributes
@@ -89,7 +89,7 @@ class Look(NamedTuple):
     rim: float
 
 
-def look_of(scenario: "ShaftScenario") -> Look:
+def sizes_of(scenario: "ShaftScenario") -> Sizes:
     """Return the sizes of the drawing of a body."""
     journal, eccentric = scenario.effects.shaft_friction, scenario.effects.eccentric_mass
     arms: dict[tuple[float, float], None] = {}
@@ -110,45 +110,45 @@ def look_of(scenario: "ShaftScenario") -> Look:
     seen = tuple(point for point in arms if hypot(*point) > hub)
     if not rim and not seen:
         rim = reach
-    return Look(reach, shaft, hub, seen, rim)
+    return Sizes(reach, shaft, hub, seen, rim)
 
 
 def shapes_of(scenario: "ShaftScenario") -> tuple[Disc | Line, ...]:
     """Return the shapes of the body at the angle 0, from back to front."""
-    look = look_of(scenario)
+    sizes = sizes_of(scenario)
     shapes: list[Disc | Line] = []
-    if look.rim:
-        shapes += wheel(look.rim, hub=min(look.hub / look.rim, 0.7))
+    if sizes.rim:
+        shapes += wheel(sizes.rim, hub=min(sizes.hub / sizes.rim, 0.7))
         cords = {abs(force.cord_radius) for force in scenario.forces if force.cord_radius}
         shapes += [
             Disc(0.0, 0.0, radius, "fixed", open=True)
             for radius in sorted(cords, reverse=True)
-            if look.hub < radius < look.rim
+            if sizes.hub < radius < sizes.rim
         ]
-    tip = TIP * look.reach
-    if len(look.arms) > MAX_ARMS:
-        shapes.append(Line(_outline(look.arms), "moving", closed=True))
+    tip = TIP * sizes.reach
+    if len(sizes.arms) > MAX_ARMS:
+        shapes.append(Line(_outline(sizes.arms), "moving", closed=True))
     else:
-        shapes += [Line(arm(point, look.hub, tip), "moving", closed=True) for point in look.arms]
-    if look.arms or look.hub < look.rim:
-        shapes.append(Disc(0.0, 0.0, look.hub, "moving"))
-    shapes += [Disc(*point, PIN * look.reach, "fixed") for point in look.arms]
-    if not look.rim:  # what the eye follows
-        shapes.append(Disc(*_hub_place(look), 0.5 * PIN * look.reach, "marked"))
+        shapes += [Line(arm(point, sizes.hub, tip), "moving", closed=True) for point in sizes.arms]
+    if sizes.arms or sizes.hub < sizes.rim:
+        shapes.append(Disc(0.0, 0.0, sizes.hub, "moving"))
+    shapes += [Disc(*point, PIN * sizes.reach, "fixed") for point in sizes.arms]
+    if not sizes.rim:  # what the eye follows
+        shapes.append(Disc(*_hub_place(sizes), 0.5 * PIN * sizes.reach, "marked"))
     eccentric = scenario.effects.eccentric_mass
     if eccentric is not None and eccentric.mass > 0.0:
         azimuth = radians(eccentric.azimuth_deg)
         place = eccentric.radius * np.cos(azimuth), eccentric.radius * np.sin(azimuth)
-        shapes.append(Disc(float(place[0]), float(place[1]), MASS * look.reach, "load"))
-    if _stops(scenario) is not None and not look.arms:
-        shapes.append(_lug(look))
+        shapes.append(Disc(float(place[0]), float(place[1]), MASS * sizes.reach, "load"))
+    if _stops(scenario) is not None and not sizes.arms:
+        shapes.append(_lug(sizes))
     return tuple(shapes)
 
 
-def _hub_place(look: Look) -> tuple[float, float]:
+def _hub_place(sizes: Sizes) -> tuple[float, float]:
     """Return a place on the hub, on the side of the first arm."""
-    x, y = look.arms[0]
-    length, place = hypot(x, y), 0.5 * (look.shaft + look.hub)
+    x, y = sizes.arms[0]
+    length, place = hypot(x, y), 0.5 * (sizes.shaft + sizes.hub)
     return place * x / length, place * y / length
 
 
@@ -177,20 +177,20 @@ def stops_of(scenario: "ShaftScenario") -> tuple[Line, ...]:
 
     None are drawn where the body may turn by more than a turn between them.
     """
-    stops, look = _stops(scenario), look_of(scenario)
+    stops, sizes = _stops(scenario), sizes_of(scenario)
     if stops is None:
         return ()
     low, high = stops.lowest_angle_deg, stops.highest_angle_deg
     if low is not None and high is not None and high - low > 360.0:
         return ()
-    if look.arms:
-        point = max(look.arms, key=lambda point: hypot(*point))
+    if sizes.arms:
+        point = max(sizes.arms, key=lambda point: hypot(*point))
         azimuth, length = atan2(point[1], point[0]), hypot(*point)
-        begin, end = (max(part * length, 1.05 * look.hub) for part in (STOP_FROM, STOP_TO))
-        half = look.hub + (TIP * look.reach - look.hub) * begin / length
+        begin, end = (max(part * length, 1.05 * sizes.hub) for part in (STOP_FROM, STOP_TO))
+        half = sizes.hub + (TIP * sizes.reach - sizes.hub) * begin / length
     else:
-        azimuth, begin, end, half = 0.0, 1.02 * look.rim, 1.2 * look.rim, LUG * look.rim
-    wide = STOP_WIDTH * look.reach
+        azimuth, begin, end, half = 0.0, 1.02 * sizes.rim, 1.2 * sizes.rim, LUG * sizes.rim
+    wide = STOP_WIDTH * sizes.reach
     stop_lines = []
     for degrees, side in ((low, -1.0), (high, 1.0)):
         if degrees is not None:
@@ -205,8 +205,8 @@ def stops_of(scenario: "ShaftScenario") -> tuple[Line, ...]:
 LUG = 0.06  # half the width of what comes against a stop, relative to the rim
 
 
-def _lug(look: Look) -> Line:
-    rim, half = look.rim, LUG * look.rim
+def _lug(sizes: Sizes) -> Line:
+    rim, half = sizes.rim, LUG * sizes.rim
     corners = [(0.97 * rim, -half), (1.15 * rim, -half), (1.15 * rim, half), (0.97 * rim, half)]
     return Line(np.array(corners), "marked", closed=True)
 
@@ -221,20 +221,20 @@ def spring_line(scenario: "ShaftScenario", angle: "Array") -> "tuple[Array, Arra
 
     A spiral from the hub to a fixed place; None if it would have too many turns.
     """
-    spring, look = scenario.effects.torsion_spring, look_of(scenario)
+    spring, sizes = scenario.effects.torsion_spring, sizes_of(scenario)
     if spring is None or spring.stiffness == 0.0:
         return None
     free = radians(spring.free_angle_deg)
     # Its turns when it is free, of which enough are left at all angles.
     turns = COIL + ceil(2.0 * max(float(np.max(angle - free, initial=0.0)), 0.0) / (2.0 * pi)) / 2.0
     most = turns + float(np.max(free - angle, initial=0.0)) / (2.0 * pi)
-    outer = max(SPRING * look.reach, 1.4 * look.hub)
+    outer = max(SPRING * sizes.reach, 1.4 * sizes.hub)
     if most > MAX_COILS:
         return None
     part = np.linspace(0.0, 1.0, 1 + 30 * ceil(most))
     end = free + 2.0 * pi * turns
     winding = angle[:, None] + part * (end - angle[:, None])
-    radius = look.hub + part * (outer - look.hub)
+    radius = sizes.hub + part * (outer - sizes.hub)
     return radius * np.cos(winding), radius * np.sin(winding)
 
 
@@ -276,7 +276,7 @@ def motion(result: "Record") -> Motion:
     forces = _free_body(result, scenario, frames)
     parts: list[Part] = list(bodies_of(scenario, angle))
     readouts = list(readouts_at(result, NUMBERS, frames))
-    reach = look_of(scenario).reach
+    reach = sizes_of(scenario).reach
     if forces is not None:
         scale = scale_of(forces, reach)
         torque = still
@@ -321,7 +321,7 @@ def _free_body(result: "Record", scenario: "ShaftScenario", frames: Frames) -> F
 
 def bodies_of(scenario: "ShaftScenario", angle: "Array") -> list[Part]:
     """Return body, spring, stops, shaft and friction circles at some angles, rad."""
-    still, look = np.zeros_like(angle), look_of(scenario)
+    still, sizes = np.zeros_like(angle), sizes_of(scenario)
 
     def fixed(name: str, *shapes: Any) -> Body:
         return Body(name, shapes, still, still, still)
@@ -334,10 +334,10 @@ def bodies_of(scenario: "ShaftScenario", angle: "Array") -> list[Part]:
     if spring is not None:
         parts.append(Band("torsion spring", *spring, closed=False))
         place = float(spring[0][0, -1]), float(spring[1][0, -1])
-        parts.append(fixed("", Disc(*place, 0.02 * look.reach, "fixed")))
+        parts.append(fixed("", Disc(*place, 0.02 * sizes.reach, "fixed")))
     journal = scenario.effects.shaft_friction
     circles = (0.0, 0.0) if journal is None else (journal.static_radius, journal.kinetic_radius)
-    return [*parts, *shaft_bodies(look.shaft, still, *circles)]
+    return [*parts, *shaft_bodies(sizes.shaft, still, *circles)]
 
 
 def scale_of(body: FreeBody, reach: float) -> float:
@@ -350,7 +350,7 @@ def scale_of(body: FreeBody, reach: float) -> float:
 
 def cords_of(scenario: "ShaftScenario", body: FreeBody, angle: "Array") -> list[Part]:
     """Return the cords, which run with the body: by the radius times its angle, along the pull."""
-    reach, parts = look_of(scenario).reach, list[Part]()
+    reach, parts = sizes_of(scenario).reach, list[Part]()
     for force, shown in zip(scenario.forces, body.forces, strict=False):
         if force.cord_radius is None:
             continue

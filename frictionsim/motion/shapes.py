@@ -152,7 +152,7 @@ def bounds_around(points: "Array", margin: float) -> "Bounds":
 
 
 def bounds_of(parts: Iterable[Part], reach: float, margin: float) -> "Bounds":
-    """Return the bounds of what is within a reach, m, and of bands, arrows and blocks at all times.
+    """Return the bounds of a reach, m, and of bands, arrows and blocks at all times.
 
     A block is a body whose first shape is a line; blocks do not turn.
     """

@@ -93,7 +93,7 @@ def draw(
     view: str | None = None,
     body: int | None = None,
     ax: Any = None,
-    look: Appearance = USUAL,
+    appearance: Appearance = USUAL,
     shown: Extent = WHOLE,
 ) -> "Figure":
     """Draw a view of a result as a matplotlib figure.
@@ -111,7 +111,7 @@ def draw(
         Number of the body of a belt that the view `body` shows.
     ax : Axes, optional
         Empty Axes of a grid, as of `plt.subplots`: the view takes their place.
-    look : Appearance
+    appearance : Appearance
         Size and style of a new figure.
     shown : Extent
         The time, window or channels that are drawn.
@@ -142,7 +142,7 @@ def draw(
     return drawn_in(
         lambda target: views[view].draw(part, target, **options),
         ax,
-        look=_fitted(look, shown),
+        appearance=_fitted(appearance, shown),
     )
 
 
@@ -160,16 +160,16 @@ def _part(result: "Record", view: View, shown: Extent) -> tuple["Record", dict[s
     return within(result, *shown.window), options
 
 
-def _fitted(look: Appearance, shown: Extent) -> Appearance:
+def _fitted(appearance: Appearance, shown: Extent) -> Appearance:
     """Return the appearance in which labels of any channels fit."""
-    return look.model_copy(update={"fitted": True}) if shown.channels else look
+    return appearance.model_copy(update={"fitted": True}) if shown.channels else appearance
 
 
 def draw_overlay(
     results: "Sequence[Overlaid]",
     view: str | None = None,
     ax: Any = None,
-    look: Appearance = USUAL,
+    appearance: Appearance = USUAL,
     shown: Extent = WHOLE,
 ) -> "Figure":
     """Draw several results of one kind over each other, in a view over time.
@@ -177,7 +177,7 @@ def draw_overlay(
     Parameters
     ----------
     results : sequence of Overlaid
-    view, ax, look, shown
+    view, ax, appearance, shown
         As of `draw`.
     """
     check_overlay(results)
@@ -198,7 +198,7 @@ def draw_overlay(
     return drawn_in(
         lambda target: overlay(parts, target, views[view].overlaid or (), shown.channels),
         ax=ax,
-        look=look.model_copy(update={"fitted": True}),
+        appearance=appearance.model_copy(update={"fitted": True}),
     )
 
 

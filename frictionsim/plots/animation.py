@@ -114,7 +114,7 @@ class MovingPicture:
         return np.asarray(self.canvas.buffer_rgba())
 
     def _draw_moved(self) -> None:
-        """Draw what moves over what does not, which is drawn once."""
+        """Draw the moving parts over the still ones, which are drawn once."""
         if self._background is None:
             self.canvas.draw()
             self._background = self.canvas.copy_from_bbox(self.figure.bbox)
@@ -244,9 +244,9 @@ class MovingPicture:
     ) -> None:
         if entries:
             place: Style = {"loc": loc, "bbox_to_anchor": where, "borderaxespad": 0.2}
-            look: Style = {"frameon": False, "handlelength": 2.2, "labelspacing": 0.35}
+            style: Style = {"frameon": False, "handlelength": 2.2, "labelspacing": 0.35}
             columns = min(columns, len(entries))
-            self.figure.legend(handles=entries, ncols=columns, fontsize=SMALL, **place, **look)
+            self.figure.legend(handles=entries, ncols=columns, fontsize=SMALL, **place, **style)
 
     def _key(self) -> list[Any]:
         """Return a sample of each part with a name; parts of one name once."""

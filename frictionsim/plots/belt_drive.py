@@ -176,7 +176,7 @@ def contact_arc(
 def _arc_lines(
     path: "Path", bodies: Any, on: Any, arc: tuple[float, float]
 ) -> tuple[Any, list[Any]]:
-    """Return the middles of what points of a string have on an arc, and the lines of it."""
+    """Return the middles of the parts of an arc around points of a string, and their lines."""
     first, last = (ends[on] for ends in _extents(path, places_on(path, bodies)))
     middle = 0.5 * (first + last)
     turns = np.round((0.5 * sum(arc) - middle) / path.length) * path.length

@@ -257,7 +257,7 @@ class ForceDrawing:
             self._lines.append(start + part * (end - start))
 
     def write_names(self) -> None:
-        """Write the names, and show what the view says."""
+        """Write the names, and set the limits of the view."""
         draw_labels(self.ax, self._labels, np.concatenate(self._lines), self.view)
         (left, bottom), (right, top) = self.view.low, self.view.high
         self.ax.set_xlim(left, right)

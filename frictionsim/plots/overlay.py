@@ -49,7 +49,7 @@ ROW, NUMBER = 8.0, 6.5  # points, of the rows above the panels and of their numb
 
 
 class Overlaid(NamedTuple):
-    """One of several results: the name of its file, and what it holds."""
+    """One of several results: the name of its file, and its record."""
 
     name: str
     record: "Record"
@@ -163,7 +163,7 @@ def _draw(ax: Any, result: "Record", panel: _Panel, number: int) -> None:
 
 
 def _mark(ax: Any, results: Sequence[Overlaid]) -> list[Any]:
-    """Draw a row for each result above the first panel; return what the legend shows of them.
+    """Draw a row for each result above the first panel; return legend handles.
 
     The rows have the order of the legend, and its numbers at their ends: in grey print neither
     colours nor the dashes of short bars tell them apart.

@@ -38,21 +38,21 @@ COLOUR_BAR = "<colorbar>"  # the label that matplotlib gives to its axes
 INCHES_TO_MM = 25.4
 
 
-def arrange(figure: "Figure", look: Appearance) -> None:
+def arrange(figure: "Figure", appearance: Appearance) -> None:
     """Make a drawn figure fit its size and style."""
     _scale_lines(figure)
-    if not look.title:
+    if not appearance.title:
         _remove_title(figure)
-    if look.height is not None:
-        figure.set_figheight(look.height)
+    if appearance.height is not None:
+        figure.set_figheight(appearance.height)
     # The first layout says how much room there is for the labels; the second has them in lines.
-    _lay_out(figure, look)
+    _lay_out(figure, appearance)
     further = _break_labels(figure)
-    if further and look.height is None:
+    if further and appearance.height is None:
         figure.set_figheight(figure.get_figheight() + further / POINTS)
-    _lay_out(figure, look)
+    _lay_out(figure, appearance)
     if _thin_ticks(figure):
-        _lay_out(figure, look)
+        _lay_out(figure, appearance)
     _hide_overlapping(figure)
 
 
@@ -143,7 +143,7 @@ def _break_labels(figure: "Figure | SubFigure") -> float:
     return further
 
 
-def _lay_out(figure: "Figure", look: Appearance) -> None:
+def _lay_out(figure: "Figure", appearance: Appearance) -> None:
     with catch_warnings(record=True) as said:
         simplefilter("always")
         figure.draw_without_rendering()
@@ -158,7 +158,7 @@ def _lay_out(figure: "Figure", look: Appearance) -> None:
     if not collapsed and all(side >= MIN_SIDE * figure.dpi for side in sides):
         return
     width, height = (INCHES_TO_MM * float(side) for side in figure.get_size_inches())
-    which = "wider" if look.height is None else "higher or wider"
+    which = "wider" if appearance.height is None else "higher or wider"
     raise InputError(
         f"cannot draw this view in {width:.0f} mm x {height:.0f} mm: there is no room for its"
         f" panels beside their labels; make the picture {which}, choose a style with smaller text"
@@ -190,7 +190,9 @@ class Picture(Figure):
             super().savefig(*args, **options)
 
 
-def drawn_in(view: View, ax: Any = None, width: float = WIDTH, look: Appearance = USUAL) -> Figure:
+def drawn_in(
+    view: View, ax: Any = None, width: float = WIDTH, appearance: Appearance = USUAL
+) -> Figure:
     """Draw a view where the caller wants it; return the whole figure.
 
     Parameters
@@ -200,35 +202,35 @@ def drawn_in(view: View, ax: Any = None, width: float = WIDTH, look: Appearance 
         that there are. A new figure has the defaults.
     width : float, inches
         Of a new figure.
-    look : Appearance
+    appearance : Appearance
         Only a title can be left out where there is no new figure.
     """
     if ax is None:
-        return _new(view, width, look)
-    if look.new_figure_option:
+        return _new(view, width, appearance)
+    if appearance.new_figure_option:
         raise ArgumentError(
-            look.new_figure_option,
+            appearance.new_figure_option,
             "is of a new picture; leave it out where the view is drawn in place of axes",
         )
-    return _replace(view, ax, look.title)
+    return _replace(view, ax, appearance.title)
 
 
-def _new(view: View, width: float, look: Appearance) -> Figure:
-    values = look.parameters()
-    side = width if look.width is None else look.width
+def _new(view: View, width: float, appearance: Appearance) -> Figure:
+    values = appearance.parameters()
+    side = width if appearance.width is None else appearance.width
     with parameters(values):
         figure = Picture(figsize=(side, side), layout="constrained")
-        if look.style:
+        if appearance.style:
             figure.parameters = values
         view(figure)
         make_literal(figure)
-        if not look.is_usual:
+        if not appearance.is_usual:
             with rendering(values):  # which says what the user's settings lack
                 FigureCanvasAgg(figure)  # the plain canvas makes a renderer for each measurement
-                arrange(figure, look)
+                arrange(figure, appearance)
                 FigureCanvasBase(figure)  # lets go of the renderer
-            if look.dpi is not None:
-                figure.set_dpi(look.dpi)
+            if appearance.dpi is not None:
+                figure.set_dpi(appearance.dpi)
     return figure
 
 

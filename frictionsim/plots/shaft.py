@@ -32,7 +32,7 @@ from frictionsim.mechanisms.shaft.free_body import (
     free_body,
 )
 from frictionsim.motion.parts import Body, Disc, Moment
-from frictionsim.motion.shaft import bodies_of, cords_of, look_of, scale_of, scenario_in, tail_of
+from frictionsim.motion.shaft import bodies_of, cords_of, scale_of, scenario_in, sizes_of, tail_of
 from frictionsim.motion.shapes import arc, reaction_foot
 from frictionsim.plots import time_history
 from frictionsim.plots.force_drawing import Area, ForceDrawing, Resultant, arrow_sample
@@ -167,7 +167,7 @@ def words_of_reaction(now: Instant) -> str:
 
 
 def notes_of(now: Instant) -> list[str]:
-    """Return sentences on what is special."""
+    """Return sentences on special cases."""
     state = f"at {study_text(now.time)} s" + (f": {now.state}" if now.state else "")
     notes = [state]
     if now.scenario.effects.shaft_friction is None:
@@ -298,7 +298,7 @@ def _unmarked(shapes: "tuple[Disc | Line, ...]") -> "tuple[Disc | Line, ...]":
 
 def _segments(now: Instant) -> list[tuple[str, str, "Pair", "Pair"]]:
     """Return name, kind, tail and way of the arrow of each force, m."""
-    reach = look_of(now.scenario).reach
+    reach = sizes_of(now.scenario).reach
     scale = scale_of(now.free_body, reach)
     segments = []
     for force in now.free_body.forces:
@@ -309,27 +309,27 @@ def _segments(now: Instant) -> list[tuple[str, str, "Pair", "Pair"]]:
 
 
 def _bounds(now: Instant) -> tuple["Pair", "Pair"]:
-    """Return the corners of what is drawn of the body, with a margin, m."""
-    look = look_of(now.scenario)
-    arcs = COUPLE_RADIUS * look.reach if _drawn_couples(now) else 0.0
-    round_axis = max(look.rim, 1.3 * look.hub, arcs)
+    """Return the corners of the drawing of the body, with a margin, m."""
+    sizes = sizes_of(now.scenario)
+    arcs = COUPLE_RADIUS * sizes.reach if _drawn_couples(now) else 0.0
+    round_axis = max(sizes.rim, 1.3 * sizes.hub, arcs)
     points = [np.array([[-round_axis, -round_axis], [round_axis, round_axis]])]
     for part in _parts(now):
         if not isinstance(part, Body):
             points.append(np.column_stack([part.x.ravel(), part.y.ravel()]))
     for _, _, tail, way in _segments(now):
         points.append(np.array([tail, np.add(tail, way)]))
-    scale = scale_of(now.free_body, look.reach)
+    scale = scale_of(now.free_body, sizes.reach)
     for force in (now.reaction, now.resultant):
-        if force.arm <= look.reach:
+        if force.arm <= sizes.reach:
             tip = np.add(force.foot, (scale * force.across, scale * force.up))
             points.append(np.array([force.foot, tip]))
     cosine, sine = float(np.cos(now.angle[0])), float(np.sin(now.angle[0]))
     eccentric = now.scenario.effects.eccentric_mass
-    places = list(look.arms)
+    places = list(sizes.arms)
     if eccentric is not None:
         azimuth = np.radians(eccentric.azimuth_deg)
-        out = eccentric.radius + 0.1 * look.reach
+        out = eccentric.radius + 0.1 * sizes.reach
         places.append((float(out * np.cos(azimuth)), float(out * np.sin(azimuth))))
     points += [np.array([[cosine * x - sine * y, sine * x + cosine * y]]) for x, y in places]
     corners = np.concatenate(points)
@@ -348,12 +348,12 @@ def _drawn_couples(now: Instant) -> list[str]:
 
 def _draw_body(ax: Any, now: Instant, view: Area) -> list[Any]:
     """Draw the body with all that acts on it; return legend handles."""
-    look = look_of(now.scenario)
-    reach = look.reach
+    sizes = sizes_of(now.scenario)
+    reach = sizes.reach
     for part in _parts(now):
         moving(ax, part, 1.0, 1.0 / view.scale).move(Moment(0, 0.0), now.time)
     drawing = ForceDrawing(ax, view)
-    drawing.keep_free(arc(look.rim, 0.0, 2.0 * np.pi, 45))
+    drawing.keep_free(arc(sizes.rim, 0.0, 2.0 * np.pi, 45))
     handles = [*_draw_forces(drawing, now), *_draw_couples(drawing, now)]
     scale = scale_of(now.free_body, reach)
     for force, name, colour, words in (
@@ -407,7 +407,7 @@ def _draw_couples(drawing: ForceDrawing, now: Instant) -> list[Any]:
     handles = []
     drawn = _drawn_couples(now)
     share = 2.0 * np.pi / max(len(drawn), 1)
-    radius, half = COUPLE_RADIUS * look_of(now.scenario).reach, 0.5 * min(MAX_SWEEP, SWEEP * share)
+    radius, half = COUPLE_RADIUS * sizes_of(now.scenario).reach, 0.5 * min(MAX_SWEEP, SWEEP * share)
     for i, couple in enumerate(now.couples[:MAX_NAMED]):
         size = float(couple.size[0])
         colour = FORCE_COLOURS[(len(now.scenario.forces) + i) % len(FORCE_COLOURS)]
@@ -442,14 +442,14 @@ def _draw_shaft(ax: Any, now: Instant, side: float) -> list[Any]:
     ax.add_patch(Circle((0.0, 0.0), BODY_SEEN * shaft, fc=ROLES["moving"], ec=GREY, lw=0.8))
     ax.add_patch(Circle((0.0, 0.0), shaft, fc=ROLES["still"], ec=GREY, lw=0.8))
     handles = []
-    for name, radius, look in (
+    for name, radius, style in (
         ("static", r_s, STATIC_CIRCLE),
         ("kinetic", journal.kinetic_radius, KINETIC_CIRCLE),
     ):
         words = f"circle of {name} friction, radius {length(radius)}"
         if radius > 0.0:
-            ax.add_patch(Circle((0.0, 0.0), radius, **look, zorder=3, label=words))
-        face: Style = {"color": "none", "mfc": "none", "mec": look["ec"], "mew": 1.3}
+            ax.add_patch(Circle((0.0, 0.0), radius, **style, zorder=3, label=words))
+        face: Style = {"color": "none", "mfc": "none", "mec": style["ec"], "mew": 1.3}
         handles.append(Line2D([], [], marker="o", markersize=8, label=words, **face))
     names = {"still": f"shaft, radius {length(shaft)}", "moving": "body around the shaft"}
     for role, words in names.items():

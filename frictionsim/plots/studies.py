@@ -1,4 +1,4 @@
-"""The pictures of studies: what accuracy costs, and data with what was fitted to them.
+"""The pictures of studies: the cost of accuracy, and data with a fit.
 
 A study of costs has the error against wall time and against evaluations of the right-hand side. A
 study of meshes has the error of the mesh beside that of the steps. Left: error against the limit of
@@ -135,7 +135,7 @@ def cheapest_of_meshes(rows: "list[Row]") -> "dict[str, list[Row]]":
 
 
 def _draw_models(ax: Any, rows: "list[Row]") -> list[Line2D]:
-    """Draw a line for each model; return what the legend shows: models, then bodies."""
+    """Draw a line for each model; return legend handles: models, then bodies."""
     counts = sorted({row.setting.mesh.bodies for row in rows if row.setting.mesh})
     markers = {count: MESH_MARKERS[i % len(MESH_MARKERS)] for i, count in enumerate(counts)}
     handles = []

@@ -75,7 +75,7 @@ def draw_sweep(
     quantities: Sequence[str] = (),
     at: Mapping[str, Any] | None = None,
     ax: Any = None,
-    look: Appearance = USUAL,
+    appearance: Appearance = USUAL,
 ) -> Figure:
     """Draw a sweep as a matplotlib figure.
 
@@ -85,14 +85,16 @@ def draw_sweep(
         By default the first ones that vary.
     at : mapping, optional
         By key of a grid, the one value of it that is drawn.
-    ax, look : optional
+    ax, appearance : optional
         As in `frictionsim.plots.draw`.
     """
     _check(table, quantities)
     if table.attributes["design"] == SAMPLE:
         if at:
             raise ArgumentError("at", "it applies to a grid; this sweep is a sample")
-        return drawn_in(lambda target: _draw_sample(table, quantities, target), ax, look=look)
+        return drawn_in(
+            lambda target: _draw_sample(table, quantities, target), ax, appearance=appearance
+        )
     face = face_of(table, at or {})
     if len(face.axes) > MAX_KEYS:
         keys = ", ".join(axis.key for axis in face.axes)
@@ -103,7 +105,7 @@ def draw_sweep(
         )
     third = _third(face, quantities) if len(face.axes) == MAX_KEYS else None
     return drawn_in(
-        lambda target: _draw_face(table, face, third, quantities, target), ax, look=look
+        lambda target: _draw_face(table, face, third, quantities, target), ax, appearance=appearance
     )
 
 
@@ -166,7 +168,7 @@ def chosen(table: SweepTable, runs: Any, count: int = MAX_PANELS) -> tuple[list[
 
 
 class _Panel(NamedTuple):
-    """A panel: its quantity, its runs in the shape of the axes, and what it is at."""
+    """A panel: its quantity, its runs in the shape of the axes, and its title."""
 
     name: str
     runs: Any
@@ -331,7 +333,7 @@ def _title(
     notes: Sequence[str],
     drawn: int,
 ) -> None:
-    """Give a figure the title of a sweep: what is varied, and how many of its runs are drawn."""
+    """Give a figure the title of a sweep: its varied keys, and the number of runs drawn."""
     attributes = table.attributes
     title = attributes["title"] or attributes["kind"]
     number = counts(table)

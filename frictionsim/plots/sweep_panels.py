@@ -226,7 +226,7 @@ def draw_map(
     runs: Any,
     norm: Normalize | None,
 ) -> Any:
-    """Draw a quantity over two keys; return what a colour bar is made of, None without values.
+    """Draw a quantity over two keys; return the artist of its colour bar, None without values.
 
     Parameters
     ----------
@@ -274,7 +274,7 @@ def _mark_runs(ax: Any, x: KeyAxis, y: KeyAxis, marks: dict[str, Any]) -> None:
 
 
 def _has_contours(x: KeyAxis, y: KeyAxis, values: "Array") -> bool:
-    """Return whether contour lines help: over numbers, enough of them, and of what varies."""
+    """Return whether contour lines help: over enough numbers, of a quantity that varies."""
     over_numbers = not x.labels and not y.labels
     return over_numbers and min(values.shape) >= MIN_FOR_CONTOURS and not is_constant(values)
 

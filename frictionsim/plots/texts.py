@@ -28,7 +28,7 @@ TEX = str.maketrans(
 
 
 def shown(text: str) -> str:
-    r"""Return a text without what no font draws: control characters are escapes as \x1b.
+    r"""Return a text without characters that no font draws: control characters are escapes as \x1b.
 
     So are marks that change the direction of writing, and halves of characters that are stored in
     two. A tab is a space.

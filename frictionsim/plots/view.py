@@ -286,7 +286,7 @@ class View(NamedTuple):
     whole: bool = False
 
     def shows(self, part: str) -> bool:
-        """Return whether it shows what `time`, `window` or `channels` of an extent select."""
+        """Return whether it shows the selection by `time`, `window` or `channels` of an extent."""
         return {"time": self.instant, "window": self.window, "channels": self.channels}[part]
 
     def applicable(self, shown: Extent) -> Extent:

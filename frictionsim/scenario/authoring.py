@@ -115,7 +115,7 @@ def _examples(kind: str) -> _Examples:
 
 
 def _heading(kind: str, model: type[Scenario]) -> Iterator[str]:
-    """Yield the lines above the first key: how to use this file, and what there is to choose."""
+    """Yield the lines above the first key: how to use this file, and the choices in it."""
     file = schema_file(kind)
     yield from _prose(
         f"The line `#:schema ./{file}` at the top of a file has editors complete and check it;"

@@ -486,7 +486,7 @@ def _is_numeric(row: CsvRow, decimal: str) -> bool:
 
 
 def number_in(path: Path, row: CsvRow, place: int, of: str, decimal: str) -> float:
-    """Return the finite number in a cell of a row; `of` says in a message what it is."""
+    """Return the finite number in a cell of a row; `of` names the quantity in messages."""
     where = f"line {row.line} of '{path}'"
     if not 0 <= place < len(row.cells):
         raise InputError(f"{where}: no column {place + 1}{of}, only {len(row.cells)}")

@@ -1,4 +1,4 @@
-"""Error messages for invalid scenarios: the key, what was expected, what was found."""
+"""Error messages for invalid scenarios: the key, the expected and the given value."""
 
 from typing import Any, NamedTuple, get_args, get_origin
 

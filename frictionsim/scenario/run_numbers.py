@@ -92,7 +92,7 @@ def stacked(values: Sequence[Any]) -> Any:
 def in_groups(
     function: Callable[[Any], Output], runs: Any, fewest: int
 ) -> Iterator[tuple[Any, Output]]:
-    """Yield groups of runs that a function takes at once, by their indices, with what it returns.
+    """Yield groups of runs that a function accepts at once, by indices, with its output.
 
     Runs that differ are divided until they do not; those of groups of less than `fewest`, and
     those that have to be done alone, are left out.

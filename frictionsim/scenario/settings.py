@@ -204,7 +204,7 @@ class Scenario(Params):
         return tomli_w.dumps(self.to_dict())
 
     def replace(self, overrides: "Overrides | None" = None, **keys: Any) -> Self:
-        """Return a scenario with other values; what was left out stays left out.
+        """Return a scenario with other values; omitted keys stay omitted.
 
         Parameters
         ----------

@@ -38,7 +38,7 @@ _DEEP_KEY = re.compile(rf"(?:{_PART}){{{MAX_DEPTH}}}")
 
 
 class NoUsableText(ValueError):
-    """A text that is valid, but exceeds a limit or holds what no number can hold."""
+    """A valid text that exceeds a limit or has a number out of range."""
 
 
 class ExceedsLimit(NoUsableText):

@@ -100,7 +100,7 @@ def with_tolerance(backend: str, rtol: float) -> Setting:
 
 
 def tolerance_overrides(rtol: float) -> tuple[str, ...]:
-    """Return the overrides for a relative tolerance and the absolute one that goes with it."""
+    """Return the overrides for a relative tolerance and the matching absolute one."""
     return f"solver.rtol={rtol:.6g}", f"solver.atol={rtol * ATOL_OVER_RTOL:.6g}"
 
 

@@ -64,7 +64,7 @@ class Simulation(Protocol):
         """
 
     def compile(self, on_step: Callable[[float], Any]) -> float | None:
-        """Compile what the run, or a longer one, calls; return how long that took, s.
+        """Compile the functions of the run, or of a longer one; return the duration, s.
 
         None if it is not compiled with this method. `on_step` is as for `prepare`.
         """

@@ -78,7 +78,7 @@ def require_values(values: Any, name: str, expected: Expected, duration: float) 
 
 
 def require_same_arrays(state: Arrays, restored: Arrays) -> None:
-    """Check that a state has the arrays of what was restored from it, and no others."""
+    """Check that a state has exactly the arrays of the object restored from it."""
     for name in sorted(state.keys() ^ restored.keys()):
         raise unfit(_printable(name), "is missing" if name in restored else "is unknown")
     for name, values in restored.items():

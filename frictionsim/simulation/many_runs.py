@@ -102,7 +102,7 @@ class _NoSamples:
 
 
 class Prepared(NamedTuple):
-    """Runs that go together: their mechanism with arrays, and what else follows from scenarios."""
+    """Runs of one form: their mechanism with arrays, and other data from their scenarios."""
 
     form: RunForm
     mechanism: Mechanism

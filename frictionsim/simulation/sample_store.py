@@ -155,7 +155,7 @@ class SampleStore:
         self._count -= rows
 
     def _remember(self, segment: Mapping[str, Any]) -> None:
-        """Keep what stays in memory of a segment."""
+        """Keep the part of a segment that stays in memory."""
         for name in self._small:
             self._earlier.setdefault(name, []).append(np.array(segment[name], dtype=np.float64))
 
@@ -211,7 +211,7 @@ class SampleStore:
         return np.concatenate(parts) if len(parts) > 1 else parts[0]
 
     def state(self) -> Arrays:
-        """Return the samples in memory, and what segments there are."""
+        """Return the samples in memory, and the list of segments."""
         state: Arrays = {
             f"samples.{name}": values[: self._count].copy() for name, values in self._latest.items()
         }

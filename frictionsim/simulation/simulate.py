@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 def log_scenario(scenario: "Scenario") -> None:
-    """Log what is simulated, and how."""
+    """Log the scenario and its settings."""
     solver = scenario.solver
     LOG.info(
         "scenario %s: kind %s, effects %s, law %s, backend %s",

@@ -471,7 +471,7 @@ def quantities_of_transitions(transitions: list[Transition]) -> Quantities:
 def final_quantities(
     time: float, position: float, velocity: float, at_start: float, energies: Mapping[str, float]
 ) -> Quantities:
-    """Return the quantities of the last sample, and what balances them: the energy at the start."""
+    """Return the quantities of the last sample, and the energy at the start to balance them."""
     return {
         "final_time": Quantity(time, "s"),
         "final_angle": Quantity(position, "rad"),

@@ -283,7 +283,7 @@ def references(
 
 
 def _is_smooth(mechanism: "AnyMechanism") -> bool:
-    """Return whether there is no friction law to choose, so that every method is possible."""
+    """Return whether the mechanism needs no friction law, so that every method is possible."""
     if isinstance(mechanism, Mechanism):
         return mechanism.contact is None or mechanism.prescribed
     return False

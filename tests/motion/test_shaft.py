@@ -21,9 +21,9 @@ from frictionsim.motion.parts import (
 )
 from frictionsim.motion.shaft import (
     circle_window,
-    look_of,
     scenario_in,
     shapes_of,
+    sizes_of,
     spring_line,
     stops_of,
 )
@@ -89,7 +89,7 @@ def test_forces_act_where_they_do_on_one_scale_and_the_reaction_balances_them(dr
     found, wanted = arrows(moved), acting(data, channels)
     foot, way = found.pop("reaction of the shaft")
     assert found.keys() == wanted.keys()
-    reach = look_of(scenario_in(record_of("shaft", channels, data))).reach
+    reach = sizes_of(scenario_in(record_of("shaft", channels, data))).reach
     scale = float(np.abs(found["weight of the body"][1][0])) / (8.0 * 9.81)
     for name, (place, force) in wanted.items():
         tail = place
@@ -145,7 +145,7 @@ def test_forces_and_couples_that_are_given_have_a_colour_each(drawn: Drawn) -> N
 def test_arms_and_eccentric_mass_turn_with_the_body(drawn: Drawn) -> None:
     data, channels, moved = drawn
     wanted, shapes = acting(data, channels), body(moved, "body").shapes
-    hub = look_of(scenario_in(record_of("shaft", channels, data))).hub
+    hub = sizes_of(scenario_in(record_of("shaft", channels, data))).hub
     pins = [s for s in shapes if isinstance(s, Disc) and s.role == "fixed" and not s.open]
     for i in (0, 7, 20):
         seen = [point_of(moved, "body", TIMES[i], pin.x, pin.y) for pin in pins]
@@ -266,14 +266,14 @@ def scenario_of_shaft(**changes: Any) -> Any:
 
 def test_a_bell_crank_has_two_arms_and_a_drum_is_a_wheel() -> None:
     crank = scenario_in(record_of("shaft", {"time": TIMES}, shipped("shaft")))
-    look = look_of(crank)
-    assert (look.reach, look.rim, len(look.arms)) == (0.2, 0.0, 2)
+    sizes = sizes_of(crank)
+    assert (sizes.reach, sizes.rim, len(sizes.arms)) == (0.2, 0.0, 2)
     drum = scenario_in(record_of("shaft", {"time": TIMES}, shipped("hoist_drum")))
-    assert (look_of(drum).rim, look_of(drum).arms) == (0.15, ())
+    assert (sizes_of(drum).rim, sizes_of(drum).arms) == (0.15, ())
     outer = shapes_of(drum)[0]
     assert outer.radius == 0.15
     # So is a body of couples alone, around its shaft.
-    assert look_of(scenario_of_shaft(forces=[])).rim == pytest.approx(0.1)
+    assert sizes_of(scenario_of_shaft(forces=[])).rim == pytest.approx(0.1)
 
 
 def test_a_spring_of_few_turns_winds_from_the_hub_to_a_fixed_end() -> None:
@@ -284,7 +284,7 @@ def test_a_spring_of_few_turns_winds_from_the_hub_to_a_fixed_end() -> None:
     start, end = (spring.x[:, k] + 1j * spring.y[:, k] for k in (0, -1))
     assert np.ptp(end.real) < 1e-12
     assert np.ptp(end.imag) < 1e-12
-    hub = look_of(scenario_in(record_of("shaft", channels, data))).hub
+    hub = sizes_of(scenario_in(record_of("shaft", channels, data))).hub
     assert start == pytest.approx(hub * np.exp(1j * channels["angle"]))
     line = line_of(spring, moment_of(found.time, TIMES[3]))
     assert np.hypot(*np.diff(line, axis=0).T).max() < hub  # no coil is cut short
@@ -306,7 +306,7 @@ def test_end_stops_are_beside_the_arm_that_is_against_them(
     stopped = found.model_copy(update={"effects": effects})
     lines = stops_of(stopped)
     assert len(lines) == count
-    arms = look_of(stopped).arms
+    arms = sizes_of(stopped).arms
     x, y = max(arms, key=lambda arm: float(np.hypot(*arm)))
     for line, degrees, side in zip(
         lines, [d for d in (low, high) if d is not None], [-1.0, 1.0][-count:], strict=False

@@ -266,13 +266,13 @@ def test_an_end_stop_is_a_couple_and_a_missing_channel_is_named() -> None:
     assert not [t for t in key_of(draw(found, VIEW, shown=Extent(time=0.5))) if "end stop" in t]
 
 
-@pytest.mark.parametrize("look", [{}, {"width": "84mm", "style": "paper", "title": False}])
+@pytest.mark.parametrize("appearance", [{}, {"width": "84mm", "style": "paper", "title": False}])
 @pytest.mark.parametrize("name", ["shaft", "hoist_drum", "swing_door"])
-def test_texts_of_shipped_scenarios_are_apart(name: str, look: dict[str, Any]) -> None:
+def test_texts_of_shipped_scenarios_are_apart(name: str, appearance: dict[str, Any]) -> None:
     channels = {"time": TIMES, "angle": 2.0 * TIMES, "angular_velocity": 2.0 + 0.0 * TIMES}
     channels |= {"angular_acceleration": TIMES, "friction_torque": 0.1 + 0.0 * TIMES}
-    figure = draw(made(shipped(name), channels), VIEW, look=Appearance.of(**look))
-    if not look:
+    figure = draw(made(shipped(name), channels), VIEW, appearance=Appearance.of(**appearance))
+    if not appearance:
         figure.draw_without_rendering()
     check_texts(figure)
 

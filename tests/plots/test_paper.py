@@ -68,7 +68,7 @@ def check_texts(figure: Figure) -> None:
 def test_texts_of_a_narrow_picture_are_apart_and_inside(
     name: str, view: str, style: str | None
 ) -> None:
-    figure = draw(shown(name), view, look=Appearance.of(width="84mm", style=style))
+    figure = draw(shown(name), view, appearance=Appearance.of(width="84mm", style=style))
     assert figure.get_figwidth() == pytest.approx(84 / MM)
     check_texts(figure)
     sizes = {text.get_fontsize() for legend in figure.legends for text in legend.get_texts()}
@@ -76,7 +76,7 @@ def test_texts_of_a_narrow_picture_are_apart_and_inside(
 
 
 @pytest.mark.parametrize(
-    ("name", "view", "look"),
+    ("name", "view", "appearance"),
     [
         ("four pulleys", "drive", {"width": "174mm"}),
         ("four pulleys", "body", {"width": "174mm"}),
@@ -84,9 +84,9 @@ def test_texts_of_a_narrow_picture_are_apart_and_inside(
     ],
 )
 def test_texts_of_wide_pictures_and_large_type_are_apart(
-    name: str, view: str, look: dict[str, Any]
+    name: str, view: str, appearance: dict[str, Any]
 ) -> None:
-    check_texts(draw(shown(name), view, look=Appearance.of(**look)))
+    check_texts(draw(shown(name), view, appearance=Appearance.of(**appearance)))
 
 
 FIVE = (
@@ -104,10 +104,10 @@ def points_on(lines: LineCollection) -> np.ndarray:
     return np.asarray(lines.get_transform().transform(np.concatenate(segments)))
 
 
-@pytest.mark.parametrize("look", [{}, {"width": "84mm", "style": "paper"}, {"style": "talk"}])
-def test_names_of_pulleys_are_within_the_frame_beside_the_belt(look: dict[str, Any]) -> None:
-    figure = draw(belt_run(FIVE), "drive", look=Appearance.of(**look))
-    if not look:
+@pytest.mark.parametrize("appearance", [{}, {"width": "84mm", "style": "paper"}, {"style": "talk"}])
+def test_names_of_pulleys_are_within_the_frame_beside_the_belt(appearance: dict[str, Any]) -> None:
+    figure = draw(belt_run(FIVE), "drive", appearance=Appearance.of(**appearance))
+    if not appearance:
         figure.draw_without_rendering()
     check_texts(figure)
     whole, frame = figure.axes[0], figure.axes[0].get_window_extent()
@@ -132,21 +132,25 @@ def test_curves_of_five_pulleys_differ_without_colour_and_their_details_fill_two
 
 
 def test_a_png_has_its_width_and_resolution(tmp_path: Path) -> None:
-    look = Appearance.of(width="84mm", dpi=150.0)
-    save(draw(shown("epicyclic"), "torque", look=look), tmp_path / "a.png", look.dots_per_inch)
+    appearance = Appearance.of(width="84mm", dpi=150.0)
+    save(
+        draw(shown("epicyclic"), "torque", appearance=appearance),
+        tmp_path / "a.png",
+        appearance.dots_per_inch,
+    )
     data = (tmp_path / "a.png").read_bytes()
     width, _ = struct.unpack(">II", data[16:24])
     assert abs(width - 84 / MM * 150) <= 1.0
     x, y, unit = struct.unpack(">IIB", data.split(b"pHYs")[1][:9])
     assert (x, y, unit) == (round(150 / 0.0254), round(150 / 0.0254), 1)
-    usual = png(draw(shown("epicyclic"), "torque", look=Appearance.of(width="84mm")))
+    usual = png(draw(shown("epicyclic"), "torque", appearance=Appearance.of(width="84mm")))
     assert np.frombuffer(usual[16:20], ">u4")[0] == int(84 / MM * 100)
 
 
 @pytest.mark.parametrize("style", [None, "talk"])
 def test_fonts_are_truetype_and_text_is_text(style: str | None, tmp_path: Path) -> None:
-    look = Appearance.of(style=style)
-    figure = draw(shown("epicyclic"), "torque", look=look)
+    appearance = Appearance.of(style=style)
+    figure = draw(shown("epicyclic"), "torque", appearance=appearance)
     for name in ("a.pdf", "a.svg"):
         save(figure, tmp_path / name)
     pdf, svg = (tmp_path / "a.pdf").read_bytes(), (tmp_path / "a.svg").read_text(encoding="utf-8")
@@ -160,7 +164,7 @@ def test_fonts_are_truetype_and_text_is_text(style: str | None, tmp_path: Path) 
 
 def test_a_figure_that_the_user_saves_has_such_fonts_too(tmp_path: Path) -> None:
     before = dict(mpl.rcParams)
-    draw(shown("epicyclic"), "torque", look=Appearance.of(style="paper")).savefig(
+    draw(shown("epicyclic"), "torque", appearance=Appearance.of(style="paper")).savefig(
         tmp_path / "a.pdf"
     )
     assert b"/Type3" not in (tmp_path / "a.pdf").read_bytes()
@@ -173,7 +177,7 @@ OF_USER = {"font.family": ["serif"], "font.size": 13.0, "axes.facecolor": "#ffee
 @pytest.mark.parametrize("style", [None, "user"])
 def test_only_the_style_user_takes_the_settings_of_the_user(style: str | None) -> None:
     def drawn() -> Figure:
-        return draw(shown("epicyclic"), "torque", look=Appearance.of(style=style))
+        return draw(shown("epicyclic"), "torque", appearance=Appearance.of(style=style))
 
     plain = png(drawn())
     # Without the style not even those that need LaTeX.
@@ -191,12 +195,12 @@ def test_latex_that_is_not_there_is_said(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setenv("PATH", "")
     message = r"user's settings of matplotlib: text\.usetex needs"
     with parameters({"text.usetex": True}), pytest.raises(InputError, match=message):
-        draw(shown("epicyclic"), "torque", look=Appearance.of(style="user"))
+        draw(shown("epicyclic"), "torque", appearance=Appearance.of(style="user"))
 
 
 def test_lines_are_thin_on_paper_and_thick_in_talks() -> None:
     widths = [
-        draw(shown("epicyclic"), "torque", look=Appearance.of(style=style)).axes[0].lines[0]
+        draw(shown("epicyclic"), "torque", appearance=Appearance.of(style=style)).axes[0].lines[0]
         for style in ("paper", None, "talk")
     ]
     thin, usual, thick = (line.get_linewidth() for line in widths)
@@ -213,7 +217,7 @@ def test_each_line_of_a_title_makes_a_picture_higher() -> None:
         further * title_height("one")
     )
     narrow, bare = (
-        draw(shown("epicyclic"), "torque", look=Appearance.of(width="60mm", title=title))
+        draw(shown("epicyclic"), "torque", appearance=Appearance.of(width="60mm", title=title))
         for title in (True, False)
     )
     assert bare.get_suptitle() == ""
@@ -228,7 +232,7 @@ def test_lengths_in_four_units(text: str) -> None:
 
 def test_a_view_in_the_place_of_axes_may_have_no_title() -> None:
     _, ax = plt.subplots(layout="constrained")
-    figure = draw(shown("epicyclic"), ax=ax, look=Appearance(title=False))
+    figure = draw(shown("epicyclic"), ax=ax, appearance=Appearance(title=False))
     assert figure.subfigs[0].get_suptitle() == ""
     plt.close(figure)
 

@@ -60,7 +60,7 @@ def texts_of(artist: Any) -> Iterator[Text]:
 
 
 def narrow() -> Figure:
-    return draw(hostile("pulley"), look=Appearance.of(width="84mm", style="paper"))
+    return draw(hostile("pulley"), appearance=Appearance.of(width="84mm", style="paper"))
 
 
 def overlay() -> Figure:

@@ -151,9 +151,9 @@ def test_results_are_drawn_over_each_other_with_a_key() -> None:
     ]
 
 
-@pytest.mark.parametrize("look", [USUAL, Appearance.of(width="84mm", style="paper")])
-def test_rows_above_panels_are_distinguished_without_colour(look: Appearance) -> None:
-    figure = draw_overlay(pair(), look=look)
+@pytest.mark.parametrize("appearance", [USUAL, Appearance.of(width="84mm", style="paper")])
+def test_rows_above_panels_are_distinguished_without_colour(appearance: Appearance) -> None:
+    figure = draw_overlay(pair(), appearance=appearance)
     figure.draw_without_rendering()
     ax = figure.axes[0]
     key = [text.get_text()[:2] for text in figure.legends[0].get_texts()]
