@@ -384,7 +384,7 @@ def plot(
     window : pair of float or None, optional, s
         Start and end of a view over time; None is the start or end of the run.
     channels : str or sequence of str, optional
-        Channels of a view over time in place of its own.
+        Channels of a view over time instead of the defaults.
 
     Returns
     -------

@@ -102,8 +102,8 @@ def flags_along(
 
 MAX_POINTS, MAX_VALUES = 300, 90_000  # of a belt; of all its frames together
 MIN_FRAMES = 2
-STEPS, COLOURS = 40_000.0, 250.0  # that can be told apart in a drawing, and in a scale of colours
-MARKS = 25  # points of the belt that are marked, about so many
+STEPS, COLOURS = 40_000.0, 250.0  # distinguishable in a drawing, and in a scale of colours
+MARKS = 25  # approximate number of marked points of the belt
 MAX_DETAILS, SMALL, WINDOW = 4, 0.1, 1.5  # pulleys shown larger; radius of one that needs it; view
 MAX_SPEEDS = 6  # pulleys whose speed stands beside the drawing
 

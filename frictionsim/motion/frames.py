@@ -91,7 +91,7 @@ def rounded(values: "Array", size: float, steps: float) -> "npt.NDArray[np.float
     size : float
         Of what is drawn, in the unit of the values.
     steps : float
-        How many steps may be told apart in a drawing of this size.
+        Number of steps that are distinguishable in a drawing of this size.
     """
     step = 2.0 ** floor(log2(max(size / steps, float(np.finfo(np.float32).tiny))))
     return np.asarray(np.round(values / step) * step, dtype=np.float32)

@@ -7,10 +7,9 @@ friction circles as well. The reaction of the shaft is drawn where it acts: at t
 pulley slips, and stays within the static one while it sticks.
 
 With masses on the cord, the car hangs on the right and rises where the pulley turns
-counter-clockwise. The ways of the masses are drawn smaller where they are longer than the picture
-allows, by a round number that is said. Marks run with the rope over the wheel, and ticks turn with
-the rim: where they pass each other the rope slips. A slack rope is a bow that is as long as the
-rope, until it is too wide.
+counter-clockwise. Travels longer than the picture allows are drawn smaller, by a round number that
+is shown. Marks run with the rope over the wheel, and ticks turn with the rim: where they pass each
+other the rope slips. A slack rope is a bow that is as long as the rope, until it is too wide.
 """
 
 from math import floor, log10, pi
@@ -49,7 +48,7 @@ if TYPE_CHECKING:
 
 
 # In radii of the pulley.
-MAX_WAY = 3.2  # of car or counterweight that is drawn
+MAX_TRAVEL = 3.2  # of car or counterweight that is drawn
 MAX_BOW = 0.9  # of a slack rope
 WINDOW = 2.5  # of the radius of the static friction circle: what is shown larger
 TICKS = 12  # around the rim, and as far apart the marks on the rope
@@ -73,9 +72,9 @@ class Rope(NamedTuple):
     height : (frames,), m
         Of the upper edge of what hangs on it, relative to the axis.
     gap : (frames,), m
-        How much longer the rope is than the way from the wheel; 0 taut.
+        How much longer the rope is than the distance from the wheel; 0 taut.
     scale : float
-        How much smaller ways are drawn than they are.
+        Ratio of travels to their drawn lengths.
     """
 
     side: int
@@ -155,15 +154,15 @@ def _start_angle(result: "Record") -> float:
     return float(np.radians(mechanism.get("initial_angle_deg", 0.0)))
 
 
-def drawn_scale(way: float, radius: float) -> float:
-    """Return the scale 1 : n of a way in the drawing: 1, or 2, 5 or 10 times a power of ten.
+def drawn_scale(travel: float, radius: float) -> float:
+    """Return the scale 1 : n of a travel in the drawing: 1, or 2, 5 or 10 times a power of ten.
 
     Parameters
     ----------
-    way, radius : float, m
-        The longest way of car and counterweight; of the pulley.
+    travel, radius : float, m
+        The longest travel of car and counterweight; of the pulley.
     """
-    needed = way / (MAX_WAY * radius)
+    needed = travel / (MAX_TRAVEL * radius)
     if needed <= 1.0:
         return 1.0
     power = 10.0 ** floor(log10(needed))
@@ -196,7 +195,7 @@ def _lines(ropes: tuple[Rope, Rope], run: "Array", radius: float) -> list[Part]:
     parts: list[Part] = [Band("rope", x, y, closed=False, travel=run, spacing=spacing)]
     for rope in ropes:
         x, y = hanging(rope, radius)
-        if rope.scale == 1.0:  # marks go on from the wheel down: half a turn is 6 spacings
+        if rope.scale == 1.0:  # marks continue from the wheel down: half a turn is 6 spacings
             down = -rope.side * run
             parts.append(Band("rope", x, y, closed=False, travel=down, spacing=spacing))
         else:
@@ -315,7 +314,7 @@ ARC_OF_TORQUE = 0.62  # of the drive
 
 
 # In radii of the pulley.
-TRAVEL = 2.5  # of the load: the longest way of it that is drawn
+TRAVEL = 2.5  # of the load: the longest travel that is drawn
 CORD_MARK = 0.5  # between marks on the cord
 
 
@@ -373,10 +372,10 @@ def motion(result: "Record") -> Motion:
 def _cord(travel: "Array", radius: float) -> _Cord:
     """Return the places of load and pulled end; beyond `TRAVEL` radii the load is cut."""
     low, high = min(float(travel.min()), 0.0), max(float(travel.max()), 0.0)
-    way = min(high - low, TRAVEL * radius)
+    drawn_travel = min(high - low, TRAVEL * radius)
     # What is cut off is shared between its rise and its fall, so that it starts in the picture.
-    start = -HIGHEST * radius - way * (high / (high - low) if high > low else 0.0)
-    lowest, highest = -HIGHEST * radius - way, -HIGHEST * radius
+    start = -HIGHEST * radius - drawn_travel * (high / (high - low) if high > low else 0.0)
+    lowest, highest = -HIGHEST * radius - drawn_travel, -HIGHEST * radius
     height = start + travel
     cut = (height > highest + 1e-9 * radius) | (height < lowest - 1e-9 * radius)
     shown = np.clip(height, lowest, highest)

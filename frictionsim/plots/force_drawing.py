@@ -188,12 +188,14 @@ class ForceDrawing:
         self._labels: list[Label] = []
         self._lines: list[Any] = [np.zeros((1, 2))]
 
-    def arrow(self, name: str, tail: "Pair", way: "Pair", colour: str, broad: bool = False) -> bool:
+    def arrow(
+        self, name: str, tail: "Pair", vector: "Pair", colour: str, broad: bool = False
+    ) -> bool:
         """Draw an arrow from a place; return whether it is long enough for a name."""
-        length = np.hypot(*way) * self.view.scale
-        if not self.shows(way):
+        length = np.hypot(*vector) * self.view.scale
+        if not self.shows(vector):
             return False
-        tip = tail[0] + way[0], tail[1] + way[1]
+        tip = tail[0] + vector[0], tail[1] + vector[1]
         arrow = FancyArrowPatch(
             tail,
             tip,
@@ -210,9 +212,9 @@ class ForceDrawing:
         self.keep_free(np.array([tail, tip]))
         return bool(length >= MIN_NAMED)
 
-    def shows(self, way: "Pair") -> bool:
+    def shows(self, vector: "Pair") -> bool:
         """Return whether an arrow is long enough to be drawn."""
-        return bool(np.hypot(*way) * self.view.scale >= MIN_ARROW)
+        return bool(np.hypot(*vector) * self.view.scale >= MIN_ARROW)
 
     def curved_arrow(self, name: str, points: "Array", colour: str) -> None:
         """Draw a curved arrow along points (n, 2), with its name beside it."""
@@ -241,9 +243,9 @@ class ForceDrawing:
         far = 2.0 * float(np.hypot(right - left, top - bottom))
         ends = [x - far * ux, x + far * ux], [y - far * uy, y + far * uy]
         self.ax.plot(*ends, **LINE, color=colour)
-        way = length * ux, length * uy
-        if self.arrow(name, force.foot, way, colour, broad):
-            self.name(name, (x + way[0], y + way[1]), way)
+        vector = length * ux, length * uy
+        if self.arrow(name, force.foot, vector, colour, broad):
+            self.name(name, (x + vector[0], y + vector[1]), vector)
 
     def name(self, text: str, place: "Pair", away: "Pair", first: bool = False) -> None:
         """Write a name beside a place, on the side of a direction if there is room."""

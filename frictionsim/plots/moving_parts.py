@@ -100,18 +100,18 @@ class MovingArrow:
     def move(self, moment: Moment, time: float) -> None:
         """Show the force at a time."""
         arrow = self._arrow
-        foot, way = (
+        foot, vector = (
             np.array([float(moment.of(values)) for values in pair])
             for pair in ((arrow.x, arrow.y), (arrow.dx, arrow.dy))
         )
-        length = float(np.hypot(*way))
+        length = float(np.hypot(*vector))
         for artist in (self._line, self._tip):
             artist.set_visible(length > 0.05 * self._head)
-        along = way / max(length, np.finfo(float).tiny)
+        along = vector / max(length, np.finfo(float).tiny)
         head = min(self._head, 0.6 * length)
-        base, across = foot + way - head * along, 0.38 * head * np.array([-along[1], along[0]])
+        base, across = foot + vector - head * along, 0.38 * head * np.array([-along[1], along[0]])
         self._line.set_data(*np.stack([foot, base + 0.2 * head * along], axis=1))
-        self._tip.set_xy(np.stack([foot + way, base + across, base - across]))
+        self._tip.set_xy(np.stack([foot + vector, base + across, base - across]))
 
 
 class MovingCord:

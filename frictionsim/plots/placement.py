@@ -113,7 +113,7 @@ def _scale_lines(figure: "Figure") -> None:
 def _remove_title(figure: "Figure") -> None:
     """Remove the title; the height follows."""
     title = figure.get_suptitle()
-    # An empty title would have a margin of its own.
+    # An empty title would have a margin.
     figure.suptitle("").set_in_layout(False)
     if title:
         height = figure.get_figheight() - title_height(title)

@@ -297,14 +297,14 @@ def _unmarked(shapes: "tuple[Disc | Line, ...]") -> "tuple[Disc | Line, ...]":
 
 
 def _segments(now: Instant) -> list[tuple[str, str, "Pair", "Pair"]]:
-    """Return name, kind, tail and way of the arrow of each force, m."""
+    """Return name, kind, tail and vector of the arrow of each force, m."""
     reach = sizes_of(now.scenario).reach
     scale = scale_of(now.free_body, reach)
     segments = []
     for force in now.free_body.forces:
         x, y = tail_of(force, reach)
-        way = float(scale * force.across[0]), float(scale * force.up[0])
-        segments.append((force.name, str(force.kind), (float(x[0]), float(y[0])), way))
+        vector = float(scale * force.across[0]), float(scale * force.up[0])
+        segments.append((force.name, str(force.kind), (float(x[0]), float(y[0])), vector))
     return segments
 
 
@@ -317,8 +317,8 @@ def _bounds(now: Instant) -> tuple["Pair", "Pair"]:
     for part in _parts(now):
         if not isinstance(part, Body):
             points.append(np.column_stack([part.x.ravel(), part.y.ravel()]))
-    for _, _, tail, way in _segments(now):
-        points.append(np.array([tail, np.add(tail, way)]))
+    for _, _, tail, vector in _segments(now):
+        points.append(np.array([tail, np.add(tail, vector)]))
     scale = scale_of(now.free_body, sizes.reach)
     for force in (now.reaction, now.resultant):
         if force.arm <= sizes.reach:
@@ -379,7 +379,7 @@ def _draw_forces(drawing: ForceDrawing, now: Instant) -> list[Any]:
     sizes = {force.name: float(force.size[0]) for force in now.free_body.forces}
     named = sorted(sizes, key=lambda name: -abs(sizes[name]))[:MAX_NAMED]
     handles, number_of = [], 0
-    for name, kind, tail, way in _segments(now):
+    for name, kind, tail, vector in _segments(now):
         if kind == "inertia":
             colour = INERTIA
         elif kind == "weight":
@@ -389,12 +389,12 @@ def _draw_forces(drawing: ForceDrawing, now: Instant) -> list[Any]:
             number_of += 1
         else:
             colour = BLACK
-        long = drawing.arrow(name, tail, way, colour)
+        long = drawing.arrow(name, tail, vector, colour)
         if name in named:
             if long:
                 words = "inertia force" if kind == "inertia" else name  # there is one
-                drawing.name(words, (tail[0] + way[0], tail[1] + way[1]), way)
-            unseen = UNSEEN if sizes[name] and not drawing.shows(way) else ""
+                drawing.name(words, (tail[0] + vector[0], tail[1] + vector[1]), vector)
+            unseen = UNSEEN if sizes[name] and not drawing.shows(vector) else ""
             handles.append(arrow_sample(colour, f"{name}, {number(sizes[name], 'N')}{unseen}"))
     further = len(sizes) - len(named)
     if further > 0:

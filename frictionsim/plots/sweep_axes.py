@@ -108,7 +108,7 @@ class KeyAxis(NamedTuple):
             axis.set_ticks(ticks, labels=labels)
 
     def _are_few(self) -> bool:
-        """Return whether each value can have a tick of its own."""
+        """Return whether there is room for a tick at each value."""
         if not 1 < self.values.size <= MAX_TICKS:
             return False
         return bool(np.min(np.diff(self.values)) >= np.ptp(self.values) / MAX_TICKS)

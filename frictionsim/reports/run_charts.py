@@ -39,7 +39,7 @@ def thinned(values: "Array", limit: int) -> "Indices":
     ----------
     values : (n,)
     limit : int
-        At most so many are kept, of more than that; at least MIN_LIMIT.
+        Largest number of samples to keep, at least MIN_LIMIT.
 
     Returns
     -------

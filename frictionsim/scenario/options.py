@@ -156,7 +156,7 @@ def column_of(text: str) -> str | int:
 
 
 def columns_of(given: Any) -> dict[str, str | int]:
-    """Return the column of each name, which is that of its own name if none is given."""
+    """Return the column of each name; the default is the name itself."""
     if isinstance(given, Mapping):
         for name, column in given.items():
             if not isinstance(column, str | int) or isinstance(column, bool):
