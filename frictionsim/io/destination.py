@@ -8,25 +8,16 @@ from typing import TYPE_CHECKING
 
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io import hdf5_writer
-from frictionsim.io.atomic_write import KeptBeside, Part, check_no_clobber, name_beside
+from frictionsim.io.atomic_write import KeptBeside, Part, name_beside
 from frictionsim.io.replaceable import RESULT, check_replaceable, check_target
 from frictionsim.io.sample_segments import SampleSegments
 from frictionsim.io.segments import SegmentFiles
-from frictionsim.io.unfinished import partial_name, whole_name
+from frictionsim.io.unfinished import check_names, partial_name, whole_name
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
 
 LOG = logging.getLogger(__name__)
-
-
-def check_whole_name(path: Path) -> None:
-    """Check that the name of a file is not one of unfinished files."""
-    if whole_name(path) != path:
-        raise OutputError(
-            f"{path}: cannot write the result: such names are those of unfinished results; give"
-            f" {whole_name(path).name}"
-        )
 
 
 class Destination:
@@ -48,10 +39,7 @@ class Destination:
 
         Without clobbering only the file that is resumed is replaced.
         """
-        check_whole_name(self.whole)
-        for path in (self.whole, self.partial):
-            if no_clobber and path != self._resumed:
-                check_no_clobber(path)
+        check_names(self.whole, self._resumed, no_clobber)
         if self._resumed == self.whole and os.path.lexists(self.partial):
             raise OutputError(
                 f"{self.whole}: this unfinished result is of an earlier version, and {self.partial}"

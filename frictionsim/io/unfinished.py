@@ -4,6 +4,9 @@ import logging
 import os
 from pathlib import Path
 
+from frictionsim.errors import OutputError
+from frictionsim.io.atomic_write import check_no_clobber
+
 LOG = logging.getLogger(__name__)
 
 PARTIAL = ".partial"
@@ -24,6 +27,21 @@ def whole_name(path: Path) -> Path:
     if name.endswith(PARTIAL) and name != PARTIAL:
         return path.with_name(name.removesuffix(PARTIAL) + path.suffix)
     return path
+
+
+def check_names(whole: Path, resumed: Path | None, no_clobber: bool) -> None:
+    """Check the name of a file that is to be written, and of its unfinished one.
+
+    Without clobbering neither may exist, but for the file that is resumed.
+    """
+    if whole_name(whole) != whole:
+        raise OutputError(
+            f"{whole}: cannot write the result: such names are those of unfinished results; give"
+            f" {whole_name(whole).name}"
+        )
+    for path in (whole, partial_name(whole)):
+        if no_clobber and path != resumed:
+            check_no_clobber(path)
 
 
 def existing_name(path: Path) -> Path:

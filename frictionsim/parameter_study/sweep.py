@@ -166,8 +166,6 @@ def typed_values(values: Any, unit: str) -> Any:
     kinds = {type(value) for value in values}
     if kinds == {bool}:
         return np.array(values, dtype=np.bool_)
-    if kinds <= {int, float} and (unit or kinds == {int}):
-        return np.array(values, dtype=np.int64 if kinds == {int} and not unit else np.float64)
     if kinds <= {int, float}:
-        return np.array(values, dtype=np.float64)
+        return np.array(values, dtype=np.int64 if kinds == {int} and not unit else np.float64)
     return [value if isinstance(value, str) else toml_value(value) for value in values]

@@ -23,8 +23,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from frictionsim.errors import InputError, OutputError
-from frictionsim.io.atomic_write import check_no_clobber, check_place, replaced_atomically
-from frictionsim.io.destination import check_whole_name
+from frictionsim.io.atomic_write import check_place, replaced_atomically
 from frictionsim.io.regular_file import open_regular
 from frictionsim.io.replaceable import SWEEP, check_replaceable, files_of_sweep_in_csv
 from frictionsim.io.sweep_file import write_sweep
@@ -38,7 +37,7 @@ from frictionsim.io.sweep_table import (
     SobolIndices,
     SweepTable,
 )
-from frictionsim.io.unfinished import partial_name
+from frictionsim.io.unfinished import check_names, partial_name
 from frictionsim.parameter_study.journal import Journal, journal_name
 
 if TYPE_CHECKING:
@@ -61,10 +60,8 @@ class SweepFiles:
 
     def check(self, no_clobber: bool = False) -> None:
         """Check that the files can be written."""
-        check_whole_name(self.whole)
+        check_names(self.whole, self._resumed, no_clobber)
         for path in (self.whole, self.partial):
-            if no_clobber and path != self._resumed:
-                check_no_clobber(path)
             if path == self.partial or path != self._resumed:
                 check_replaceable(path, SWEEP)
             check_place(path, SWEEP.word)

@@ -29,14 +29,16 @@ SECONDS_PER_CASE = 10.0
 SECONDS_WITH_COMPILATION = 60.0
 # Of cases that start processes: the command, the undisturbed one and the next one after it.
 SECONDS_WITH_PROCESSES = 90.0
-WITH_PROCESSES = ("kills", "streams", "environments", "interruptions", "writers", "plugins")
+WITH_PROCESSES = (
+    *("kills", "sweep_kills", "streams", "environments", "interruptions", "writers", "plugins"),
+)
 SECONDS_TO_START = 120.0  # of a process: imports, kernels, and the files that its cases change
 STDERR_LENGTH = 3000
 START = "spawn"  # of processes; a test copies itself instead, which has all imports already
 
 # How many of a million cases; those that start processes take a hundred times as long.
 SHARES = {
-    "toml": 303_000,
+    "toml": 302_500,
     "csv_signals": 150_000,
     "extremes": 130_000,
     "hdf5_bytes": 200_000,
@@ -47,6 +49,7 @@ SHARES = {
     "targets": 10_000,
     "fits": 5000,
     "kills": 1000,
+    "sweep_kills": 500,
     "streams": 500,
     "environments": 500,
     "interruptions": 500,

@@ -13,9 +13,11 @@ from frictionsim.io.new_file import write_new
 pytestmark = pytest.mark.quick
 
 
-def test_what_was_put_there_meanwhile_is_not_replaced(tmp_path: Path) -> None:
+def test_what_was_put_there_meanwhile_is_not_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = tmp_path / "a.toml"
-    path.write_text("mine")
+    monkeypatch.setattr("frictionsim.io.new_file.check_new", lambda *_: path.write_text("mine"))
     with pytest.raises(OutputError, match="the file exists and is not replaced; give another name"):
         write_new(path, "b", "text")
     assert path.read_text() == "mine"

@@ -29,6 +29,7 @@ COUNTS = {
     "targets": 3,
     "fits": 2,
     "kills": 1,
+    "sweep_kills": 1,
     "streams": 1,
     "environments": 1,
     "interruptions": 1,
@@ -36,9 +37,9 @@ COUNTS = {
     "segments": 1,
     "plugins": 1,
 }
-# A case of these takes two seconds and more; tests of reports, of two runs into one file and of a
-# full disk are about the same.
-DEAR = ("reports", "writers", "segments")
+# A case of these takes two seconds and more; tests of reports, of killed sweeps, of two runs
+# into one file and of a full disk are about the same.
+DEAR = ("reports", "sweep_kills", "writers", "segments")
 
 
 @pytest.fixture(autouse=True)
