@@ -5,11 +5,12 @@ from time import monotonic
 from typing import IO, Self, cast
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn
+from rich.progress import BarColumn, ProgressColumn, TextColumn
+from rich.progress import Progress as Bar
 
 from frictionsim.display import short_text
 from frictionsim.io.terminal import Stderr, print_on_stderr
-from frictionsim.simulation.monitor import RunMonitor, SweepProgress, compilation_text
+from frictionsim.simulation.monitor import Monitor, Progress, SweepProgress, compilation_text
 
 STEPS_BETWEEN_UPDATES = 256  # reading the clock costs a tenth of a step
 SECONDS_WITHOUT_BAR = 1.0  # a short run or sweep shows none
@@ -54,7 +55,16 @@ class ProgressBar:
         self._progress.stop()
 
 
-class RunProgress(RunMonitor):
+class _AnnouncingMonitor(Monitor[Progress]):
+    """A monitor on a terminal, which announces compilations."""
+
+    def compiling(self, expected: float) -> AbstractContextManager[None]:
+        """Announce the compilation of kernels, which takes `expected` seconds."""
+        print_on_stderr(compilation_text(expected))
+        return nullcontext()
+
+
+class RunProgress(_AnnouncingMonitor[float]):
     """Shows the progress of a run.
 
     Parameters
@@ -79,7 +89,7 @@ class RunProgress(RunMonitor):
         if self._bar is not None:
             self._bar.close()
 
-    def __call__(self, t: float) -> None:
+    def __call__(self, t: float, /) -> None:
         if self._calls == 0 or t < self._last:  # resumed, or a second run to estimate errors
             self._since, self._first = monotonic(), t
         self._calls += 1
@@ -96,31 +106,21 @@ class RunProgress(RunMonitor):
         done = t - self._first
         self._bar.show(t, (now - self._since) / done if done > 0.0 else None)
 
-    def compiling(self, expected: float) -> AbstractContextManager[None]:
-        """Announce the compilation of kernels, which takes `expected` seconds."""
-        print_on_stderr(compilation_text(expected))
-        return nullcontext()
 
-
-class SweepBar:
+class SweepBar(_AnnouncingMonitor[SweepProgress]):
     """The progress of a sweep on a terminal: completed runs, their rate and the remaining time."""
-
-    def compiling(self, expected: float) -> AbstractContextManager[None]:
-        """Announce the compilation of kernels, which takes `expected` seconds."""
-        print_on_stderr(compilation_text(expected))
-        return nullcontext()
 
     def __enter__(self) -> Self:
         self._started = monotonic()
         self._first: tuple[float, int] | None = None
-        self._bar: Progress | None = None
+        self._bar: Bar | None = None
         return self
 
     def __exit__(self, *_: object) -> None:
         if self._bar is not None:
             self._bar.stop()
 
-    def __call__(self, progress: SweepProgress) -> None:
+    def __call__(self, progress: SweepProgress, /) -> None:
         """Update the bar."""
         now = monotonic()
         if self._bar is None:
@@ -155,11 +155,11 @@ def _text_of_sweep(progress: SweepProgress, seconds: float, first: int) -> str:
     return f"{text}, {progress.failed} failed" if progress.failed else text
 
 
-def _bar(*columns: ProgressColumn, auto_refresh: bool = True) -> Progress:
+def _bar(*columns: ProgressColumn, auto_refresh: bool = True) -> Bar:
     """Return a bar on stderr, if that is a terminal; it is erased at the end."""
     console = Console(file=cast("IO[str]", Stderr()), stderr=True)
     # In a log, rich would leave an empty line.
     disabled = not (console.is_terminal or console.is_jupyter)
-    return Progress(
+    return Bar(
         *columns, console=console, transient=True, auto_refresh=auto_refresh, disable=disabled
     )

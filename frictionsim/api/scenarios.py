@@ -3,9 +3,9 @@
 Less is imported than for `solve`.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from json import dumps
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from frictionsim.document import as_text
 from frictionsim.errors import InputError, overflow_refused, unknown
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from frictionsim.scenario.overrides import Overrides
+    from frictionsim.simulation.monitor import RunMonitor
 
 
 def static(
@@ -196,16 +197,18 @@ def warm_up(kind: str | None = None) -> tuple[WarmedUp, ...]:
     InputError
         If there is no such kind.
     """
-    return tuple(warming(kind, lambda t: None))
+    from frictionsim.simulation.monitor import RunMonitor
+
+    return tuple(warming(kind, RunMonitor()))
 
 
-def warming(kind: str | None, on_step: Callable[[float], Any]) -> Iterator[WarmedUp]:
+def warming(kind: str | None, monitor: "RunMonitor") -> Iterator[WarmedUp]:
     """Compile as `warm_up` does, one combination at a time.
 
     Parameters
     ----------
     kind : str or None
-    on_step : callable
+    monitor : RunMonitor
         As for `Simulation.compile`.
     """
     if kind is not None and kind not in KINDS and kind not in kind_names():
@@ -219,7 +222,7 @@ def warming(kind: str | None, on_step: Callable[[float], Any]) -> Iterator[Warme
         for backend in _compiled_methods(scenario):
             chosen = load(path, backend=backend)
             simulation = mechanism_module(chosen.kind).simulation(chosen)
-            if (seconds := simulation.compile(on_step)) is not None:
+            if (seconds := simulation.compile(monitor)) is not None:
                 yield WarmedUp(name, backend, seconds)
 
 

@@ -22,7 +22,7 @@ from frictionsim.simulation.monitor import (
     RunMonitor,
     StopSignals,
     WallTimeLimit,
-    compilation_of,
+    monitor_of,
 )
 from frictionsim.simulation.simulate import run
 
@@ -231,7 +231,7 @@ def _closing(destination: "Destination | None") -> AbstractContextManager[Any]:
 
 def _monitor(
     options: RunOptions, since: float, scenario: Scenario, stop: StopSignals | None
-) -> Monitors:
+) -> Monitors[float]:
     """Return the monitor of a run: interruption, progress and limit of the wall time."""
     parts: list[RunMonitor] = [] if stop is None else [stop]
     solver = scenario.solver
@@ -251,12 +251,12 @@ class _ProgressFailed(Exception):
 
 
 class _ProgressFunction(RunMonitor):
-    """A function of the user, whose errors differ in class from those of the run."""
+    """A function of the user, or a monitor, whose errors differ in class from those of the run."""
 
     def __init__(self, progress: Callable[[float], Any]) -> None:
-        self._progress = progress
+        self._progress = monitor_of(progress)
 
-    def __call__(self, t: float) -> None:
+    def __call__(self, t: float, /) -> None:
         try:
             self._progress(t)
         except FrictionsimError:
@@ -265,7 +265,7 @@ class _ProgressFunction(RunMonitor):
             raise _ProgressFailed from error
 
     def compiling(self, expected: float) -> AbstractContextManager[None]:
-        return compilation_of(self._progress, expected)
+        return self._progress.compiling(expected)
 
 
 def _checkpoint_writer(

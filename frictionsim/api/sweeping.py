@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from functools import partial
 from os import PathLike
 from pathlib import Path
 from signal import SIGINT, Signals
@@ -54,7 +53,13 @@ from frictionsim.scenario.options import Options, as_path, function_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import scenario_file
 from frictionsim.scenario.toml_data import toml_tables
-from frictionsim.simulation.monitor import StopSignals, SweepProgress, compilation_of
+from frictionsim.simulation.monitor import (
+    Monitor,
+    RunMonitor,
+    StopSignals,
+    SweepProgress,
+    monitor_of,
+)
 from frictionsim.version import __version__
 
 if TYPE_CHECKING:
@@ -217,17 +222,17 @@ def resume_sweep(
 
 
 @contextmanager
-def shown(progress: OnProgress | bool) -> Iterator[OnProgress | None]:
-    """Return the context with the progress function of a sweep, or none."""
+def shown(progress: OnProgress | bool) -> Iterator[Monitor[SweepProgress]]:
+    """Return the context with the monitor that shows the progress of a sweep, or does nothing."""
     if callable(progress):
-        yield progress
+        yield monitor_of(progress)
     elif progress:
         from frictionsim.api.progress import SweepBar
 
         with SweepBar() as bar:
             yield bar
     else:
-        yield None
+        yield Monitor()
 
 
 def study_from(
@@ -399,6 +404,26 @@ def _are_numbers(values: Any) -> bool:
     return isinstance(values, np.ndarray) and values.dtype == np.float64
 
 
+class _RunsMonitor(RunMonitor):
+    """Ends a sweep at Ctrl-C; shows its progress, as returned by a function."""
+
+    def __init__(
+        self,
+        stop: StopSignals | None,
+        shown: Monitor[SweepProgress],
+        progress: Callable[[], SweepProgress],
+    ) -> None:
+        self._stop, self._shown, self._progress = stop, shown, progress
+
+    def __call__(self, t: float, /) -> None:
+        if self._stop is not None and self._stop.received:
+            raise KeyboardInterrupt
+        self._shown(self._progress())
+
+    def compiling(self, expected: float) -> AbstractContextManager[None]:
+        return self._shown.compiling(expected)
+
+
 class _SweepRun:
     """A running or resumed sweep."""
 
@@ -424,29 +449,27 @@ class _SweepRun:
             with (
                 shown(options.progress) as progress,
                 _closing(executor),
-                self._interruptible(progress) as on_tick,
+                self._interruptible(progress) as monitor,
             ):
                 check_combinations(
-                    executor, self._plan, self._assembly.left, self._on_checked, on_tick
+                    executor, self._plan, self._assembly.left, self._on_checked, monitor
                 )
                 if files is None:
-                    run_sweep(self._plan, self._assembly, executor, self._on_block, on_tick)
+                    run_sweep(self._plan, self._assembly, executor, self._on_block, monitor)
                     return Sweep(self._table(), None)
                 if self._plan.series is not None:
                     make_series_folder(self._plan.series, self._study)
                 files.begin(self._table(RUNNING))
-                self._run_and_keep(executor, files, on_tick)
+                self._run_and_keep(executor, files, monitor)
             return Sweep(self._table(), files.whole)
         finally:
             if files is not None:
                 files.close()
 
-    def _run_and_keep(
-        self, executor: Executor, files: SweepFiles, on_tick: Callable[[], Any]
-    ) -> None:
+    def _run_and_keep(self, executor: Executor, files: SweepFiles, monitor: RunMonitor) -> None:
         """Run the remaining combinations; completed rows are saved on any exit."""
         try:
-            run_sweep(self._plan, self._assembly, executor, self._on_block, on_tick)
+            run_sweep(self._plan, self._assembly, executor, self._on_block, monitor)
         except BaseException as error:
             executor.close()
             with files.resumable():
@@ -487,22 +510,13 @@ class _SweepRun:
         )
 
     @contextmanager
-    def _interruptible(self, progress: OnProgress | None) -> Iterator[Callable[[], Any]]:
-        """Return the context in which Ctrl-C waits for a tick, if there is a file."""
-        stop: AbstractContextManager[StopSignals | None] = nullcontext(None)
-        if self._files is not None:
-            stop = StopSignals()
-        with stop as interruption:
+    def _interruptible(self, shown: Monitor[SweepProgress]) -> Iterator[RunMonitor]:
+        """Return the monitor in whose context Ctrl-C waits for a call, if there is a file."""
+        with nullcontext() if self._files is None else StopSignals() as stop:
+            yield _RunsMonitor(stop, shown, self._progress)
 
-            def on_tick() -> None:
-                if interruption is not None and interruption.received:
-                    raise KeyboardInterrupt
-                if progress is not None:
-                    total = self._plan.design.runs
-                    progress(SweepProgress(self._done, total, self._failed, self._checked))
-
-            on_tick.compiling = partial(compilation_of, progress)  # type: ignore[attr-defined]
-            yield on_tick
+    def _progress(self) -> SweepProgress:
+        return SweepProgress(self._done, self._plan.design.runs, self._failed, self._checked)
 
     def _on_checked(self, count: int) -> None:
         self._checked += count

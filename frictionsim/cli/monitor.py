@@ -15,7 +15,9 @@ from frictionsim.cli.app import Process
 from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_SIGNAL
 from frictionsim.io.terminal import is_terminal, print_on_stderr, visible, write_on_stderr
 from frictionsim.simulation.monitor import (
+    Monitor,
     Monitors,
+    Progress,
     RunMonitor,
     StopSignals,
     SweepProgress,
@@ -106,7 +108,7 @@ class EndingSignals(CommandSignals):
         os._exit(EXIT_SIGNAL + number)
 
 
-class CompilationMonitor:
+class CompilationMonitor(Monitor[Progress]):
     """Announces compilations; during one, a stop signal ends the process at once.
 
     Parameters
@@ -187,7 +189,7 @@ class CompilationMonitor:
         return f"samples up to this time are in {path}; {continued}"
 
 
-class CommandMonitor(CompilationMonitor, Monitors):
+class CommandMonitor(CompilationMonitor[float], Monitors[float]):
     """Watches the run of a command: stop signals, wall time, compilations, progress bar.
 
     Parameters
@@ -215,7 +217,7 @@ class CommandMonitor(CompilationMonitor, Monitors):
             bar = [RunProgress(duration, SECONDS_WITHOUT_BAR)]
         Monitors.__init__(self, self.signals, *bar)
 
-    def __call__(self, t: float) -> None:
+    def __call__(self, t: float, /) -> None:
         """Stop the run at a signal; update the progress bar.
 
         Before the first step there is nothing to keep, and the default action stands: it also
@@ -269,7 +271,7 @@ class CommandMonitor(CompilationMonitor, Monitors):
         os._exit(EXIT_BUDGET_EXCEEDED)
 
 
-class SweepMonitor(CompilationMonitor):
+class SweepMonitor(CompilationMonitor[SweepProgress]):
     """Watches the sweep of a command: shows a bar, and ends the sweep at a stop signal.
 
     A signal before all combinations are checked ends the process at once: no run is completed.
@@ -292,7 +294,7 @@ class SweepMonitor(CompilationMonitor):
         if self._bar is not None:
             self._bar.__exit__()
 
-    def __call__(self, progress: SweepProgress) -> None:
+    def __call__(self, progress: SweepProgress, /) -> None:
         if progress.checked >= progress.total:
             self._stepped = True
             self.signals.begin()

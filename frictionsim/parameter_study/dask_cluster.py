@@ -21,6 +21,7 @@ from frictionsim.parameter_study.dispatch import JobResult, do_job
 from frictionsim.parameter_study.executors import use_one_thread_of_linear_algebra
 from frictionsim.parameter_study.single_run import Task
 from frictionsim.parameter_study.sweep import SweepPlan
+from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.version import __version__
 
 LOCAL = "local:"
@@ -68,7 +69,7 @@ class DaskCluster:
             self._counted = monotonic()
         return max(self._count, 1)
 
-    def start(self, plan: SweepPlan, on_tick: Callable[[], Any]) -> None:
+    def start(self, plan: SweepPlan, monitor: RunMonitor) -> None:
         """Prepare for the runs of a sweep."""
         if self._plan is plan:
             return

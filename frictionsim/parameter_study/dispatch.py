@@ -18,6 +18,7 @@ from frictionsim.parameter_study.block import FAILED, Block, Outcome, block_of
 from frictionsim.parameter_study.combinations import Combinations
 from frictionsim.parameter_study.single_run import NO_MONITOR, Task, run_task
 from frictionsim.parameter_study.sweep import Assembly, SweepPlan
+from frictionsim.simulation.monitor import RunMonitor
 
 CHECK, RUN = "check", "run"
 MIN_CHECKED = 64  # combinations, which take some milliseconds
@@ -48,8 +49,8 @@ class Executor(Protocol):
     def count(self) -> int:
         """The number of jobs that are done at the same time."""
 
-    def start(self, plan: SweepPlan, on_tick: Callable[[], Any]) -> None:
-        """Prepare for the jobs of a sweep; `on_tick` is for jobs that are done in `submit`."""
+    def start(self, plan: SweepPlan, monitor: RunMonitor) -> None:
+        """Prepare for the jobs of a sweep; the monitor is for jobs that are done in `submit`."""
 
     def submit(self, kind: str, task: Task) -> "Future[JobResult]":
         """Queue a job, which is a call of `do_job`."""
@@ -69,14 +70,14 @@ def do_job(
     kind: str,
     task: Task,
     series: Path | None,
-    on_step: Callable[[float], Any] = NO_MONITOR,
+    monitor: RunMonitor = NO_MONITOR,
 ) -> JobResult:
     """Check the combinations of a task, or run them."""
     started, block = perf_counter(), None
     if kind == CHECK:
         combinations.check(task.values)
     else:
-        block = run_task(combinations, task, series, on_step)
+        block = run_task(combinations, task, series, monitor)
     return perf_counter() - started, block
 
 
@@ -130,16 +131,16 @@ class BlockSizes:
 
 
 class Ticker:
-    """Calls a function at most every `SECONDS_BETWEEN_TICKS`."""
+    """Calls a monitor at most every `SECONDS_BETWEEN_TICKS`."""
 
-    def __init__(self, on_tick: Callable[[], Any]) -> None:
-        self._on_tick, self._last = on_tick, monotonic()
+    def __init__(self, monitor: RunMonitor) -> None:
+        self._monitor, self._last = monitor, monotonic()
 
     def __call__(self) -> None:
         now = monotonic()
         if now - self._last >= SECONDS_BETWEEN_TICKS:
             self._last = now
-            self._on_tick()
+            self._monitor(0.0)
 
 
 class _Job(NamedTuple):
@@ -254,17 +255,17 @@ class _Dispatch:
 
 
 def run_blocks(
-    executor: Executor, plan: SweepPlan, left: Iterable[range], on_tick: Callable[[], Any]
+    executor: Executor, plan: SweepPlan, left: Iterable[range], monitor: RunMonitor
 ) -> Iterator[Block]:
     """Yield the outcomes of runs, left in ascending order, in any order.
 
-    `on_tick` is called some times each second. If it raises `Interrupted` or KeyboardInterrupt, the
-    blocks that end within a second are yielded before that is raised again.
+    The monitor is called some times each second, with 0 s. If it raises `Interrupted` or
+    KeyboardInterrupt, the blocks that end within a second are yielded before that is raised again.
     """
-    executor.start(plan, on_tick)
+    executor.start(plan, monitor)
     dispatch = _Dispatch(executor, plan, RUN, left, plan.together)
     try:
-        for answer in dispatch.answers(Ticker(on_tick)):
+        for answer in dispatch.answers(Ticker(monitor)):
             yield _block(answer)
     except (Interrupted, KeyboardInterrupt):
         yield from map(_block, dispatch.rest(SECONDS_FOR_THE_LAST))
@@ -285,14 +286,14 @@ def run_sweep(
     assembly: Assembly,
     executor: Executor,
     on_block: Callable[[Block], Any],
-    on_tick: Callable[[], Any],
+    monitor: RunMonitor,
 ) -> None:
     """Run what an assembly lacks, as `run_blocks`.
 
     Whatever `on_block` raises, which is called with each block before it is added, ends the sweep.
     """
-    on_tick()
-    for block in run_blocks(executor, plan, assembly.left, on_tick):
+    monitor(0.0)
+    for block in run_blocks(executor, plan, assembly.left, monitor):
         on_block(block)
         assembly.add(block)
 
@@ -302,14 +303,14 @@ def check_combinations(
     plan: SweepPlan,
     left: Iterable[range],
     on_checked: Callable[[int], Any],
-    on_tick: Callable[[], Any],
+    monitor: RunMonitor,
 ) -> None:
     """Check the combinations of runs: the first ones here, as most sweeps are small.
 
     `on_checked` is called with the number of combinations checked since; the others are as of
     `run_blocks`.
     """
-    ranges, combinations, ticker = deque(left), plan.combinations, Ticker(on_tick)
+    ranges, combinations, ticker = deque(left), plan.combinations, Ticker(monitor)
     latest, size = monotonic() + SECONDS_HERE, MIN_CHECKED
     while ranges and monotonic() < latest:
         ticker()
@@ -321,7 +322,7 @@ def check_combinations(
         on_checked(len(runs))
         size = min(2 * size, MAX_RUNS_OF_A_BLOCK)
     if ranges:
-        executor.start(plan, on_tick)
+        executor.start(plan, monitor)
         _check_the_rest(_Dispatch(executor, plan, CHECK, ranges, MIN_CHECKED), on_checked, ticker)
 
 

@@ -13,8 +13,8 @@ import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, suppress
-from functools import cache, partial
+from contextlib import AbstractContextManager, contextmanager, suppress
+from functools import cache
 from multiprocessing import current_process, get_context, parent_process
 from pathlib import Path
 from time import monotonic
@@ -26,7 +26,7 @@ from frictionsim.parameter_study.dispatch import Executor, JobResult, Ticker, do
 from frictionsim.parameter_study.single_run import Task
 from frictionsim.parameter_study.sweep import SweepPlan
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.simulation.monitor import compilation_of
+from frictionsim.simulation.monitor import RunMonitor
 
 SECONDS_OF_A_BLOCK = 0.3  # which a kill may cost
 STEPS_BETWEEN_TICKS = 256  # reading the clock costs a tenth of a step
@@ -60,17 +60,17 @@ class InProcess:
     def __init__(self) -> None:
         self.seconds_of_a_block = 0.0
 
-    def start(self, plan: SweepPlan, on_tick: Callable[[], Any]) -> None:
+    def start(self, plan: SweepPlan, monitor: RunMonitor) -> None:
         """Prepare for the runs of a sweep."""
         self.seconds_of_a_block = SECONDS_OF_A_BLOCK if plan.together > 1 else 0.0
         self._combinations, self._series = plan.combinations, plan.series
-        self._on_step = _OnStep(on_tick)
+        self._monitor = _RunsMonitor(monitor)
 
     def submit(self, kind: str, task: Task) -> "Future[JobResult]":
         """Do a job."""
         future: Future[JobResult] = Future()
         try:
-            future.set_result(do_job(self._combinations, kind, task, self._series, self._on_step))
+            future.set_result(do_job(self._combinations, kind, task, self._series, self._monitor))
         except _Stopped as stopped:
             raise stopped.reason from None
         except Exception as error:
@@ -96,14 +96,17 @@ class _Stopped(BaseException):
         self.reason = reason
 
 
-class _OnStep:
-    """The `on_step` of all runs."""
+class _RunsMonitor(RunMonitor):
+    """The monitor of all runs of a sweep, which calls that of the sweep."""
 
-    def __init__(self, on_tick: Callable[[], Any]) -> None:
-        self._ticker, self._calls = Ticker(on_tick), 0
-        self.compiling = partial(compilation_of, on_tick)
+    def __init__(self, monitor: RunMonitor) -> None:
+        self._ticker, self._calls = Ticker(monitor), 0
+        self._sweep = monitor
 
-    def __call__(self, t: float) -> None:
+    def compiling(self, expected: float) -> AbstractContextManager[None]:
+        return self._sweep.compiling(expected)
+
+    def __call__(self, t: float, /) -> None:
         self._calls += 1
         if self._calls % STEPS_BETWEEN_TICKS:
             return
@@ -125,7 +128,7 @@ class ProcessPool:
         self._ready: Future[None] = Future()
         self._stillborn, self._how, self._died = 0, "", 0.0
 
-    def start(self, plan: SweepPlan, on_tick: Callable[[], Any]) -> None:
+    def start(self, plan: SweepPlan, monitor: RunMonitor) -> None:
         """Prepare for the runs of a sweep: compile its kernels, so that not each worker does it."""
         if self._plan is plan:
             return
@@ -135,10 +138,10 @@ class ProcessPool:
         with suppress(FrictionsimError, ArithmeticError):  # which the run will say as well
             form = combinations.form(first) if plan.together > 1 else None
             if form is not None:
-                form.compiled(on_tick)
+                form.compiled(monitor)
                 return
             scenario = combinations.scenario(first)
-            mechanism_module(scenario.kind).simulation(scenario).prepare(on_tick)
+            mechanism_module(scenario.kind).simulation(scenario).prepare(monitor)
 
     def submit(self, kind: str, task: Task) -> "Future[JobResult]":
         """Have a worker do a job."""

@@ -1,6 +1,6 @@
 """Runs of a sweep, alone or together: of their samples only what the quantities need."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -40,22 +40,22 @@ def run_task(
     combinations: Combinations,
     task: Task,
     series: Path | None = None,
-    on_step: Callable[[float], Any] = NO_MONITOR,
+    monitor: RunMonitor = NO_MONITOR,
 ) -> Block:
     """Run some combinations, together where that can be.
 
-    The result of each run goes to the folder of a series. `on_step` is called with the time after
+    The result of each run goes to the folder of a series. The monitor is called with the time after
     each step of each run.
     """
     outcomes: list[tuple[Any, Outcome]] = []
     if series is None:
-        outcomes = outcomes_together(combinations, task.values, on_step)
+        outcomes = outcomes_together(combinations, task.values, monitor)
     alone = np.ones(len(task.values), dtype=bool)
     for runs, _ in outcomes:
         alone[runs] = False
     for number in np.flatnonzero(alone).tolist():
         target = None if series is None else series / f"run-{task.first + number:0{DIGITS}d}.h5"
-        outcome = outcome_of(combinations, task.values[number], target, on_step)
+        outcome = outcome_of(combinations, task.values[number], target, monitor)
         outcomes.append((number, outcome))
     return block_of(task.first, outcomes)
 
@@ -63,12 +63,12 @@ def run_task(
 def outcomes_together(
     combinations: Combinations,
     values: Sequence[tuple[Any, ...]],
-    on_step: Callable[[float], Any] = NO_MONITOR,
+    monitor: RunMonitor = NO_MONITOR,
 ) -> list[tuple[Any, Outcome]]:
     """Run many combinations at once; return their outcomes, without those to be run alone.
 
     The numbers are those of single runs to the last bit; see `frictionsim.simulation.many_runs`.
-    `on_step` is called between runs, with 0 s.
+    The monitor is called between runs, with 0 s.
     """
     from frictionsim.simulation.many_runs import prepared, run_many
 
@@ -78,7 +78,7 @@ def outcomes_together(
             group,
             len(runs),
             lambda number, runs=runs: combinations.scenario(values[runs[number]]),  # type: ignore[misc]
-            on_step,
+            monitor,
         )
         if found is not None:
             outcomes += _outcomes_of(runs, group.warnings or (), found)
@@ -106,7 +106,7 @@ def outcome_of(
     combinations: Combinations,
     values: tuple[Any, ...],
     target: Path | None = None,
-    on_step: Callable[[float], Any] = NO_MONITOR,
+    monitor: RunMonitor = NO_MONITOR,
 ) -> Outcome:
     """Run one combination; a run that fails has an outcome, too.
 
@@ -115,9 +115,9 @@ def outcome_of(
     try:
         scenario = combinations.scenario(values)
         reduced = scenario if target is not None else without_samples(scenario)
-        done = run(reduced, on_step)
+        done = run(reduced, monitor)
         if done.status == "failed" and reduced is not scenario:
-            done = run(scenario, on_step)  # quantities at its end are those of its last sample
+            done = run(scenario, monitor)  # quantities at its end are those of its last sample
         if target is not None:
             from frictionsim.io.hdf5_writer import write
             from frictionsim.io.unfinished import partial_name

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
     from frictionsim.results import Channel, SimulationResult
+    from frictionsim.simulation.monitor import RunMonitor
+    from frictionsim.simulation.sample_store import SampleStore
 
 
 class Simulation(Protocol):
@@ -23,6 +25,8 @@ class Simulation(Protocol):
     axes : mapping of name to tuple of str
         The names of the members of each axis, without blanks; "0", "1", ... if they have no
         names. Empty for one coordinate.
+    samples : SampleStore or None
+        The samples so far, where they may be too many for the memory.
     """
 
     @property
@@ -37,20 +41,22 @@ class Simulation(Protocol):
     @property
     def axes(self) -> Mapping[str, tuple[str, ...]]: ...
 
+    @property
+    def samples(self) -> "SampleStore | None": ...
+
     def sample_at(self, times: Sequence[float]) -> None:
         """Take samples at these times, s, strictly increasing, instead of the regular ones.
 
         Called before `prepare`, if at all: by fits to measured data.
         """
 
-    def prepare(self, on_step: Callable[[float], Any]) -> float:
+    def prepare(self, monitor: "RunMonitor") -> float:
         """Prepare the next step; called before `solve` and after `restore`.
 
         Parameters
         ----------
-        on_step : callable
-            If it has a method `compiling`, a context manager that takes the expected duration in
-            s, kernels are compiled within it.
+        monitor : RunMonitor
+            Kernels are compiled within its `compiling`.
 
         Returns
         -------
@@ -63,10 +69,10 @@ class Simulation(Protocol):
             If the equations have no solution at the start, or not within the numbers.
         """
 
-    def compile(self, on_step: Callable[[float], Any]) -> float | None:
+    def compile(self, monitor: "RunMonitor") -> float | None:
         """Compile the functions of the run, or of a longer one; return the duration, s.
 
-        None if it is not compiled with this method. `on_step` is as for `prepare`.
+        None if it is not compiled with this method. `monitor` is as for `prepare`.
         """
 
     def solve(self, on_step: Callable[[float], Any]) -> bool | None:
@@ -112,3 +118,6 @@ class Simulation(Protocol):
 
     def observe(self) -> "SimulationResult":
         """Return the results so far; also of a run that stopped before its end."""
+
+    def observe_channels(self) -> "SimulationResult":
+        """Return the channels so far; without what follows from all samples, if that takes long."""

@@ -24,7 +24,7 @@ from frictionsim.simulation.audit import (
     friction_violation,
     release_distance,
 )
-from frictionsim.simulation.monitor import compilation_of
+from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.run_warnings import nothing_moves
 from frictionsim.simulation.single_dof import (
     MODE_COLUMN,
@@ -55,11 +55,11 @@ class RunForm(NamedTuple):
     kernel: "Kernel"
     problem: Problem
 
-    def compiled(self, on_step: Any) -> Any:
+    def compiled(self, monitor: RunMonitor) -> Any:
         """Return the compiled code, or None; a monitor is notified if that takes long."""
         if self.kernel.is_at_hand:
             return compiled_for(self.kernel, self.problem)
-        with compilation_of(on_step, SECONDS_OF_COMPILATION):
+        with monitor.compiling(SECONDS_OF_COMPILATION):
             return compiled_for(self.kernel, self.problem)
 
 
@@ -167,7 +167,7 @@ def run_many(
     runs: Prepared,
     count: int,
     scenario_of: "Callable[[int], Scenario]",
-    on_step: Callable[[float], object],
+    monitor: RunMonitor,
 ) -> Observed | None:
     """Simulate many runs, with samples at start, events and end only.
 
@@ -178,7 +178,7 @@ def run_many(
         Their number.
     scenario_of : callable
         Returns the scenario of one of them, by its number.
-    on_step : callable
+    monitor : RunMonitor
         Called between runs, or after many steps, with 0 s; it may raise Interrupted.
 
     Returns
@@ -186,12 +186,12 @@ def run_many(
     Observed or None
         None if all have to be run alone.
     """
-    function = runs.form.compiled(on_step)
+    function = runs.form.compiled(monitor)
     if function is None:
         return None
     arguments = runs.mechanism.system, runs.run
     states = initial_states(runs.mechanism, count)
-    recording = recorded(function, arguments, states, lambda: on_step(0.0))
+    recording = recorded(function, arguments, states, lambda: monitor(0.0))
     try:
         # A division by zero stops a run alone.
         with np.errstate(divide="raise", over="ignore", invalid="ignore", under="ignore"):

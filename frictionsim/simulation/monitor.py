@@ -1,4 +1,4 @@
-"""Monitors of a run: progress, interruption, limit of the wall time."""
+"""Monitors of runs and sweeps: progress, interruption, limit of the wall time."""
 
 import signal
 import threading
@@ -6,13 +6,36 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from time import perf_counter
 from types import FrameType
-from typing import Any, NamedTuple, Self
+from typing import Any, Generic, NamedTuple, Self, TypeVar
 
 from frictionsim.errors import BudgetExceeded, Interrupted
 
 
-class RunMonitor:
-    """Called with the simulated time, s, after each step; a context around the run.
+class SweepProgress(NamedTuple):
+    """How far a sweep is.
+
+    Attributes
+    ----------
+    done : int
+        Number of runs that have an outcome, whatever it is.
+    total : int
+    failed : int
+        Of those that are done.
+    checked : int
+        Number of combinations that were validated; before the runs begin, all are.
+    """
+
+    done: int
+    total: int
+    failed: int
+    checked: int
+
+
+Progress = TypeVar("Progress", float, SweepProgress)
+
+
+class Monitor(Generic[Progress]):
+    """Called with the progress of a run or a sweep; a context around it.
 
     `compiling` is entered while kernels are compiled. A call and both contexts may raise
     `Interrupted`, or another error that ends the run.
@@ -24,45 +47,49 @@ class RunMonitor:
     def __exit__(self, *_: object) -> None:
         """Stop watching the run."""
 
-    def __call__(self, t: float) -> None:
-        """Receive the end of a step, t in s."""
+    def __call__(self, progress: Progress, /) -> None:
+        """Receive the progress: of a run the simulated time at the end of a step, s."""
 
     def compiling(self, expected: float) -> AbstractContextManager[None]:
         """Return the context of a compilation, with its expected duration in s."""
         return nullcontext()
 
 
-class Monitors(RunMonitor):
-    """Several monitors, or functions of the time, one after the other."""
+RunMonitor = Monitor[float]
 
-    def __init__(self, *parts: Callable[[float], Any]) -> None:
-        self._parts, self._entered = parts, ExitStack()
+
+class Monitors(Monitor[Progress]):
+    """Several monitors, or functions of the progress, one after the other."""
+
+    def __init__(self, *parts: Callable[[Progress], Any]) -> None:
+        self._parts: tuple[Callable[[Progress], Any], ...] = parts
+        self._entered = ExitStack()
 
     def __enter__(self) -> Self:
         for part in self._parts:
-            if isinstance(part, RunMonitor):
+            if isinstance(part, Monitor):
                 self._entered.enter_context(part)
         return self
 
     def __exit__(self, *_: object) -> None:
         self._entered.close()
 
-    def __call__(self, t: float) -> None:
+    def __call__(self, progress: Progress, /) -> None:
         for part in self._parts:
-            part(t)
+            part(progress)
 
     @contextmanager
     def compiling(self, expected: float) -> Iterator[None]:
         with ExitStack() as stack:
             for part in self._parts:
-                stack.enter_context(compilation_of(part, expected))
+                if isinstance(part, Monitor):
+                    stack.enter_context(part.compiling(expected))
             yield
 
 
-def compilation_of(monitor: Any, expected: float) -> AbstractContextManager[None]:
-    """Return the context in which a monitor, or a function of the time, has kernels compiled."""
-    compiling = getattr(monitor, "compiling", None)
-    return nullcontext() if compiling is None else compiling(expected)
+def monitor_of(progress: Callable[[Progress], Any]) -> Monitor[Progress]:
+    """Return a function of the progress as a monitor, a monitor as it is."""
+    return progress if isinstance(progress, Monitor) else Monitors(progress)
 
 
 def compilation_text(expected: float) -> str:
@@ -94,7 +121,7 @@ class WallTimeLimit(RunMonitor):
 
         logging.getLogger(__name__).debug("limit: %g s of wall time", seconds)
 
-    def __call__(self, t: float) -> None:
+    def __call__(self, t: float, /) -> None:
         """Check the clock."""
         if perf_counter() >= self._end:
             raise self._exceeded(f"at t = {t:.9g} s of {self._duration:.9g} s; {self._advice}")
@@ -137,7 +164,7 @@ class StopSignals(RunMonitor):
     def __exit__(self, *_: object) -> None:
         self.restore()
 
-    def __call__(self, t: float) -> None:
+    def __call__(self, t: float, /) -> None:
         """Stop the run after a signal."""
         if self.received:
             raise Interrupted(self.received, t)
@@ -170,23 +197,3 @@ class StopSignals(RunMonitor):
             self.on_second(number)
         else:
             self.received = number
-
-
-class SweepProgress(NamedTuple):
-    """How far a sweep is.
-
-    Attributes
-    ----------
-    done : int
-        Number of runs that have an outcome, whatever it is.
-    total : int
-    failed : int
-        Of those that are done.
-    checked : int
-        Number of combinations that were validated; before the runs begin, all are.
-    """
-
-    done: int
-    total: int
-    failed: int
-    checked: int

@@ -26,6 +26,7 @@ from frictionsim.simulation.checkpoint import (
     load_part,
     require_same_arrays,
 )
+from frictionsim.simulation.monitor import RunMonitor, monitor_of
 from frictionsim.simulation.record import recorded, segment_record
 from frictionsim.simulation.sample_store import check_space
 from frictionsim.solvers.state_values import NON_NEGATIVE
@@ -123,7 +124,8 @@ def run(
     ----------
     scenario : Scenario
     on_step : callable
-        Called with the time after each step; it may show progress, or raise Interrupted.
+        A `RunMonitor`, or a function of the time after each step; it may show progress, or raise
+        Interrupted.
     on_checkpoint : callable, optional
         Called with the results so far every `output.checkpoint` seconds of wall time, and before
         kernels are compiled in the middle of a run; returns whether they are written.
@@ -148,7 +150,7 @@ def run(
     log_scenario(limited)
     with overflow_refused():
         simulation: Simulation = mechanism_module(scenario.kind).simulation(limited)
-    clock, samples = _Clock(), getattr(simulation, "samples", None)
+    clock, samples = _Clock(), simulation.samples
     check_space(scenario, simulation, segments)
     if sample_times is not None:
         simulation.sample_at(sample_times)
@@ -161,7 +163,7 @@ def run(
         LOG.info("the run is resumed")
         with doubted():
             _restore(simulation, clock, checkpoint, scenario)
-    monitor, keep = on_step, _keep_nothing
+    monitor, keep = monitor_of(on_step), _keep_nothing
     if on_checkpoint is not None:
         keep = partial(_keep, scenario, simulation, on_checkpoint, clock)
         on_step = _with_checkpoints(scenario, simulation, on_step, keep, clock)
@@ -222,7 +224,7 @@ def _with_checkpoints(
     """
     last, seconds = perf_counter(), scenario.output.checkpoint or inf
     before = _stored(simulation)
-    if seconds == inf and getattr(simulation, "samples", None) is None:
+    if seconds == inf and simulation.samples is None:
         return on_step
 
     def step_and_checkpoint(t: float) -> None:
@@ -239,13 +241,9 @@ def _with_checkpoints(
     return step_and_checkpoint
 
 
-def _wait(t: float) -> None:
-    """Ignore a signal until a compilation in the middle of a run has ended."""
-
-
 def _solve(
     simulation: "Simulation",
-    monitor: "Callable[[float], Any]",
+    monitor: RunMonitor,
     on_step: "Callable[[float], Any]",
     keep: "Callable[[float], bool]",
     clock: _Clock,
@@ -269,7 +267,7 @@ def _solve(
                 clock.stop()
             # A signal or a limit ends a compilation, and all, at once.
             if unprepared and not keep(latest):
-                monitor = _wait
+                monitor = RunMonitor()  # which ignores a signal until the compilation has ended
     except Interrupted as stop:
         return _Termination("interrupted", str(stop), resumable=True)
     except SolverError as error:
@@ -315,7 +313,7 @@ def _run_of(
 
 def _stored(simulation: "Simulation") -> "StoredSamples | None":
     """Return the segments of samples on the disk; None if there are none."""
-    samples = getattr(simulation, "samples", None)
+    samples = simulation.samples
     return None if samples is None else samples.stored
 
 
@@ -326,8 +324,7 @@ def _observed(simulation: "Simulation", only_channels: bool) -> "SimulationResul
     """
     if not only_channels:
         return simulation.observe()
-    observed: SimulationResult = simulation.observe_channels()  # type: ignore[attr-defined]
-    return observed._replace(warnings=(NO_SUMMARY,))
+    return simulation.observe_channels()._replace(warnings=(NO_SUMMARY,))
 
 
 def _checkpoint(simulation: "Simulation", clock: _Clock) -> "dict[str, Any] | None":

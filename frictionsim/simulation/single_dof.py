@@ -17,7 +17,7 @@ from frictionsim.simulation.checkpoint import (
     require_array,
     require_values,
 )
-from frictionsim.simulation.monitor import compilation_of
+from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.run_warnings import hidden_stick_slip, nothing_moves
 from frictionsim.solvers import new_solver
 from frictionsim.solvers.common import GivenTimes, SampleBuffer, SampleTimes
@@ -138,6 +138,7 @@ class RecordedSimulation:
 
     MODE: ClassVar[Values] = DIRECTION
     SEVERAL: ClassVar[bool] = False
+    samples = None  # all are in the memory
     mode_columns = slice(MODE_COLUMN, MODE_COLUMN + 1)
 
     def __init__(
@@ -161,24 +162,28 @@ class RecordedSimulation:
         """Take samples at these times, s, instead of the regular ones; before `solve`."""
         self._recording.times = GivenTimes(times)
 
-    def prepare(self, on_step: Callable[[float], Any]) -> float:
+    def prepare(self, monitor: RunMonitor) -> float:
         """Compile the rest of a long run if that pays; return how long it took, s."""
         pays = getattr(self._solver, "is_to_be_compiled", False)
-        return (self.compile(on_step) or 0.0) if pays else 0.0
+        return (self.compile(monitor) or 0.0) if pays else 0.0
 
-    def compile(self, on_step: Callable[[float], Any]) -> float | None:
+    def compile(self, monitor: RunMonitor) -> float | None:
         """Compile the loop of the run; None for a method that is Python alone."""
         solver: Any = self._solver
         if not hasattr(solver, "compile"):
             return None
         started, expected = perf_counter(), solver.compile_seconds
-        with compilation_of(on_step, expected) if expected else nullcontext():
+        with monitor.compiling(expected) if expected else nullcontext():
             solver.compile()
         return perf_counter() - started if expected else 0.0
 
     def solve(self, on_step: Callable[[float], Any]) -> bool:
         """Integrate to the end with the backend of the scenario; see `Simulation.solve`."""
         return self._solver.run(on_step)
+
+    def observe_channels(self) -> SimulationResult:
+        """Return the results so far."""
+        return self.observe()
 
     def statistics(self) -> tuple[int, int, int]:
         """Return steps, rejected steps and evaluations of the right-hand side so far."""

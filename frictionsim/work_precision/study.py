@@ -10,7 +10,7 @@ from frictionsim.errors import EXIT_DONE, InputError, SolverError
 from frictionsim.results import Quantity, Record, SolverStatistics, failures
 from frictionsim.scenario.methods import METHODS
 from frictionsim.scenario.variants import Limit, Setting
-from frictionsim.simulation.monitor import Monitors, WallTimeLimit
+from frictionsim.simulation.monitor import Monitors, RunMonitor, WallTimeLimit
 from frictionsim.simulation.simulate import run
 from frictionsim.work_precision.outcome import (
     Comparable,
@@ -68,8 +68,6 @@ REFERENCE_TIME_FACTOR = 10.0
 # The same for a run of a limit of meshes: half the length of a body takes four times as long.
 LIMIT_TIME_FACTOR = 40.0
 
-OnStep = Callable[[float], Any]
-
 
 class Stopped(Exception):
     """A signal stopped a run of the study."""
@@ -101,7 +99,7 @@ class Benchmark:
         self._warm: set[str] = set()
         self._limit_records: dict[Setting, Record] = {}
 
-    def reference(self, settings: tuple[Setting, ...], on_step: OnStep) -> Reference:
+    def reference(self, settings: tuple[Setting, ...], monitor: RunMonitor) -> Reference:
         """Solve with the settings of the references; the first that is done is the reference.
 
         Raises
@@ -113,9 +111,9 @@ class Benchmark:
         """
         runs, names, reasons = [], [], []
         for setting in settings:
-            self._warm_up(setting, on_step)
+            self._warm_up(setting, monitor)
             max_wall = self._max_wall * REFERENCE_TIME_FACTOR
-            result = _run(self._variants.judged(setting), on_step, max_wall)
+            result = _run(self._variants.judged(setting), monitor, max_wall)
             name = setting.name
             if result.status == "done":
                 runs.append(result)
@@ -128,7 +126,7 @@ class Benchmark:
         floor = metric_errors(self._metrics, runs[1], runs[0], duration) if len(runs) > 1 else {}
         return Reference(runs[0], tuple(names), floor)
 
-    def limit(self, limits: tuple[Limit, ...], on_step: OnStep) -> Reference:
+    def limit(self, limits: tuple[Limit, ...], monitor: RunMonitor) -> Reference:
         """Solve on the meshes of the limits; the first limit that is known is the reference.
 
         Raises
@@ -141,7 +139,7 @@ class Benchmark:
         references, names, reasons = [], [], []
         for limit in limits:
             try:
-                runs = [self._limit_record(setting, on_step) for setting in limit]
+                runs = [self._limit_record(setting, monitor) for setting in limit]
                 failed = [r.reason for r in runs if r.status != "done"]
             except InputError as refused:
                 failed = [one_line(refused)]
@@ -162,18 +160,18 @@ class Benchmark:
         )
         return Reference(references[0], tuple(names), floor)
 
-    def _limit_record(self, setting: Setting, on_step: OnStep) -> Record:
+    def _limit_record(self, setting: Setting, monitor: RunMonitor) -> Record:
         if setting not in self._limit_records:
-            self._warm_up(setting, on_step)
+            self._warm_up(setting, monitor)
             limit = self._max_wall * LIMIT_TIME_FACTOR
-            self._limit_records[setting] = _run(self._variants.judged(setting), on_step, limit)
+            self._limit_records[setting] = _run(self._variants.judged(setting), monitor, limit)
         return self._limit_records[setting]
 
     def row(
         self,
         setting: Setting,
         reference: Comparable,
-        on_step: OnStep,
+        monitor: RunMonitor,
         in_time: Comparable | None = None,
     ) -> Row:
         """Solve once for the errors, and several times for the wall time.
@@ -182,7 +180,7 @@ class Benchmark:
         ----------
         setting : Setting
         reference : Comparable
-        on_step : callable
+        monitor : RunMonitor
         in_time : Comparable, optional
             The same mesh, converged in time.
 
@@ -195,14 +193,14 @@ class Benchmark:
             scenario = self._variants.judged(setting)
         except InputError as refused:  # an effect that the model does not have, too few bodies
             return _refused(setting, one_line(refused))
-        self._warm_up(setting, on_step)
-        judged = self._limit_records.get(setting) or _run(scenario, on_step, self._max_wall)
+        self._warm_up(setting, monitor)
+        judged = self._limit_records.get(setting) or _run(scenario, monitor, self._max_wall)
         last, seconds = judged, [_seconds(judged)]
         errors: dict[str, Error] = {}
         time_errors: dict[str, Error] = {}
         if judged.status == "done":
             duration = scenario.solver.duration
-            last, seconds = self._timed(setting, on_step)
+            last, seconds = self._timed(setting, monitor)
             if last.status == "done":
                 errors = metric_errors(self._metrics, judged, reference, duration)
             if last.status == "done" and in_time is not None:
@@ -225,28 +223,28 @@ class Benchmark:
             wall_spread=max(seconds) - min(seconds) if len(seconds) > 1 else None,
         )
 
-    def _warm_up(self, setting: Setting, on_step: OnStep) -> None:
+    def _warm_up(self, setting: Setting, monitor: RunMonitor) -> None:
         """Load and compile everything that a backend needs, once."""
         if setting.line not in self._warm:
-            _run(self._variants.warm_up(setting), on_step, inf)
+            _run(self._variants.warm_up(setting), monitor, inf)
             self._warm.add(setting.line)
 
-    def _timed(self, setting: Setting, on_step: OnStep) -> tuple[Record, list[float]]:
+    def _timed(self, setting: Setting, monitor: RunMonitor) -> tuple[Record, list[float]]:
         scenario = self._variants.timed(setting)
         gc.collect()  # automatic garbage collection is off
         seconds: list[float] = []
         while True:
-            result = _run(scenario, on_step, self._max_wall)
+            result = _run(scenario, monitor, self._max_wall)
             seconds.append(_seconds(result))
             enough = len(seconds) >= self._repeats or sum(seconds) > SECONDS_OF_REPEATS
             if enough or result.status != "done":
                 return result, seconds
 
 
-def _run(scenario: "Scenario", on_step: OnStep, max_wall: float) -> Record:
+def _run(scenario: "Scenario", monitor: RunMonitor, max_wall: float) -> Record:
     solver = scenario.solver
     limit = WallTimeLimit(max_wall, solver.duration, solver.budget_advice)
-    result = run(scenario, Monitors(on_step, limit))
+    result = run(scenario, Monitors(monitor, limit))
     if result.status == "interrupted":
         raise Stopped(result)
     return result
@@ -263,7 +261,7 @@ def study(
     plan: Plan,
     max_wall: float,
     repeats: int,
-    on_step: OnStep,
+    monitor: RunMonitor,
     show: Callable[[str], Any],
 ) -> WorkPrecision:
     """Run all settings.
@@ -276,7 +274,7 @@ def study(
         Limit of each run.
     repeats : int
         Maximum number of timed runs of each setting.
-    on_step : callable
+    monitor : RunMonitor
         Called with the time after each step; it may raise Interrupted.
     show : callable
         Called with a description of the next run.
@@ -295,18 +293,18 @@ def study(
     try:
         show("references")
         if plan.references:
-            reference = benchmark.reference(plan.references, on_step)
+            reference = benchmark.reference(plan.references, monitor)
         if plan.limits:
             in_time = reference
             show("references, fine meshes")
-            reference = benchmark.limit(plan.limits, on_step)
+            reference = benchmark.limit(plan.limits, monitor)
         if reference is None:
             raise SolverError("a study needs references or limits")
         own = plan.references[0].mesh if plan.references else None
         for number, setting in enumerate(plan.settings, start=1):
             show(f"{number} of {len(plan.settings)}: {setting.name}")
             same = in_time.outcome if in_time and setting.mesh == own else None
-            rows.append(benchmark.row(setting, reference.outcome, on_step, same))
+            rows.append(benchmark.row(setting, reference.outcome, monitor, same))
     except Stopped as stop:
         status, reason, code = "interrupted", stop.run.reason, stop.run.exit_code
     return WorkPrecision(

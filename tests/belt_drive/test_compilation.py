@@ -22,6 +22,7 @@ from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 from frictionsim.mechanisms.belt_drive.kernels.jit import Kernel, announce_compilation
 from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
+from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import COMPILED, NO_MOTION_ACROSS, STEPS, pair, scenario_of
 from tests.support.old_results import old_result
@@ -31,15 +32,12 @@ ANNOUNCED = "frictionsim: compiling the kernels for this combination of effects,
 OLD = old_result()
 
 
-class Listening:
+class Listening(RunMonitor):
     """A poll that notes when it is told of a compilation."""
 
     def __init__(self) -> None:
         self.told: list[float] = []
         self.inside = False
-
-    def __call__(self, t: float) -> None:
-        pass
 
     @contextmanager
     def compiling(self, expected: float) -> Iterator[None]:
@@ -127,7 +125,7 @@ def test_all_kernels_are_compiled_before_the_first_step(
             raise Interrupted(signal.SIGINT, t)
 
     drive = BeltDrive(scenario)
-    drive.prepare(stop)
+    drive.prepare(RunMonitor())
     prepared = calls.seen.copy()
     assert prepared
     with pytest.raises(Interrupted):
@@ -139,7 +137,7 @@ def test_all_kernels_are_compiled_before_the_first_step(
     calls.seen.clear()
     resumed = BeltDrive(scenario)
     resumed.restore(state)
-    resumed.prepare(stop)
+    resumed.prepare(RunMonitor())
     prepared = calls.seen.copy()
     resumed.solve(lambda t: None)
     assert calls.seen == prepared
@@ -171,7 +169,7 @@ def test_one_kernel_is_compiled_for_all_forms_of_signals(
     for form, drive in FORMS.items():
         data = pair(solver__backend=backend, drive={"driver": drive} if drive else {}, **without)
         calls.seen.clear()
-        BeltDrive(scenario_of(data)).prepare(lambda t: None)
+        BeltDrive(scenario_of(data)).prepare(RunMonitor())
         assert calls.seen
         seen.add(frozenset(calls.seen))
         assert len(seen) == 1, form
@@ -251,13 +249,12 @@ def test_a_compilation_in_the_middle_of_a_run_may_be_ended_if_its_samples_are_ke
     prepare, due, kept = BeltDrive.prepare, [0.0, 0.004], []
     told: list[tuple[int, bool]] = []
 
-    def monitor(t: float) -> None:
-        pass
+    monitor = RunMonitor()
 
-    def noted(self: BeltDrive, on_step: Callable[[float], Any]) -> float:
-        told.append((len(kept), on_step is monitor))
+    def noted(self: BeltDrive, given: RunMonitor) -> float:
+        told.append((len(kept), given is monitor))
         due.pop(0)
-        return prepare(self, on_step)
+        return prepare(self, given)
 
     def keep(part: Any) -> bool:
         kept.append(part.time[-1])

@@ -15,6 +15,7 @@ from frictionsim.cli.commands import run_command_line
 from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 from frictionsim.mechanisms.belt_drive.steppers import moreau
 from frictionsim.mechanisms.belt_drive.steppers.fixed_steps import IMPLICIT_NOW, IMPLICIT_STEPS
+from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import pair, scenario_of
 from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed
@@ -28,10 +29,11 @@ import json, sys
 from numba.core import event
 from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 from frictionsim.scenario.loading import load
+from frictionsim.simulation.monitor import RunMonitor
 
 drive = BeltDrive(load(sys.argv[1], {"solver.duration": 1e-3}, backend=sys.argv[2]))
 with event.install_recorder("numba:compile") as recorder:
-    drive.prepare(lambda t: None)
+    drive.prepare(RunMonitor())
     again = drive.solve(lambda t: None)
 starts = (one for _, one in recorder.buffer if one.is_start)
 print(json.dumps([[one.data["dispatcher"].py_func.__name__ for one in starts], again]))
@@ -79,13 +81,13 @@ OBLIQUITY = 0.3  # it is 0.27 at the start, and grows
 def test_stiff_damping_is_compiled_in_the_middle_of_a_run() -> None:
     drive = BeltDrive(scenario_of(joints_turn()))
     forms = []
-    drive.prepare(lambda t: None)
+    drive.prepare(RunMonitor())
     counts = drive._stepper._state.counts
     while True:
         forms.append(int(counts[IMPLICIT_NOW]))
         if not drive.solve(lambda t: None):
             break
-        drive.prepare(lambda t: None)
+        drive.prepare(RunMonitor())
     assert forms == [0, 1], "each form is prepared once, when it is first due"
     assert counts[IMPLICIT_STEPS] > 0
 

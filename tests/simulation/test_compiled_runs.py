@@ -114,7 +114,7 @@ def test_a_run_that_python_began_is_continued(steps: int, monkeypatch: pytest.Mo
     monkeypatch.setattr(event_driven, "_python_steps", event_driven.Counter())
     simulation = simulation_of(scenario)
     assert simulation.solve(lambda t: None) is True
-    simulation.prepare(lambda t: None)
+    simulation.prepare(RunMonitor())
     assert simulation.solve(lambda t: None) is False
     assert recorded(simulation) == expected
 

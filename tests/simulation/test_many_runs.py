@@ -19,6 +19,7 @@ from frictionsim.scenario.loading import validate
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation import many_runs as observation
 from frictionsim.simulation.audit import stick_drift
+from frictionsim.simulation.monitor import monitor_of
 from frictionsim.solvers import many_runs
 from frictionsim.solvers.compilation import Kernel
 from frictionsim.solvers.mechanism import Trajectory
@@ -288,7 +289,7 @@ def test_they_can_be_interrupted() -> None:
 
     of_sweep = Combinations(scenario_of(pulley()), ["mechanism.load"], 2)
     with pytest.raises(Interrupted, match="by SIGINT"):
-        outcomes_together(of_sweep, [(2000.0,), (2100.0,)], on_step)
+        outcomes_together(of_sweep, [(2000.0,), (2100.0,)], monitor_of(on_step))
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from frictionsim.cli.commands import run_command_line
 from frictionsim.results import Record, SimulationResult, SolverStatistics, failures
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import scenario_from_result, validate
+from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.record import recorded
 from frictionsim.simulation.simulate import run
 from frictionsim.solvers.mechanism import Mechanism
@@ -117,7 +118,7 @@ def observed(data: Scenario) -> SimulationResult:
     """Return what a simulation of scenario data observes, in the numbers that it works with."""
     scenario = validate(data, SCENARIOS)
     simulation = mechanism_module(scenario.kind).simulation(scenario)
-    simulation.prepare(lambda t: None)
+    simulation.prepare(RunMonitor())
     simulation.solve(lambda t: None)
     return simulation.observe()
 

@@ -26,6 +26,7 @@ from frictionsim.solvers.state_values import unfit
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.results import Channel
+    from frictionsim.simulation.monitor import RunMonitor
 
 # Some hundredths of a second without a call of `on_step`: fewer steps of more bodies.
 STEPS_BETWEEN_CALLS = 2000
@@ -59,19 +60,19 @@ class BeltDrive:
         """Take samples at these times, s, instead of the regular ones; before `solve`."""
         self._times = GivenTimes(times)
 
-    def prepare(self, on_step: Callable[[float], Any]) -> float:
+    def prepare(self, monitor: "RunMonitor") -> float:
         """Evaluate the start and compile all kernels of the run; return how long that took, s."""
         stepper = self._stepper
-        with jit.announce_compilation(stepper.compile_seconds, on_step) as found:
+        with jit.announce_compilation(stepper.compile_seconds, monitor) as found:
             if not self._started:
                 stepper.start()
             stepper.prepare()
         self._started = True
         return found.seconds
 
-    def compile(self, on_step: Callable[[float], Any]) -> float | None:
+    def compile(self, monitor: "RunMonitor") -> float | None:
         """Compile all kernels of the run."""
-        return self.prepare(on_step)
+        return self.prepare(monitor)
 
     def solve(self, on_step: Callable[[float], Any]) -> bool:
         """Step on; return whether there are kernels to `prepare` before the end."""

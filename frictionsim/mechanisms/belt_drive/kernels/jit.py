@@ -16,7 +16,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from frictionsim.simulation.monitor import compilation_of
+from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.solvers.compilation import compiler_of_parts, without_collection
 
 LOG = logging.getLogger(__name__)
@@ -220,15 +220,15 @@ class Compilation:
 
 
 @contextmanager
-def announce_compilation(expected: float, on_step: Any) -> Iterator[Compilation]:
+def announce_compilation(expected: float, monitor: RunMonitor) -> Iterator[Compilation]:
     """Have a block, in which kernels are called first, tell when it compiles, and how long.
 
     Parameters
     ----------
     expected : float
         Seconds that it should take.
-    on_step : object
-        Its method `compiling`, if it has one, is entered with them when something is compiled.
+    monitor : RunMonitor
+        Its `compiling` is entered when something is compiled.
     """
     _numba()
     _folder()
@@ -242,7 +242,7 @@ def announce_compilation(expected: float, on_step: Any) -> Iterator[Compilation]
         def on_start(self, event: Any) -> None:
             """Announce the first."""
             if not found.noticed:
-                stack.enter_context(compilation_of(on_step, expected))
+                stack.enter_context(monitor.compiling(expected))
                 LOG.info("compilation of kernels starts")
             found.noticed = True
 
