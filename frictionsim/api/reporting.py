@@ -81,6 +81,7 @@ def _cost_table_html(table: "CostTable", path: Path) -> str:
 
 
 def _costs_html(study: "WorkPrecision", source: str) -> str:
+    from frictionsim.api.studies import study_parts
     from frictionsim.document import Picture
     from frictionsim.plots.picture_file import image_for_page
     from frictionsim.plots.studies import cost_diagram
@@ -94,7 +95,8 @@ def _costs_html(study: "WorkPrecision", source: str) -> str:
         else ""
     )
     title = "Error against work, one line for each method"
-    return cost_page(study, source, Picture(title, image_for_page(cost_diagram(drawn)), note))
+    diagram = Picture(title, image_for_page(cost_diagram(drawn)), note)
+    return cost_page(study, study_parts(study), source, diagram)
 
 
 def _sweep_html(sweep: Sweep) -> str:

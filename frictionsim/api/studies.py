@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from frictionsim.api.result_base import Ending, TableResult
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.display import error_text, number_text, short_text
-from frictionsim.document import Data, Document, Table
+from frictionsim.document import Cell, Data, Document, Number, Table
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.monitor import RunMonitor
@@ -38,25 +38,31 @@ def study_parts(study: WorkPrecision) -> Document:
     headings = [
         *(*mesh_headings, "law", "method", "setting", ">error", *time_heading),
         *(f">{name}" for name in names),
-        *(">events", ">ms", ">spread", ">steps", ">rejected", ">rhs", ""),
+        *(">events", ">wall time [s]", ">spread [s]", ">steps", ">rejected", ">evaluations"),
     ]
-    yield Table(headings, [_cells(study, row, names) for row in study.rows])
+    rows = [_cells(study, row, names) for row in study.rows]
+    if any(row.reason for row in study.rows):
+        headings.append("reason")
+        rows = [[*cells, row.reason] for cells, row in zip(rows, study.rows, strict=True)]
+    yield Table(headings, rows)
     yield from (advice.sentence for advice in recommendations(study))
 
 
 def _reference_lines(study: WorkPrecision) -> list[str]:
     reference = study.reference
-    if reference is None:
-        return []
-    lines = [f"reference: {' and '.join(reference.names)}"]
-    if reference.floor:
+    lines: list[str] = []
+    if reference is not None and reference.names:
+        lines.append(f"reference: {' and '.join(reference.names)}")
+    if reference is not None and reference.floor:
         parts = ", ".join(f"{name} {error_text(e.relative)}" for name, e in reference.floor.items())
         lines.append(
             f"reference uncertainty: {error_text(study.floor)}, the difference of the references"
             f" ({parts}); smaller errors cannot be resolved"
         )
-    elif len(reference.names) == 1:
+    elif reference is not None and len(reference.names) == 1:
         lines.append("reference uncertainty: unknown, the second reference failed")
+    else:
+        lines.append("reference uncertainty: unknown; errors may not be resolved so finely")
     if study.time_reference is not None:
         lines.append(
             f"`in time`: error against {' and '.join(study.time_reference.names)}, which differ by"
@@ -65,15 +71,17 @@ def _reference_lines(study: WorkPrecision) -> list[str]:
     return [
         *lines,
         "errors are relative, `error` is the largest; * below the reference uncertainty; spread:"
-        " largest minus least ms of the repeats; rhs: evaluations of the right-hand side",
+        " largest minus least wall time of the repeats; evaluations: of the right-hand side",
     ]
 
 
-def _cells(study: WorkPrecision, row: "Row", names: list[str]) -> list[str]:
+def _cells(study: WorkPrecision, row: "Row", names: list[str]) -> list[Cell]:
     below, has_meshes = study.below_uncertainty(row), study.of_meshes
 
-    def marked(name: str, error: float | None) -> str:
-        return error_text(error) + "*" * (error is not None and name in below)
+    def marked(name: str, error: float | None) -> Cell:
+        if error is None:
+            return error_text(error)
+        return Number(error_text(error) + "*" * (name in below), error)
 
     mesh = row.setting.mesh
     spread = row.wall_spread
@@ -85,14 +93,18 @@ def _cells(study: WorkPrecision, row: "Row", names: list[str]) -> list[str]:
         marked("error", row.error) or "failed",
         *((marked("time_error", row.time_error),) if has_meshes else ()),
         *(marked(n, row.errors[n].relative if n in row.errors else None) for n in names),
-        str(row.events),
-        short_text(1e3 * row.wall_seconds),
-        "" if spread is None else number_text(1e3 * spread, 2),
-        str(row.steps),
-        "" if row.rejected is None else str(row.rejected),
-        str(row.rhs_evaluations),
-        row.reason,
+        _count(row.events),
+        short_text(row.wall_seconds),
+        "" if spread is None else number_text(spread, 2),
+        _count(row.steps),
+        _count(row.rejected),
+        _count(row.rhs_evaluations),
     ]
+
+
+def _count(count: int | None) -> str:
+    """Return a count; an older file may lack it."""
+    return "" if count is None else str(count)
 
 
 class Study(TableResult):

@@ -32,19 +32,7 @@ class Advice(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """The recommendation as text, beside tables in ms."""
-        return self.worded(1e3, "ms")
-
-    def worded(self, per_second: float = 1.0, unit: str = "s") -> str:
-        """Return the recommendation as text.
-
-        Parameters
-        ----------
-        per_second : float
-            How many of the unit are a second.
-        unit : str
-            Of wall time.
-        """
+        """The recommendation as text."""
         goal = f"for {study_text(100 * self.wanted)} %{self.metric and ' of '}{self.metric}"
         if self.floor > self.wanted:
             return f"{goal}: unknown, the reference uncertainty is {error_text(self.floor)}"
@@ -55,7 +43,7 @@ class Advice(NamedTuple):
         equal = f"; of {self.equal} as fast, the fewest evaluations" if self.equal > 1 else ""
         return (
             f"{goal}: {row.setting.line} with {row.setting.detail},"
-            f" {short_text(per_second * row.wall_seconds)} {unit}, error {error_text(error)}{equal}"
+            f" {short_text(row.wall_seconds)} s, error {error_text(error)}{equal}"
         )
 
 

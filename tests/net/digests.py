@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[2]
 SAMPLES = 14
 
 # Keys of JSON and columns of tables that hold times of the wall clock, or follow from them.
-TIMED = re.compile(r"wall|spread|compile_seconds|recommendations|^ms$")
+TIMED = re.compile(r"wall|spread|compile_seconds|recommendations")
 # In texts.
 MASKS = (
     (re.compile(r"(solved in|wall time) \d[\d.e+-]*( s)?"), r"\1 <time>"),
@@ -70,9 +70,11 @@ def text(said: str, folder: Path) -> list[str]:
 
 
 def _without_column_of_times(lines: list[str]) -> list[str]:
-    """Mask the columns `ms` and `spread` of a cost study; their cells end where the heads do."""
+    """Mask the columns of wall time and its spread in a cost study; their cells end where the heads do."""
     for at, head in enumerate(lines):
-        ends = [found.end() for found in re.finditer(r"(?<=  )(ms|spread)(?=  )", head)]
+        ends = [
+            found.end() for found in re.finditer(r"(?<=  )(wall time|spread) \[s\](?=  )", head)
+        ]
         for i in range(at + 1, len(lines) if ends else 0):
             if lines[i].startswith("for "):  # the sentences below the table
                 break

@@ -150,13 +150,13 @@ def test_each_quantity_has_its_cheapest_setting() -> None:
         a.sentence
         for a in recommendations(WorkPrecision(scenario, metrics, reference, rows, *DONE))
     ]
-    assert [line.split(" ms")[0] for line in said] == [
-        "for 1 %: moreau, corrected with 600 bodies, longest step, 9e+03",
+    assert [line.split(" s,")[0] for line in said] == [
+        "for 1 %: moreau, corrected with 600 bodies, longest step, 9",
         "for 0.1 %: unknown, the reference uncertainty is 2.0e-03",
         "for 0.01 %: unknown, the reference uncertainty is 2.0e-03",
-        "for 1 % of tension: moreau, corrected with 60 bodies, longest step, 100",
-        "for 0.1 % of tension: moreau, corrected with 150 bodies, longest step, 1e+03",
-        "for 1 % of slip: moreau, corrected with 600 bodies, longest step, 9e+03",
+        "for 1 % of tension: moreau, corrected with 60 bodies, longest step, 0.1",
+        "for 0.1 % of tension: moreau, corrected with 150 bodies, longest step, 1",
+        "for 1 % of slip: moreau, corrected with 600 bodies, longest step, 9",
         "for 0.1 % of slip: unknown, the reference uncertainty is 2.0e-03",
     ]
 
