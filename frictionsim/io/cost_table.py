@@ -7,8 +7,8 @@ begin with # are notes, as on the machine that it was made on.
 import csv
 import os
 import re
-from collections.abc import Iterator
 from io import StringIO
+from itertools import takewhile
 from pathlib import Path
 from stat import S_ISREG
 from typing import Any, NamedTuple
@@ -17,8 +17,8 @@ from frictionsim.errors import InputError
 from frictionsim.io.atomic_write import write_atomically
 from frictionsim.io.replaceable import COSTS, check_replaceable
 from frictionsim.results import Column
+from frictionsim.scenario.csv_columns import CsvRow, read_text, separated
 
-MAX_BYTES = 64 * 2**20  # of a table in CSV; a study has some hundred lines
 MAX_COLUMNS = 500
 HEADING = re.compile(r"(.*?)(?: \[([^\]]*)\])?")
 NOTE = "#"
@@ -66,50 +66,34 @@ def write_csv(table: CostTable, path: Path) -> None:
 
 def read_csv(path: Path) -> CostTable:
     """Read a table of costs in CSV."""
+    text = read_text(path)
+    rows = list(separated(text, ",", path))
+    notes = takewhile(lambda line: line.startswith(NOTE), text.split("\n"))
     try:
-        size = os.stat(path).st_size
-        if size > MAX_BYTES:
-            raise ValueError(f"it has {size} bytes, no such table has more than {MAX_BYTES}")
-        text = path.read_text(encoding="utf-8")
-        return _table(text)
-    except OSError as error:
-        reason = error.strerror or "it cannot be opened"
-    except UnicodeDecodeError:
-        reason = "it is not text in UTF-8"
-    except (ValueError, csv.Error) as error:
-        reason = str(error)
-    raise InputError(f"{path}: cannot read this table of costs: {reason}")
+        return _table(rows, tuple(note[len(NOTE) :].strip() for note in notes))
+    except ValueError as error:
+        raise InputError(f"{path}: cannot read this table of costs: {error}") from None
 
 
-def _table(text: str) -> CostTable:
-    lines = text.splitlines(keepends=True)
-    count = next((i for i, line in enumerate(lines) if not line.startswith(NOTE)), len(lines))
-    notes = tuple(line[len(NOTE) :].strip() for line in lines[:count])
-    reader = csv.reader(lines[count:], strict=True)
-    cells = next(reader, [])
+def _table(rows: list[CsvRow], notes: tuple[str, ...]) -> CostTable:
+    cells = rows[0].cells if rows else []
     if len(cells) > MAX_COLUMNS:
         raise ValueError(f"it has {len(cells)} columns, no such table has more than {MAX_COLUMNS}")
-    headings = [(found[1], found[2] or "") for found in map(HEADING.fullmatch, cells) if found]
+    headings = [(match[1], match[2] or "") for match in map(HEADING.fullmatch, cells) if match]
     if len({name for name, _ in headings}) < len(cells):
         raise ValueError("its heading names a column twice, or one that has a line break")
-    rows = list(_rows(reader, len(headings), count))
+    for row in rows[1:]:
+        if len(row.cells) != len(cells):
+            raise ValueError(
+                f"line {row.line} has {len(row.cells)} cells, the heading has {len(cells)}"
+            )
     columns = {}
     for number, (name, unit) in enumerate(headings):
-        values: list[Any] = [row[number] for _, row in rows]
+        values: list[Any] = [row.cells[number] for row in rows[1:]]
         if unit:
-            values = [_number(row[number], line, name) for line, row in rows]
+            values = [_number(row.cells[number], row.line, name) for row in rows[1:]]
         columns[name] = Column(name, unit, name.replace("_", " "), values)
     return checked(CostTable({}, columns, notes))
-
-
-def _rows(reader: Any, length: int, before: int) -> Iterator[tuple[int, list[str]]]:
-    """Yield the number of each line and its cells."""
-    for row in reader:
-        line = before + reader.line_num
-        if row and len(row) != length:
-            raise ValueError(f"line {line} has {len(row)} cells, the heading has {length}")
-        if row:
-            yield line, row
 
 
 def _number(cell: str, line: int, name: str) -> float:

@@ -209,7 +209,7 @@ def _points(table: CsvTable, wanted: dict[str, Column], path: Path) -> list[_Poi
     text = read_text(path, "; the path is relative to the scenario")
     if table.has_columns:
         delimiter = table.delimiter or usual_delimiter(table.decimal, text.split("\n"))
-        rows = list(_separated(text, delimiter, path))
+        rows = list(separated(text, delimiter, path))
     else:
         rows = list(_plain(text))
     columns = _find_columns(path, list(wanted.values()), rows, table.decimal, has_units=False)
@@ -283,7 +283,7 @@ def read_columns(path: Path, wanted: Sequence[Column], no_gaps: Sequence[Column]
     """
     text = read_text(path)
     delimiter = usual_delimiter(".", _lines_of_numbers(text))
-    rows = list(_separated(text, delimiter, path))
+    rows = list(separated(text, delimiter, path))
     if not text.strip():
         raise InputError(f"'{path}' is empty")
     decimal = "," if delimiter != "," and _has_commas(rows) else "."
@@ -333,8 +333,7 @@ def read_text(path: Path, advice: str = "") -> str:
         raise InputError(f"cannot read '{path}' ({reason}){advice}") from None
     if len(content) > MAX_BYTES or text.count("\n") > MAX_LINES:
         raise InputError(
-            f"'{path}' has more than {MAX_BYTES >> 20} MiB or {MAX_LINES} lines; expected the"
-            " points of a signal, give fewer of them"
+            f"'{path}' has more than {MAX_BYTES >> 20} MiB or {MAX_LINES} lines; give fewer lines"
         )
     return text
 
@@ -347,7 +346,7 @@ def _plain(text: str) -> Iterator[CsvRow]:
             yield CsvRow(number, cells)
 
 
-def _separated(text: str, delimiter: str, path: Path) -> Iterator[CsvRow]:
+def separated(text: str, delimiter: str, path: Path) -> Iterator[CsvRow]:
     """Yield the rows of a file with one delimiter; lines that begin with # are left out."""
     import csv  # imported here: few scenarios have such a signal
 

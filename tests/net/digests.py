@@ -70,7 +70,7 @@ def text(said: str, folder: Path) -> list[str]:
 
 
 def _without_column_of_times(lines: list[str]) -> list[str]:
-    """Mask the columns of wall time and its spread in a cost study; their cells end where the heads do."""
+    """Mask wall times and their spread in a cost study; their cells end where the heads do."""
     for at, head in enumerate(lines):
         ends = [
             found.end() for found in re.finditer(r"(?<=  )(wall time|spread) \[s\](?=  )", head)
