@@ -173,7 +173,7 @@ def unpacked(function: ast.FunctionDef) -> dict[str, int]:
 
 
 def is_kernel(function: ast.FunctionDef) -> bool:
-    return any(ast.unparse(d).endswith("kernel") for d in function.decorator_list)
+    return any(ast.unparse(d).endswith(("kernel", "compilable")) for d in function.decorator_list)
 
 
 def parameters(function: ast.FunctionDef) -> int:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 if TYPE_CHECKING:
     from frictionsim.results import Channel, SimulationResult
     from frictionsim.simulation.monitor import RunMonitor
-    from frictionsim.simulation.sample_store import SampleStore
 
 
 class Simulation(Protocol):
@@ -42,7 +41,7 @@ class Simulation(Protocol):
     def axes(self) -> Mapping[str, tuple[str, ...]]: ...
 
     @property
-    def samples(self) -> "SampleStore | None": ...
+    def samples(self) -> Any: ...
 
     def sample_at(self, times: Sequence[float]) -> None:
         """Take samples at these times, s, strictly increasing, instead of the regular ones.

@@ -333,7 +333,7 @@ def check_space(
     needed = sample_bytes(scenario, simulation)
     if needed.in_memory <= SMALL:
         return
-    streams = getattr(simulation, "samples", None) is not None
+    streams = simulation.samples is not None
     if segments is None or not streams:
         _check_memory(needed, needed.in_memory, streams)
         return

@@ -3,7 +3,7 @@
 The iterates are those of `root_finding.bracket_root`.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from frictionsim.solvers.compilation import compilable
 from frictionsim.solvers.one_contact_state import (
@@ -64,9 +64,28 @@ def _against(loads: Any, system: Any, s: Any, u: float, q: float, v: float) -> f
     return -(x * x_old + y * y_old)
 
 
+class Function(NamedTuple):
+    """A function of time within the last step, whose root is located.
+
+    Attributes
+    ----------
+    which : int
+        `VELOCITY`, `POSITION`, ... as above.
+    direction : float
+        Of sliding, +1 or -1, which makes it grow through its root; 0 if it has none.
+    parameter : float
+        Value of the drive, position, rad, or number of the surface; 0 if it has none.
+    """
+
+    which: int
+    direction: float
+    parameter: float
+
+
 @compilable
-def value(which: int, system: Any, run: Run, s: Any, direction: float, x: float, t: float) -> float:
+def value(function: Function, system: Any, run: Run, s: Any, t: float) -> float:
     """Return the value of a function at a time, s."""
+    which, direction, x = function
     if which == EXCESS:
         return excess(system, s, t, direction)
     if which == EXCESS_BEYOND_ROUNDOFF:
@@ -89,26 +108,15 @@ def value(which: int, system: Any, run: Run, s: Any, direction: float, x: float,
 
 @compilable
 def bracket(
-    which: int,
-    system: Any,
-    run: Run,
-    s: Any,
-    aim: tuple[float, float],
-    a: float,
-    b: float,
-    resolution: float,
+    function: Function, system: Any, run: Run, s: Any, a: float, b: float, resolution: float
 ) -> tuple[float, float]:
-    """Return a bracket (lo, hi) of a root in [a, b]; see `root_finding.bracket_root`.
-
-    `aim` are the direction and the parameter x of the function.
-    """
-    direction, parameter = aim
-    f_a = value(which, system, run, s, direction, parameter, a)
-    f_b = value(which, system, run, s, direction, parameter, b)
+    """Return a bracket (lo, hi) of a root in [a, b]; see `root_finding.bracket_root`."""
+    f_a = value(function, system, run, s, a)
+    f_b = value(function, system, run, s, b)
     if (f_a > 0.0) == (f_b > 0.0):
         fail(HIDDEN_EVENT, a, b, f_a, f_b)
     root = (a, f_a, b, f_b, 0.5)
     while not is_narrow(root, resolution):
         x = next_point(root, resolution)
-        root = narrowed(root, x, value(which, system, run, s, direction, parameter, x))
+        root = narrowed(root, x, value(function, system, run, s, x))
     return min(root[0], root[2]), max(root[0], root[2])

@@ -46,8 +46,14 @@ ROUNDING = 16 * float_info.epsilon
 SMALLEST = float_info.min
 
 
-LoadAndTurn = tuple[Value, Value, Value, Value, Value]
-"""Torque, components of the force, cosine and sine of the angle."""
+class LoadAndTurn(NamedTuple):
+    """Torque, N m, components of the force, N, cosine and sine of the angle."""
+
+    torque: Value
+    x: Value
+    y: Value
+    cosine: Value
+    sine: Value
 
 
 class Spring(NamedTuple):
@@ -142,7 +148,7 @@ class Shaft(NamedTuple):
         """Return the applied torque, its kinetic limit, N m, and the powers, W."""
         moment, x, y, cosine, sine = self.drive.resultant(time, angle, velocity)
         torque = _with_effects(self, moment, (angle, cosine, sine), velocity)
-        load = torque, x, y, cosine, sine
+        load = LoadAndTurn(torque, x, y, cosine, sine)
         limit = _kinetic_limit(self.eccentric, self, load, velocity, s)
         applied = _with_stop(self.stops, torque, angle, velocity)
         return applied, limit, _powers(self, moment, velocity)
@@ -160,7 +166,8 @@ class Shaft(NamedTuple):
         close to it, and friction has then all but a corner.
         """
         moment, x, y, c, s = self.drive.resultant(time, angle, velocity)
-        load = _with_effects(self, moment, (angle, c, s), velocity), x, y, c, s
+        torque = _with_effects(self, moment, (angle, c, s), velocity)
+        load = LoadAndTurn(torque, x, y, c, s)
         sliding: tuple[float, float] = _sliding_load(self.eccentric, self, load, velocity)
         return sliding
 
@@ -288,8 +295,7 @@ def _kinetic_limit(
 ) -> Value:
     r_k = shaft.journal[0].r_k
     if len(eccentric) == 0:
-        _, x, y, _, _ = load
-        return r_k * sqrt(x * x + y * y)
+        return r_k * sqrt(load.x * load.x + load.y * load.y)
     p, determinant = eccentric[0].p, eccentric[0].determinant
     difference, normal, _, _ = _along_and_across(eccentric[0], shaft, load, velocity)
     root = sqrt(difference * difference + determinant * normal * normal)
@@ -315,7 +321,7 @@ def _sliding_load(
     velocity: float,
 ) -> tuple[float, float]:
     if len(eccentric) == 0:
-        return load[1], load[2]
+        return load.x, load.y
     along, normal, c, d = _along_and_across(eccentric[0], shaft, load, velocity)
     across = sqrt(eccentric[0].determinant) * normal
     return across * c - along * d, across * d + along * c
