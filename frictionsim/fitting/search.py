@@ -6,11 +6,11 @@ search (`scipy.optimize.least_squares`, trust region reflective) starts from sev
 are scaled to their bounds. Derivatives are central differences whose step is far above the
 tolerance of the runs, and short against what moves an event from one sample to the next.
 
-A run that fails counts as a residual much larger than the data, so that the search turns back.
+A failed run has a residual much larger than the data, so that the search turns back.
 
 A single value that the local searches have not reached is bracketed: between two places whose
-residuals differ in sign, Brent's method finds where the scenario gives the value, or where it jumps
-over it.
+residuals differ in sign, Brent's method finds the place at which the scenario gives the value, or
+jumps over it.
 """
 
 from itertools import pairwise
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 FAILED = 1e6  # residual of a failed run, in units of the spread of the data
 SCANNED = 12  # points for each start
-APART = 0.1  # of the bounds: starts are at least so far from each other
+APART = 0.1  # of the bounds: least distance of starts
 MIN_STEP, MAX_STEP = 3e-4, 1e-2  # of differences, as a part of the bounds
 FIXED_STEP = 3e-3  # where the error of the runs is not known from a tolerance
 TOLERANCE = 1e-10  # relative change of the places, and of the sum of squares, at the end
@@ -54,12 +54,12 @@ class Start(NamedTuple):
 
 
 class Minimum(NamedTuple):
-    """Where a local search ended."""
+    """The end of a local search."""
 
     x: "Array"  # scaled place (keys,)
     cost: float  # half the weighted sum of squares
     converged: bool
-    # What the scenario gives on both sides, if it jumps over a single value there.
+    # Values of the scenario on both sides, if it jumps over a single value there.
     jump: tuple[float, float] | None = None
 
 
@@ -68,7 +68,7 @@ class _Failed(Exception):
 
 
 class Search:
-    """Weighted residuals and their derivatives, of the data or of others in their place (n,)."""
+    """Weighted residuals and their derivatives, of the data or of values that replace them (n,)."""
 
     def __init__(
         self, problem: FitProblem, weights: "Array", measured: "Array | None" = None
@@ -95,23 +95,22 @@ class Search:
     def jacobian(self, x: "Array", step: float | None = None) -> "Array":
         """Return the derivatives (n, keys) of the weighted residuals by the scaled places.
 
-        Central differences; one-sided of second order at a bound, of first order beside a failed
+        Central differences; one-sided of second order at a bound, of first order next to a failed
         run.
         """
         h = self.step if step is None else step
         return np.array([self._column(x, j, h) for j in range(len(x))]).T
 
     def checked_jacobian(self, x: "Array") -> "tuple[Array, Array, Array]":
-        """Return the derivatives, and by how much those of another step differ, relative.
+        """Return the derivatives, and their relative differences from those of another step.
 
-        Where a step passes a jump or a kink, as of an event that comes and goes, shorter ones are
-        tried.
+        Where a step passes a jump or a kink, such as an appearing event, shorter ones are tried.
 
         Returns
         -------
         (n, keys), (keys,), (keys,)
-            The last has the longest step that differs by more than `JUMPS`, as a part of the
-            bounds; 0 if none does.
+            The last is the longest step whose derivatives differ by more than `JUMPS`, as a part
+            of the bounds; 0 if there is none.
         """
         columns, differences, jumps = [], [], []
         for j in range(len(x)):
@@ -136,7 +135,7 @@ class Search:
             return self.problem.at(place).values
 
         here = self.problem.at(x).values
-        h = -h if x[j] > 0.5 else h  # the side on which there is room
+        h = -h if x[j] > 0.5 else h  # away from the nearer bound
         far, near = at(h), at(-h) if 0.0 <= x[j] - h <= 1.0 else None
         slope = np.zeros(self.measured.size)
         if far is not None and near is not None:
@@ -151,10 +150,10 @@ class Search:
         return np.asarray(slope * self.weights)
 
     def minimum(self, x: "Array") -> Minimum:
-        """Return the local minimum that least squares find from a scaled place."""
+        """Return the local minimum of the least squares that start at a scaled place."""
         from scipy.optimize import least_squares  # imported here because SciPy takes 0.3 s
 
-        found: Any = least_squares(
+        solution: Any = least_squares(
             self.residual,
             np.clip(x, 0.0, 1.0),
             jac=self.jacobian,
@@ -165,28 +164,28 @@ class Search:
             gtol=NO_SLOPE,
             max_nfev=MAX_ITERATIONS,
         )
-        return Minimum(np.asarray(found.x), float(found.cost), found.status > 0)
+        return Minimum(np.asarray(solution.x), float(solution.cost), solution.status > 0)
 
-    def within(self, first: "Array", last: "Array") -> Minimum | None:
-        """Return where between two places a single value is reached, by Brent's method.
+    def root_between(self, first: "Array", last: "Array") -> Minimum | None:
+        """Return the place between two others that gives a single value, by Brent's method.
 
-        The residual of the value differs in sign at these scaled places. The nearer side of a jump
-        over it is returned; None if a run in between fails.
+        The residual of the value differs in sign at these scaled places. Of a jump over the value,
+        the nearer side is returned; None if a run in between fails.
         """
         from scipy.optimize import brentq
 
         problem, wanted = self.problem, self.measured[0]
-        # The part of the way and the residual of the last run below, and of the last one above:
-        # the bracket that Brent's method has left.
+        # Brent's last bracket: the part of the distance and the residual of the last run below the
+        # value, and of the last one above it.
         ends: dict[bool, tuple[float, float]] = {}
 
         def residual(part: float) -> float:
             model = problem.at(first + part * (last - first)).values
             if model is None:
                 raise _Failed
-            found = float(model[0] - wanted)
-            ends[found > 0.0] = part, found
-            return found
+            excess = float(model[0] - wanted)
+            ends[excess > 0.0] = part, excess
+            return excess
 
         try:
             root = float(
@@ -219,8 +218,8 @@ def search(
 ) -> tuple[Minimum, list[Start]]:
     """Return the least minimum, and all local searches in the order of their costs.
 
-    A single search starts from the starts of the keys, without a scan. The seed is that of the
-    points that are scanned.
+    A single search starts from the starts of the keys, without a scan. The seed draws the scanned
+    points.
     """
     task, keys = Search(problem, weights), problem.keys
     own = np.array([key.scaled(key.start) for key in keys])
@@ -237,29 +236,29 @@ def search(
         all_failed = f"all {len(points)} runs of the fit failed; that of the start"
         what = "the run of the fit failed" if len(points) == 1 else all_failed
         raise SolverError(f"{what}: {problem.at(points[0]).reason}")
-    found = []
+    searches = []
     for first in _choose(works, task, starts):
-        found.append(_with_start(task, first, task.minimum(first)))
-    if problem.data.size == 1 and not any(problem.gives(last.x) for last, _ in found):
-        found = [*_bracketed(task), *found]
-    found.sort(key=lambda one: one[0].cost)
-    return found[0][0], [start for _, start in found]
+        searches.append(_local_search(task, first, task.minimum(first)))
+    if problem.data.size == 1 and not any(problem.gives(last.x) for last, _ in searches):
+        searches = [*_bracketed_searches(task), *searches]
+    searches.sort(key=lambda one: one[0].cost)
+    return searches[0][0], [start for _, start in searches]
 
 
 def _grid() -> "Array":
-    """Return scaled places of a single key at equal distances, with its bounds (n, 1)."""
+    """Return equidistant scaled places of a single key, with its bounds (n, 1)."""
     return np.linspace(0.0, 1.0, SCANNED + 1)[:, None]
 
 
-def _with_start(task: Search, first: "Array", last: Minimum) -> tuple[Minimum, Start]:
+def _local_search(task: Search, first: "Array", last: Minimum) -> tuple[Minimum, Start]:
     at = task.problem.values
     return last, Start(at(first), at(last.x), task.cost(first), last.cost, last.converged)
 
 
-def _bracketed(task: Search) -> list[tuple[Minimum, Start]]:
+def _bracketed_searches(task: Search) -> list[tuple[Minimum, Start]]:
     """Return the searches for a single value between places whose residuals differ in sign.
 
-    A single value has a single key. Without such places it is the nearest of all runs.
+    A single value has a single key. Without such places the nearest of all runs is returned.
     """
     problem, wanted = task.problem, task.measured[0]
     for point in _grid():
@@ -273,23 +272,23 @@ def _bracketed(task: Search) -> list[tuple[Minimum, Start]]:
     if not brackets:
         for (a, left), (b, right) in pairs:
             if (left is None) != (right is None):
-                brackets += _to_edge(task, *((b, a) if left is None else (a, b)))
-    found = []
+                brackets += _edge_bracket(task, *((b, a) if left is None else (a, b)))
+    searches = []
     for first, last in brackets[:MAX_BRACKETS]:
-        end = task.within(first, last)
-        found += [] if end is None else [_with_start(task, first, end)]
-    if not found:
+        end = task.root_between(first, last)
+        searches += [] if end is None else [_local_search(task, first, end)]
+    if not searches:
         known = [(abs(value - wanted), x) for x, value in problem.known if value is not None]
         _, x = min(known, key=lambda one: one[0])
-        found.append(_with_start(task, x, Minimum(x, task.cost(x), True)))
-    return found
+        searches.append(_local_search(task, x, Minimum(x, task.cost(x), True)))
+    return searches
 
 
-def _to_edge(task: Search, good: "Array", failed: "Array") -> "list[tuple[Array, Array]]":
-    """Return the bracket between a place and one at which the run fails; none if there is none.
+def _edge_bracket(task: Search, good: "Array", failed: "Array") -> "list[tuple[Array, Array]]":
+    """Return the bracket between a place and one at which the run fails; empty if there is none.
 
-    Places are tried up to where the runs begin to fail, as those of a pulley that does not break
-    away: a value that is reached near there is not missed.
+    Places are bisected up to the edge of failing runs, such as those of a pulley that does not
+    break away, so that a value reached near this edge is not missed.
     """
     side = task.residual(good)[0]
     for _ in range(MAX_BISECTIONS):
@@ -306,7 +305,7 @@ def _to_edge(task: Search, good: "Array", failed: "Array") -> "list[tuple[Array,
 
 
 def _choose(points: "list[Array]", task: Search, starts: int) -> "list[Array]":
-    """Return the best points that are apart from each other."""
+    """Return the best points that are at least `APART` from each other."""
     chosen: list[Array] = []
     for point in sorted(points, key=task.cost):
         if all(np.max(np.abs(point - other)) >= APART for other in chosen):
