@@ -1,4 +1,4 @@
-"""What is in a table of costs in HDF5, read in the child process that `hdf5_reader` asks.
+"""Reading a table of costs in HDF5, in the child process that `hdf5_reader` asks.
 
 `hdf5_writer.write_table` documents the file.
 """
