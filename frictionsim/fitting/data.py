@@ -77,14 +77,14 @@ UNITS: dict[str, tuple[str, float]] = {
 }
 
 
-def factor(unit: str, own: str) -> float:
+def factor(unit: str, model_unit: str) -> float:
     """Return the size of a unit in the unit of the model."""
-    if unit == own:
+    if unit == model_unit:
         return 1.0
-    si, size = UNITS.get(own, (own, 1.0))
+    si, size = UNITS.get(model_unit, (model_unit, 1.0))
     fitting = [name for name, (base, _) in UNITS.items() if base == si]
     if unit not in fitting:
-        known = f"one of {', '.join(fitting)}" if fitting else f"'{own}'"
+        known = f"one of {', '.join(fitting)}" if fitting else f"'{model_unit}'"
         raise InputError(f"expected {known}, got '{unit}'")
     return UNITS[unit][1] / size
 
@@ -340,10 +340,10 @@ class _Table:
             return f"line {self._lines[row]} of '{self._source.data}'"
         return f"row {row}"
 
-    def unit_factor(self, column: Column, own: str) -> float:
+    def unit_factor(self, column: Column, model_unit: str) -> float:
         """Return the factor from the unit in the heading of a column to that of the model."""
         try:
-            return factor(self.units.get(column, own), own)
+            return factor(self.units.get(column, model_unit), model_unit)
         except InputError as error:
             raise ArgumentError("data", f"unit of the column '{column}': {error}") from None
 
@@ -380,7 +380,7 @@ def _channel_targets(source: FitOptions, scenario: "Scenario") -> list[Target]:
     time_column = _time_column(source)
     table = _Table(source, time_column)
     if source.time_unit:
-        size = _given_factor("time_unit", "", source.time_unit, "s")
+        size = _checked_factor("time_unit", "", source.time_unit, "s")
     else:
         size = table.unit_factor(time_column, "s")
     times = table.values[time_column] * size
@@ -389,16 +389,16 @@ def _channel_targets(source: FitOptions, scenario: "Scenario") -> list[Target]:
     times = np.clip(times, 0.0, scenario.solver.duration)
     targets = []
     for name, column in source.channels.items():
-        own = units[name]
+        model_unit = units[name]
         unit = source.units.get(name)
         size = (
-            _given_factor("units", f"{name}: ", unit, own)
+            _checked_factor("units", f"{name}: ", unit, model_unit)
             if unit
-            else table.unit_factor(column, own)
+            else table.unit_factor(column, model_unit)
         )
         target = _column_target(source, table, name, column, size)
-        target = target._replace(kind="channel", unit=own, times=times[target.runs])
-        data_unit = unit or table.units.get(column, own)
+        target = target._replace(kind="channel", unit=model_unit, times=times[target.runs])
+        data_unit = unit or table.units.get(column, model_unit)
         targets.append(target._replace(runs=np.zeros_like(target.runs), data_unit=data_unit))
     return targets
 
@@ -427,10 +427,10 @@ def _column_target(
     )
 
 
-def _given_factor(argument: str, where: str, unit: str, own: str) -> float:
+def _checked_factor(argument: str, where: str, unit: str, model_unit: str) -> float:
     """Return the factor from a given unit to that of the model."""
     try:
-        return factor(unit, own)
+        return factor(unit, model_unit)
     except InputError as error:
         raise ArgumentError(argument, f"{where}{error}") from None
 
@@ -511,8 +511,8 @@ def _run_data(source: FitOptions, scenario: "Scenario") -> Measured:
     table = _Table(source, None)
     keys, columns = list(source.over), []
     for key, column in source.over.items():
-        own = unit_of_key(type(scenario), key)
-        size = table.unit_factor(column, own) if own else 1.0
+        model_unit = unit_of_key(type(scenario), key)
+        size = table.unit_factor(column, model_unit) if model_unit else 1.0
         columns.append((table.values[column] * size).tolist())
     runs = tuple(dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True))
     targets = [

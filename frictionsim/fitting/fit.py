@@ -65,7 +65,7 @@ def fit(problem: FitProblem, options: FitOptions) -> FitOutcome:
     if noise.is_to_be_balanced:
         best = _reweigh(problem, noise, best)
     best, identification, rough = _identification(problem, noise, best)
-    model = problem.at(best.x)
+    model = problem.model(best.x)
     degrees = problem.data.size - identification.rank
     reliable = noise.all_given or degrees > 0
     if reliable:
@@ -150,7 +150,7 @@ def _identification(
     accuracy = Accuracy(task.step, tolerance)
     jacobian, *rough = task.checked_jacobian(best.x)
     identification = identify(keys, best.x, jacobian, noise.spread / noise.sigma, accuracy)
-    best = _with_starts_where_free(task, best, identification)
+    best = _reset_free_keys(task, best, identification)
     # The rank gives the degrees of freedom, and these the noise.
     noise.estimate(residuals_of(problem, best.x), identification.rank)
     jacobian = jacobian / (noise.sigma * task.weights)[:, None]
@@ -158,7 +158,7 @@ def _identification(
     return best, identification, (rough[0], rough[1])
 
 
-def _with_starts_where_free(task: Search, best: Minimum, identification: Identification) -> Minimum:
+def _reset_free_keys(task: Search, best: Minimum, identification: Identification) -> Minimum:
     """Return the minimum with keys on which it does not depend reset to their starts."""
     x = best.x.copy()
     for j, key in enumerate(task.problem.keys):
@@ -185,11 +185,11 @@ def _errors_and_intervals(
 def _statistics(
     problem: FitProblem, noise: Noise, best: Minimum, degrees: int
 ) -> tuple[TargetResiduals, ...]:
-    statistics, at, residuals = [], 0, residuals_of(problem, best.x)
+    statistics, start, residuals = [], 0, residuals_of(problem, best.x)
     for target in problem.data.targets:
-        here = slice(at, at + target.values.size)
-        values, at = residuals[here], here.stop
-        given = target.sigma is not None
+        rows = slice(start, start + target.values.size)
+        values, start = residuals[rows], rows.stop
+        has_sigma = target.sigma is not None
         series = target.kind == "channel" and values.size >= MIN_SERIES
         statistics.append(
             TargetResiduals(
@@ -201,9 +201,9 @@ def _statistics(
                 fitted=target.values - values,
                 rms=float(np.sqrt(np.mean(values**2))),
                 largest=float(np.max(np.abs(values))),
-                sigma=float(np.mean(noise.sigma[here])) if given or degrees else None,
-                sigma_given=given,
-                worst=float(np.max(np.abs(values / noise.sigma[here]))) if given else None,
+                sigma=float(np.mean(noise.sigma[rows])) if has_sigma or degrees else None,
+                sigma_given=has_sigma,
+                worst=float(np.max(np.abs(values / noise.sigma[rows]))) if has_sigma else None,
                 autocorrelation=autocorrelation(values) if series else None,
             )
         )

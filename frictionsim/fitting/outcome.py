@@ -170,9 +170,9 @@ def finding_of(
     still = all(identification.reasons.get(key.key) == NO_CHANGE for key in problem.keys)
     if still:  # a search that did not move has evaluated only the neighbourhood of its start
         for end in (0.0, 1.0):
-            problem.at(np.full(len(problem.keys), end))
+            problem.model(np.full(len(problem.keys), end))
     flat = still and bool((problem.largest - problem.least <= problem.accuracy).all())
-    reached = problem.gives(best.x)
+    reached = problem.is_exact(best.x)
     reachable = None
     if problem.data.size == 1:
         reachable = float(problem.least[0]), float(problem.largest[0])
@@ -188,14 +188,16 @@ def finding_of(
     searches = f"{len(same)} of {len(starts)} {'search' if len(starts) == 1 else 'searches'}"
     places = _places(problem, same)
     if still:
-        on = "on a plateau"
+        place = "on a plateau"
         if len(places) > 1:
-            on = f"on plateaus with equal residuals{_place_list(problem, places)}"
-        sentence = f"{exactly}{searches} ended {on}, where the data do not change with {names}"
+            place = f"on plateaus with equal residuals{_place_list(problem, places)}"
+        sentence = f"{exactly}{searches} ended {place}, where the data do not change with {names}"
         return Finding(PLATEAU, sentence, reachable)
     if len(places) > 1 and len(problem.keys) == 1:
-        at = _place_list(problem, places)
-        sentence = f"{exactly}{searches} ended with equal residuals{at}: the data fit them as well"
+        ends = _place_list(problem, places)
+        sentence = (
+            f"{exactly}{searches} ended with equal residuals{ends}: the data fit them as well"
+        )
         return Finding(EQUAL_MINIMA, sentence, reachable)
     if reached:
         return Finding(REACHED, f"{searches} reached the data exactly", reachable)
@@ -220,8 +222,8 @@ def _out_of_reach(problem: FitProblem, best: Minimum, names: str, flat: bool) ->
     reachable = f"runs within the bounds gave {least:.6g} to {largest:.6g}{unit}"
     if best.jump is not None:
         below, above = best.jump
-        at = problem.values(best.x)[names]
-        jump = f"it jumps from {below:.6g} to {above:.6g}{unit} at {names} = {at:.6g}"
+        value = problem.values(best.x)[names]
+        jump = f"it jumps from {below:.6g} to {above:.6g}{unit} at {names} = {value:.6g}"
         return f"{begin}; {jump}; {reachable}"
     return f"{begin}; {reachable}"
 

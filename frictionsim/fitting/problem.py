@@ -87,8 +87,10 @@ def free_keys(bounds_by_key: Mapping[str, Any], scenario: "Scenario") -> tuple[F
         for name in names:
             _check_key(name, low, high, scenario)
         if start is None:
-            own = value_of(scenario, names[0])
-            start = own if own is not None and low <= own <= high else _middle(low, high)
+            current = value_of(scenario, names[0])
+            start = (
+                current if current is not None and low <= current <= high else _middle(low, high)
+            )
         else:
             chosen.append(key)
         keys.append(FreeKey(key, low, high, start, unit_of_key(type(scenario), names[0])))
@@ -233,7 +235,7 @@ class FitProblem:
         # Extremes of all successful runs, in the order of the data.
         self.least, self.largest = np.full(data.size, np.inf), np.full(data.size, -np.inf)
         # Of a single value: scaled places and the values of the scenario; None if it fails.
-        self.known: list[tuple[Array, float | None]] = []
+        self.evaluations: list[tuple[Array, float | None]] = []
         self._times, self._sampled = self._sample_times()
         self._base = scenario
         only_channels = all(target.kind == "channel" for target in data.targets)
@@ -247,7 +249,7 @@ class FitProblem:
             return times, None
         ends = [0.0, float(times[-1])]
         if any(target.kind == "quantity" for target in self.data.targets):
-            # Means over time are taken from samples.
+            # Means over time are computed from samples.
             duration, interval = scenario.solver.duration, scenario.interval
             ends = [*np.arange(0.0, duration * (1.0 - SAME_TIME), interval).tolist(), duration]
         return times, np.unique(np.concatenate((times, ends))).tolist()
@@ -256,7 +258,7 @@ class FitProblem:
         """Return the values of the keys at a scaled place."""
         return {key.key: key.value(float(p)) for key, p in zip(self.keys, x, strict=True)}
 
-    def at(self, x: "Array") -> Model:
+    def model(self, x: "Array") -> Model:
         """Return the model values at a scaled place; a failed run gives the reason."""
         place = np.asarray(x, dtype=np.float64).tobytes()
         if place not in self._seen:
@@ -271,7 +273,7 @@ class FitProblem:
             self.least = np.minimum(self.least, values)
             self.largest = np.maximum(self.largest, values)
         if self.data.size == 1:
-            self.known.append((x.copy(), None if values is None else float(values[0])))
+            self.evaluations.append((x.copy(), None if values is None else float(values[0])))
 
     @property
     def accuracy(self) -> "Array":
@@ -283,7 +285,7 @@ class FitProblem:
         rtol = FIXED_ERROR if self.scenario.pair.fixed_step else 10.0 * self.scenario.solver.rtol
         return np.asarray(size * max(EXACT, min(rtol, FIXED_ERROR)))
 
-    def gives(self, x: "Array") -> bool:
+    def is_exact(self, x: "Array") -> bool:
         """Return whether a scaled place at which the runs succeed gives the data exactly."""
         return bool((np.abs(residuals_of(self, x)) <= self.accuracy).all())
 
@@ -365,7 +367,7 @@ class FitProblem:
 
 def residuals_of(problem: FitProblem, x: "Array") -> "Array":
     """Return data minus fit at a scaled place at which the runs succeed."""
-    model = problem.at(x)
+    model = problem.model(x)
     if model.values is None:
         raise ValueError(f"a fit has no residuals where a run fails: {model.reason}")
     return np.concatenate([t.values for t in problem.data.targets]) - model.values

@@ -36,7 +36,7 @@ SHORTER = (0.25, 0.0625)  # steps of differences, in a check of the derivatives
 DISAGREE = 0.1  # relative
 JUMPS = 0.5  # relative: the run jumps or kinks between the steps
 RESOLVED = 1e-12  # of the distance of the ends of a bracket
-EDGE = 1e-9  # of the bounds: beside runs that fail
+EDGE = 1e-9  # of the bounds: resolution of the edge of failing runs
 MAX_BISECTIONS, MAX_BRACKETS = 100, 4
 
 
@@ -83,7 +83,7 @@ class Search:
 
     def residual(self, x: "Array") -> "Array":
         """Return the weighted residuals at a scaled place; large ones of a failed run."""
-        model = self.problem.at(x).values
+        model = self.problem.model(x).values
         if model is None:
             return self._failed
         return np.asarray((model - self.measured) * self.weights)
@@ -129,19 +129,19 @@ class Search:
         return np.array(columns).T, np.array(differences), np.array(jumps)
 
     def _column(self, x: "Array", j: int, h: float) -> "Array":
-        def at(distance: float) -> "Array | None":
+        def values_at(distance: float) -> "Array | None":
             place = x.copy()
             place[j] += distance
-            return self.problem.at(place).values
+            return self.problem.model(place).values
 
-        here = self.problem.at(x).values
+        here = self.problem.model(x).values
         h = -h if x[j] > 0.5 else h  # away from the nearer bound
-        far, near = at(h), at(-h) if 0.0 <= x[j] - h <= 1.0 else None
+        far, near = values_at(h), values_at(-h) if 0.0 <= x[j] - h <= 1.0 else None
         slope = np.zeros(self.measured.size)
         if far is not None and near is not None:
             slope = (far - near) / (2.0 * h)
         elif far is not None and here is not None:
-            further = at(2.0 * h)
+            further = values_at(2.0 * h)
             slope = (far - here) / h
             if further is not None:
                 slope = (4.0 * far - further - 3.0 * here) / (2.0 * h)
@@ -180,7 +180,7 @@ class Search:
         ends: dict[bool, tuple[float, float]] = {}
 
         def residual(part: float) -> float:
-            model = problem.at(first + part * (last - first)).values
+            model = problem.model(first + part * (last - first)).values
             if model is None:
                 raise _Failed
             excess = float(model[0] - wanted)
@@ -197,7 +197,7 @@ class Search:
         part, _ = min(ends.values(), key=lambda end: abs(end[1]))
         x = first + part * (last - first)
         jump = None
-        if not problem.gives(x):
+        if not problem.is_exact(x):
             jump = wanted + ends[False][1], wanted + ends[True][1]
         return Minimum(x, self.cost(x), True, jump)
 
@@ -222,24 +222,24 @@ def search(
     points.
     """
     task, keys = Search(problem, weights), problem.keys
-    own = np.array([key.scaled(key.start) for key in keys])
-    points = [own]
+    initial = np.array([key.scaled(key.start) for key in keys])
+    points = [initial]
     if starts > 1:
         rng = np.random.default_rng(seed)
         points += list(latin_hypercube(SCANNED * starts, len(keys), rng))
     # Before any scan, so that an unknown channel or quantity is reported at once.
-    works = [point for point in points if problem.at(point).values is not None]
+    works = [point for point in points if problem.model(point).values is not None]
     if not works and problem.data.size == 1:
         points += list(_grid())
-        works = [point for point in points if problem.at(point).values is not None]
+        works = [point for point in points if problem.model(point).values is not None]
     if not works:
         all_failed = f"all {len(points)} runs of the fit failed; that of the start"
-        what = "the run of the fit failed" if len(points) == 1 else all_failed
-        raise SolverError(f"{what}: {problem.at(points[0]).reason}")
+        failure = "the run of the fit failed" if len(points) == 1 else all_failed
+        raise SolverError(f"{failure}: {problem.model(points[0]).reason}")
     searches = []
     for first in _choose(works, task, starts):
         searches.append(_local_search(task, first, task.minimum(first)))
-    if problem.data.size == 1 and not any(problem.gives(last.x) for last, _ in searches):
+    if problem.data.size == 1 and not any(problem.is_exact(last.x) for last, _ in searches):
         searches = [*_bracketed_searches(task), *searches]
     searches.sort(key=lambda one: one[0].cost)
     return searches[0][0], [start for _, start in searches]
@@ -251,8 +251,8 @@ def _grid() -> "Array":
 
 
 def _local_search(task: Search, first: "Array", last: Minimum) -> tuple[Minimum, Start]:
-    at = task.problem.values
-    return last, Start(at(first), at(last.x), task.cost(first), last.cost, last.converged)
+    values = task.problem.values
+    return last, Start(values(first), values(last.x), task.cost(first), last.cost, last.converged)
 
 
 def _bracketed_searches(task: Search) -> list[tuple[Minimum, Start]]:
@@ -262,8 +262,8 @@ def _bracketed_searches(task: Search) -> list[tuple[Minimum, Start]]:
     """
     problem, wanted = task.problem, task.measured[0]
     for point in _grid():
-        problem.at(point)
-    pairs = list(pairwise(sorted(problem.known, key=lambda known: float(known[0][0]))))
+        problem.model(point)
+    pairs = list(pairwise(sorted(problem.evaluations, key=lambda pair: float(pair[0][0]))))
     brackets = [
         (a, b)
         for (a, below), (b, above) in pairs
@@ -278,8 +278,10 @@ def _bracketed_searches(task: Search) -> list[tuple[Minimum, Start]]:
         end = task.root_between(first, last)
         searches += [] if end is None else [_local_search(task, first, end)]
     if not searches:
-        known = [(abs(value - wanted), x) for x, value in problem.known if value is not None]
-        _, x = min(known, key=lambda one: one[0])
+        distances = [
+            (abs(value - wanted), x) for x, value in problem.evaluations if value is not None
+        ]
+        _, x = min(distances, key=lambda pair: pair[0])
         searches.append(_local_search(task, x, Minimum(x, task.cost(x), True)))
     return searches
 
@@ -293,7 +295,7 @@ def _edge_bracket(task: Search, good: "Array", failed: "Array") -> "list[tuple[A
     side = task.residual(good)[0]
     for _ in range(MAX_BISECTIONS):
         middle = 0.5 * (good + failed)
-        if task.problem.at(middle).values is None:
+        if task.problem.model(middle).values is None:
             failed = middle
         elif task.residual(middle)[0] * side < 0.0:
             return [(good, middle)]

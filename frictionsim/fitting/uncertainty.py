@@ -1,6 +1,6 @@
 """Standard errors and correlations of fitted keys, from the derivatives of the residuals.
 
-Near the estimate the residuals are taken to be linear in the keys. Their derivatives J, each
+Near the estimate the residuals are assumed to be linear in the keys. Their derivatives J, each
 residual divided by its standard deviation, give the covariance (J^T J)^-1. A key along which no
 residual changes, keys of which only a combination changes them, a key at its bound, and one that
 the data determine no better than its bounds do, are not identified: they have no standard error.

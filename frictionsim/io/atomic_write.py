@@ -161,8 +161,8 @@ def _locked(path: Path, mode: int) -> int:
             if HAS_LOCKS:
                 _lock(descriptor)
             status = os.fstat(descriptor)
-            own = not hasattr(os, "geteuid") or status.st_uid == os.geteuid()
-            if not S_ISREG(status.st_mode) or status.st_nlink > 1 or not own:
+            is_own = not hasattr(os, "geteuid") or status.st_uid == os.geteuid()
+            if not S_ISREG(status.st_mode) or status.st_nlink > 1 or not is_own:
                 raise OSError(f"'{path.name}' beside it is not of this program; remove it")
             with suppress(FileNotFoundError):
                 if os.path.samestat(path.lstat(), status):

@@ -27,14 +27,14 @@ COST, ROW = "cost", "row"
 
 def costs(path: str) -> CostTable:
     """Return the content of a table of costs."""
-    with opened(path, "table of costs", _why) as file:
+    with opened(path, "table of costs", _fault) as file:
         budget = Budget(file.id.get_filesize())
         attributes = texts_of(file, budget)
         group = checked_group(dict(members(file, budget))[COST], COST)
         return checked(CostTable(attributes, _columns(group, budget)))
 
 
-def _why(error: Exception) -> str:
+def _fault(error: Exception) -> str:
     if isinstance(error, OSError):
         return NOT_HDF5
     return f"it is damaged: {error}" if isinstance(error, ValueError) else "it is damaged"

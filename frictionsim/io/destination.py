@@ -93,8 +93,8 @@ class Destination:
         """Write an unfinished result; if it cannot be renamed, keep its new name from then on."""
         try:
             self.write(run)
-        except NotReplaced as beside:
-            self.partial, self._has_written = beside.kept, True
+        except NotReplaced as error:
+            self.partial, self._has_written = error.kept, True
             raise
 
     def write_last(self, run: "Record") -> Path | None:

@@ -127,12 +127,12 @@ def _resume_obstacle(attributes: dict[str, str], has_checkpoint: bool) -> str:
 @contextmanager
 def _opened(path: str) -> Iterator[Any]:
     """Open a result file, as `opened`."""
-    with opened(path, "result", _why) as file:
+    with opened(path, "result", _fault) as file:
         check_version(file, path, "result", "format_version", READABLE_VERSIONS)
         yield file
 
 
-def _why(error: Exception) -> str:
+def _fault(error: Exception) -> str:
     return NOT_HDF5 if isinstance(error, OSError) else NOT_OURS
 
 

@@ -123,7 +123,7 @@ def _answer(question: str, path: Path) -> Any:
                 _failures[key] = failed
         raise _failures[key]
     except OSError:
-        raise InputError(f"{path}: cannot read this result: {_why_not_open(path)}") from None
+        raise InputError(f"{path}: cannot read this result: {_open_problem(path)}") from None
     except ChildFailed as failed:
         raise InputError(f"{path}: cannot read this result: {failed}") from None
 
@@ -145,7 +145,7 @@ def _check_is_hdf5(path: Path) -> None:
             raise OSError("not HDF5")
 
 
-def _why_not_open(path: Path) -> str:
+def _open_problem(path: Path) -> str:
     if isdir(path):  # false for a name that is too long, where Path.is_dir fails
         return "this is a folder; give the name of a result file"
     if not os.path.exists(path):

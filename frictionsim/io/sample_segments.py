@@ -52,11 +52,11 @@ class SampleSegments(SegmentFiles):
 
     def free_bytes(self) -> int:
         """Return the free space of the disk plus the size of existing segments."""
-        number, own = 0, 0
+        number, size = 0, 0
         while self._is_segment(number):
-            own += self.path(number).stat().st_size
+            size += self.path(number).stat().st_size
             number += 1
-        return shutil.disk_usage(self._whole.parent).free + own
+        return shutil.disk_usage(self._whole.parent).free + size
 
     def write(self, number: int, record: Record) -> None:
         """Write a segment."""

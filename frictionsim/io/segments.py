@@ -151,8 +151,8 @@ def with_segments(tail: Record, path: Path, listing: str) -> Record:
     except ValueError:
         raise damaged from None
     segments, number = SegmentFiles(whole_name(path), checksums), len(checksums)
-    for each in range(number):
-        segments.check(each)
+    for index in range(number):
+        segments.check(index)
     flat = [name for name, values in tail.channels.items() if len(values.shape) == 1]
     before = segments.channels(flat, number)
     if any(part[name].shape != (size,) for part in before for name in flat):
