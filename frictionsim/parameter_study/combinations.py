@@ -96,7 +96,7 @@ class Combinations:
         """Yield groups of combinations, by their indices, with the result of a function of each.
 
         The function takes the form of the runs and a valid scenario with the numbers of all of
-        them; see `in_groups`. Combinations that must be checked, or run, alone are omitted.
+        them; see `group_runs`. Combinations that must be checked, or run, alone are omitted.
         """
         numbers = _numbers(values) if len(values) >= MIN_TOGETHER else None
         if numbers is None:
@@ -108,15 +108,15 @@ class Combinations:
         form = self.form(first)
         if form is None:
             return
-        from frictionsim.scenario.run_numbers import in_groups, numbers_of, with_numbers
+        from frictionsim.scenario.run_numbers import as_run_numbers, group_runs, with_numbers
 
         template = self.scenario(first)
 
         def evaluate(chosen: Any) -> GroupResult:
-            arrays = {path: numbers_of(numbers[chosen, i]) for path, i in self._paths.items()}
+            arrays = {path: as_run_numbers(numbers[chosen, i]) for path, i in self._paths.items()}
             return function(form, with_numbers(template, arrays))
 
-        yield from in_groups(evaluate, runs, MIN_TOGETHER)
+        yield from group_runs(evaluate, runs, MIN_TOGETHER)
 
     def scenario(self, values: Sequence[Any]) -> Scenario:
         """Return the scenario in which the keys have these values."""
