@@ -9,7 +9,7 @@ from xarray.core import indexing
 
 from frictionsim.errors import InputError
 from frictionsim.io.result_format import is_numbered
-from frictionsim.io.sweep_table import NAMES_OF_SOBOL, RUN, STATUS, TEXTS, Coordinate, SweepTable
+from frictionsim.io.sweep_table import RUN, SOBOL_NAMES, STATUS, TEXTS, Coordinate, SweepTable
 from frictionsim.results import Channel
 from frictionsim.simulation.stored_channel import StoredChannel
 
@@ -215,9 +215,9 @@ def sweep_table(dataset: Any) -> SweepTable:
     coordinates = {
         str(key): _coordinate(str(key), values)
         for key, values in dataset.coords.items()
-        if key not in (RUN, *NAMES_OF_SOBOL) and values.ndim == 1
+        if key not in (RUN, *SOBOL_NAMES) and values.ndim == 1
     }
-    others = {STATUS, *TEXTS, *NAMES_OF_SOBOL}
+    others = {STATUS, *TEXTS, *SOBOL_NAMES}
     names = [str(n) for n in dataset.data_vars if n not in others]
     for name in (*names, *TEXTS):
         if dataset[name].dims != status.dims:

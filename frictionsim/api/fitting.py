@@ -13,7 +13,7 @@ from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_DONE, EXIT_SOLVER_FAIL
 from frictionsim.fitting.data import STARTS, measured
 from frictionsim.fitting.data import FitOptions as FitOptions
 from frictionsim.fitting.fit import fit as fit_problem
-from frictionsim.fitting.outcome import OUT_OF_REACH, Bootstrap, Finding, Outcome, outcome_json
+from frictionsim.fitting.outcome import OUT_OF_REACH, Bootstrap, Finding, FitOutcome, outcome_json
 from frictionsim.fitting.problem import FitProblem, check_runs, free_keys
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.options import as_path
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 FITTED = "# Fitted by 'frictionsim fit'"
 
 
-def fit_parts(outcome: "Outcome") -> Document:
+def fit_parts(outcome: "FitOutcome") -> Document:
     """Yield the estimates, their correlations, the residuals and the keys not identified."""
     scenario = outcome.fitted
     values = sum(part.values.size for part in outcome.residuals)
@@ -57,7 +57,7 @@ def fit_parts(outcome: "Outcome") -> Document:
         yield f"bootstrap: {counted(outcome.bootstrap.done, 'fit')} to resampled data{failed}"
 
 
-def _estimates(outcome: "Outcome") -> Table:
+def _estimates(outcome: "FitOutcome") -> Table:
     bootstrap = outcome.bootstrap
     drawn = (">bootstrap from", ">to") if bootstrap else ()
     headings = ("key", ">estimate", ">standard error", ">95 % from", ">to", *drawn, "unit")
@@ -76,7 +76,7 @@ def _estimates(outcome: "Outcome") -> Table:
     return Table(headings, rows)
 
 
-def _correlations(outcome: "Outcome") -> Table:
+def _correlations(outcome: "FitOutcome") -> Table:
     numbers = [f">({i})" for i in range(1, len(outcome.keys) + 1)]
     rows = [
         (f"({i}) {key.key}", *map(ratio_text, row))
@@ -87,7 +87,7 @@ def _correlations(outcome: "Outcome") -> Table:
     return Table(("correlation", *numbers), rows)
 
 
-def _residuals(outcome: "Outcome") -> Table:
+def _residuals(outcome: "FitOutcome") -> Table:
     rows = [
         (
             part.name,
@@ -103,7 +103,7 @@ def _residuals(outcome: "Outcome") -> Table:
     return Table(("residual", ">values", ">rms", ">largest", ">sigma", "", "unit"), rows)
 
 
-def _searches(outcome: "Outcome") -> str:
+def _searches(outcome: "FitOutcome") -> str:
     ended = "" if outcome.status == "done" else f"; {outcome.status}: {outcome.reason}"
     return f"{outcome.finding.sentence}, in {counted(outcome.runs, 'run')}{ended}"
 
@@ -121,12 +121,12 @@ def _pair(interval: tuple[float, float] | None) -> list[str]:
     return ["none", "none"] if interval is None else [study_text(end) for end in interval]
 
 
-def toml_of(outcome: "Outcome", source: str) -> str:
+def toml_of(outcome: "FitOutcome", source: str) -> str:
     """Return the fitted scenario as TOML, with comments on the keys and data of the fit.
 
     Parameters
     ----------
-    outcome : Outcome
+    outcome : FitOutcome
     source : str
         Path of the scenario; empty if it has none.
     """
@@ -158,7 +158,7 @@ class Fit(ResultBase):
 
     Attributes
     ----------
-    data : frictionsim.fitting.outcome.Outcome
+    data : frictionsim.fitting.outcome.FitOutcome
         The fit as plain data.
     source : str
         Path of the scenario; empty if it has none.
@@ -167,7 +167,7 @@ class Fit(ResultBase):
     """
 
     def __init__(
-        self, data: Outcome, source: str = "", overrides: Mapping[str, Any] | None = None
+        self, data: FitOutcome, source: str = "", overrides: Mapping[str, Any] | None = None
     ) -> None:
         self.data, self.source, self.overrides = data, source, dict(overrides or {})
 

@@ -241,7 +241,7 @@ def study_from(
     """Return the study given by the arguments of `sweep`."""
     written = _written_study(scenario)
     if written is not None:
-        for name in [*(["set"] if overrides else []), *options.given]:
+        for name in [*(["set"] if overrides else []), *options.given_names]:
             raise ArgumentError(
                 name, "the study file already defines the varied keys; change it there"
             )
@@ -350,7 +350,7 @@ def resume_study(
         if plan.series is not None:
             check_series_folder(plan.series, table.attributes["study"])
         assembly = Assembly(plan.design.runs)
-        files.take_up(assembly, table)
+        files.restore(assembly, table)
     except BaseException:
         files.close()
         raise
@@ -452,7 +452,7 @@ class _SweepRun:
                 self._interruptible(progress) as monitor,
             ):
                 check_combinations(
-                    executor, self._plan, self._assembly.left, self._on_checked, monitor
+                    executor, self._plan, self._assembly.remaining, self._on_checked, monitor
                 )
                 if files is None:
                     run_sweep(self._plan, self._assembly, executor, self._on_block, monitor)
@@ -473,7 +473,7 @@ class _SweepRun:
         except BaseException as error:
             executor.close()
             with files.resumable():
-                if not self._assembly.left:  # the last ones came after the signal
+                if not self._assembly.remaining:  # the last ones came after the signal
                     files.write_whole(self._table())
                 else:
                     self._write_unfinished(files, error)

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
 
-# The SI unit of each unit, and how many of it one is.
+# The SI unit of each unit, and its size in this.
 UNITS: dict[str, tuple[str, float]] = {
     "1": ("1", 1.0),
     "%": ("1", 0.01),
@@ -77,19 +77,19 @@ UNITS: dict[str, tuple[str, float]] = {
 }
 
 
-def factor(unit: str, own: str) -> float:
-    """Return how many of the model's own unit one of another unit is."""
-    if unit == own:
+def factor(unit: str, model_unit: str) -> float:
+    """Return the size of a unit in the unit of the model."""
+    if unit == model_unit:
         return 1.0
-    si, size = UNITS.get(own, (own, 1.0))
-    fitting = [name for name, (of, _) in UNITS.items() if of == si]
+    si, size = UNITS.get(model_unit, (model_unit, 1.0))
+    fitting = [name for name, (base, _) in UNITS.items() if base == si]
     if unit not in fitting:
-        known = f"one of {', '.join(fitting)}" if fitting else f"'{own}'"
+        known = f"one of {', '.join(fitting)}" if fitting else f"'{model_unit}'"
         raise InputError(f"expected {known}, got '{unit}'")
     return UNITS[unit][1] / size
 
 
-EXACT = 1e-9  # of the spread: data are not taken to be more exact
+EXACT = 1e-9  # of the spread: least standard deviation
 
 
 class Noise:
@@ -109,12 +109,12 @@ class Noise:
     def estimate(self, residuals: "Array", determined: int) -> float:
         """Estimate the standard deviations that were not given; return their relative change.
 
-        So many values were determined from the data.
+        `determined` is the number of values determined from the data.
         """
-        change, left = 0.0, max(1.0 - determined / residuals.size, 0.0)
+        change, share = 0.0, max(1.0 - determined / residuals.size, 0.0)
         for group in self.groups:
             relative = residuals[group] / self.spread[group]
-            size = np.sqrt(np.mean(relative**2) / left) if left else np.sqrt(np.mean(relative**2))
+            size = np.sqrt(np.mean(relative**2) / share) if share else np.sqrt(np.mean(relative**2))
             sigma = self.spread[group] * max(float(size), EXACT)
             change = max(change, abs(float(sigma[0] / self.sigma[group][0]) - 1.0))
             self.sigma[group] = sigma
@@ -130,33 +130,33 @@ class Target(NamedTuple):
     """Measured values of a channel or quantity."""
 
     name: str  # as `angular_velocity`, or `pulley_speed.driven` of a channel with members
-    of: Literal["channel", "quantity"]
-    unit: str  # of the channel; of a quantity that of the data, empty if not said
+    kind: Literal["channel", "quantity"]
+    unit: str  # of the channel; of a quantity that of the data, empty if not given
     values: "Array"
     sigma: "Array | None"  # standard deviations
     times: "Array"  # in the run, s; empty for a quantity
-    runs: "npt.NDArray[np.int64]"  # that each value is of
+    runs: "npt.NDArray[np.int64]"  # the run of each value
     group: str  # values of one group without sigma have one noise level
-    scale: "Array"  # what their errors are relative to before that is known
-    column: Column | None = None  # of the data; None of a value that was given
-    data_unit: str = ""  # that the data were read in; empty for that of the quantity
+    scale: "Array"  # reference of their errors until the noise is known
+    column: Column | None = None  # of the data; None for a value given directly
+    data_unit: str = ""  # unit of the data as read; empty for that of the quantity
 
 
 class Measured(NamedTuple):
     """Measured data."""
 
     targets: tuple[Target, ...]
-    runs: tuple[dict[str, float], ...]  # the keys that each sets; of time series one that sets none
-    over: tuple[str, ...] = ()  # these keys
+    runs: tuple[dict[str, float], ...]  # overrides of each run; one empty run for time series
+    over: tuple[str, ...] = ()  # the keys of these overrides
 
     @property
     def times(self) -> "Array":
-        """All times of the channels, s, each once, in their order."""
+        """All distinct times of the channels, s, ascending."""
         return np.unique(np.concatenate([t.times for t in self.targets] or [np.empty(0)]))
 
     @property
     def size(self) -> int:
-        """How many values there are."""
+        """The number of values."""
         return sum(target.values.size for target in self.targets)
 
 
@@ -171,15 +171,15 @@ def _file_or_columns(data: Any) -> Any:
     return data
 
 
-def _bounds_by_key(given: Any) -> dict[Any, Any]:
-    """Return the bounds of free keys of a mapping, or of texts KEY=LOW:HIGH[:START]."""
-    if isinstance(given, Mapping):
-        return dict(given)
-    if isinstance(given, str) or not isinstance(given, Iterable):
+def _bounds_by_key(bounds: Any) -> dict[Any, Any]:
+    """Return the bounds of free keys from a mapping, or from texts KEY=LOW:HIGH[:START]."""
+    if isinstance(bounds, Mapping):
+        return dict(bounds)
+    if isinstance(bounds, str) or not isinstance(bounds, Iterable):
         raise ValueError(
-            f"expected bounds by key, e.g. {{'drive.force': (0.0, 1.0)}}, got {given!r}"
+            f"expected bounds by key, e.g. {{'drive.force': (0.0, 1.0)}}, got {bounds!r}"
         )
-    return dict(map(_bounds, given))
+    return dict(map(_bounds, bounds))
 
 
 def _bounds(text: Any) -> tuple[str, tuple[float, ...]]:
@@ -193,9 +193,9 @@ def _bounds(text: Any) -> tuple[str, tuple[float, ...]]:
     return ",".join(part.strip() for part in key.split(",")), numbers
 
 
-def _deviations(given: Any) -> dict[str, float | str]:
+def _deviations(raw: Any) -> dict[str, float | str]:
     """Return standard deviations, or the names of their columns."""
-    values = by_name("NAME=VALUE", number_or_name)(given)
+    values = by_name("NAME=VALUE", number_or_name)(raw)
     for name, value in values.items():
         if not isinstance(value, str) and not _finite(name, value) > 0.0:
             raise ValueError(f"{name}: expected a number above 0, got {value:g}")
@@ -213,7 +213,7 @@ STARTS = 3  # local searches
 
 
 class FitOptions(Options):
-    """The data of a fit, what of them is compared with the scenario, and how it is fitted."""
+    """The data of a fit, their columns that are fitted, and the settings of the search."""
 
     data: Annotated[Any, BeforeValidator(_file_or_columns)] = None
     channels: Columns = Field({})
@@ -232,14 +232,12 @@ class FitOptions(Options):
 
     @field_validator("quantities", mode="before")
     @classmethod
-    def _values_or_columns(cls, given: Any, info: ValidationInfo) -> dict[str, Any]:
+    def _values_or_columns(cls, raw: Any, info: ValidationInfo) -> dict[str, Any]:
         if info.data.get("over"):
-            return columns_of(given)
-        given = given if isinstance(given, Mapping) else as_list(given)
+            return columns_of(raw)
+        raw = raw if isinstance(raw, Mapping) else as_list(raw)
         hint = "; a column needs 'over', whose rows are runs"
-        values = by_name("the measured value of each quantity, as NAME=VALUE", number_or_name)(
-            given
-        )
+        values = by_name("the measured value of each quantity, as NAME=VALUE", number_or_name)(raw)
         return {name: _finite(name, v, hint * isinstance(v, str)) for name, v in values.items()}
 
     @model_validator(mode="after")
@@ -249,7 +247,7 @@ class FitOptions(Options):
         return self
 
     def _faults(self) -> Iterator[tuple[str, str]]:
-        """Yield the options that do not go together: the argument and what is wrong."""
+        """Yield the inconsistent options: the argument and its fault."""
         compared = [*self.channels, *self.quantities]
         if not compared:
             yield "channels", "expected a channel or quantity that was measured; none is given"
@@ -269,7 +267,7 @@ class FitOptions(Options):
 
 
 class _Table:
-    """Columns of the data, whatever they come from."""
+    """Columns of the data, from a file or a mapping."""
 
     def __init__(self, source: FitOptions, time: Column | None) -> None:
         self._source, self._time = source, time
@@ -281,15 +279,15 @@ class _Table:
         no_gaps = [*([] if time is None else [time]), *source.over.values()]
         if isinstance(source.data, Path):
             try:
-                found = read_columns(source.data, wanted, no_gaps)
+                content = read_columns(source.data, wanted, no_gaps)
             except InputError as error:
                 raise ArgumentError("data", str(error)) from None
-            self.values = {column: np.array(found.values[column]) for column in wanted}
-            self.units, self._lines = found.units, found.lines
+            self.values = {column: np.array(content.values[column]) for column in wanted}
+            self.units, self._lines = content.units, content.lines
         else:
             self.values, self.units, self._lines = {}, {}, []
             for column in wanted:
-                self.values[column] = self._of_mapping(column)
+                self.values[column] = self._mapping_column(column)
                 unit = getattr(source.data[column], "attrs", {}).get("units")
                 unit = unit or heading(str(column)).unit or None
                 if isinstance(unit, str):
@@ -300,7 +298,7 @@ class _Table:
         for column in wanted:
             self._check_magnitude(column)
 
-    def _of_mapping(self, column: Column) -> "Array":
+    def _mapping_column(self, column: Column) -> "Array":
         data = self._source.data
         try:
             values = np.asarray(data[column], dtype=np.float64)
@@ -321,8 +319,8 @@ class _Table:
     def _check_lengths(self) -> None:
         sizes = {str(column): values.size for column, values in self.values.items()}
         if len(set(sizes.values())) > 1:
-            found = ", ".join(f"{name} {size}" for name, size in sizes.items())
-            raise ArgumentError("data", f"expected columns of one length, got {found}")
+            lengths = ", ".join(f"{name} {size}" for name, size in sizes.items())
+            raise ArgumentError("data", f"expected columns of one length, got {lengths}")
 
     def _check_finite(self, column: Column) -> None:
         bad = np.flatnonzero(~np.isfinite(self.values[column]))
@@ -337,15 +335,15 @@ class _Table:
             raise ArgumentError("data", f"{self.place(row)}: {_too_large(value)}")
 
     def place(self, row: int) -> str:
-        """Return where a row is, for messages."""
+        """Return the position of a row, for messages."""
         if isinstance(self._source.data, Path):
             return f"line {self._lines[row]} of '{self._source.data}'"
         return f"row {row}"
 
-    def converted(self, column: Column, own: str) -> float:
+    def unit_factor(self, column: Column, model_unit: str) -> float:
         """Return the factor from the unit in the heading of a column to that of the model."""
         try:
-            return factor(self.units.get(column, own), own)
+            return factor(self.units.get(column, model_unit), model_unit)
         except InputError as error:
             raise ArgumentError("data", f"unit of the column '{column}': {error}") from None
 
@@ -355,12 +353,12 @@ def _too_large(value: float) -> str:
 
 
 def measured(source: FitOptions, scenario: "Scenario") -> Measured:
-    """Return the data to compare a scenario with, in the units of its channels."""
+    """Return the measured data in the units of the channels of a scenario."""
     if source.over:
-        return _of_runs(source, scenario)
-    targets = [*_series(source, scenario)] if source.channels else []
+        return _run_data(source, scenario)
+    targets = [*_channel_targets(source, scenario)] if source.channels else []
     for name, value in source.quantities.items():
-        targets.append(_single(source, name, value, source.units.get(name, "")))
+        targets.append(_quantity_target(source, name, value, source.units.get(name, "")))
     return Measured(tuple(targets), ({},))
 
 
@@ -377,58 +375,62 @@ def _time_column(source: FitOptions) -> Column:
     return DEFAULT_TIME
 
 
-def _series(source: FitOptions, scenario: "Scenario") -> list[Target]:
+def _channel_targets(source: FitOptions, scenario: "Scenario") -> list[Target]:
     units = {name: _channel_unit(name, scenario) for name in source.channels}
-    column = _time_column(source)
-    table = _Table(source, column)
+    time_column = _time_column(source)
+    table = _Table(source, time_column)
     if source.time_unit:
-        size = _said("time_unit", "", source.time_unit, "s")
+        size = _checked_factor("time_unit", "", source.time_unit, "s")
     else:
-        size = table.converted(column, "s")
-    times = table.values[column] * size
+        size = table.unit_factor(time_column, "s")
+    times = table.values[time_column] * size
     times = times + source.time_offset
     _check_times(times, scenario.solver.duration, table, source.time_offset)
     times = np.clip(times, 0.0, scenario.solver.duration)
     targets = []
-    for name, of_channel in source.channels.items():
-        own = units[name]
+    for name, column in source.channels.items():
+        model_unit = units[name]
         unit = source.units.get(name)
-        size = _said("units", f"{name}: ", unit, own) if unit else table.converted(of_channel, own)
-        target = _of_column(source, table, name, of_channel, size)
-        target = target._replace(of="channel", unit=own, times=times[target.runs])
-        read_in = unit or table.units.get(of_channel, own)
-        targets.append(target._replace(runs=np.zeros_like(target.runs), data_unit=read_in))
+        size = (
+            _checked_factor("units", f"{name}: ", unit, model_unit)
+            if unit
+            else table.unit_factor(column, model_unit)
+        )
+        target = _column_target(source, table, name, column, size)
+        target = target._replace(kind="channel", unit=model_unit, times=times[target.runs])
+        data_unit = unit or table.units.get(column, model_unit)
+        targets.append(target._replace(runs=np.zeros_like(target.runs), data_unit=data_unit))
     return targets
 
 
-def _of_column(
+def _column_target(
     source: FitOptions, table: "_Table", name: str, column: Column, size: float = 1.0
 ) -> Target:
-    """Return the target of a column, times a factor, each row of which is a run."""
+    """Return the target of a column, multiplied by a factor; each row is a run."""
     values = table.values[column] * size
-    given = np.isfinite(values)
-    if not given.any():
+    finite = np.isfinite(values)
+    if not finite.any():
         raise ArgumentError("data", f"no numbers in the column '{column}'")
-    unit, rows = source.units.get(name) or table.units.get(column, ""), np.flatnonzero(given)
+    unit, rows = source.units.get(name) or table.units.get(column, ""), np.flatnonzero(finite)
     return Target(
         name=name,
-        of="quantity",
+        kind="quantity",
         unit=unit,
-        values=values[given],
-        sigma=_sigma(source, name, table, size, given),
+        values=values[finite],
+        sigma=_sigma(source, name, table, size, finite),
         times=np.empty(0),
         runs=rows,
         group=name,
-        scale=np.full(rows.size, _spread(values[given])),
+        scale=np.full(rows.size, _spread(values[finite])),
         column=column,
         data_unit=unit,
     )
 
 
-def _said(argument: str, where: str, unit: str, own: str) -> float:
-    """Return the factor from a unit that was given to that of the model."""
+def _checked_factor(argument: str, where: str, unit: str, model_unit: str) -> float:
+    """Return the factor from a given unit to that of the model."""
     try:
-        return factor(unit, own)
+        return factor(unit, model_unit)
     except InputError as error:
         raise ArgumentError(argument, f"{where}{error}") from None
 
@@ -470,50 +472,50 @@ def _channel_unit(name: str, scenario: "Scenario") -> str:
 
 
 def _spread(values: "Array") -> float:
-    """Return the size of the noise that values have at most, as their weights begin with it."""
+    """Return the upper limit of the noise in values, from which their weights start."""
     sizes = float(np.std(values)), float(np.max(np.abs(values)))
     return next((size for size in sizes if size >= MIN_NUMBER), 1.0)
 
 
 def _sigma(
-    source: FitOptions, name: str, table: "_Table | None", size: float, given: Any
+    source: FitOptions, name: str, table: "_Table | None", size: float, mask: Any
 ) -> "Array | None":
     """Return the standard deviations of a target; None if none are given."""
-    found = source.sigma.get(name)
-    if found is None:
+    sigma = source.sigma.get(name)
+    if sigma is None:
         return None
-    if isinstance(found, str):
+    if isinstance(sigma, str):
         if table is None:
-            raise ArgumentError("sigma", f"{name}: expected a number, got '{found}'")
-        values = table.values[found][given] * size
+            raise ArgumentError("sigma", f"{name}: expected a number, got '{sigma}'")
+        values = table.values[sigma][mask] * size
     else:
-        values = np.full(int(np.sum(given)), float(found) * size)
+        values = np.full(int(np.sum(mask)), float(sigma) * size)
     if not (np.isfinite(values) & (values >= MIN_NUMBER)).all():
         raise ArgumentError("sigma", f"{name}: expected standard deviations above 0")
     return values
 
 
-def _single(source: FitOptions, name: str, value: float, unit: str) -> Target:
+def _quantity_target(source: FitOptions, name: str, value: float, unit: str) -> Target:
     """Return the target of one measured quantity."""
     if abs(value) > MAX_NUMBER:
         raise ArgumentError("quantities", f"{name}: {_too_large(value)}")
     values, one = np.array([float(value)]), np.ones(1, dtype=bool)
     sigma = _sigma(source, name, None, 1.0, one)
-    scale = np.abs(values) if abs(value) >= MIN_NUMBER else np.ones(1)  # of a zero there is none
+    scale = np.abs(values) if abs(value) >= MIN_NUMBER else np.ones(1)  # no relative error of 0
     runs, times = np.zeros(1, dtype=np.int64), np.empty(0)
     return Target(name, "quantity", unit, values, sigma, times, runs, SHARED, scale)
 
 
-def _of_runs(source: FitOptions, scenario: "Scenario") -> Measured:
-    """Return the data of a table each row of which is a run."""
+def _run_data(source: FitOptions, scenario: "Scenario") -> Measured:
+    """Return the data of a table whose rows are runs."""
     table = _Table(source, None)
     keys, columns = list(source.over), []
     for key, column in source.over.items():
-        own = unit_of_key(type(scenario), key)
-        size = table.converted(column, own) if own else 1.0
+        model_unit = unit_of_key(type(scenario), key)
+        size = table.unit_factor(column, model_unit) if model_unit else 1.0
         columns.append((table.values[column] * size).tolist())
     runs = tuple(dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True))
     targets = [
-        _of_column(source, table, name, column) for name, column in source.quantities.items()
+        _column_target(source, table, name, column) for name, column in source.quantities.items()
     ]
     return Measured(tuple(targets), runs, tuple(keys))

@@ -1,12 +1,12 @@
 """The fit of free keys of a scenario to measured data: search, noise, uncertainty, bootstrap.
 
-Residuals are divided by the standard deviation of the data. Where it is given, it is taken as it
-is, and the standard errors follow from it. Where it is not, each channel or quantity has an unknown
-one, which is estimated from its residuals; with several of them the fit is repeated with these
-weights until they converge (iterated weighted least squares).
+Residuals are divided by the standard deviation of the data. A given one is used unchanged, and the
+standard errors follow from it. Otherwise that of each channel or quantity is estimated from its
+residuals; with several of them the fit is repeated with these weights until they converge
+(iterated weighted least squares).
 
-The bootstrap gives intervals from fits to data drawn again, without linearisation. Warnings are
-about the last runs, their derivatives, and residuals that are too large.
+The bootstrap gives intervals from fits to resampled data, without linearisation. Warnings concern
+the last runs, their derivatives, and residuals that are too large.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from frictionsim.fitting.outcome import (
     OUT_OF_REACH,
     STOPPED,
     Bootstrap,
-    Outcome,
+    FitOutcome,
     TargetResiduals,
     derivative_warnings,
     finding_of,
@@ -33,14 +33,14 @@ from frictionsim.fitting.search import MAX_ITERATIONS, Minimum, Search, search
 from frictionsim.fitting.uncertainty import (
     NO_CHANGE,
     Accuracy,
-    Identified,
+    Identification,
     autocorrelation,
     correlations,
-    determine_no_better,
     identify,
     interval,
     quantile,
     without_jumps,
+    without_wide_intervals,
 )
 from frictionsim.scenario.model_fields import expanded
 
@@ -50,56 +50,57 @@ if TYPE_CHECKING:
 REWEIGHTED = 20  # times at most
 SAME_NOISE = 1e-3  # relative change of the estimated standard deviations
 SAME_COST = 1e-9  # relative
-MIN_SERIES = 20  # values, for a correlation of neighbours to mean something
+MIN_SERIES = 20  # values, for a meaningful correlation of neighbours
 NO_SCATTER = (
     "no standard error is known: there are as many values as free keys, which leave no scatter;"
     " give sigma"
 )
 
 
-def fit(problem: FitProblem, options: FitOptions) -> Outcome:
+def fit(problem: FitProblem, options: FitOptions) -> FitOutcome:
     """Fit the free keys of a problem."""
     _check(problem)
     noise = Noise(problem.data.targets)
     best, starts = search(problem, 1.0 / noise.sigma, options.starts, options.seed)
     if noise.is_to_be_balanced:
         best = _reweigh(problem, noise, best)
-    best, found, rough = _identified(problem, noise, best)
-    model = problem.at(best.x)
-    degrees = problem.data.size - found.rank
+    best, identification, rough = _identification(problem, noise, best)
+    model = problem.model(best.x)
+    degrees = problem.data.size - identification.rank
     reliable = noise.all_given or degrees > 0
     if reliable:
         factor = quantile(None if noise.all_given else degrees)
-        found = determine_no_better(found, problem.keys, factor)
+        identification = without_wide_intervals(identification, problem.keys, factor)
     else:
-        found, factor = found._replace(covariance=np.full_like(found.covariance, np.nan)), 0.0
+        unknown = np.full_like(identification.covariance, np.nan)
+        identification, factor = identification._replace(covariance=unknown), 0.0
     drawn = None
     if options.bootstrap:
-        known = [k.key for k in problem.keys if reliable and k.key not in found.reasons]
+        known = [k.key for k in problem.keys if reliable and k.key not in identification.reasons]
         drawn = bootstrap(problem, noise, best, known, options.seed, options.bootstrap)
-    found = without_jumps(found, problem.keys, rough[0])
+    identification = without_jumps(identification, problem.keys, rough[0])
     statistics = _statistics(problem, noise, best, degrees)
-    finding = finding_of(problem, best, starts, found)
+    finding = finding_of(problem, best, starts, identification)
     chi = float(np.sum((residuals_of(problem, best.x) / noise.sigma) ** 2))
     warnings = [
         *([] if reliable else [NO_SCATTER]),
         *([finding.sentence] if finding.kind == OUT_OF_REACH else []),
         *([f"self-audit of the fitted run failed: {model.doubt}"] if model.doubt else []),
         *run_warnings(model, len(problem.data.runs)),
-        *derivative_warnings(problem.keys, *rough, found),
+        *derivative_warnings(problem.keys, *rough, identification),
         *residual_warnings(statistics, chi if noise.all_given else None, degrees),
     ]
     values = problem.values(best.x)
-    errors, intervals = _errors_and_intervals(problem, best, found, factor)
-    return Outcome(
+    errors, intervals = _errors_and_intervals(problem, best, identification, factor)
+    return FitOutcome(
         fitted=problem.scenario.replace(expanded(values)),
         keys=problem.keys,
         data=problem.data,
         values=values,
         standard_errors=errors,
         intervals=intervals,
-        correlations=correlations(found.covariance),
-        not_identified=found.reasons,
+        correlations=correlations(identification.covariance),
+        not_identified=identification.reasons,
         residuals=statistics,
         chi_squared=chi if noise.all_given else None,
         degrees=degrees,
@@ -120,9 +121,9 @@ def _check(problem: FitProblem) -> None:
             "data",
             f"{counted(data.size, 'value')} cannot determine {len(keys)} free keys; give more data",
         )
-    alone = [] if data.over else [t for t in data.targets if t.of == "quantity"]
+    alone = [] if data.over else [t for t in data.targets if t.kind == "quantity"]
     single = [target.name for target in alone if target.sigma is None]
-    if single and any(target.of == "channel" for target in data.targets):
+    if single and any(target.kind == "channel" for target in data.targets):
         raise ArgumentError(
             "sigma",
             f"the quantity {single[0]} beside channels needs a standard deviation, as"
@@ -131,7 +132,7 @@ def _check(problem: FitProblem) -> None:
 
 
 def _reweigh(problem: FitProblem, noise: Noise, best: Minimum) -> Minimum:
-    """Return the minimum with weights by the noise that is left in it."""
+    """Return the minimum weighted by the noise estimated from its residuals."""
     for _ in range(REWEIGHTED):
         if noise.estimate(residuals_of(problem, best.x), len(problem.keys)) < SAME_NOISE:
             break
@@ -139,41 +140,41 @@ def _reweigh(problem: FitProblem, noise: Noise, best: Minimum) -> Minimum:
     return best
 
 
-def _identified(
+def _identification(
     problem: FitProblem, noise: Noise, best: Minimum
-) -> "tuple[Minimum, Identified, tuple[Array, Array]]":
-    """Return the minimum, what is identified there, and how rough the derivatives (keys) are."""
+) -> "tuple[Minimum, Identification, tuple[Array, Array]]":
+    """Return the minimum, the keys identified there, and how rough the derivatives (keys) are."""
     keys, solver = problem.keys, problem.scenario.solver
     tolerance = 0.0 if problem.scenario.pair.fixed_step else solver.rtol
     task = Search(problem, 1.0 / noise.sigma)
     accuracy = Accuracy(task.step, tolerance)
     jacobian, *rough = task.checked_jacobian(best.x)
-    found = identify(keys, best.x, jacobian, noise.spread / noise.sigma, accuracy)
-    best = _with_starts_where_free(task, best, found)
-    # How many values were determined decides how much of the noise is left in the residuals.
-    noise.estimate(residuals_of(problem, best.x), found.rank)
+    identification = identify(keys, best.x, jacobian, noise.spread / noise.sigma, accuracy)
+    best = _reset_free_keys(task, best, identification)
+    # The rank gives the degrees of freedom, and these the noise.
+    noise.estimate(residuals_of(problem, best.x), identification.rank)
     jacobian = jacobian / (noise.sigma * task.weights)[:, None]
-    found = identify(keys, best.x, jacobian, noise.spread / noise.sigma, accuracy)
-    return best, found, (rough[0], rough[1])
+    identification = identify(keys, best.x, jacobian, noise.spread / noise.sigma, accuracy)
+    return best, identification, (rough[0], rough[1])
 
 
-def _with_starts_where_free(task: Search, best: Minimum, found: Identified) -> Minimum:
-    """Return the minimum with the starts of keys on which it does not depend."""
+def _reset_free_keys(task: Search, best: Minimum, identification: Identification) -> Minimum:
+    """Return the minimum with keys on which it does not depend reset to their starts."""
     x = best.x.copy()
     for j, key in enumerate(task.problem.keys):
-        if found.reasons.get(key.key) == NO_CHANGE:
+        if identification.reasons.get(key.key) == NO_CHANGE:
             x[j] = key.scaled(key.start)
     return best._replace(x=x) if task.cost(x) <= best.cost * (1.0 + SAME_COST) else best
 
 
 def _errors_and_intervals(
-    problem: FitProblem, best: Minimum, found: Identified, factor: float
+    problem: FitProblem, best: Minimum, identification: Identification, factor: float
 ) -> tuple[dict[str, float | None], dict[str, tuple[float, float] | None]]:
     """Return standard errors and intervals by key; None where they are not known."""
     errors: dict[str, float | None] = {}
     intervals: dict[str, tuple[float, float] | None] = {}
     for j, (key, x) in enumerate(zip(problem.keys, best.x, strict=True)):
-        variance = found.covariance[j, j]
+        variance = identification.covariance[j, j]
         known = bool(np.isfinite(variance))
         scaled = float(np.sqrt(variance)) if known else 0.0
         errors[key.key] = scaled * key.derivative(float(x)) if known else None
@@ -184,13 +185,13 @@ def _errors_and_intervals(
 def _statistics(
     problem: FitProblem, noise: Noise, best: Minimum, degrees: int
 ) -> tuple[TargetResiduals, ...]:
-    found, at, residuals = [], 0, residuals_of(problem, best.x)
+    statistics, start, residuals = [], 0, residuals_of(problem, best.x)
     for target in problem.data.targets:
-        here = slice(at, at + target.values.size)
-        values, at = residuals[here], here.stop
-        given = target.sigma is not None
-        series = target.of == "channel" and values.size >= MIN_SERIES
-        found.append(
+        rows = slice(start, start + target.values.size)
+        values, start = residuals[rows], rows.stop
+        has_sigma = target.sigma is not None
+        series = target.kind == "channel" and values.size >= MIN_SERIES
+        statistics.append(
             TargetResiduals(
                 name=target.name,
                 unit=problem.units[target.name],
@@ -200,13 +201,13 @@ def _statistics(
                 fitted=target.values - values,
                 rms=float(np.sqrt(np.mean(values**2))),
                 largest=float(np.max(np.abs(values))),
-                sigma=float(np.mean(noise.sigma[here])) if given or degrees else None,
-                sigma_given=given,
-                worst=float(np.max(np.abs(values / noise.sigma[here]))) if given else None,
+                sigma=float(np.mean(noise.sigma[rows])) if has_sigma or degrees else None,
+                sigma_given=has_sigma,
+                worst=float(np.max(np.abs(values / noise.sigma[rows]))) if has_sigma else None,
                 autocorrelation=autocorrelation(values) if series else None,
             )
         )
-    return tuple(found)
+    return tuple(statistics)
 
 
 def bootstrap(

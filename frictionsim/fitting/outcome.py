@@ -9,7 +9,7 @@ import numpy as np
 from frictionsim.errors import counted
 from frictionsim.fitting.problem import FitProblem, FreeKey, Model, residuals_of
 from frictionsim.fitting.search import DISAGREE, Minimum, Start
-from frictionsim.fitting.uncertainty import NO_CHANGE, Identified
+from frictionsim.fitting.uncertainty import NO_CHANGE, Identification
 from frictionsim.results import finite
 
 if TYPE_CHECKING:
@@ -21,24 +21,24 @@ DONE, STOPPED = "done", "stopped"
 REACHED, OUT_OF_REACH, FLAT, PLATEAU = "reached", "out_of_reach", "flat", "plateau"
 EQUAL_MINIMA, MINIMUM = "equal_minima", "minimum"
 SIGNIFICANT = 4.0  # standard deviations
-TOO_LARGE = 1e-2  # probability of a chi squared that is so large by chance
+TOO_LARGE = 1e-2  # probability of a chi squared that chance exceeds
 NUMBER = re.compile(r"-?\d[\d.]*(?:e[-+]?\d+)?")
-UNLIKELY = 1e-3  # probability that one of many residuals is so large by chance
-SAME = 1e-3  # relative: searches with such costs have found the same minimum
-EXACT = 1e-12  # a cost: of data without noise it is a rounding
-POOR = 1.1  # of the spread of the data: no fit has larger residuals that could give a constant
+UNLIKELY = 1e-3  # probability that chance makes one of many residuals so large
+SAME = 1e-3  # relative difference of costs below which minima are equal
+EXACT = 1e-12  # cost: rounding of data without noise
+POOR = 1.1  # of the spread of the data: larger residuals are worse than those of a constant
 ROUNDING = 1e-6  # of the data
 APART = 1e-2  # of the bounds: ends of searches at different values
 MAX_VALUES = 4  # in a sentence
 
 
 class Finding(NamedTuple):
-    """What kind of estimate a search has found.
+    """The kind of an estimate.
 
     `reached`: the fit gives the data exactly. `out_of_reach`: no run within the bounds gives the
     single value of the data. `flat`: the data do not change with any key. `plateau`: they do not
-    near the estimate. `equal_minima`: several searches ended elsewhere with the same residual. Else
-    `minimum`.
+    change with any key near the estimate. `equal_minima`: several searches ended at different
+    places with the same residual. Else `minimum`.
     """
 
     kind: str
@@ -51,10 +51,10 @@ class TargetResiduals(NamedTuple):
 
     name: str
     unit: str
-    column: str | int | None  # of the data; None of a value that was given
-    data_unit: str  # that the data were read in
+    column: str | int | None  # of the data; None for a value given directly
+    data_unit: str  # unit of the data as read
     values: "Array"
-    fitted: "Array"  # what the fitted scenario gives
+    fitted: "Array"  # values of the fitted scenario
     rms: float  # root mean square, in the unit
     largest: float  # magnitude
     sigma: float | None  # given (the mean of several) or estimated; None if it cannot be
@@ -66,17 +66,17 @@ class TargetResiduals(NamedTuple):
 class Bootstrap(NamedTuple):
     """Bootstrap resamples of a fit."""
 
-    done: int  # fits that ended
+    done: int  # fits that converged
     failed: int
     intervals: dict[str, tuple[float, float] | None]  # of 95 %; None if not identified
     values: "Array"  # (done, keys)
 
 
-class Outcome(NamedTuple):
+class FitOutcome(NamedTuple):
     """The values of a fit with their uncertainties.
 
     Standard errors, intervals and correlations of a key that is not identified are None or NaN;
-    so are all of as many values as keys without a given sigma.
+    so are those of all keys if there are as many values as keys and no given sigma.
     """
 
     fitted: "Scenario"  # with the estimates
@@ -89,7 +89,7 @@ class Outcome(NamedTuple):
     not_identified: dict[str, str]  # why, by key
     residuals: tuple[TargetResiduals, ...]
     chi_squared: float | None  # None unless every sigma was given
-    degrees: int  # values minus what was determined from them
+    degrees: int  # of freedom: values minus the rank of the derivatives
     status: str  # DONE, or STOPPED where the search reached its limit of iterations
     reason: str
     finding: Finding
@@ -100,26 +100,26 @@ class Outcome(NamedTuple):
 
     @property
     def reduced_chi_squared(self) -> float | None:
-        """chi_squared over the degrees of freedom; None where either is not there."""
+        """chi_squared over the degrees of freedom; None if either is missing."""
         if self.chi_squared is None or not self.degrees:
             return None
         return self.chi_squared / self.degrees
 
 
-def outcome_json(found: Outcome, source: str, overrides: Mapping[str, Any]) -> dict[str, Any]:
+def outcome_json(outcome: FitOutcome, source: str, overrides: Mapping[str, Any]) -> dict[str, Any]:
     """Return the JSON object of a fit, with the overrides of keys that were not fitted."""
-    bootstrap = found.bootstrap
+    bootstrap = outcome.bootstrap
     return {
         "scenario": source,
         "overrides": dict(overrides),
-        "kind": found.fitted.kind,
-        "status": found.status,
-        "reason": found.reason,
-        "finding": found.finding.kind,
-        "sentence": found.finding.sentence,
-        "reachable": None if found.finding.reachable is None else list(found.finding.reachable),
-        "keys": {key.key: _key_json(found, key) for key in found.keys},
-        "correlations": [[finite(float(c)) for c in row] for row in found.correlations],
+        "kind": outcome.fitted.kind,
+        "status": outcome.status,
+        "reason": outcome.reason,
+        "finding": outcome.finding.kind,
+        "sentence": outcome.finding.sentence,
+        "reachable": None if outcome.finding.reachable is None else list(outcome.finding.reachable),
+        "keys": {key.key: _key_json(outcome, key) for key in outcome.keys},
+        "correlations": [[finite(float(c)) for c in row] for row in outcome.correlations],
         "residuals": {
             r.name: {
                 "unit": r.unit,
@@ -132,47 +132,47 @@ def outcome_json(found: Outcome, source: str, overrides: Mapping[str, Any]) -> d
                 "sigma_given": r.sigma_given,
                 "autocorrelation": finite(r.autocorrelation),
             }
-            for r in found.residuals
+            for r in outcome.residuals
         },
-        "chi_squared": finite(found.chi_squared),
-        "reduced_chi_squared": finite(found.reduced_chi_squared),
-        "degrees_of_freedom": found.degrees,
-        "starts": [start._asdict() for start in found.starts],
+        "chi_squared": finite(outcome.chi_squared),
+        "reduced_chi_squared": finite(outcome.reduced_chi_squared),
+        "degrees_of_freedom": outcome.degrees,
+        "starts": [start._asdict() for start in outcome.starts],
         "bootstrap": None
         if bootstrap is None
         else {"done": bootstrap.done, "failed": bootstrap.failed},
-        "runs": found.runs,
-        "warnings": list(found.warnings),
+        "runs": outcome.runs,
+        "warnings": list(outcome.warnings),
     }
 
 
-def _key_json(found: Outcome, key: FreeKey) -> dict[str, Any]:
-    name, bootstrap = key.key, found.bootstrap
-    interval = found.intervals[name]
+def _key_json(outcome: FitOutcome, key: FreeKey) -> dict[str, Any]:
+    name, bootstrap = key.key, outcome.bootstrap
+    interval = outcome.intervals[name]
     drawn = None if bootstrap is None else bootstrap.intervals[name]
     return {
-        "value": found.values[name],
-        "standard_error": found.standard_errors[name],
+        "value": outcome.values[name],
+        "standard_error": outcome.standard_errors[name],
         "interval": None if interval is None else list(interval),
         "bootstrap_interval": None if drawn is None else list(drawn),
         "unit": key.unit,
         "bounds": [key.low, key.high],
         "start": key.start,
-        "not_identified": found.not_identified.get(name),
+        "not_identified": outcome.not_identified.get(name),
     }
 
 
 def finding_of(
-    problem: FitProblem, best: Minimum, starts: list[Start], found: Identified
+    problem: FitProblem, best: Minimum, starts: list[Start], identification: Identification
 ) -> Finding:
-    """Return the kind of estimate that the searches, by their costs, have found."""
+    """Return the kind of the estimate; the searches are sorted by cost."""
     names = " and ".join(key.key for key in problem.keys)
-    still = all(found.reasons.get(key.key) == NO_CHANGE for key in problem.keys)
-    if still:  # a search that did not move has seen the neighbourhood of its start only
+    still = all(identification.reasons.get(key.key) == NO_CHANGE for key in problem.keys)
+    if still:  # a search that did not move has evaluated only the neighbourhood of its start
         for end in (0.0, 1.0):
-            problem.at(np.full(len(problem.keys), end))
+            problem.model(np.full(len(problem.keys), end))
     flat = still and bool((problem.largest - problem.least <= problem.accuracy).all())
-    reached = problem.gives(best.x)
+    reached = problem.is_exact(best.x)
     reachable = None
     if problem.data.size == 1:
         reachable = float(problem.least[0]), float(problem.largest[0])
@@ -188,14 +188,16 @@ def finding_of(
     searches = f"{len(same)} of {len(starts)} {'search' if len(starts) == 1 else 'searches'}"
     places = _places(problem, same)
     if still:
-        on = "on a plateau"
+        place = "on a plateau"
         if len(places) > 1:
-            on = f"on plateaus with equal residuals{_listed(problem, places)}"
-        sentence = f"{exactly}{searches} ended {on}, where the data do not change with {names}"
+            place = f"on plateaus with equal residuals{_place_list(problem, places)}"
+        sentence = f"{exactly}{searches} ended {place}, where the data do not change with {names}"
         return Finding(PLATEAU, sentence, reachable)
     if len(places) > 1 and len(problem.keys) == 1:
-        at = _listed(problem, places)
-        sentence = f"{exactly}{searches} ended with equal residuals{at}: the data fit them as well"
+        ends = _place_list(problem, places)
+        sentence = (
+            f"{exactly}{searches} ended with equal residuals{ends}: the data fit them as well"
+        )
         return Finding(EQUAL_MINIMA, sentence, reachable)
     if reached:
         return Finding(REACHED, f"{searches} reached the data exactly", reachable)
@@ -203,7 +205,7 @@ def finding_of(
 
 
 def _is_beyond_noise(problem: FitProblem, best: Minimum) -> bool:
-    """Return whether the residual of a single value is larger than that of its sigma, if given."""
+    """Return whether the residual of a single value exceeds the noise of its sigma, if given."""
     sigma = problem.data.targets[0].sigma
     noise = 0.0 if sigma is None else SIGNIFICANT * float(sigma[0])
     return abs(float(residuals_of(problem, best.x)[0])) > noise
@@ -220,28 +222,28 @@ def _out_of_reach(problem: FitProblem, best: Minimum, names: str, flat: bool) ->
     reachable = f"runs within the bounds gave {least:.6g} to {largest:.6g}{unit}"
     if best.jump is not None:
         below, above = best.jump
-        at = problem.values(best.x)[names]
-        jump = f"it jumps from {below:.6g} to {above:.6g}{unit} at {names} = {at:.6g}"
+        value = problem.values(best.x)[names]
+        jump = f"it jumps from {below:.6g} to {above:.6g}{unit} at {names} = {value:.6g}"
         return f"{begin}; {jump}; {reachable}"
     return f"{begin}; {reachable}"
 
 
 def _places(problem: FitProblem, starts: list[Start]) -> list[dict[str, float]]:
-    """Return the ends of searches that are apart from each other, as values by key."""
-    found: list[dict[str, float]] = []
+    """Return the distinct ends of searches, as values by key."""
+    places: list[dict[str, float]] = []
     for start in starts:
         if all(
             any(
                 abs(k.scaled(start.last[k.key]) - k.scaled(other[k.key])) > APART
                 for k in problem.keys
             )
-            for other in found
+            for other in places
         ):
-            found.append(start.last)
-    return found
+            places.append(start.last)
+    return places
 
 
-def _listed(problem: FitProblem, places: list[dict[str, float]]) -> str:
+def _place_list(problem: FitProblem, places: list[dict[str, float]]) -> str:
     """Return the values of a single key at some places."""
     if len(problem.keys) > 1:
         return " at different values"
@@ -252,9 +254,9 @@ def _listed(problem: FitProblem, places: list[dict[str, float]]) -> str:
 
 
 def run_warnings(model: Model, rows: int) -> list[str]:
-    """Return the warnings of the runs with the estimates, each once, with how many rows have it.
+    """Return the distinct warnings of the runs with the estimates, each with its number of rows.
 
-    Those that differ in their numbers only are one, with the numbers of the first row.
+    Warnings that differ only in their numbers count as one, with the numbers of the first row.
     """
     if rows == 1:
         return list(model.warnings)
@@ -269,15 +271,15 @@ def run_warnings(model: Model, rows: int) -> list[str]:
 
 
 def derivative_warnings(
-    keys: Sequence[FreeKey], differences: "Array", jumps: "Array", found: Identified
+    keys: Sequence[FreeKey], differences: "Array", jumps: "Array", identification: Identification
 ) -> list[str]:
-    """Return the keys whose derivatives are not those of all that is within a standard error.
+    """Return warnings about keys whose derivatives do not hold within a standard error.
 
-    Differences and jumps are as of `Search.checked_jacobian`.
+    Differences and jumps are those of `Search.checked_jacobian`.
     """
     warnings = []
     for j, key in enumerate(keys):
-        if np.isnan(found.covariance[j, j]):  # there is no standard error
+        if np.isnan(identification.covariance[j, j]):  # there is no standard error
             continue
         if differences[j] > DISAGREE:
             warnings.append(
@@ -285,7 +287,7 @@ def derivative_warnings(
                 " step of their differences, as where events pass samples: its standard error is"
                 " rough; a bootstrap does not need them"
             )
-        elif 0.0 < jumps[j] < np.sqrt(found.covariance[j, j]):
+        elif 0.0 < jumps[j] < np.sqrt(identification.covariance[j, j]):
             warnings.append(
                 f"the run jumps or kinks where {key.key} is less than its standard error from the"
                 " estimate: that is rough; a bootstrap does not need derivatives"
@@ -309,7 +311,7 @@ def residual_warnings(
 
 
 def _poor(statistics: Sequence[TargetResiduals]) -> Iterator[str]:
-    """Yield the series and curves that a constant would fit better: often by another unit."""
+    """Yield warnings about series and curves that a constant fits better: often a wrong unit."""
     for part in statistics:
         data = part.values + part.fitted
         spread = max(float(np.std(data)), ROUNDING * float(np.max(np.abs(data))))
@@ -337,11 +339,11 @@ def _alike(part: TargetResiduals) -> str:
 def _chi_warning(
     statistics: Sequence[TargetResiduals], chi: float | None, degrees: int
 ) -> list[str]:
-    """Return that all residuals together are too large; nothing if they are not."""
+    """Return the warning that chi squared is too large; empty if it is not."""
     from scipy import special  # imported here: a fit alone needs it
 
-    # Keys that jump cannot give as many values exactly: without degrees of freedom there may be
-    # residuals, too, and they must not be larger than those of one.
+    # A run that jumps may not reach as many values as keys exactly: there may be residuals without
+    # degrees of freedom, too; their limit is that of one degree.
     limit = float(special.chdtri(max(degrees, 1), TOO_LARGE))
     if chi is None or chi <= limit:
         return []
@@ -361,16 +363,16 @@ def _chi_warning(
 
 
 def _outliers(statistics: Sequence[TargetResiduals]) -> list[str]:
-    """Return the channels and quantities with a residual that no noise of their sigma has."""
+    """Return warnings about channels and quantities with a residual too large for their sigma."""
     from scipy import special
 
-    found = []
+    warnings = []
     for part in statistics:
         # Of many values one may be beyond 4 sigma by chance.
         limit = max(SIGNIFICANT, -float(special.ndtri(0.5 * UNLIKELY / part.values.size)))
         if part.worst is not None and part.worst > limit:
-            found.append(
+            warnings.append(
                 f"the residuals of {part.name} are up to {part.worst:.3g} times their sigma: the"
                 " scenario cannot give the data, or sigma is too small"
             )
-    return found
+    return warnings

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 LOG_RATIO = 100.0  # of bounds, from which on a key is scaled by its logarithm
 NOT_PHYSICAL = ("solver", "output", "kind", "title")
 ADVICE = "a free key needs bounds, e.g. effects.shaft_friction.mu_s=0.05:0.4"
-MAX_RUNS = 10_000  # that data may have rows for
-TRIES = 64  # points in the bounds at which a valid start is searched for
-# Of a field: whether a bound is beyond its limit, and how a bound should be relative to it.
+MAX_RUNS = 10_000  # rows of the data
+TRIES = 64  # points in the bounds that are tried as valid starts
+# By constraint of a field: whether a bound violates its limit, and the relation required.
 LIMITS: dict[str, tuple[Callable[[float, float], bool], str]] = {
     "gt": (lambda value, limit: value <= limit, "above"),
     "ge": (lambda value, limit: value < limit, "of at least"),
@@ -44,7 +44,7 @@ MAX_REMEMBERED, MAX_NUMBERS = 512, 20_000_000  # evaluations, and numbers in the
 class FreeKey(NamedTuple):
     """A key whose value is fitted."""
 
-    key: str  # of several keys that have one value, with commas between them
+    key: str  # several keys with one value are separated by commas
     low: float
     high: float
     start: float
@@ -52,11 +52,11 @@ class FreeKey(NamedTuple):
 
     @property
     def is_log(self) -> bool:
-        """Whether its logarithm is scaled: the bounds span two decades or more."""
+        """Whether the logarithm is scaled: the bounds span two decades or more."""
         return self.low > 0.0 and self.high >= LOG_RATIO * self.low
 
     def scaled(self, value: float) -> float:
-        """Return where a value is between the bounds, from 0 to 1."""
+        """Return the position of a value between the bounds, from 0 to 1."""
         if self.is_log:
             return log(value / self.low) / log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
@@ -64,10 +64,10 @@ class FreeKey(NamedTuple):
     def value(self, x: float) -> float:
         """Return the value at a place between the bounds."""
         if self.is_log:
-            found = self.low * exp(x * log(self.high / self.low))
+            value = self.low * exp(x * log(self.high / self.low))
         else:
-            found = self.low + x * (self.high - self.low)
-        return min(max(found, self.low), self.high)
+            value = self.low + x * (self.high - self.low)
+        return min(max(value, self.low), self.high)
 
     def derivative(self, x: float) -> float:
         """Return the derivative of the value at a place between the bounds."""
@@ -76,28 +76,30 @@ class FreeKey(NamedTuple):
         return self.high - self.low
 
 
-def free_keys(given: Mapping[str, Any], scenario: "Scenario") -> tuple[FreeKey, ...]:
-    """Return the free keys of a scenario, with valid starts; given are bounds as of `_bounds`."""
-    if not given:
+def free_keys(bounds_by_key: Mapping[str, Any], scenario: "Scenario") -> tuple[FreeKey, ...]:
+    """Return the free keys of a scenario, with valid starts; `_bounds` checks the bounds."""
+    if not bounds_by_key:
         raise ArgumentError("free", f"expected at least one key; {ADVICE}")
     keys, chosen = [], []
-    for key, bounds in given.items():
+    for key, bounds in bounds_by_key.items():
         low, high, start = _bounds(key, bounds)
         names = names_in(key)
         for name in names:
             _check_key(name, low, high, scenario)
         if start is None:
-            own = value_of(scenario, names[0])
-            start = own if own is not None and low <= own <= high else _middle(low, high)
+            current = value_of(scenario, names[0])
+            start = (
+                current if current is not None and low <= current <= high else _middle(low, high)
+            )
         else:
             chosen.append(key)
         keys.append(FreeKey(key, low, high, start, unit_of_key(type(scenario), names[0])))
     return _with_valid_starts(tuple(keys), chosen, scenario)
 
 
-def _bounds(key: str, given: Any) -> tuple[float, float, float | None]:
+def _bounds(key: str, bounds: Any) -> tuple[float, float, float | None]:
     try:
-        numbers = [float(number) for number in given]
+        numbers = [float(number) for number in bounds]
     except (TypeError, ValueError):
         numbers = []
     if len(numbers) not in (2, 3) or not all(map(isfinite, numbers)):
@@ -125,7 +127,7 @@ def _middle(low: float, high: float) -> float:
 
 
 def _check_key(key: str, low: float, high: float, scenario: "Scenario") -> None:
-    """Check that a key takes any number between its bounds, as far as it alone decides that."""
+    """Check the bounds of a key against the limits of its field."""
     if key.split(".")[0] in NOT_PHYSICAL:
         raise ArgumentError("free", f"{key}: expected a key of mechanism, drive or effects")
     fields = fields_of_key(type(scenario), key)
@@ -163,7 +165,7 @@ def _with_valid_starts(
 ) -> tuple[FreeKey, ...]:
     """Return the keys with starts that make a valid scenario together.
 
-    Those that were not chosen are moved if need be, as one coefficient must not exceed another.
+    Starts that were not chosen are moved if necessary: one coefficient may not exceed another.
     """
     fault = fault_of(scenario, {key.key: key.start for key in keys})
     if not fault:
@@ -201,18 +203,18 @@ def fault_of(scenario: "Scenario", values: Mapping[str, Any]) -> str:
 
 
 def latin_hypercube(count: int, dimensions: int, rng: np.random.Generator) -> "Array":
-    """Return points (count, dimensions) in the unit cube: each count-th of each axis has one."""
+    """Return points (count, dimensions) in the unit cube, one in each count-th of each axis."""
     places = [rng.permutation(count) for _ in range(dimensions)]
     return (np.array(places).T + rng.random((count, dimensions))) / count
 
 
 class Model(NamedTuple):
-    """What the scenario gives for some values of its keys."""
+    """The results of a scenario for some values of its keys."""
 
     values: "Array | None"  # in the order of the data; None if a run failed
-    reason: str = ""  # why it failed
-    doubt: str = ""  # which checks of the audit failed
-    warnings: Mapping[str, int] = MappingProxyType({})  # how many of the runs have each
+    reason: str = ""  # of the failure
+    doubt: str = ""  # the failed checks of the audit
+    warnings: Mapping[str, int] = MappingProxyType({})  # numbers of runs by warning
 
 
 class FitProblem:
@@ -227,27 +229,27 @@ class FitProblem:
     ) -> None:
         self.scenario, self.keys, self.data = scenario, keys, data
         self.runs, self._on_run = 0, on_run
-        # After the first run those of quantities as well.
+        # Units of quantities are added by the first run.
         self.units = {t.name: t.unit for t in data.targets}
         self._seen: dict[bytes, Model] = {}
-        # What the runs that succeeded gave so far, in the order of the data.
+        # Extremes of all successful runs, in the order of the data.
         self.least, self.largest = np.full(data.size, np.inf), np.full(data.size, -np.inf)
-        # Of a single value: scaled places, and what the scenario gives there; None if it fails.
-        self.known: list[tuple[Array, float | None]] = []
+        # Of a single value: scaled places and the values of the scenario; None if it fails.
+        self.evaluations: list[tuple[Array, float | None]] = []
         self._times, self._sampled = self._sample_times()
         self._base = scenario
-        only_channels = all(target.of == "channel" for target in data.targets)
+        only_channels = all(target.kind == "channel" for target in data.targets)
         if only_channels and 0.0 < self._times[-1] < scenario.solver.duration:
             self._base = scenario.replace({"solver.duration": float(self._times[-1])})
 
     def _sample_times(self) -> "tuple[Array, list[float] | None]":
-        """Return the times of the data, and those of the samples; None for the scenario's own."""
+        """Return the times of the data and of the samples; None for the samples of the scenario."""
         times, scenario = self.data.times, self.scenario
         if not times.size:
             return times, None
         ends = [0.0, float(times[-1])]
-        if any(target.of == "quantity" for target in self.data.targets):
-            # Means over time are taken from samples.
+        if any(target.kind == "quantity" for target in self.data.targets):
+            # Means over time are computed from samples.
             duration, interval = scenario.solver.duration, scenario.interval
             ends = [*np.arange(0.0, duration * (1.0 - SAME_TIME), interval).tolist(), duration]
         return times, np.unique(np.concatenate((times, ends))).tolist()
@@ -256,7 +258,7 @@ class FitProblem:
         """Return the values of the keys at a scaled place."""
         return {key.key: key.value(float(p)) for key, p in zip(self.keys, x, strict=True)}
 
-    def at(self, x: "Array") -> Model:
+    def model(self, x: "Array") -> Model:
         """Return the model values at a scaled place; a failed run gives the reason."""
         place = np.asarray(x, dtype=np.float64).tobytes()
         if place not in self._seen:
@@ -271,24 +273,24 @@ class FitProblem:
             self.least = np.minimum(self.least, values)
             self.largest = np.maximum(self.largest, values)
         if self.data.size == 1:
-            self.known.append((x.copy(), None if values is None else float(values[0])))
+            self.evaluations.append((x.copy(), None if values is None else float(values[0])))
 
     @property
     def accuracy(self) -> "Array":
         """The residuals (n,) below which the runs give the data exactly."""
         targets = self.data.targets
         size = np.concatenate([t.scale for t in targets])
-        if self.data.size == 1:  # without a spread of data; a value near 0 has that of the runs
+        if self.data.size == 1:  # no spread of data: near 0 that of the runs
             size = np.maximum(np.abs(targets[0].values), NEAR_ZERO * (self.largest - self.least))
         rtol = FIXED_ERROR if self.scenario.pair.fixed_step else 10.0 * self.scenario.solver.rtol
         return np.asarray(size * max(EXACT, min(rtol, FIXED_ERROR)))
 
-    def gives(self, x: "Array") -> bool:
+    def is_exact(self, x: "Array") -> bool:
         """Return whether a scaled place at which the runs succeed gives the data exactly."""
         return bool((np.abs(residuals_of(self, x)) <= self.accuracy).all())
 
     def _evaluate(self, values: dict[str, float]) -> Model:
-        found, doubt = [np.empty(target.values.size) for target in self.data.targets], ""
+        columns, doubt = [np.empty(target.values.size) for target in self.data.targets], ""
         warnings: Counter[str] = Counter()
         for number, row in enumerate(self.data.runs):
             result, reason = self._run({**values, **row})
@@ -297,19 +299,19 @@ class FitProblem:
             doubt = doubt or reason
             # The times of the samples are those of the data, not of output.interval.
             warnings.update(w for w in result.warnings if not w.startswith("output.interval"))
-            for target, into in zip(self.data.targets, found, strict=True):
+            for target, column in zip(self.data.targets, columns, strict=True):
                 here = target.runs == number
                 if not here.any():
                     continue
                 part: Any = (
                     self._channel(target, result)
-                    if target.of == "channel"
+                    if target.kind == "channel"
                     else self._quantity(target, result)
                 )
                 if part is None or not np.isfinite(part).all():
                     return Model(None, f"the run gives no {target.name}")
-                into[here] = part
-        return Model(np.concatenate(found), doubt=doubt, warnings=warnings)
+                column[here] = part
+        return Model(np.concatenate(columns), doubt=doubt, warnings=warnings)
 
     def _run(self, values: Mapping[str, float]) -> "tuple[Record | None, str]":
         self.runs += 1
@@ -339,13 +341,13 @@ class FitProblem:
                 )
             channel = channel[:, members.index(member)]
         places = np.searchsorted(result.time, target.times)
-        found = channel[np.minimum(places, len(channel) - 1)].astype(np.float64)
+        samples = channel[np.minimum(places, len(channel) - 1)].astype(np.float64)
         after = result.events.get(f"{name}_after")
         if after is not None:
             for transition, value in zip(result.transitions, after, strict=True):
                 near = np.abs(target.times - transition.time) <= SAME_TIME * transition.time
-                found[near] = value
-        return found
+                samples[near] = value
+        return samples
 
     def _quantity(self, target: Target, result: "Record") -> "float | None":
         if target.name not in result.quantities:
@@ -365,7 +367,7 @@ class FitProblem:
 
 def residuals_of(problem: FitProblem, x: "Array") -> "Array":
     """Return data minus fit at a scaled place at which the runs succeed."""
-    model = problem.at(x)
+    model = problem.model(x)
     if model.values is None:
         raise ValueError(f"a fit has no residuals where a run fails: {model.reason}")
     return np.concatenate([t.values for t in problem.data.targets]) - model.values

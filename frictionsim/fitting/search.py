@@ -6,11 +6,11 @@ search (`scipy.optimize.least_squares`, trust region reflective) starts from sev
 are scaled to their bounds. Derivatives are central differences whose step is far above the
 tolerance of the runs, and short against what moves an event from one sample to the next.
 
-A run that fails counts as a residual much larger than the data, so that the search turns back.
+A failed run has a residual much larger than the data, so that the search turns back.
 
 A single value that the local searches have not reached is bracketed: between two places whose
-residuals differ in sign, Brent's method finds where the scenario gives the value, or where it jumps
-over it.
+residuals differ in sign, Brent's method finds the place at which the scenario gives the value, or
+jumps over it.
 """
 
 from itertools import pairwise
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 FAILED = 1e6  # residual of a failed run, in units of the spread of the data
 SCANNED = 12  # points for each start
-APART = 0.1  # of the bounds: starts are at least so far from each other
+APART = 0.1  # of the bounds: least distance of starts
 MIN_STEP, MAX_STEP = 3e-4, 1e-2  # of differences, as a part of the bounds
 FIXED_STEP = 3e-3  # where the error of the runs is not known from a tolerance
 TOLERANCE = 1e-10  # relative change of the places, and of the sum of squares, at the end
@@ -36,7 +36,7 @@ SHORTER = (0.25, 0.0625)  # steps of differences, in a check of the derivatives
 DISAGREE = 0.1  # relative
 JUMPS = 0.5  # relative: the run jumps or kinks between the steps
 RESOLVED = 1e-12  # of the distance of the ends of a bracket
-EDGE = 1e-9  # of the bounds: beside runs that fail
+EDGE = 1e-9  # of the bounds: resolution of the edge of failing runs
 MAX_BISECTIONS, MAX_BRACKETS = 100, 4
 
 
@@ -54,12 +54,12 @@ class Start(NamedTuple):
 
 
 class Minimum(NamedTuple):
-    """Where a local search ended."""
+    """The end of a local search."""
 
     x: "Array"  # scaled place (keys,)
     cost: float  # half the weighted sum of squares
     converged: bool
-    # What the scenario gives on both sides, if it jumps over a single value there.
+    # Values of the scenario on both sides, if it jumps over a single value there.
     jump: tuple[float, float] | None = None
 
 
@@ -68,7 +68,7 @@ class _Failed(Exception):
 
 
 class Search:
-    """Weighted residuals and their derivatives, of the data or of others in their place (n,)."""
+    """Weighted residuals and their derivatives, of the data or of values that replace them (n,)."""
 
     def __init__(
         self, problem: FitProblem, weights: "Array", measured: "Array | None" = None
@@ -83,7 +83,7 @@ class Search:
 
     def residual(self, x: "Array") -> "Array":
         """Return the weighted residuals at a scaled place; large ones of a failed run."""
-        model = self.problem.at(x).values
+        model = self.problem.model(x).values
         if model is None:
             return self._failed
         return np.asarray((model - self.measured) * self.weights)
@@ -95,23 +95,22 @@ class Search:
     def jacobian(self, x: "Array", step: float | None = None) -> "Array":
         """Return the derivatives (n, keys) of the weighted residuals by the scaled places.
 
-        Central differences; one-sided of second order at a bound, of first order beside a failed
+        Central differences; one-sided of second order at a bound, of first order next to a failed
         run.
         """
         h = self.step if step is None else step
         return np.array([self._column(x, j, h) for j in range(len(x))]).T
 
     def checked_jacobian(self, x: "Array") -> "tuple[Array, Array, Array]":
-        """Return the derivatives, and by how much those of another step differ, relative.
+        """Return the derivatives, and their relative differences from those of another step.
 
-        Where a step passes a jump or a kink, as of an event that comes and goes, shorter ones are
-        tried.
+        Where a step passes a jump or a kink, such as an appearing event, shorter ones are tried.
 
         Returns
         -------
         (n, keys), (keys,), (keys,)
-            The last has the longest step that differs by more than `JUMPS`, as a part of the
-            bounds; 0 if none does.
+            The last is the longest step whose derivatives differ by more than `JUMPS`, as a part
+            of the bounds; 0 if there is none.
         """
         columns, differences, jumps = [], [], []
         for j in range(len(x)):
@@ -130,19 +129,19 @@ class Search:
         return np.array(columns).T, np.array(differences), np.array(jumps)
 
     def _column(self, x: "Array", j: int, h: float) -> "Array":
-        def at(distance: float) -> "Array | None":
+        def values_at(distance: float) -> "Array | None":
             place = x.copy()
             place[j] += distance
-            return self.problem.at(place).values
+            return self.problem.model(place).values
 
-        here = self.problem.at(x).values
-        h = -h if x[j] > 0.5 else h  # the side on which there is room
-        far, near = at(h), at(-h) if 0.0 <= x[j] - h <= 1.0 else None
+        here = self.problem.model(x).values
+        h = -h if x[j] > 0.5 else h  # away from the nearer bound
+        far, near = values_at(h), values_at(-h) if 0.0 <= x[j] - h <= 1.0 else None
         slope = np.zeros(self.measured.size)
         if far is not None and near is not None:
             slope = (far - near) / (2.0 * h)
         elif far is not None and here is not None:
-            further = at(2.0 * h)
+            further = values_at(2.0 * h)
             slope = (far - here) / h
             if further is not None:
                 slope = (4.0 * far - further - 3.0 * here) / (2.0 * h)
@@ -151,10 +150,10 @@ class Search:
         return np.asarray(slope * self.weights)
 
     def minimum(self, x: "Array") -> Minimum:
-        """Return the local minimum that least squares find from a scaled place."""
+        """Return the local minimum of the least squares that start at a scaled place."""
         from scipy.optimize import least_squares  # imported here because SciPy takes 0.3 s
 
-        found: Any = least_squares(
+        solution: Any = least_squares(
             self.residual,
             np.clip(x, 0.0, 1.0),
             jac=self.jacobian,
@@ -165,28 +164,28 @@ class Search:
             gtol=NO_SLOPE,
             max_nfev=MAX_ITERATIONS,
         )
-        return Minimum(np.asarray(found.x), float(found.cost), found.status > 0)
+        return Minimum(np.asarray(solution.x), float(solution.cost), solution.status > 0)
 
-    def within(self, first: "Array", last: "Array") -> Minimum | None:
-        """Return where between two places a single value is reached, by Brent's method.
+    def root_between(self, first: "Array", last: "Array") -> Minimum | None:
+        """Return the place between two others that gives a single value, by Brent's method.
 
-        The residual of the value differs in sign at these scaled places. The nearer side of a jump
-        over it is returned; None if a run in between fails.
+        The residual of the value differs in sign at these scaled places. Of a jump over the value,
+        the nearer side is returned; None if a run in between fails.
         """
         from scipy.optimize import brentq
 
         problem, wanted = self.problem, self.measured[0]
-        # The part of the way and the residual of the last run below, and of the last one above:
-        # the bracket that Brent's method has left.
+        # Brent's last bracket: the part of the distance and the residual of the last run below the
+        # value, and of the last one above it.
         ends: dict[bool, tuple[float, float]] = {}
 
         def residual(part: float) -> float:
-            model = problem.at(first + part * (last - first)).values
+            model = problem.model(first + part * (last - first)).values
             if model is None:
                 raise _Failed
-            found = float(model[0] - wanted)
-            ends[found > 0.0] = part, found
-            return found
+            excess = float(model[0] - wanted)
+            ends[excess > 0.0] = part, excess
+            return excess
 
         try:
             root = float(
@@ -198,7 +197,7 @@ class Search:
         part, _ = min(ends.values(), key=lambda end: abs(end[1]))
         x = first + part * (last - first)
         jump = None
-        if not problem.gives(x):
+        if not problem.is_exact(x):
             jump = wanted + ends[False][1], wanted + ends[True][1]
         return Minimum(x, self.cost(x), True, jump)
 
@@ -219,52 +218,52 @@ def search(
 ) -> tuple[Minimum, list[Start]]:
     """Return the least minimum, and all local searches in the order of their costs.
 
-    A single search starts from the starts of the keys, without a scan. The seed is that of the
-    points that are scanned.
+    A single search starts from the starts of the keys, without a scan. The seed draws the scanned
+    points.
     """
     task, keys = Search(problem, weights), problem.keys
-    own = np.array([key.scaled(key.start) for key in keys])
-    points = [own]
+    initial = np.array([key.scaled(key.start) for key in keys])
+    points = [initial]
     if starts > 1:
         rng = np.random.default_rng(seed)
         points += list(latin_hypercube(SCANNED * starts, len(keys), rng))
     # Before any scan, so that an unknown channel or quantity is reported at once.
-    works = [point for point in points if problem.at(point).values is not None]
+    works = [point for point in points if problem.model(point).values is not None]
     if not works and problem.data.size == 1:
         points += list(_grid())
-        works = [point for point in points if problem.at(point).values is not None]
+        works = [point for point in points if problem.model(point).values is not None]
     if not works:
         all_failed = f"all {len(points)} runs of the fit failed; that of the start"
-        what = "the run of the fit failed" if len(points) == 1 else all_failed
-        raise SolverError(f"{what}: {problem.at(points[0]).reason}")
-    found = []
+        failure = "the run of the fit failed" if len(points) == 1 else all_failed
+        raise SolverError(f"{failure}: {problem.model(points[0]).reason}")
+    searches = []
     for first in _choose(works, task, starts):
-        found.append(_with_start(task, first, task.minimum(first)))
-    if problem.data.size == 1 and not any(problem.gives(last.x) for last, _ in found):
-        found = [*_bracketed(task), *found]
-    found.sort(key=lambda one: one[0].cost)
-    return found[0][0], [start for _, start in found]
+        searches.append(_local_search(task, first, task.minimum(first)))
+    if problem.data.size == 1 and not any(problem.is_exact(last.x) for last, _ in searches):
+        searches = [*_bracketed_searches(task), *searches]
+    searches.sort(key=lambda one: one[0].cost)
+    return searches[0][0], [start for _, start in searches]
 
 
 def _grid() -> "Array":
-    """Return scaled places of a single key at equal distances, with its bounds (n, 1)."""
+    """Return equidistant scaled places of a single key, with its bounds (n, 1)."""
     return np.linspace(0.0, 1.0, SCANNED + 1)[:, None]
 
 
-def _with_start(task: Search, first: "Array", last: Minimum) -> tuple[Minimum, Start]:
-    at = task.problem.values
-    return last, Start(at(first), at(last.x), task.cost(first), last.cost, last.converged)
+def _local_search(task: Search, first: "Array", last: Minimum) -> tuple[Minimum, Start]:
+    values = task.problem.values
+    return last, Start(values(first), values(last.x), task.cost(first), last.cost, last.converged)
 
 
-def _bracketed(task: Search) -> list[tuple[Minimum, Start]]:
+def _bracketed_searches(task: Search) -> list[tuple[Minimum, Start]]:
     """Return the searches for a single value between places whose residuals differ in sign.
 
-    A single value has a single key. Without such places it is the nearest of all runs.
+    A single value has a single key. Without such places the nearest of all runs is returned.
     """
     problem, wanted = task.problem, task.measured[0]
     for point in _grid():
-        problem.at(point)
-    pairs = list(pairwise(sorted(problem.known, key=lambda known: float(known[0][0]))))
+        problem.model(point)
+    pairs = list(pairwise(sorted(problem.evaluations, key=lambda pair: float(pair[0][0]))))
     brackets = [
         (a, b)
         for (a, below), (b, above) in pairs
@@ -273,28 +272,30 @@ def _bracketed(task: Search) -> list[tuple[Minimum, Start]]:
     if not brackets:
         for (a, left), (b, right) in pairs:
             if (left is None) != (right is None):
-                brackets += _to_edge(task, *((b, a) if left is None else (a, b)))
-    found = []
+                brackets += _edge_bracket(task, *((b, a) if left is None else (a, b)))
+    searches = []
     for first, last in brackets[:MAX_BRACKETS]:
-        end = task.within(first, last)
-        found += [] if end is None else [_with_start(task, first, end)]
-    if not found:
-        known = [(abs(value - wanted), x) for x, value in problem.known if value is not None]
-        _, x = min(known, key=lambda one: one[0])
-        found.append(_with_start(task, x, Minimum(x, task.cost(x), True)))
-    return found
+        end = task.root_between(first, last)
+        searches += [] if end is None else [_local_search(task, first, end)]
+    if not searches:
+        distances = [
+            (abs(value - wanted), x) for x, value in problem.evaluations if value is not None
+        ]
+        _, x = min(distances, key=lambda pair: pair[0])
+        searches.append(_local_search(task, x, Minimum(x, task.cost(x), True)))
+    return searches
 
 
-def _to_edge(task: Search, good: "Array", failed: "Array") -> "list[tuple[Array, Array]]":
-    """Return the bracket between a place and one at which the run fails; none if there is none.
+def _edge_bracket(task: Search, good: "Array", failed: "Array") -> "list[tuple[Array, Array]]":
+    """Return the bracket between a place and one at which the run fails; empty if there is none.
 
-    Places are tried up to where the runs begin to fail, as those of a pulley that does not break
-    away: a value that is reached near there is not missed.
+    Places are bisected up to the edge of failing runs, such as those of a pulley that does not
+    break away, so that a value reached near this edge is not missed.
     """
     side = task.residual(good)[0]
     for _ in range(MAX_BISECTIONS):
         middle = 0.5 * (good + failed)
-        if task.problem.at(middle).values is None:
+        if task.problem.model(middle).values is None:
             failed = middle
         elif task.residual(middle)[0] * side < 0.0:
             return [(good, middle)]
@@ -306,7 +307,7 @@ def _to_edge(task: Search, good: "Array", failed: "Array") -> "list[tuple[Array,
 
 
 def _choose(points: "list[Array]", task: Search, starts: int) -> "list[Array]":
-    """Return the best points that are apart from each other."""
+    """Return the best points that are at least `APART` from each other."""
     chosen: list[Array] = []
     for point in sorted(points, key=task.cost):
         if all(np.max(np.abs(point - other)) >= APART for other in chosen):

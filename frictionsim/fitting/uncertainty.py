@@ -1,6 +1,6 @@
 """Standard errors and correlations of fitted keys, from the derivatives of the residuals.
 
-Near the estimate the residuals are taken to be linear in the keys. Their derivatives J, each
+Near the estimate the residuals are assumed to be linear in the keys. Their derivatives J, each
 residual divided by its standard deviation, give the covariance (J^T J)^-1. A key along which no
 residual changes, keys of which only a combination changes them, a key at its bound, and one that
 the data determine no better than its bounds do, are not identified: they have no standard error.
@@ -19,29 +19,29 @@ if TYPE_CHECKING:
 CONFIDENCE = 0.95
 AT_BOUND = 1e-4  # of the bounds
 MIN_SINGULAR = 1e-4  # of derivatives scaled to length 1: smaller ones may be errors of differences
-PART_OF = 0.1  # of a unit vector: a smaller component is no part of a combination
+MIN_COMPONENT = 0.1  # of a unit vector: a smaller component is no part of a combination
 NO_CHANGE = "the data do not change with it"
 ROUNDING = 1e-7  # of the spread of the data
 
 
-class Identified(NamedTuple):
-    """Which keys are identified, and the covariance of their scaled places."""
+class Identification(NamedTuple):
+    """The identified keys, and the covariance of their scaled places."""
 
     reasons: dict[str, str]  # why a key is not identified, by key
     # For residuals of standard deviation 1.
     covariance: "Array"  # (keys, keys), of scaled places; NaN of a key that is not identified
-    rank: int  # how many values, or combinations of them, the data determine
+    rank: int  # number of keys, or combinations of them, that the data determine
 
 
 class Accuracy(NamedTuple):
-    """How accurate the derivatives are."""
+    """The accuracy of the derivatives."""
 
     step: float  # of the differences, as a part of the bounds
     noise: float  # error of the runs, relative to the spread of the data
 
     @property
     def flat(self) -> float:
-        """Derivatives relative to the spread of the data below which there are none."""
+        """The limit, relative to the spread of the data, below which derivatives count as zero."""
         return max(ROUNDING, 10.0 * self.noise / self.step)
 
     @property
@@ -56,8 +56,8 @@ def identify(
     jacobian: "Array",
     spread: "Array",
     accuracy: Accuracy,
-) -> Identified:
-    """Return the keys that the data determine.
+) -> Identification:
+    """Return the identified keys.
 
     Parameters
     ----------
@@ -80,13 +80,13 @@ def identify(
     active = [j for j, key in enumerate(keys) if key.key not in reasons]
     covariance = np.full((len(keys), len(keys)), np.nan)
     if not active:
-        return Identified(reasons, covariance, 0)
+        return Identification(reasons, covariance, 0)
     lengths = np.linalg.norm(jacobian[:, active], axis=0)
     _, singular, right = np.linalg.svd(jacobian[:, active] / lengths, full_matrices=False)
     determined = singular > accuracy.singular * singular[0]
     for vector in right[~determined]:
-        parts = [j for j, part in zip(active, vector, strict=True) if abs(part) > PART_OF]
-        signs = [part for part in vector if abs(part) > PART_OF]
+        parts = [j for j, part in zip(active, vector, strict=True) if abs(part) > MIN_COMPONENT]
+        signs = [part for part in vector if abs(part) > MIN_COMPONENT]
         for j in parts:
             others = " and ".join(keys[i].key for i in parts if i != j)
             sign = "-" if len(parts) == 2 and signs[0] * signs[1] < 0.0 else ""
@@ -98,23 +98,27 @@ def identify(
     inner = (kept.T @ kept) / np.outer(lengths, lengths)
     covariance[np.ix_(active, active)] = inner
     rank = int(np.sum(determined))
-    return _without(Identified(reasons, covariance, rank), keys, {})
+    return _without(Identification(reasons, covariance, rank), keys, {})
 
 
-def _without(found: Identified, keys: tuple[FreeKey, ...], reasons: dict[str, str]) -> Identified:
-    """Return the same without further keys that are not identified, and why they are not."""
-    reasons = found.reasons | {k: why for k, why in reasons.items() if k not in found.reasons}
-    covariance = found.covariance.copy()
+def _without(
+    identification: Identification, keys: tuple[FreeKey, ...], reasons: dict[str, str]
+) -> Identification:
+    """Return the identification without further keys, given by the reasons to exclude them."""
+    reasons = identification.reasons | {
+        k: why for k, why in reasons.items() if k not in identification.reasons
+    }
+    covariance = identification.covariance.copy()
     for j, key in enumerate(keys):
         if key.key in reasons:
             covariance[j, :] = covariance[:, j] = np.nan
-    return found._replace(reasons=reasons, covariance=covariance)
+    return identification._replace(reasons=reasons, covariance=covariance)
 
 
 def quantile(degrees: int | None) -> float:
     """Return the factor of the standard error for a 95 % interval.
 
-    Without degrees of freedom the standard deviations were given, else estimated with so many.
+    None means given standard deviations; else they were estimated with these degrees of freedom.
     """
     from scipy import special  # imported here: a fit alone needs it
 
@@ -124,22 +128,28 @@ def quantile(degrees: int | None) -> float:
     return float(special.stdtrit(degrees, probability))
 
 
-def determine_no_better(found: Identified, keys: tuple[FreeKey, ...], factor: float) -> Identified:
-    """Return the same without keys whose 95 % interval is wider than their bounds.
+def without_wide_intervals(
+    identification: Identification, keys: tuple[FreeKey, ...], factor: float
+) -> Identification:
+    """Return the identification without keys whose 95 % interval is wider than their bounds.
 
     The interval is the standard error times a factor.
     """
     why = "the data determine it no better than its bounds do"
-    wide = factor * np.sqrt(np.diag(found.covariance)) > 1.0  # of nan it is not
+    wide = factor * np.sqrt(np.diag(identification.covariance)) > 1.0  # False for NaN
     return _without(
-        found, keys, {key.key: why for key, is_wide in zip(keys, wide, strict=True) if is_wide}
+        identification,
+        keys,
+        {key.key: why for key, is_wide in zip(keys, wide, strict=True) if is_wide},
     )
 
 
-def without_jumps(found: Identified, keys: tuple[FreeKey, ...], differences: "Array") -> Identified:
-    """Return the same without keys by which the run jumps or kinks at the estimate.
+def without_jumps(
+    identification: Identification, keys: tuple[FreeKey, ...], differences: "Array"
+) -> Identification:
+    """Return the identification without keys by which the run jumps or kinks at the estimate.
 
-    The differences (keys,) are of their derivatives with another step, relative.
+    The differences (keys,) are relative, from derivatives with another step.
     """
     reasons = {
         key.key: (
@@ -150,15 +160,15 @@ def without_jumps(found: Identified, keys: tuple[FreeKey, ...], differences: "Ar
         for key, difference in zip(keys, differences, strict=True)
         if difference > JUMPS
     }
-    return _without(found, keys, reasons)
+    return _without(identification, keys, reasons)
 
 
 def correlations(covariance: "Array") -> "Array":
     """Return the correlations; NaN where a key is not identified."""
     errors = np.sqrt(np.diag(covariance))
-    found = covariance / np.outer(errors, errors)
-    np.fill_diagonal(found, np.where(np.isfinite(errors), 1.0, np.nan))  # without rounding
-    return np.asarray(np.clip(found, -1.0, 1.0))
+    matrix = covariance / np.outer(errors, errors)
+    np.fill_diagonal(matrix, np.where(np.isfinite(errors), 1.0, np.nan))  # without rounding
+    return np.asarray(np.clip(matrix, -1.0, 1.0))
 
 
 def interval(key: FreeKey, x: float, half_width: float) -> tuple[float, float]:

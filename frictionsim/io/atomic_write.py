@@ -1,8 +1,8 @@
 """Atomic writing of files, and checks that one can be written before a run starts.
 
-New content goes to a part beside its target, .NAME.part, which is flushed and renamed when it is
-whole. Who writes a part has a lock on it. The part of a process that was killed has none: the next
-writer of the same target empties it.
+New content goes to a part in the folder of its target, .NAME.part, which is flushed and renamed
+when it is complete. The writer of a part holds a lock on it. The part of a killed process has none:
+the next writer of the same target empties it.
 """
 
 import os
@@ -26,15 +26,15 @@ else:
 
 SUFFIXES = (".h5", ".hdf5", ".nc")
 END = ".part"
-NEW, PRIVATE = 0o666, 0o600  # modes of a file that is new, and of one whose mode is still to be set
-PERMISSIONS, OF_GROUP = 0o777, 0o070
+NEW, PRIVATE = 0o666, 0o600  # modes of a new file, and of one whose mode is set later
+PERMISSIONS, GROUP_PERMISSIONS = 0o777, 0o070
 PROBE = bytes(4096)
 MAX_NAME_LENGTH = 255  # bytes
 OPENED = Path("/proc/self/fd")  # of Linux
 
 
-class KeptBeside(OutputError):
-    """A file could not be replaced, and its new content is in `kept`."""
+class NotReplaced(OutputError):
+    """A file could not be replaced; its new content is in `kept`."""
 
     def __init__(self, text: str, kept: Path) -> None:
         super().__init__(text)
@@ -42,7 +42,7 @@ class KeptBeside(OutputError):
 
 
 class Part:
-    """The part of a target, which this process has locked; a symbolic link is followed."""
+    """The part of a target, locked by this process; a symbolic link is followed."""
 
     def __init__(self, path: Path, what: str = "result") -> None:
         self._path, self._what = path, what
@@ -57,7 +57,7 @@ class Part:
 
     @contextmanager
     def _reported(self) -> Iterator[None]:
-        """Return the context in which an error removes the part and becomes one of its target."""
+        """Remove the part on any error, and raise OSError as OutputError of the target."""
         try:
             yield
         except BaseException as error:
@@ -69,7 +69,7 @@ class Part:
             raise OutputError(text) from None
 
     def probe(self) -> None:
-        """Check that something can be written: a disk may be full."""
+        """Check that the disk is not full, by writing some bytes."""
         with self._reported(), self.opened() as file:
             file.write(PROBE)
             file.truncate(0)
@@ -85,7 +85,7 @@ class Part:
 
     @property
     def content(self) -> Path:
-        """The path to open it by: in a folder of others a link may stand in the place of a name."""
+        """The path to open the part: in a folder of others a link may have replaced its name."""
         opened = OPENED / str(self._descriptor)
         return opened if opened.exists() else self._name
 
@@ -101,20 +101,20 @@ class Part:
             _lock(self._descriptor)
 
     def rename(self) -> None:
-        """Flush the part and rename it to its target, or to a name beside it."""
+        """Flush the part and rename it to its target, or to an unused name in the same folder."""
         assert self._descriptor is not None, "the part is locked"
         with self._reported():
             _take_over_mode(self._descriptor, self._target)
             os.fsync(self._descriptor)
-            if HAS_LOCKS:  # which readers of HDF5 pass
+            if HAS_LOCKS:  # a shared lock lets HDF5 read
                 with suppress(OSError):
                     fcntl.flock(self._descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
-            if os.name == "nt":  # what is open cannot be renamed
+            if os.name == "nt":  # an open file cannot be renamed
                 self._release()
             try:
                 self._name.replace(self._target)
             except OSError as error:
-                kept = name_beside(self._target)
+                kept = unused_name(self._target)
                 with suppress(OSError):
                     self._name.replace(kept)
                     self._release()
@@ -123,9 +123,9 @@ class Part:
             self._release()
             _sync_folder(self._target.parent)
 
-    def _kept(self, error: OSError, kept: Path) -> KeptBeside:
+    def _kept(self, error: OSError, kept: Path) -> NotReplaced:
         shown = kept if self._path.is_symlink() else self._path.with_name(kept.name)
-        return KeptBeside(
+        return NotReplaced(
             f"{self._path}: cannot replace the file: {error.strerror or error}. The new"
             f" {self._what} is in {shown}: rename it, after closing programs that have the file"
             " open",
@@ -151,7 +151,7 @@ class Part:
 def _locked(path: Path, mode: int) -> int:
     """Open an empty part and lock it.
 
-    Others may write to the folder: what they have put there is neither followed nor written to.
+    Other users may write to the folder: their links and files are neither followed nor written to.
     """
     while True:
         if path.is_symlink():
@@ -160,12 +160,12 @@ def _locked(path: Path, mode: int) -> int:
         try:
             if HAS_LOCKS:
                 _lock(descriptor)
-            found = os.fstat(descriptor)
-            own = not hasattr(os, "geteuid") or found.st_uid == os.geteuid()
-            if not S_ISREG(found.st_mode) or found.st_nlink > 1 or not own:
+            status = os.fstat(descriptor)
+            is_own = not hasattr(os, "geteuid") or status.st_uid == os.geteuid()
+            if not S_ISREG(status.st_mode) or status.st_nlink > 1 or not is_own:
                 raise OSError(f"'{path.name}' beside it is not of this program; remove it")
             with suppress(FileNotFoundError):
-                if os.path.samestat(path.lstat(), found):
+                if os.path.samestat(path.lstat(), status):
                     if mode == PRIVATE and hasattr(os, "fchmod"):
                         os.fchmod(descriptor, mode)
                     os.ftruncate(descriptor, 0)
@@ -188,7 +188,7 @@ def _lock(descriptor: int) -> None:
 
 
 def check_place(path: Path, what: str = "result") -> None:
-    """Check that a file can be written to a path, by writing a part of one beside it."""
+    """Check that a file can be written to a path, by writing its part."""
     part = Part(path, what)
     part.probe()
     part.discard()
@@ -206,9 +206,9 @@ def write_atomically(image: bytes, path: Path, what: str = "result") -> None:
     """Write a file atomically: on any error the existing file is kept.
 
     The bytes are written to a part in the same folder, flushed to the disk and renamed. The file
-    keeps mode and owner of the one it replaces, as far as the system lets the user.
-    If the existing file cannot be replaced, as because a program has it open, they are kept
-    beside it as a.new.h5 for a.h5.
+    keeps mode and owner of the one it replaces, as far as the system permits.
+    If the existing file cannot be replaced, for example because a program has it open, they are
+    kept in the same folder as a.new.h5 for a.h5.
     """
     with replaced_atomically(path, what) as file:
         file.write(image)
@@ -216,7 +216,7 @@ def write_atomically(image: bytes, path: Path, what: str = "result") -> None:
 
 @contextmanager
 def replaced_atomically(path: Path, what: str = "result") -> Iterator[IO[bytes]]:
-    """Return the context of an open file, which then replaces another as `write_atomically`."""
+    """Open a file that replaces another at the end of the context, as `write_atomically`."""
     part = Part(path, what)
     with part.opened() as file:
         yield file
@@ -224,7 +224,7 @@ def replaced_atomically(path: Path, what: str = "result") -> Iterator[IO[bytes]]
 
 
 def _target_problem(path: Path) -> str:
-    """Return why a file must not be written to a path; empty if it may be."""
+    """Return the reason not to write a file to a path; empty if it may be written."""
     if os.path.isdir(path):
         return "this is a folder; give a file name"
     target = Path(os.path.realpath(path))
@@ -237,18 +237,18 @@ def _target_problem(path: Path) -> str:
     return "" if os.access(folder, os.W_OK) else f"no permission to write in '{path.parent}'"
 
 
-def _replacement_problem(target: Path, found: os.stat_result) -> str:
-    """Return why an existing file must not or cannot be replaced; empty if it may be."""
+def _replacement_problem(target: Path, status: os.stat_result) -> str:
+    """Return the reason not to replace an existing file; empty if it may be replaced."""
     if target.is_symlink():
         return "this is a link that leads to itself; give a file name"
-    if not S_ISREG(found.st_mode):
+    if not S_ISREG(status.st_mode):
         return "this is a device; give a file name"
-    if not found.st_mode & 0o222:
+    if not status.st_mode & 0o222:
         return "the existing file is read-only"
     if not hasattr(os, "geteuid"):
         return ""
     folder, user = target.parent.stat(), os.geteuid()
-    if folder.st_mode & S_ISVTX and user not in (0, found.st_uid, folder.st_uid):
+    if folder.st_mode & S_ISVTX and user not in (0, status.st_uid, folder.st_uid):
         return (
             "the existing file belongs to another user, and its folder lets nobody else replace"
             " it (it is sticky); give another name"
@@ -256,7 +256,7 @@ def _replacement_problem(target: Path, found: os.stat_result) -> str:
     try:
         os.close(os.open(target, os.O_WRONLY))
     except OSError as error:
-        # A file that was made immutable cannot be replaced; one that others own can be.
+        # An immutable file cannot be replaced; one of another owner can be.
         return (error.strerror or str(error)) if error.errno in (EPERM, EROFS) else ""
     return ""
 
@@ -264,7 +264,7 @@ def _replacement_problem(target: Path, found: os.stat_result) -> str:
 def _take_over_mode(descriptor: int, target: Path) -> None:
     """Give a new file the mode and the owner of the one it replaces.
 
-    Where the group cannot be kept, the new file has none of its rights: they are of another group.
+    If the group cannot be kept, the permissions of the group are dropped: it is another group.
     """
     if not hasattr(os, "fchown"):
         return
@@ -280,13 +280,13 @@ def _take_over_mode(descriptor: int, target: Path) -> None:
             try:
                 os.fchown(descriptor, -1, old.st_gid)
             except OSError:
-                mode &= ~OF_GROUP
+                mode &= ~GROUP_PERMISSIONS
     with suppress(OSError):  # a file system without modes
         os.fchmod(descriptor, mode)
 
 
-def name_beside(target: Path) -> Path:
-    """Return a name that no file has yet: a.new.h5 for a.h5, or a.new2.h5; a long one is cut."""
+def unused_name(target: Path) -> Path:
+    """Return an unused name: a.new.h5 for a.h5, or a.new2.h5; a long one is cut."""
     for number in count(1):
         mark = ".new" if number == 1 else f".new{number}"
         longest = MAX_NAME_LENGTH - len(os.fsencode(mark + target.suffix))

@@ -25,8 +25,8 @@ def checksum_trailer(image: bytes, mark: bytes = RESULT) -> bytes:
 def mark_of(file: IO[bytes]) -> bytes:
     """Return the mark of the trailer of an open file; empty if it has none."""
     file.seek(max(file.seek(0, os.SEEK_END) - LENGTH, 0))
-    found = file.read(len(RESULT))
-    return found if found in MARKS else b""
+    mark = file.read(len(RESULT))
+    return mark if mark in MARKS else b""
 
 
 def is_damaged(file: IO[bytes]) -> bool:
@@ -39,7 +39,7 @@ def is_damaged(file: IO[bytes]) -> bool:
 
 
 def append_trailer(path: Path, mark: bytes = RESULT) -> None:
-    """Append the trailer to a file that is too large to be in memory."""
+    """Append the trailer to a file that is too large for memory."""
     with path.open("r+b") as file:
         checksum = _crc32_of(file, file.seek(0, os.SEEK_END))
         file.seek(0, os.SEEK_END)
@@ -53,7 +53,7 @@ def stated_checksum(file: IO[bytes]) -> int:
 
 
 def _crc32_of(file: IO[bytes], length: int) -> int:
-    """Return the checksum of the first bytes; of fewer where the file was cut meanwhile."""
+    """Return the checksum of the first bytes; of fewer if the file has been truncated."""
     checksum = 0
     file.seek(0)
     while length > 0 and (block := file.read(min(length, BLOCK))):

@@ -1,7 +1,7 @@
 """Answers of the child process that reads files: an .npz without pickled data.
 
-It holds the arrays by number, and `tree`, the rest in JSON, which refers to them. A child may be
-one that a file has taken over: nothing of its answer is run, and only the classes below are made.
+It holds the arrays by number, and `tree`, the rest in JSON, which refers to them. A malicious file
+may control the child: nothing in its answer is executed, and only the classes below are created.
 """
 
 import io
@@ -25,21 +25,21 @@ class Checkpoint(NamedTuple):
 
 
 class LongChannel(NamedTuple):
-    """A channel that is asked for by rows."""
+    """A channel that is read by rows."""
 
     shape: tuple[int, ...]
     dtype: str
 
 
 class Refusal(NamedTuple):
-    """Why a file is refused."""
+    """The reason to refuse a file."""
 
     message: str
 
 
 CLASSES: dict[str, Any] = {
-    found.__name__: found
-    for found in (
+    cls.__name__: cls
+    for cls in (
         *(Record, Check, Quantity, SolverStatistics, Checkpoint, LongChannel, Refusal),
         *(SweepTable, Coordinate, SobolIndices, CostTable, Column),
     )
@@ -56,7 +56,7 @@ def encoded(answer: Any) -> bytes:
 
 
 def _tree_of(value: Any, arrays: dict[str, Any]) -> Any:
-    """Return a value as plain data: what JSON does not have is an object with one key."""
+    """Return a value as plain data; types that JSON lacks become an object with one key."""
     if isinstance(value, np.ndarray):
         name = str(len(arrays))
         arrays[name] = value
@@ -83,10 +83,10 @@ def decoded(answer: bytes) -> Any:
         Of any type, if the bytes are not an answer.
     """
     with np.load(io.BytesIO(answer), allow_pickle=False) as arrays:
-        found = _value_of(json_value(arrays["tree"].tobytes()), arrays)
-    if isinstance(found, Refusal):
-        raise InputError(str(found.message))
-    return found
+        value = _value_of(json_value(arrays["tree"].tobytes()), arrays)
+    if isinstance(value, Refusal):
+        raise InputError(str(value.message))
+    return value
 
 
 def _value_of(tree: Any, arrays: Any) -> Any:

@@ -1,8 +1,9 @@
 """Reading in a child process with limits on time and memory: HDF5 may crash or hang on a file.
 
-The child is a new interpreter. It gets one question on stdin, see `child_questions`, and gives the
-answer on stdout, see `child_answer`. `start` has it import its modules while this process imports
-others. It is no sandbox: it has all rights of the user. It contains crashes and endless loops.
+The child is a new interpreter. It reads one question from stdin, see `child_questions`, and writes
+the answer to stdout, see `child_answer`. `start` makes it import its modules while this process
+imports others. It contains crashes and endless loops, but is no sandbox: it has all rights of the
+user.
 """
 
 import os
@@ -17,20 +18,20 @@ from frictionsim.errors import InputError
 if TYPE_CHECKING:
     import subprocess
 
-SECONDS = 7.0  # of an answer about a small file, which takes some hundredths
-BYTES_PER_SECOND = 20e6  # of a large one, on a busy machine
-MEMORY = 2 << 30  # bytes of address space, where the system can limit them
+SECONDS = 7.0  # limit for a small file, which takes some hundredths
+BYTES_PER_SECOND = 20e6  # of a large file, on a busy machine
+MEMORY = 2 << 30  # bytes of address space, if the system can limit them
 OUT_OF_MEMORY = 3  # exit code
 SEPARATOR = b"\0"
-# The folder of the package, as an editable installation may find it in another way.
+# With the folder of the package, which an editable installation may not have on its path.
 CODE = """\
 import sys
 sys.path[:] = {path!r}
 from frictionsim.io.child_questions import serve
 serve()
 """
-# A thread for each core takes time and address space, and no matrix is there. Files are replaced as
-# a whole: to read one needs no lock, which some file systems and other programs do not grant.
+# One thread: a thread for each core takes time and address space, and reading has no matrices. No
+# lock: files are replaced as a whole, and some file systems and other programs do not grant one.
 ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",
     "OMP_NUM_THREADS": "1",
@@ -42,24 +43,24 @@ _waiting: "list[subprocess.Popen[bytes]]" = []
 
 
 class ChildFailed(Exception):
-    """The child has not answered; the message says why, to follow a colon."""
+    """The child has not answered; the message is the reason, to follow a colon."""
 
 
 class EndedFromOutside(ChildFailed):
-    """Another process or the system has ended the child, which says nothing of its work."""
+    """Another process or the system has ended the child, whatever the file."""
 
 
 def start(count: int) -> None:
     """Start children ahead of the first questions."""
-    with suppress(OSError):  # it is told when there is a question
+    with suppress(OSError):  # `_next` reports it at the first question
         _waiting.extend(_started() for _ in range(count))
 
 
 def answer_of(question: str, *arguments: str | int, size: int = 0) -> Any:
     """Return the answer to a question about a file of some size in bytes.
 
-    Raised are InputError as by the child, and ChildFailed if it crashed, took too long or too much
-    memory, or was ended.
+    Raises InputError as the child does, and ChildFailed if it crashed, exceeded its time or memory,
+    or was ended.
     """
     from subprocess import TimeoutExpired
 
@@ -76,14 +77,14 @@ def answer_of(question: str, *arguments: str | int, size: int = 0) -> Any:
                 " malicious, or its disk does not answer"
             ) from None
         finally:
-            process.kill()  # of a child that has ended it does nothing
+            process.kill()  # no effect on a child that has ended
     if process.returncode:
         raise _failed(process.returncode)
     try:
         return decoded(answer)
     except InputError:
         raise
-    except Exception:  # whatever numpy says of the answer of a child that HDF5 has damaged
+    except Exception:  # any error of numpy: HDF5 may have damaged the child
         raise _failed(1) from None
 
 
@@ -99,7 +100,7 @@ def _next() -> "subprocess.Popen[bytes]":
 
 
 def _started() -> "subprocess.Popen[bytes]":
-    import subprocess  # which takes some ms, and no command that only writes needs it
+    import subprocess  # takes some ms, and commands that only write do not need it
 
     path = [*(entry for entry in sys.path if isinstance(entry, str)), PATH]
     options = ["-I", "-S", "-W", "ignore", *(["-B"] if sys.dont_write_bytecode else [])]
@@ -115,7 +116,7 @@ def _started() -> "subprocess.Popen[bytes]":
 
 
 def _failed(code: int) -> ChildFailed:
-    """Return why a child has not answered."""
+    """Return the error of a child that has not answered, by its exit code."""
     harmful = "the file is corrupt or malicious"
     if code == OUT_OF_MEMORY:
         return ChildFailed(f"it takes more than {MEMORY >> 30} GiB of memory: {harmful}")

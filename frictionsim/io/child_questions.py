@@ -1,6 +1,6 @@
 """The questions that the child process of `child_process` answers, and its limits.
 
-This module alone imports what reads HDF5; the process that asks need not.
+Only this module imports the readers of HDF5; the process that asks does not.
 """
 
 import gc
@@ -20,14 +20,14 @@ from frictionsim.io.child_process import MEMORY, OUT_OF_MEMORY, SEPARATOR
 from frictionsim.io.cost_content import COST, costs
 from frictionsim.io.hdf5_content import channels, checkpoint, record, rows
 from frictionsim.io.sweep_content import sweep
-from frictionsim.io.sweep_table import VERSION_NAME as OF_SWEEPS
+from frictionsim.io.sweep_table import VERSION_NAME as SWEEP_VERSION
 
 
 def content(path: str) -> Any:
     """Return the content of a file: of the result of a run, a sweep or a table of costs."""
-    reader: Callable[[str], Any] = record  # which says what is wrong with the file
+    reader: Callable[[str], Any] = record  # reports the fault of any other file
     with suppress(OSError), h5py.File(path, "r") as file:
-        if OF_SWEEPS in file.attrs:
+        if SWEEP_VERSION in file.attrs:
             reader = sweep
         elif file.get(COST, getlink=True) is not None:
             reader = costs
@@ -43,19 +43,19 @@ QUESTIONS: dict[str, Callable[..., Any]] = {
 
 
 def serve() -> NoReturn:
-    """Answer the question on stdin, and end the process without any cleaning up."""
+    """Answer the question on stdin, and end the process without cleanup."""
     code = 1
     try:
         gc.disable()
         _limit_resources()
         seconds, question, *arguments = map(os.fsdecode, sys.stdin.buffer.read().split(SEPARATOR))
-        answer_to = os.dup(1)
+        output = os.dup(1)
         nowhere = os.open(os.devnull, os.O_RDWR)
-        for stream in (0, 1, 2):  # what a library prints is no answer
+        for stream in (0, 1, 2):  # keep the output of libraries out of the answer
             os.dup2(nowhere, stream)
-        if hasattr(signal, "alarm"):  # where its parent is gone
+        if hasattr(signal, "alarm"):  # ends a child whose parent has died
             signal.alarm(ceil(float(seconds)) + 1)
-        with open(answer_to, "wb") as file:
+        with open(output, "wb") as file:
             file.write(answer(question, *arguments))
         code = 0
     except MemoryError:
@@ -66,12 +66,12 @@ def serve() -> NoReturn:
 
 def answer(question: str, *arguments: str) -> bytes:
     """Return the bytes of the answer to a question."""
-    found: Any
+    reply: Any
     try:
-        found = QUESTIONS[question](*arguments)
+        reply = QUESTIONS[question](*arguments)
     except InputError as error:
-        found = Refusal(str(error))
-    return encoded(found)
+        reply = Refusal(str(error))
+    return encoded(reply)
 
 
 def _limit_resources() -> None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from frictionsim.results import Record
 
 FLOAT_BYTES = 8
-MAX_KEYS = 20  # of the scenarios that are named
+MAX_KEYS = 20  # differing keys of the scenarios in the notes
 MAX_VALUE = 60  # characters of the value of a key
 
 
@@ -55,12 +55,12 @@ class Tolerances(NamedTuple):
     atol: float
     time: float
 
-    def of(self, expected: Any) -> Any:
-        """Return the allowed differences from some values."""
+    def allowed(self, expected: Any) -> Any:
+        """Return the allowed differences from the expected values."""
         return self.atol + self.rtol * np.abs(expected)
 
 
-@np.errstate(all="ignore")  # of files of others: differences of numbers near the largest, nan
+@np.errstate(all="ignore")  # overflows and NaN, as files may hold any numbers
 def compare_records(
     named_result: tuple[str, "Record"],
     named_golden: tuple[str, "Record"],
@@ -98,25 +98,25 @@ def compare_records(
 
 
 def _differing_origins(result: "Record", golden: "Record") -> Iterator[str]:
-    """Yield the version and the keys of their scenarios in which two results differ."""
-    found, expected = (r.attributes["frictionsim_version"] for r in (result, golden))
-    if found != expected:
-        yield f"frictionsim_version: '{found}', expected '{expected}'"
+    """Yield the differences of two results in version and keys of the scenario."""
+    actual, expected = (r.attributes["frictionsim_version"] for r in (result, golden))
+    if actual != expected:
+        yield f"frictionsim_version: '{actual}', expected '{expected}'"
     if result.attributes["scenario"] == golden.attributes["scenario"]:
         return
     try:
         differing = differing_keys((result, golden))
-    except InputError:  # of a file that others have changed
+    except InputError:  # another program has changed a file
         yield "the two files differ in their scenario, of which one is not valid TOML"
         return
-    for key, (found, expected) in list(differing.items())[:MAX_KEYS]:
-        yield f"{key}: {_in_short(found, expected)}, expected {_in_short(expected, found)}"
+    for key, (actual, expected) in list(differing.items())[:MAX_KEYS]:
+        yield f"{key}: {_shortened(actual, expected)}, expected {_shortened(expected, actual)}"
     if len(differing) > MAX_KEYS:
         yield f"{len(differing) - MAX_KEYS} more keys of their scenarios differ"
 
 
-def _in_short(value: Any, other: Any) -> str:
-    """Return a value as TOML; of long lists, the first entry that another one does not have."""
+def _shortened(value: Any, other: Any) -> str:
+    """Return a value as TOML; of long lists, the first entry that differs from another list."""
     if value is None:
         return "none"
     text = toml_value(value)
@@ -125,7 +125,7 @@ def _in_short(value: Any, other: Any) -> str:
     if isinstance(value, list) and isinstance(other, list):
         for place, (one, another) in enumerate(zip(value, other, strict=False)):
             if one != another:
-                return f"a list of {len(value)} with {_in_short(one, another)} at {place}"
+                return f"a list of {len(value)} with {_shortened(one, another)} at {place}"
         return f"a list of {len(value)}"
     return f"{text[:MAX_VALUE]}..."
 
@@ -166,13 +166,13 @@ class _CommonSamples(NamedTuple):
 
 def _common_samples(result: "Record", golden: "Record") -> _CommonSamples:
     times, expected = result.channels["time"], golden.channels["time"]
-    (places, found), (_, also_found) = _nearest(times, expected), _nearest(expected, times)
+    (places, matched), (_, golden_matched) = _nearest(times, expected), _nearest(expected, times)
     complete = bool(
-        np.all(found | np.isin(times, result.events["time"]))
-        and np.all(also_found | np.isin(expected, golden.events["time"]))
+        np.all(matched | np.isin(times, result.events["time"]))
+        and np.all(golden_matched | np.isin(expected, golden.events["time"]))
     )
-    of_golden, of_result = np.unique(places[found], return_index=True)
-    return _CommonSamples(np.flatnonzero(found)[of_result], of_golden, complete)
+    golden_indices, result_indices = np.unique(places[matched], return_index=True)
+    return _CommonSamples(np.flatnonzero(matched)[result_indices], golden_indices, complete)
 
 
 def _nearest(times: Any, others: Any) -> tuple[Any, Any]:
@@ -190,7 +190,7 @@ def _nearest(times: Any, others: Any) -> tuple[Any, Any]:
 def _compare_times(
     result: "Record", golden: "Record", common: _CommonSamples, comparison: Comparison, pair: str
 ) -> None:
-    """Raise InputError if two runs that are done differ in sample times; else add a row."""
+    """Raise InputError if two completed runs differ in sample times; else add a row."""
     times, expected = result.channels["time"], golden.channels["time"]
     if common.complete:
         return
@@ -227,22 +227,22 @@ def _compare_channel(
         return ComparedChannel(name, note=note)
     time = golden.channels["time"][common.golden]
     away = np.flatnonzero(_outside_event_windows(golden.events["time"], time, tolerances.time))
-    found, expected = result.channels[name], golden.channels[name]
+    actual, expected = result.channels[name], golden.channels[name]
     worst, ratio = ComparedChannel(name, 0.0, tolerances.atol, None, True), (-1.0, 0.0)
-    # A long channel does not fit into memory.
+    # In blocks, as a long channel does not fit into memory.
     for start, stop in blocks_of(len(away), FLOAT_BYTES * int(np.prod(expected.shape[1:]))):
         part = away[start:stop]
-        samples = _Samples(found[common.result[part]], expected[common.golden[part]], time[part])
-        of_part, row = _worst_sample(name, samples, _columns(golden, name), tolerances)
-        if of_part >= ratio:
-            worst, ratio = row, of_part
+        samples = _Samples(actual[common.result[part]], expected[common.golden[part]], time[part])
+        part_ratio, row = _worst_sample(name, samples, _columns(golden, name), tolerances)
+        if part_ratio >= ratio:
+            worst, ratio = row, part_ratio
     return worst
 
 
 class _Samples(NamedTuple):
     """Some samples of a channel in two results, and their times."""
 
-    found: Any
+    actual: Any
     expected: Any
     time: Any
 
@@ -252,9 +252,9 @@ def _worst_sample(
 ) -> tuple[tuple[float, float], ComparedChannel]:
     """Return the row of the largest difference, after its ratio to the tolerance and its size."""
     # Integers are compared as numbers: format version 1 has floats.
-    found, expected = (np.asarray(v, dtype=np.float64) for v in (samples.found, samples.expected))
-    allowed = tolerances.of(np.where(np.isfinite(expected), expected, 0.0))
-    difference = _difference(found, expected)
+    actual, expected = (np.asarray(v, dtype=np.float64) for v in (samples.actual, samples.expected))
+    allowed = tolerances.allowed(np.where(np.isfinite(expected), expected, 0.0))
+    difference = _difference(actual, expected)
     # With a tolerance of zero the ratio is infinite, or zero if there is no difference.
     ratio = np.where(difference > 0.0, difference / allowed, 0.0)
     ratio[np.isnan(ratio)] = 1.0  # both are infinite
@@ -267,11 +267,11 @@ def _worst_sample(
     return (float(ratio[worst]), size), ComparedChannel(name, size, limit, at, ok, note)
 
 
-def _difference(found: Any, expected: Any) -> Any:
+def _difference(actual: Any, expected: Any) -> Any:
     """Return the absolute difference; infinite where only one value is NaN."""
-    difference = np.abs(found - expected)
+    difference = np.abs(actual - expected)
     # Equal infinities, and NaN in both, count as no difference.
-    equal = (found == expected) | (np.isnan(found) & np.isnan(expected))
+    equal = (actual == expected) | (np.isnan(actual) & np.isnan(expected))
     return np.where(equal, 0.0, np.where(np.isnan(difference), np.inf, difference))
 
 
@@ -292,7 +292,7 @@ def _axis(result: "Record", name: str) -> str:
 
 
 def _outside_event_windows(events: Any, time: Any, time_atol: float) -> Any:
-    """Return which samples are more than time_atol away from every event."""
+    """Return a mask of the samples that are more than time_atol away from every event."""
     away = np.ones(time.shape, dtype=bool)
     for event in events:
         first, last = np.searchsorted(time, (event - time_atol, event + time_atol))
@@ -301,12 +301,12 @@ def _outside_event_windows(events: Any, time: Any, time_atol: float) -> Any:
 
 
 def _compare_events(result: "Record", golden: "Record", time_atol: float) -> ComparedChannel:
-    found, expected = _named_events(result), _named_events(golden)
-    if len(found) != len(expected):
-        note = f"{len(found)} events, expected {len(expected)}"
+    actual, expected = _named_events(result), _named_events(golden)
+    if len(actual) != len(expected):
+        note = f"{len(actual)} events, expected {len(expected)}"
         return ComparedChannel("events", note=note)
     worst = ComparedChannel("events", 0.0, time_atol, None, True)
-    for (time, *what), (expected_time, *expected_what) in zip(found, expected, strict=True):
+    for (time, *what), (expected_time, *expected_what) in zip(actual, expected, strict=True):
         difference = abs(time - expected_time)
         if what != expected_what:
             note = f"{what} at {time:.9g} s, expected {expected_what}"
@@ -336,8 +336,8 @@ def _compare_sides(
 ) -> Iterator[ComparedChannel]:
     """Compare the channels immediately before and after the events, if both results have them.
 
-    An event may be shifted by the tolerance of time. Allowed is therefore the change of the channel
-    in this time as well, at its rate between the event and the next sample.
+    An event may be shifted by the tolerance of time. The change of the channel in this time, at its
+    rate between the event and the next sample, is therefore allowed as well.
     """
     for name in sorted(golden.channels.keys() & result.channels.keys()):
         sides = [f"{name}_{side}" for side in ("before", "after")]
@@ -347,8 +347,8 @@ def _compare_sides(
         for side, step in zip(sides, (-1, 1), strict=True):
             expected = golden.events[side]
             difference = _difference(result.events[side], expected)
-            rate = _rate_beside(golden, name, expected, step)
-            allowed = tolerances.of(expected) + rate * tolerances.time
+            rate = _event_rate(golden, name, expected, step)
+            allowed = tolerances.allowed(expected) + rate * tolerances.time
             for value, limit, at in zip(difference, allowed, golden.events["time"], strict=True):
                 row = ComparedChannel(
                     worst.name, float(value), float(limit), float(at), bool(value <= limit)
@@ -357,7 +357,7 @@ def _compare_sides(
         yield worst
 
 
-def _rate_beside(golden: "Record", name: str, values: Any, step: int) -> Any:
+def _event_rate(golden: "Record", name: str, values: Any, step: int) -> Any:
     """Return the rate of a channel between the events and the samples before or after them."""
     time, at = golden.channels["time"], golden.events["time"]
     if step < 0:

@@ -1,4 +1,4 @@
-"""What is in a table of costs in HDF5, read in the child process that `hdf5_reader` asks.
+"""Reading a table of costs in HDF5, in the child process that `hdf5_reader` asks.
 
 `hdf5_writer.write_table` documents the file.
 """
@@ -27,14 +27,14 @@ COST, ROW = "cost", "row"
 
 def costs(path: str) -> CostTable:
     """Return the content of a table of costs."""
-    with opened(path, "table of costs", _why) as file:
+    with opened(path, "table of costs", _fault) as file:
         budget = Budget(file.id.get_filesize())
         attributes = texts_of(file, budget)
         group = checked_group(dict(members(file, budget))[COST], COST)
         return checked(CostTable(attributes, _columns(group, budget)))
 
 
-def _why(error: Exception) -> str:
+def _fault(error: Exception) -> str:
     if isinstance(error, OSError):
         return NOT_HDF5
     return f"it is damaged: {error}" if isinstance(error, ValueError) else "it is damaged"

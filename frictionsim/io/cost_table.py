@@ -1,7 +1,7 @@
 """The table of a work-precision study in a file of `frictionsim cost`, in CSV or HDF5.
 
 A table in CSV has a line for each setting below a heading with units. Lines above the heading that
-begin with # are notes, as on the machine that it was made on.
+begin with # are notes, for example about the machine.
 """
 
 import csv
@@ -22,7 +22,7 @@ from frictionsim.scenario.csv_columns import CsvRow, read_text, separated
 MAX_COLUMNS = 500
 HEADING = re.compile(r"(.*?)(?: \[([^\]]*)\])?")
 NOTE = "#"
-FIRST = (b"law,backend,setting,", b"backend,setting,")  # of a heading; older ones have no law
+FIRST = (b"law,backend,setting,", b"backend,setting,")  # starts of headings; older ones lack law
 TEXTS = ("backend", "setting", "status")
 NUMBERS = ("error", "wall_seconds", "steps", "rhs_evaluations")
 STATUSES = ("done", "failed")
@@ -31,7 +31,7 @@ STATUSES = ("done", "failed")
 class CostTable(NamedTuple):
     """The table of a study."""
 
-    attributes: dict[str, str]  # as far as they are known; none of a table in CSV
+    attributes: dict[str, str]  # the known ones; none for a table in CSV
     columns: dict[str, Column]  # by name, of equal lengths; NaN where a value is unknown
     notes: tuple[str, ...] = ()  # lines above the table
 
@@ -55,7 +55,7 @@ def is_costs_in_csv(path: Path) -> bool:
 
 
 def write_csv(table: CostTable, path: Path) -> None:
-    """Write a table of costs as CSV, with units in the header line; whole or not at all."""
+    """Write a table of costs as CSV atomically, with units in the header line."""
     text, columns = StringIO(newline=""), table.columns.values()
     writer = csv.writer(text)
     writer.writerow([f"{c.name} [{c.unit}]" if c.unit else c.name for c in columns])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io import hdf5_writer
-from frictionsim.io.atomic_write import KeptBeside, Part, name_beside
+from frictionsim.io.atomic_write import NotReplaced, Part, unused_name
 from frictionsim.io.replaceable import RESULT, check_replaceable, check_target
 from frictionsim.io.sample_segments import SampleSegments
 from frictionsim.io.segments import SegmentFiles
@@ -23,7 +23,7 @@ LOG = logging.getLogger(__name__)
 class Destination:
     """The files for the complete and the unfinished result of a run.
 
-    The result that is resumed is replaced if it is one of these two.
+    The resumed result is replaced if it is one of these two.
     """
 
     def __init__(self, whole: Path, resumed: Path | None = None) -> None:
@@ -35,9 +35,9 @@ class Destination:
         self._part: Part | None = None
 
     def check(self, no_clobber: bool = False) -> None:
-        """Check that results can be written, and that no process is writing them.
+        """Check that results can be written, and that no other process is writing them.
 
-        Without clobbering only the file that is resumed is replaced.
+        With `no_clobber` only the resumed file is replaced.
         """
         check_names(self.whole, self._resumed, no_clobber)
         if self._resumed == self.whole and os.path.lexists(self.partial):
@@ -55,23 +55,23 @@ class Destination:
             )
 
     def lock(self) -> None:
-        """Have no other process write these files until `close`, once there is an unfinished one.
+        """Lock these files against other processes until `close`.
 
-        A run that is killed before leaves nothing.
+        Not locked before the first unfinished result: a run killed earlier leaves no file.
         """
         self._part = self._part or Part(self.whole)
 
     def write(self, run: "Record") -> Path | None:
         """Write a result and return its file.
 
-        None is written of a run that has no samples beyond the start and would replace an earlier
-        unfinished result.
+        None is returned, and nothing written, if a run without samples beyond the start would
+        replace an earlier unfinished result.
         """
         if run.status == "done":
             hdf5_writer.write(run, self.whole, self._part)
             LOG.info("result written: %s", self.whole)
             with suppress(OSError, OutputError):
-                check_replaceable(self.partial, RESULT)  # it may be of others by now
+                check_replaceable(self.partial, RESULT)  # it may be another file by now
                 self.partial.unlink()
                 LOG.info("unfinished result removed: %s", self.partial)
             self.segments().remove()
@@ -90,18 +90,18 @@ class Destination:
         return self.partial
 
     def write_checkpoint(self, run: "Record") -> None:
-        """Write an unfinished result; where it cannot be renamed, this and the next ones beside."""
+        """Write an unfinished result; if it cannot be renamed, keep its new name from then on."""
         try:
             self.write(run)
-        except KeptBeside as beside:
-            self.partial, self._has_written = beside.kept, True
+        except NotReplaced as error:
+            self.partial, self._has_written = error.kept, True
             raise
 
     def write_last(self, run: "Record") -> Path | None:
-        """Write the result of a run that has stopped; if it cannot be, elsewhere; as `write`."""
+        """Write the result of a stopped run as `write`; if that fails, somewhere else."""
         try:
             return self.write(run)
-        except KeptBeside:
+        except NotReplaced:
             raise
         except InputError as error:  # of a segment
             text = f"{self.whole}: cannot write the result: {error}{self._resumable()}"
@@ -110,17 +110,17 @@ class Destination:
             raise OutputError(f"{error}{self._rescued(run)}{self._resumable()}") from None
 
     def _rescued(self, run: "Record") -> str:
-        """Write a result that could not be written, and return where it is for the message.
+        """Write a result that could not be written elsewhere, and return its place as a sentence.
 
-        It is beside the target or, where the folder takes no file, in a private folder for
-        temporary files. A part of a run whose samples are in segments stays with them.
+        It is in the folder of the target or, if that is not writable, in a private temporary
+        folder. An unfinished result whose samples are in segments is not moved away from them.
         """
         if run.stored is not None and run.checkpoint is not None:
             return ""
         from tempfile import mkdtemp  # rarely needed
 
         target = self.whole if run.status == "done" else self.partial
-        place = name_beside(target)
+        place = unused_name(target)
         with suppress(OutputError):
             hdf5_writer.write(run, place)
             return f". The new result is in {place}: rename it"
@@ -145,9 +145,9 @@ class Destination:
         )
 
     def segments(self) -> SampleSegments:
-        """Return where the run may put samples.
+        """Return the files for segments of the run.
 
-        A run that is resumed into another file has its segments linked or copied to there.
+        Segments of a run that is resumed into another file are linked or copied.
         """
         if self._segments is None:
             inherited = None
@@ -157,15 +157,15 @@ class Destination:
         return self._segments
 
     def _begin_segments(self) -> None:
-        """Have no other process write, and no earlier unfinished result refer to, the segments."""
+        """Lock the files, and remove an earlier unfinished result, which has other segments."""
         self.lock()
         if not (self._is_resumed or self._has_written):
             self.partial.unlink(missing_ok=True)
 
     def close(self) -> None:
-        """Let others write these files."""
+        """Release the lock."""
         if self._part is not None:
             self._part.discard()
         self._part = None
         if self._segments is not None and not os.path.lexists(self.partial):
-            self._segments.remove()  # of a run that has failed before its first checkpoint
+            self._segments.remove()  # the run failed before its first checkpoint

@@ -1,4 +1,4 @@
-"""What is in a result file, read in the child process that `hdf5_reader` asks.
+"""Reading a result file, in the child process that `hdf5_reader` asks.
 
 All functions here call HDF5.
 """
@@ -52,13 +52,13 @@ ATTRIBUTES = (
 )
 GROUPS = ("events", "quantities", "audit", "solver", "checkpoint")
 LONG_BYTES = 64 * 2**20  # of all channels together
-LONG_CHANNEL_BYTES = 4 * 2**20  # of those of a long result that are asked for by rows
+LONG_CHANNEL_BYTES = 4 * 2**20  # of a channel of a long result that is read by rows
 NOT_OURS = "it is HDF5, but not a frictionsim result"
 KNOWN_MODES = [value for value, _ in MODES]
 
 
 def record(path: str) -> Record:
-    """Return the content of a result file; long channels by their shapes."""
+    """Return the content of a result file; long channels as shapes."""
     with _opened(path) as file:
         return _Reader(file).record()
 
@@ -66,27 +66,27 @@ def record(path: str) -> Record:
 def rows(path: str, name: str, start: str, stop: str) -> Any:
     """Return samples start to stop - 1 of a channel."""
     with _opened(path) as file:
-        found, _, _ = _top_level(file, Budget(file.id.get_filesize()))
-        return rows_of(found[name], slice(int(start), int(stop)))
+        datasets, _, _ = _top_level(file, Budget(file.id.get_filesize()))
+        return rows_of(datasets[name], slice(int(start), int(stop)))
 
 
 def channels(names: str, *paths: str) -> list[dict[str, Any]]:
-    """Return channels of the first of several files, as many as an answer holds, of one at least.
+    """Return channels of as many of the files as an answer holds, at least of the first.
 
-    The names have commas between them; without any, all channels are returned.
+    The names are separated by commas; without any, all channels are returned.
     """
-    found: list[dict[str, Any]] = []
-    left = ANSWER_BYTES
+    contents: list[dict[str, Any]] = []
+    free_bytes = ANSWER_BYTES
     for path in paths:
         with _opened(path) as file:
             budget = Budget(file.id.get_filesize())
             every, _, _ = _top_level(file, budget)
             wanted = {name: every[name] for name in names.split(",")} if names else every
-            left -= sum(item.nbytes for item in wanted.values())
-            if found and left < 0:
+            free_bytes -= sum(item.nbytes for item in wanted.values())
+            if contents and free_bytes < 0:
                 break
-            found.append({name: values_of(item, budget) for name, item in wanted.items()})
-    return found
+            contents.append({name: values_of(item, budget) for name, item in wanted.items()})
+    return contents
 
 
 def checkpoint(path: str) -> Checkpoint:
@@ -104,7 +104,7 @@ def checkpoint(path: str) -> Checkpoint:
             if not checked_dataset(item, name).is_scale:
                 if item.dtype.kind not in "fiubS":
                     raise TypeError(f"{name} does not hold numbers")
-                budget.take(item.nbytes, name)
+                budget.claim(item.nbytes, name)
                 state[name] = item[...].view(item.dtype.str)  # without notes of HDF5
         if text_of(group, "digest", budget) != state_digest(attributes, state):
             raise InputError(f"{path}: cannot resume this run: its checkpoint is damaged")
@@ -127,24 +127,24 @@ def _resume_obstacle(attributes: dict[str, str], has_checkpoint: bool) -> str:
 @contextmanager
 def _opened(path: str) -> Iterator[Any]:
     """Open a result file, as `opened`."""
-    with opened(path, "result", _why) as file:
+    with opened(path, "result", _fault) as file:
         check_version(file, path, "result", "format_version", READABLE_VERSIONS)
         yield file
 
 
-def _why(error: Exception) -> str:
+def _fault(error: Exception) -> str:
     return NOT_HDF5 if isinstance(error, OSError) else NOT_OURS
 
 
 def _attributes(file: Any, budget: Budget) -> dict[str, str]:
     """Return the root attributes; raise KeyError or ValueError if one is missing or wrong."""
-    found = texts_of(file, budget)
-    missing = [name for name in ATTRIBUTES if name not in found]
+    attributes = texts_of(file, budget)
+    missing = [name for name in ATTRIBUTES if name not in attributes]
     if missing:
         raise KeyError(*missing)
-    if found["status"] not in STATUSES:
+    if attributes["status"] not in STATUSES:
         raise ValueError("a status that no run has")
-    return found
+    return attributes
 
 
 def _top_level(file: Any, budget: Budget) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
@@ -162,7 +162,7 @@ def _top_level(file: Any, budget: Budget) -> tuple[dict[str, Any], dict[str, Any
 
 
 class _Reader:
-    """Makes a record of an open file, with one budget for all of it."""
+    """Reads the record of an open file, with one budget for all data."""
 
     def __init__(self, file: Any) -> None:
         self._file, self._budget = file, Budget(file.id.get_filesize())
@@ -173,7 +173,7 @@ class _Reader:
         attributes = _attributes(self._file, budget)
         datasets, scales, groups = _top_level(self._file, budget)
         events, contacts = self._events(groups.get("events"))
-        found = Record(
+        result = Record(
             attributes=attributes,
             channels=self._channels(datasets),
             units={n: text_of(item, "units", budget) for n, item in datasets.items()},
@@ -187,11 +187,11 @@ class _Reader:
             checks=self._checks(groups.get("audit")),
             statistics=self._statistics(groups.get("solver")),
         )
-        _check_shapes(found)
-        return found
+        _check_shapes(result)
+        return result
 
     def _channels(self, datasets: dict[str, Any]) -> dict[str, Any]:
-        """Return the channels; the large ones of a long result by their shapes."""
+        """Return the channels; the large ones of a long result as shapes."""
         is_long = sum(item.nbytes for item in datasets.values()) > LONG_BYTES
         return {
             name: LongChannel(item.shape, type_of(item).str)
@@ -205,18 +205,18 @@ class _Reader:
         if group is None and integers_of(self._file, "format_version")[0] > 1:
             types = {"time": "f8", "contact": "i4", "mode_from": "i1", "mode_to": "i1"}
             return {name: np.zeros(0, dtype) for name, dtype in types.items()}, []
-        found, contacts = {}, None
+        events, contacts = {}, None
         for name, item in self._datasets(group):
             if name != "event":
-                found[name] = values_of(item, self._budget)
+                events[name] = values_of(item, self._budget)
             if name == "contact":
                 contacts = text_of(item, "flag_meanings", self._budget).split()
         if contacts is None:
             raise KeyError("contact")
-        return found, contacts
+        return events, contacts
 
     def _datasets(self, group: Any) -> Iterator[tuple[str, Any]]:
-        """Yield the datasets of a group; none if there is no such group."""
+        """Yield the datasets of a group; none if it is None."""
         if group is not None:
             for name, item in members(group, self._budget):
                 yield name, checked_dataset(item, name)
@@ -225,11 +225,11 @@ class _Reader:
         return float(values_of(item, self._budget))
 
     def _quantities(self, group: Any) -> Quantities:
-        found: Quantities = {}
+        quantities: Quantities = {}
         for name, item in self._datasets(group):
             value, unit = self._number(item), text_of(item, "units", self._budget)
-            found[name] = Quantity(None if isnan(value) else value, unit)
-        return found
+            quantities[name] = Quantity(None if isnan(value) else value, unit)
+        return quantities
 
     def _checks(self, group: Any) -> dict[str, Check]:
         if group is None:
@@ -250,18 +250,18 @@ class _Reader:
         return SolverStatistics(**counts, wall_seconds=None, compile_seconds=None)
 
     def _members(self, scale: Any) -> tuple[str, ...]:
-        """Return the names of the members of an axis; version 1 has them as an attribute."""
+        """Return the names of the members of an axis; an attribute in version 1."""
         if scale.dtype.kind == "O":
             return names_of(scale, self._budget)
         if scale.size > MAX_AXIS:
             raise ValueError(f"{scale.name} has too many members")
         if "names" in scale.attrs:
-            found = tuple(text_of(scale, "names", self._budget).split())
+            names = tuple(text_of(scale, "names", self._budget).split())
         else:
-            found = numbered_members(scale.size)
-        if scale.shape != (len(found),):
+            names = numbered_members(scale.size)
+        if scale.shape != (len(names),):
             raise ValueError(f"{scale.name} is not an axis")
-        return found
+        return names
 
 
 def _has_flags(dataset: Any) -> bool:
@@ -269,30 +269,30 @@ def _has_flags(dataset: Any) -> bool:
 
 
 def _axis_of(dataset: Any, scales: Set[str]) -> str:
-    """Return the axis of the columns of a dataset; empty if it has no columns."""
+    """Return the axis of the columns of a dataset; empty without columns."""
     if dataset.ndim < 2:
         return ""
-    found = str(next(iter(dataset.dims[1].keys()), ""))
-    if found not in scales:
+    axis = str(next(iter(dataset.dims[1].keys()), ""))
+    if axis not in scales:
         raise ValueError(f"{dataset.name} has columns without an axis")
-    return found
+    return axis
 
 
-def _check_shapes(found: Record) -> None:
-    """Check that all channels have the length of the time, and that events can be named."""
-    for channels, axes in ((found.channels, found.axes), (found.events, {})):
+def _check_shapes(result: Record) -> None:
+    """Check the lengths of all channels, and the contacts and modes of the events."""
+    for channels, axes in ((result.channels, result.axes), (result.events, {})):
         n = channels["time"].size
         for name, values in channels.items():
             axis = axes.get(name, "")
-            if values.shape != ((n, len(found.members[axis])) if axis else (n,)):
+            if values.shape != ((n, len(result.members[axis])) if axis else (n,)):
                 raise ValueError(f"{name} is not a channel over time")
-    time = found.channels["time"]
+    time = result.channels["time"]
     if not (np.isfinite(time).all() and np.all(time[1:] > time[:-1])):
         raise ValueError("the time does not increase")
-    events = found.events
+    events = result.events
     if not np.isfinite(events["time"]).all():
         raise ValueError("an event has no time")
-    if not np.isin(events["contact"], np.arange(len(found.contacts))).all():
+    if not np.isin(events["contact"], np.arange(len(result.contacts))).all():
         raise ValueError("an event has a contact without a name")
     if not all(np.isin(events[name], KNOWN_MODES).all() for name in ("mode_from", "mode_to")):
         raise ValueError("an event has a mode that there is not")

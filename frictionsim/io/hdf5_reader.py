@@ -1,8 +1,8 @@
 """Read files in HDF5 and check them; `hdf5_writer` and `sweep_file` document the formats.
 
-A file may come from anyone, and its checksum is no proof: whoever changes a file can make it anew.
-One changed byte is enough to have HDF5 crash or never return. Therefore HDF5 reads in a child
-process (`child_process`), and this process neither calls nor imports it to read.
+A file may come from anyone, and its checksum is no proof: whoever changes a file can recompute it.
+One changed byte can make HDF5 crash or hang. Therefore HDF5 reads in a child process
+(`child_process`), and this process neither calls nor imports it to read.
 """
 
 import os
@@ -28,25 +28,25 @@ if TYPE_CHECKING:
     Content = Record | SweepTable | CostTable
     Stamp = tuple[int, ...]
 
-# Why files were not read, by name and stamp: each further try takes as long.
+# Failures to read files, by name and stamp, as each further try takes as long.
 _failures: "dict[tuple[str, Stamp], ChildFailed]" = {}
 
 
 def read_any(path: Path) -> "Content":
     """Read a result file, the file of a sweep, or a table of costs."""
-    found = _answer("content", path)
-    if not isinstance(found, Record):
-        return found
+    content = _answer("content", path)
+    if not isinstance(content, Record):
+        return content
     source = RowsOfFile(path)
     channels = {
         name: StoredChannel(source, name, values.shape, values.dtype)
         if isinstance(values, LongChannel)
         else values
-        for name, values in found.channels.items()
+        for name, values in content.channels.items()
     }
-    listing = found.attributes.pop(SEGMENTS, None)
-    found = found._replace(channels=channels)
-    return found if listing is None else with_segments(found, path, listing)
+    listing = content.attributes.pop(SEGMENTS, None)
+    content = content._replace(channels=channels)
+    return content if listing is None else with_segments(content, path, listing)
 
 
 def read(path: Path) -> Record:
@@ -54,36 +54,36 @@ def read(path: Path) -> Record:
     return result_of(read_any(path), path)
 
 
-def result_of(found: "Content", path: Path) -> Record:
-    """Return the content of a file if it is that of the result of a run."""
-    if isinstance(found, SweepTable):
+def result_of(content: "Content", path: Path) -> Record:
+    """Return the content of a file if it is the result of a run; else raise InputError."""
+    if isinstance(content, SweepTable):
         raise InputError(
             f"{path}: this is a sweep, not the result of a run; 'frictionsim plot {path}' draws it,"
             " and fs.open_sweep reads it"
         )
-    if isinstance(found, CostTable):
+    if isinstance(content, CostTable):
         raise InputError(f"{path}: this is a table of `frictionsim cost`, not the result of a run")
-    return found
+    return content
 
 
 def read_sweep(path: Path) -> SweepTable:
     """Read the file of a sweep."""
-    found = read_any(path)
-    if not isinstance(found, SweepTable):
+    content = read_any(path)
+    if not isinstance(content, SweepTable):
         raise InputError(
             f"{path}: cannot read this sweep: it is HDF5, but not a sweep of frictionsim"
         )
-    return found
+    return content
 
 
 def read_checkpoint(path: Path) -> Checkpoint:
     """Read the checkpoint of a result file."""
-    found: Checkpoint = _answer("checkpoint", path)
-    return found
+    checkpoint: Checkpoint = _answer("checkpoint", path)
+    return checkpoint
 
 
 class RowsOfFile:
-    """The long channels of a file, of which some rows are read whenever they are needed."""
+    """The long channels of a file, whose rows are read on demand."""
 
     def __init__(self, path: Path) -> None:
         self._path, self._stamp = Path(os.path.abspath(path)), _stamp_of(path)
@@ -93,9 +93,9 @@ class RowsOfFile:
         reason = "it has changed since it was opened; open it again"
         try:
             if _stamp_of(self._path) == self._stamp:
-                found = child_process.answer_of("rows", str(self._path), name, start, stop)
+                samples = child_process.answer_of("rows", str(self._path), name, start, stop)
                 if _stamp_of(self._path) == self._stamp:
-                    return found
+                    return samples
         except OSError as error:
             reason = f"it could be opened before, and cannot be now ({error.strerror or error})"
         except ChildFailed as failed:
@@ -105,8 +105,8 @@ class RowsOfFile:
 
 def _stamp_of(path: Path) -> "Stamp":
     """Return the fields of a file's status that change when it is replaced."""
-    found = os.stat(path)
-    return found.st_ino, found.st_size, found.st_mtime_ns
+    status = os.stat(path)
+    return status.st_ino, status.st_size, status.st_mtime_ns
 
 
 def _answer(question: str, path: Path) -> Any:
@@ -123,7 +123,7 @@ def _answer(question: str, path: Path) -> Any:
                 _failures[key] = failed
         raise _failures[key]
     except OSError:
-        raise InputError(f"{path}: cannot read this result: {_why_not_open(path)}") from None
+        raise InputError(f"{path}: cannot read this result: {_open_problem(path)}") from None
     except ChildFailed as failed:
         raise InputError(f"{path}: cannot read this result: {failed}") from None
 
@@ -131,7 +131,7 @@ def _answer(question: str, path: Path) -> Any:
 def _check_is_hdf5(path: Path) -> None:
     """Raise OSError if a file is not HDF5, InputError if it is damaged.
 
-    What is no regular file is not opened: to open a pipe waits for who writes to it.
+    Only a regular file is opened: opening a pipe would wait for its writer.
     """
     if not S_ISREG(os.stat(path).st_mode):
         raise OSError("not a regular file")
@@ -145,7 +145,7 @@ def _check_is_hdf5(path: Path) -> None:
             raise OSError("not HDF5")
 
 
-def _why_not_open(path: Path) -> str:
+def _open_problem(path: Path) -> str:
     if isdir(path):  # false for a name that is too long, where Path.is_dir fails
         return "this is a folder; give the name of a result file"
     if not os.path.exists(path):

@@ -1,7 +1,7 @@
-"""What a result file may be made of, checked before any of its data are read.
+"""Checks of the structure of a result file, before any of its data are read.
 
-All of it is asked in a child process (`child_process`), as HDF5 may crash on a damaged file. What
-is refused here would not crash: it would read other files (links to them, external and virtual
+All checks run in a child process (`child_process`), as HDF5 may crash on a damaged file. Structures
+that are refused here would not crash: they would read other files (links, external and virtual
 storage), load code (filters that are not built in) or fill memory.
 """
 
@@ -23,7 +23,7 @@ MAX_ATTRIBUTES = 64  # of one object
 MAX_TEXT = 64 * 1024  # bytes of an attribute or a name
 MAX_SCENARIO = 64 * 2**20  # it holds the data of CSV signals
 LONG_TEXTS = ("scenario", "study", "segments")
-LABELS = ("units", "long_name")  # written beside numbers and drawn at axes
+LABELS = ("units", "long_name")  # printed with numbers and drawn at axes
 MAX_LABEL = 200
 MAX_NAMES = 100_000
 MAX_AXIS = 10**6
@@ -33,17 +33,17 @@ NUMBERS = (h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM)
 
 
 class Budget:
-    """How many bytes a file of some size may still claim, in all of its data together."""
+    """The bytes that the data of a file may still claim."""
 
     def __init__(self, file_bytes: int) -> None:
         self.file_bytes = file_bytes
-        self.left = data_limit(file_bytes)
+        self.free_bytes = data_limit(file_bytes)
         self.members = MAX_MEMBERS
 
-    def take(self, count: int, name: str) -> None:
-        """Take some bytes; raise ValueError if there are not so many."""
-        self.left -= count
-        if self.left < 0:
+    def claim(self, count: int, name: str) -> None:
+        """Claim some bytes; raise ValueError if there are fewer."""
+        self.free_bytes -= count
+        if self.free_bytes < 0:
             raise ValueError(f"{name}: the file claims more data than it can hold")
 
 
@@ -55,12 +55,12 @@ def opened(path: str, what: str, why: Callable[[Exception], str]) -> Iterator[An
             yield file
     except (InputError, MemoryError):
         raise
-    except Exception as error:  # whatever h5py says of what is not as it should be
+    except Exception as error:  # any error of h5py about a malformed file
         raise InputError(f"{path}: cannot read this {what}: {why(error)}") from None
 
 
 def check_version(file: Any, path: str, what: str, name: str, known: Sequence[int]) -> None:
-    """Check that a file has a format that is known."""
+    """Check that the format version of a file is known."""
     version = integers_of(file, name)[0]
     if version not in known:
         versions = f"version {known[0]}"
@@ -73,23 +73,23 @@ def check_version(file: Any, path: str, what: str, name: str, known: Sequence[in
 
 
 def data_limit(file_bytes: int) -> int:
-    """Return how many bytes of data a result of this size may have in memory.
+    """Return the limit in bytes of the data in memory of a result of this size.
 
-    What is not compressed fills the file; channels of a long run stay in the file.
+    Uncompressed data fill the file; channels of a long run stay in the file.
     """
     return min(MAX_GZIP_RATIO * file_bytes, FREE_BYTES + 2 * file_bytes)
 
 
 def members(group: Any, budget: Budget) -> Iterator[tuple[str, Any]]:
-    """Yield the names and objects of a group, which hard links of the file itself lead to.
+    """Yield the names and objects of a group, which must be hard links within the file.
 
-    ValueError is raised if there are others, or too many.
+    ValueError is raised if there are other links, or too many.
     """
     budget.members -= len(group)
     if budget.members < 0:
         raise ValueError("the file has too many datasets")
     for name in group:
-        if len(name) > MAX_TEXT or not name.isprintable():  # nor if it is not UTF-8
+        if len(name) > MAX_TEXT or not name.isprintable():  # false if it is not UTF-8
             raise ValueError("a name is not printable")
         if not isinstance(group.get(name, getlink=True), h5py.HardLink):
             raise ValueError(f"{name} is a link to elsewhere")
@@ -105,7 +105,7 @@ def checked_group(item: Any, name: str) -> Any:
 
 
 def checked_dataset(item: Any, name: str) -> Any:
-    """Return a dataset in a form that results have; raise ValueError if it is another."""
+    """Return a dataset; raise ValueError if no result has one of its type and storage."""
     if not isinstance(item, h5py.Dataset):
         raise ValueError(f"{name} is not a dataset")
     _check_attributes(item)
@@ -138,7 +138,7 @@ def _check_attributes(item: Any) -> None:
 
 
 def texts_of(item: Any, budget: Budget) -> dict[str, str]:
-    """Return the attributes of an object that are one text or number, as printable text."""
+    """Return the scalar attributes of an object as printable text."""
     _check_attributes(item)
     return {
         name: text_of(item, name, budget)
@@ -150,7 +150,7 @@ def texts_of(item: Any, budget: Budget) -> dict[str, str]:
 def text_of(item: Any, name: str, budget: Budget) -> str:
     """Return a short attribute as text; bytes that are not UTF-8 are replaced.
 
-    Labels are one line of at most MAX_LABEL characters, the rest is cut.
+    Labels are cut to one line of at most MAX_LABEL characters.
     """
     attribute = item.attrs.get_id(name)
     if attribute.shape != () or not _is_plain(attribute.get_type()):
@@ -159,9 +159,9 @@ def text_of(item: Any, name: str, budget: Budget) -> str:
     text = str(value).encode("utf-8", "replace").decode()
     if len(text) > (MAX_SCENARIO if name in LONG_TEXTS else MAX_TEXT):
         raise ValueError(f"{name} is too long")
-    if name in LABELS:  # a picture of thousands of lines takes seconds
+    if name in LABELS:  # drawing thousands of lines would take seconds
         text = " ".join(text[:MAX_LABEL].split())
-    budget.take(4 * len(text), name)
+    budget.claim(4 * len(text), name)
     return text
 
 
@@ -180,8 +180,8 @@ def flags_of(dataset: Any, budget: Budget) -> Flags:
 
 
 def values_of(dataset: Any, budget: Budget) -> Any:
-    """Return the real numbers of a dataset as float64, or as the integers that they are."""
-    budget.take(dataset.nbytes, dataset.name)
+    """Return the real numbers of a dataset as float64, or as integers of their type."""
+    budget.claim(dataset.nbytes, dataset.name)
     return rows_of(dataset, ...)
 
 
@@ -198,15 +198,15 @@ def names_of(dataset: Any, budget: Budget) -> tuple[str, ...]:
         raise ValueError(f"{dataset.name} does not hold names")
     if dataset.size > MAX_NAMES:
         raise ValueError(f"{dataset.name} has too many names")
-    budget.take(dataset.nbytes, dataset.name)
-    found = []
+    budget.claim(dataset.nbytes, dataset.name)
+    names = []
     for start in range(0, dataset.size, 64):  # texts of any length may be in a file many times
         for text in dataset.asstr(errors="replace")[start : start + 64]:
             if len(text) > MAX_TEXT or not str(text).isprintable():
                 raise ValueError(f"{dataset.name}: a name is not printable")
-            budget.take(4 * len(text), dataset.name)
-            found.append(str(text))
-    return tuple(found)
+            budget.claim(4 * len(text), dataset.name)
+            names.append(str(text))
+    return tuple(names)
 
 
 def type_of(dataset: Any) -> Any:

@@ -3,14 +3,14 @@
 The group /checkpoint holds the state of the solver to resume from: arrays of float64 or bytes whose
 names and meaning are internal to the solver, and the run time so far in s, clock.solving and
 clock.compiling; its attribute `digest` is the SHA-256 of these, the scenario and the version, and
-is checked on resuming. Groups without content are left out.
+is checked on resuming. Empty groups are omitted.
 
 The unfinished result of a long run, see `segments`, has format_version 3: its channels begin with
-the samples after the last segment. At a checkpoint of such a run, quantities, events and audit are
-left out. Its complete result is written by segments, and is one file as any other.
+the samples after the last segment. A checkpoint of such a run omits quantities, events and audit.
+Its complete result is written segment by segment, and is one ordinary file.
 
-A complete file does not depend on when or where it was written, nor on interruptions. Therefore it
-holds no wall times. The table of `frictionsim cost` has another layout: see `write_table`.
+A complete file does not depend on time, place or interruptions of the run. Therefore it has no wall
+times. The table of `frictionsim cost` has another layout: see `write_table`.
 
 Format version 1 is still read. There all numbers are float64, /events/time is the dimension scale
 of the events, an axis has the names of its members as the attribute `names`, separated by blanks,
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
 CHUNK_BYTES = 128 * 1024
-LEVEL, QUICK_LEVEL = 4, 1  # of compression; the latter of segments, which are merged
+LEVEL, QUICK_LEVEL = 4, 1  # of compression; the latter for segments, which are merged later
 REASON = re.compile(r"error message = '([^']*)'")  # in a message of HDF5 of many lines
 WITHOUT_COORDINATES = "This is a netCDF dimension but not a netCDF variable."  # of netCDF-4
 TEXT = h5py.string_dtype()
@@ -86,7 +86,7 @@ def write_record(
 ) -> None:
     """Write a result file, with the state to resume from if there is one.
 
-    It is written atomically: on any error the existing file is kept. A part of it may be locked
+    It is written atomically: on any error the existing file is kept. Its part may be locked
     already.
     """
     part = part or Part(path)
@@ -121,9 +121,8 @@ def check_segment(path: Path) -> None:
 def _write_on_disk(part: Path, record: Record, checkpoint: dict[str, Any] | None) -> None:
     """Write the file of a long run, which need not fit into memory.
 
-    HDF5 keeps what it could not write, and tries again where the file, or a dataset in it, is
-    closed. Then it crashes. A file that could not be written therefore stays open until the
-    process ends.
+    HDF5 keeps data that it could not write, tries again when the file or a dataset in it is closed,
+    and then crashes. A file that could not be written therefore stays open until the process ends.
     """
     least = sum(values.nbytes for values in record.channels.values() if values.ndim < 2)
     if disk_usage(part).free < least:
@@ -133,13 +132,13 @@ def _write_on_disk(part: Path, record: Record, checkpoint: dict[str, Any] | None
         _fill(file, record, checkpoint, rows=segment_rows(record.channels))
         file.flush()
     except (OSError, RuntimeError) as error:
-        _keep_open(file, error)  # whose frames hold the datasets
+        _keep_open(file, error)  # the frames of the error hold the datasets
         raise
     file.close()
 
 
 def _keep_open(*parts: Any) -> None:
-    """Have objects live as long as the process, also while Python takes its modules down."""
+    """Keep objects alive until the process ends, even while Python unloads its modules."""
     import ctypes
 
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(parts))
@@ -147,12 +146,12 @@ def _keep_open(*parts: Any) -> None:
 
 @contextmanager
 def _reported(path: Path) -> "Iterator[None]":
-    """Return the context that reports an error of HDF5 in one line: the reason, if it tells one."""
+    """Raise an error of HDF5 as OutputError in one line: its reason, if it has one."""
     try:
         yield
     except (OSError, RuntimeError) as error:
-        found = REASON.search(str(error))
-        known = found[1] if found else getattr(error, "strerror", None)
+        match = REASON.search(str(error))
+        known = match[1] if match else getattr(error, "strerror", None)
         reason = known or str(error).split("\n", 1)[0]
         raise OutputError(f"{path}: cannot write the result: {reason}") from None
 
@@ -162,7 +161,7 @@ def write_table(scenario: "Scenario", table: "CostTable", path: Path) -> None:
 
     The file has the attributes of a result and of the study, and
 
-        /cost/row            (k,) the dimension scale of the columns: one row for each setting
+        /cost/row            (k,) the dimension scale of the columns: one row per setting
         /cost/<column>       (k,) law, backend, setting, overrides, status, reason as text; error,
                              wall_seconds, steps, ... as float64, nan if a value is unknown
     """
@@ -184,7 +183,7 @@ def write_table(scenario: "Scenario", table: "CostTable", path: Path) -> None:
 
 
 def write_from_memory(fill: "Callable[[Any], None]", path: Path, kind: Kind) -> int:
-    """Write a file of HDF5 that is filled in memory, atomically; return its checksum."""
+    """Fill an HDF5 file in memory and write it atomically; return its checksum."""
     check_replaceable(path, kind)
     image = _image(fill, kind)
     write_atomically(image, path, kind.word)
@@ -192,8 +191,8 @@ def write_from_memory(fill: "Callable[[Any], None]", path: Path, kind: Kind) -> 
 
 
 def _image(fill: "Callable[[Any], None]", kind: Kind) -> bytes:
-    """Return the bytes of a file that is filled in memory, with the line of its checksum."""
-    # Two that are open at a time need different names, as of threads.
+    """Return the bytes of a file filled in memory, with the line of its checksum."""
+    # Files that threads have open at the same time need different names.
     name = f"{os.urandom(8).hex()}.h5"
     with h5py.File(name, "w", driver="core", backing_store=False, track_order=True) as file:
         fill(file)
@@ -209,7 +208,7 @@ def _fill(
     level: int = LEVEL,
     rows: int | None = None,
 ) -> None:
-    """Add all that a result holds to a new file; samples by so many rows at once, if given."""
+    """Add the content of a result to a new file; samples in blocks of `rows`, if given."""
     _add_attributes(file, record.attributes)
     scales = {"": _add_time(file, record)}
     for axis, members in record.members.items():
@@ -224,7 +223,7 @@ def _fill(
             storage = _storage(values, level, rows)
             dataset = file.create_dataset(name, values.shape, values.dtype, **storage)
         describe(dataset, _channel(record, name), *scale)
-    if rows is not None:  # all channels of a segment before the next one, which is read once
+    if rows is not None:  # all channels of a segment before the next, so that each is read once
         for start in range(0, len(record.time), rows):
             for name, values in channels.items():
                 file[name][start : start + rows] = values[start : start + rows]
@@ -238,7 +237,7 @@ def _fill(
 
 def _add_attributes(file: Any, attributes: dict[str, str]) -> None:
     file.attrs["format_version"] = SEGMENTED_VERSION if SEGMENTS in attributes else FORMAT_VERSION
-    # A record that was read has the attributes of its file, which may be of another version.
+    # A record from a file has the attributes of the file, which may be of another version.
     texts = {"Conventions": CONVENTIONS} | attributes | {"Conventions": CONVENTIONS}
     for name, text in texts.items():
         if name != "format_version":
@@ -263,7 +262,7 @@ def _add_events(file: Any, record: Record) -> None:
     scale = _add_scale(group, "event", np.arange(count), "number of the event, from 0")
     for name, values in record.events.items():
         dataset = _add(group, name, values, record.of_event(name), scale)
-        if name != "time":  # as CF wants it; without it readers take the time of the root group
+        if name != "time":  # CF requires it; else readers use the time of the root group
             _set_text(dataset, "coordinates", "time")
 
 
@@ -303,7 +302,7 @@ def _add_checkpoint(file: Any, state: dict[str, Any]) -> None:
     group = file.create_group("checkpoint")
     lengths = {length for values in state.values() for length in np.shape(values)}
     scales = {length: _add_length(group, length) for length in sorted(lengths)}
-    # In the order in which a file gives them, so that a copy has the same bytes.
+    # In the order of reading, so that a copy has the same bytes.
     for name, values in sorted(state.items()):
         dataset = group.create_dataset(name, data=values)
         _attach(dataset, [scales[length] for length in dataset.shape])
@@ -356,13 +355,13 @@ def describe(dataset: Any, channel: Channel, *scales: Any) -> None:
 
 
 def _attach(dataset: Any, scales: "Sequence[Any]") -> None:
-    """Attach the scales of the dimensions, if any; the `dims` of h5py take longer."""
+    """Attach the scales of the dimensions, faster than the `dims` of h5py."""
     for dimension, scale in enumerate(scales):
         h5py.h5ds.attach_scale(dataset.id, scale.id, dimension)
 
 
 def _set_text(owner: Any, name: str, text: str) -> None:
-    """Set an attribute of text; the `attrs` of h5py, which can replace one, take thrice as long."""
+    """Set a text attribute in a third of the time of h5py's `attrs`, which can replace one."""
     attribute = h5py.h5a.create(owner.id, name.encode(), TEXT_TYPE, SCALAR)
     attribute.write(np.array(text, dtype=TEXT))
 
@@ -387,6 +386,6 @@ def _is_long(channels: dict[str, Any]) -> bool:
 
 
 def segment_rows(channels: dict[str, Any]) -> int:
-    """Return how many samples of these channels are one segment."""
+    """Return the number of samples per segment of these channels."""
     row = (v.dtype.itemsize * int(np.prod(v.shape[1:])) for n, v in channels.items() if n != "time")
     return rows_per_segment(sum(row))

@@ -1,4 +1,4 @@
-"""Text files that are written once: an existing file is never replaced."""
+"""Text files that never replace an existing file."""
 
 from contextlib import suppress
 from os.path import exists, isdir
@@ -10,7 +10,7 @@ EXISTS = "the file exists and is not replaced; give another name"
 
 
 def check_new(path: Path, what: str) -> None:
-    """Check that a new file can be written to a path, before what it will hold is computed."""
+    """Check that a new file can be written to a path, before its content is computed."""
     from frictionsim.io.atomic_write import check_place
 
     if exists(path) and not isdir(path):  # Path.exists fails for a name that is too long
@@ -19,9 +19,9 @@ def check_new(path: Path, what: str) -> None:
 
 
 def write_new(path: Path, text: str, what: str) -> None:
-    """Write a file that is not there yet, whole or not at all.
+    """Write a new file atomically.
 
-    The name is taken by an empty file first, so that no file that appears meanwhile is replaced.
+    An empty file reserves the name first, so that no file that appears meanwhile is replaced.
     """
     from frictionsim.io.atomic_write import write_atomically
 

@@ -7,8 +7,8 @@ from typing import IO
 
 
 def descriptor_of(path: Path, flags: int, mode: int = 0) -> int:
-    """Open what is no link, and wait for nothing; raise OSError if it is one."""
-    if path.is_symlink():  # where there is no O_NOFOLLOW
+    """Open a file without waiting; raise OSError if it is a link."""
+    if path.is_symlink():  # for systems without O_NOFOLLOW
         raise OSError("a link")
     for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY", "O_CLOEXEC"):
         flags |= getattr(os, name, 0)

@@ -1,14 +1,14 @@
-"""What may be written to: a new file, or one of the kind that replaces it.
+"""Checks of output files: a new file, or an existing one of the same kind, may be written.
 
 A result replaces a result, a sweep a sweep, a picture a picture, a report a report, a GIF a GIF, an
 MP4 an MP4, a table of costs such a table, a sweep in CSV one in CSV, and Sobol indices in CSV such
-indices. Any other file, as a scenario, a text, or HDF5 of another program, is refused whatever its
-name is. An empty file may be replaced by anything: programs that make names for new files leave
-such.
+indices. Any other file, such as a scenario, a text, or HDF5 of another program, is refused whatever
+its name is. An empty file may be replaced by anything: programs that reserve names create such
+files.
 
-A file of HDF5 is ours if it ends in the line with our checksum, also where the checksum does not
-match: it was damaged, and the run that made it should be run again. One without that line was
-written or changed by another program. Other formats are recognised by their first bytes.
+An HDF5 file is ours if it ends in the line with our checksum, even if the checksum does not match:
+it is damaged, and its run should be repeated. A file without that line was written or changed by
+another program. Other formats are recognised by their first bytes.
 """
 
 import os
@@ -30,7 +30,7 @@ class Kind(NamedTuple):
     word: str
     described: str  # with its article, for messages
     begins: bytes  # a regular expression
-    mark: bytes = b""  # of the line with the checksum
+    mark: bytes = b""  # start of the line with the checksum
 
     def recognises(self, path: Path) -> bool:
         """Return whether a file is of this kind."""
@@ -40,7 +40,7 @@ class Kind(NamedTuple):
             return not self.mark or checksum.mark_of(file) == self.mark
 
     def is_unsealed(self, path: Path) -> bool:
-        """Return whether a file may have been of this kind, but another program has changed it."""
+        """Return whether a file has this format but no checksum: another program wrote it."""
         with path.open("rb") as file:
             is_hdf5 = bool(self.mark) and re.match(self.begins, file.read(HEAD)) is not None
             return is_hdf5 and not checksum.mark_of(file)
@@ -66,43 +66,43 @@ ANIMATIONS = {
 
 
 def files_of_sweep_in_csv(path: Path, with_indices: bool) -> dict[Path, Kind]:
-    """Return the files in CSV of a sweep: NAME.csv, and NAME.sobol.csv of indices."""
-    found = {path: SWEEP_IN_CSV}
-    return found | {path.with_suffix(".sobol.csv"): SOBOL_IN_CSV} if with_indices else found
+    """Return the CSV files of a sweep: NAME.csv, and NAME.sobol.csv for indices."""
+    files = {path: SWEEP_IN_CSV}
+    return files | {path.with_suffix(".sobol.csv"): SOBOL_IN_CSV} if with_indices else files
 
 
 def check_replaceable(path: Path, kind: Kind) -> None:
     """Check that an existing file is of the kind that will replace it.
 
-    What is no file is left to `atomic_write.check_place`.
+    `atomic_write.check_place` checks folders and devices.
     """
     if not os.path.isfile(path) or not os.path.getsize(path):
         return
     try:
         if kind.recognises(path):
             return
-        found = f"is not {kind.described}"
+        problem = f"is not {kind.described}"
         if kind.is_unsealed(path):
-            found = "was changed or made by another program (it has no checksum)"
-        reason = f"the existing file {found} and is not overwritten"
+            problem = "was changed or made by another program (it has no checksum)"
+        reason = f"the existing file {problem} and is not overwritten"
     except OSError as error:
         reason = f"the existing file cannot be read ({error.strerror}) and is not overwritten"
     raise OutputError(f"{path}: cannot write the {kind.word}: {reason}; give another name")
 
 
 def check_target(path: Path, kind: Kind) -> None:
-    """Check that a file can be written, before what it will hold is computed."""
+    """Check that a file can be written, before its content is computed."""
     check_replaceable(path, kind)
     check_place(path, kind.word)
 
 
 def check_apart(paths: dict[str, Path]) -> None:
-    """Check that no two files of one command are the same; by the options that give them."""
-    found: dict[str, str] = {}
+    """Check that the files of one command, by option, are distinct."""
+    options: dict[str, str] = {}
     for option, path in paths.items():
         place = os.path.normcase(os.path.realpath(path))
-        if place in found:
+        if place in options:
             raise InputError(
-                f"{found[place]} and {option} would both be written to {path}; give two names"
+                f"{options[place]} and {option} would both be written to {path}; give two names"
             )
-        found[place] = option
+        options[place] = option

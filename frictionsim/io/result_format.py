@@ -3,12 +3,12 @@
 from typing import Any
 
 FORMAT_VERSION = 2
-SEGMENTED_VERSION = 3  # of an incomplete result whose first samples are in segments
+SEGMENTED_VERSION = 3  # of an unfinished result whose first samples are in segments
 READABLE_VERSIONS = (1, 2, 3)
-SEGMENTS = "segments"  # the attribute that refers to them
+SEGMENTS = "segments"  # the attribute that lists them
 STATUSES = ("done", "failed", "interrupted")
 CONVENTIONS = "CF-1.11"
-ANSWER_BYTES = 64 * 2**20  # of the segments that are read together, or of one that is larger
+ANSWER_BYTES = 64 * 2**20  # of segments read together; a larger one is read alone
 # The datasets of /solver.
 COUNTS = {
     "steps": "accepted steps",
@@ -19,9 +19,9 @@ COUNTS = {
 
 
 def state_digest(attributes: dict[str, Any], state: dict[str, Any]) -> str:
-    """Return the SHA-256 of a checkpoint and of the scenario and version that it belongs to.
+    """Return the SHA-256 of a checkpoint and of the attributes that it depends on.
 
-    Of the root attributes, `scenario`, `kind` and `frictionsim_version` are used.
+    These are the root attributes `scenario`, `kind` and `frictionsim_version`.
     """
     from hashlib import sha256
 
@@ -36,7 +36,7 @@ def state_digest(attributes: dict[str, Any], state: dict[str, Any]) -> str:
 
 
 def is_numbered(axis: str, members: tuple[str, ...]) -> bool:
-    """Return whether the members of an axis have numbers only; pulleys always have names."""
+    """Return whether the members of an axis are numbered; pulleys always have names."""
     return axis != "pulley" and members == numbered_members(len(members))
 
 

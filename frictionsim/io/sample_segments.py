@@ -1,11 +1,10 @@
 """Writing and resuming the segments of a long run.
 
-Why they survive a kill. A segment is written to a part, flushed to the disk and renamed, and is
-never opened for writing again; so is the unfinished result, which lists those that belong to it. At
-any instant there are therefore whole segments, at least those that the unfinished result on the
-disk lists, and that result itself, whole. Further segments are of the time after it; when the run
-is resumed they are computed again. No file is open for writing during the run, and none can be
-left damaged.
+They survive a kill: a segment is written to a part, flushed to the disk and renamed, and is never
+opened for writing again; so is the unfinished result, which lists its segments. At any instant the
+disk therefore has a complete unfinished result and at least the segments that it lists. Later
+segments are computed again when the run is resumed. No file is open for writing during the run, so
+none can be damaged.
 """
 
 import os
@@ -26,11 +25,11 @@ from frictionsim.results import Record
 class SampleSegments(SegmentFiles):
     """The segments of a run.
 
-    `on_begin` is called before the first is written. Those of a run that is resumed into another
-    file are inherited.
+    `on_begin` is called before the first is written. A run that is resumed into another file has
+    inherited segments.
     """
 
-    patience = 2**31  # the run itself has written them, and waits for a busy machine
+    patience = 2**31  # the run has written them itself, so a slow answer means a busy machine
 
     def __init__(
         self,
@@ -43,21 +42,21 @@ class SampleSegments(SegmentFiles):
 
     @property
     def checksum(self) -> int:
-        """Depends on the content of all segments."""
+        """The checksum of all segments."""
         return combined(self._checksums)
 
     @property
     def place(self) -> Path:
-        """The first of them."""
+        """The file of the first segment."""
         return self.path(0)
 
     def free_bytes(self) -> int:
-        """Return how much space the disk has, and the segments that are there already."""
-        number, own = 0, 0
+        """Return the free space of the disk plus the size of existing segments."""
+        number, size = 0, 0
         while self._is_segment(number):
-            own += self.path(number).stat().st_size
+            size += self.path(number).stat().st_size
             number += 1
-        return shutil.disk_usage(self._whole.parent).free + own
+        return shutil.disk_usage(self._whole.parent).free + size
 
     def write(self, number: int, record: Record) -> None:
         """Write a segment."""
@@ -73,23 +72,23 @@ class SampleSegments(SegmentFiles):
         self._checksums = [*self._checksums[:number], checksum]
 
     def restore(self, count: int, checksum: int) -> bool:
-        """Take over the first segments and remove later ones; return whether they are those.
+        """Restore the first segments and remove later ones; return whether the checksum matches.
 
         InputError is raised if one is missing or damaged, OutputError if they cannot be copied.
         """
         source = self._inherited or self
-        found = [source.checksum_of(number) for number in range(count)]
-        if combined(found) != checksum:
+        checksums = [source.checksum_of(number) for number in range(count)]
+        if combined(checksums) != checksum:
             return False
         self._on_begin()
         if self._inherited is not None:
             for number in range(count):
-                self._take(self._inherited.path(number), self.path(number))
-        self._checksums = found
+                self._copy(self._inherited.path(number), self.path(number))
+        self._checksums = checksums
         self.remove(count)
         return True
 
-    def _take(self, source: Path, target: Path) -> None:
+    def _copy(self, source: Path, target: Path) -> None:
         try:
             if os.path.lexists(target):
                 hdf5_writer.check_segment(target)

@@ -1,11 +1,12 @@
-"""Segments: the samples of a long run that is not over, in files beside its result.
+"""Segments: the samples of a long run in progress, in files next to its result.
 
-A segment is an ordinary result file, NAME.000007.h5, of some samples: their channels, and what only
-summary, audit, events and warnings need, in channels whose names begin with _. It ends in a mark of
-its own. NAME.partial.h5 lists names, samples and checksums, and has the samples after the last one.
+A segment is an ordinary result file, NAME.000007.h5, of some samples: their channels, and the data
+for summary, audit, events and warnings in channels whose names begin with _. It ends in the mark of
+a segment. NAME.partial.h5 lists names, samples and checksums, and has the samples after the last
+segment.
 
-A result may be of anyone. Only files that are called after it are read, which are no links, end in
-the mark of a segment and have the checksum that is listed.
+A result may come from anyone. Only files named after it are read that are no links, end in the mark
+of a segment and have the listed checksum.
 """
 
 import os
@@ -32,18 +33,18 @@ LINE = re.compile(r"[^/\\\0]+ (\d{1,9}) ([0-9a-f]{8})")  # name, samples, checks
 
 
 class SegmentFiles:
-    """The segments of a complete result, which need not be there; numbered from 0.
+    """The segments of a complete result, which need not exist; numbered from 0.
 
-    The checksums are those of the segments that are to be read.
+    The checksums are those of the segments to be read.
     """
 
-    # In bytes of a large file, as of `answer_of`: how long an answer may take at least.
+    # The least size, in bytes, from which `answer_of` derives the time limit of an answer.
     patience = 0
 
     def __init__(self, whole: Path, checksums: Sequence[int] = ()) -> None:
         self._whole = Path(os.path.realpath(whole))
         self._checksums = list(checksums)
-        self._latest: dict[int, dict[str, Any]] = {}  # all channels of some that follow each other
+        self._latest: dict[int, dict[str, Any]] = {}  # all channels of some consecutive segments
 
     def path(self, number: int) -> Path:
         """Return the file of a segment."""
@@ -60,7 +61,7 @@ class SegmentFiles:
         raise self.missing(number)
 
     def check(self, number: int) -> None:
-        """Check that a segment is the one whose checksum is known."""
+        """Check that a segment has its listed checksum."""
         if self.checksum_of(number) != self._checksums[number]:
             raise self.missing(number)
 
@@ -68,13 +69,13 @@ class SegmentFiles:
         """Return rows of a channel of a segment."""
         if number not in self._latest:
             self._latest = dict(enumerate(self._channels("", self._read_ahead(number)), number))
-        found = self._latest[number].get(name)
-        if found is None or found.shape[:1] < (stop,):
+        values = self._latest[number].get(name)
+        if values is None or values.shape[:1] < (stop,):
             raise self.missing(number)
-        return found[start:stop]
+        return values[start:stop]
 
     def _read_ahead(self, first: int) -> range:
-        """Check a segment and those after it that are read with it; return their numbers."""
+        """Check a segment and the next ones, which are read with it; return their numbers."""
         stop, size = first, 0
         while stop == first or (stop < len(self._checksums) and size < ANSWER_BYTES):
             self.check(stop)
@@ -83,29 +84,29 @@ class SegmentFiles:
         return range(first, stop)
 
     def channels(self, names: list[str], count: int) -> list[dict[str, Any]]:
-        """Return some channels of each of the first segments, which have been checked."""
-        found: list[dict[str, Any]] = []
-        while (first := len(found)) < count:
+        """Return some channels of each of the first segments, already checked."""
+        parts: list[dict[str, Any]] = []
+        while (first := len(parts)) < count:
             numbers = range(first, min(first + FILES_AT_ONCE, count))
-            found += self._channels(",".join(names), numbers)
-        return found
+            parts += self._channels(",".join(names), numbers)
+        return parts
 
     def _channels(self, names: str, numbers: range) -> list[dict[str, Any]]:
-        """Return channels of the first of some segments, of as many as an answer holds."""
+        """Return channels of as many of the segments as an answer holds."""
         first, paths = numbers[0], [str(self.path(number)) for number in numbers]
         try:
             size = sum(map(os.path.getsize, paths))
-            found: list[dict[str, Any]] = answer_of(
+            channels: list[dict[str, Any]] = answer_of(
                 "channels", names, *paths, size=max(size, self.patience)
             )
-            return found
+            return channels
         except (InputError, OSError):
             raise self.missing(first) from None
         except ChildFailed as failed:
             raise InputError(f"{self.path(first)}: cannot read these samples: {failed}") from None
 
     def listing(self, rows: int) -> str:
-        """Return the list of segments, of so many samples each, that a result has."""
+        """Return the list of segments in a result; `rows` are the samples of each."""
         numbered = enumerate(self._checksums)
         return "\n".join(f"{self.path(n).name} {rows} {checksum:08x}" for n, checksum in numbered)
 
@@ -123,35 +124,35 @@ def combined(checksums: list[int]) -> int:
     return crc32(b"".join(b"%08x" % checksum for checksum in checksums))
 
 
-def _listed(listing: str) -> tuple[int, list[int]]:
-    """Return the samples of each segment that a result lists, and the checksums of all.
+def _parsed_listing(listing: str) -> tuple[int, list[int]]:
+    """Return the samples per segment that a result lists, and the checksums of all.
 
-    ValueError is raised if it is no list, or one of segments of unlike lengths.
+    ValueError is raised if it is no list, or if the segments differ in length.
     """
     lines = [LINE.fullmatch(line) for line in listing.split("\n", MAX_SEGMENTS)]
-    found = [(int(line[1]), int(line[2], 16)) for line in lines if line]
-    rows = {size for size, _ in found}
-    if len(found) != len(lines) or len(rows) != 1 or 0 in rows:
+    entries = [(int(line[1]), int(line[2], 16)) for line in lines if line]
+    rows = {size for size, _ in entries}
+    if len(entries) != len(lines) or len(rows) != 1 or 0 in rows:
         raise ValueError("no list of segments")
-    return rows.pop(), [checksum for _, checksum in found]
+    return rows.pop(), [checksum for _, checksum in entries]
 
 
 def with_segments(tail: Record, path: Path, listing: str) -> Record:
-    """Return the record of a result with the samples of its segments before its own.
+    """Return the record of a result with the samples of its segments prepended.
 
-    InputError is raised if they are not those that are listed.
+    InputError is raised if the segments are not the listed ones.
     """
     damaged = InputError(
         f"{path}: cannot read this result: its segments are not those of this version; solve its"
         " scenario again"
     )
     try:
-        size, checksums = _listed(listing)
+        size, checksums = _parsed_listing(listing)
     except ValueError:
         raise damaged from None
     segments, number = SegmentFiles(whole_name(path), checksums), len(checksums)
-    for each in range(number):
-        segments.check(each)
+    for index in range(number):
+        segments.check(index)
     flat = [name for name, values in tail.channels.items() if len(values.shape) == 1]
     before = segments.channels(flat, number)
     if any(part[name].shape != (size,) for part in before for name in flat):

@@ -1,4 +1,4 @@
-"""What is in the file of a sweep, read in the child process that `hdf5_reader` asks."""
+"""Reading the file of a sweep, in the child process that `hdf5_reader` asks."""
 
 from collections.abc import Iterator
 from math import prod
@@ -55,9 +55,9 @@ def sweep(path: str) -> SweepTable:
     with opened(path, "sweep", lambda error: "it is damaged") as file:
         check_version(file, path, "sweep", VERSION_NAME, (VERSION,))
         budget = Budget(file.id.get_filesize())
-        found = texts_of(file, budget)
-        attributes = {name: found[name] for name in ATTRIBUTES}
-        attributes |= {ORDER: found[ORDER]} if ORDER in found else {}
+        texts = texts_of(file, budget)
+        attributes = {name: texts[name] for name in ATTRIBUTES}
+        attributes |= {ORDER: texts[ORDER]} if ORDER in texts else {}
         datasets = {name: checked_dataset(item, name) for name, item in members(file, budget)}
         return _table(attributes, datasets, budget)
 
@@ -87,8 +87,8 @@ def _table(attributes: dict[str, str], datasets: dict[str, Any], budget: Budget)
 
 
 def _indices(datasets: dict[str, Any], keys: list[str], budget: Budget) -> SobolIndices:
-    """Take the Sobol indices out of the datasets."""
-    names, found, basis = (
+    """Return the Sobol indices; remove their datasets from `datasets`."""
+    names, stored_keys, basis = (
         list(_texts(datasets.pop(name), budget))
         for name in (SOBOL_QUANTITY, SOBOL_KEY, SOBOL_BASIS)
     )
@@ -96,7 +96,11 @@ def _indices(datasets: dict[str, Any], keys: list[str], budget: Budget) -> Sobol
         name: np.asarray(values_of(datasets.pop(name), budget), dtype=np.float64) for name in SOBOL
     }
     shape = (len(names), len(keys))
-    if found != keys or len(basis) != len(names) or any(c.shape != shape for c in columns.values()):
+    if (
+        stored_keys != keys
+        or len(basis) != len(names)
+        or any(c.shape != shape for c in columns.values())
+    ):
         raise ValueError("its Sobol indices are not those of its keys")
     return SobolIndices(names, keys, basis, columns)
 
@@ -113,7 +117,7 @@ def _coordinates(
         dimensions = {key: int(datasets[key].shape[0]) for key in names}
     if status.shape != tuple(dimensions.values()) or prod(status.shape) < 1:
         raise ValueError("the sweep has another shape")
-    found = {}
+    coordinates = {}
     for key in names:
         dataset = datasets[key]
         dimension = key if RUN not in datasets else RUN
@@ -121,18 +125,18 @@ def _coordinates(
             raise ValueError(f"{key} does not have a value for each run")
         words = text_of(dataset, "long_name", budget)
         if h5py.check_string_dtype(dataset.dtype) is not None:
-            found[key] = Coordinate(dimension, list(_texts(dataset, budget)), "", words)
+            coordinates[key] = Coordinate(dimension, list(_texts(dataset, budget)), "", words)
         else:
             unit = text_of(dataset, "units", budget)
             values = values_of(dataset, budget)
             if not np.isfinite(values).all():
                 raise ValueError(f"{key} has a value that is not finite")
-            found[key] = Coordinate(dimension, values, unit, words)
-    return found, dimensions
+            coordinates[key] = Coordinate(dimension, values, unit, words)
+    return coordinates, dimensions
 
 
 def _some_texts(dataset: Any, shape: tuple[int, ...], budget: Budget) -> dict[int, str]:
-    """Return the texts of a dataset that are not empty, by the number of the run."""
+    """Return the nonempty texts of a dataset by the number of the run."""
     if dataset.shape != shape:
         raise ValueError(f"{dataset.name} is not of the shape of the sweep")
     return {number: text for number, text in enumerate(_texts(dataset, budget)) if text}
@@ -142,15 +146,15 @@ def _texts(dataset: Any, budget: Budget) -> Iterator[str]:
     """Yield the texts of a dataset in the order of the runs."""
     if h5py.check_string_dtype(dataset.dtype) is None:
         raise ValueError(f"{dataset.name} does not hold text")
-    name = str(dataset.name)  # which takes as long as a text
-    budget.take(dataset.nbytes, name)
+    name = str(dataset.name)  # once, as it takes as long as reading a text
+    budget.claim(dataset.nbytes, name)
     inner = prod(dataset.shape[1:])
     rows = max(1, TEXTS_AT_ONCE // inner)
     for start in range(0, dataset.shape[0], rows):
-        # Texts of any length may be in a file many times: the budget is asked for them.
+        # Texts of any length may be in a file many times: their bytes are claimed as they are read.
         texts = dataset.asstr(errors="replace")[start : start + rows].reshape(-1).tolist()
         lengths = list(map(len, texts))
-        budget.take(sum(lengths), name)
+        budget.claim(sum(lengths), name)
         if max(lengths, default=0) > MAX_TEXT:
             raise ValueError(f"{name}: a text is too long")
         yield from texts

@@ -6,14 +6,14 @@
                          frictionsim_version
                          study               the study in TOML, with the scenario in it: `sweep`
                                              runs it again
-                         scenario            that is varied, TOML with defaults and overrides
+                         scenario            the varied scenario, TOML with defaults and overrides
                          source, overrides   of that scenario, as in a result file
                          kind, title
                          design              grid, zip or sample
                          status              done, or interrupted
-                         reason              why runs are left; empty if done
-                         order               only if runs are left: for `resume`, where each
-                                             quantity first appears, in JSON
+                         reason              of the interruption; empty if done
+                         order               only if interrupted: for `resume`, the first
+                                             appearance of each quantity, in JSON
     /<key>               the values of a varied key: of a grid the dimension scale of that name,
                          else along `run`. Numbers, or text in TOML
     /run                 the number of the run, from 0; not of a grid
@@ -21,17 +21,17 @@
                          not defined
     /status              0 not run, 1 done, 2 failed, 3 done, but its audit failed
     /failure, /reason, /warnings    text; empty if there is none
-    /sobol_first, /sobol_total      (sobol_quantity, sobol_key): Sobol indices, only of a sample
-                         with `indices` that is done; NaN where there are none
+    /sobol_first, /sobol_total      (sobol_quantity, sobol_key): Sobol indices, only of a completed
+                         sample with `indices`; NaN where there are none
     /sobol_first_low, /sobol_first_high, /sobol_total_low, /sobol_total_high
                          the ends of their 95 % intervals
     /sobol_basis         (sobol_quantity): what they are computed from, or why there are none
     /sobol_quantity, /sobol_key     the names of the quantities and of the varied keys
 
-The runs of a grid are numbered with the last key varying fastest. Everything has the attributes
-`units` and `long_name`, but for text, which has no unit. The file does not depend on the number of
-processes, on the order in which they were done, nor on interruptions, and ends with the line of a
-checksum, as the file of a result.
+The runs of a grid are numbered with the last key varying fastest. All datasets have the attributes
+`units` and `long_name`, except texts, which have no unit. The file does not depend on the number of
+processes, the order of the runs or interruptions, and ends with the line of a checksum, as a result
+file.
 """
 
 from pathlib import Path
@@ -94,9 +94,9 @@ def _fill(file: Any, table: SweepTable) -> None:
         _add_indices(file, table.sobol)
 
 
-def _add_indices(file: Any, found: SobolIndices) -> None:
+def _add_indices(file: Any, indices: SobolIndices) -> None:
     scales: dict[str, Any] = {}
-    for name, (dimensions, values, words) in found.datasets.items():
+    for name, (dimensions, values, words) in indices.datasets.items():
         along = [scales[dimension] for dimension in dimensions if dimension != name]
         if not isinstance(values, list):
             _add(file, name, values, "1", words, along)

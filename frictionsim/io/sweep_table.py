@@ -7,7 +7,7 @@ if TYPE_CHECKING:
 
 VERSION_NAME, VERSION = "sweep_version", 1
 RUN, STATUS = "run", "status"
-ORDER = "order"  # of an interrupted sweep: where its quantities first appear, by name
+ORDER = "order"  # of an interrupted sweep: first appearance of each quantity, by name
 TEXTS = {
     "failure": "kind of failure",
     "reason": "why the run failed, or which checks of its audit",
@@ -26,7 +26,7 @@ SOBOL = {
 }
 
 
-NAMES_OF_SOBOL = (SOBOL_QUANTITY, SOBOL_KEY, SOBOL_BASIS, *SOBOL)
+SOBOL_NAMES = (SOBOL_QUANTITY, SOBOL_KEY, SOBOL_BASIS, *SOBOL)
 
 
 class SobolIndices(NamedTuple):
@@ -34,7 +34,7 @@ class SobolIndices(NamedTuple):
 
     quantities: list[str]
     keys: list[str]
-    basis: list[str]  # of each quantity: what they are from, or why there are none
+    basis: list[str]  # of each quantity: data of the indices, or why there are none
     columns: "dict[str, Array]"  # by SOBOL, (quantities, keys); NaN where there are none
 
     @property
@@ -55,12 +55,12 @@ class SobolIndices(NamedTuple):
 class Coordinate(NamedTuple):
     """The values of a varied key.
 
-    Its values are an array of float64, int64 or bool, or texts; others are text in TOML.
+    They are an array of float64, int64 or bool, or texts; other values are text in TOML.
     """
 
-    dimension: str  # its own key in a grid, else `run`
+    dimension: str  # the key itself in a grid, else `run`
     values: Any
-    unit: str  # empty of a key that is no number
+    unit: str  # empty if the key is no number
     long_name: str
 
 
@@ -74,8 +74,8 @@ class SweepTable(NamedTuple):
     values: "dict[str, Array]"  # of each quantity, (n,); NaN where it is not defined
     status: Any  # (n,) of int8
     statuses: "Flags"
-    texts: dict[str, dict[int, str]]  # TEXTS of the runs that have some, by number
-    sobol: SobolIndices | None = None  # of a sample with `indices` that is done
+    texts: dict[str, dict[int, str]]  # nonempty TEXTS, by name and run
+    sobol: SobolIndices | None = None  # of a completed sample with `indices`
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -84,14 +84,14 @@ class SweepTable(NamedTuple):
 
     @property
     def runs(self) -> int:
-        """The number of runs, whether they were run or not."""
+        """The number of runs, including those not run yet."""
         return len(self.status)
 
     def text_array(self, name: str) -> Any:
         """Return `failure`, `reason` or `warnings` of all runs in the shape of the sweep."""
         import numpy as np
 
-        found = np.full(self.runs, "", dtype=object)
+        texts = np.full(self.runs, "", dtype=object)
         for number, text in self.texts[name].items():
-            found[number] = text
-        return found.reshape(self.shape)
+            texts[number] = text
+        return texts.reshape(self.shape)

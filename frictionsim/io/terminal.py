@@ -1,6 +1,6 @@
-"""Text on stdout and stderr: never a control character of others, and never the end of a run.
+"""Text on stdout and stderr: foreign control characters are escaped, and stderr never ends a run.
 
-Whatever is printed passes `visible`: the only place where control characters are dealt with.
+All printed text passes `visible`, the only place that handles control characters.
 """
 
 import os
@@ -10,9 +10,9 @@ from typing import Any, TextIO
 
 from frictionsim.errors import OutputError
 
-# Control characters of ASCII but for tab and newline, those above ASCII, line and paragraph
-# separators, and marks that change the direction of writing: from a foreign file they could
-# set a terminal's title, erase its lines or show a text in another order.
+# Control characters of ASCII except tab and newline, those above ASCII, line and paragraph
+# separators, and marks that change the direction of writing: those in a foreign file could set a
+# terminal's title, erase its lines or show a text in another order.
 CONTROL = (
     *range(0x09),
     *range(0x0B, 0x20),
@@ -22,23 +22,22 @@ CONTROL = (
     *range(0x2066, 0x206A),
 )
 ESCAPES = {code: f"\\x{code:02x}" if code < 0x80 else f"\\u{code:04x}" for code in CONTROL}
-NO_STREAM = (OSError, ValueError)  # full, without a reader; closed by the program itself
+NO_STREAM = (OSError, ValueError)  # disk full or no reader; closed by the program itself
 
 
 def visible(text: str) -> str:
     r"""Return text with its control characters as escapes: \x1b, \u202e.
 
-    Those that TOML allows in a text are escaped as TOML does, so that a scenario that is printed
-    can be read.
+    Characters that TOML allows in a text are escaped as in TOML, so that a printed scenario can be
+    read.
     """
     return text.translate(ESCAPES)
 
 
 def print_on_stderr(text: str) -> None:
-    """Print a line on stderr; what cannot be printed is lost, but nothing else is.
+    """Print a line on stderr; errors of printing are ignored.
 
-    Messages are no part of what a run is for: a full disk for the log, or a reader that has gone,
-    changes neither the run nor its exit code.
+    A full disk for the log, or a closed pipe, changes neither the run nor its exit code.
     """
     write_on_stderr(f"{visible(text)}\n")
 
@@ -46,7 +45,7 @@ def print_on_stderr(text: str) -> None:
 def write_on_stderr(text: str) -> None:
     """Write text of this program on stderr, such as escape sequences, as `print_on_stderr`."""
     stream = sys.stderr
-    if stream is None:  # print() would take stdout instead
+    if stream is None:  # print() would use stdout instead
         return
     with suppress(*NO_STREAM):
         stream.write(text)
@@ -61,9 +60,9 @@ def is_terminal(stream: TextIO | None) -> bool:
 
 
 class Stderr:
-    """The stderr of others' code, as of a progress bar: writing to it never fails.
+    """Stderr for other libraries, such as a progress bar: writing never fails.
 
-    It is looked up anew each time, as by `print`: tests and notebooks replace it.
+    It is looked up at each call, as `print` does: tests and notebooks replace it.
     """
 
     encoding = "utf-8"
@@ -85,13 +84,13 @@ class Stderr:
 
 
 class ReaderGone(Exception):
-    """The reader of the pipe on stdout has gone, as `head` does: no more is wanted."""
+    """The reader of the pipe on stdout has closed it, as `head` does."""
 
 
 class Stdout:
-    """Stdout as a file for text whose origin is not known.
+    """Stdout as a file for text of unknown origin.
 
-    What is written to a closed stdout is discarded.
+    Text for a closed stdout is discarded.
     """
 
     def write(self, text: str) -> int:
@@ -104,7 +103,7 @@ class Stdout:
         return len(text)
 
     def flush(self) -> None:
-        """Write what is still in a buffer; raise what `write` does."""
+        """Write the buffered text; raise the errors of `write`."""
         self._try("flush")
 
     def _try(self, method: str, *arguments: str) -> None:
@@ -120,7 +119,7 @@ class Stdout:
 
 
 def _discard_stdout() -> None:
-    """Lead stdout to nowhere: what is in its buffer would fail again and again."""
+    """Redirect stdout to the null device: its buffered text would fail again and again."""
     with suppress(OSError):
         null = os.open(os.devnull, os.O_WRONLY)
         os.dup2(null, sys.stdout.fileno())

@@ -30,9 +30,9 @@ def whole_name(path: Path) -> Path:
 
 
 def check_names(whole: Path, resumed: Path | None, no_clobber: bool) -> None:
-    """Check the name of a file that is to be written, and of its unfinished one.
+    """Check the name of an output file and of its unfinished one.
 
-    Without clobbering neither may exist, but for the file that is resumed.
+    With `no_clobber` neither may exist, except the resumed file.
     """
     if whole_name(whole) != whole:
         raise OutputError(
@@ -45,7 +45,7 @@ def check_names(whole: Path, resumed: Path | None, no_clobber: bool) -> None:
 
 
 def existing_name(path: Path) -> Path:
-    """Return the name of a result, or of the unfinished one where only that stands."""
+    """Return the name of a result, or of the unfinished one if only that exists."""
     if os.path.lexists(path) or not path.name:
         return path
     partial = partial_name(path)

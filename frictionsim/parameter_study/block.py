@@ -21,7 +21,7 @@ STATUSES: Flags = (
 OUTCOMES = (DONE, FAILED, AUDIT_FAILED)
 
 
-class Outcome(NamedTuple):
+class RunOutcome(NamedTuple):
     """The outcome of a run, or of several, whose quantities are arrays (runs,).
 
     The quantities of a failed run are those of the samples up to its end.
@@ -39,9 +39,9 @@ class Block(NamedTuple):
 
     first: int  # the number of the first of these runs
     status: "np.ndarray[Any, np.dtype[np.int8]]"
-    units: dict[str, str]  # of each quantity that one of them has, by name
-    values: "Array"  # (quantities, n); NaN where one is not defined
-    texts: dict[str, dict[int, str]]  # those that are not empty, by name and run
+    units: dict[str, str]  # of each quantity of any of these runs, by name
+    values: "Array"  # (quantities, n); NaN if undefined
+    texts: dict[str, dict[int, str]]  # nonempty ones, by name and run
 
     @property
     def runs(self) -> int:
@@ -49,8 +49,8 @@ class Block(NamedTuple):
         return len(self.status)
 
 
-def block_of(first: int, outcomes: Iterable[tuple[Any, Outcome]]) -> Block:
-    """Return the block of the outcomes of consecutive runs, each with the runs that have it.
+def block_of(first: int, outcomes: Iterable[tuple[Any, RunOutcome]]) -> Block:
+    """Return the block of the outcomes of consecutive runs, each with the numbers of its runs.
 
     Runs are counted from the first of the block; those of an outcome are in ascending order.
     """
@@ -76,5 +76,5 @@ def block_of(first: int, outcomes: Iterable[tuple[Any, Outcome]]) -> Block:
     return Block(first, status, units, values, texts)
 
 
-def _first_run(part: tuple[Any, Outcome]) -> int:
+def _first_run(part: tuple[Any, RunOutcome]) -> int:
     return int(part[0][0])

@@ -25,34 +25,34 @@ from frictionsim.scenario.toml_data import KeyPath, plain, toml_value
 if TYPE_CHECKING:
     from frictionsim.simulation.many_runs import RunForm
 
-Found = TypeVar("Found")
+GroupResult = TypeVar("GroupResult")
 
 MIN_TOGETHER = 50  # fewer runs are faster alone
-# Of a sweep: fewer runs take as Python as long as loading compiled code, or as compiling it.
+# Runs of a sweep from which loading compiled code, or compiling it, saves time over Python.
 RUNS_THAT_PAY, RUNS_THAT_PAY_COMPILING = 200, 3000
 MAX_SHOWN = 60  # characters of a value in a message
 
 
 class Combinations:
-    """Makes the scenarios of a sweep of so many runs.
+    """Makes the scenarios of a sweep; `runs` is their number.
 
-    Keys are those of --set, as `drive.force.value.1`; several with commas between them have one
+    Keys are those of --set, such as `drive.force.value.1`; several separated by commas have one
     value.
     """
 
     def __init__(self, scenario: Scenario, keys: Sequence[str], runs: int = 1) -> None:
         self.base, self.keys, self._runs = scenario, tuple(keys), runs
-        # Of each single key, the number of its value in a combination.
+        # The position of its value in a combination, by single key.
         self._numbers = expanded({key: number for number, key in enumerate(keys)})
         for key in self._numbers:
             if key.strip() == "kind":
                 raise InputError("vary kind: a sweep has runs of one kind; start one for each")
-        # Without defaults: some depend on other keys, as output.interval on the duration.
+        # Without defaults: some depend on other keys, such as output.interval on the duration.
         self._data = plain(
             scenario.model_dump(by_alias=True, exclude_none=True, exclude_unset=True)
         )
         self._folder = Path(scenario.origin.source).parent
-        # For numbers: data to change, where in them the keys are, and the number of the value.
+        # For numbers: the data to change, the places of the keys in them, and those of the values.
         self._changed: dict[str, Any] = {}
         self._places: list[tuple[Any, Any, int]] = []
         self._paths: dict[KeyPath, int] = {}
@@ -62,14 +62,14 @@ class Combinations:
         return Combinations, (self.base, self.keys, self._runs)
 
     def form(self, values: Sequence[Any]) -> "RunForm | None":
-        """Return the form of the runs that go together with one; None if it is to be run alone."""
+        """Return the form of the runs that can run together with one; None if it must run alone."""
         if self._runs < RUNS_THAT_PAY:
             return None
         try:
             scenario = self.scenario(values)
         except InputError:
             return None
-        # Which of wanted channels a run lacks is a warning, and runs together make no channels.
+        # A run warns of requested channels that it lacks, and runs together have no channels.
         if scenario.needs_samples or scenario.output.channels is not None:
             return None
         from frictionsim.simulation.many_runs import form_of_runs
@@ -89,12 +89,14 @@ class Combinations:
             self.scenario(values[number])
 
     def groups(
-        self, values: Sequence[Sequence[Any]], function: "Callable[[RunForm, Scenario], Found]"
-    ) -> Iterator[tuple[Any, Found]]:
-        """Yield groups of combinations, by their indices, and what a function returns for each.
+        self,
+        values: Sequence[Sequence[Any]],
+        function: "Callable[[RunForm, Scenario], GroupResult]",
+    ) -> Iterator[tuple[Any, GroupResult]]:
+        """Yield groups of combinations, by their indices, with the result of a function of each.
 
-        It takes the form of the runs and a valid scenario with the numbers of all of them; see
-        `in_groups`. Left out are those that have to be checked, or run, alone.
+        The function takes the form of the runs and a valid scenario with the numbers of all of
+        them; see `group_runs`. Combinations that must be checked, or run, alone are omitted.
         """
         numbers = _numbers(values) if len(values) >= MIN_TOGETHER else None
         if numbers is None:
@@ -106,15 +108,15 @@ class Combinations:
         form = self.form(first)
         if form is None:
             return
-        from frictionsim.scenario.run_numbers import in_groups, numbers_of, with_numbers
+        from frictionsim.scenario.run_numbers import as_run_numbers, group_runs, with_numbers
 
         template = self.scenario(first)
 
-        def of_group(chosen: Any) -> Found:
-            given = {path: numbers_of(numbers[chosen, i]) for path, i in self._paths.items()}
-            return function(form, with_numbers(template, given))
+        def evaluate(chosen: Any) -> GroupResult:
+            arrays = {path: as_run_numbers(numbers[chosen, i]) for path, i in self._paths.items()}
+            return function(form, with_numbers(template, arrays))
 
-        yield from in_groups(of_group, runs, MIN_TOGETHER)
+        yield from group_runs(evaluate, runs, MIN_TOGETHER)
 
     def scenario(self, values: Sequence[Any]) -> Scenario:
         """Return the scenario in which the keys have these values."""
@@ -122,9 +124,9 @@ class Combinations:
             return self._validated(values)
         with self._lock:
             if not self._places:
-                found = self._validated(values)
+                scenario = self._validated(values)
                 self._find_places(values)
-                return found
+                return scenario
             for table, key, number in self._places:
                 table[key] = values[number]
             try:
@@ -132,12 +134,12 @@ class Combinations:
                 context = {"folder": self._folder}
                 return type(self.base).model_validate(self._changed, context=context)
             except (ValidationError, OverflowError):
-                return self._validated(values)  # which says what is wrong
+                return self._validated(values)  # raises the error
 
     def _find_places(self, values: Sequence[Any]) -> None:
         self._changed = _copied(self._data)
-        given = {key: values[number] for key, number in self._numbers.items()}
-        paths = apply_overrides(self._changed, given)[0]
+        overrides = {key: values[number] for key, number in self._numbers.items()}
+        paths = apply_overrides(self._changed, overrides)[0]
         self._paths = dict(zip(paths, self._numbers.values(), strict=True))
         for (*above, last), number in self._paths.items():
             table: Any = self._changed
@@ -146,23 +148,23 @@ class Combinations:
             self._places.append((table, last, number))
 
     def _validated(self, values: Sequence[Any]) -> Scenario:
-        given = {
+        overrides = {
             key: REMOVED if values[number] == REMOVED_TEXT else values[number]
             for key, number in self._numbers.items()
         }
         data = _copied(self._data)
         try:
-            apply_overrides(data, given)
+            apply_overrides(data, overrides)
             return validate_model(type(self.base), data, self._folder)
         except ValidationFailure as failure:
             faults = failure.lines()
         except ScenarioError as error:
             faults = [fault.partition(": ")[2] for fault in error.faults]
-        raise InputError(f"vary: {combination_text(given)} is not valid: {'; '.join(faults)}")
+        raise InputError(f"vary: {combination_text(overrides)} is not valid: {'; '.join(faults)}")
 
 
 def _is_ordinary(value: Any) -> Any:
-    """Return whether the limits of magnitude allow a number, or numbers, wherever they stand."""
+    """Return whether numbers are within the limits of magnitude."""
     return (value == 0.0) | ((abs(value) >= MIN_NUMBER) & (abs(value) <= MAX_NUMBER))
 
 
@@ -175,10 +177,10 @@ def _numbers(values: Sequence[Sequence[Any]]) -> Any:
     return None
 
 
-def combination_text(given: dict[str, Any]) -> str:
+def combination_text(values: dict[str, Any]) -> str:
     """Return a combination of values for a message."""
     parts = []
-    for key, value in given.items():
+    for key, value in values.items():
         text = REMOVED_TEXT if value is REMOVED else toml_value(value)
         parts.append(f"{key}={text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + '...'}")
     return ", ".join(parts)

@@ -1,8 +1,8 @@
 """Runs the parts of a sweep on a cluster of Dask, which has its own scheduler.
 
-Nothing is read from or written to the disks of the workers, but the results of the runs where these
-are wanted. Dask gives the blocks of a worker that died to others; those that have killed several
-are run one at a time (`dispatch`).
+The disks of the workers are not used, except for the results of the runs if these are requested.
+Dask gives the blocks of a worker that died to others; those that have killed several are run one at
+a time (`dispatch`).
 """
 
 import logging
@@ -34,11 +34,12 @@ LOGGERS = ("distributed", "tornado", "asyncio")  # silenced: errors are reported
 class DaskCluster:
     """An `Executor` on a cluster of Dask.
 
-    The address is that of a scheduler, as tcp://host:8786; or local:N for one of N workers here.
+    The address is that of a scheduler, such as tcp://host:8786, or local:N for N workers on this
+    machine.
     """
 
-    seconds_of_a_block, ahead = 0.8, 2  # the scheduler takes some hundredths for each
-    deaths = 2  # it has tried a job on several workers
+    seconds_of_a_block, ahead = 0.8, 2  # the scheduler needs some hundredths for each
+    deaths = 2  # the scheduler has tried a job on several workers
 
     def __init__(self, address: str) -> None:
         self._address = address
@@ -54,7 +55,7 @@ class DaskCluster:
         try:
             self._connect(distributed, wanted)
             if self._cluster is not None:
-                self._client.register_plugin(_deaf_to_ctrl_c(distributed))
+                self._client.register_plugin(_plugin_ignoring_ctrl_c(distributed))
             self._check_workers()
         except BaseException:
             self.close()
@@ -62,9 +63,9 @@ class DaskCluster:
 
     @property
     def count(self) -> int:
-        """The number of runs that the workers do at the same time; workers may come and go."""
+        """The number of simultaneous runs; the number of workers may change."""
         if monotonic() - self._counted > SECONDS_BETWEEN_COUNTS:
-            with suppress(Exception):  # the scheduler is busy, or lost, which `watch` finds
+            with suppress(Exception):  # the scheduler is busy, or lost, which `watch` reports
                 self._count = sum(self._client.nthreads().values())
             self._counted = monotonic()
         return max(self._count, 1)
@@ -74,17 +75,17 @@ class DaskCluster:
         if self._plan is plan:
             return
         self._plan = plan
-        # A task, not data sent beforehand: if its worker dies, the scheduler has it done again.
+        # A task, not data sent in advance: if its worker dies, the scheduler repeats it.
         self._combinations = self._client.submit(
             Combinations, plan.scenario, plan.design.keys, plan.design.runs, pure=False
         )
 
     def submit(self, kind: str, task: Task) -> "Future[JobResult]":
-        """Have the scheduler give a job to a worker."""
+        """Submit a job to the scheduler."""
         assert self._plan is not None
         series = None if self._plan.series is None else self._plan.series.absolute()
         future: Future[JobResult] = self._executor.submit(
-            do_job_there, __version__, self._combinations, kind, task, series
+            do_job_on_worker, __version__, self._combinations, kind, task, series
         )
         return future
 
@@ -95,12 +96,12 @@ class DaskCluster:
 
     def crash(self, error: Exception) -> str:
         """Return how a worker died, as far as the scheduler reports it."""
-        if isinstance(error, CancelledError):  # lost with its scheduler
+        if isinstance(error, CancelledError):  # the scheduler is lost
             raise self._lost() from None
         return "reported by the Dask scheduler" if type(error).__name__ == "KilledWorker" else ""
 
     def close(self) -> None:
-        """Leave the cluster; end one that was started for this sweep."""
+        """Disconnect from the cluster; end it if it was started for this sweep."""
         executor, client, cluster = self._executor, self._client, self._cluster
         self._executor = self._client = self._cluster = self._plan = self._combinations = None
         with suppress(Exception):  # the scheduler is lost
@@ -136,7 +137,7 @@ class DaskCluster:
                 failed.append(error)
 
         failed: list[Exception] = []
-        # What listens but never answers has no limit of time in Dask.
+        # Dask has no time limit for a server that accepts the connection but never answers.
         connecting = Thread(target=connect, daemon=True)
         connecting.start()
         connecting.join(None if workers is not None else SECONDS_TO_ANSWER)
@@ -158,27 +159,27 @@ class DaskCluster:
                 f" 'dask worker {self._address}'"
             ) from None
         self._executor = self._client.get_executor(pure=False)
-        found = self._client.run(_probe(), on_error="return")
-        for worker, version in found.items():
+        versions = self._client.run(_probe(), on_error="return")
+        for worker, version in versions.items():
             if version != __version__:
                 where = f"{self._address}, worker {worker}"
                 raise InputError(_other_version(where, version, __version__))
 
 
-def do_job_there(
+def do_job_on_worker(
     version: str, combinations: Combinations, kind: str, task: Task, series: Path | None
 ) -> JobResult:
-    """Do a job on a worker, which must have the version of the program that asks for it."""
-    if version != __version__:  # it has come after the workers were checked
+    """Do a job on a worker, which must have the version of the submitting program."""
+    if version != __version__:  # the worker joined after the check
         raise InputError(_other_version("worker", __version__, version))
     use_one_thread_of_linear_algebra()
     return do_job(combinations, kind, task, series)
 
 
 def _probe() -> Callable[[], str]:
-    """Return a function that tells the version of a worker, also of one without frictionsim.
+    """Return a function for the version of a worker, which may lack frictionsim.
 
-    A function within a function is sent as it is, others by their name.
+    A nested function is sent as code, others are sent by name.
     """
 
     def version() -> str:
@@ -191,10 +192,10 @@ def _probe() -> Callable[[], str]:
     return version
 
 
-def _deaf_to_ctrl_c(distributed: Any) -> Any:
-    """Return a plugin that has each worker here ignore Ctrl-C, also one that starts later.
+def _plugin_ignoring_ctrl_c(distributed: Any) -> Any:
+    """Return a plugin that makes each local worker ignore Ctrl-C, also those started later.
 
-    A terminal sends it to all processes; workers would print how it ended them.
+    A terminal sends it to all processes; workers would print tracebacks.
     """
 
     class Deaf(distributed.WorkerPlugin):  # type: ignore[misc]
@@ -232,7 +233,7 @@ def _count_of(address: str) -> int | None:
 
 
 def _distributed() -> Any:
-    """Return the library."""
+    """Return the package distributed."""
     try:
         import distributed
     except ImportError:

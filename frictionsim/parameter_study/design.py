@@ -1,4 +1,4 @@
-"""The design of a sweep: which combinations of values are run, and in which order."""
+"""The design of a sweep: the combinations of values and their order."""
 
 from collections.abc import Mapping, Sequence
 from math import prod
@@ -17,13 +17,13 @@ METHODS = ("sobol", "lhs", "random")
 
 
 class Sampling(NamedTuple):
-    """How a sample is drawn.
+    """The settings of a sample.
 
-    With `indices` the combinations from which Sobol indices are computed are run as well: with d
-    keys, two samples A and B, and d samples that are A with one column of B; runs (d + 2) in all.
+    `indices` adds the combinations for Sobol indices: with d keys, two samples A and B, and d
+    samples that are A with one column of B; runs (d + 2) in all.
     """
 
-    runs: int  # with `indices` those of one of two samples
+    runs: int  # with `indices` those of one of the samples
     method: str = "sobol"  # one of METHODS
     seed: int = 0
     indices: bool = False
@@ -63,8 +63,8 @@ class Design(NamedTuple):
 
         indices = np.unravel_index(np.arange(start, stop), self.shape)
         columns = [
-            [values[i] for i in of_key.tolist()]
-            for values, of_key in zip(self.levels, indices, strict=True)
+            [values[i] for i in key_indices.tolist()]
+            for values, key_indices in zip(self.levels, indices, strict=True)
         ]
         return list(zip(*columns, strict=True))
 
@@ -77,9 +77,9 @@ def _plain(values: Any) -> Any:
 def design_of(
     vary: Mapping[str, Values], together: bool = False, sampling: Sampling | None = None
 ) -> Design:
-    """Return the design of a sweep of all combinations of values.
+    """Return the design of a sweep: a grid of all combinations, or a sample.
 
-    Together, the first values of all keys are run, then the second ones, and so on.
+    With `together` the first values of all keys are one run, the second ones the next, and so on.
     """
     if not vary:
         raise ArgumentError("vary", "expected at least one key with its values, got none")
@@ -99,18 +99,18 @@ def design_of(
     count = prod(lengths.values())
     if together:
         if len(set(lengths.values())) > 1:
-            given = ", ".join(f"{key} has {n}" for key, n in lengths.items())
-            raise InputError(f"zip: expected as many values of each key: {given}")
-        return Design(TOGETHER, keys, _made(vary))
+            counts = ", ".join(f"{key} has {n}" for key, n in lengths.items())
+            raise InputError(f"zip: expected as many values of each key: {counts}")
+        return Design(TOGETHER, keys, _values_of_levels(vary))
     if count > MAX_RUNS:
         product = " x ".join(map(str, lengths.values()))
         raise InputError(
             f"{product} = {count:.3g} combinations are more than the limit of {MAX_RUNS}; give"
             " fewer values, or draw a sample of distributions"
         )
-    levels = _made(vary)
-    for key, found in zip(keys, levels, strict=True):
-        twice = _first_twice(found)
+    levels = _values_of_levels(vary)
+    for key, key_levels in zip(keys, levels, strict=True):
+        twice = _first_repeated(key_levels)
         if twice is not None:
             raise InputError(
                 f"vary {key}: {toml_value(twice)} is given twice, and a grid has a run for each"
@@ -119,12 +119,12 @@ def design_of(
     return Design(GRID, keys, levels)
 
 
-def _made(vary: Mapping[str, Values]) -> tuple[tuple[Any, ...], ...]:
+def _values_of_levels(vary: Mapping[str, Values]) -> tuple[tuple[Any, ...], ...]:
     return tuple(values.values for values in vary.values() if isinstance(values, Levels))
 
 
-def _first_twice(values: Sequence[Any]) -> Any:
-    """Return the first value that is there twice; None if none is."""
+def _first_repeated(values: Sequence[Any]) -> Any:
+    """Return the first repeated value; None if there is none."""
     if {*map(type, values)} == {float} and len({*values}) == len(values):
         return None
     seen = set()
@@ -192,6 +192,6 @@ def _points(width: int, sampling: Sampling) -> "Array":
     if sampling.method == "lhs":
         return qmc.LatinHypercube(width, seed=generator).random(sampling.runs)
     with warnings.catch_warnings():
-        # That a number of points is no power of two is for the documentation.
+        # The documentation, not a warning, tells of numbers of points that are no power of two.
         warnings.simplefilter("ignore", UserWarning)
         return qmc.Sobol(width, seed=generator).random(sampling.runs)

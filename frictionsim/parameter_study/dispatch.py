@@ -1,8 +1,8 @@
 """Gives the runs of a sweep to an executor in blocks, and repeats those whose worker died.
 
-Blocks take some tenths of a second. When a worker dies, nobody knows which of the blocks in
-progress did it: they are run again, and if they are lost again, their runs one by one. A run that
-is lost once more comes last, with the machine for itself; if its worker dies then, it has failed.
+Blocks take some tenths of a second. When a worker dies, the block that caused it is unknown: all
+blocks in progress are run again, and if they are lost again, their runs one by one. A run that is
+lost once more is run last, without other jobs; if its worker dies then, it has failed.
 """
 
 from collections import deque
@@ -14,7 +14,7 @@ from time import monotonic, perf_counter
 from typing import Any, NamedTuple, Protocol
 
 from frictionsim.errors import InputError, Interrupted
-from frictionsim.parameter_study.block import FAILED, Block, Outcome, block_of
+from frictionsim.parameter_study.block import FAILED, Block, RunOutcome, block_of
 from frictionsim.parameter_study.combinations import Combinations
 from frictionsim.parameter_study.single_run import NO_MONITOR, Task, run_task
 from frictionsim.parameter_study.sweep import Assembly, SweepPlan
@@ -22,16 +22,16 @@ from frictionsim.simulation.monitor import RunMonitor
 
 CHECK, RUN = "check", "run"
 MIN_CHECKED = 64  # combinations, which take some milliseconds
-SECONDS_HERE = 0.1  # of checks in this process, before workers are started
+SECONDS_OF_LOCAL_CHECKS = 0.1  # in this process, before workers are started
 SECONDS_BETWEEN_TICKS = 0.1
 SECONDS_FOR_THE_LAST = 1.0  # for blocks in progress when a sweep is interrupted
-MAX_DEATHS = 3  # of workers: in a block, in the same block again, alone
+MAX_DEATHS = 3  # of workers: in a block, in its repetition, alone
 WORKER_DIED = "worker_died"
 
 MAX_RUNS_OF_A_BLOCK = 4096
 MAX_TOGETHER = 2000  # runs in a block that are observed together
 GROWTH = 4
-# Of a run: longer ones go alone, so that a block of the fewest that go together takes seconds only.
+# Of a run: longer runs are run alone, so that the smallest block takes no more than seconds.
 MAX_SECONDS_TOGETHER = 0.06
 
 JobResult = tuple[float, Block | None]
@@ -39,30 +39,30 @@ JobResult = tuple[float, Block | None]
 
 
 class Executor(Protocol):
-    """Does jobs in this process or in others: `concurrent.futures`, and what a sweep needs more."""
+    """Does jobs in this process or in others: `concurrent.futures` with the needs of a sweep."""
 
-    seconds_of_a_block: float  # wanted length; 0 for single runs
+    seconds_of_a_block: float  # target length; 0 for single runs
     ahead: int  # jobs for each worker while blocks are short: one in progress, the others queued
-    deaths: int  # of a worker, that one `crash` stands for
+    deaths: int  # deaths of workers that one `crash` counts for
 
     @property
     def count(self) -> int:
-        """The number of jobs that are done at the same time."""
+        """The number of simultaneous jobs."""
 
     def start(self, plan: SweepPlan, monitor: RunMonitor) -> None:
-        """Prepare for the jobs of a sweep; the monitor is for jobs that are done in `submit`."""
+        """Prepare for the jobs of a sweep; the monitor is called during jobs done in `submit`."""
 
     def submit(self, kind: str, task: Task) -> "Future[JobResult]":
         """Queue a job, which is a call of `do_job`."""
 
     def watch(self) -> None:
-        """Check that the workers are still there; called some times each second."""
+        """Check that the workers are alive; called some times each second."""
 
     def crash(self, error: Exception) -> str:
-        """Return how a worker died if that ended its job with this error; empty if none died."""
+        """Return how a worker died if its death caused this error; else an empty text."""
 
     def close(self) -> None:
-        """End the workers, whatever they do."""
+        """End the workers, even during a job."""
 
 
 def do_job(
@@ -82,24 +82,24 @@ def do_job(
 
 
 class BlockSizes:
-    """The size of the next block of the runs that are left, by how long runs took.
+    """The size of the next block of the remaining runs, from the durations of earlier ones.
 
     A block should take `seconds`: long enough that sending it costs little, short against a sweep.
-    `together` runs at least are faster together than one by one; 1 if none are.
+    From `together` runs on, a block is faster than single runs; 1 if none is.
     """
 
-    def __init__(self, seconds: float, left: int, together: int = 1) -> None:
-        self._block, self._left, self._together = seconds, left, together
-        self._runs, self._seconds = 0, 0.0  # of the last block that counts, and of a run in it
+    def __init__(self, seconds: float, remaining: int, together: int = 1) -> None:
+        self._block, self._remaining, self._together = seconds, remaining, together
+        self._runs, self._seconds = 0, 0.0  # size of the last representative block, time of a run
 
     def learn(self, runs: int, seconds: float) -> None:
-        """Take note of how long a block took."""
+        """Record the duration of a block."""
         if self._together > 1 and 2 * runs < self._runs:
-            return  # of a few runs each costs more
+            return  # runs in small blocks cost more
         self._runs, self._seconds = runs, max(seconds / runs, 1e-7)
 
     def next(self, workers: int) -> int:
-        """Return the size of the next block, which is one for the first ones."""
+        """Return the size of the next block; 1 until a duration is known."""
         if not self._seconds:
             return 1
         wanted = int(self._block / self._seconds)
@@ -108,21 +108,20 @@ class BlockSizes:
         return max(1, min(wanted, self._fair(workers), MAX_RUNS_OF_A_BLOCK))
 
     def _next_together(self, wanted: int, workers: int) -> int:
-        # The more go together, the less each costs: four times as many take less than four times
-        # as long.
+        # Four times as many runs together take less than four times as long.
         if self._runs * self._seconds < 2.0 * self._block:
             wanted = max(wanted, GROWTH * self._runs)
         fair = max(self._fair(workers), GROWTH * self._together)  # small ones do not pay
         size = max(self._together, min(wanted, fair, MAX_TOGETHER))
-        return size if self._left - size >= self._together else max(self._left, 1)
+        return size if self._remaining - size >= self._together else max(self._remaining, 1)
 
     def _fair(self, workers: int) -> int:
-        """Return a size that gets smaller, so that all workers are done at the same time."""
-        return ceil(self._left / (2 * workers)) if workers > 1 else self._left
+        """Return a decreasing size, so that all workers finish at the same time."""
+        return ceil(self._remaining / (2 * workers)) if workers > 1 else self._remaining
 
-    def took(self, runs: int) -> None:
+    def dispatch(self, runs: int) -> None:
         """Take note of runs that go out."""
-        self._left -= runs
+        self._remaining -= runs
 
     @property
     def are_short(self) -> bool:
@@ -144,13 +143,13 @@ class Ticker:
 
 
 class _Job(NamedTuple):
-    """Runs from `first` up to `stop`, and how many workers have died while they did it."""
+    """Runs from `first` up to `stop`, and the number of workers that have died in them."""
 
     first: int
     stop: int
     deaths: int = 0
     alone: bool = False
-    """Whether nothing else is in progress, so that nothing else can have killed its worker."""
+    """Whether no other job is in progress that could have killed its worker."""
 
 
 class _Answer(NamedTuple):
@@ -163,71 +162,76 @@ class _Answer(NamedTuple):
 
 
 class _Dispatch:
-    """The jobs of a sweep: those that are left, and those in progress."""
+    """The jobs of a sweep: the remaining ones, and those in progress."""
 
     def __init__(
-        self, executor: Executor, plan: SweepPlan, kind: str, left: Iterable[range], together: int
+        self,
+        executor: Executor,
+        plan: SweepPlan,
+        kind: str,
+        remaining: Iterable[range],
+        together: int,
     ) -> None:
         self._executor, self._plan, self._kind = executor, plan, kind
-        self._ranges = deque(left)
+        self._ranges = deque(remaining)
         self._sizes = BlockSizes(executor.seconds_of_a_block, sum(map(len, self._ranges)), together)
-        self._again: deque[_Job] = deque()
+        self._retries: deque[_Job] = deque()
         self._last: deque[_Job] = deque()
-        self._out: dict[Future[JobResult], _Job] = {}
+        self._pending: dict[Future[JobResult], _Job] = {}
 
     def stop(self) -> None:
         """Give out no more jobs."""
-        for jobs in (self._ranges, self._again, self._last):
+        for jobs in (self._ranges, self._retries, self._last):
             jobs.clear()
 
     def answers(self, ticker: Ticker) -> Iterator[_Answer]:
         """Yield the answers to all jobs, in any order."""
         while self._fill():
-            wait(self._out, SECONDS_BETWEEN_TICKS, FIRST_COMPLETED)
+            wait(self._pending, SECONDS_BETWEEN_TICKS, FIRST_COMPLETED)
             yield from self._collected()
             self._executor.watch()
             ticker()
 
-    def rest(self, seconds: float) -> Iterator[_Answer]:
+    def drain(self, seconds: float) -> Iterator[_Answer]:
         """Yield the answers to the jobs in progress that come within some seconds."""
         self.stop()
         latest = monotonic() + seconds
-        while self._out and monotonic() < latest:
-            wait(self._out, max(latest - monotonic(), 0.0), FIRST_COMPLETED)
+        while self._pending and monotonic() < latest:
+            wait(self._pending, max(latest - monotonic(), 0.0), FIRST_COMPLETED)
             yield from self._collected()
 
     def _fill(self) -> bool:
         """Submit jobs while workers are free; return whether any are in progress."""
-        # A long one should not wait behind another long one.
+        # A long block should not queue behind another long one.
         ahead = self._executor.ahead if self._sizes.are_short else 1
-        while len(self._out) < self._executor.count * ahead:
+        while len(self._pending) < self._executor.count * ahead:
             job = self._next()
             if job is None:
                 break
             values = self._plan.design.combinations(job.first, job.stop)
-            self._out[self._executor.submit(self._kind, Task(job.first, values))] = job
-        return bool(self._out)
+            self._pending[self._executor.submit(self._kind, Task(job.first, values))] = job
+        return bool(self._pending)
 
     def _next(self) -> _Job | None:
-        """Return the next job; None if there is none now. The last ones go one at a time."""
+        """Return the next job; None if there is none now. The last ones run one at a time."""
         if self._ranges:
             runs = self._ranges.popleft()
             stop = min(runs.start + self._sizes.next(self._executor.count), runs.stop)
             if stop < runs.stop:
                 self._ranges.appendleft(range(stop, runs.stop))
-            self._sizes.took(stop - runs.start)
+            self._sizes.dispatch(stop - runs.start)
             return _Job(runs.start, stop)
-        if self._again:
-            return self._again.popleft()
-        if self._last and not self._out:
+        if self._retries:
+            return self._retries.popleft()
+        if self._last and not self._pending:
             return self._last.popleft()._replace(alone=True)
         return None
 
     def _collected(self) -> Iterator[_Answer]:
-        # Until none is done: all jobs of a pool that broke, before the next pool is opened.
-        while done := [future for future in self._out if future.done()]:
+        # Until none is done, to collect all jobs of a broken pool before the next one is opened.
+        while done := [future for future in self._pending if future.done()]:
             for future in done:
-                job = self._out.pop(future)
+                job = self._pending.pop(future)
                 try:
                     seconds, block = future.result()
                 except Exception as error:
@@ -241,12 +245,12 @@ class _Dispatch:
                     yield _Answer(job, block)
 
     def _retry(self, job: _Job) -> bool:
-        """Repeat a job whose worker died; return False if there is no hope for it."""
+        """Queue a job whose worker died once more; return False if it has failed."""
         deaths = job.deaths + self._executor.deaths
         if deaths < 2:
-            self._again.append(job._replace(deaths=deaths))
+            self._retries.append(job._replace(deaths=deaths))
         elif job.stop - job.first > 1:
-            self._again += [_Job(n, n + 1, deaths) for n in range(job.first, job.stop)]
+            self._retries += [_Job(n, n + 1, deaths) for n in range(job.first, job.stop)]
         elif job.alone and deaths >= MAX_DEATHS:
             return False
         else:
@@ -255,20 +259,20 @@ class _Dispatch:
 
 
 def run_blocks(
-    executor: Executor, plan: SweepPlan, left: Iterable[range], monitor: RunMonitor
+    executor: Executor, plan: SweepPlan, remaining: Iterable[range], monitor: RunMonitor
 ) -> Iterator[Block]:
-    """Yield the outcomes of runs, left in ascending order, in any order.
+    """Yield the outcomes of the remaining runs, given in ascending order, in any order.
 
     The monitor is called some times each second, with 0 s. If it raises `Interrupted` or
-    KeyboardInterrupt, the blocks that end within a second are yielded before that is raised again.
+    KeyboardInterrupt, the blocks that end within a second are yielded before it is raised again.
     """
     executor.start(plan, monitor)
-    dispatch = _Dispatch(executor, plan, RUN, left, plan.together)
+    dispatch = _Dispatch(executor, plan, RUN, remaining, plan.together)
     try:
         for answer in dispatch.answers(Ticker(monitor)):
             yield _block(answer)
     except (Interrupted, KeyboardInterrupt):
-        yield from map(_block, dispatch.rest(SECONDS_FOR_THE_LAST))
+        yield from map(_block, dispatch.drain(SECONDS_FOR_THE_LAST))
         raise
 
 
@@ -278,7 +282,7 @@ def _block(answer: _Answer) -> Block:
     if answer.block is not None:
         return answer.block
     reason = f"the worker process crashed in this run every time ({answer.crash})"
-    return block_of(answer.job.first, [(0, Outcome(FAILED, {}, WORKER_DIED, reason))])
+    return block_of(answer.job.first, [(0, RunOutcome(FAILED, {}, WORKER_DIED, reason))])
 
 
 def run_sweep(
@@ -288,12 +292,12 @@ def run_sweep(
     on_block: Callable[[Block], Any],
     monitor: RunMonitor,
 ) -> None:
-    """Run what an assembly lacks, as `run_blocks`.
+    """Run the remaining runs of an assembly, as `run_blocks`.
 
-    Whatever `on_block` raises, which is called with each block before it is added, ends the sweep.
+    `on_block` is called with each block before it is added; any exception of it ends the sweep.
     """
     monitor(0.0)
-    for block in run_blocks(executor, plan, assembly.left, monitor):
+    for block in run_blocks(executor, plan, assembly.remaining, monitor):
         on_block(block)
         assembly.add(block)
 
@@ -301,17 +305,17 @@ def run_sweep(
 def check_combinations(
     executor: Executor,
     plan: SweepPlan,
-    left: Iterable[range],
+    remaining: Iterable[range],
     on_checked: Callable[[int], Any],
     monitor: RunMonitor,
 ) -> None:
-    """Check the combinations of runs: the first ones here, as most sweeps are small.
+    """Check the combinations of runs, the first ones in this process, as most sweeps are small.
 
-    `on_checked` is called with the number of combinations checked since; the others are as of
-    `run_blocks`.
+    `on_checked` is called with the number of newly checked combinations; the other parameters are
+    those of `run_blocks`.
     """
-    ranges, combinations, ticker = deque(left), plan.combinations, Ticker(monitor)
-    latest, size = monotonic() + SECONDS_HERE, MIN_CHECKED
+    ranges, combinations, ticker = deque(remaining), plan.combinations, Ticker(monitor)
+    latest, size = monotonic() + SECONDS_OF_LOCAL_CHECKS, MIN_CHECKED
     while ranges and monotonic() < latest:
         ticker()
         runs = ranges.popleft()
@@ -335,7 +339,7 @@ def _check_the_rest(dispatch: _Dispatch, on_checked: Callable[[int], Any], ticke
                 f" ({answer.crash})"
             )
         if answer.error is not None:
-            # Those before it are in progress already: the first fault is among their answers.
+            # Earlier jobs are in progress already, so the first fault is among their answers.
             faults[answer.job.first] = answer.error
             dispatch.stop()
         else:

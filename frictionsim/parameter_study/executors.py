@@ -1,7 +1,7 @@
 """Executors of a sweep on this machine: this process alone, or a pool of others.
 
-A worker is a copy of this process (`fork`, some ms) where that is sound, else a new interpreter. It
-ends when this process does, however that ends.
+A worker is a copy of this process (`fork`, some ms) if that is safe, else a new interpreter. It
+ends with this process, however that ends.
 """
 
 import gc
@@ -28,12 +28,12 @@ from frictionsim.parameter_study.sweep import SweepPlan
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.simulation.monitor import RunMonitor
 
-SECONDS_OF_A_BLOCK = 0.3  # which a kill may cost
+SECONDS_OF_A_BLOCK = 0.3  # work that a kill may lose
 STEPS_BETWEEN_TICKS = 256  # reading the clock costs a tenth of a step
-MAX_STILLBORN = 3  # pools whose workers end before they begin; one may be killed from outside
+MAX_STILLBORN = 3  # pools whose workers end before their first job; one may be killed from outside
 SECONDS_TO_BREAK = 1.0  # after the death of a worker
 ENDED_LATER = (-9, -15, 0)  # exit codes of workers that were ended with another one
-# A terminal sends these to all of its processes; the one that started the sweep decides.
+# A terminal sends these to all of its processes; the parent handles them.
 PARENT_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasattr(signal, name)]
 
 
@@ -89,7 +89,7 @@ class InProcess:
 
 
 class _Stopped(BaseException):
-    """The end of the sweep within a run, which must not be taken for a failure of the run."""
+    """The end of the sweep within a run, distinct from a failure of the run."""
 
     def __init__(self, reason: BaseException) -> None:
         super().__init__()
@@ -117,7 +117,7 @@ class _RunsMonitor(RunMonitor):
 
 
 class ProcessPool:
-    """An `Executor` with worker processes, which are started when they are needed."""
+    """An `Executor` with worker processes, started on demand."""
 
     seconds_of_a_block, ahead, deaths = SECONDS_OF_A_BLOCK, 2, 1
 
@@ -126,16 +126,16 @@ class ProcessPool:
         self._plan: SweepPlan | None = None
         self._pool: ProcessPoolExecutor | None = None
         self._ready: Future[None] = Future()
-        self._stillborn, self._how, self._died = 0, "", 0.0
+        self._stillborn, self._cause, self._died = 0, "", 0.0
 
     def start(self, plan: SweepPlan, monitor: RunMonitor) -> None:
-        """Prepare for the runs of a sweep: compile its kernels, so that not each worker does it."""
+        """Prepare for the runs of a sweep: compile its kernels once, before the workers start."""
         if self._plan is plan:
             return
         self.close()
         self._plan = plan
         combinations, (first,) = plan.combinations, plan.design.combinations(0, 1)
-        with suppress(FrictionsimError, ArithmeticError):  # which the run will say as well
+        with suppress(FrictionsimError, ArithmeticError):  # the run will raise it again
             form = combinations.form(first) if plan.together > 1 else None
             if form is not None:
                 form.compiled(monitor)
@@ -144,7 +144,7 @@ class ProcessPool:
             mechanism_module(scenario.kind).simulation(scenario).prepare(monitor)
 
     def submit(self, kind: str, task: Task) -> "Future[JobResult]":
-        """Have a worker do a job."""
+        """Submit a job to the pool."""
         if self._pool is None:
             self._open()
         return self._submitted(_do_job, kind, task)
@@ -161,7 +161,7 @@ class ProcessPool:
         assert self._pool is not None
         try:
             with warnings.catch_warnings(), signals_blocked():
-                # Python 3.12 warns of threads, also of those of numpy's linear algebra.
+                # Python 3.12 warns of any threads, even those of numpy's linear algebra.
                 warnings.simplefilter("ignore", DeprecationWarning)
                 return self._pool.submit(function, *arguments)
         except BrokenProcessPool as error:
@@ -172,8 +172,8 @@ class ProcessPool:
     def watch(self) -> None:
         """End a pool that does not break although a worker is dead.
 
-        Who dies while it sends its answer leaves a pool of `concurrent.futures` that waits for the
-        rest of it.
+        A pool of `concurrent.futures` waits for the rest of the answer of a worker that died while
+        sending it.
         """
         if all(process.is_alive() for process in self._processes()):
             self._died = 0.0
@@ -187,15 +187,15 @@ class ProcessPool:
         if not isinstance(error, BrokenProcessPool):
             return ""
         if self._pool is not None:
-            self._how = self._end()
+            self._cause = self._end()
             begun = self._ready.done() and self._ready.exception() is None
             self._stillborn = 0 if begun else self._stillborn + 1
             if self._stillborn >= MAX_STILLBORN:
                 raise InputError(
-                    f"no worker process can be started (it ended with {self._how}); a script of"
+                    f"no worker process can be started (it ended with {self._cause}); a script of"
                     " Python needs \"if __name__ == '__main__':\" around what it does, or workers=1"
                 )
-        return self._how
+        return self._cause
 
     def close(self) -> None:
         """End the workers, whatever they do."""
@@ -203,17 +203,17 @@ class ProcessPool:
         self._plan = None
 
     def _processes(self) -> list[Any]:
-        # Python 3.14 has `kill_workers`, and nothing that says how a worker ended.
+        # Python 3.14 has `kill_workers`, but no exit codes of workers.
         return list((getattr(self._pool, "_processes", None) or {}).values())
 
     def _end(self) -> str:
-        """Kill the workers; return how the first one ended, if that was not with the others."""
+        """Kill the workers; return how the first one ended, unless it ended with the others."""
         pool, processes, self._pool = self._pool, self._processes(), None
         if pool is None:
             return ""
         for process in processes:
             process.kill()
-        # The pool waits for the rest of an answer as long as somebody might send it.
+        # The pool waits for the rest of an answer while its queue has a writer.
         with suppress(AttributeError, OSError):
             pool._result_queue._writer.close()  # type: ignore[attr-defined]
         pool.shutdown(cancel_futures=True)
@@ -227,7 +227,7 @@ class ProcessPool:
 
 
 def may_fork() -> bool:
-    """Return whether a copy of this process is sound: another thread may hold a lock."""
+    """Return whether a copy of this process is safe: another thread may hold a lock."""
     if not hasattr(os, "fork") or sys.platform == "darwin":
         return False
     return threading.active_count() == 1 or not sys.executable
@@ -235,9 +235,9 @@ def may_fork() -> bool:
 
 @contextmanager
 def signals_blocked() -> Iterator[None]:
-    """Return the context in which workers are started: `_isolate` has them ignore `PARENT_SIGNALS`.
+    """Block signals while workers start: `_isolate` makes them ignore `PARENT_SIGNALS`.
 
-    Until then these signals wait, in the worker as here.
+    Until then these signals wait, in the worker and in this process.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
@@ -250,7 +250,7 @@ def signals_blocked() -> Iterator[None]:
 
 
 _work: list[tuple[Combinations, Path | None]] = []
-"""In a worker: what makes its scenarios, and the folder for the results of the runs."""
+"""In a worker: the combinations of the sweep, and the folder for the results of the runs."""
 
 
 def _begin(combinations: Combinations, series: Path | None) -> None:
@@ -271,15 +271,15 @@ def _do_job(kind: str, task: Task) -> JobResult:
 
 @cache
 def use_one_thread_of_linear_algebra() -> None:
-    """Have libraries of linear algebra use one thread each; the workers share the cores."""
+    """Limit libraries of linear algebra to one thread each; the workers share the cores."""
     from threadpoolctl import threadpool_limits
 
     threadpool_limits(1)
 
 
 def _isolate() -> None:
-    """Have nothing of the parent react to signals, and this process end with it."""
-    # The command line collects no garbage, as it ends soon; a worker may run for days.
+    """Detach this process from the parent's signal handlers, and end it with the parent."""
+    # Garbage collection is off in the command line, which ends soon; a worker may run for days.
     gc.freeze()
     gc.enable()
     signal.set_wakeup_fd(-1)
@@ -288,7 +288,7 @@ def _isolate() -> None:
         signal.signal(number, signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_SETMASK, ())
-    with suppress(OSError, ValueError):  # what libraries print is not for the terminal
+    with suppress(OSError, ValueError):  # keep the output of libraries off the terminal
         nowhere = os.open(os.devnull, os.O_RDWR)
         for stream in (0, 1, 2):
             os.dup2(nowhere, stream)

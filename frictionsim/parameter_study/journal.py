@@ -1,8 +1,8 @@
-"""The journal of a sweep: the outcomes of its runs, a record for each block as it comes.
+"""The journal of a sweep: the outcomes of its runs, a record for each completed block.
 
-An SQLite database beside the file of the sweep, as FILE.h5.runs, while that is not whole. A process
-that is killed leaves it, with FILE.h5.runs-wal, in which the records of the last second are.
-Whoever writes the sweep holds a lock on it.
+An SQLite database in the folder of the sweep's file, as FILE.h5.runs, until the sweep is complete.
+A killed process leaves it, with FILE.h5.runs-wal, which holds the records of the last second. The
+process that writes the sweep holds a lock on it.
 
 A record has plain numbers and texts: the number of the first run, the status of each run (bytes),
 names and units of the quantities (JSON), their values (doubles), texts (JSON), and a CRC-32 of all.
@@ -27,7 +27,7 @@ from frictionsim.parameter_study.block import OUTCOMES, Block
 from frictionsim.scenario.toml_data import json_value
 
 SUFFIX, LOG_SUFFIX = ".runs", "-wal"
-FOREIGN_SUFFIXES = ("-journal", "-shm")  # which SQLite would take for those of the journal
+FOREIGN_SUFFIXES = ("-journal", "-shm")  # SQLite would use such files with the journal
 APPLICATION = int.from_bytes(b"fric", "big")
 TABLES = (
     "CREATE TABLE study (digest BLOB)",
@@ -40,7 +40,7 @@ MAX_RECORD = 64 * 2**20  # bytes; one of 4096 runs has less than 1 MB
 SECONDS_BETWEEN_SYNCS = 1.0
 SETTINGS = (
     *("trusted_schema = OFF", "cell_size_check = ON", "mmap_size = 0"),
-    # With the lock nobody else needs an index of the log in shared memory.
+    # The lock makes an index of the log in shared memory unnecessary.
     *("locking_mode = EXCLUSIVE", "synchronous = NORMAL", "wal_autocheckpoint = 0"),
 )
 
@@ -51,24 +51,24 @@ def journal_name(path: Path) -> Path:
 
 
 def remove_left_over(path: Path) -> None:
-    """Remove the journal of a complete file, whose process was killed before it did so."""
+    """Remove the journal of a complete file, left by a process killed before removing it."""
     if journal_name(path).is_file():
-        with suppress(OutputError):  # it is no journal, or another process has it
-            Journal(path).close(remove=True)
+        with suppress(OutputError):  # no journal, or locked by another process
+            SweepJournal(path).close(remove=True)
 
 
-class Journal:
-    """The open journal of the file of a sweep, which this process has locked."""
+class SweepJournal:
+    """The open journal of the file of a sweep, locked by this process."""
 
     def __init__(self, path: Path) -> None:
-        self.path, self._of = journal_name(path), path
+        self.path, self._sweep = journal_name(path), path
         self._log = self.path.with_name(self.path.name + LOG_SUFFIX)
         self._synced, self._begun = monotonic(), False
         self._check_files()
         self._database: sqlite3.Connection | None = self._opened()
 
     def _check_files(self) -> None:
-        """Check that SQLite opens no link, and no file of its own that somebody else made."""
+        """Check that SQLite opens no link, and no foreign file."""
         names = [self._log, *(self.path.with_name(self.path.name + s) for s in FOREIGN_SUFFIXES)]
         for path in (self.path, *names):
             with suppress(FileNotFoundError):
@@ -108,7 +108,7 @@ class Journal:
         if tables and (application != APPLICATION or tables != [(sql,) for sql in TABLES]):
             raise self._not_ours()
         self._begun = bool(tables)
-        if not tables:  # no -journal is left where the process is killed now
+        if not tables:  # a kill at this point leaves no -journal
             database.execute("PRAGMA journal_mode = MEMORY")
         database.execute("PRAGMA journal_mode = WAL")
         database.execute("BEGIN IMMEDIATE")
@@ -128,7 +128,7 @@ class Journal:
         self._execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
     def append(self, block: Block) -> None:
-        """Append a block; a kill of this process does not lose it, nor does a power cut later."""
+        """Append a block; it survives a kill of this process, and after a second a power cut."""
         record = _record(block)
         self._execute("INSERT INTO blocks VALUES (?, ?, ?, ?, ?, ?)", *record, _checksum(record))
         if monotonic() - self._synced > SECONDS_BETWEEN_SYNCS:
@@ -143,10 +143,10 @@ class Journal:
             raise self._failed(error) from None
 
     def blocks(self, digest: bytes) -> Iterator[Block]:
-        """Yield the whole blocks of a study; none of another study."""
+        """Yield the undamaged blocks of a study; none of another study."""
         if not self._begun or self._database is None:
             return
-        with suppress(*DAMAGED):  # what is damaged is run again
+        with suppress(*DAMAGED):  # damaged blocks are run again
             if self._database.execute("SELECT digest FROM study").fetchmany(2) != [(digest,)]:
                 return
             first = -1
@@ -160,7 +160,7 @@ class Journal:
                 yield block
 
     def close(self, remove: bool) -> None:
-        """Release the lock, and remove the files if they are not needed any more, or empty."""
+        """Release the lock, and remove the files if `remove` is set or they are empty."""
         database, self._database = self._database, None
         if database is None:
             return
@@ -169,7 +169,7 @@ class Journal:
             self._remove()
         with suppress(sqlite3.Error):
             database.close()
-        if remove and os.name == "nt":  # Windows does not remove what is open
+        if remove and os.name == "nt":  # Windows does not remove open files
             self._remove()
 
     def _remove(self) -> None:
@@ -178,11 +178,11 @@ class Journal:
                 path.unlink()
 
     def _refused(self, error: Exception) -> OutputError:
-        """Return why a journal cannot be opened."""
+        """Return the error of a journal that cannot be opened."""
         code = getattr(error, "sqlite_errorcode", 0) & 0xFF
         if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
             return OutputError(
-                f"{self._of}: another process is running this sweep now; wait for its end, or"
+                f"{self._sweep}: another process is running this sweep now; wait for its end, or"
                 " stop it"
             )
         damaged = (sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_ERROR)
@@ -203,14 +203,14 @@ class Journal:
         )
 
     def _failed(self, error: Exception) -> OutputError:
-        return OutputError(f"{self._of}: cannot write the sweep: {self.path.name}: {error}")
+        return OutputError(f"{self._sweep}: cannot write the sweep: {self.path.name}: {error}")
 
 
 def _record(block: Block) -> tuple[int, bytes, str, bytes, str]:
     texts = [
         [name, number, text]
-        for name, of_runs in block.texts.items()
-        for number, text in of_runs.items()
+        for name, by_run in block.texts.items()
+        for number, text in by_run.items()
     ]
     numbers = np.ascontiguousarray(block.values, dtype="<f8").tobytes()
     units = dumps(list(block.units.items()))
@@ -219,14 +219,14 @@ def _record(block: Block) -> tuple[int, bytes, str, bytes, str]:
 
 def _checksum(record: Any) -> int:
     first, status, units, numbers, texts = record
-    found = 0
+    checksum = 0
     for part in (b"%d" % first, status, units.encode(), numbers, texts.encode()):
-        found = crc32(part, found)
-    return found
+        checksum = crc32(part, checksum)
+    return checksum
 
 
 def _block(record: list[Any], checksum: Any) -> Block | None:
-    """Return the block of a record, which may come from anyone; None if it is not whole."""
+    """Return the block of a record, which may come from anyone; None if it is damaged."""
     with suppress(ValueError, TypeError, KeyError, AttributeError, OverflowError):
         first, status, units, numbers, texts = record
         if checksum == _checksum(record):
@@ -235,18 +235,18 @@ def _block(record: list[Any], checksum: Any) -> Block | None:
 
 
 def _parsed(first: int, status: bytes, units: Any, numbers: bytes, texts: Any) -> Block:
-    """Return the block of the columns of a record; raise some error if they do not fit together."""
-    found = np.frombuffer(status, np.int8)
+    """Return the block of the columns of a record; raise an error if they are inconsistent."""
+    statuses = np.frombuffer(status, np.int8)
     names = {_text(name): _text(unit) for name, unit in units}
-    if not found.size or len(names) != len(units) or not np.isin(found, OUTCOMES).all():
+    if not statuses.size or len(names) != len(units) or not np.isin(statuses, OUTCOMES).all():
         raise ValueError
-    values = np.frombuffer(numbers, "<f8").reshape(len(names), found.size)
-    of_runs: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
+    values = np.frombuffer(numbers, "<f8").reshape(len(names), statuses.size)
+    by_run: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
     for name, number, text in texts:
-        if type(number) is not int or not first <= number < first + found.size:
+        if type(number) is not int or not first <= number < first + statuses.size:
             raise ValueError
-        of_runs[name][number] = _text(text)
-    return Block(first, found, names, values.astype(np.float64, copy=False), of_runs)
+        by_run[name][number] = _text(text)
+    return Block(first, statuses, names, values.astype(np.float64, copy=False), by_run)
 
 
 def _text(value: Any) -> str:

@@ -1,4 +1,4 @@
-"""Runs of a sweep, alone or together: of their samples only what the quantities need."""
+"""Runs of a sweep, alone or together, with only the samples that the quantities need."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
@@ -12,7 +12,7 @@ from frictionsim.parameter_study.block import (
     DONE,
     FAILED,
     Block,
-    Outcome,
+    RunOutcome,
     block_of,
 )
 from frictionsim.parameter_study.combinations import Combinations
@@ -42,12 +42,12 @@ def run_task(
     series: Path | None = None,
     monitor: RunMonitor = NO_MONITOR,
 ) -> Block:
-    """Run some combinations, together where that can be.
+    """Run some combinations, together if possible.
 
-    The result of each run goes to the folder of a series. The monitor is called with the time after
-    each step of each run.
+    The result of each run is written to the folder of a series. The monitor is called with the time
+    after each step of each run.
     """
-    outcomes: list[tuple[Any, Outcome]] = []
+    outcomes: list[tuple[Any, RunOutcome]] = []
     if series is None:
         outcomes = outcomes_together(combinations, task.values, monitor)
     alone = np.ones(len(task.values), dtype=bool)
@@ -64,41 +64,41 @@ def outcomes_together(
     combinations: Combinations,
     values: Sequence[tuple[Any, ...]],
     monitor: RunMonitor = NO_MONITOR,
-) -> list[tuple[Any, Outcome]]:
-    """Run many combinations at once; return their outcomes, without those to be run alone.
+) -> list[tuple[Any, RunOutcome]]:
+    """Run many combinations at once; return their outcomes, without those that must run alone.
 
-    The numbers are those of single runs to the last bit; see `frictionsim.simulation.many_runs`.
+    The numbers equal those of single runs to the last bit; see `frictionsim.simulation.many_runs`.
     The monitor is called between runs, with 0 s.
     """
     from frictionsim.simulation.many_runs import prepared, run_many
 
-    outcomes = list[tuple[Any, Outcome]]()
+    outcomes = list[tuple[Any, RunOutcome]]()
     for runs, group in combinations.groups(values, prepared):
-        found = run_many(
+        observed = run_many(
             group,
             len(runs),
             lambda number, runs=runs: combinations.scenario(values[runs[number]]),  # type: ignore[misc]
             monitor,
         )
-        if found is not None:
-            outcomes += _outcomes_of(runs, group.warnings or (), found)
+        if observed is not None:
+            outcomes += _outcomes_of(runs, group.warnings or (), observed)
     return outcomes
 
 
 def _outcomes_of(
-    runs: Any, warnings: Iterable[str], found: "Observed"
-) -> Iterator[tuple[Any, Outcome]]:
-    alike = found.sound.copy()
-    alike[[*found.warnings]] = False
+    runs: Any, warnings: Iterable[str], observed: "Observed"
+) -> Iterator[tuple[Any, RunOutcome]]:
+    alike = observed.sound.copy()
+    alike[[*observed.warnings]] = False
     parts = [(np.flatnonzero(alike), warnings)]
-    parts += [(np.array([number]), texts) for number, texts in found.warnings.items()]
+    parts += [(np.array([number]), texts) for number, texts in observed.warnings.items()]
     for chosen, texts in parts:
         quantities = {
             name: q if np.ndim(q.value) == 0 else q._replace(value=np.asarray(q.value)[chosen])  # type: ignore[arg-type]
-            for name, q in found.quantities.items()
+            for name, q in observed.quantities.items()
         }
         if len(chosen):
-            outcome = Outcome(DONE, quantities, warnings=_lasting(dict.fromkeys(texts)))
+            outcome = RunOutcome(DONE, quantities, warnings=_lasting(dict.fromkeys(texts)))
             yield runs[chosen], outcome
 
 
@@ -107,8 +107,8 @@ def outcome_of(
     values: tuple[Any, ...],
     target: Path | None = None,
     monitor: RunMonitor = NO_MONITOR,
-) -> Outcome:
-    """Run one combination; a run that fails has an outcome, too.
+) -> RunOutcome:
+    """Run one combination; a failed run has an outcome, too.
 
     The target is the file for its result, with all samples.
     """
@@ -117,7 +117,7 @@ def outcome_of(
         reduced = scenario if target is not None else without_samples(scenario)
         done = run(reduced, monitor)
         if done.status == "failed" and reduced is not scenario:
-            done = run(scenario, monitor)  # quantities at its end are those of its last sample
+            done = run(scenario, monitor)  # with the samples up to the failure
         if target is not None:
             from frictionsim.io.hdf5_writer import write
             from frictionsim.io.unfinished import partial_name
@@ -126,35 +126,29 @@ def outcome_of(
     except OutputError:
         raise
     except FrictionsimError as error:
-        return Outcome(FAILED, {}, getattr(error, "failure", ""), str(error))
-    except Exception as error:  # the study goes on, and says of this run what happened
+        return RunOutcome(FAILED, {}, getattr(error, "failure", ""), str(error))
+    except Exception as error:  # the study continues, and reports the error of this run
         reason = f"internal error: {type(error).__name__}: {error}".replace("\n", " ")
-        return Outcome(FAILED, {}, INTERNAL, reason)
+        return RunOutcome(FAILED, {}, INTERNAL, reason)
     return _outcome(scenario, done)
 
 
 def without_samples(scenario: Scenario) -> Scenario:
-    """Return the scenario that samples start, events and end only, if that is enough.
-
-    The kind of the scenario says whether it is.
-    """
+    """Return the scenario that samples start, events and end only, unless it needs samples."""
     if scenario.needs_samples:
         return scenario
     changed = {"interval": scenario.solver.duration, "at_events": True, "checkpoint": None}
     return scenario.model_copy(update={"output": scenario.output.model_copy(update=changed)})
 
 
-def _outcome(scenario: Scenario, done: Record) -> Outcome:
+def _outcome(scenario: Scenario, done: Record) -> RunOutcome:
     status = DONE if done.status == "done" else FAILED
     if done.exit_code == EXIT_AUDIT_FAILED:
         status = AUDIT_FAILED
     warnings = _lasting(done.warnings)
-    return Outcome(status, done.quantities, done.failure, done.reason, warnings)
+    return RunOutcome(status, done.quantities, done.failure, done.reason, warnings)
 
 
 def _lasting(warnings: Iterable[str]) -> str:
-    """Return the warnings of a run, one per line, without those of its sampling.
-
-    These are of series only, which have all samples.
-    """
+    """Return the warnings of a run, one per line, without those about sampling."""
     return "\n".join(text for text in warnings if not text.startswith("output.interval"))

@@ -1,8 +1,8 @@
-"""What the runs of a sweep have in common: statistics of a sample, extremes of a grid, reasons.
+"""Summaries of the runs of a sweep: statistics of a sample, extremes of a grid, groups of reasons.
 
-Only runs that are done and passed their audit count: the quantities of a failed run are those up
-to its end. Of a sample with Sobol indices only the runs of its two samples A and B count; the
-others repeat their values and are not independent.
+Only completed runs that passed their audit count: the quantities of a failed run are those up to
+its end. In a sample with Sobol indices only the runs of its two samples A and B count; the others
+repeat their values and are not independent.
 """
 
 import re
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from frictionsim.results import Array
 
 LOW, MEDIAN, HIGH = 0.05, 0.5, 0.95
-FLAT = 1e-6  # a quantity that varies relatively less is constant
+FLAT = 1e-6  # relative variation below which a quantity is constant
 NUMBER = re.compile(r"[-+]?\d+(\.\d+)?([eE][-+]?\d+)?")
 
 
 class Statistics(NamedTuple):
-    """The statistics of a quantity; those that are not defined are NaN."""
+    """The statistics of a quantity; undefined ones are NaN."""
 
     runs: int  # in which the quantity is defined
     mean: float
@@ -40,7 +40,7 @@ class Statistics(NamedTuple):
 
 
 class Extremes(NamedTuple):
-    """The least and the largest value of a quantity, and the numbers of the runs that have them."""
+    """The least and the largest value of a quantity, and the numbers of their runs."""
 
     runs: int
     least: float
@@ -50,7 +50,7 @@ class Extremes(NamedTuple):
 
 
 class Group(NamedTuple):
-    """Texts that differ in numbers only: how many, the run of the first one, and its text."""
+    """Texts that differ in numbers only: their count, the run of the first one, and its text."""
 
     runs: int
     first_run: int
@@ -59,8 +59,8 @@ class Group(NamedTuple):
 
 def counts(table: SweepTable) -> dict[int, int]:
     """Return the number of runs by status."""
-    found = Counter(table.status.tolist())
-    return {status: found.get(status, 0) for status in (NOT_RUN, DONE, FAILED, AUDIT_FAILED)}
+    by_status = Counter(table.status.tolist())
+    return {status: by_status.get(status, 0) for status in (NOT_RUN, DONE, FAILED, AUDIT_FAILED)}
 
 
 def sound_values(table: SweepTable, name: str) -> "Array":
@@ -69,7 +69,7 @@ def sound_values(table: SweepTable, name: str) -> "Array":
 
 
 def is_constant(values: "Array") -> bool:
-    """Return whether the values that are finite do not vary; also where there are none."""
+    """Return whether the finite values do not vary, or there are none."""
     defined = values[np.isfinite(values)]
     return not defined.size or bool(np.ptp(defined) <= FLAT * np.abs(defined).max())
 
@@ -89,7 +89,9 @@ def variation(table: SweepTable) -> tuple[Mapping[str, Distribution], Sampling |
         raise InputError(f"cannot read the study in this sweep: {error}") from None
     options = options_of(data, "study")
     vary, sampling = options.vary, options.sampling
-    distributions = {key: given for key, given in vary.items() if isinstance(given, Distribution)}
+    distributions = {
+        key: values for key, values in vary.items() if isinstance(values, Distribution)
+    }
     if sampling is None or list(distributions) != list(table.coordinates):
         raise InputError("the study in this sweep does not describe its runs")
     runs = sampling.runs * ((len(distributions) + 2) if sampling.indices else 1)
@@ -102,7 +104,7 @@ def variation(table: SweepTable) -> tuple[Mapping[str, Distribution], Sampling |
 
 
 def independent_runs(table: SweepTable, sampling: Sampling | None) -> slice:
-    """Return the runs that are an independent sample: of one with Sobol indices A and B."""
+    """Return the runs of an independent sample: A and B if there are Sobol indices."""
     if sampling is None or not sampling.indices:
         return slice(0, table.runs)
     return slice(0, 2 * sampling.runs)
@@ -110,13 +112,13 @@ def independent_runs(table: SweepTable, sampling: Sampling | None) -> slice:
 
 def statistics_of(values: "Array") -> Statistics:
     """Return the statistics of the values that are not NaN."""
-    found = values[~np.isnan(values)]
-    if not found.size:
+    defined = values[~np.isnan(values)]
+    if not defined.size:
         nan = float("nan")
         return Statistics(0, nan, nan, nan, nan, nan)
-    quantiles = np.quantile(found, (LOW, MEDIAN, HIGH)).tolist()
-    deviation = float(found.std(ddof=1)) if found.size > 1 else float("nan")
-    return Statistics(found.size, float(found.mean()), deviation, *quantiles)
+    quantiles = np.quantile(defined, (LOW, MEDIAN, HIGH)).tolist()
+    deviation = float(defined.std(ddof=1)) if defined.size > 1 else float("nan")
+    return Statistics(defined.size, float(defined.mean()), deviation, *quantiles)
 
 
 def sample_statistics(table: SweepTable) -> dict[str, Statistics]:
@@ -127,16 +129,16 @@ def sample_statistics(table: SweepTable) -> dict[str, Statistics]:
 
 def extremes(table: SweepTable) -> dict[str, Extremes]:
     """Return the extremes of each quantity that is defined in a run."""
-    found = {}
+    by_name = {}
     for name in table.values:
         values = sound_values(table, name)
         defined = int((~np.isnan(values)).sum())
         if defined:
             least, largest = int(np.nanargmin(values)), int(np.nanargmax(values))
-            found[name] = Extremes(
+            by_name[name] = Extremes(
                 defined, float(values[least]), least, float(values[largest]), largest
             )
-    return found
+    return by_name
 
 
 def varied_values(table: SweepTable, run: int) -> dict[str, Any]:
@@ -150,9 +152,9 @@ def varied_values(table: SweepTable, run: int) -> dict[str, Any]:
 
 
 def grouped(texts: Mapping[int, str]) -> list[Group]:
-    """Return texts of runs in groups of those that differ in numbers only, the largest first.
+    """Return texts of runs in groups that differ in numbers only, the largest group first.
 
-    Of a text of several lines each counts.
+    Each line of a text counts.
     """
     groups: dict[str, Group] = {}
     for run, text in sorted(texts.items()):

@@ -35,16 +35,16 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
 TABLES = ("study", "set", "vary")
-OF_SAMPLES = ("method", "seed", "indices")
+SAMPLE_OPTIONS = ("method", "seed", "indices")
 MAX_SEED = 2**63 - 1  # the largest number of TOML
 
 
-def _varied(given: Any) -> dict[str, Values]:
-    return values_by_key(by_name("KEY=VALUES, e.g. a.b=[1, 2]", str)(given).items())
+def _varied(raw: Any) -> dict[str, Values]:
+    return values_by_key(by_name("KEY=VALUES, e.g. a.b=[1, 2]", str)(raw).items())
 
 
 class SweepOptions(Options):
-    """The variation of a scenario: [vary], and [study] beside its `scenario`."""
+    """The variation of a scenario: [vary], and [study] without its `scenario`."""
 
     vary: Annotated[dict[str, Any], BeforeValidator(_varied)] = Field({})  # Values by key
     zip: bool = Field(False, description="Vary the keys together instead of in all combinations.")
@@ -55,8 +55,8 @@ class SweepOptions(Options):
     keep_series: bool = Field(False, description="Keep the result of each run.")
 
     @property
-    def given(self) -> list[str]:
-        """The options that are given, and the switches that are on."""
+    def given_names(self) -> list[str]:
+        """The given options, and the switches that are on."""
         return [
             name
             for name in type(self).model_fields
@@ -65,15 +65,15 @@ class SweepOptions(Options):
 
     @property
     def sampling(self) -> Sampling | None:
-        """How a sample is drawn; None without one."""
+        """The sampling; None without a sample."""
         if self.sample is None:
             return None
         return Sampling(self.sample, self.method, self.seed, self.indices)
 
     @model_validator(mode="after")
     def _need_a_sample(self) -> Self:
-        for name in OF_SAMPLES if self.sample is None else ():
-            if name in self.given:
+        for name in SAMPLE_OPTIONS if self.sample is None else ():
+            if name in self.given_names:
                 fault = "it applies to a sample; give the number of its runs as 'sample'"
                 raise inconsistent((name,), fault)
         return self
@@ -87,12 +87,12 @@ class SweepStudy(NamedTuple):
 
 
 def is_study(data: Mapping[str, Any]) -> bool:
-    """Return whether tables are those of a study, not of a scenario."""
+    """Return whether tables belong to a study rather than a scenario."""
     return "study" in data
 
 
 def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepStudy:
-    """Return the study of tables; its name is for messages.
+    """Return the study in some tables; the name is for messages.
 
     The folder is the base of relative file names; None for a study in the file of a sweep, which
     names no files.
@@ -120,7 +120,7 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepSt
         scenario = load_tables(source, folder, fixed)
     else:
         path = scenario_file(source, folder or Path())
-        if path.exists() and not path.is_file():  # to open a pipe would wait for its writer
+        if path.exists() and not path.is_file():  # opening a pipe would wait for its writer
             raise InputError(f"{name}: study.scenario: expected a file, '{source}' is none")
         scenario = load(path, fixed)
     check_not_fixed(fixed, options.vary)
@@ -129,12 +129,14 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepSt
 
 def options_of(data: Mapping[str, Any], name: str) -> SweepOptions:
     """Return the variation in the tables of a study, without reading its scenario."""
-    given = {key: value for key, value in _table(data, "study", name).items() if key != "scenario"}
-    if "vary" in given:
+    settings = {
+        key: value for key, value in _table(data, "study", name).items() if key != "scenario"
+    }
+    if "vary" in settings:
         raise InputError(f"{name}: study.vary: expected a table of its own, [vary]")
     vary = values_by_key(_leaves(data, "vary", name))
     try:
-        return validate_table(SweepOptions, given | {"vary": vary})
+        return validate_table(SweepOptions, settings | {"vary": vary})
     except ValidationFailure as failure:
         lines = "; ".join(f"study.{line}" for line in failure.lines())
         raise InputError(f"{name}: {lines}") from None
@@ -149,18 +151,18 @@ def check_not_fixed(fixed: Iterable[str], vary: Mapping[str, Any]) -> None:
 
 
 def study_toml(study: SweepStudy) -> str:
-    """Return a study as TOML with its scenario in it, for `study_of`."""
+    """Return a study as TOML, including its scenario, for `study_of`."""
     import tomli_w
 
     scenario = study.scenario.model_dump(by_alias=True, exclude_none=True, exclude_unset=True)
     options = study.options
-    of_sample = () if options.sample is None else ("sample", *OF_SAMPLES)
-    settings = {name: getattr(options, name) for name in ("zip", "keep_series", *of_sample)}
-    vary = {key: _written(values) for key, values in options.vary.items()}
+    sample_options = () if options.sample is None else ("sample", *SAMPLE_OPTIONS)
+    settings = {name: getattr(options, name) for name in ("zip", "keep_series", *sample_options)}
+    vary = {key: _toml_values(values) for key, values in options.vary.items()}
     return tomli_w.dumps({"study": settings | {"scenario": scenario}, "vary": vary})
 
 
-def _written(values: Values) -> Any:
+def _toml_values(values: Values) -> Any:
     if isinstance(values, Distribution):
         return values.text
     text = values.text
@@ -168,14 +170,14 @@ def _written(values: Values) -> Any:
 
 
 def _table(data: Mapping[str, Any], table: str, name: str) -> Mapping[str, Any]:
-    found = data.get(table, {})
-    if not isinstance(found, Mapping):
+    content = data.get(table, {})
+    if not isinstance(content, Mapping):
         raise InputError(f"{name}: {table}: expected a table of keys")
-    return found
+    return content
 
 
 def _leaves(data: Mapping[str, Any], table: str, name: str) -> Iterator[tuple[str, Any]]:
-    """Yield keys with dots and their values, whether these are nested tables or quoted keys."""
+    """Yield dotted keys and their values, from nested tables or quoted keys."""
     for key, value in keys_and_values(_table(data, table, name), lists="whole"):
         if not isinstance(value, Mapping):  # else an empty table
             yield key, value

@@ -1,4 +1,4 @@
-"""A sweep: its plan, its runs, and the table that they make."""
+"""A sweep: its plan, its runs, and their table."""
 
 from collections.abc import Mapping
 from json import dumps
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 
 
 class SweepPlan(NamedTuple):
-    """What a sweep is to run."""
+    """The scenario, the design and the files of a sweep."""
 
-    scenario: Scenario  # the one that is varied
+    scenario: Scenario  # to be varied
     design: Design
     series: Path | None = None  # the folder for the result of each run
 
     @property
     def combinations(self) -> Combinations:
-        """What makes the scenario of each run."""
+        """The factory of the scenarios of the runs."""
         return Combinations(self.scenario, self.design.keys, self.design.runs)
 
     @property
@@ -43,7 +43,7 @@ class SweepPlan(NamedTuple):
 
 
 class Assembly:
-    """The outcomes of a sweep, put together from its blocks in any order."""
+    """The outcomes of a sweep, assembled from its blocks in any order."""
 
     def __init__(self, count: int) -> None:
         self.status = np.full(count, NOT_RUN, dtype=np.int8)
@@ -53,7 +53,7 @@ class Assembly:
         self.texts: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
 
     def add(self, block: Block) -> None:
-        """Add the outcomes of some runs; raise ValueError if they are no runs of the sweep."""
+        """Add the outcomes of some runs; raise ValueError if the sweep has no such runs."""
         runs = slice(block.first, block.first + block.runs)
         if block.first < 0 or runs.stop > len(self.status):
             raise ValueError("runs that the sweep does not have")
@@ -68,8 +68,8 @@ class Assembly:
         for name, texts in block.texts.items():
             self.texts[name].update(texts)
 
-    def take_up(self, table: SweepTable) -> None:
-        """Add what the file of an interrupted sweep has; raise ValueError if it is of another."""
+    def restore(self, table: SweepTable) -> None:
+        """Add the content of the file of an interrupted sweep; raise ValueError if not of this."""
         if len(table.status) != len(self.status):
             raise ValueError("another number of runs")
         places = json_value(table.attributes.get(ORDER, "{}"))
@@ -82,7 +82,7 @@ class Assembly:
             self.texts[name].update(texts)
 
     def _order(self) -> dict[str, str]:
-        """Return the attribute that `take_up` needs beside the data; none for a complete sweep."""
+        """Return the attribute that `restore` needs; empty for a complete sweep."""
         return {ORDER: dumps(self._first)} if (self.status == NOT_RUN).any() else {}
 
     @property
@@ -91,7 +91,7 @@ class Assembly:
         return int(np.count_nonzero(self.status != NOT_RUN))
 
     @property
-    def left(self) -> list[range]:
+    def remaining(self) -> list[range]:
         """The runs that have no outcome yet."""
         missing = np.flatnonzero(self.status == NOT_RUN)
         if not missing.size:
@@ -108,20 +108,20 @@ class Assembly:
         reason: str = "",
         attributes: Mapping[str, str] | None = None,
     ) -> SweepTable:
-        """Return the table of the sweep; its study is in TOML, the reason why runs are left.
+        """Return the table of the sweep; `study` is TOML, `reason` that of an interruption.
 
-        A file that is resumed gives its attributes: its scenario is not from the file of the
-        study.
+        The attributes are those of a resumed file, whose scenario may differ from that of the
+        study file.
         """
         unfinished = bool((self.status == NOT_RUN).any())
-        found = dict(attributes or attributes_of(plan, study))
-        found.pop(ORDER, None)
-        found["status"] = "interrupted" if unfinished else "done"
-        found["reason"] = reason if unfinished else ""
-        # As they appear from run to run, in whatever order the blocks came.
+        root = dict(attributes or attributes_of(plan, study))
+        root.pop(ORDER, None)
+        root["status"] = "interrupted" if unfinished else "done"
+        root["reason"] = reason if unfinished else ""
+        # In the order of the runs, whatever the order of the blocks.
         names = sorted(self._columns, key=lambda name: self._first[name])
         table = SweepTable(
-            attributes=found | self._order(),
+            attributes=root | self._order(),
             dimensions=dict(zip(plan.design.dimensions, plan.design.shape, strict=True)),
             coordinates=coordinates_of(plan),
             units={name: self._units[name] for name in names},
@@ -134,7 +134,7 @@ class Assembly:
 
 
 def attributes_of(plan: SweepPlan, study: str) -> dict[str, str]:
-    """Return the attributes of the file of a sweep, but for how far it is."""
+    """Return the attributes of the file of a sweep, without its status."""
     scenario = plan.scenario
     return {
         "frictionsim_version": __version__,
@@ -151,12 +151,12 @@ def attributes_of(plan: SweepPlan, study: str) -> dict[str, str]:
 def coordinates_of(plan: SweepPlan) -> dict[str, Coordinate]:
     """Return the values of the varied keys, with their units."""
     design = plan.design
-    found = {}
+    coordinates = {}
     for key, values in zip(design.keys, design.levels, strict=True):
         unit, words = description_of(type(plan.scenario), key)
         dimension = key if design.kind == GRID else RUN
-        found[key] = Coordinate(dimension, typed_values(values, unit), unit, words)
-    return found
+        coordinates[key] = Coordinate(dimension, typed_values(values, unit), unit, words)
+    return coordinates
 
 
 def typed_values(values: Any, unit: str) -> Any:

@@ -1,14 +1,14 @@
 """The files of a sweep: NAME.h5 when it is done, until then NAME.partial.h5 and its journal.
 
-While a sweep runs, NAME.partial.h5 is without the newest runs, which are in the journal beside it.
+While a sweep runs, NAME.partial.h5 lacks the newest runs, which are in the journal next to it.
 
-A sweep as CSV has a line for each run, and of a sample with Sobol indices a second file with these:
+A sweep as CSV has a line for each run, and for a sample with Sobol indices a second file:
 
     run [1], <key> [unit] ..., <quantity> [unit] ..., status, failure, reason, warnings
     quantity, key, sobol_first [1], ..., sobol_total_high [1], sobol_basis
 
-Numbers have as many digits as they need to be read back exactly; a quantity that is not defined is
-empty. Text that a spreadsheet would take for a formula begins with an apostrophe.
+Numbers have as many digits as they need to be read back exactly; an undefined quantity is empty.
+Text that a spreadsheet would interpret as a formula begins with an apostrophe.
 """
 
 import csv
@@ -38,7 +38,7 @@ from frictionsim.io.sweep_table import (
     SweepTable,
 )
 from frictionsim.io.unfinished import check_names, partial_name
-from frictionsim.parameter_study.journal import Journal, journal_name
+from frictionsim.parameter_study.journal import SweepJournal, journal_name
 
 if TYPE_CHECKING:
     from frictionsim.parameter_study.block import Block
@@ -48,15 +48,15 @@ SERIES, STUDY = ".series", "study.toml"
 
 
 class SweepFiles:
-    """The file that a sweep writes to, and those that it needs until it is whole.
+    """The file of a sweep, and the files that it needs until it is complete.
 
-    The file of the resumed sweep is kept unless it is that of `whole`.
+    The file of a resumed sweep is kept unless it is `whole`.
     """
 
     def __init__(self, whole: Path, resumed: Path | None = None) -> None:
         self.whole, self.partial, self._resumed = whole, partial_name(whole), resumed
-        self._journal: Journal | None = None
-        self._earlier: Journal | None = None  # of a resumed file of another name
+        self._journal: SweepJournal | None = None
+        self._earlier: SweepJournal | None = None  # of a resumed file of another name
 
     def check(self, no_clobber: bool = False) -> None:
         """Check that the files can be written."""
@@ -67,24 +67,24 @@ class SweepFiles:
             check_place(path, SWEEP.word)
         partial = self.partial
         if partial != self._resumed and partial.is_file() and partial.stat().st_size:
-            Journal(partial).close(remove=False)  # raises if a process is running it
+            SweepJournal(partial).close(remove=False)  # raises if a process is running it
             raise OutputError(
                 f"{partial}: this is an interrupted sweep: 'frictionsim resume {partial}' continues"
                 " it; give another name, or remove it"
             )
 
     def lock(self) -> None:
-        """Have no other process write this sweep."""
-        self._journal = Journal(self.partial)
+        """Lock this sweep against other processes."""
+        self._journal = SweepJournal(self.partial)
         if self._resumed is not None and self._resumed != self.partial:
-            self._earlier = Journal(self._resumed)
+            self._earlier = SweepJournal(self._resumed)
 
-    def take_up(self, assembly: "Assembly", table: SweepTable) -> None:
-        """Add what the resumed file and its journal have."""
+    def restore(self, assembly: "Assembly", table: SweepTable) -> None:
+        """Add the content of the resumed file and of its journal."""
         journal = self._earlier or self._journal
         assert journal is not None
         try:
-            assembly.take_up(table)
+            assembly.restore(table)
             for block in journal.blocks(digest_of(table)):
                 assembly.add(block)
         except (ValueError, KeyError, TypeError):
@@ -100,7 +100,7 @@ class SweepFiles:
             write_sweep(table, self.partial)
             self._journal.start(digest)
             return
-        # The runs of an earlier sweep, if there are any, are not those of the file any more.
+        # The journal may hold runs of an earlier sweep, which do not belong to the new file.
         try:
             self._journal.start(digest)
             write_sweep(table, self.partial)
@@ -108,19 +108,19 @@ class SweepFiles:
             self._journal.close(remove=True)
             raise
         if self._earlier is not None:
-            of_earlier_version = self._resumed == self.whole
-            if of_earlier_version:
+            is_older = self._resumed == self.whole
+            if is_older:
                 self.whole.unlink(missing_ok=True)
-            self._earlier.close(remove=of_earlier_version)
+            self._earlier.close(remove=is_older)
 
     def keep(self, block: "Block") -> None:
-        """Keep a block."""
+        """Append a block to the journal."""
         assert self._journal is not None
         self._journal.append(block)
 
     @contextmanager
     def resumable(self) -> Iterator[None]:
-        """Return the context in which a message of what cannot be written says how to go on."""
+        """Add to an OutputError of the context how to resume the sweep."""
         try:
             yield
         except OutputError as error:
@@ -131,20 +131,20 @@ class SweepFiles:
             ) from None
 
     def write_unfinished(self, table: SweepTable) -> None:
-        """Write what is done of a sweep that was stopped."""
+        """Write the completed runs of an interrupted sweep."""
         assert self._journal is not None
         write_sweep(table, self.partial)
         self._journal.close(remove=True)
 
     def write_whole(self, table: SweepTable) -> None:
-        """Write the file of a sweep that is done, and remove all others."""
+        """Write the file of a completed sweep, and remove all others."""
         assert self._journal is not None
         write_sweep(table, self.whole)
         self.partial.unlink(missing_ok=True)
         self._journal.close(remove=True)
 
     def close(self) -> None:
-        """Give the locks up; what is in a journal is kept, unless nothing is."""
+        """Release the locks; a journal is kept unless it is empty."""
         for journal in (self._journal, self._earlier):
             if journal is not None:
                 journal.close(remove=False)
@@ -165,9 +165,9 @@ def check_series_folder(folder: Path, study: str) -> None:
 
 
 def check_is_series_folder(folder: Path, study: str) -> None:
-    """Check that an interrupted sweep has the results of its runs beside it.
+    """Check that the folder of an interrupted sweep has the results of its runs.
 
-    A file that someone else made does not have folders written without them.
+    A file from someone else must not have a folder written.
     """
     if not _is_of_study(folder, study):
         raise InputError(
@@ -188,7 +188,7 @@ def _is_of_study(folder: Path, study: str) -> bool:
 
 
 def make_series_folder(folder: Path, study: str) -> None:
-    """Make the folder for the results of a study's runs, and say in it whose they are."""
+    """Make the folder for the results of a study's runs, and write the study into it."""
     try:
         folder.mkdir(exist_ok=True)
         (folder / STUDY).write_bytes(study.encode())
@@ -198,14 +198,14 @@ def make_series_folder(folder: Path, study: str) -> None:
 
 def digest_of(table: SweepTable) -> bytes:
     """Return the identity of a sweep in its journal: study, version and the values of the keys."""
-    found = sha256()
+    digest = sha256()
     for name in ("frictionsim_version", "study", "overrides"):
-        found.update(table.attributes[name].encode() + b"\0")
+        digest.update(table.attributes[name].encode() + b"\0")
     for key, coordinate in table.coordinates.items():
         values = coordinate.values
-        found.update(key.encode() + b"\0")
-        found.update(repr(values).encode() if isinstance(values, list) else values.tobytes())
-    return found.digest()
+        digest.update(key.encode() + b"\0")
+        digest.update(repr(values).encode() if isinstance(values, list) else values.tobytes())
+    return digest.digest()
 
 
 RUNS_AT_ONCE = 4096
@@ -213,14 +213,14 @@ FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
 class Writable(Protocol):
-    """What text can be written to."""
+    """A target for text."""
 
     def write(self, text: str, /) -> object:
         """Write text."""
 
 
 def write_csv(table: SweepTable, path: Path) -> None:
-    """Write a sweep as CSV, each file whole or not at all."""
+    """Write a sweep as CSV, each file atomically."""
     files = files_of_sweep_in_csv(path, table.sobol is not None)
     for target, kind in files.items():
         check_replaceable(target, kind)
@@ -235,14 +235,14 @@ def write_csv(table: SweepTable, path: Path) -> None:
                 _write_indices(table.sobol, file)
 
 
-def _write_indices(found: SobolIndices, file: Writable) -> None:
+def _write_indices(indices: SobolIndices, file: Writable) -> None:
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(["quantity", "key", *(f"{name} [1]" for name in SOBOL), SOBOL_BASIS])
-    for i, quantity in enumerate(found.quantities):
-        for j, key in enumerate(found.keys):
-            values = (found.columns[name][i, j].item() for name in SOBOL)
+    for i, quantity in enumerate(indices.quantities):
+        for j, key in enumerate(indices.keys):
+            values = (indices.columns[name][i, j].item() for name in SOBOL)
             cells = ["" if value != value else value for value in values]
-            writer.writerow([quantity, key, *cells, found.basis[i]])
+            writer.writerow([quantity, key, *cells, indices.basis[i]])
 
 
 def write_lines(table: SweepTable, file: Writable) -> None:
@@ -279,7 +279,7 @@ def _columns(table: SweepTable, runs: range) -> Iterator[list[Any]]:
             yield [_text(coordinate.values[i]) for i in indices[key].tolist()]
         else:
             values = coordinate.values[indices[key]]
-            # As in a file of HDF5, which has no truth values.
+            # As in HDF5, which has no boolean type.
             yield (values.astype(np.int8) if values.dtype == np.bool_ else values).tolist()
     for values in table.values.values():
         yield ["" if value != value else value for value in values[runs.start : runs.stop].tolist()]

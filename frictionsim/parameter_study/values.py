@@ -1,4 +1,4 @@
-"""The values that a key is to have: a list, a range of numbers, or a distribution.
+"""The values of a varied key: a list, a range of numbers, or a distribution.
 
 [0.1, 0.2, 0.3]         a list, in TOML
 lin(a, b, n)            n numbers from a to b at equal distances
@@ -34,16 +34,16 @@ EXPECTED = (
 
 
 class Levels(NamedTuple):
-    """The values of a key, one after the other, and the text that gives them."""
+    """The values of a key, in their order, and their text."""
 
-    size: int  # a design that has too many runs is refused before they are made
-    text: str  # that gives them
-    made: Callable[[], tuple[Any, ...]]
+    size: int  # a design with too many runs is refused before its values exist
+    text: str  # as in the study
+    make: Callable[[], tuple[Any, ...]]
 
     @property
     def values(self) -> tuple[Any, ...]:
         """The values."""
-        return self.made()
+        return self.make()
 
 
 class Distribution(NamedTuple):
@@ -54,7 +54,7 @@ class Distribution(NamedTuple):
 
     @property
     def text(self) -> str:
-        """As it is written in a study."""
+        """The text of the distribution in a study."""
         return f"{self.name}({', '.join(map(repr, self.arguments))})"
 
     def quantiles(self, probabilities: "Array") -> "Array":
@@ -67,11 +67,11 @@ class Distribution(NamedTuple):
 Values = Levels | Distribution
 
 
-def values_by_key(given: Iterable[tuple[str, Any]]) -> dict[str, Values]:
-    """Return values by key, as of `values_of`; keys with commas between them have one."""
-    found: dict[str, Values] = {}
+def values_by_key(entries: Iterable[tuple[str, Any]]) -> dict[str, Values]:
+    """Return values by key, from `values_of`; keys separated by commas have one value."""
+    varied: dict[str, Values] = {}
     known: set[str] = set()
-    for text, values in given:
+    for text, values in entries:
         names = [name.strip() for name in names_in(text)]
         for name in names:
             if not name:
@@ -83,36 +83,36 @@ def values_by_key(given: Iterable[tuple[str, Any]]) -> dict[str, Values]:
                 raise InputError(f"vary: {name} is given twice; give all its values in one list")
             known.add(name)
         key = ",".join(names)
-        found[key] = values_of(key, values)
-    return found
+        varied[key] = values_of(key, values)
+    return varied
 
 
-def values_of(key: str, given: Any) -> Values:
-    """Return the values that are given for a key: text as above, or of Python any iterable."""
-    if isinstance(given, Levels | Distribution):
-        return given
-    if not isinstance(given, str):
-        return _levels_of_python(key, given)
-    called = CALL.fullmatch(given)
+def values_of(key: str, spec: Any) -> Values:
+    """Return the values of a key from a specification: text as above, or any iterable."""
+    if isinstance(spec, Levels | Distribution):
+        return spec
+    if not isinstance(spec, str):
+        return _levels_from_python(key, spec)
+    called = CALL.fullmatch(spec)
     if called:
-        return _of_call(key, given.strip(), *called.groups())
-    return _levels(key, _parsed(key, given), given.strip())
+        return _parse_call(key, spec.strip(), *called.groups())
+    return _levels(key, _parse_list(key, spec), spec.strip())
 
 
-def _levels_of_python(key: str, given: Any) -> Levels:
-    found = plain(list(given) if isinstance(given, range) else given, f"vary: {key}")
-    return _levels(key, found, toml_value(found))
+def _levels_from_python(key: str, spec: Any) -> Levels:
+    values = plain(list(spec) if isinstance(spec, range) else spec, f"vary: {key}")
+    return _levels(key, values, toml_value(values))
 
 
-def _levels(key: str, found: Any, text: str) -> Levels:
-    if not isinstance(found, list):
-        raise InputError(f"vary {key}: expected {EXPECTED}; got {toml_value(found)}")
-    if not found:
+def _levels(key: str, values: Any, text: str) -> Levels:
+    if not isinstance(values, list):
+        raise InputError(f"vary {key}: expected {EXPECTED}; got {toml_value(values)}")
+    if not values:
         raise InputError(f"vary {key}: the list is empty; give at least one value")
-    return Levels(len(found), text, partial(tuple, found))
+    return Levels(len(values), text, partial(tuple, values))
 
 
-def _parsed(key: str, text: str) -> Any:
+def _parse_list(key: str, text: str) -> Any:
     try:
         return parsed_value(text)
     except ValueError:
@@ -121,7 +121,7 @@ def _parsed(key: str, text: str) -> Any:
         ) from None
 
 
-def _of_call(key: str, text: str, name: str, arguments: str) -> Values:
+def _parse_call(key: str, text: str, name: str, arguments: str) -> Values:
     if name not in RANGES and name not in DISTRIBUTIONS:
         known = [*RANGES, *DISTRIBUTIONS]
         raise InputError(f"vary {key}: {unknown('range or distribution', name, known)}")
@@ -140,12 +140,12 @@ def _of_call(key: str, text: str, name: str, arguments: str) -> Values:
 
 def _number(key: str, part: str, text: str) -> float:
     try:
-        found = float(part)
+        number = float(part)
     except ValueError:
-        found = float("nan")
-    if not isfinite(found):
+        number = float("nan")
+    if not isfinite(number):
         raise InputError(f"vary {key}: expected finite numbers in {text}, got '{part}'")
-    return found
+    return number
 
 
 def _range(key: str, name: str, parts: list[str], numbers: list[float], text: str) -> Levels:
@@ -167,21 +167,21 @@ def _values_of_range(name: str, parts: list[str], numbers: list[float]) -> tuple
 
     first, last, count = numbers
     if name == "log":
-        found = np.geomspace(first, last, int(count)).tolist()
-        found[-1] = last
+        values = np.geomspace(first, last, int(count)).tolist()
+        values[-1] = last
     else:
-        found = _evenly(Fraction(parts[0]), Fraction(parts[1]), int(count))
-    # Keys that are whole numbers, as the number of bodies, take no others.
+        values = _evenly(Fraction(parts[0]), Fraction(parts[1]), int(count))
+    # Integer keys, such as the number of bodies, take no floats.
     whole = not any(set(part) & set(".eE") for part in parts[:2])
-    if whole and all(value % 1.0 == 0.0 for value in found):
-        return tuple(map(int, found))
-    return tuple(found)
+    if whole and all(value % 1.0 == 0.0 for value in values):
+        return tuple(map(int, values))
+    return tuple(values)
 
 
 def _evenly(first: Fraction, last: Fraction, count: int) -> list[float]:
-    """Return numbers at equal distances, each the double next to the decimal number.
+    """Return equidistant numbers, each the double nearest to the decimal number.
 
-    In binary fractions the second of lin(0.1, 0.4, 31) is 0.11000000000000001.
+    In binary arithmetic the second of lin(0.1, 0.4, 31) would be 0.11000000000000001.
     """
     steps = max(count - 1, 1)
     whole = first.denominator * last.denominator
@@ -190,7 +190,7 @@ def _evenly(first: Fraction, last: Fraction, count: int) -> list[float]:
 
 
 class _Family(NamedTuple):
-    """A family of distributions: its arguments, and what is wrong with given ones."""
+    """A family of distributions: its arguments, and a function for their fault."""
 
     arguments: str
     fault: Callable[..., str]

@@ -55,7 +55,7 @@ class Overlaid(NamedTuple):
     record: "Record"
 
 
-class _Panel(NamedTuple):
+class _ChannelPanel(NamedTuple):
     """A channel, and the number of the member that is drawn; None if it has no members."""
 
     channel: str
@@ -115,7 +115,7 @@ def overlay(
 
 def _panels(
     results: Sequence["Record"], view_channels: Sequence[str], channels: Sequence[str]
-) -> list[_Panel]:
+) -> list[_ChannelPanel]:
     for result in results[1:]:
         for name in channels:
             if name not in result.channels:
@@ -138,7 +138,7 @@ def _panels(
                 f" ({'; '.join(', '.join(names) for names in sorted(members))})"
             )
         numbers: list[int | None] = [*range(len(first.members[axis]))] if axis else [None]
-        panels += [_Panel(name, number) for number in numbers]
+        panels += [_ChannelPanel(name, number) for number in numbers]
     if len(panels) > MAX_PANELS:
         raise ArgumentError(
             "channels",
@@ -148,14 +148,14 @@ def _panels(
     return panels
 
 
-def _label(result: "Record", panel: _Panel) -> str:
+def _label(result: "Record", panel: _ChannelPanel) -> str:
     if panel.member is None:
         return label(result, panel.channel)
     member = str(result.members[result.axes[panel.channel]][panel.member])
     return label(result, panel.channel, f"{panel.channel.replace('_', ' ')},\n{member}")
 
 
-def _draw(ax: Any, result: "Record", panel: _Panel, number: int) -> None:
+def _draw(ax: Any, result: "Record", panel: _ChannelPanel, number: int) -> None:
     time, values = with_jumps(result, panel.channel)
     if panel.member is not None:
         values = values[:, panel.member]

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.fitting.data import Target
-    from frictionsim.fitting.outcome import Outcome, TargetResiduals
+    from frictionsim.fitting.outcome import FitOutcome, TargetResiduals
     from frictionsim.work_precision.outcome import Row, WorkPrecision
 
     Array = npt.NDArray[np.float64]
@@ -295,7 +295,7 @@ FIT: dict[str, Any] = {"color": VERMILION, "linestyle": "-", "linewidth": 1.6}
 RESIDUAL: dict[str, Any] = {"color": BLACK, "linestyle": "", "marker": "."}
 
 
-def fit_diagram(outcome: "Outcome", ax: Any = None) -> "Figure":
+def fit_diagram(outcome: "FitOutcome", ax: Any = None) -> "Figure":
     """Draw data and fit of each channel or quantity, with the residuals below.
 
     A grey band has the width of twice the standard deviation of the data.
@@ -308,7 +308,7 @@ def fit_diagram(outcome: "Outcome", ax: Any = None) -> "Figure":
     return drawn_in(lambda target: _draw_fit(outcome, target), ax)
 
 
-def _draw_fit(outcome: "Outcome", figure: "Figure | SubFigure") -> None:
+def _draw_fit(outcome: "FitOutcome", figure: "Figure | SubFigure") -> None:
     parts = list(zip(outcome.data.targets, outcome.residuals, strict=True))
     title = outcome.fitted.title or outcome.fitted.kind
     set_title(
@@ -324,7 +324,7 @@ def _draw_fit(outcome: "Outcome", figure: "Figure | SubFigure") -> None:
 
 
 def _draw_target(
-    upper: Any, lower: Any, outcome: "Outcome", target: "Target", residuals: "TargetResiduals"
+    upper: Any, lower: Any, outcome: "FitOutcome", target: "Target", residuals: "TargetResiduals"
 ) -> None:
     x, label = _abscissa(outcome, target)
     order = np.argsort(x, kind="stable")
@@ -343,9 +343,9 @@ def _draw_target(
         ax.grid(linewidth=0.3)
 
 
-def _abscissa(outcome: "Outcome", target: "Target") -> tuple[Any, str]:
+def _abscissa(outcome: "FitOutcome", target: "Target") -> tuple[Any, str]:
     """Return the abscissae of a target's values, and the label of that axis."""
-    if target.of == "channel":
+    if target.kind == "channel":
         return target.times, "time, s"
     if len(outcome.data.over) == 1:
         key = outcome.data.over[0]

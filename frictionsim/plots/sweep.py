@@ -167,7 +167,7 @@ def chosen(table: SweepTable, runs: Any, count: int = MAX_PANELS) -> tuple[list[
     return candidates[:count], notes
 
 
-class _Panel(NamedTuple):
+class _QuantityPanel(NamedTuple):
     """A panel: its quantity, its runs in the shape of the axes, and its title."""
 
     name: str
@@ -211,14 +211,14 @@ def _draw_face(
     axes = face.axes
     if third is None:
         layout, runs = _layout(axes, face.runs, face.joined)
-        panels = [_Panel(name, runs) for name in names]
+        panels = [_QuantityPanel(name, runs) for name in names]
     else:
         axis, rest = axes[third], axes[:third] + axes[third + 1 :]
         panels = []
         for place in range(axis.values.size):
             layout, runs = _layout(rest, face.runs.take(place, axis=third), True)
             key = shortened_key(axis.key)
-            panels.append(_Panel(names[0], runs, f"{key} = {axis.text(place)}"))
+            panels.append(_QuantityPanel(names[0], runs, f"{key} = {axis.text(place)}"))
     height = MAPS if layout.is_map else CURVES
     places = _panels(figure, len(panels), height, sharey=layout.is_map or third is not None)
     for ax, panel in zip(places, panels, strict=True):
@@ -257,7 +257,7 @@ def _drawn_values(table: SweepTable, name: str, runs: Any) -> Any:
     return np.where(np.isnan(outcomes.values), outcomes.audit_failures, outcomes.values)
 
 
-def _handles(table: SweepTable, layout: _Layout, panels: list[_Panel]) -> list[Any]:
+def _handles(table: SweepTable, layout: _Layout, panels: list[_QuantityPanel]) -> list[Any]:
     """Return the legend: curves, and marks with the number of their runs."""
     handles = []
     if not layout.is_map and len(layout.axes) == 2:

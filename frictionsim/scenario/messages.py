@@ -12,7 +12,7 @@ from frictionsim.scenario.toml_data import KeyPath
 MAX_VALUE_LENGTH = 40  # characters of an invalid value in a message
 
 
-class _Place(NamedTuple):
+class _ErrorLocation(NamedTuple):
     """The location of an error.
 
     Attributes
@@ -54,26 +54,26 @@ def error_message(error: Any, model: type[BaseModel], misspelt: str = "") -> tup
     The path is that in the TOML file, without pydantic's names of union branches. A key that is
     not known may be a missing one that is misspelt.
     """
-    place = _place(model, error["loc"])
+    location = _location(model, error["loc"])
     kind, context = error["type"], error.get("ctx", {})
     if kind == "inconsistent":
-        return (*place.path, *context["where"]), context["message"]
+        return (*location.path, *context["where"]), context["message"]
     if kind == "extra_forbidden":
-        retired = getattr(place.table, "RETIRED", {}).get(place.path[-1])
-        known = [misspelt] if misspelt else key_names(place.table)
-        return place.path, retired or unknown("key", str(place.path[-1]), known)
+        retired = getattr(location.table, "RETIRED", {}).get(location.path[-1])
+        known = [misspelt] if misspelt else key_names(location.table)
+        return location.path, retired or unknown("key", str(location.path[-1]), known)
     if kind in ("value_error", "assertion_error"):  # of a validator in another package
-        return place.path, str(context["error"]) or "invalid"
-    expected = _expected(kind, context, place)
+        return location.path, str(context["error"]) or "invalid"
+    expected = _expected(kind, context, location)
     if kind == "float_type" and error["loc"][-1] in FORMS_BESIDE_NUMBER:
         expected = f"{expected}, or {FORMS_BESIDE_NUMBER[error['loc'][-1]]}"
     if kind == "missing":
-        if place.is_list:
-            expected = f"a list of {place.items} in brackets"
-        elif isinstance(place.path[-1], int):
-            expected = f"a number in {place.unit}" if place.unit else "a number"
-        return place.path, f"missing; expected {expected}"
-    return place.path, f"expected {expected}, got {toml_text(error['input'])}"
+        if location.is_list:
+            expected = f"a list of {location.items} in brackets"
+        elif isinstance(location.path[-1], int):
+            expected = f"a number in {location.unit}" if location.unit else "a number"
+        return location.path, f"missing; expected {expected}"
+    return location.path, f"expected {expected}, got {toml_text(error['input'])}"
 
 
 def toml_text(value: Any) -> str:
@@ -99,8 +99,8 @@ BOUNDS = {
 }
 
 
-def _expected(kind: str, context: dict[str, Any], place: _Place) -> str:
-    unit = place.unit
+def _expected(kind: str, context: dict[str, Any], location: _ErrorLocation) -> str:
+    unit = location.unit
     if kind in BOUNDS:
         bound, relation = BOUNDS[kind]
         return f"a number {relation} {context[bound]:g}{unit and ' ' + unit}"
@@ -121,9 +121,9 @@ def _expected(kind: str, context: dict[str, Any], place: _Place) -> str:
         "string_pattern_mismatch": "letters, digits, '_' and '-' without spaces",
         "model_type": "a table",
         "model_attributes_type": "a table",
-        "tuple_type": f"a list of {place.items} in brackets",
-        "too_short": _at_least(context.get("min_length", 1), place.items),
-        "too_long": f"at most {context.get('max_length')} {place.items}",
+        "tuple_type": f"a list of {location.items} in brackets",
+        "too_short": _at_least(context.get("min_length", 1), location.items),
+        "too_long": f"at most {context.get('max_length')} {location.items}",
     }.get(kind, f"another value ({kind.replace('_', ' ')})")
 
 
@@ -131,14 +131,14 @@ def _at_least(count: int, items: str) -> str:
     return f"at least {count} {items}" if count > 1 else f"at least one {items.removesuffix('s')}"
 
 
-def _place(model: type[BaseModel], location: KeyPath) -> _Place:
+def _location(model: type[BaseModel], loc: KeyPath) -> _ErrorLocation:
     """Resolve the location of an error through the models."""
     path: KeyPath = ()
     unit, items = "", "numbers"
     table: type[BaseModel] | None = None
     here: type[BaseModel] | None = model
     at_signal = at_name = is_list = False
-    for part in location:
+    for part in loc:
         if at_signal and isinstance(part, str):  # the tag of the signal's form, which is no key
             here, at_signal = SIGNAL_TAGS.get(part), part == SUM
             continue
@@ -159,7 +159,7 @@ def _place(model: type[BaseModel], location: KeyPath) -> _Place:
         items = "signals" if at_signal else "tables" if models else items
         at_name = get_origin(field.annotation) is dict
         here = models[0] if models else None
-    return _Place(path, table, "" if unit == "1" else str(unit), items, is_list)
+    return _ErrorLocation(path, table, "" if unit == "1" else str(unit), items, is_list)
 
 
 def _field(model: type[BaseModel] | None, key: Any) -> Any:

@@ -64,13 +64,13 @@ class RunNumbers(np.ndarray[Any, np.dtype[Any]]):
         return ufunc(*map(np.asarray, inputs)).view(RunNumbers)
 
     def __pow__(self, exponent: float) -> "RunNumbers":  # type: ignore[override]
-        return numbers_of([number**exponent for number in np.asarray(self).tolist()])
+        return as_run_numbers([number**exponent for number in np.asarray(self).tolist()])
 
     def __floor__(self) -> "RunNumbers":
-        return numbers_of(np.floor(np.asarray(self)))
+        return as_run_numbers(np.floor(np.asarray(self)))
 
     def __ceil__(self) -> "RunNumbers":
-        return numbers_of(np.ceil(np.asarray(self)))
+        return as_run_numbers(np.ceil(np.asarray(self)))
 
     def _is_not_one(self, *_: object) -> NoReturn:
         raise Unlike
@@ -79,7 +79,7 @@ class RunNumbers(np.ndarray[Any, np.dtype[Any]]):
     __iter__ = __len__ = __str__ = __repr__ = __format__ = _is_not_one
 
 
-def numbers_of(values: Any) -> RunNumbers:
+def as_run_numbers(values: Any) -> RunNumbers:
     """Return an array, (runs,), as numbers of many runs."""
     return np.asarray(values, dtype=float).view(RunNumbers)
 
@@ -89,7 +89,7 @@ def stacked(values: Sequence[Any]) -> Any:
     return np.stack(np.broadcast_arrays(*map(np.asarray, values)), axis=1)
 
 
-def in_groups(
+def group_runs(
     function: Callable[[Any], Output], runs: Any, fewest: int
 ) -> Iterator[tuple[Any, Output]]:
     """Yield groups of runs that a function accepts at once, by indices, with its output.
@@ -106,7 +106,7 @@ def in_groups(
     except Unlike as unlike:
         if unlike.holds is not None:
             for part in (unlike.holds, ~unlike.holds):
-                yield from in_groups(function, runs[part], fewest)
+                yield from group_runs(function, runs[part], fewest)
     except (ArithmeticError, AttributeError, TypeError, ValueError):
         pass  # it is for numbers of one run only
     else:

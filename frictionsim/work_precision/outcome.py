@@ -34,7 +34,7 @@ class Comparable(Protocol):
     def checks(self) -> "Mapping[str, Check]": ...
 
 
-class Outcome(NamedTuple):
+class ReferenceOutcome(NamedTuple):
     """A reference for runs that is not a run itself; see `Comparable`."""
 
     channels: "Mapping[str, Array]" = MappingProxyType({})

@@ -15,9 +15,9 @@ from frictionsim.simulation.simulate import run
 from frictionsim.work_precision.outcome import (
     Comparable,
     Error,
-    Outcome,
     Plan,
     Reference,
+    ReferenceOutcome,
     Row,
     WorkPrecision,
     metric_errors,
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 ORDER = 2
 
 
-def extrapolated(fine: "Record", coarse: "Record", metrics: "Iterable[Metric]") -> Outcome:
+def extrapolated(fine: "Record", coarse: "Record", metrics: "Iterable[Metric]") -> ReferenceOutcome:
     """Return the limit of two runs on meshes of ratio 2, by Richardson.
 
     Parameters
@@ -44,7 +44,7 @@ def extrapolated(fine: "Record", coarse: "Record", metrics: "Iterable[Metric]") 
 
     Returns
     -------
-    Outcome
+    ReferenceOutcome
         Its events and checks are those of the fine run.
     """
     share = 1.0 / (2**ORDER - 1)
@@ -58,7 +58,7 @@ def extrapolated(fine: "Record", coarse: "Record", metrics: "Iterable[Metric]") 
         if quantity.value is not None and other is not None and other.value is not None:
             value = quantity.value + share * (quantity.value - other.value)
             quantities[name] = Quantity(value, quantity.unit)
-    return Outcome(channels, fine.transitions, quantities, fine.checks)
+    return ReferenceOutcome(channels, fine.transitions, quantities, fine.checks)
 
 
 # A setting is not repeated after this total time, s: the timing is accurate enough.

@@ -9,7 +9,13 @@ from frictionsim.io.cost_table import CostTable
 from frictionsim.results import Column, Metric, finite
 from frictionsim.scenario.toml_data import json_value
 from frictionsim.scenario.variants import Mesh, Setting
-from frictionsim.work_precision.outcome import Error, Outcome, Reference, Row, WorkPrecision
+from frictionsim.work_precision.outcome import (
+    Error,
+    Reference,
+    ReferenceOutcome,
+    Row,
+    WorkPrecision,
+)
 from frictionsim.work_precision.recommendation import recommendations
 
 if TYPE_CHECKING:
@@ -184,12 +190,14 @@ def study_of(table: CostTable) -> WorkPrecision:
     return WorkPrecision(
         scenario=None,
         metrics=tuple(Metric(n, "quantity" if n in quantities else "channel") for n in names),
-        reference=Reference(Outcome(), tuple(about.get("references", "").splitlines()), floors),
+        reference=Reference(
+            ReferenceOutcome(), tuple(about.get("references", "").splitlines()), floors
+        ),
         rows=[_row(_values(table, number), names) for number in range(table.rows)],
         status=about.get("status", ""),
         reason=about.get("reason", ""),
         exit_code=EXIT_DONE,
-        time_reference=Reference(Outcome(), tuple(in_time), {}) if in_time else None,
+        time_reference=Reference(ReferenceOutcome(), tuple(in_time), {}) if in_time else None,
         title=about.get("title", ""),
         kind=about.get("kind", ""),
         notes=table.notes,

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import frictionsim as fs
 from frictionsim.io.unfinished import partial_name
 from frictionsim.parameter_study import dispatch
-from frictionsim.parameter_study.journal import Journal, journal_name
+from frictionsim.parameter_study.journal import SweepJournal, journal_name
 from tests.attacks.hdf5_bytes import damaged
 from tests.attacks.promise import BrokenPromise, outcome
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
@@ -93,7 +93,7 @@ def _bytes(rng: random.Random, journal: Path, log: Path) -> str:
 
 
 def _checkpoint(journal: Path) -> None:
-    Journal(journal.with_name(PART)).close(remove=False)
+    SweepJournal(journal.with_name(PART)).close(remove=False)
 
 
 def _statements(rng: random.Random, journal: Path, log: Path) -> str:

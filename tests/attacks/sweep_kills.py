@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from frictionsim.io.hdf5_reader import read_sweep
-from frictionsim.parameter_study.journal import Journal, journal_name
+from frictionsim.parameter_study.journal import SweepJournal, journal_name
 from frictionsim.parameter_study.sweep import Assembly
 from frictionsim.parameter_study.sweep_files import digest_of
 from tests.support.sweep_files import command, started
@@ -76,8 +76,8 @@ def check(path: Path, whole: Any) -> int:
     table = read_sweep(path)
     assert table.attributes["status"] == "interrupted"
     assembly = Assembly(RUNS)
-    assembly.take_up(table)
-    journal = Journal(path)  # also: nobody else has it
+    assembly.restore(table)
+    journal = SweepJournal(path)  # also: nobody else has it
     for block in journal.blocks(digest_of(table)):
         assembly.add(block)
     journal.close(remove=False)

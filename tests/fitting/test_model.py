@@ -21,7 +21,7 @@ def sampled(scenario: fs.Scenario, times: Any, *channels: str) -> dict[str, Any]
     zeros = {name: np.zeros(len(times)) for name in channels}
     options = FitOptions.of(data={"time": np.array(times), **zeros}, channels=channels)
     data = measured(options, scenario)
-    values = FitProblem(scenario, (), data, lambda runs: None).at(np.empty(0)).values
+    values = FitProblem(scenario, (), data, lambda runs: None).model(np.empty(0)).values
     assert values is not None
     return dict(zip(channels, np.split(values, len(channels)), strict=True))
 

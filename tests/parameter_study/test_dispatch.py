@@ -13,7 +13,7 @@ def sizes_of(runs: int, seconds: object, together: int, workers: int = 2) -> lis
     assert callable(seconds)
     while left:
         size = min(sizes.next(workers), left)
-        sizes.took(size)
+        sizes.dispatch(size)
         sizes.learn(size, seconds(size))
         left -= size
         found.append(size)

@@ -11,17 +11,17 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.parameter_study import journal
-from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, Outcome, block_of
-from frictionsim.parameter_study.journal import Journal, journal_name
+from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, RunOutcome, block_of
+from frictionsim.parameter_study.journal import SweepJournal, journal_name
 from frictionsim.results import Quantity
 
 DIGEST = b"d" * 32
 BLOCK = block_of(
     7,
     [
-        (0, Outcome(DONE, {"a": Quantity(1.5, "m"), "b": Quantity(None, "s")})),
-        (1, Outcome(FAILED, {"c": Quantity(-0.0, "1")}, "diverged", "it left", "one\ntwo")),
-        (2, Outcome(AUDIT_FAILED, {"a": Quantity(2.5, "m")})),
+        (0, RunOutcome(DONE, {"a": Quantity(1.5, "m"), "b": Quantity(None, "s")})),
+        (1, RunOutcome(FAILED, {"c": Quantity(-0.0, "1")}, "diverged", "it left", "one\ntwo")),
+        (2, RunOutcome(AUDIT_FAILED, {"a": Quantity(2.5, "m")})),
     ],
 )
 RECORD = dict(
@@ -33,7 +33,7 @@ RECORD = dict(
 def path(tmp_path: Path) -> Path:
     """The name of a sweep's file, with a journal that has one block."""
     path = tmp_path / "s.h5"
-    written = Journal(path)
+    written = SweepJournal(path)
     written.start(DIGEST)
     written.append(BLOCK)
     written.close(remove=False)
@@ -41,7 +41,7 @@ def path(tmp_path: Path) -> Path:
 
 
 def blocks(path: Path, digest: bytes = DIGEST) -> list[Any]:
-    found = Journal(path)
+    found = SweepJournal(path)
     try:
         return list(found.blocks(digest))
     finally:
@@ -119,7 +119,7 @@ def test_a_database_with_something_else_is_not_touched(path: Path, statement: st
     crafted(path, statement)
     before = journal_name(path).read_bytes()
     with pytest.raises(fs.OutputError, match="the file is not one of a sweep; move it"):
-        Journal(path)
+        SweepJournal(path)
     assert journal_name(path).read_bytes() == before
 
 
@@ -148,7 +148,7 @@ def test_no_link_is_followed(path: Path, suffix: str) -> None:
     name.unlink(missing_ok=True)
     name.symlink_to(other)
     with pytest.raises(fs.OutputError, match="the sweep needs this name, and it is no file"):
-        Journal(path)
+        SweepJournal(path)
     assert other.read_text() == "precious"
 
 
@@ -157,14 +157,14 @@ def test_files_that_sqlite_would_play_back_are_not_taken(path: Path, suffix: str
     name = path.parent / (journal_name(path).name + suffix)
     name.write_bytes(b"from elsewhere")
     with pytest.raises(fs.OutputError, match=f"{suffix}: the sweep needs this name"):
-        Journal(path)
+        SweepJournal(path)
     assert name.read_bytes() == b"from elsewhere"
 
 
 def test_a_journal_of_an_earlier_version_is_refused_with_the_way_out(path: Path) -> None:
     journal_name(path).write_bytes(b"frictionsim runs 1\n" + DIGEST + b"\0" * 100)
     with pytest.raises(fs.OutputError) as refused:
-        Journal(path)
+        SweepJournal(path)
     assert str(refused.value) == (
         f"{journal_name(path)}: this journal was written by an earlier version of frictionsim;"
         " resume the sweep with that version, or remove s.h5.runs: the runs in it are then run"

@@ -18,7 +18,7 @@ from frictionsim.api.sweeping import SweepInterrupted
 from frictionsim.io.checksum import LENGTH, SWEEP, append_trailer
 from frictionsim.io.unfinished import partial_name
 from frictionsim.parameter_study import dispatch, executors, sweep_files
-from frictionsim.parameter_study.journal import Journal, journal_name
+from frictionsim.parameter_study.journal import SweepJournal, journal_name
 from frictionsim.parameter_study.sweep_files import SweepFiles
 from frictionsim.simulation.monitor import SweepProgress
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
@@ -216,7 +216,7 @@ def test_two_sweeps_do_not_write_one_file(tmp_path: Path) -> None:
     path = partial_name(tmp_path / "s.h5")
     interrupted(tmp_path / "s.h5")
     before = path.read_bytes()
-    running = Journal(path)
+    running = SweepJournal(path)
     for again, name in ((sweep, tmp_path / "s.h5"), (fs.resume_sweep, path)):
         with pytest.raises(fs.OutputError) as refused:
             again(name)
@@ -230,7 +230,7 @@ def test_two_sweeps_do_not_write_one_file(tmp_path: Path) -> None:
 def test_what_cannot_be_resumed_is_refused(whole: bytes, tmp_path: Path) -> None:
     path = tmp_path / "s.h5"
     path.write_bytes(whole)
-    left = Journal(partial_name(path))  # of a process that was killed at its end
+    left = SweepJournal(partial_name(path))  # of a process that was killed at its end
     left.start(bytes(32))
     left.close(remove=False)
     with pytest.raises(fs.InputError, match="this sweep is done; there is nothing to resume"):

@@ -99,7 +99,7 @@ def test_workers_that_cannot_start_are_reported(monkeypatch: pytest.MonkeyPatch)
 def test_the_first_invalid_combination_is_named(
     seconds_here: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(dispatch, "SECONDS_HERE", seconds_here)
+    monkeypatch.setattr(dispatch, "SECONDS_OF_LOCAL_CHECKS", seconds_here)
     loads = [*range(2000, 2070), -1.0, *range(2100, 2130), -2.0]
     with pytest.raises(fs.InputError, match=r"vary: mechanism.load=-1.0 is not valid"):
         fs.sweep(PULLEY, {LOAD: loads}, LOOSE, workers=2)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pydantic import Field, model_validator
 
 import frictionsim as fs
-from frictionsim.scenario.run_numbers import Unlike, in_groups, numbers_of, with_numbers
+from frictionsim.scenario.run_numbers import Unlike, as_run_numbers, group_runs, with_numbers
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario
 
@@ -23,14 +23,14 @@ LOAD, MU_S = ("mechanism", "load"), ("effects", "shaft_friction", "mu_s")
 
 @given(NUMBERS, st.floats(0.1, 10.0), st.sampled_from([add, sub, mul, truediv, pow]))
 def test_arithmetic_has_the_bits_of_each_number(values: list[float], x: float, f: Any) -> None:
-    found = f(numbers_of(values), x)
+    found = f(as_run_numbers(values), x)
     assert np.asarray(found).tolist() == [f(value, x) for value in values]
 
 
 def test_powers_have_the_bits_of_python_where_those_of_numpy_have_others() -> None:
     values = np.random.default_rng(0).uniform(0.1, 3.0, 2000).tolist()
     for exponent in (2, 3, 0.2):
-        found = numbers_of(values) ** exponent
+        found = as_run_numbers(values) ** exponent
         assert np.asarray(found).tolist() == [value**exponent for value in values]
 
 
@@ -39,12 +39,12 @@ def test_powers_have_the_bits_of_python_where_those_of_numpy_have_others() -> No
 )
 def test_what_takes_one_number_takes_none_of_many_runs(take: Any) -> None:
     with pytest.raises(Unlike) as unlike:
-        take(numbers_of([1.0]))
+        take(as_run_numbers([1.0]))
     assert unlike.value.holds is None
 
 
 def test_a_condition_holds_for_all_for_none_or_divides_the_runs() -> None:
-    values = numbers_of([1.0, 2.0, 3.0])
+    values = as_run_numbers([1.0, 2.0, 3.0])
     assert values > 0.0
     assert not values > 3.0
     with pytest.raises(Unlike) as unlike:
@@ -55,12 +55,12 @@ def test_a_condition_holds_for_all_for_none_or_divides_the_runs() -> None:
 @given(st.lists(st.integers(0, 9), max_size=30), st.integers(1, 4))
 def test_groups_take_one_way_each_and_are_not_small(values: list[int], fewest: int) -> None:
     def way(runs: Any) -> str:
-        x = numbers_of(np.array(values)[runs])
+        x = as_run_numbers(np.array(values)[runs])
         return "low" if x < 3.0 else "middle" if x < 6.0 else "high"
 
     ways = {"low": range(3), "middle": range(3, 6), "high": range(6, 10)}
     seen: list[int] = []
-    for runs, found in in_groups(way, np.arange(len(values)), fewest):
+    for runs, found in group_runs(way, np.arange(len(values)), fewest):
         assert len(runs) >= fewest
         assert {values[run] for run in runs} <= set(ways[found])
         seen += runs.tolist()
@@ -70,7 +70,7 @@ def test_groups_take_one_way_each_and_are_not_small(values: list[int], fewest: i
 
 
 def outcome(scenario: Scenario, values: dict[Any, list[float]]) -> Any:
-    return with_numbers(scenario, {key: numbers_of(column) for key, column in values.items()})
+    return with_numbers(scenario, {key: as_run_numbers(column) for key, column in values.items()})
 
 
 def test_a_scenario_takes_numbers_within_bounds_and_in_order() -> None:
@@ -131,12 +131,12 @@ class Before(Params):
 )
 def test_what_a_model_says_otherwise_is_left_to_it(table: Params, key: str) -> None:
     with pytest.raises(Unlike) as unlike:
-        with_numbers(table, {(key,): numbers_of([1.0, 2.0])})
+        with_numbers(table, {(key,): as_run_numbers([1.0, 2.0])})
     assert unlike.value.holds is None
 
 
 def test_validators_of_a_model_see_the_numbers() -> None:
-    assert with_numbers(Table(), {("plain",): numbers_of([1.0, 2.0])}).apart == 4.0
+    assert with_numbers(Table(), {("plain",): as_run_numbers([1.0, 2.0])}).apart == 4.0
     with pytest.raises(Unlike) as unlike:
-        with_numbers(Table(), {("apart",): numbers_of([4.0, 5.0])})
+        with_numbers(Table(), {("apart",): as_run_numbers([4.0, 5.0])})
     assert unlike.value.holds.tolist() == [False, True]
