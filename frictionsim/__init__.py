@@ -104,9 +104,9 @@ if not TYPE_CHECKING:  # a type checker would take every name for one of this mo
         from importlib import import_module
 
         module = import_module(f"frictionsim.{_MODULES[name]}")
-        found = getattr(module, name)
-        globals()[name] = found
-        return found
+        value = getattr(module, name)
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

@@ -154,7 +154,7 @@ def exit_code_of_interruption(reason: str) -> int:
 
 def failure_class(failure: str) -> type[SolverError]:
     """Return the exception of a kind of failure, as named in files; SolverError if of none."""
-    classes = {found.failure: found for found in SolverError.__subclasses__() if found.failure}
+    classes = {each.failure: each for each in SolverError.__subclasses__() if each.failure}
     return classes.get(failure, SolverError)
 
 
@@ -163,27 +163,27 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def unknown(what: str, found: str, known: list[str], listed: str = "") -> str:
+def unknown(what: str, given: str, known: list[str], listed: str = "") -> str:
     """Return the message for an unknown name.
 
     Parameters
     ----------
     what : str
         What the name should be of: "backend", "key".
-    found : str
+    given : str
         The unknown name.
     known : list of str
         The valid names; the closest is suggested, all are listed if none is close.
     listed : str
         What is listed instead of all names, where there are many.
     """
-    if near := closest(str(found), known):
-        return f"unknown {what} '{found}' (did you mean '{near}'?)"
+    if near := closest(str(given), known):
+        return f"unknown {what} '{given}' (did you mean '{near}'?)"
     listed = listed or f"known: {', '.join(known)}"
-    return f"unknown {what} '{found}'; {listed}"
+    return f"unknown {what} '{given}'; {listed}"
 
 
-def closest(found: str, known: list[str]) -> str:
+def closest(given: str, known: list[str]) -> str:
     """Return the known name of which another one is a misspelling; empty if there is none.
 
     A common ending, as of `hinge_friction` and `shaft_friction`, does not make one: the words
@@ -192,8 +192,8 @@ def closest(found: str, known: list[str]) -> str:
     from difflib import get_close_matches  # imported here: needed for error messages only
 
     completions = []
-    for name in get_close_matches(found, known, n=len(known) or 1):
-        start, start_of_known = _without_common_ending(found, name)
+    for name in get_close_matches(given, known, n=len(known) or 1):
+        start, start_of_known = _without_common_ending(given, name)
         if not (start and start_of_known):
             completions.append(name)
         elif get_close_matches(start, [start_of_known]):
@@ -226,7 +226,7 @@ def near_files(path: Path, suffixes: tuple[str, ...]) -> str:
     from difflib import get_close_matches
 
     try:
-        names = [found.name for found in path.parent.iterdir() if found.suffix in suffixes]
+        names = [file.name for file in path.parent.iterdir() if file.suffix in suffixes]
     except OSError:
         return f" (there is no folder '{path.parent}')"
     near = get_close_matches(path.name, names, n=1)

@@ -2,6 +2,7 @@
 
 import ast
 import inspect
+from collections import Counter
 from functools import cache
 from pathlib import Path
 
@@ -141,6 +142,13 @@ def test_import_cycles_are_detected() -> None:
 def test_files_are_short() -> None:
     long = {str(path): count for path in FILES if (count := text_of(path).count("\n")) > MAX_LINES}
     assert long == {}
+
+
+def test_a_class_has_its_name_for_itself() -> None:
+    classes = Counter(
+        node.name for path in FILES for node in nodes_of(path) if isinstance(node, ast.ClassDef)
+    )
+    assert [name for name, count in classes.items() if count > 1] == []
 
 
 def leaves(annotation: ast.expr | None) -> int:

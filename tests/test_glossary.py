@@ -49,6 +49,7 @@ NAMES = {
     r"damp_and_strike": "solve_damping_and_friction",
     r"creep_share": "creep_ratio",
     r"turn_freely": "pulley_accelerations",
+    r"^_?found": "the noun it stands for",
 }
 
 # The same for constants; in lower case these are words of every day.
