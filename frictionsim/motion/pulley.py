@@ -83,7 +83,7 @@ class Rope(NamedTuple):
     scale: float
 
 
-class Journal(NamedTuple):
+class ShaftRadii(NamedTuple):
     """Radii of the shaft and of its friction circles, m."""
 
     shaft: float
@@ -91,7 +91,7 @@ class Journal(NamedTuple):
     kinetic: float
 
 
-def _journal(result: "Record") -> Journal | None:
+def _journal(result: "Record") -> ShaftRadii | None:
     """Return the radii of a shaft with friction; None without it."""
     if "shaft_friction" not in scenario_of(result).get("effects", {}):
         return None
@@ -99,10 +99,10 @@ def _journal(result: "Record") -> Journal | None:
         float(scenario_value(result, "effects", "shaft_friction", key))
         for key in ("shaft_radius", "mu_s", "mu_k")
     )
-    return Journal(shaft, friction_radius(shaft, mu_s), friction_radius(shaft, mu_k))
+    return ShaftRadii(shaft, friction_radius(shaft, mu_s), friction_radius(shaft, mu_k))
 
 
-def _shaft(journal: Journal | None, radius: float, still: "Array", least: float) -> list[Part]:
+def _shaft(journal: ShaftRadii | None, radius: float, still: "Array", least: float) -> list[Part]:
     """Return the shaft, true to scale if its friction is simulated, and its friction circles.
 
     Circles up to a radius `least`, m, are left out.
@@ -113,7 +113,7 @@ def _shaft(journal: Journal | None, radius: float, still: "Array", least: float)
     return shaft_bodies(journal.shaft, still, *(size if size > least else 0.0 for size in circles))
 
 
-def _friction_circles(journal: Journal | None) -> tuple[Detail, ...]:
+def _friction_circles(journal: ShaftRadii | None) -> tuple[Detail, ...]:
     """Return the enlarged detail, if the scenario has friction of the shaft."""
     if journal is None:
         return ()

@@ -15,7 +15,7 @@ drive
     The input u over time, a `Curve`.
 coordinates : int
     Their number.
-contacts : ContactTable
+contacts : PackedContacts
     `frictionsim.solvers.contacts.table_of` its contacts.
 balance(u, s, y)
     Writes accelerations and forces into s[ACCELERATION] and s[FORCES] that solve the equations of

@@ -62,12 +62,12 @@ class BeltDrive:
     def prepare(self, on_step: Callable[[float], Any]) -> float:
         """Evaluate the start and compile all kernels of the run; return how long that took, s."""
         stepper = self._stepper
-        with jit.announce_compilation(stepper.compile_seconds, on_step) as found:
+        with jit.announce_compilation(stepper.compile_seconds, on_step) as compilation:
             if not self._started:
                 stepper.start()
             stepper.prepare()
         self._started = True
-        return found.seconds
+        return compilation.seconds
 
     def compile(self, on_step: Callable[[float], Any]) -> float | None:
         """Compile all kernels of the run."""
@@ -186,11 +186,11 @@ def _discontinuities(scenario: "BeltDriveScenario") -> list[float]:
     """Return the times at which a drive or its derivative jumps, s: a step ends there."""
     from frictionsim.scenario.signal_tables import SpeedTable, signal_from
 
-    found = set()
+    times = set()
     for term in (term for drive in scenario.drive.values() for term in drive.terms):
         if isinstance(term, SpeedTable):
             continue
         signal, t = signal_from(term), 0.0
         while (t := signal.next_discontinuity(t)) < scenario.solver.duration:
-            found.add(t)
-    return sorted(found)
+            times.add(t)
+    return sorted(times)

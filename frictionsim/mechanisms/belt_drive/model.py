@@ -107,8 +107,8 @@ class BeltModel(NamedTuple):
     @property
     def present_effects(self) -> list[tuple[BeltEffect, Any]]:
         """The effects that the scenario has, in the order of their forces, with parameters."""
-        found = ((effect, getattr(self.system.effects, effect.key)) for effect in in_order())
-        return [(effect, parameters) for effect, parameters in found if parameters is not None]
+        effects = ((effect, getattr(self.system.effects, effect.key)) for effect in in_order())
+        return [(effect, parameters) for effect, parameters in effects if parameters is not None]
 
     def kinetic_energy(self, kinematics: Array, speeds: Array) -> float:
         """Return the kinetic energy of bodies and pulleys, J.
@@ -130,7 +130,8 @@ class BeltModel(NamedTuple):
             pulley[[PULLEY_X, PULLEY_Y]].T,
             pulley[PULLEY_RADIUS],
         )
-        return float(sum(np.sum(e.energies(found, shape)) for e, found in self.present_effects))
+        energies = (effect.energies(own, shape) for effect, own in self.present_effects)
+        return float(sum(np.sum(energy) for energy in energies))
 
     @property
     def max_frequency_and_decay(self) -> tuple[float, float]:

@@ -157,9 +157,9 @@ class Observer:
             ContactRows(*contacts.table[:, filled]),
         )
         friction = pressed.friction * self.force_per_impulse
-        found = self._places(kinematics)
-        found["pulley_index"] = np.full(self._bodies, -1.0)
-        found["pulley_index"][body] = np.searchsorted(contacts.offsets, filled, side="right") - 1.0
+        rows = self._places(kinematics)
+        rows["pulley_index"] = np.full(self._bodies, -1.0)
+        rows["pulley_index"][body] = np.searchsorted(contacts.offsets, filled, side="right") - 1.0
         for name, values in (
             ("normal_force", pressed.normal),
             ("friction_force", friction),
@@ -167,10 +167,10 @@ class Observer:
             ("sticking", pressed.sticking),
             ("_utilisation", utilisation(pressed, friction)),
         ):
-            found[name] = np.zeros(self._bodies)
-            found[name][body] = values
-        found["tension"] = self._tension(kinematics)
-        return found
+            rows[name] = np.zeros(self._bodies)
+            rows[name][body] = values
+        rows["tension"] = self._tension(kinematics)
+        return rows
 
     def _places(self, kinematics: Array) -> dict[str, Array]:
         return {"x": kinematics[X], "y": kinematics[Y], "angle": kinematics[ANGLE]}
@@ -249,13 +249,13 @@ class Observer:
             return {}
         ranges = [slice(*ends) for ends in pairwise(contacts.offsets)]
         rows = ContactRows(*contacts.table)
-        found = {
+        terms = {
             "_friction": rows.friction * self.force_per_impulse,
             "_capacity": rows.kinetic * rows.normal,
             "_slip": rows.normal * rows.slip,
         }
         return {
-            name: np.array([values[of].sum() for of in ranges]) for name, values in found.items()
+            name: np.array([values[of].sum() for of in ranges]) for name, values in terms.items()
         }
 
     def _friction_excess(self) -> Array:

@@ -15,7 +15,7 @@ from frictionsim.mechanisms.belt_drive.geometry import (
     MIN_BODIES,
     Path,
     PathError,
-    Pulley,
+    PulleyCircle,
     belt_path,
 )
 from frictionsim.scenario.methods import BELT, CREEP, PUBLISHED, REGULARISED, Pairs
@@ -51,9 +51,9 @@ class BeltTable(Params):
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
         if (self.pretension is None) == (self.length is None):
-            found = "neither" if self.length is None else "both"
+            keys = "neither" if self.length is None else "both"
             raise inconsistent(
-                (), f"expected either pretension, N, or length (unstretched), m; found {found}"
+                (), f"expected either pretension, N, or length (unstretched), m; found {keys}"
             )
         return self
 
@@ -94,9 +94,9 @@ class Geometry(Params):
         return tuple(pulley.name for pulley in self.pulleys)
 
     @property
-    def circles(self) -> list[Pulley]:
+    def circles(self) -> list[PulleyCircle]:
         """The pulleys as the path sees them."""
-        return [Pulley(p.name, p.center, p.radius, p.side) for p in self.pulleys]
+        return [PulleyCircle(p.name, p.center, p.radius, p.side) for p in self.pulleys]
 
     def path(self) -> Path:
         """Return the ideal line of the belt."""
@@ -140,7 +140,7 @@ class Geometry(Params):
             )
 
 
-class PulleyDrive(Params):
+class DriveTable(Params):
     """`[drive.NAME]`: torque, of time or of the pulley's speed, or speed over time."""
 
     torque: SpeedOrTimeSignals | None = unit_field(
@@ -153,8 +153,8 @@ class PulleyDrive(Params):
     @model_validator(mode="after")
     def _one_of_two(self) -> Self:
         if (self.torque is None) == (self.speed is None):
-            found = "neither" if self.torque is None else "both"
-            raise inconsistent((), f"expected either torque or speed; found {found}")
+            keys = "neither" if self.torque is None else "both"
+            raise inconsistent((), f"expected either torque or speed; found {keys}")
         return self
 
     @property
@@ -224,7 +224,7 @@ class BeltDriveScenario(Scenario):
 
     kind: Literal["belt_drive"]
     mechanism: Geometry
-    drive: dict[str, PulleyDrive] = Field(default_factory=dict)
+    drive: dict[str, DriveTable] = Field(default_factory=dict)
     effects: Effects
     solver: BeltSolverSettings = BeltSolverSettings()
 
@@ -267,11 +267,11 @@ class BeltDriveScenario(Scenario):
     def _there_are_bodies_enough(self) -> Self:
         path, bodies = self.mechanism.path(), self.mechanism.belt.bodies
         if self.guided:
-            found = missing_points(path, self.mechanism.names, self.drive, bodies)
+            problem = missing_points(path, self.mechanism.names, self.drive, bodies)
         else:
-            found = _missing_bodies(path, self.mechanism.pulleys, bodies)
-        if found is not None:
-            raise inconsistent(("mechanism", "belt", "bodies"), found)
+            problem = _missing_bodies(path, self.mechanism.pulleys, bodies)
+        if problem is not None:
+            raise inconsistent(("mechanism", "belt", "bodies"), problem)
         return self
 
     @model_validator(mode="after")
@@ -298,14 +298,14 @@ class BeltDriveScenario(Scenario):
 
     def warnings(self) -> list[str]:
         """Return warnings about the scenario, also of a creep that depends on the step."""
-        found = super().warnings()
+        warnings = super().warnings()
         friction = self.effects.belt_friction
         if friction is not None and friction.law == "creep":
-            found.append(
+            warnings.append(
                 "law = 'creep' takes the creep as slip times step, as published: its friction"
                 " depends on the steps of the solver"
             )
-        return found
+        return warnings
 
 
 def _missing_bodies(path: Path, pulleys: "Sequence[PulleyTable]", bodies: int) -> str | None:
@@ -356,10 +356,10 @@ def missing_points(
 
 def _pieces(path: Path, names: Sequence[str], driven: Collection[str]) -> list[tuple[float, str]]:
     """Return the lengths of spans, m, and of arcs that carry a load, with what they are."""
-    lengths, found = np.diff(path.breakpoints), []
+    lengths, pieces = np.diff(path.breakpoints), []
     for j, name in enumerate(names):
         after = names[(j + 1) % len(names)]
-        found.append((float(lengths[2 * j]), f"the span from '{name}' to '{after}'"))
+        pieces.append((float(lengths[2 * j]), f"the span from '{name}' to '{after}'"))
         if after in driven:
-            found.append((float(lengths[2 * j + 1]), f"the arc on '{after}'"))
-    return found
+            pieces.append((float(lengths[2 * j + 1]), f"the arc on '{after}'"))
+    return pieces

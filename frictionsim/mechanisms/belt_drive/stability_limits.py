@@ -128,10 +128,10 @@ def explicit_decay(system: "System") -> float:
 
 def damping_rates(system: "System", of_explicit_dampers: bool = False) -> Decay:
     """Return the sum over the effects, or over those whose dampers fixed steps do not solve for."""
-    found = [
+    rates = [
         effect.decay(parameters, system.chain)
         for effect in in_order()
         if (parameters := getattr(system.effects, effect.key)) is not None
         and not (of_explicit_dampers and effect.solved_for_in_fixed_steps)
     ]
-    return Decay(sum(d.moving for d in found), sum(d.turning for d in found))
+    return Decay(sum(d.moving for d in rates), sum(d.turning for d in rates))

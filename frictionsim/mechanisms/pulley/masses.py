@@ -71,10 +71,10 @@ from frictionsim.scenario.signals import Curve, curve_of
 from frictionsim.solvers.compilation import compilable
 from frictionsim.solvers.contacts import (
     Contact,
-    ContactTable,
     Form,
     Friction,
     MultiContactMechanism,
+    PackedContacts,
     Unilateral,
     Value,
     Vector,
@@ -374,7 +374,7 @@ class Lift(NamedTuple):
     """
 
     drive: Curve
-    contacts: ContactTable
+    contacts: PackedContacts
     coordinates: int
     n: LiftParameters
     P_per_u: float

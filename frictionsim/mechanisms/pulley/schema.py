@@ -161,8 +161,8 @@ class PulleyDrive(Params):
     @model_validator(mode="after")
     def _one_of_them(self) -> Self:
         if (self.force is None) == (self.torque is None):
-            found = "neither" if self.force is None else "both"
-            raise inconsistent((), f"expected either force or torque; found {found}")
+            keys = "neither" if self.force is None else "both"
+            raise inconsistent((), f"expected either force or torque; found {keys}")
         if self.torque is not None and self.direction != "vertical":
             raise inconsistent(
                 ("direction",),
@@ -329,9 +329,9 @@ class PulleyScenario(SingleDofScenario):
     def drive_signal(self) -> Signal:
         """The force or the torque of the drive over time."""
         force, torque = self.drive.force, self.drive.torque
-        found = torque if force is None else force
-        assert found is not None  # checked by the model of the drive
-        return signal_from(found)
+        table = torque if force is None else force
+        assert table is not None  # checked by the model of the drive
+        return signal_from(table)
 
     def warnings(self) -> list[str]:
         """Return the warnings; also of a shaft as thick as the pulley and of a pushing cord."""

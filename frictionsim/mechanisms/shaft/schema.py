@@ -76,9 +76,9 @@ class Force(Params):
                 " points nowhere; give x and y, as in [0.0, -1.0]",
             )
         if (self.point is None) == (self.cord_radius is None):
-            found = "neither" if self.point is None else "both"
+            keys = "neither" if self.point is None else "both"
             raise inconsistent(
-                (), f"expected either point or cord_radius, found {found}; give one of them"
+                (), f"expected either point or cord_radius, found {keys}; give one of them"
             )
         if self.cord_radius is not None and self.direction_turns:
             raise inconsistent(
@@ -105,7 +105,7 @@ class Couple(Params):
     size: MotionSignal = unit_field("N m", "Size of the couple, positive counter-clockwise.")
 
 
-class EccentricMass(Params):
+class EccentricMassTable(Params):
     """A point mass on the body, beside the axis."""
 
     mass: float = unit_field("kg", "Mass, in addition to the mass of the body.", ge=0)
@@ -127,7 +127,7 @@ class TorsionSpring(Params):
     free_angle_deg: float = unit_field("deg", "Angle at which it is free.", 0.0)
 
 
-class EndStops(Params):
+class EndStopsTable(Params):
     """End stops: the body stays between two angles, and loses energy in impacts on them.
 
     A stop is a couple on the body and does not load the shaft. It takes all torque that presses a
@@ -190,11 +190,11 @@ class ShaftEffects(Params):
     """`[effects]`: one table for each effect that is simulated."""
 
     gravity: Gravity | None = None
-    eccentric_mass: EccentricMass | None = None
+    eccentric_mass: EccentricMassTable | None = None
     shaft_friction: ShaftFriction | None = None
     viscous_damping: ViscousDamping | None = None
     torsion_spring: TorsionSpring | None = None
-    end_stops: EndStops | None = None
+    end_stops: EndStopsTable | None = None
 
 
 class Statics(Params):
@@ -363,7 +363,9 @@ class ShaftScenario(SingleDofScenario):
         return self
 
 
-def _check_between(stops: EndStops, angle: float, where: tuple[str, ...], way_out: str) -> None:
+def _check_between(
+    stops: EndStopsTable, angle: float, where: tuple[str, ...], way_out: str
+) -> None:
     """Check that an angle, deg, is between the end stops."""
     for name, beyond in (("lowest", -1.0), ("highest", 1.0)):
         stop = getattr(stops, f"{name}_angle_deg")

@@ -313,7 +313,7 @@ class _Search:
         for rank, (value, before, s) in enumerate(sorted(branches, key=lambda each: abs(each[0]))):
             # Where A = 0, a root is left for the smaller one, and the larger one has no bound. Two
             # such angles may be one cut.
-            bounded = here.leading != 0 or rank < len(here.found) or here.every
+            bounded = here.leading != 0 or rank < len(here.real) or here.every
             bounded &= abs(value) <= GROWTH * abs(before) or not before
             near = (here if bounded else limits).of(s)
             if near:
@@ -428,7 +428,7 @@ class _Problem:
     def _about(self, roots: Roots) -> list[str]:
         """Return the meaning of the roots, or why there are none."""
         key, at = self.unknown.key, f"at {self._angle:.6g} deg"
-        values = [root.value for root in roots.found]
+        values = [root.value for root in roots.real]
         if roots.every:
             return [f"{at}, the body is about to move with every {key}"]
         if self.unknown.label in ("mu_s", "shaft_radius"):
@@ -442,7 +442,7 @@ class _Problem:
         elif roots.leading > 0:
             notes = [f"{at}, the body rests with {key} {range_}"]
         elif roots.leading < 0:
-            words = WORDS.get(roots.found[0].direction)
+            words = WORDS.get(roots.real[0].direction)
             moves = (
                 f"the body moves {words} with {key} {range_}"
                 if words
@@ -461,9 +461,9 @@ class _Problem:
 
     def _about_friction(self, roots: Roots) -> list[str]:
         key, at = self.unknown.key, f"at {self._angle:.6g} deg"
-        if not roots.found:
+        if not roots.real:
             return [f"{at}, the body moves with every {key}: its lever arm is too large"]
-        root = roots.found[0]
+        root = roots.real[0]
         if not root.value:
             return [f"{at}, the body rests with every {key}: there is no moment"]
         return [

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects.base import (
-    Belt,
     BeltEffect,
+    BeltProperties,
     Decay,
     Shape,
     Stage,
@@ -95,7 +95,9 @@ class BendingEffect(BeltEffect):
     stage = Stage.JOINT
     add_forces = add_bending
 
-    def parameters(self, table: BendingTable | None, belt: Belt) -> BendingParameters | None:
+    def parameters(
+        self, table: BendingTable | None, belt: BeltProperties
+    ) -> BendingParameters | None:
         if table is None:
             return None
         length = belt.chain.length
