@@ -84,11 +84,11 @@ class PlotOptions(Appearance, Extent):
                 raise ArgumentError(name, f"it applies to {fit}, not to {drawn}")
 
 
-LOOK, SHOWN = set(Appearance.model_fields), set(Extent.model_fields)
+APPEARANCE_OPTIONS, SHOWN = set(Appearance.model_fields), set(Extent.model_fields)
 APPLY = {
-    "the result of a run": LOOK | SHOWN | {"view", "body"},
-    "several results": LOOK | SHOWN | {"view"},
-    "a sweep": LOOK | {"view", "at"},
+    "the result of a run": APPEARANCE_OPTIONS | SHOWN | {"view", "body"},
+    "several results": APPEARANCE_OPTIONS | SHOWN | {"view"},
+    "a sweep": APPEARANCE_OPTIONS | {"view", "at"},
     "an animation": {"fps", "speed"},
 }
 """The options that apply, by what is drawn."""

@@ -108,7 +108,7 @@ def _shaft(journal: ShaftRadii | None, radius: float, still: "Array", least: flo
     Circles up to a radius `least`, m, are left out.
     """
     if journal is None:
-        return shaft_bodies(SHAFT_SEEN * radius, still)
+        return shaft_bodies(DRAWN_SHAFT * radius, still)
     circles = (journal.static, journal.kinetic)
     return shaft_bodies(journal.shaft, still, *(size if size > least else 0.0 for size in circles))
 
@@ -304,7 +304,7 @@ def _readouts(result: "Record", frames: Frames, gaps: "tuple[Array, Array]") -> 
     return readouts
 
 
-SHAFT_SEEN = 0.06  # of the pulley's radius: a shaft that the scenario does not have is drawn so
+DRAWN_SHAFT = 0.06  # of the pulley's radius: a shaft that the scenario does not have is drawn so
 # Of the pulley's radius: a smaller friction circle is a dot, and left out where none is enlarged.
 CIRCLE_SEEN = 0.02
 # In radii of the pulley.

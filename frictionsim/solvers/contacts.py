@@ -38,9 +38,9 @@ Form = tuple[float, ...]
 
 def value_of(form: Form, u: Value, forces: Vector) -> Value:
     """Return the value of a form, of numbers or arrays."""
-    constant, of_drive, *of_forces = form
-    value = constant + of_drive * u
-    for coefficient, force in zip(of_forces, forces, strict=True):
+    constant, drive_coefficient, *force_coefficients = form
+    value = constant + drive_coefficient * u
+    for coefficient, force in zip(force_coefficients, forces, strict=True):
         value = value + coefficient * force
     return value
 

@@ -32,7 +32,7 @@ LOG = logging.getLogger(__name__)
 
 PROGRAM = "frictionsim"
 BUILD = re.compile(r"kernels-[0-9a-f]{16}")  # the folder of a build, as both `build_name` have it
-KEPT_UNUSED = 7 * 24 * 3600.0  # s; several versions may be in use side by side
+UNUSED_LIFETIME = 7 * 24 * 3600.0  # s; several versions may be in use side by side
 PRIVATE, ROOT = 0o700, 0
 OTHERS_WRITE, OTHERS_ENTER = 0o022, 0o011
 
@@ -189,5 +189,5 @@ def _remove_unused(new: Path, owner: int) -> None:
         except OSError:  # another process was faster
             continue
         is_ours = S_ISDIR(status.st_mode) and status.st_uid == owner
-        if path != new and is_ours and time() - status.st_mtime > KEPT_UNUSED:
+        if path != new and is_ours and time() - status.st_mtime > UNUSED_LIFETIME:
             rmtree(path, ignore_errors=True)

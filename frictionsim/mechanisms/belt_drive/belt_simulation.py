@@ -77,7 +77,7 @@ class BeltDrive:
         """Step on; return whether there are kernels to `prepare` before the end."""
         stepper, times, end = self._stepper, self._times, self._scenario.solver.duration
         bodies = max(BODIES_FOR_ALL_STEPS, self._scenario.mechanism.belt.bodies)
-        between_calls = max(1, STEPS_BETWEEN_CALLS * BODIES_FOR_ALL_STEPS // bodies)
+        steps_per_call = max(1, STEPS_BETWEEN_CALLS * BODIES_FOR_ALL_STEPS // bodies)
         while True:
             while times.next <= stepper.t * (1.0 + TIME_TOLERANCE):
                 t = times.next
@@ -89,7 +89,7 @@ class BeltDrive:
             if not stepper.prepared:
                 return True
             on_step(stepper.t)
-            steps = min(self._steps_left(stepper.t), between_calls)
+            steps = min(self._steps_left(stepper.t), steps_per_call)
             limit = min((t for t in self._discontinuities if t > stepper.t), default=end)
             stepper.advance(min(limit, end), times.next, steps)
             self._observer.check_belt(stepper)

@@ -275,7 +275,7 @@ __all__ = ["Equilibrium", "NoEquilibrium", "find_equilibrium"]
 
 # The largest unbalanced force over the tension: sought, well enough for the correction of the
 # tension to end, accepted, and near enough to a rest position to tell a saddle from a minimum.
-TARGET_RESIDUAL, RESIDUAL, ACCEPTABLE_RESIDUAL, NEAR_RESIDUAL = 1e-10, 1e-9, 1e-7, 1e-5
+TARGET_RESIDUAL, RESIDUAL, ACCEPTABLE_RESIDUAL, SADDLE_RESIDUAL = 1e-10, 1e-9, 1e-7, 1e-5
 # What rounded coordinates leave of the force on a body, in its stiffness times a unit in the last
 # place: half a unit of its own and of its neighbours, and a little for the arithmetic.
 ROUNDING = 1.25
@@ -477,7 +477,7 @@ def _minimum(
         if residual <= _force_tolerance(belt, at, tension):
             break
         of = hessian(belt, held, at)
-        if not leave_saddles and residual <= NEAR_RESIDUAL * tension:
+        if not leave_saddles and residual <= SADDLE_RESIDUAL * tension:
             _check_minimum(of, tolerance)
         lower, shift = damped_newton_step(belt, held, at, of, slope, shift)
         if lower is None:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.effects import in_order
+from frictionsim.mechanisms.belt_drive.effects import ordered_effects
 from frictionsim.mechanisms.belt_drive.effects.axial import (
     AxialEffect,
     AxialParameters,
@@ -104,9 +104,9 @@ def held_parameters(belt: EquilibriumProblem, length: float, pull: float | None)
     chain = belt.chain_of(length)
     parameters = belt.parameters_of(chain)
     effects = [
-        (effect, of_effect)
-        for effect in in_order()
-        if (of_effect := getattr(parameters, effect.key)) is not None
+        (effect, effect_parameters)
+        for effect in ordered_effects()
+        if (effect_parameters := getattr(parameters, effect.key)) is not None
         and effect.key != AXIAL.key
         and effect.stage != Stage.FRICTION
     ]

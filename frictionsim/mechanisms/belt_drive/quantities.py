@@ -80,8 +80,8 @@ def torque_balance(
     belt, differences = scenario.mechanism.belt, [_difference(time, rim, turned)]
     wave = np.sqrt(belt.axial_rigidity / belt.mass_per_length)
     if np.ptp(time[last]) * wave > MIN_ROUND_TRIPS * scenario.mechanism.path().length:
-        of_last = {name: values[last] for name, values in seen.items()}
-        differences.append(_difference_of_spans(scenario, model, time[last], of_last))
+        last_samples = {name: values[last] for name, values in seen.items()}
+        differences.append(_difference_of_spans(scenario, model, time[last], last_samples))
     off, uncertain = (np.concatenate(parts) / largest for parts in zip(*differences, strict=True))
     limit = LIMIT + uncertain
     worst = int(np.argmax(off / limit))
@@ -264,8 +264,8 @@ def efficiency(time: Array, power: Array, lost: float, least: float) -> float | 
     least : float, J
         No more than this is nothing.
     """
-    taken_out = float(np.sum((-power).clip(min=0.0)) * np.ptp(time))
-    return taken_out / (taken_out + lost) if taken_out + lost > least else None
+    delivered = float(np.sum((-power).clip(min=0.0)) * np.ptp(time))
+    return delivered / (delivered + lost) if delivered + lost > least else None
 
 
 def checks_of(

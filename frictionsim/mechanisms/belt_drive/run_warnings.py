@@ -185,8 +185,8 @@ def _changes(time: Array, values: Array, size: float, names: list[str]) -> list[
     chance = STANDARD_ERRORS * np.minimum(np.hypot(*errors), 0.1 * change)
     return [
         (float(c / size), name)
-        for c, by_chance, name in zip(change, chance, names, strict=True)
-        if c - by_chance > UNSTEADY * size
+        for c, scatter, name in zip(change, chance, names, strict=True)
+        if c - scatter > UNSTEADY * size
     ]
 
 

@@ -49,7 +49,7 @@ class BeltTable(Params):
     )
 
     @model_validator(mode="after")
-    def _one_of_two(self) -> Self:
+    def _check_tension_or_length(self) -> Self:
         if (self.pretension is None) == (self.length is None):
             keys = "neither" if self.length is None else "both"
             raise inconsistent(
@@ -81,7 +81,7 @@ class Geometry(Params):
     pulleys: tuple[PulleyTable, ...] = Field(min_length=2, max_length=100, strict=False)
 
     @model_validator(mode="after")
-    def _names_differ(self) -> Self:
+    def _check_names(self) -> Self:
         names = [pulley.name for pulley in self.pulleys]
         for i, name in enumerate(names):
             if name in names[:i]:
@@ -103,7 +103,7 @@ class Geometry(Params):
         return belt_path(self.circles)
 
     @model_validator(mode="after")
-    def _belt_fits_its_path(self) -> Self:
+    def _check_path(self) -> Self:
         try:
             path = self.path()
         except PathError as error:
@@ -151,7 +151,7 @@ class DriveTable(Params):
     )
 
     @model_validator(mode="after")
-    def _one_of_two(self) -> Self:
+    def _check_inputs(self) -> Self:
         if (self.torque is None) == (self.speed is None):
             keys = "neither" if self.torque is None else "both"
             raise inconsistent((), f"expected either torque or speed; found {keys}")
@@ -229,7 +229,7 @@ class BeltDriveScenario(Scenario):
     solver: BeltSolverSettings = BeltSolverSettings()
 
     @model_validator(mode="after")
-    def _names_are_of_pulleys(self) -> Self:
+    def _check_pulley_names(self) -> Self:
         names = list(self.mechanism.names)
         named: list[tuple[tuple[str, ...], str]] = [(("drive", name), name) for name in self.drive]
         for key in ("contact", "belt_friction"):
@@ -251,7 +251,7 @@ class BeltDriveScenario(Scenario):
         return self.effects.contact is None
 
     @model_validator(mode="after")
-    def _effects_suit_a_guided_belt(self) -> Self:
+    def _check_guided_effects(self) -> Self:
         if not self.guided:
             return self
         for effect in EFFECTS:
@@ -264,7 +264,7 @@ class BeltDriveScenario(Scenario):
         return self
 
     @model_validator(mode="after")
-    def _there_are_bodies_enough(self) -> Self:
+    def _check_bodies(self) -> Self:
         path, bodies = self.mechanism.path(), self.mechanism.belt.bodies
         if self.guided:
             problem = missing_points(path, self.mechanism.names, self.drive, bodies)
@@ -275,7 +275,7 @@ class BeltDriveScenario(Scenario):
         return self
 
     @model_validator(mode="after")
-    def _patch_needs_friction(self) -> Self:
+    def _check_patch(self) -> Self:
         patch = self.effects.patch
         if patch is None:
             return self

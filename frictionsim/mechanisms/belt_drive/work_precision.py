@@ -66,11 +66,11 @@ def tighter(scenario: "BeltDriveScenario") -> "Setting | None":
 
 
 def _suiting(tolerances: Iterable[float]) -> tuple[float, ...]:
-    """Return the tolerances that were asked for, or those of a belt instead of the usual ones."""
+    """Return the requested tolerances, or those of a belt instead of the usual ones."""
     from frictionsim.scenario.variants import TOLERANCES as USUAL
 
-    asked = tuple(tolerances)
-    return TOLERANCES if asked == USUAL else asked
+    requested = tuple(tolerances)
+    return TOLERANCES if requested == USUAL else requested
 
 
 def _with_rtol(backend: str, rtol: float) -> "Setting":

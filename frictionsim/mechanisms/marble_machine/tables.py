@@ -40,7 +40,7 @@ class MarbleMachineParameters(Params):
     initial_angular_velocity: float = unit_field("rad/s", "Angular velocity at the start.", 0.0)
 
     @model_validator(mode="after")
-    def _one_leaves_as_one_comes(self) -> Self:
+    def _check_slots(self) -> Self:
         if self.slots % 2:
             raise inconsistent(
                 ("slots",),
@@ -77,7 +77,7 @@ class MarbleMachineDrive(Params):
     motor: MotorTable | None = None
 
     @model_validator(mode="after")
-    def _one_of_them(self) -> Self:
+    def _check_inputs(self) -> Self:
         if (self.torque is None) == (self.motor is None):
             raise inconsistent((), "give one of torque and motor")
         return self

@@ -305,11 +305,11 @@ class Balance(NamedTuple):
     def equation(self, degrees: float, settled: bool = True) -> Equation:
         """Return eq 24 at an angle, deg; settled, moments that tie with zero are zero."""
         angle = radians(degrees)
-        terms, of_sought = self.given.scale(self.time, angle), self.terms_of_sought(degrees)
+        terms, sought_terms = self.given.scale(self.time, angle), self.terms_of_sought(degrees)
         given, sought = self.given.at(self.time, angle), self.sought(degrees)
         if settled and abs(given[0]) <= ROUNDOFF * terms:
             given = 0.0, *given[1:]
-        if settled and abs(sought[0]) <= ROUNDOFF * of_sought:
+        if settled and abs(sought[0]) <= ROUNDOFF * sought_terms:
             sought = 0.0, *sought[1:]
         return equation_of(given, sought, self.radius, terms)
 
@@ -380,14 +380,14 @@ def _value_of(load: Force, name: str, value: float) -> dict[str, object]:
 def _alone(scenario: ShaftScenario, unknown: Unknown) -> ShaftScenario:
     """Return a scenario without all that does not contain the unknown."""
     effects, table = scenario.effects, unknown.table
-    of_weight = table == "mechanism" or unknown.name == "g" or "eccentric" in table
+    needs_gravity = table == "mechanism" or unknown.name == "g" or "eccentric" in table
     loads = {
         name: tuple(x for x in getattr(scenario, name) if f"{name}.{x.name}" == table)
         for name in ("forces", "couples")
     }
     kept = effects.model_copy(
         update={
-            "gravity": effects.gravity if of_weight else None,
+            "gravity": effects.gravity if needs_gravity else None,
             "eccentric_mass": None if table == "mechanism" else effects.eccentric_mass,
             "torsion_spring": effects.torsion_spring if "spring" in table else None,
         }

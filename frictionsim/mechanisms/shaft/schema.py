@@ -68,7 +68,7 @@ class Force(Params):
     )
 
     @model_validator(mode="after")
-    def _it_is_a_force(self) -> Self:
+    def _check_direction_and_point(self) -> Self:
         if hypot(*self.direction) < float_info.min:  # smaller numbers have no digits left
             raise inconsistent(
                 ("direction",),
@@ -172,7 +172,7 @@ class EndStopsTable(Params):
         return inf if self.highest_angle_deg is None else radians(self.highest_angle_deg)
 
     @model_validator(mode="after")
-    def _stops_are_apart(self) -> Self:
+    def _check_positions(self) -> Self:
         if self.lowest_angle_deg is None and self.highest_angle_deg is None:
             raise inconsistent(
                 (), "expected lowest_angle_deg or highest_angle_deg, or both; found neither"
@@ -256,7 +256,7 @@ class ShaftScenario(SingleDofScenario):
         return self.mechanism.inertia + added
 
     @model_validator(mode="after")
-    def _names_differ(self) -> Self:
+    def _check_names(self) -> Self:
         names: list[str] = []
         for table in ("forces", "couples"):
             for i, part in enumerate(getattr(self, table)):
@@ -269,7 +269,7 @@ class ShaftScenario(SingleDofScenario):
         return self
 
     @model_validator(mode="after")
-    def _something_acts(self) -> Self:
+    def _check_loads(self) -> Self:
         effects = self.effects
         acts = [self.forces, self.couples, self.has_weight, effects.torsion_spring]
         if self.mechanism.initial_angular_velocity:  # a coast-down, by what brakes it
@@ -283,7 +283,7 @@ class ShaftScenario(SingleDofScenario):
         return self
 
     @model_validator(mode="after")
-    def _it_starts_between_stops(self) -> Self:
+    def _check_start(self) -> Self:
         stops, start = self.effects.end_stops, self.mechanism.initial_angle_deg
         if stops is None:
             return self
@@ -320,7 +320,7 @@ class ShaftScenario(SingleDofScenario):
         return warnings
 
     @model_validator(mode="after")
-    def _it_does_not_lock(self) -> Self:
+    def _check_locking(self) -> Self:
         """Refuse a body at rest under one force that friction holds, whatever its size.
 
         |M| = a R <= r_s R. Of several forces R may be smaller than their sum. Of a radius or
@@ -342,7 +342,7 @@ class ShaftScenario(SingleDofScenario):
         return self
 
     @model_validator(mode="after")
-    def _it_slides_in_one_way(self) -> Self:
+    def _check_sliding(self) -> Self:
         journal, eccentric = self.effects.shaft_friction, self.effects.eccentric_mass
         if journal is None or eccentric is None:
             return self
@@ -357,7 +357,7 @@ class ShaftScenario(SingleDofScenario):
         return self
 
     @model_validator(mode="after")
-    def _balance_is_sound(self) -> Self:
+    def _check_balance(self) -> Self:
         for check in self.CHECKS:
             check(self)
         return self

@@ -29,7 +29,7 @@ from frictionsim.mechanisms.shaft.balance import (
     sum_of,
 )
 from frictionsim.mechanisms.shaft.schema import ShaftScenario
-from frictionsim.mechanisms.shaft.unknowns import WHERE, place_of, unknown_of
+from frictionsim.mechanisms.shaft.unknowns import UNKNOWN_KEY, place_of, unknown_of
 from frictionsim.results import Quantities, Quantity, StaticQuantities
 from frictionsim.scenario.schema import inconsistent
 from frictionsim.solvers.root_finding import bracket_root
@@ -40,7 +40,7 @@ STOPS = {1: "upper", -1: "lower"}  # that which keeps the body from turning in a
 SAMPLES = 720  # of features, whose period is not below a quarter of a turn
 MIN_SAMPLES = 24
 RESOLUTION = 1e-6  # deg: what is shorter is of rounding
-NEAR = 1e-6  # of a piece, from its end
+END_MARGIN = 1e-6  # of a piece, from its end
 FARTHER, GROWTH = 100, 5  # towards a pole, a root grows so many times from a farther angle
 SUBDIVISIONS = 8
 DIGITS_OF_ANGLE = 12  # deg
@@ -56,7 +56,7 @@ def check_unknown(scenario: ShaftScenario) -> None:
     time, angle = place_of(scenario)
     if not balance_of(scenario, unknown, time).enters(angle):
         raise inconsistent(
-            WHERE,
+            UNKNOWN_KEY,
             f"'{unknown.key}' does not enter eq 24 at {angle:.6g} deg and {time:.6g} s: it"
             " changes neither the moment nor the friction there",
         )
@@ -211,7 +211,7 @@ class _Search:
             roots = self._roots(0.5 * (max(first) + min(last)))
             pieces.append(_Piece(first, last, {s: len(roots[s]) for s in DIRECTIONS}))
         for piece in pieces:
-            inward = NEAR * (piece.end - piece.begin)
+            inward = END_MARGIN * (piece.end - piece.begin)
             for angle in piece.first:
                 self._search_end(piece, angle, piece.begin, inward)
             for angle in piece.last:
@@ -292,7 +292,7 @@ class _Search:
         width = end - begin
         n = max(MIN_SAMPLES, int(SAMPLES * width / (self._turn[1] - self._turn[0])))
         shares = [0.5 - 0.5 * cos(pi * k / n) for k in range(1, n)]
-        grid = [begin + width * share for share in (NEAR, *shares, 1.0 - NEAR)]
+        grid = [begin + width * share for share in (END_MARGIN, *shares, 1.0 - END_MARGIN)]
         for angle in _changes(growth, grid, [growth(angle) for angle in grid]):
             roots = self._roots(angle)[direction]
             if len(roots) == count:
@@ -400,7 +400,7 @@ class _Problem:
             quantities[name] = self._quantity(first)
             if second is not None:
                 quantities[f"{name}_second"] = self._quantity(second)
-        self.notes += self._about(roots)
+        self.notes += self._notes_of(roots)
         if self._on_stop:
             self.notes.append(
                 f"at {self._angle:.6g} deg, the {STOPS[self._on_stop]} end stop keeps the"
@@ -425,14 +425,14 @@ class _Problem:
                 return f"from {ends[0]} to {ends[1]}"
         return f"= {self._text(low)}"
 
-    def _about(self, roots: Roots) -> list[str]:
+    def _notes_of(self, roots: Roots) -> list[str]:
         """Return the meaning of the roots, or why there are none."""
         key, at = self.unknown.key, f"at {self._angle:.6g} deg"
         values = [root.value for root in roots.real]
         if roots.every:
             return [f"{at}, the body is about to move with every {key}"]
         if self.unknown.label in ("mu_s", "shaft_radius"):
-            return self._about_friction(roots)
+            return self._notes_of_friction(roots)
         if not values:
             return [f"{at}, no {key} makes the body move: the friction exceeds the moment with any"]
         range_ = self._range_of(values[0], values[-1])
@@ -459,7 +459,7 @@ class _Problem:
             notes.append(f"{key} below zero is a root of the equation, but not possible")
         return notes
 
-    def _about_friction(self, roots: Roots) -> list[str]:
+    def _notes_of_friction(self, roots: Roots) -> list[str]:
         key, at = self.unknown.key, f"at {self._angle:.6g} deg"
         if not roots.real:
             return [f"{at}, the body moves with every {key}: its lever arm is too large"]
@@ -488,7 +488,7 @@ class _Problem:
             for side, extremes in (("smallest", turn.smallest), ("largest", turn.largest)):
                 name = f"{self.unknown.label}_{direction}_{side}"
                 quantities |= self._extreme(name, extremes[s])
-                self.notes += self._about_extreme(side, s, extremes[s])
+                self.notes += self._notes_of_extreme(side, s, extremes[s])
             self.notes += [
                 f"{self._where}, no {self.unknown.key} makes the body about to move {WORDS[s]} from"
                 f" {_degrees(begin)} to {_degrees(end)} deg"
@@ -496,7 +496,7 @@ class _Problem:
             ]
         return quantities
 
-    def _about_extreme(self, side: str, direction: int, extreme: Extreme) -> list[str]:
+    def _notes_of_extreme(self, side: str, direction: int, extreme: Extreme) -> list[str]:
         """Return why an extreme has no bound, or is not reached."""
         value, angle, reached = extreme
         if angle is None:

@@ -214,12 +214,12 @@ class ContactEffect(BeltEffect):
             return None
         scale = mesh_scale(table, belt.chain.bodies)
 
-        def of_pulleys(key: str) -> Array:
+        def pulley_values(key: str) -> Array:
             return np.array([table.at(name, key) for name in belt.pulleys])
 
-        coefficient = scale * of_pulleys("damping")
-        damping = ContactDamping(coefficient, of_pulleys("p_max")) if coefficient.any() else None
-        return ContactParameters(scale * of_pulleys("c1"), scale * of_pulleys("c2"), damping)
+        coefficient = scale * pulley_values("damping")
+        damping = ContactDamping(coefficient, pulley_values("p_max")) if coefficient.any() else None
+        return ContactParameters(scale * pulley_values("c1"), scale * pulley_values("c2"), damping)
 
     def dissipates(self, parameters: ContactParameters) -> bool:
         return parameters.damping is not None

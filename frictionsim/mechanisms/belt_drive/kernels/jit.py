@@ -55,10 +55,10 @@ class BeltKernel:
     """
 
     def __init__(
-        self, function: Callable[..., Any], compiler: str = "PartCompiler", **as_part: Any
+        self, function: Callable[..., Any], compiler: str = "PartCompiler", **part_options: Any
     ) -> None:
         self.py_func = function
-        self._compiler, self._as_part = compiler, as_part
+        self._compiler, self._part_options = compiler, part_options
         update_wrapper(self, function)
         _modules_with_kernels.add(function.__module__)
 
@@ -80,10 +80,10 @@ class BeltKernel:
     @cached_property
     def part(self) -> Any:
         """The function as other kernels call it."""
-        if not self._as_part:
+        if not self._part_options:
             return self.compiled
         return _compiled(
-            self.py_func, pipeline_class=compiler_of_parts(self._compiler), **self._as_part
+            self.py_func, pipeline_class=compiler_of_parts(self._compiler), **self._part_options
         )
 
     @property
@@ -168,13 +168,13 @@ def kernel_sources() -> tuple[Path, ...]:
     package = Path(__file__).parents[3]
     modules = [sys.modules[name].__file__ for name in _modules_with_kernels if name in sys.modules]
     kernel_files = {Path(file) for file in modules if file}
-    in_package = {
+    package_files = {
         path
         for path in package.rglob("*.py")
         if b"frictionsim.mechanisms.belt_drive.kernels.jit" in path.read_bytes()
     }
     shared = {package / name for name in SHARED}
-    return tuple(sorted({Path(__file__), *kernel_files, *in_package, *shared}))
+    return tuple(sorted({Path(__file__), *kernel_files, *package_files, *shared}))
 
 
 def build_name() -> str:

@@ -287,7 +287,7 @@ def stack_signals(rows: "Sequence[tuple[int, int, Signal]]") -> Signals:
         np.array([pulley for pulley, *_ in rows], dtype=np.int64),
         np.array([kind for _, kind, _ in rows], dtype=np.int64),
         np.cumsum([0, *map(len, pieces)], dtype=np.int64),
-        np.array([piece for of_one in pieces for piece in of_one]).reshape(-1, 5),
+        np.array([piece for signal_pieces in pieces for piece in signal_pieces]).reshape(-1, 5),
         np.array(harmonics).reshape(-1, 3),
     )
 
