@@ -5,6 +5,12 @@ cross; where one grows without bound; where the slope of a size jumps. These ang
 `features_at`, cut the turn into pieces. On a piece, extrema are zeros of `growth_at` between
 samples. Where a root ceases to exist at the end of a piece, its limit there counts as well, in the
 direction of that root.
+
+A plain search, 720 samples with each sampled extremum refined by values alone, loses in roundoff a
+root that is 0/0 at an angle, as the stiffness of a spring that is free where the other moment
+vanishes (25 of 60 drawn cases, by up to 36 %), and takes poles of `mu_s` for large roots (4 of 60).
+On other drawn bodies its extremes agree to 1e-12, but its angles to 1e-8 rad only, since values are
+flat at an extremum.
 """
 
 from collections.abc import Callable, Iterator
