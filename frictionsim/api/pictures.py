@@ -84,11 +84,11 @@ class PlotOptions(Appearance, Extent):
                 raise ArgumentError(name, f"it applies to {fit}, not to {drawn}")
 
 
-LOOK, SHOWN = set(Appearance.model_fields), set(Extent.model_fields)
+APPEARANCE_OPTIONS, SHOWN = set(Appearance.model_fields), set(Extent.model_fields)
 APPLY = {
-    "the result of a run": LOOK | SHOWN | {"view", "body"},
-    "several results": LOOK | SHOWN | {"view"},
-    "a sweep": LOOK | {"view", "at"},
+    "the result of a run": APPEARANCE_OPTIONS | SHOWN | {"view", "body"},
+    "several results": APPEARANCE_OPTIONS | SHOWN | {"view"},
+    "a sweep": APPEARANCE_OPTIONS | {"view", "at"},
     "an animation": {"fps", "speed"},
 }
 """The options that apply, by what is drawn."""
@@ -133,7 +133,7 @@ def save_pictures(
     if path is not None:
         check_format(path)
     results_by_name = [(str(file), result_or_sweep(file)) for file in files]
-    place = _Place(path or _default(files), path is not None, no_clobber)
+    place = _PictureTarget(path or _default(files), path is not None, no_clobber)
     (_, first), *others = results_by_name
     if others:
         options.check_for("several results")
@@ -159,7 +159,7 @@ def _path_of(path: Path, view: str) -> Path:
     return path.with_name(f"{path.stem}-{view}{path.suffix}")
 
 
-class _Place(NamedTuple):
+class _PictureTarget(NamedTuple):
     """Target of pictures: `path`, `named` by the user or not."""
 
     path: Path
@@ -210,7 +210,9 @@ def _check_all_alone(views: Sequence[str]) -> None:
         raise ArgumentError("view", f"expected '{ALL}' alone, got it beside other views")
 
 
-def _save_views(result: results.Result, place: _Place, options: PlotOptions) -> SavedPictures:
+def _save_views(
+    result: results.Result, place: _PictureTarget, options: PlotOptions
+) -> SavedPictures:
     views, known = _views(options), views_of(result.kind)
     if views == [ALL]:
         place.check([_path_of(place.path, name) for name in known])
@@ -234,7 +236,7 @@ def _save_views(result: results.Result, place: _Place, options: PlotOptions) -> 
 
 
 def _save_overlays(
-    overlays: "Sequence[Overlaid]", place: _Place, options: PlotOptions
+    overlays: "Sequence[Overlaid]", place: _PictureTarget, options: PlotOptions
 ) -> SavedPictures:
     views = _views(options)
     kind = overlays[0].record.attributes["kind"]
@@ -252,7 +254,7 @@ def _save_overlays(
     )
 
 
-def _save_sweep(table: "SweepTable", place: _Place, options: PlotOptions) -> SavedPictures:
+def _save_sweep(table: "SweepTable", place: _PictureTarget, options: PlotOptions) -> SavedPictures:
     views, reasons = list(options.view), list[str]()
     _check_all_alone(views)
     if views == [ALL]:

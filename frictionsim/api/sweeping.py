@@ -404,7 +404,7 @@ def _are_numbers(values: Any) -> bool:
     return isinstance(values, np.ndarray) and values.dtype == np.float64
 
 
-class _RunsMonitor(RunMonitor):
+class _InterruptibleProgress(RunMonitor):
     """Ends a sweep at Ctrl-C; shows its progress, as returned by a function."""
 
     def __init__(
@@ -513,7 +513,7 @@ class _SweepRun:
     def _interruptible(self, shown: Monitor[SweepProgress]) -> Iterator[RunMonitor]:
         """Return the monitor in whose context Ctrl-C waits for a call, if there is a file."""
         with nullcontext() if self._files is None else StopSignals() as stop:
-            yield _RunsMonitor(stop, shown, self._progress)
+            yield _InterruptibleProgress(stop, shown, self._progress)
 
     def _progress(self) -> SweepProgress:
         return SweepProgress(self._done, self._plan.design.runs, self._failed, self._checked)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.belt_drive.geometry import Path, PathError, Pulley, belt_path
+from frictionsim.mechanisms.belt_drive.geometry import Path, PathError, PulleyCircle, belt_path
 from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def path_of(result: "Record") -> Path | None:
     try:
         return belt_path(
             [
-                Pulley(
+                PulleyCircle(
                     table["name"],
                     (float(table["center"][0]), float(table["center"][1])),
                     float(table["radius"]),

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 PINION_TEETH = range(14, 31)
 MARBLE = 0.3  # radius of a marble, of the distance between slots
 MAX_MARBLE = 0.16  # of the radius of their circle
-SHAFT_SEEN = 0.05  # of the gear's radius, where the scenario has no shaft
+DRAWN_SHAFT = 0.05  # of the gear's radius, where the scenario has no shaft
 MAX_SLOTS = 60  # that are drawn: of more every second, third, ... one
 TRANSFER = "transfer"  # the event
 TRAY = 12  # marbles that the tray of delivered ones holds; then it is emptied
@@ -139,7 +139,7 @@ def _gears(
 def _shaft(result: "Record", gear: float) -> float:
     friction = scenario_of(result).get("effects", {}).get("shaft_friction")
     if friction is None:
-        return SHAFT_SEEN * gear
+        return DRAWN_SHAFT * gear
     return float(scenario_value(result, "effects", "shaft_friction", "shaft_radius"))
 
 

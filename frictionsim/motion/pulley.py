@@ -83,7 +83,7 @@ class Rope(NamedTuple):
     scale: float
 
 
-class Journal(NamedTuple):
+class ShaftRadii(NamedTuple):
     """Radii of the shaft and of its friction circles, m."""
 
     shaft: float
@@ -91,7 +91,7 @@ class Journal(NamedTuple):
     kinetic: float
 
 
-def _journal(result: "Record") -> Journal | None:
+def _journal(result: "Record") -> ShaftRadii | None:
     """Return the radii of a shaft with friction; None without it."""
     if "shaft_friction" not in scenario_of(result).get("effects", {}):
         return None
@@ -99,21 +99,21 @@ def _journal(result: "Record") -> Journal | None:
         float(scenario_value(result, "effects", "shaft_friction", key))
         for key in ("shaft_radius", "mu_s", "mu_k")
     )
-    return Journal(shaft, friction_radius(shaft, mu_s), friction_radius(shaft, mu_k))
+    return ShaftRadii(shaft, friction_radius(shaft, mu_s), friction_radius(shaft, mu_k))
 
 
-def _shaft(journal: Journal | None, radius: float, still: "Array", least: float) -> list[Part]:
+def _shaft(journal: ShaftRadii | None, radius: float, still: "Array", least: float) -> list[Part]:
     """Return the shaft, true to scale if its friction is simulated, and its friction circles.
 
     Circles up to a radius `least`, m, are left out.
     """
     if journal is None:
-        return shaft_bodies(SHAFT_SEEN * radius, still)
+        return shaft_bodies(DRAWN_SHAFT * radius, still)
     circles = (journal.static, journal.kinetic)
     return shaft_bodies(journal.shaft, still, *(size if size > least else 0.0 for size in circles))
 
 
-def _friction_circles(journal: Journal | None) -> tuple[Detail, ...]:
+def _friction_circles(journal: ShaftRadii | None) -> tuple[Detail, ...]:
     """Return the enlarged detail, if the scenario has friction of the shaft."""
     if journal is None:
         return ()
@@ -304,7 +304,7 @@ def _readouts(result: "Record", frames: Frames, gaps: "tuple[Array, Array]") -> 
     return readouts
 
 
-SHAFT_SEEN = 0.06  # of the pulley's radius: a shaft that the scenario does not have is drawn so
+DRAWN_SHAFT = 0.06  # of the pulley's radius: a shaft that the scenario does not have is drawn so
 # Of the pulley's radius: a smaller friction circle is a dot, and left out where none is enlarged.
 CIRCLE_SEEN = 0.02
 # In radii of the pulley.

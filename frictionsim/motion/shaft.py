@@ -57,8 +57,8 @@ if TYPE_CHECKING:
 
 
 # Relative to the reach of the body.
-HUB, TIP, PIN, MASS, SHAFT_SEEN = 0.11, 0.05, 0.02, 0.09, 0.06
-STOP_FROM, STOP_TO, STOP_WIDTH = 0.55, 0.75, 0.08  # along an arm, and beside it
+HUB, TIP, PIN, MASS, DRAWN_SHAFT = 0.11, 0.05, 0.02, 0.09, 0.06
+STOP_INNER, STOP_OUTER, STOP_WIDTH = 0.55, 0.75, 0.08  # along an arm, and beside it
 SPRING = 0.30  # outer radius of a torsion spring
 COIL, MAX_COILS = 1.5, 6.0  # turns of a torsion spring: at least; with more it is left out
 HUB_OF_SHAFT = 1.7  # radius of a hub relative to its shaft
@@ -103,7 +103,7 @@ def sizes_of(scenario: "ShaftScenario") -> Sizes:
             rim = max(rim, hypot(*force.point))
     lengths = [hypot(*point) for point in arms]
     reach = max([rim, *lengths, eccentric.radius if eccentric else 0.0])
-    shaft = journal.shaft_radius if journal is not None else SHAFT_SEEN * (reach or 1.0)
+    shaft = journal.shaft_radius if journal is not None else DRAWN_SHAFT * (reach or 1.0)
     if not reach > HUB_OF_SHAFT * shaft:
         reach = rim = max(reach, BARE_RADIUS * shaft if reach == 0.0 else HUB_OF_SHAFT * shaft)
     hub = min(max(HUB_OF_SHAFT * shaft, HUB * reach), reach)
@@ -186,7 +186,7 @@ def stops_of(scenario: "ShaftScenario") -> tuple[Line, ...]:
     if sizes.arms:
         point = max(sizes.arms, key=lambda point: hypot(*point))
         azimuth, length = atan2(point[1], point[0]), hypot(*point)
-        begin, end = (max(part * length, 1.05 * sizes.hub) for part in (STOP_FROM, STOP_TO))
+        begin, end = (max(part * length, 1.05 * sizes.hub) for part in (STOP_INNER, STOP_OUTER))
         half = sizes.hub + (TIP * sizes.reach - sizes.hub) * begin / length
     else:
         azimuth, begin, end, half = 0.0, 1.02 * sizes.rim, 1.2 * sizes.rim, LUG * sizes.rim
@@ -250,7 +250,10 @@ def circle_window(scenario: "ShaftScenario") -> float:
 
 
 ARROW, CORD, CORD_MARK = 0.9, 0.7, 0.3  # largest force, cords and marks on them, of the reach
-ARC, BETWEEN = 0.5, 0.09  # radius of the arc of the first couple, and how much further in the next
+ARC, ARC_SPACING = (
+    0.5,
+    0.09,
+)  # radius of the arc of the first couple, and how much further in the next
 MAX_COUPLES = 4  # that are drawn: the largest
 MAX_ARROWS, MAX_NUMBERS = 24, 6  # of forces that are drawn; of those whose sizes stand beside it
 ROLES: "dict[str, Role]" = {"weight": "load", "inertia": "path"}
@@ -370,8 +373,10 @@ def tail_of(force: AppliedForce, reach: float) -> "tuple[Array, Array]":
 
 def _arrows(body: FreeBody, scale: float, reach: float) -> list[Part]:
     parts: list[Part] = []
-    by_size = sorted(body.forces, key=lambda force: -float(np.max(np.abs(force.size), initial=0)))
-    drawn = {force.name for force in by_size[:MAX_ARROWS]}
+    largest_first = sorted(
+        body.forces, key=lambda force: -float(np.max(np.abs(force.size), initial=0))
+    )
+    drawn = {force.name for force in largest_first[:MAX_ARROWS]}
     for i, force in enumerate(body.forces):  # those of the scenario are the first
         if force.name in drawn:
             x, y = tail_of(force, reach)
@@ -393,7 +398,7 @@ def _couples(scenario: "ShaftScenario", body: FreeBody, reach: float) -> list[Pa
     parts: list[Part] = []
     for i, couple in enumerate(body.couples, start=len(scenario.forces)):
         if couple.name in drawn:
-            radius = (ARC - BETWEEN * drawn.index(couple.name)) * reach
+            radius = (ARC - ARC_SPACING * drawn.index(couple.name)) * reach
             role = FORCE_ROLES[i % len(FORCE_ROLES)]
             parts += torque_arc(couple.name, couple.size, radius, sizes[drawn[0]], role)
     return parts

@@ -93,7 +93,7 @@ class ContactArc(NamedTuple):
     sticks: Any
 
 
-class Belt(NamedTuple):
+class DrawnBelt(NamedTuple):
     """The belt at the last sample.
 
     Attributes
@@ -122,7 +122,7 @@ class Belt(NamedTuple):
     path: "Path | None"
 
 
-def belt_of(result: "Record") -> Belt:
+def belt_of(result: "Record") -> DrawnBelt:
     """Return the belt of a result at its last sample."""
     bodies = np.column_stack([result.channels["x"][-1], result.channels["y"][-1]])
     tension = result.channels["tension"][-1]
@@ -141,7 +141,7 @@ def belt_of(result: "Record") -> Belt:
         pieces = [line_between(path, start, stop) for start, stop in ends]
         first, last = _extents(path, places)
         halves = [line_between(path, *of) for of in zip(first, last, strict=True)]
-    return Belt(
+    return DrawnBelt(
         bodies, pieces, halves, pitch, tension, ScalarMappable(scale, TENSION_COLOURS), path
     )
 
@@ -153,7 +153,7 @@ def _extents(path: "Path", places: Any) -> tuple[Any, Any]:
 
 
 def contact_arc(
-    result: "Record", number: int, pulley: DrawnPulley, belt: Belt, has_friction: bool
+    result: "Record", number: int, pulley: DrawnPulley, belt: DrawnBelt, has_friction: bool
 ) -> ContactArc:
     """Return the bodies on each pulley, by its number."""
     channels = result.channels
@@ -192,7 +192,7 @@ class BeltPatch(NamedTuple):
     words: str
 
 
-def patch_of(result: "Record", belt: Belt) -> BeltPatch | None:
+def patch_of(result: "Record", belt: DrawnBelt) -> BeltPatch | None:
     """Return the patch of the scenario, where its bodies are; None if it has none."""
     try:
         within = patch_members(result)
@@ -331,7 +331,7 @@ def speeds_of(result: "Record", pulleys: list[DrawnPulley]) -> "Array":
     return np.where(np.abs(rims[-1]) > at_rest, rims[-1], 0.0)
 
 
-def draw_belt_motion(ax: Any, result: "Record", belt: "Belt", rims: "Array") -> None:
+def draw_belt_motion(ax: Any, result: "Record", belt: "DrawnBelt", rims: "Array") -> None:
     """Draw a triangle on each span that points where the belt moves; none if it is at rest.
 
     Parameters
@@ -462,7 +462,7 @@ def _time(result: "Record") -> str:
     return f"at {study_text(result.channels['time'][-1])} s"
 
 
-def _height_of_whole(belt: Belt, width: float) -> float:
+def _height_of_whole(belt: DrawnBelt, width: float) -> float:
     """Return the height of the whole drive where it has a width; both in inches."""
     wide, high = np.ptp(belt.bodies, axis=0)
     return float(np.clip(width * high / max(wide, 1e-9 * high), MIN_HEIGHT, MAX_HEIGHT))
@@ -471,7 +471,7 @@ def _height_of_whole(belt: Belt, width: float) -> float:
 def _draw_whole(
     ax: Any,
     pulleys: Sequence[DrawnPulley],
-    belt: Belt,
+    belt: DrawnBelt,
     touches: Sequence[ContactArc],
 ) -> None:
     for pulley in pulleys:
@@ -486,7 +486,7 @@ def _draw_whole(
     ax.set_ylabel("y, m")
 
 
-def _write_names(ax: Any, pulleys: Sequence[DrawnPulley], belt: Belt) -> None:
+def _write_names(ax: Any, pulleys: Sequence[DrawnPulley], belt: DrawnBelt) -> None:
     """Write the name of each pulley into its circle, or beside it where it does not fit."""
     room = max(text_width(pulley.name, NAME_SIZE) for pulley in pulleys) + NAME_ROOM
     low, high = np.min(belt.bodies, axis=0), np.max(belt.bodies, axis=0)
@@ -520,7 +520,7 @@ def _disc(pulley: DrawnPulley) -> Circle:
     return Circle((pulley.x, pulley.y), pulley.radius, fc=PULLEY_SHADE, ec=GREY, linewidth=0.6)
 
 
-def _draw_belt(ax: Any, belt: Belt, width: float) -> None:
+def _draw_belt(ax: Any, belt: DrawnBelt, width: float) -> None:
     """Draw the belt with a dark edge, so that its light parts stand out from the background."""
     ax.add_collection(
         LineCollection(belt.pieces, colors=BLACK, linewidths=width + 1.2, capstyle="round")
@@ -536,7 +536,7 @@ def _draw_belt(ax: Any, belt: Belt, width: float) -> None:
     ax.add_collection(lines)
 
 
-def _draw_detail(ax: Any, pulleys: Sequence[DrawnPulley], number: int, belt: Belt) -> None:
+def _draw_detail(ax: Any, pulleys: Sequence[DrawnPulley], number: int, belt: DrawnBelt) -> None:
     """Draw the surroundings of one of the pulleys."""
     for pulley in pulleys:
         ax.add_patch(_disc(pulley))

@@ -170,7 +170,7 @@ View = Callable[[Figure | SubFigure], None]
 """Draws into an empty figure or subfigure."""
 
 
-class Picture(Figure):
+class NotebookFigure(Figure):
     """A figure that a notebook shows without pyplot.
 
     Attributes
@@ -219,7 +219,7 @@ def _new(view: View, width: float, appearance: Appearance) -> Figure:
     values = appearance.parameters()
     side = width if appearance.width is None else appearance.width
     with parameters(values):
-        figure = Picture(figsize=(side, side), layout="constrained")
+        figure = NotebookFigure(figsize=(side, side), layout="constrained")
         if appearance.style:
             figure.parameters = values
         view(figure)

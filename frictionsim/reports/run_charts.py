@@ -99,7 +99,7 @@ MAX_FIRST = 6  # charts that are open at first, of a kind that does not name any
 ENERGY = "energy_"  # what the channels begin with that are drawn together
 
 
-class Line(NamedTuple):
+class ChartLine(NamedTuple):
     """A line of a chart.
 
     Attributes
@@ -141,14 +141,14 @@ class Chart(NamedTuple):
     unit : str
     first : bool
         It is open at first.
-    lines : tuple of Line
+    lines : tuple of ChartLine
     """
 
     name: str
     words: str
     unit: str
     first: bool
-    lines: tuple[Line, ...]
+    lines: tuple[ChartLine, ...]
 
 
 class _Source(NamedTuple):
@@ -220,7 +220,9 @@ def _sources(run: "ReportedRun") -> Iterator[_Source]:
         yield from (_Source(name, record.long_names[name], (name,)) for name in energies)
 
 
-def _chart_lines(runs: "Sequence[ReportedRun]", number: int, source: _Source) -> Iterator[Line]:
+def _chart_lines(
+    runs: "Sequence[ReportedRun]", number: int, source: _Source
+) -> Iterator[ChartLine]:
     record, column = runs[number].record, 0
     for name in source.channels:
         axis = record.axes[name]
@@ -238,7 +240,7 @@ def _chart_lines(runs: "Sequence[ReportedRun]", number: int, source: _Source) ->
 
 def _line_with_jumps(
     record: "Record", name: str, label: str, place: tuple[int, int], steps: bool
-) -> Line:
+) -> ChartLine:
     """Return the line of a channel without columns, with both sides of its jumps.
 
     It is thinned before they are inserted, which takes several times the memory of the samples.
@@ -257,7 +259,7 @@ def line(
     place: tuple[int, int],
     samples: "tuple[Array, Array]",
     steps: bool = False,
-) -> Line:
+) -> ChartLine:
     """Return a line with at most MAX_CHART_SAMPLES.
 
     Parameters
@@ -269,7 +271,9 @@ def line(
     """
     time, values = (np.asarray(array, dtype=float) for array in samples)
     kept = thinned(values, MAX_CHART_SAMPLES)
-    return Line(channel, label, *place, time[kept], values[kept], len(kept) == len(values), steps)
+    return ChartLine(
+        channel, label, *place, time[kept], values[kept], len(kept) == len(values), steps
+    )
 
 
 def chart_data(charts: Sequence[Chart], times: "TimePool") -> list[dict[str, Any]]:
@@ -312,7 +316,7 @@ def span_charts(runs: "Sequence[ReportedRun]") -> list[Chart]:
     return [Chart("span_tension", words, "N", True, lines)]
 
 
-def _lines(run: "ReportedRun", number: int) -> list[Line]:
+def _lines(run: "ReportedRun", number: int) -> list[ChartLine]:
     record = run.record
     if any(name not in record.channels for name in NEEDED) or not record.channels["time"].size:
         return []

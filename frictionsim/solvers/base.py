@@ -147,10 +147,10 @@ class Solver:
 
     def torques_and_powers(self, u: float, q: float, v: float) -> tuple[float, float, Any]:
         """Return the applied torque, the kinetic limit in the direction of motion, the powers."""
-        found: tuple[float, float, Any] = self.system.torques_and_powers(
+        evaluation: tuple[float, float, Any] = self.system.torques_and_powers(
             u, q, v, FORWARD if v > 0.0 else BACKWARD
         )
-        return found
+        return evaluation
 
     def friction(self, u: float, q: float, v: float, applied: float, kinetic: float) -> float:
         """Return the friction torque for an applied torque and a kinetic limit, N m."""

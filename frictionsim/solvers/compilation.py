@@ -318,7 +318,7 @@ def build_name(classes: frozenset[type]) -> str:
     files: set[Path] = set()
     for pattern in SHARED:
         files.update(package.glob(pattern))
-    classes_in = {found.__module__ for found in classes}
+    classes_in = {each.__module__ for each in classes}
     plugins = {name.partition(".")[0] for name in classes_in} - {__package__.partition(".")[0]}
     for name in _modules:  # a plug-in may have marked functions in other folders
         source = getattr(sys.modules.get(name), "__file__", None)

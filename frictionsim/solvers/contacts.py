@@ -38,9 +38,9 @@ Form = tuple[float, ...]
 
 def value_of(form: Form, u: Value, forces: Vector) -> Value:
     """Return the value of a form, of numbers or arrays."""
-    constant, of_drive, *of_forces = form
-    value = constant + of_drive * u
-    for coefficient, force in zip(of_forces, forces, strict=True):
+    constant, drive_coefficient, *force_coefficients = form
+    value = constant + drive_coefficient * u
+    for coefficient, force in zip(force_coefficients, forces, strict=True):
         value = value + coefficient * force
     return value
 
@@ -115,7 +115,7 @@ class Contact(NamedTuple):
         return value_of(self.roundoff, abs(u), [abs(force) for force in forces])
 
 
-class ContactTable(NamedTuple):
+class PackedContacts(NamedTuple):
     """The contacts of a system as numbers, those with friction first.
 
     Attributes
@@ -140,7 +140,7 @@ COORDINATE, RESTITUTION, CAPTURE_SPEED, FORMS = range(4)  # places in a contact
 FORCE, MARGIN, ROUNDOFF, END_OF_FORMS = 0, 1, 3, 4  # numbers of the forms
 
 
-def table_of(contacts: Sequence[Contact]) -> ContactTable:
+def table_of(contacts: Sequence[Contact]) -> PackedContacts:
     """Return contacts as numbers; those with friction are first."""
     frictions = sum(isinstance(contact.law, Friction) for contact in contacts)
     if not all(isinstance(contact.law, Friction) for contact in contacts[:frictions]):
@@ -148,7 +148,7 @@ def table_of(contacts: Sequence[Contact]) -> ContactTable:
     terms = len(contacts[0].force)
     numbers = array("d", [number for contact in contacts for number in _row(contact)])
     width = FORMS + END_OF_FORMS * terms
-    return ContactTable(numbers, len(contacts), frictions, terms, width)
+    return PackedContacts(numbers, len(contacts), frictions, terms, width)
 
 
 def heats_of(contacts: Sequence[Contact]) -> tuple[str, ...]:

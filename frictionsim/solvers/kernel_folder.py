@@ -32,7 +32,7 @@ LOG = logging.getLogger(__name__)
 
 PROGRAM = "frictionsim"
 BUILD = re.compile(r"kernels-[0-9a-f]{16}")  # the folder of a build, as both `build_name` have it
-KEPT_UNUSED = 7 * 24 * 3600.0  # s; several versions may be in use side by side
+UNUSED_LIFETIME = 7 * 24 * 3600.0  # s; several versions may be in use side by side
 PRIVATE, ROOT = 0o700, 0
 OTHERS_WRITE, OTHERS_ENTER = 0o022, 0o011
 
@@ -116,10 +116,10 @@ def _check_way(base: Path) -> None:
         return
     trusted = {ROOT, os.geteuid()}
     for folder in {*base.parents, *base.parent.resolve().parents, base.parent.resolve()}:
-        found = folder.stat()
-        if found.st_uid not in trusted:
+        status = folder.stat()
+        if status.st_uid not in trusted:
             raise _NotPrivate(f"'{folder}' belongs to another user")
-        if found.st_mode & 0o002 and not found.st_mode & S_ISVTX:
+        if status.st_mode & 0o002 and not status.st_mode & S_ISVTX:
             raise _NotPrivate(f"anyone can write to '{folder}'")
 
 
@@ -138,20 +138,20 @@ def _close_to_others(folder: Path) -> int:
     """
     with suppress(FileExistsError):
         folder.mkdir(mode=PRIVATE)
-    found = folder.lstat()
-    if not S_ISDIR(found.st_mode):
+    status = folder.lstat()
+    if not S_ISDIR(status.st_mode):
         raise _NotPrivate(f"'{folder}' is a link or a file, not a folder")
     if not hasattr(os, "geteuid"):
         return PRIVATE
     # By a descriptor: what was a folder just now may be a link by the time its mode is set.
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     try:
-        found = os.fstat(descriptor)
-        if found.st_uid != os.geteuid():
+        status = os.fstat(descriptor)
+        if status.st_uid != os.geteuid():
             raise _NotPrivate(f"'{folder}' belongs to another user")
-        if S_IMODE(found.st_mode) & 0o077:
+        if S_IMODE(status.st_mode) & 0o077:
             os.fchmod(descriptor, PRIVATE)
-        return S_IMODE(found.st_mode)
+        return S_IMODE(status.st_mode)
     finally:
         os.close(descriptor)
 
@@ -170,9 +170,9 @@ def _is_all_ours(folder: Path, was_open: bool) -> bool:
     user = os.geteuid()
     with os.scandir(folder) as entries:
         for entry in entries:
-            found = entry.stat(follow_symlinks=False)
-            mode = found.st_mode
-            if found.st_uid != user or (was_open and mode & OTHERS_WRITE):
+            status = entry.stat(follow_symlinks=False)
+            mode = status.st_mode
+            if status.st_uid != user or (was_open and mode & OTHERS_WRITE):
                 return False
             is_fit = _is_all_ours(Path(entry), was_open) if S_ISDIR(mode) else S_ISREG(mode)
             if not is_fit:
@@ -185,9 +185,9 @@ def _remove_unused(new: Path, owner: int) -> None:
     others = [path for path in new.parent.iterdir() if BUILD.fullmatch(path.name)]
     for path in others:
         try:
-            found = path.lstat()  # of a link, not of what it leads to
+            status = path.lstat()  # of a link, not of what it leads to
         except OSError:  # another process was faster
             continue
-        is_ours = S_ISDIR(found.st_mode) and found.st_uid == owner
-        if path != new and is_ours and time() - found.st_mtime > KEPT_UNUSED:
+        is_ours = S_ISDIR(status.st_mode) and status.st_uid == owner
+        if path != new and is_ours and time() - status.st_mtime > UNUSED_LIFETIME:
             rmtree(path, ignore_errors=True)

@@ -125,5 +125,5 @@ def recorded(
         counts[first:end] += states[first:end, [ROWS, EVENTS]].astype(int)
         rows.append(buffers[0][: int(progress[FILLED_ROWS])].copy())
         events.append(buffers[1][: int(progress[FILLED_EVENTS])].copy())
-    found = np.concatenate(rows).reshape(-1, columns), np.concatenate(events).reshape(-1, width)
-    return Recorded(done, *found, counts)
+    tables = np.concatenate(rows).reshape(-1, columns), np.concatenate(events).reshape(-1, width)
+    return Recorded(done, *tables, counts)

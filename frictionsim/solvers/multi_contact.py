@@ -15,7 +15,7 @@ drive
     The input u over time, a `Curve`.
 coordinates : int
     Their number.
-contacts : ContactTable
+contacts : PackedContacts
     `frictionsim.solvers.contacts.table_of` its contacts.
 balance(u, s, y)
     Writes accelerations and forces into s[ACCELERATION] and s[FORCES] that solve the equations of
@@ -77,8 +77,8 @@ from frictionsim.solvers.one_contact_state import (
     Run,
     Y,
     copy,
+    copy_to_buffer,
     count_switch,
-    put,
     sample_time,
 )
 
@@ -203,7 +203,7 @@ def _switch_modes(system: Any, run: Run, s: Any, events: Any) -> None:
             events[at + 3] = mode
             events[at + 4] = s[Y]
             if at + EVENT_COLUMNS != first:
-                put(events, at + EVENT_COLUMNS, events, first, 2 * run.columns)
+                copy_to_buffer(events, at + EVENT_COLUMNS, events, first, 2 * run.columns)
             s[EVENTS] += 1.0
         s[ENDS + i] = s[RELEASED_NOW + i] = s[RELEASED_BEFORE + i] = 0.0
     write_phase(system, s)
@@ -236,11 +236,11 @@ def _write_row(system: Any, run: Run, s: Any, out: Any, at: int, t: float, y: in
     out[at] = t
     out[at + 1] = u
     at += 2
-    put(out, at, s, y, 2 * n)
+    copy_to_buffer(out, at, s, y, 2 * n)
     at += 2 * n
-    put(out, at, s, ACCELERATION, n)
+    copy_to_buffer(out, at, s, ACCELERATION, n)
     at += n
-    put(out, at, s, FORCES, contacts.terms - 2)
+    copy_to_buffer(out, at, s, FORCES, contacts.terms - 2)
     at += contacts.terms - 2
-    put(out, at, s, MODES, contacts.size)
-    put(out, at + contacts.size, s, y + 2 * n, run.states - 2 * n)
+    copy_to_buffer(out, at, s, MODES, contacts.size)
+    copy_to_buffer(out, at + contacts.size, s, y + 2 * n, run.states - 2 * n)

@@ -25,7 +25,7 @@ from frictionsim.solvers.multi_contact_state import (
     MARGINS,
     PLACE_TIMES,
     RESTING,
-    SEEN,
+    SAMPLED_MARGINS,
     SIGN,
     balance,
     form_value,
@@ -51,7 +51,7 @@ from frictionsim.solvers.root_finding import is_narrow, narrowed, next_point
 PLACES = (0.0, 1e-3, 1 / 6, 1 / 3, 1 / 2, 2 / 3, 5 / 6, 1.0 - 1e-3, 1.0)
 # A minimum of a margin is searched for below this part of its rise on both sides, or where a
 # parabola has a minimum below this part of the margin in the middle.
-NEAR = 0.5
+LOW_MARGIN = 0.5
 # Resolution of the end of a motion and of a minimum, relative to the step.
 RESOLUTION = 1e-12
 MINIMUM_RESOLUTION = 1e-9
@@ -101,7 +101,7 @@ def find_first_events(system: Any, run: Run, s: Any) -> None:
     Several are only if at the same time. The part is the last step, or the rest from TIME on.
     """
     margins, first = int(s[MARGINS]), inf
-    places = _see(system, run, s)
+    places = _sample_margins(system, run, s)
     for k in range(margins):
         s[EVENT_TIME + k] = inf
         before, after = _search(system, run, s, k, places)
@@ -115,14 +115,14 @@ def find_first_events(system: Any, run: Run, s: Any) -> None:
 
 
 @compilable
-def _see(system: Any, run: Run, s: Any) -> int:
+def _sample_margins(system: Any, run: Run, s: Any) -> int:
     """Write the margins at the places of the part, approximately between its ends; return places.
 
     At rest, where they are monotone, only the ends are places.
     """
     resting, margins = s[RESTING] != 0.0, int(s[MARGINS])
     start, end = (s[TIME], s[SAMPLED_UNTIL]) if resting else (s[T_OLD], s[T_NEW])
-    last, at = 1 if resting else len(PLACES) - 1, SEEN
+    last, at = 1 if resting else len(PLACES) - 1, SAMPLED_MARGINS
     for place in range(last + 1):
         t = end if place == last else start + PLACES[place] * (end - start)
         s[PLACE_TIMES + place] = t
@@ -140,7 +140,7 @@ def _see(system: Any, run: Run, s: Any) -> int:
 @compilable
 def _search(system: Any, run: Run, s: Any, k: int, places: int) -> tuple[float, float]:
     """Return two times between which a margin is used up first, s; infinite if it lasts."""
-    margins, at = int(s[MARGINS]), SEEN + k
+    margins, at = int(s[MARGINS]), SAMPLED_MARGINS + k
     for place in range(1, places):
         at += margins
         t, before = s[PLACE_TIMES + place], s[PLACE_TIMES + place - 1]
@@ -173,7 +173,9 @@ def _may_dip(left: float, right: float, before: float, middle: float, after: flo
     fall, climb = (middle - before) / left, (after - middle) / right
     curvature = (climb - fall) / (left + right)
     slope = fall + curvature * left  # of the parabola at the middle time
-    return middle < NEAR * rise or slope * slope > 4.0 * (1.0 - NEAR) * curvature * middle
+    return (
+        middle < LOW_MARGIN * rise or slope * slope > 4.0 * (1.0 - LOW_MARGIN) * curvature * middle
+    )
 
 
 @compilable

@@ -61,10 +61,10 @@ def write_consistent_modes(system: Any, run: Run, s: Any) -> None:
         combinations *= int(s[CHOICES + i])
     for holding in range(m, -1, -1):
         for forgiven in (GONE, LOCATED):
-            if _is_found(system, s, u, combinations, holding, forgiven):
+            if _write_first_consistent(system, s, u, combinations, holding, forgiven):
                 return
     for holding in range(m, -1, -1):
-        if _is_found(system, s, u, combinations, holding, NONE):
+        if _write_first_consistent(system, s, u, combinations, holding, NONE):
             return
     fail(NO_MODES, s[TIME], 0.0, 0.0, 0.0)
 
@@ -93,7 +93,7 @@ def _mode(system: Any, s: Any, i: int, choice: int) -> float:
 
 
 @compilable
-def _is_found(
+def _write_first_consistent(
     system: Any, s: Any, u: float, combinations: int, holding: int, forgiven: int
 ) -> bool:
     """Write the first consistent modes in which so many contacts hold, if any."""

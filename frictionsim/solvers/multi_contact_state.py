@@ -37,8 +37,8 @@ EVENT_TIME, EVENT_HELD = (COMPONENT + k * 2 * MAX_CONTACTS for k in (1, 2))
 # Places within a step: their times, s, and the margins there.
 PLACE_TIMES = COMPONENT + 3 * 2 * MAX_CONTACTS
 PLACES = 9
-SEEN = PLACE_TIMES + PLACES
-RESTING = SEEN + PLACES * 2 * MAX_CONTACTS  # whether contacts hold all coordinates
+SAMPLED_MARGINS = PLACE_TIMES + PLACES
+RESTING = SAMPLED_MARGINS + PLACES * 2 * MAX_CONTACTS  # whether contacts hold all coordinates
 LENGTH = RESTING + 1
 
 

@@ -87,24 +87,24 @@ def _write_solution(system: Any, run: Run, s: Any, h: float, y: int) -> None:
         s[STAGE + i] = s[Y_OLD + i] + h * (rk.A31 * s[F_OLD + i] + rk.A32 * s[K2 + i])
     write_derivatives(system, s, t + rk.C3 * h, STAGE, K3)
     for i in range(n):
-        of_3 = rk.A41 * s[F_OLD + i] + rk.A42 * s[K2 + i] + rk.A43 * s[K3 + i]
-        s[STAGE + i] = s[Y_OLD + i] + h * of_3
+        sum_3 = rk.A41 * s[F_OLD + i] + rk.A42 * s[K2 + i] + rk.A43 * s[K3 + i]
+        s[STAGE + i] = s[Y_OLD + i] + h * sum_3
     write_derivatives(system, s, t + rk.C4 * h, STAGE, K4)
     for i in range(n):
-        of_2, of_4 = (
+        sum_2, sum_4 = (
             rk.A51 * s[F_OLD + i] + rk.A52 * s[K2 + i],
             rk.A53 * s[K3 + i] + rk.A54 * s[K4 + i],
         )
-        s[STAGE + i] = s[Y_OLD + i] + h * of_2 + h * of_4
+        s[STAGE + i] = s[Y_OLD + i] + h * sum_2 + h * sum_4
     write_derivatives(system, s, t + h, STAGE, K5)
     for i in range(n):
-        of_3 = rk.A61 * s[F_OLD + i] + rk.A62 * s[K2 + i] + rk.A63 * s[K3 + i]
-        s[STAGE + i] = s[Y_OLD + i] + h * of_3 + h * (rk.A64 * s[K4 + i] + rk.A65 * s[K5 + i])
+        sum_3 = rk.A61 * s[F_OLD + i] + rk.A62 * s[K2 + i] + rk.A63 * s[K3 + i]
+        s[STAGE + i] = s[Y_OLD + i] + h * sum_3 + h * (rk.A64 * s[K4 + i] + rk.A65 * s[K5 + i])
     write_derivatives(system, s, t + rk.C6 * h, STAGE, K6)
     s[EVALUATIONS] += 5.0
     for i in range(run.states):
-        of_4 = rk.B1 * s[F_OLD + i] + rk.B3 * s[K3 + i] + rk.B4 * s[K4 + i]
-        s[y + i] = s[Y_OLD + i] + h * of_4 + h * (rk.B5 * s[K5 + i] + rk.B6 * s[K6 + i])
+        sum_4 = rk.B1 * s[F_OLD + i] + rk.B3 * s[K3 + i] + rk.B4 * s[K4 + i]
+        s[y + i] = s[Y_OLD + i] + h * sum_4 + h * (rk.B5 * s[K5 + i] + rk.B6 * s[K6 + i])
 
 
 @compilable
@@ -113,8 +113,8 @@ def _trial_step(system: Any, run: Run, s: Any, h: float) -> float:
     _write_solution(system, run, s, h, Y_NEW)
     rtol, atol, worst = run.rtol, run.atol, 0.0
     for i in range(run.states):
-        of_4 = rk.E1 * s[F_OLD + i] + rk.E3 * s[K3 + i] + rk.E4 * s[K4 + i]
-        error = h * of_4 + h * (rk.E5 * s[K5 + i] + rk.E6 * s[K6 + i])
+        sum_4 = rk.E1 * s[F_OLD + i] + rk.E3 * s[K3 + i] + rk.E4 * s[K4 + i]
+        error = h * sum_4 + h * (rk.E5 * s[K5 + i] + rk.E6 * s[K6 + i])
         ratio = abs(error) / (atol + rtol * max(abs(s[Y_OLD + i]), abs(s[Y_NEW + i])))
         if not ratio <= worst:  # also true if it is NaN
             worst = ratio

@@ -322,11 +322,11 @@ def check_energy(system: Any, run: Run, s: Any, gained: float) -> None:
     other stores, and what friction has given, J.
     """
     stored = system.stored_energies(s[Y_NEW], s[Y_NEW + 1])
-    put_in = run.energy_floor + abs(s[Y_NEW + run.input]) + gained
+    supplied = run.energy_floor + abs(s[Y_NEW + run.input]) + gained
     for i in range(1, len(stored)):
-        put_in += abs(stored[i] - run.stored[i])
-    if stored[0] > MAX_ENERGY_RATIO * put_in:
-        fail(DIVERGED, s[T_NEW], stored[0], put_in, 0.0)
+        supplied += abs(stored[i] - run.stored[i])
+    if stored[0] > MAX_ENERGY_RATIO * supplied:
+        fail(DIVERGED, s[T_NEW], stored[0], supplied, 0.0)
 
 
 @compilable

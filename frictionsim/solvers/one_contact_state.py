@@ -125,13 +125,13 @@ def copy(s: Any, to: int, start: int, n: int) -> None:
     s[to : to + n] = s[start : start + n]
 
 
-def _put_one_by_one(out: Any, at: int, s: Any, start: int, n: int) -> None:
+def _copy_to_buffer_one_by_one(out: Any, at: int, s: Any, start: int, n: int) -> None:
     for i in range(n):
         out[at + i] = s[start + i]
 
 
-@compiled_as(_put_one_by_one)
-def put(out: Any, at: int, s: Any, start: int, n: int) -> None:
+@compiled_as(_copy_to_buffer_one_by_one)
+def copy_to_buffer(out: Any, at: int, s: Any, start: int, n: int) -> None:
     """Copy n numbers of the state into a buffer."""
     out[at : at + n] = s[start : start + n]
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from frictionsim.solvers.mechanism import Mechanism
 
 
-class _Clock:
+class _TimeAsDrive:
     """The time as the drive of a system."""
 
     def at(self, t: float) -> float:
@@ -35,7 +35,7 @@ class _InverseDynamics(NamedTuple):
 
     solver: "PrescribedMotionSolver"
     inertia: float
-    drive: _Clock = _Clock()
+    drive: _TimeAsDrive = _TimeAsDrive()
 
     def torques_and_powers(
         self, t: float, q: float, v: float, s: float

@@ -19,7 +19,7 @@ from frictionsim.api.result import Result
 from frictionsim.cli.monitor import CommandMonitor
 from frictionsim.errors import Interrupted
 from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
-from frictionsim.mechanisms.belt_drive.kernels.jit import Kernel, announce_compilation
+from frictionsim.mechanisms.belt_drive.kernels.jit import BeltKernel, announce_compilation
 from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
 from frictionsim.simulation.monitor import RunMonitor
@@ -79,10 +79,10 @@ def test_it_is_said_without_a_terminal_but_not_to_the_quiet(
     assert signal.set_wakeup_fd(before) == before
 
 
-class NotedKernel(Kernel):
+class NotedKernel(BeltKernel):
     """A kernel that notes what Python calls it with; to other kernels it is the kernel itself."""
 
-    def __init__(self, kernel: Kernel, note: Callable[..., None]) -> None:
+    def __init__(self, kernel: BeltKernel, note: Callable[..., None]) -> None:
         self.__dict__.update(kernel.__dict__)
         self._note = note
 
@@ -102,7 +102,7 @@ class Calls:
             for name in names:
                 monkeypatch.setattr(module, name, self._noting(name, getattr(module, name)))
 
-    def _noting(self, name: str, kernel: Kernel) -> Kernel:
+    def _noting(self, name: str, kernel: BeltKernel) -> BeltKernel:
         def note(*arguments: Any) -> None:
             self.seen.add((name, *(str(numba.typeof(argument)) for argument in arguments)))
 

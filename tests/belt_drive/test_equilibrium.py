@@ -19,7 +19,7 @@ from frictionsim.mechanisms.belt_drive.equilibrium import (
     NoEquilibrium,
     find_equilibrium,
 )
-from frictionsim.mechanisms.belt_drive.geometry import Pulley, belt_path
+from frictionsim.mechanisms.belt_drive.geometry import PulleyCircle, belt_path
 
 Array = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ MEAN = 1e-7  # of the mean tension: 1e-9 is sought, rounding leaves 1e-8 at the 
 
 
 class Drive(NamedTuple):
-    pulleys: list[Pulley]
+    pulleys: list[PulleyCircle]
     bodies: int
     parameters: dict[str, Any]
 
@@ -62,16 +62,19 @@ def heavy(bodies: int, **changes: Any) -> Drive:
         "c2": 5e6,
         "pretension": 250.0,
     }
-    pulleys = [Pulley("drive", (0.0, 0.0), 0.08125), Pulley("driven", (0.253, 0.0), 0.08125)]
+    pulleys = [
+        PulleyCircle("drive", (0.0, 0.0), 0.08125),
+        PulleyCircle("driven", (0.253, 0.0), 0.08125),
+    ]
     return Drive(pulleys, bodies, parameters | changes)
 
 
-PAIR = [Pulley("drive", (0.0, 0.0), 0.027), Pulley("driven", (0.515, 0.0), 0.027)]
-LEANING = [Pulley("small", (0.0, 0.0), 0.027), Pulley("large", (0.5, 0.1), 0.06)]
-TENSIONED = [*PAIR, Pulley("roller", (0.2575, 0.03), 0.02, "outside")]
+PAIR = [PulleyCircle("drive", (0.0, 0.0), 0.027), PulleyCircle("driven", (0.515, 0.0), 0.027)]
+LEANING = [PulleyCircle("small", (0.0, 0.0), 0.027), PulleyCircle("large", (0.5, 0.1), 0.06)]
+TENSIONED = [*PAIR, PulleyCircle("roller", (0.2575, 0.03), 0.02, "outside")]
 
 
-def light(bodies: int, pulleys: list[Pulley] = PAIR, **changes: Any) -> Drive:
+def light(bodies: int, pulleys: list[PulleyCircle] = PAIR, **changes: Any) -> Drive:
     parameters = {
         "axial_rigidity": 1.52e5,
         "bending_rigidity": 0.026,
@@ -211,10 +214,10 @@ def _offsets(rest: Equilibrium) -> Array:
     return np.column_stack([rest.x[on], rest.y[on]])
 
 
-BARELY = [*PAIR, Pulley("roller", (0.2575, 0.0465), 0.02, "outside")]
+BARELY = [*PAIR, PulleyCircle("roller", (0.2575, 0.0465), 0.02, "outside")]
 
 
-def of_bodies(pulleys: list[Pulley], bodies: int) -> tuple[str, str]:
+def of_bodies(pulleys: list[PulleyCircle], bodies: int) -> tuple[str, str]:
     """Return the length of a body and of the arc on a roller, m, as they are told."""
     path = belt_path(pulleys)
     return f"{path.length / bodies:.4g}", f"{0.02 * -path.arcs[2].wrap_angle:.4g}"

@@ -5,24 +5,24 @@ from math import asin, atan2, hypot, pi, sqrt, tau
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.geometry import Pulley, belt_path
+from frictionsim.mechanisms.belt_drive.geometry import PulleyCircle, belt_path
 
 pytestmark = pytest.mark.quick
 
 R, D = 0.08125, 0.253
 EXACT = 1e-14  # a few roundings of lengths and angles of the order of one
 
-EQUAL = [Pulley("drive", (0.0, 0.0), R), Pulley("driven", (D, 0.0), R)]
-UNEQUAL = [Pulley("small", (0.1, -0.2), 0.03), Pulley("large", (0.4, 0.2), 0.09)]
+EQUAL = [PulleyCircle("drive", (0.0, 0.0), R), PulleyCircle("driven", (D, 0.0), R)]
+UNEQUAL = [PulleyCircle("small", (0.1, -0.2), 0.03), PulleyCircle("large", (0.4, 0.2), 0.09)]
 ROLLER = [
-    Pulley("a", (0.0, 0.0), 0.1),
-    Pulley("b", (1.0, 0.0), 0.1),
-    Pulley("roller", (0.5, 0.08), 0.05, "outside"),
+    PulleyCircle("a", (0.0, 0.0), 0.1),
+    PulleyCircle("b", (1.0, 0.0), 0.1),
+    PulleyCircle("roller", (0.5, 0.08), 0.05, "outside"),
 ]
 TRIANGLE = [
-    Pulley("a", (0.0, 0.0), 0.1),
-    Pulley("b", (1.0, 0.1), 0.2),
-    Pulley("c", (0.3, 0.8), 0.15),
+    PulleyCircle("a", (0.0, 0.0), 0.1),
+    PulleyCircle("b", (1.0, 0.1), 0.2),
+    PulleyCircle("c", (0.3, 0.8), 0.15),
 ]
 CLOCKWISE = [TRIANGLE[0], TRIANGLE[2], TRIANGLE[1]]
 DRIVES = {
@@ -77,7 +77,7 @@ def test_the_order_of_the_pulleys_gives_the_sense() -> None:
 
 
 @pytest.mark.parametrize("drive", DRIVES.values(), ids=DRIVES)
-def test_the_line_is_continuous_and_has_its_tangent(drive: list[Pulley]) -> None:
+def test_the_line_is_continuous_and_has_its_tangent(drive: list[PulleyCircle]) -> None:
     path = belt_path(drive)
     s = np.linspace(0.0, path.length, 4001)[:-1]
     line = path.at(s)
@@ -92,7 +92,7 @@ def test_the_line_is_continuous_and_has_its_tangent(drive: list[Pulley]) -> None
 
 
 @pytest.mark.parametrize("drive", DRIVES.values(), ids=DRIVES)
-def test_arcs_lie_on_their_pulleys(drive: list[Pulley]) -> None:
+def test_arcs_lie_on_their_pulleys(drive: list[PulleyCircle]) -> None:
     path = belt_path(drive)
     line = path.at(np.linspace(0.0, path.length, 1001)[:-1])
     for i, (pulley, arc) in enumerate(zip(drive, path.arcs, strict=True)):

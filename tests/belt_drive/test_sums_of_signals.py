@@ -115,7 +115,7 @@ def test_terms_are_set_and_varied_by_their_index() -> None:
 
 
 def test_the_schema_for_editors_knows_lists() -> None:
-    drive = schema("belt_drive")["$defs"]["PulleyDrive"]["properties"]
+    drive = schema("belt_drive")["$defs"]["DriveTable"]["properties"]
     for key in ("torque", "speed"):
         (listed,) = [form for form in drive[key]["oneOf"] if form.get("type") == "array"]
         assert listed["minItems"] == 1

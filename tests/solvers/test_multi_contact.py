@@ -16,9 +16,9 @@ from frictionsim.solvers import multi_contact_location
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.contacts import (
     Contact,
-    ContactTable,
     Friction,
     MultiContactMechanism,
+    PackedContacts,
     Unilateral,
     table_of,
 )
@@ -47,7 +47,7 @@ Margins = list[Callable[[float], float]]
 class Bodies(NamedTuple):
     """What the loop asks of the equations of several bodies; the balance is a field."""
 
-    contacts: ContactTable
+    contacts: PackedContacts
     coordinates: int
     balance: Callable[[float, Any, int], None]
     drive: Curve = curve_of(Constant(0.0))

@@ -9,8 +9,8 @@ import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects.base import (
     Array,
-    Belt,
     BeltEffect,
+    BeltProperties,
     Chain,
     Decay,
     Shape,
@@ -59,7 +59,7 @@ class FoundationEffect(BeltEffect):
     table = FoundationTable
     add_forces = add_foundation
 
-    def parameters(self, table: FoundationTable | None, belt: Belt) -> Foundation | None:
+    def parameters(self, table: FoundationTable | None, belt: BeltProperties) -> Foundation | None:
         return None if table is None else Foundation(table.stiffness, table.damping)
 
     def dissipates(self, parameters: Foundation) -> bool:

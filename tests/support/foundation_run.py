@@ -13,7 +13,7 @@ from tests.support.foundation_effect import FoundationEffect
 EFFECTS.append(FoundationEffect())
 
 from frictionsim.mechanisms.belt_drive import equation  # noqa: E402
-from frictionsim.mechanisms.belt_drive.kernels.jit import Kernel  # noqa: E402
+from frictionsim.mechanisms.belt_drive.kernels.jit import BeltKernel  # noqa: E402
 from frictionsim.mechanisms.belt_drive.kernels.system import kinematics_of  # noqa: E402
 from frictionsim.mechanisms.belt_drive.model import assemble  # noqa: E402
 from tests.support.belt_scenarios import pair, scenario_of  # noqa: E402
@@ -65,7 +65,7 @@ if __name__ == "__main__":
     starts = (one for _, one in recorder.buffer if one.is_start)
     print(json.dumps([one.data["dispatcher"].py_func.__name__ for one in starts]))
     if sys.argv[1:] == ["all"]:
-        Kernel.__call__ = lambda self, *arguments: self.py_func(*arguments)  # type: ignore[method-assign]
+        BeltKernel.__call__ = lambda self, *arguments: self.py_func(*arguments)  # type: ignore[method-assign]
         np.seterr(all="ignore")
         check_a_run("rkf45", 1e-3, 1e-9)
         check_the_rest()

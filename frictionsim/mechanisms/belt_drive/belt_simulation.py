@@ -63,12 +63,12 @@ class BeltDrive:
     def prepare(self, monitor: "RunMonitor") -> float:
         """Evaluate the start and compile all kernels of the run; return how long that took, s."""
         stepper = self._stepper
-        with jit.announce_compilation(stepper.compile_seconds, monitor) as found:
+        with jit.announce_compilation(stepper.compile_seconds, monitor) as compilation:
             if not self._started:
                 stepper.start()
             stepper.prepare()
         self._started = True
-        return found.seconds
+        return compilation.seconds
 
     def compile(self, monitor: "RunMonitor") -> float | None:
         """Compile all kernels of the run."""
@@ -78,7 +78,7 @@ class BeltDrive:
         """Step on; return whether there are kernels to `prepare` before the end."""
         stepper, times, end = self._stepper, self._times, self._scenario.solver.duration
         bodies = max(BODIES_FOR_ALL_STEPS, self._scenario.mechanism.belt.bodies)
-        between_calls = max(1, STEPS_BETWEEN_CALLS * BODIES_FOR_ALL_STEPS // bodies)
+        steps_per_call = max(1, STEPS_BETWEEN_CALLS * BODIES_FOR_ALL_STEPS // bodies)
         while True:
             while times.next <= stepper.t * (1.0 + TIME_TOLERANCE):
                 t = times.next
@@ -90,7 +90,7 @@ class BeltDrive:
             if not stepper.prepared:
                 return True
             on_step(stepper.t)
-            steps = min(self._steps_left(stepper.t), between_calls)
+            steps = min(self._steps_left(stepper.t), steps_per_call)
             limit = min((t for t in self._discontinuities if t > stepper.t), default=end)
             stepper.advance(min(limit, end), times.next, steps)
             self._observer.check_belt(stepper)
@@ -187,11 +187,11 @@ def _discontinuities(scenario: "BeltDriveScenario") -> list[float]:
     """Return the times at which a drive or its derivative jumps, s: a step ends there."""
     from frictionsim.scenario.signal_tables import SpeedTable, signal_from
 
-    found = set()
+    times = set()
     for term in (term for drive in scenario.drive.values() for term in drive.terms):
         if isinstance(term, SpeedTable):
             continue
         signal, t = signal_from(term), 0.0
         while (t := signal.next_discontinuity(t)) < scenario.solver.duration:
-            found.add(t)
-    return sorted(found)
+            times.add(t)
+    return sorted(times)

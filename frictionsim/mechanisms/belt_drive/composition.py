@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects import EFFECTS
-from frictionsim.mechanisms.belt_drive.effects.base import Belt
+from frictionsim.mechanisms.belt_drive.effects.base import BeltProperties
 from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
 from frictionsim.mechanisms.belt_drive.kernels.string import RUN_ROWS
 from frictionsim.mechanisms.belt_drive.kernels.system import (
@@ -102,7 +102,7 @@ def chain_of(scenario: "BeltDriveScenario", body_length: float) -> Chain:
 
 def effect_parameters(scenario: "BeltDriveScenario", chain: Chain) -> Any:
     """Return the parameters of each effect, None for those that the scenario lacks."""
-    belt = Belt(chain, scenario.mechanism.belt.axial_rigidity, scenario.mechanism.names)
+    belt = BeltProperties(chain, scenario.mechanism.belt.axial_rigidity, scenario.mechanism.names)
     tables = (getattr(scenario.effects, effect.key) for effect in EFFECTS)
     return EffectParameters(
         *(effect.parameters(table, belt) for effect, table in zip(EFFECTS, tables, strict=True))

@@ -36,8 +36,8 @@ from frictionsim.mechanisms.belt_drive.effects.contact import (
     radial_stiffness,
 )
 from frictionsim.mechanisms.belt_drive.equilibrium_energy import (
-    Belt,
     Configuration,
+    EquilibriumProblem,
     Evaluation,
     HeldParameters,
     evaluate,
@@ -50,7 +50,7 @@ from frictionsim.mechanisms.belt_drive.geometry import (
     MIN_BODIES,
     Path,
     PathError,
-    Pulley,
+    PulleyCircle,
     belt_path,
 )
 from frictionsim.mechanisms.belt_drive.kernels.system import Array, Chain
@@ -108,15 +108,15 @@ def band_layout(n: int) -> BandLayout:
     return BandLayout(np.argsort(place), own.ravel(), coupling.ravel())
 
 
-def hessian(belt: Belt, held: HeldParameters, at: Evaluation) -> Hessian:
+def hessian(belt: EquilibriumProblem, held: HeldParameters, at: Evaluation) -> Hessian:
     """Return the second derivatives of the energy in the band."""
     layout = band_layout(belt.bodies)
-    found = second_derivatives(belt, held, at)
+    derivatives = second_derivatives(belt, held, at)
     band = np.zeros((BAND + 1, 3 * belt.bodies))
-    band.flat[layout.own] = found.own[:, LOWER[0], LOWER[1]].ravel()
-    band.flat[layout.coupling] = found.coupling.ravel()
-    border = None if found.border is None else found.border[layout.order].ravel()
-    return Hessian(layout, band, border, found.corner)
+    band.flat[layout.own] = derivatives.own[:, LOWER[0], LOWER[1]].ravel()
+    band.flat[layout.coupling] = derivatives.coupling.ravel()
+    border = None if derivatives.border is None else derivatives.border[layout.order].ravel()
+    return Hessian(layout, band, border, derivatives.corner)
 
 
 def factorise(of: Hessian, shift: float) -> Factors | None:
@@ -142,18 +142,23 @@ def solve(factors: Factors, right: Array) -> Array:
 
     order = factors.layout.order
     folded = right[:-1].reshape(-1, 3)[order].ravel()
-    found = cho_solve_banded((factors.band, True), folded, check_finite=False)
+    solution = cho_solve_banded((factors.band, True), folded, check_finite=False)
     length = 0.0
     if factors.border is not None:
-        length = (right[-1] - float(factors.border @ found)) / factors.corner
-        found -= length * factors.eliminated
+        length = (right[-1] - float(factors.border @ solution)) / factors.corner
+        solution -= length * factors.eliminated
     step = np.empty((len(order), 3))
-    step[order] = found.reshape(-1, 3)
+    step[order] = solution.reshape(-1, 3)
     return np.append(step, length)
 
 
 def damped_newton_step(
-    belt: Belt, held: HeldParameters, at: Evaluation, of: Hessian, slope: Array, shift: float
+    belt: EquilibriumProblem,
+    held: HeldParameters,
+    at: Evaluation,
+    of: Hessian,
+    slope: Array,
+    shift: float,
 ) -> tuple[Evaluation | None, float]:
     """Raise the shift of the Hessian until a step lowers the energy; None where none does."""
     stiffness = belt.axial_rigidity / at.configuration.length
@@ -166,7 +171,7 @@ def damped_newton_step(
 
 
 def _newton_step(
-    belt: Belt,
+    belt: EquilibriumProblem,
     held: HeldParameters,
     at: Evaluation,
     factors: Factors | None,
@@ -194,7 +199,7 @@ def _decreases(before: Evaluation, after: Evaluation) -> bool:
     return change <= float_info.epsilon * float(np.sum(np.abs(before.energies)))
 
 
-def _apply_step(belt: Belt, at: Configuration, step: Array) -> Configuration:
+def _apply_step(belt: EquilibriumProblem, at: Configuration, step: Array) -> Configuration:
     bodies, length = step[:-1].reshape(-1, 3), float(step[-1])
     excess = max(
         float(np.max(np.abs(bodies[:, :2]))) / (STEP_IN_RADII * float(np.min(belt.radii))),
@@ -221,7 +226,7 @@ class DiscreteLayout(NamedTuple):
     breakpoints: Array  # of the path, in lengths of bodies laid
 
 
-def discrete_layout(belt: Belt, tension: float) -> DiscreteLayout:
+def discrete_layout(belt: EquilibriumProblem, tension: float) -> DiscreteLayout:
     """Return how bodies lie on the pulleys at a tension, N, and how far apart they are."""
     pitch = belt.scale
     for _ in range(10):
@@ -238,7 +243,7 @@ def discrete_layout(belt: Belt, tension: float) -> DiscreteLayout:
     return DiscreteLayout(path, pitch, breakpoints)
 
 
-def _compressed_path(belt: Belt, tension: float, depth: Array) -> Path:
+def _compressed_path(belt: EquilibriumProblem, tension: float, depth: Array) -> Path:
     """Return the path round circles that are smaller by the depth of the contact."""
     deepest = int(np.argmax(depth / belt.radii))
     if depth[deepest] >= belt.radii[deepest]:
@@ -257,7 +262,7 @@ def _compressed_path(belt: Belt, tension: float, depth: Array) -> Path:
     return belt.path
 
 
-def initial_guess(belt: Belt, tension: float, phase: float) -> Configuration:
+def initial_guess(belt: EquilibriumProblem, tension: float, phase: float) -> Configuration:
     """Return bodies at a tension, N; `phase` is from the middle of the first arc to a centre."""
     path, pitch, breakpoints = discrete_layout(belt, tension)
     middle = 0.5 * (breakpoints[-2] + breakpoints[-1])
@@ -270,7 +275,7 @@ __all__ = ["Equilibrium", "NoEquilibrium", "find_equilibrium"]
 
 # The largest unbalanced force over the tension: sought, well enough for the correction of the
 # tension to end, accepted, and near enough to a rest position to tell a saddle from a minimum.
-TARGET_RESIDUAL, RESIDUAL, ACCEPTABLE_RESIDUAL, NEAR_RESIDUAL = 1e-10, 1e-9, 1e-7, 1e-5
+TARGET_RESIDUAL, RESIDUAL, ACCEPTABLE_RESIDUAL, SADDLE_RESIDUAL = 1e-10, 1e-9, 1e-7, 1e-5
 # What rounded coordinates leave of the force on a body, in its stiffness times a unit in the last
 # place: half a unit of its own and of its neighbours, and a little for the arithmetic.
 ROUNDING = 1.25
@@ -321,7 +326,7 @@ class Equilibrium(NamedTuple):
 
 def find_equilibrium(
     path: Path,
-    pulleys: Sequence[Pulley],
+    pulleys: Sequence[PulleyCircle],
     axial_rigidity: float,
     chain_of: Callable[[float], Chain],
     parameters_of: Callable[[Chain], Any],
@@ -335,7 +340,7 @@ def find_equilibrium(
     ----------
     path : Path, m
         What `belt_path` gives for the pulleys.
-    pulleys : sequence of Pulley, m
+    pulleys : sequence of PulleyCircle, m
     axial_rigidity : float, N
         EA.
     chain_of : callable
@@ -366,7 +371,7 @@ def find_equilibrium(
     if bodies < MIN_BODIES:
         raise NoEquilibrium(f"a belt needs at least {MIN_BODIES} bodies, not {bodies}")
     scale = path.length / bodies
-    belt = Belt(
+    belt = EquilibriumProblem(
         path,
         pulleys,
         np.array([pulley.center for pulley in pulleys]),
@@ -385,7 +390,7 @@ def find_equilibrium(
     return _result(belt, _solve(belt, ASYMMETRIC_PHASE, pretension, length))
 
 
-def _check_strain(belt: Belt, pretension: float | None, length: float | None) -> None:
+def _check_strain(belt: EquilibriumProblem, pretension: float | None, length: float | None) -> None:
     if pretension is not None:
         strain = pretension / belt.axial_rigidity
         if strain > MAX_STRAIN:
@@ -409,7 +414,9 @@ def _check_strain(belt: Belt, pretension: float | None, length: float | None) ->
             )
 
 
-def _solve(belt: Belt, phase: float, pretension: float | None, length: float | None) -> Evaluation:
+def _solve(
+    belt: EquilibriumProblem, phase: float, pretension: float | None, length: float | None
+) -> Evaluation:
     """Return the minimum that is found from one guess."""
     leave_saddles = phase == ASYMMETRIC_PHASE
     if pretension is not None:
@@ -432,21 +439,21 @@ def _solve(belt: Belt, phase: float, pretension: float | None, length: float | N
 
 
 def _solve_for_tension(
-    belt: Belt, at: Configuration, tension: float, leave_saddles: bool
+    belt: EquilibriumProblem, at: Configuration, tension: float, leave_saddles: bool
 ) -> Evaluation:
     """Find the minimum at a mean tension."""
     pull = tension * (1.0 + 0.5 * tension / belt.axial_rigidity)
     for _ in range(MAX_TENSION_ITERATIONS):
         held = held_parameters(belt, at.length, pull)
-        found = _minimum(belt, held, at, tension, leave_saddles)
-        at = found.configuration
-        mean = float(np.mean(found.tensions))
-        residual = _residual(gradient(belt, held_parameters(belt, at.length, None), found))
-        allowed = _force_tolerance(belt, found, tension)
+        minimum = _minimum(belt, held, at, tension, leave_saddles)
+        at = minimum.configuration
+        mean = float(np.mean(minimum.tensions))
+        residual = _residual(gradient(belt, held_parameters(belt, at.length, None), minimum))
+        allowed = _force_tolerance(belt, minimum, tension)
         if abs(mean - tension) <= max(TENSION_TOLERANCE * tension, allowed) and residual <= max(
             RESIDUAL * tension, allowed
         ):
-            return found
+            return minimum
         pull *= tension / mean
     raise NoEquilibrium(
         f"no rest position of the belt was found: its mean tension stays {mean - tension:.3g} N "
@@ -455,7 +462,11 @@ def _solve_for_tension(
 
 
 def _minimum(
-    belt: Belt, held: HeldParameters, start: Configuration, tension: float, leave_saddles: bool
+    belt: EquilibriumProblem,
+    held: HeldParameters,
+    start: Configuration,
+    tension: float,
+    leave_saddles: bool,
 ) -> Evaluation:
     """Minimise the energy; leave a saddle, or give up at one."""
     tolerance, shift = NEGATIVE_CURVATURE_TOL * belt.axial_rigidity / start.length, 0.0
@@ -466,7 +477,7 @@ def _minimum(
         if residual <= _force_tolerance(belt, at, tension):
             break
         of = hessian(belt, held, at)
-        if not leave_saddles and residual <= NEAR_RESIDUAL * tension:
+        if not leave_saddles and residual <= SADDLE_RESIDUAL * tension:
             _check_minimum(of, tolerance)
         lower, shift = damped_newton_step(belt, held, at, of, slope, shift)
         if lower is None:
@@ -486,7 +497,7 @@ def _minimum(
     return at
 
 
-def _check_length(belt: Belt, length: float) -> None:
+def _check_length(belt: EquilibriumProblem, length: float) -> None:
     """Refuse a belt that has contracted off its pulleys, or sags without limit."""
     if length < belt.scale / MAX_LENGTH_RATIO:
         shortest = float(np.min(belt.radii * [abs(arc.wrap_angle) for arc in belt.path.arcs]))
@@ -512,7 +523,7 @@ def _residual(slope: Array) -> float:
     return max(float(np.max(np.abs(slope[:-1]))), 3.0 * abs(float(slope[-1])) / slope.size)
 
 
-def _force_tolerance(belt: Belt, at: Evaluation, tension: float) -> float:
+def _force_tolerance(belt: EquilibriumProblem, at: Evaluation, tension: float) -> float:
     """Return the allowed residual force: the target, or the rounding error of coordinates."""
     unit = float(np.spacing(np.max(np.abs(at.configuration.position))))
     stiffness = 2.0 * belt.axial_rigidity / at.configuration.length
@@ -520,7 +531,7 @@ def _force_tolerance(belt: Belt, at: Evaluation, tension: float) -> float:
     return max(TARGET_RESIDUAL * tension, ROUNDING * stiffness * unit)
 
 
-def _result(belt: Belt, at: Evaluation) -> Equilibrium:
+def _result(belt: EquilibriumProblem, at: Evaluation) -> Equilibrium:
     (position, angle, length), rim = at.configuration, at.shape.rim
     pulley = np.where(rim.depth > 0.0, rim.pulley, -1)
     _check_all_pulleys_touched(belt, at, pulley)
@@ -537,7 +548,7 @@ def _result(belt: Belt, at: Evaluation) -> Equilibrium:
     )
 
 
-def _check_all_pulleys_touched(belt: Belt, at: Evaluation, pulley: Indices) -> None:
+def _check_all_pulleys_touched(belt: EquilibriumProblem, at: Evaluation, pulley: Indices) -> None:
     """Refuse a pulley that lies between two bodies, or that the belt has jumped over."""
     normal, along = at.shape.rim.normal, at.shape.along
     sense = along[:, 1] * normal[:, 0] - along[:, 0] * normal[:, 1]

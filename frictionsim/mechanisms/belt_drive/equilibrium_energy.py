@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.effects import in_order
+from frictionsim.mechanisms.belt_drive.effects import ordered_effects
 from frictionsim.mechanisms.belt_drive.effects.axial import (
     AxialEffect,
     AxialParameters,
@@ -19,19 +19,19 @@ from frictionsim.mechanisms.belt_drive.effects.axial import (
 )
 from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect, Shape, Stage, Stiffness
 from frictionsim.mechanisms.belt_drive.effects.contact import ContactParameters
-from frictionsim.mechanisms.belt_drive.geometry import Path, Pulley
+from frictionsim.mechanisms.belt_drive.geometry import Path, PulleyCircle
 from frictionsim.mechanisms.belt_drive.kernels.system import Array, Chain
 
 AXIAL = AxialEffect()
 
 
-class Belt(NamedTuple):
+class EquilibriumProblem(NamedTuple):
     """The data of a search for the equilibrium.
 
     Attributes
     ----------
     path : Path
-    pulleys : sequence of Pulley
+    pulleys : sequence of PulleyCircle
     centers, radii : (pulleys, 2) and (pulleys,), m
     bodies : int
     axial_rigidity : float, N
@@ -45,7 +45,7 @@ class Belt(NamedTuple):
     """
 
     path: Path
-    pulleys: Sequence[Pulley]
+    pulleys: Sequence[PulleyCircle]
     centers: Array
     radii: Array
     bodies: int
@@ -99,21 +99,21 @@ class Evaluation(NamedTuple):
         return joint_tensions(self.axial, self.shape)
 
 
-def held_parameters(belt: Belt, length: float, pull: float | None) -> HeldParameters:
+def held_parameters(belt: EquilibriumProblem, length: float, pull: float | None) -> HeldParameters:
     """Return the parameters that are held at a length of the bodies, m."""
     chain = belt.chain_of(length)
     parameters = belt.parameters_of(chain)
     effects = [
-        (effect, of_effect)
-        for effect in in_order()
-        if (of_effect := getattr(parameters, effect.key)) is not None
+        (effect, effect_parameters)
+        for effect in ordered_effects()
+        if (effect_parameters := getattr(parameters, effect.key)) is not None
         and effect.key != AXIAL.key
         and effect.stage != Stage.FRICTION
     ]
     return HeldParameters(chain, effects, pull)
 
 
-def evaluate(belt: Belt, held: HeldParameters, at: Configuration) -> Evaluation:
+def evaluate(belt: EquilibriumProblem, held: HeldParameters, at: Configuration) -> Evaluation:
     """Return the energies at a configuration."""
     chain = held.chain._replace(length=at.length)
     shape = Shape(chain, at.position, at.angle, belt.centers, belt.radii, belt.scale)
@@ -124,7 +124,7 @@ def evaluate(belt: Belt, held: HeldParameters, at: Configuration) -> Evaluation:
     return Evaluation(at, shape, axial, energies + (held.pull or 0.0) * at.length)
 
 
-def gradient(belt: Belt, held: HeldParameters, at: Evaluation) -> Array:
+def gradient(belt: EquilibriumProblem, held: HeldParameters, at: Evaluation) -> Array:
     """Return the first derivatives, (3 n + 1,): of the bodies, last by their length."""
     bodies = np.zeros((belt.bodies, 3))
     AXIAL.add_gradient(at.axial, at.shape, bodies)
@@ -146,13 +146,16 @@ class SecondDerivatives(NamedTuple):
     corner: float
 
 
-def second_derivatives(belt: Belt, held: HeldParameters, at: Evaluation) -> SecondDerivatives:
+def second_derivatives(
+    belt: EquilibriumProblem, held: HeldParameters, at: Evaluation
+) -> SecondDerivatives:
     """Return the second derivatives of the energy."""
-    found = Stiffness(belt.bodies)
-    AXIAL.add_stiffness(at.axial, at.shape, found)
+    stiffness = Stiffness(belt.bodies)
+    AXIAL.add_stiffness(at.axial, at.shape, stiffness)
     for effect, parameters in held.effects:
-        effect.add_stiffness(parameters, at.shape, found)
-    own = found.body + 2.0 * found.ends
+        effect.add_stiffness(parameters, at.shape, stiffness)
+    own = stiffness.body + 2.0 * stiffness.ends
     if held.pull is None:
-        return SecondDerivatives(own, found.coupling, None, 0.0)
-    return SecondDerivatives(own, found.coupling, *length_stiffness(belt.axial_rigidity, at.shape))
+        return SecondDerivatives(own, stiffness.coupling, None, 0.0)
+    by_length = length_stiffness(belt.axial_rigidity, at.shape)
+    return SecondDerivatives(own, stiffness.coupling, *by_length)

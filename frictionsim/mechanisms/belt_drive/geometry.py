@@ -38,7 +38,7 @@ class PathError(ValueError):
         self.pulley = pulley
 
 
-class Pulley(NamedTuple):
+class PulleyCircle(NamedTuple):
     """A circle that the belt passes, `inside` its loop or `outside`, on its back."""
 
     name: str
@@ -124,7 +124,7 @@ class Path:
         return PathPoints(self._points[piece] + step, start + bend, self._pulleys[piece])
 
 
-def belt_path(pulleys: Sequence[Pulley]) -> Path:
+def belt_path(pulleys: Sequence[PulleyCircle]) -> Path:
     """Lay a taut belt round pulleys.
 
     Inside pulleys are passed counter-clockwise where the polygon of the centres has a positive
@@ -133,7 +133,7 @@ def belt_path(pulleys: Sequence[Pulley]) -> Path:
 
     Parameters
     ----------
-    pulleys : sequence of Pulley, m
+    pulleys : sequence of PulleyCircle, m
         At least two, in the order in which the belt passes them.
 
     Raises
@@ -155,7 +155,7 @@ def belt_path(pulleys: Sequence[Pulley]) -> Path:
     return _path(pulleys, senses, directions, arcs, spans)
 
 
-def _check_overlap(pulleys: Sequence[Pulley]) -> None:
+def _check_overlap(pulleys: Sequence[PulleyCircle]) -> None:
     for (_, a), (j, b) in combinations(enumerate(pulleys), 2):
         overlap = a.radius + b.radius - dist(a.center, b.center)
         if overlap >= 0.0:
@@ -167,13 +167,13 @@ def _check_overlap(pulleys: Sequence[Pulley]) -> None:
             )
 
 
-def _sense_of_loop(pulleys: Sequence[Pulley]) -> int:
+def _sense_of_loop(pulleys: Sequence[PulleyCircle]) -> int:
     x, y = np.array([pulley.center for pulley in pulleys]).T
     x, y = x - x[0], y - y[0]
     return -1 if float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) < 0.0 else 1
 
 
-def _direction(pulleys: Sequence[Pulley], senses: Sequence[int], i: int) -> float:
+def _direction(pulleys: Sequence[PulleyCircle], senses: Sequence[int], i: int) -> float:
     """Return the angle of the span that leaves pulley i."""
     j = (i + 1) % len(pulleys)
     a, b = pulleys[i], pulleys[j]
@@ -182,13 +182,13 @@ def _direction(pulleys: Sequence[Pulley], senses: Sequence[int], i: int) -> floa
     return bearing - asin(offset / dist(a.center, b.center))
 
 
-def _tangent_point(pulley: Pulley, sense: int, direction: float) -> Point:
+def _tangent_point(pulley: PulleyCircle, sense: int, direction: float) -> Point:
     r = sense * pulley.radius
     return pulley.center[0] + r * sin(direction), pulley.center[1] - r * cos(direction)
 
 
 def _span(
-    pulleys: Sequence[Pulley], senses: Sequence[int], directions: Sequence[float], i: int
+    pulleys: Sequence[PulleyCircle], senses: Sequence[int], directions: Sequence[float], i: int
 ) -> Span:
     j = (i + 1) % len(pulleys)
     return Span(
@@ -198,7 +198,7 @@ def _span(
 
 
 def _arc(
-    pulleys: Sequence[Pulley], senses: Sequence[int], directions: Sequence[float], i: int
+    pulleys: Sequence[PulleyCircle], senses: Sequence[int], directions: Sequence[float], i: int
 ) -> Arc:
     name, sense = pulleys[i].name, senses[i]
     wrap_angle = (sense * (directions[i] - directions[i - 1])) % tau
@@ -222,7 +222,7 @@ def _untouched(name: str, wrap_angle: float, i: int) -> PathError:
     )
 
 
-def _check_turning(pulleys: Sequence[Pulley], arcs: Sequence[Arc], loop: int) -> None:
+def _check_turning(pulleys: Sequence[PulleyCircle], arcs: Sequence[Arc], loop: int) -> None:
     """Refuse a belt that does not turn once in all: it misses a pulley or crosses itself."""
     total_turning = loop * sum(arc.wrap_angle for arc in arcs)
     if total_turning > 1.5 * tau:
@@ -239,7 +239,7 @@ def _check_turning(pulleys: Sequence[Pulley], arcs: Sequence[Arc], loop: int) ->
         )
 
 
-def _check_obstacles(pulleys: Sequence[Pulley], spans: Sequence[Span]) -> None:
+def _check_obstacles(pulleys: Sequence[PulleyCircle], spans: Sequence[Span]) -> None:
     n = len(pulleys)
     for i, span in enumerate(spans):
         ends = f"from {pulleys[i].name} to {pulleys[(i + 1) % n].name}"
@@ -285,7 +285,7 @@ def _vector(start: Point, end: Point) -> Point:
 
 
 def _path(
-    pulleys: Sequence[Pulley],
+    pulleys: Sequence[PulleyCircle],
     senses: Sequence[int],
     directions: Sequence[float],
     arcs: Sequence[Arc],

@@ -79,12 +79,12 @@ def mesh_settings(
     """Return the setting of a mesh, by the fastest of the methods and laws asked for, if any."""
     rtol = scenario.solver.rtol
     adaptive = Setting("rkf45", f"rtol {short(rtol)}", (f"solver.rtol={rtol:.6g}",), mesh=mesh)
-    found = [_longest_step(scenario, mesh), adaptive.with_law(SET_VALUED, scenario)]
+    settings = [_longest_step(scenario, mesh), adaptive.with_law(SET_VALUED, scenario)]
     if scenario.effects.belt_friction is not None:
         smoothed = adaptive._replace(label=f"{adaptive.label}, smoothed")
-        found.append(smoothed.with_law(REGULARISED, scenario))
+        settings.append(smoothed.with_law(REGULARISED, scenario))
     methods, wanted = tuple(backends), tuple(laws)
-    return [s for s in found if s.backend in methods and (not s.law or s.law in wanted)][:1]
+    return [s for s in settings if s.backend in methods and (not s.law or s.law in wanted)][:1]
 
 
 def limits(scenario: "BeltDriveScenario", most: int) -> tuple[Limit, ...]:

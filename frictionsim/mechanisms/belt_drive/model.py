@@ -12,7 +12,7 @@ from frictionsim.mechanisms.belt_drive.composition import (
     effect_parameters,
     pitch_line,
 )
-from frictionsim.mechanisms.belt_drive.effects import in_order
+from frictionsim.mechanisms.belt_drive.effects import ordered_effects
 from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect, Shape
 from frictionsim.mechanisms.belt_drive.effects.contact import stiffness_under
 from frictionsim.mechanisms.belt_drive.equilibrium import (
@@ -107,8 +107,10 @@ class BeltModel(NamedTuple):
     @property
     def present_effects(self) -> list[tuple[BeltEffect, Any]]:
         """The effects that the scenario has, in the order of their forces, with parameters."""
-        found = ((effect, getattr(self.system.effects, effect.key)) for effect in in_order())
-        return [(effect, parameters) for effect, parameters in found if parameters is not None]
+        effects = (
+            (effect, getattr(self.system.effects, effect.key)) for effect in ordered_effects()
+        )
+        return [(effect, parameters) for effect, parameters in effects if parameters is not None]
 
     def kinetic_energy(self, kinematics: Array, speeds: Array) -> float:
         """Return the kinetic energy of bodies and pulleys, J.
@@ -130,7 +132,8 @@ class BeltModel(NamedTuple):
             pulley[[PULLEY_X, PULLEY_Y]].T,
             pulley[PULLEY_RADIUS],
         )
-        return float(sum(np.sum(e.energies(found, shape)) for e, found in self.present_effects))
+        energies = (effect.energies(own, shape) for effect, own in self.present_effects)
+        return float(sum(np.sum(energy) for energy in energies))
 
     @property
     def max_frequency_and_decay(self) -> tuple[float, float]:
@@ -222,14 +225,14 @@ class BeltModel(NamedTuple):
             return "contact_bodies"
         table = contacts.table[:, :count]
         near = table[RADIUS] > 0.0
-        of_pulley = (
+        is_of_pulley = (
             (table[RADIUS] == pulleys[PULLEY_RADIUS, pulley])
             & (table[CENTRE_X] == pulleys[PULLEY_X, pulley])
             & (table[CENTRE_Y] == pulleys[PULLEY_Y, pulley])
             & (blocks.ravel() < bodies)
         )
         some = near.reshape(-1, SIMD_WIDTH).any(axis=1)
-        return "" if np.all(of_pulley[near]) and some.all() else "contacts"
+        return "" if np.all(is_of_pulley[near]) and some.all() else "contacts"
 
     @property
     def _offsets_are_wrong(self) -> bool:

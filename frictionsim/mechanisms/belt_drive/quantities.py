@@ -80,8 +80,8 @@ def torque_balance(
     belt, differences = scenario.mechanism.belt, [_difference(time, rim, turned)]
     wave = np.sqrt(belt.axial_rigidity / belt.mass_per_length)
     if np.ptp(time[last]) * wave > MIN_ROUND_TRIPS * scenario.mechanism.path().length:
-        of_last = {name: values[last] for name, values in seen.items()}
-        differences.append(_difference_of_spans(scenario, model, time[last], of_last))
+        last_samples = {name: values[last] for name, values in seen.items()}
+        differences.append(_difference_of_spans(scenario, model, time[last], last_samples))
     off, uncertain = (np.concatenate(parts) / largest for parts in zip(*differences, strict=True))
     limit = LIMIT + uncertain
     worst = int(np.argmax(off / limit))
@@ -183,51 +183,51 @@ def quantities_of(
     seen : dict of (n, ...)
         What the observer keeps of each sample.
     """
-    found: Quantities = {}
+    quantities: Quantities = {}
     if not time.size:
-        return found
+        return quantities
     last = last_part(time)
 
     def mean(name: str) -> Any:
         return time_mean(time[last], seen[name][last])
 
     names = scenario.mechanism.names
-    found["pretension"] = Quantity(float(seen["_mean_tension"][0]), "N")
+    quantities["pretension"] = Quantity(float(seen["_mean_tension"][0]), "N")
     spans = mean("_span_tension")
-    found["tension_tight"] = Quantity(float(np.max(spans)), "N")
-    found["tension_slack"] = Quantity(float(np.min(spans)), "N")
+    quantities["tension_tight"] = Quantity(float(np.max(spans)), "N")
+    quantities["tension_slack"] = Quantity(float(np.min(spans)), "N")
     for i, name in enumerate(names):
         after = names[(i + 1) % len(names)]
-        found[f"tension_{name}_to_{after}"] = Quantity(float(spans[i]), "N")
+        quantities[f"tension_{name}_to_{after}"] = Quantity(float(spans[i]), "N")
     power = mean_power(time[last], seen["_torque"][last], seen["_speed"][last])
     # A ripple of 0.1 % of two speeds would be 1 % of their difference, the slip.
     speed = smooth_mean(time[last], seen["_speed"][last])
     ends = ends_of(power)
-    found["drive_speed"] = Quantity(float(speed[ends.drive]), "rad/s")
-    found["driven_speed"] = Quantity(float(speed[ends.driven]), "rad/s")
+    quantities["drive_speed"] = Quantity(float(speed[ends.drive]), "rad/s")
+    quantities["driven_speed"] = Quantity(float(speed[ends.driven]), "rad/s")
     radii = model.system.pulleys.table[PULLEY_RADIUS]
     rims = speed * radii * senses_of(scenario.mechanism.path())
     slip = float(slip_percent(rims, ends, min_rim_speed(scenario, time, seen)))
-    found["slip_percent"] = Quantity(slip if isfinite(slip) else None, "%")
-    found["efficiency"] = Quantity(
+    quantities["slip_percent"] = Quantity(slip if isfinite(slip) else None, "%")
+    quantities["efficiency"] = Quantity(
         efficiency(time[last], power, losses(seen, last), _unused_energy(seen)), "1"
     )
     touching, sticking = mean("_touching"), mean("_sticking")
     if model.system.friction is not None:
         share = float(np.sum(sticking) / np.sum(touching)) if np.sum(touching) else None
-        found["stick_fraction"] = Quantity(share, "1")
+        quantities["stick_fraction"] = Quantity(share, "1")
     for j, name in enumerate(names):
         per_body = model.system.chain.length / model.system.pulleys.table[PULLEY_RADIUS, j]
-        found[f"contact_arc_{name}"] = Quantity(float(touching[j] * per_body), "rad")
+        quantities[f"contact_arc_{name}"] = Quantity(float(touching[j] * per_body), "rad")
         if model.system.friction is not None:
-            found[f"adhesion_arc_{name}"] = Quantity(float(sticking[j] * per_body), "rad")
-    found["final_time"] = Quantity(float(time[-1]), "s")
+            quantities[f"adhesion_arc_{name}"] = Quantity(float(sticking[j] * per_body), "rad")
+    quantities["final_time"] = Quantity(float(time[-1]), "s")
     stored = sum(float(seen[name][0]) for name in ("energy_kinetic", "energy_potential"))
-    found["initial_energy"] = Quantity(stored, "J")
+    quantities["initial_energy"] = Quantity(stored, "J")
     for name, energy in seen.items():
         if name.startswith("energy"):
-            found[name] = Quantity(float(energy[-1]), "J")
-    return found
+            quantities[name] = Quantity(float(energy[-1]), "J")
+    return quantities
 
 
 def min_rim_speed(scenario: "BeltDriveScenario", time: Array, seen: dict[str, Array]) -> float:
@@ -264,8 +264,8 @@ def efficiency(time: Array, power: Array, lost: float, least: float) -> float | 
     least : float, J
         No more than this is nothing.
     """
-    taken_out = float(np.sum((-power).clip(min=0.0)) * np.ptp(time))
-    return taken_out / (taken_out + lost) if taken_out + lost > least else None
+    delivered = float(np.sum((-power).clip(min=0.0)) * np.ptp(time))
+    return delivered / (delivered + lost) if delivered + lost > least else None
 
 
 def checks_of(

@@ -44,7 +44,7 @@ def warnings_of(
     """Return warnings about a run: its times, (n,), s, samples, (n, ...), and summary."""
     if not time.size:
         return ()
-    found = [
+    warnings = [
         *_slack_spans(scenario, model, time, seen["_span_tension"]),
         *_pushed_off(scenario, time, seen),
         *_full_slip(scenario, time, seen),
@@ -52,14 +52,14 @@ def warnings_of(
         *_steps_of_dampers(scenario, model),
     ]
     if time[-1] >= scenario.solver.duration * (1.0 - ROUNDING):  # not of a run that was stopped
-        found += _untouched_patch(scenario, model, seen)
-        found += _unsteady_means(scenario, model, time, seen)
+        warnings += _untouched_patch(scenario, model, seen)
+        warnings += _unsteady_means(scenario, model, time, seen)
         if scenario.guided:
-            found += _bursts(model, quantities)
+            warnings += _bursts(model, quantities)
         else:
-            found += _slip_of_corners(scenario, model, quantities)
-        found += _no_efficiency(time, quantities)
-    return tuple(found)
+            warnings += _slip_of_corners(scenario, model, quantities)
+        warnings += _no_efficiency(time, quantities)
+    return tuple(warnings)
 
 
 def _spans(scenario: "BeltDriveScenario") -> list[str]:
@@ -185,8 +185,8 @@ def _changes(time: Array, values: Array, size: float, names: list[str]) -> list[
     chance = STANDARD_ERRORS * np.minimum(np.hypot(*errors), 0.1 * change)
     return [
         (float(c / size), name)
-        for c, by_chance, name in zip(change, chance, names, strict=True)
-        if c - by_chance > UNSTEADY * size
+        for c, scatter, name in zip(change, chance, names, strict=True)
+        if c - scatter > UNSTEADY * size
     ]
 
 

@@ -122,16 +122,16 @@ class Observer:
 
     def sample(self, t: float, state: Array) -> None:
         """Add the sample of time t."""
-        self.samples.append(self._seen(t, state))
+        self.samples.append(self._sample(t, state))
         self._check_energy()
 
     def sample_at_start(self) -> dict[str, Any]:
         """Return a sample of the start as a template, whatever the forces are."""
-        return self._seen(0.0, self._model.state)
+        return self._sample(0.0, self._model.state)
 
-    def _seen(self, t: float, state: Array) -> dict[str, Any]:
+    def _sample(self, t: float, state: Array) -> dict[str, Any]:
         kinematics = self._kinematics(state)
-        channels = {**self._of_bodies(kinematics), **self._of_pulleys(state)}
+        channels = {**self._body_channels(kinematics), **self._pulley_channels(state)}
         seen = {name: channels[name] for name in self._wanted}
         return {"time": t, **seen, **self._quantities(state, kinematics, channels)}
 
@@ -141,12 +141,12 @@ class Observer:
         Dissipated energy is ignored: it can only lower the total.
         """
         samples = self.samples
-        put_in = samples.gain("energy_input")
+        energy_input = samples.gain("energy_input")
         has = samples.gain("energy_kinetic") + samples.gain("energy_potential")
-        stored = abs(float(samples.first("energy_potential"))) + abs(put_in)
-        self.energy_gain = (has - put_in) / stored if stored > 0.0 else 0.0
+        stored = abs(float(samples.first("energy_potential"))) + abs(energy_input)
+        self.energy_gain = (has - energy_input) / stored if stored > 0.0 else 0.0
 
-    def _of_bodies(self, kinematics: Array) -> dict[str, Array]:
+    def _body_channels(self, kinematics: Array) -> dict[str, Array]:
         contacts = self._system.contacts
         count = contacts.offsets[-1]
         # A body may be a candidate of two pulleys, and is pressed on one.
@@ -157,9 +157,9 @@ class Observer:
             ContactRows(*contacts.table[:, filled]),
         )
         friction = pressed.friction * self.force_per_impulse
-        found = self._places(kinematics)
-        found["pulley_index"] = np.full(self._bodies, -1.0)
-        found["pulley_index"][body] = np.searchsorted(contacts.offsets, filled, side="right") - 1.0
+        rows = self._places(kinematics)
+        rows["pulley_index"] = np.full(self._bodies, -1.0)
+        rows["pulley_index"][body] = np.searchsorted(contacts.offsets, filled, side="right") - 1.0
         for name, values in (
             ("normal_force", pressed.normal),
             ("friction_force", friction),
@@ -167,10 +167,10 @@ class Observer:
             ("sticking", pressed.sticking),
             ("_utilisation", utilisation(pressed, friction)),
         ):
-            found[name] = np.zeros(self._bodies)
-            found[name][body] = values
-        found["tension"] = self._tension(kinematics)
-        return found
+            rows[name] = np.zeros(self._bodies)
+            rows[name][body] = values
+        rows["tension"] = self._tension(kinematics)
+        return rows
 
     def _places(self, kinematics: Array) -> dict[str, Array]:
         return {"x": kinematics[X], "y": kinematics[Y], "angle": kinematics[ANGLE]}
@@ -184,7 +184,7 @@ class Observer:
         along = force_x * (cos + previous_rows(cos)) + force_y * (sin + previous_rows(sin))
         return np.copysign(np.hypot(force_x, force_y), along)
 
-    def _of_pulleys(self, state: Array) -> dict[str, Array]:
+    def _pulley_channels(self, state: Array) -> dict[str, Array]:
         layout = self._system.layout
         return {
             "pulley_angle": state[layout.angles : layout.speeds],
@@ -249,13 +249,13 @@ class Observer:
             return {}
         ranges = [slice(*ends) for ends in pairwise(contacts.offsets)]
         rows = ContactRows(*contacts.table)
-        found = {
+        terms = {
             "_friction": rows.friction * self.force_per_impulse,
             "_capacity": rows.kinetic * rows.normal,
             "_slip": rows.normal * rows.slip,
         }
         return {
-            name: np.array([values[of].sum() for of in ranges]) for name, values in found.items()
+            name: np.array([values[of].sum() for of in ranges]) for name, values in terms.items()
         }
 
     def _friction_excess(self) -> Array:

@@ -15,7 +15,7 @@ from frictionsim.mechanisms.belt_drive.geometry import (
     MIN_BODIES,
     Path,
     PathError,
-    Pulley,
+    PulleyCircle,
     belt_path,
 )
 from frictionsim.scenario.methods import BELT, CREEP, PUBLISHED, REGULARISED, Pairs
@@ -49,11 +49,11 @@ class BeltTable(Params):
     )
 
     @model_validator(mode="after")
-    def _one_of_two(self) -> Self:
+    def _check_tension_or_length(self) -> Self:
         if (self.pretension is None) == (self.length is None):
-            found = "neither" if self.length is None else "both"
+            keys = "neither" if self.length is None else "both"
             raise inconsistent(
-                (), f"expected either pretension, N, or length (unstretched), m; found {found}"
+                (), f"expected either pretension, N, or length (unstretched), m; found {keys}"
             )
         return self
 
@@ -81,7 +81,7 @@ class Geometry(Params):
     pulleys: tuple[PulleyTable, ...] = Field(min_length=2, max_length=100, strict=False)
 
     @model_validator(mode="after")
-    def _names_differ(self) -> Self:
+    def _check_names(self) -> Self:
         names = [pulley.name for pulley in self.pulleys]
         for i, name in enumerate(names):
             if name in names[:i]:
@@ -94,16 +94,16 @@ class Geometry(Params):
         return tuple(pulley.name for pulley in self.pulleys)
 
     @property
-    def circles(self) -> list[Pulley]:
+    def circles(self) -> list[PulleyCircle]:
         """The pulleys as the path sees them."""
-        return [Pulley(p.name, p.center, p.radius, p.side) for p in self.pulleys]
+        return [PulleyCircle(p.name, p.center, p.radius, p.side) for p in self.pulleys]
 
     def path(self) -> Path:
         """Return the ideal line of the belt."""
         return belt_path(self.circles)
 
     @model_validator(mode="after")
-    def _belt_fits_its_path(self) -> Self:
+    def _check_path(self) -> Self:
         try:
             path = self.path()
         except PathError as error:
@@ -140,7 +140,7 @@ class Geometry(Params):
             )
 
 
-class PulleyDrive(Params):
+class DriveTable(Params):
     """`[drive.NAME]`: torque, of time or of the pulley's speed, or speed over time."""
 
     torque: SpeedOrTimeSignals | None = unit_field(
@@ -151,10 +151,10 @@ class PulleyDrive(Params):
     )
 
     @model_validator(mode="after")
-    def _one_of_two(self) -> Self:
+    def _check_inputs(self) -> Self:
         if (self.torque is None) == (self.speed is None):
-            found = "neither" if self.torque is None else "both"
-            raise inconsistent((), f"expected either torque or speed; found {found}")
+            keys = "neither" if self.torque is None else "both"
+            raise inconsistent((), f"expected either torque or speed; found {keys}")
         return self
 
     @property
@@ -224,12 +224,12 @@ class BeltDriveScenario(Scenario):
 
     kind: Literal["belt_drive"]
     mechanism: Geometry
-    drive: dict[str, PulleyDrive] = Field(default_factory=dict)
+    drive: dict[str, DriveTable] = Field(default_factory=dict)
     effects: Effects
     solver: BeltSolverSettings = BeltSolverSettings()
 
     @model_validator(mode="after")
-    def _names_are_of_pulleys(self) -> Self:
+    def _check_pulley_names(self) -> Self:
         names = list(self.mechanism.names)
         named: list[tuple[tuple[str, ...], str]] = [(("drive", name), name) for name in self.drive]
         for key in ("contact", "belt_friction"):
@@ -251,7 +251,7 @@ class BeltDriveScenario(Scenario):
         return self.effects.contact is None
 
     @model_validator(mode="after")
-    def _effects_suit_a_guided_belt(self) -> Self:
+    def _check_guided_effects(self) -> Self:
         if not self.guided:
             return self
         for effect in EFFECTS:
@@ -264,18 +264,18 @@ class BeltDriveScenario(Scenario):
         return self
 
     @model_validator(mode="after")
-    def _there_are_bodies_enough(self) -> Self:
+    def _check_bodies(self) -> Self:
         path, bodies = self.mechanism.path(), self.mechanism.belt.bodies
         if self.guided:
-            found = missing_points(path, self.mechanism.names, self.drive, bodies)
+            problem = missing_points(path, self.mechanism.names, self.drive, bodies)
         else:
-            found = _missing_bodies(path, self.mechanism.pulleys, bodies)
-        if found is not None:
-            raise inconsistent(("mechanism", "belt", "bodies"), found)
+            problem = _missing_bodies(path, self.mechanism.pulleys, bodies)
+        if problem is not None:
+            raise inconsistent(("mechanism", "belt", "bodies"), problem)
         return self
 
     @model_validator(mode="after")
-    def _patch_needs_friction(self) -> Self:
+    def _check_patch(self) -> Self:
         patch = self.effects.patch
         if patch is None:
             return self
@@ -298,14 +298,14 @@ class BeltDriveScenario(Scenario):
 
     def warnings(self) -> list[str]:
         """Return warnings about the scenario, also of a creep that depends on the step."""
-        found = super().warnings()
+        warnings = super().warnings()
         friction = self.effects.belt_friction
         if friction is not None and friction.law == "creep":
-            found.append(
+            warnings.append(
                 "law = 'creep' takes the creep as slip times step, as published: its friction"
                 " depends on the steps of the solver"
             )
-        return found
+        return warnings
 
 
 def _missing_bodies(path: Path, pulleys: "Sequence[PulleyTable]", bodies: int) -> str | None:
@@ -356,10 +356,10 @@ def missing_points(
 
 def _pieces(path: Path, names: Sequence[str], driven: Collection[str]) -> list[tuple[float, str]]:
     """Return the lengths of spans, m, and of arcs that carry a load, with what they are."""
-    lengths, found = np.diff(path.breakpoints), []
+    lengths, pieces = np.diff(path.breakpoints), []
     for j, name in enumerate(names):
         after = names[(j + 1) % len(names)]
-        found.append((float(lengths[2 * j]), f"the span from '{name}' to '{after}'"))
+        pieces.append((float(lengths[2 * j]), f"the span from '{name}' to '{after}'"))
         if after in driven:
-            found.append((float(lengths[2 * j + 1]), f"the arc on '{after}'"))
-    return found
+            pieces.append((float(lengths[2 * j + 1]), f"the arc on '{after}'"))
+    return pieces

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.effects import in_order
+from frictionsim.mechanisms.belt_drive.effects import ordered_effects
 from frictionsim.mechanisms.belt_drive.effects.base import Decay, Waves
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def waves_on_pulleys(system: "System", equilibrium: "Equilibrium") -> Waves:
         CONTACT_LOAD_FACTOR * float(np.max(equilibrium.tension)),
         max_normal_force(equilibrium),
     )
-    for effect in in_order():
+    for effect in ordered_effects():
         parameters = getattr(system.effects, effect.key)
         if parameters is not None:
             effect.add_wave_stiffness(parameters, waves)
@@ -128,10 +128,10 @@ def explicit_decay(system: "System") -> float:
 
 def damping_rates(system: "System", of_explicit_dampers: bool = False) -> Decay:
     """Return the sum over the effects, or over those whose dampers fixed steps do not solve for."""
-    found = [
+    rates = [
         effect.decay(parameters, system.chain)
-        for effect in in_order()
+        for effect in ordered_effects()
         if (parameters := getattr(system.effects, effect.key)) is not None
         and not (of_explicit_dampers and effect.solved_for_in_fixed_steps)
     ]
-    return Decay(sum(d.moving for d in found), sum(d.turning for d in found))
+    return Decay(sum(d.moving for d in rates), sum(d.turning for d in rates))

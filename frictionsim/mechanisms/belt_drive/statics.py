@@ -28,7 +28,7 @@ def statics(scenario: "BeltDriveScenario") -> Quantities:
     equilibrium, path = solve_equilibrium(scenario), scenario.mechanism.path()
     bodies = scenario.mechanism.belt.bodies
     tension = float(np.mean(equilibrium.tension))
-    found = {
+    quantities = {
         "pretension": Quantity(tension, "N"),
         "tension_min": Quantity(float(np.min(equilibrium.tension)), "N"),
         "tension_max": Quantity(float(np.max(equilibrium.tension)), "N"),
@@ -41,28 +41,28 @@ def statics(scenario: "BeltDriveScenario") -> Quantities:
     friction, loads = scenario.effects.belt_friction, _shaft_loads(scenario, equilibrium)
     for j, (pulley, arc) in enumerate(zip(scenario.mechanism.pulleys, path.arcs, strict=True)):
         name = pulley.name
-        found[f"wrap_angle_{name}"] = Quantity(abs(arc.wrap_angle), "rad")
-        found[f"shaft_load_{name}"] = Quantity(loads[j], "N")
+        quantities[f"wrap_angle_{name}"] = Quantity(abs(arc.wrap_angle), "rad")
+        quantities[f"shaft_load_{name}"] = Quantity(loads[j], "N")
         if friction is not None:
             mu = friction.pulleys.get(name, friction).mu_s
             exponent = mu * abs(arc.wrap_angle)
             ratio = exp(exponent) if exponent < MAX_EXPONENT else None
-            found[f"capstan_ratio_{name}"] = Quantity(ratio, "1")
+            quantities[f"capstan_ratio_{name}"] = Quantity(ratio, "1")
             limit = 2.0 * tension * pulley.radius * tanh(0.5 * exponent)
-            found[f"torque_limit_{name}"] = Quantity(limit, "N m")
-    return found
+            quantities[f"torque_limit_{name}"] = Quantity(limit, "N m")
+    return quantities
 
 
 def _shaft_loads(scenario: "BeltDriveScenario", equilibrium: "Equilibrium") -> list[float]:
     """Return the force of the belt on each shaft, N."""
-    arcs, found = scenario.mechanism.path().arcs, []
+    arcs, loads = scenario.mechanism.path().arcs, []
     for j, (pulley, arc) in enumerate(zip(scenario.mechanism.pulleys, arcs, strict=True)):
         if scenario.guided:  # two pulls of one tension
             tension = float(equilibrium.tension[0])
-            found.append(2.0 * tension * abs(sin(0.5 * arc.wrap_angle)))
+            loads.append(2.0 * tension * abs(sin(0.5 * arc.wrap_angle)))
             continue
         on = equilibrium.pulley == j
         places = np.column_stack([equilibrium.x[on], equilibrium.y[on]]) - pulley.center
         force = equilibrium.normal_force[on] @ places
-        found.append(float(np.hypot(*force)) / pulley.radius)
-    return found
+        loads.append(float(np.hypot(*force)) / pulley.radius)
+    return loads

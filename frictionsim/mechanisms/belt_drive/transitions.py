@@ -99,14 +99,14 @@ def lasting_changes(modes: "Modes") -> list[tuple[int, int, int]]:
     """
     starts = np.flatnonzero(np.diff(modes)) + 1
     lengths = np.diff(np.append(starts, len(modes)))
-    mode, found = int(modes[0]), []
+    mode, changes = int(modes[0]), []
     for start, length in zip(starts, lengths, strict=True):
         new = int(modes[start])
         needed = SAMPLES_TO_LEAVE if mode in (STICK, TAUT) else SAMPLES_TO_RETURN
         if new != mode and length >= needed:
-            found.append((int(start), mode, new))
+            changes.append((int(start), mode, new))
             mode = new
-    return found
+    return changes
 
 
 def transitions_of(
@@ -122,9 +122,9 @@ def transitions_of(
     after = (*names[1:], names[0])
     contacts = [*names, *(f"span.{a}.{b}" for a, b in zip(names, after, strict=True))]
     modes = np.hstack([pulley_modes(scenario, seen), span_modes(model, seen["_span_tension"])])
-    found = [
+    transitions = [
         Transition(float(time[sample]), contact, old, new)
         for contact, column in zip(contacts, modes.T, strict=True)
         for sample, old, new in lasting_changes(column)
     ]
-    return sorted(found, key=lambda transition: transition.time)
+    return sorted(transitions, key=lambda transition: transition.time)

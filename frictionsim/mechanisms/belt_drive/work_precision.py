@@ -37,18 +37,18 @@ def ladders(scenario: "BeltDriveScenario", tolerances: Iterable[float]) -> "list
     """Return tolerances, steps and smoothed laws; those tolerances that suit a belt."""
     from frictionsim.scenario.variants import Setting, short
 
-    found = [_with_rtol("rkf45", rtol) for rtol in _suiting(tolerances)]
+    settings = [_with_rtol("rkf45", rtol) for rtol in _suiting(tolerances)]
     step_limit = _default_step(scenario)
-    found += [_with_step(step_limit, part) for part in PARTS]
-    found = [setting.with_law(SET_VALUED, scenario) for setting in found]
+    settings += [_with_step(step_limit, part) for part in PARTS]
+    settings = [setting.with_law(SET_VALUED, scenario) for setting in settings]
     if scenario.effects.belt_friction is None:
-        return found
+        return settings
     for speed in SPEEDS:
         smoothed = f"effects.belt_friction.transition_speed={speed:g}"
         overrides = (smoothed, *_with_rtol("rkf45", SMOOTHED_TOLERANCE).overrides)
         setting = Setting("rkf45", f"speed {short(speed)}", overrides)
-        found.append(setting.with_law(REGULARISED, scenario))
-    return found
+        settings.append(setting.with_law(REGULARISED, scenario))
+    return settings
 
 
 def references(scenario: "BeltDriveScenario", rtol: float) -> "tuple[Setting, Setting]":
@@ -66,11 +66,11 @@ def tighter(scenario: "BeltDriveScenario") -> "Setting | None":
 
 
 def _suiting(tolerances: Iterable[float]) -> tuple[float, ...]:
-    """Return the tolerances that were asked for, or those of a belt instead of the usual ones."""
+    """Return the requested tolerances, or those of a belt instead of the usual ones."""
     from frictionsim.scenario.variants import TOLERANCES as USUAL
 
-    asked = tuple(tolerances)
-    return TOLERANCES if asked == USUAL else asked
+    requested = tuple(tolerances)
+    return TOLERANCES if requested == USUAL else requested
 
 
 def _with_rtol(backend: str, rtol: float) -> "Setting":

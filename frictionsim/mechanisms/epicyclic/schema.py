@@ -32,7 +32,7 @@ class EpicyclicParameters(Params):
     )
 
     @model_validator(mode="after")
-    def _something_is_heavy(self) -> Self:
+    def _check_masses(self) -> Self:
         if self.crank_mass + self.planet_mass <= 0.0:
             raise inconsistent(
                 ("crank_mass",), "crank and planet have no mass; give at least one of them a mass"
@@ -66,7 +66,7 @@ class EpicyclicDrive(Params):
     )
 
     @model_validator(mode="after")
-    def _one_of_them(self) -> Self:
+    def _check_inputs(self) -> Self:
         if (self.torque is None) == (self.speed is None):
             raise inconsistent((), "give one of torque and speed")
         return self
@@ -144,7 +144,7 @@ class EpicyclicScenario(SingleDofScenario):
         return "" if without or not self.friction_effects else self.law_of_contact.law
 
     @model_validator(mode="after")
-    def _effects_share_a_law(self) -> Self:
+    def _check_laws(self) -> Self:
         for key in ("law", "transition_speed"):
             named = {
                 name: getattr(effect, key)
@@ -174,7 +174,7 @@ class EpicyclicScenario(SingleDofScenario):
         return self
 
     @model_validator(mode="after")
-    def _choices_go_together(self) -> Self:
+    def _check_choices(self) -> Self:
         rolling = self.effects.rolling_friction
         published = self.mechanism.formulation == "published"
         if published and rolling is not None and rolling.normal_load == "radial":

@@ -124,8 +124,8 @@ def longest_dwell(time: Any, speed: Any, x: Any, y: Any, distance: float) -> flo
     """
     if time.size < 3:
         return None
-    found = place_of_longest_dwell(time, speed, x, y, distance)
-    return found.stop - found.start if found else 0.0
+    dwell = place_of_longest_dwell(time, speed, x, y, distance)
+    return dwell.stop - dwell.start if dwell else 0.0
 
 
 def place_of_longest_dwell(time: Any, speed: Any, x: Any, y: Any, distance: float) -> Dwell | None:
@@ -151,9 +151,9 @@ def place_of_longest_dwell(time: Any, speed: Any, x: Any, y: Any, distance: floa
         if last == (x[i], y[i]):
             continue  # the same rest
         last = x[i], y[i]
-        found = _dwell(time, np.hypot(x - x[i], y - y[i]), i, distance)
-        if longest is None or found.stop - found.start > longest.stop - longest.start:
-            longest = found
+        dwell = _dwell(time, np.hypot(x - x[i], y - y[i]), i, distance)
+        if longest is None or dwell.stop - dwell.start > longest.stop - longest.start:
+            longest = dwell
     return longest
 
 

@@ -15,7 +15,7 @@ from frictionsim.mechanisms.effects import (
 from frictionsim.mechanisms.marble_machine.schema import MarbleMachineScenario
 from frictionsim.mechanisms.marble_machine.statics import (
     ROUNDING,
-    Mesh,
+    GearMesh,
     impending_motion_torques,
     mesh_of,
 )
@@ -89,7 +89,7 @@ class MarbleMachine(NamedTuple):
     drive: Curve
     inertia: float
     k: float
-    mesh: Mesh
+    mesh: GearMesh
     weight: float
     scale: float
     journal: tuple[Journal, ...]

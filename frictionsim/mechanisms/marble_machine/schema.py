@@ -33,7 +33,7 @@ class MarbleMachineScenario(SingleDofScenario):
     effects: MarbleMachineEffects = MarbleMachineEffects()
 
     @model_validator(mode="after")
-    def _the_shaft_is_thinner_than_the_gear(self) -> Self:
+    def _check_shaft_radius(self) -> Self:
         geometry, journal = self.mechanism, self.effects.shaft_friction
         base = geometry.gear_ratio * geometry.pinion_radius
         base *= cosine(radians(geometry.pressure_angle_deg))

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from frictionsim.mechanisms.marble_machine.tables import (
     MarbleMachineEffects,
     MarbleMachineParameters,
-    Motor,
+    MotorTable,
 )
 from frictionsim.mechanisms.single_dof import sqrt as sqrt_of
 from frictionsim.results import Quantities, Quantity, StaticQuantities
@@ -20,7 +20,7 @@ ROUNDING = 16 * float_info.epsilon
 GRAM_FORCE_CENTIMETRE = 9.80665e-5  # N m
 
 
-class Mesh(NamedTuple):
+class GearMesh(NamedTuple):
     """Components of the tooth force on the gear per torque of the pinion, 1/m: sideways, down."""
 
     c_z: float
@@ -32,12 +32,12 @@ class Mesh(NamedTuple):
         return sqrt_of(sideways * sideways + down * down)
 
 
-def mesh_of(geometry: MarbleMachineParameters) -> Mesh:
+def mesh_of(geometry: MarbleMachineParameters) -> GearMesh:
     """Return the components of the tooth force per torque on the pinion."""
     alpha = radians(geometry.pressure_angle_deg)
     direction = radians(geometry.mesh_azimuth_deg) + 0.5 * pi + alpha
     force = 1.0 / (geometry.pinion_radius * cosine(alpha))
-    return Mesh(force * cosine(direction), -force * sine(direction))
+    return GearMesh(force * cosine(direction), -force * sine(direction))
 
 
 class RestLimits(NamedTuple):
@@ -48,7 +48,7 @@ class RestLimits(NamedTuple):
 
 
 def limit_torques(
-    k: float, radius: float, mesh: Mesh, applied_torque: float, weight: float
+    k: float, radius: float, mesh: GearMesh, applied_torque: float, weight: float
 ) -> RestLimits:
     """Solve |k T_p - M| = r_f R_shaft(T_p) for T_p, eq 24.
 
@@ -64,7 +64,7 @@ def limit_torques(
         Gear ratio.
     radius : float, m
         Friction radius.
-    mesh : Mesh
+    mesh : GearMesh
     applied_torque : float, N m
         M_L.
     weight : float, N
@@ -89,7 +89,7 @@ def limit_torques(
 
 
 def impending_motion_torques(
-    geometry: MarbleMachineParameters, effects: MarbleMachineEffects, motor: Motor | None
+    geometry: MarbleMachineParameters, effects: MarbleMachineEffects, motor: MotorTable | None
 ) -> Quantities:
     """Return the torques to lift and to hold: at a transfer, as in the paper, and the largest.
 
@@ -131,7 +131,7 @@ def impending_motion_torques(
 
 
 def statics_of(
-    geometry: MarbleMachineParameters, effects: MarbleMachineEffects, motor: Motor | None
+    geometry: MarbleMachineParameters, effects: MarbleMachineEffects, motor: MotorTable | None
 ) -> StaticQuantities:
     """Return the torques of impending motion on the pinion (eq 24) and their components."""
     journal = effects.shaft_friction

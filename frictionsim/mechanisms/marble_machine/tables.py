@@ -40,7 +40,7 @@ class MarbleMachineParameters(Params):
     initial_angular_velocity: float = unit_field("rad/s", "Angular velocity at the start.", 0.0)
 
     @model_validator(mode="after")
-    def _one_leaves_as_one_comes(self) -> Self:
+    def _check_slots(self) -> Self:
         if self.slots % 2:
             raise inconsistent(
                 ("slots",),
@@ -60,7 +60,7 @@ class MarbleMachineParameters(Params):
         return 2.0 * pi / self.slots
 
 
-class Motor(Params):
+class MotorTable(Params):
     """A gear motor: T_p = stall_torque (1 - w/no_load_speed) at the speed w of the pinion."""
 
     stall_torque: float = unit_field("N m", "Torque at standstill.", gt=0)
@@ -74,16 +74,16 @@ class MarbleMachineDrive(Params):
     """`[drive]`: a torque on the pinion, or a motor on it."""
 
     torque: TimeSignal | None = unit_field("N m", "Torque on the pinion; give this or motor.", None)
-    motor: Motor | None = None
+    motor: MotorTable | None = None
 
     @model_validator(mode="after")
-    def _one_of_them(self) -> Self:
+    def _check_inputs(self) -> Self:
         if (self.torque is None) == (self.motor is None):
             raise inconsistent((), "give one of torque and motor")
         return self
 
 
-class MotorInertia(Params):
+class MotorInertiaTable(Params):
     """Inertia of motor and pinion, about the pinion's axis."""
 
     inertia: float = unit_field(
@@ -99,4 +99,4 @@ class MarbleMachineEffects(Params):
     gravity: Gravity | None = None
     shaft_friction: ShaftFriction | None = None
     viscous_damping: ViscousDamping | None = None
-    motor_inertia: MotorInertia | None = None
+    motor_inertia: MotorInertiaTable | None = None

@@ -156,9 +156,9 @@ class Pulley(NamedTuple):
 def build(scenario: PulleyScenario) -> "Mechanism | MultiContactMechanism":
     """Return the mechanism, composed of the effects in the scenario."""
     if scenario.effects.hanging_masses is not None:
-        from frictionsim.mechanisms.pulley.masses import with_masses
+        from frictionsim.mechanisms.pulley.masses import mechanism_with_masses
 
-        return with_masses(scenario)
+        return mechanism_with_masses(scenario)
     r_e, load = scenario.mechanism.cord_radius, scenario.mechanism.load
     journal, damping = scenario.effects.shaft_friction, scenario.effects.viscous_damping
     by_torque = scenario.drive.force is None

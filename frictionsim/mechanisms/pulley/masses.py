@@ -71,10 +71,10 @@ from frictionsim.scenario.signals import Curve, curve_of
 from frictionsim.solvers.compilation import compilable
 from frictionsim.solvers.contacts import (
     Contact,
-    ContactTable,
     Form,
     Friction,
     MultiContactMechanism,
+    PackedContacts,
     Unilateral,
     Value,
     Vector,
@@ -114,7 +114,7 @@ def outputs(
     def channels(trajectory: "Trajectory") -> dict[str, Any]:
         q, v, a = trajectory.position, trajectory.velocity, trajectory.acceleration
         forces, modes = trajectory.forces, dict(zip(names, trajectory.modes, strict=True))
-        x1, x2 = heights(_from_start(q, scenario))
+        x1, x2 = heights(_displacements(q, scenario))
         v1, v2 = heights(v)
         values = {
             "angle": q[0],
@@ -172,7 +172,7 @@ def _largest_magnitude(signal: Any, scenario: PulleyScenario) -> float:
     return max(map(abs, extremes(signal, scenario.solver.duration)))
 
 
-def _from_start(q: Any, scenario: PulleyScenario) -> Any:
+def _displacements(q: Any, scenario: PulleyScenario) -> Any:
     """Return the coordinates, the angle from its start."""
     moved = np.array(q)
     moved[0] -= np.radians(scenario.mechanism.initial_angle_deg)
@@ -238,7 +238,7 @@ class Impact(NamedTuple):
         Of the gap.
     other : float, kg
         Mass on the rope of the other side; 0 if that is slack, or does not pull in the impact.
-    work, taken_up, heat : float, J
+    work, absorbed, heat : float, J
         Work that the rope holds, and has taken up; heat of the friction of the shaft.
     """
 
@@ -246,7 +246,7 @@ class Impact(NamedTuple):
     rate: float
     other: float
     work: float
-    taken_up: float
+    absorbed: float
     heat: float
 
 
@@ -262,10 +262,10 @@ def slowing_of(n: LiftParameters, other: float, w: float) -> float:
 @compilable
 def begun(n: LiftParameters, impact: Impact) -> Impact:
     """Return an impact at the begin of a piece: the other rope falls slack where k < 0."""
-    w, rate, other, work, taken_up, heat = impact
+    w, rate, other, work, absorbed, heat = impact
     if slowing_of(n, other, w) < 0.0:
         other = 0.0
-    return Impact(w, rate, other, work, taken_up, heat)
+    return Impact(w, rate, other, work, absorbed, heat)
 
 
 @compilable
@@ -293,8 +293,8 @@ def pulled(n: LiftParameters, own: float, impact: Impact, impulse: float) -> Imp
     if impact.w == 0.0 and n.r_s >= n.r:
         friction = 0.0
     heat = friction * 0.5 * abs(impact.w + w) * step
-    taken_up = impact.taken_up + max(work, 0.0)
-    return Impact(w, rate, impact.other, impact.work + work, taken_up, impact.heat + heat)
+    absorbed = impact.absorbed + max(work, 0.0)
+    return Impact(w, rate, impact.other, impact.work + work, absorbed, impact.heat + heat)
 
 
 @compilable
@@ -319,19 +319,19 @@ def shock(
         if whole:
             break
         impact = begun(n, impact)
-    w, rate, other, work, taken_up, heat = impact
-    impact = Impact(w, 0.0, other, work, taken_up, heat)
-    given_back = restitution * restitution * work
-    while given_back > 0.0:
+    w, rate, other, work, absorbed, heat = impact
+    impact = Impact(w, 0.0, other, work, absorbed, heat)
+    returned = restitution * restitution * work
+    while returned > 0.0:
         softness, before = softness_of(n, own, impact), impact.work
-        until = sqrt(impact.rate * impact.rate + 2.0 * softness * given_back)
+        until = sqrt(impact.rate * impact.rate + 2.0 * softness * returned)
         impulse = (until - impact.rate) / softness
         whole = impulse < stop_of(n, impact)
         impact = pulled(n, own, impact, impulse)
         if whole:
             break
         impact = begun(n, impact)
-        given_back -= before - impact.work
+        returned -= before - impact.work
     return impact
 
 
@@ -374,7 +374,7 @@ class Lift(NamedTuple):
     """
 
     drive: Curve
-    contacts: ContactTable
+    contacts: PackedContacts
     coordinates: int
     n: LiftParameters
     P_per_u: float
@@ -403,7 +403,7 @@ class Lift(NamedTuple):
         if self.coordinates == 3 and after.other == 0.0:
             # The body of a slack rope flies on, the rim changes its speed.
             s[far] += n.r * (after.w - sign * w)
-        s[HEATS + contact] += (1.0 - restitution * restitution) * after.taken_up
+        s[HEATS + contact] += (1.0 - restitution * restitution) * after.absorbed
         if first > 0:
             s[HEATS] += after.heat
 
@@ -477,19 +477,19 @@ def write_slipping(cord: tuple[Cord, ...], lift: Lift, u: float, s: Any, y: int)
     weight_1, weight_2 = n.m1 * n.g, n.m2 * n.g + lift.P_per_u * u
     t1 = (weight_1 * n.m2 + weight_2 * n.m1) / (n.m2 + ratio * n.m1)
     t2 = ratio * t1
-    of_cord = (t1 - weight_1) / n.m1
+    cord_acceleration = (t1 - weight_1) / n.m1
     unbalance = (t2 - t1) * n.r + torque
     acceleration, friction = 0.0, -unbalance
     if not shaft_sticks(lift.journal, s):
         friction = -shift_of(lift.journal, s) * (t1 + t2)
         acceleration = (unbalance + friction) / n.inertia
     s[ACCELERATION + TURN] = acceleration
-    s[ACCELERATION + SLIP] = of_cord - n.r * acceleration
+    s[ACCELERATION + SLIP] = cord_acceleration - n.r * acceleration
     s[FORCES + TORQUE], s[FORCES + CAR], s[FORCES + OTHER] = friction, t1, t2
     return True
 
 
-def with_masses(scenario: PulleyScenario) -> MultiContactMechanism:
+def mechanism_with_masses(scenario: PulleyScenario) -> MultiContactMechanism:
     """Return the mechanism, composed of the effects in the scenario."""
     n, start, effects = scenario.lift_parameters, scenario.mechanism, scenario.effects
     masses, shaft = effects.hanging_masses, effects.shaft_friction

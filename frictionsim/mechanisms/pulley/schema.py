@@ -79,7 +79,7 @@ class CordFriction(CoefficientsOfFriction):
     wrap_deg: float = unit_field("deg", "Angle of wrap, of all turns together.", 180.0, gt=0)
 
     @model_validator(mode="after")
-    def _cord_can_slip(self) -> Self:
+    def _check_cord_friction(self) -> Self:
         if self.mu_s * radians(self.wrap_deg) > MAX_EXPONENT:
             raise inconsistent(
                 ("wrap_deg",),
@@ -159,10 +159,10 @@ class PulleyDrive(Params):
     )
 
     @model_validator(mode="after")
-    def _one_of_them(self) -> Self:
+    def _check_inputs(self) -> Self:
         if (self.force is None) == (self.torque is None):
-            found = "neither" if self.force is None else "both"
-            raise inconsistent((), f"expected either force or torque; found {found}")
+            keys = "neither" if self.force is None else "both"
+            raise inconsistent((), f"expected either force or torque; found {keys}")
         if self.torque is not None and self.direction != "vertical":
             raise inconsistent(
                 ("direction",),
@@ -182,7 +182,7 @@ class PulleyEffects(Params):
     cord_friction: CordFriction | None = None
 
     @model_validator(mode="after")
-    def _go_together(self) -> Self:
+    def _check_combination(self) -> Self:
         masses, journal = self.hanging_masses, self.shaft_friction
         if masses is None:
             if self.cord_friction is not None:
@@ -206,7 +206,7 @@ class PulleyEffects(Params):
         return self
 
 
-# Load or car: for editors, what `_load_or_car` checks.
+# Load or car: for editors, what `_check_load` checks.
 LOAD_OR_CAR: JsonDict = {
     "if": {
         "required": ["effects"],
@@ -244,7 +244,7 @@ class PulleyScenario(SingleDofScenario):
         return "pulley" if self.effects.hanging_masses is None else "pulley with hanging_masses"
 
     @model_validator(mode="after")
-    def _load_or_car(self) -> Self:
+    def _check_load(self) -> Self:
         masses, load = self.effects.hanging_masses, self.mechanism.load
         if masses is None:
             if "load" not in self.mechanism.model_fields_set:
@@ -264,7 +264,7 @@ class PulleyScenario(SingleDofScenario):
         return self
 
     @model_validator(mode="after")
-    def _drive_suits_the_masses(self) -> Self:
+    def _check_drive(self) -> Self:
         masses = self.effects.hanging_masses
         if masses is None:
             return self
@@ -329,9 +329,9 @@ class PulleyScenario(SingleDofScenario):
     def drive_signal(self) -> Signal:
         """The force or the torque of the drive over time."""
         force, torque = self.drive.force, self.drive.torque
-        found = torque if force is None else force
-        assert found is not None  # checked by the model of the drive
-        return signal_from(found)
+        table = torque if force is None else force
+        assert table is not None  # checked by the model of the drive
+        return signal_from(table)
 
     def warnings(self) -> list[str]:
         """Return the warnings; also of a shaft as thick as the pulley and of a pushing cord."""

@@ -69,7 +69,7 @@ class Roots(NamedTuple):
 
     Attributes
     ----------
-    found : tuple of Root
+    real : tuple of Root
         In ascending order.
     leading : int
         Sign of A: the body rests between the roots (1), or moves between them (-1).
@@ -77,13 +77,13 @@ class Roots(NamedTuple):
         Every value is a root.
     """
 
-    found: tuple[Root, ...] = ()
+    real: tuple[Root, ...] = ()
     leading: int = 0
     every: bool = False
 
     def of(self, direction: int) -> list[float]:
         """Return the roots of a direction."""
-        return [root.value for root in self.found if root.direction in (direction, BOTH)]
+        return [root.value for root in self.real if root.direction in (direction, BOTH)]
 
 
 class Equation(NamedTuple):
@@ -182,13 +182,13 @@ def roots_of(equation: Equation) -> Roots:
     # The root of larger magnitude has no cancellation, and that of the other one is c/a over it.
     outer = -1.0 if b > 0.0 else 1.0
     numerator = -b + outer * root
-    found = []
+    roots = []
     for sign in (outer,) if double else (1.0, -1.0):
         value = numerator / a if sign == outer or not numerator else c / numerator
         turning = sign * a_1 if sign_of_a > 0 else v_x * x_1 + v_y * y_1
         direction = BOTH if vanishing else _sign(turning)
-        found.append(Root(_in_units(value, equation), direction))
-    return Roots(tuple(sorted(found)), sign_of_a)
+        roots.append(Root(_in_units(value, equation), direction))
+    return Roots(tuple(sorted(roots)), sign_of_a)
 
 
 def _linear(equation: Equation, b: float, c: float) -> Roots:
@@ -305,11 +305,11 @@ class Balance(NamedTuple):
     def equation(self, degrees: float, settled: bool = True) -> Equation:
         """Return eq 24 at an angle, deg; settled, moments that tie with zero are zero."""
         angle = radians(degrees)
-        terms, of_sought = self.given.scale(self.time, angle), self.terms_of_sought(degrees)
+        terms, sought_terms = self.given.scale(self.time, angle), self.terms_of_sought(degrees)
         given, sought = self.given.at(self.time, angle), self.sought(degrees)
         if settled and abs(given[0]) <= ROUNDOFF * terms:
             given = 0.0, *given[1:]
-        if settled and abs(sought[0]) <= ROUNDOFF * of_sought:
+        if settled and abs(sought[0]) <= ROUNDOFF * sought_terms:
             sought = 0.0, *sought[1:]
         return equation_of(given, sought, self.radius, terms)
 
@@ -331,8 +331,8 @@ class Balance(NamedTuple):
 def reaction_of(loads: Sum, time: float, angle: float) -> float:
     """Return the resultant of loads at an angle, rad, in N; zero where they leave a tie."""
     _, across, up = loads.at(time, angle)
-    found = hypot(across, up)
-    return found if found > ROUNDOFF * loads.total_force(time, angle) else 0.0
+    resultant = hypot(across, up)
+    return resultant if resultant > ROUNDOFF * loads.total_force(time, angle) else 0.0
 
 
 def sum_of(scenario: ShaftScenario) -> Sum:
@@ -380,14 +380,14 @@ def _value_of(load: Force, name: str, value: float) -> dict[str, object]:
 def _alone(scenario: ShaftScenario, unknown: Unknown) -> ShaftScenario:
     """Return a scenario without all that does not contain the unknown."""
     effects, table = scenario.effects, unknown.table
-    of_weight = table == "mechanism" or unknown.name == "g" or "eccentric" in table
+    needs_gravity = table == "mechanism" or unknown.name == "g" or "eccentric" in table
     loads = {
         name: tuple(x for x in getattr(scenario, name) if f"{name}.{x.name}" == table)
         for name in ("forces", "couples")
     }
     kept = effects.model_copy(
         update={
-            "gravity": effects.gravity if of_weight else None,
+            "gravity": effects.gravity if needs_gravity else None,
             "eccentric_mass": None if table == "mechanism" else effects.eccentric_mass,
             "torsion_spring": effects.torsion_spring if "spring" in table else None,
         }
@@ -433,7 +433,7 @@ def limits_at(balance: Balance, degrees: float) -> Roots:
 def _possible(balance: Balance, roots: Roots) -> Roots:
     if balance.unknown.signed:
         return roots
-    return roots._replace(found=tuple(root for root in roots.found if root.value >= 0.0))
+    return roots._replace(real=tuple(root for root in roots.real if root.value >= 0.0))
 
 
 def _roots_of_friction(balance: Balance, moment: float, reaction: float) -> Roots:
@@ -494,5 +494,5 @@ def growth_at(balance: Balance, degrees: float, root: Root) -> float:
     friction = radius * (across * d_across + up * d_up) / force if force else 0.0
     sizes = [abs(a) + abs(b * x) for a, b in zip(given, sought, strict=True)]
     terms = sizes[0] + radius * (sizes[1] + sizes[2])
-    found = moment - friction if root.direction in (BOTH, 1) else -moment - friction
-    return found / terms if terms else 0.0
+    slope = moment - friction if root.direction in (BOTH, 1) else -moment - friction
+    return slope / terms if terms else 0.0

@@ -68,7 +68,7 @@ class Force(Params):
     )
 
     @model_validator(mode="after")
-    def _it_is_a_force(self) -> Self:
+    def _check_direction_and_point(self) -> Self:
         if hypot(*self.direction) < float_info.min:  # smaller numbers have no digits left
             raise inconsistent(
                 ("direction",),
@@ -76,9 +76,9 @@ class Force(Params):
                 " points nowhere; give x and y, as in [0.0, -1.0]",
             )
         if (self.point is None) == (self.cord_radius is None):
-            found = "neither" if self.point is None else "both"
+            keys = "neither" if self.point is None else "both"
             raise inconsistent(
-                (), f"expected either point or cord_radius, found {found}; give one of them"
+                (), f"expected either point or cord_radius, found {keys}; give one of them"
             )
         if self.cord_radius is not None and self.direction_turns:
             raise inconsistent(
@@ -105,7 +105,7 @@ class Couple(Params):
     size: MotionSignal = unit_field("N m", "Size of the couple, positive counter-clockwise.")
 
 
-class EccentricMass(Params):
+class EccentricMassTable(Params):
     """A point mass on the body, beside the axis."""
 
     mass: float = unit_field("kg", "Mass, in addition to the mass of the body.", ge=0)
@@ -127,7 +127,7 @@ class TorsionSpring(Params):
     free_angle_deg: float = unit_field("deg", "Angle at which it is free.", 0.0)
 
 
-class EndStops(Params):
+class EndStopsTable(Params):
     """End stops: the body stays between two angles, and loses energy in impacts on them.
 
     A stop is a couple on the body and does not load the shaft. It takes all torque that presses a
@@ -172,7 +172,7 @@ class EndStops(Params):
         return inf if self.highest_angle_deg is None else radians(self.highest_angle_deg)
 
     @model_validator(mode="after")
-    def _stops_are_apart(self) -> Self:
+    def _check_positions(self) -> Self:
         if self.lowest_angle_deg is None and self.highest_angle_deg is None:
             raise inconsistent(
                 (), "expected lowest_angle_deg or highest_angle_deg, or both; found neither"
@@ -190,11 +190,11 @@ class ShaftEffects(Params):
     """`[effects]`: one table for each effect that is simulated."""
 
     gravity: Gravity | None = None
-    eccentric_mass: EccentricMass | None = None
+    eccentric_mass: EccentricMassTable | None = None
     shaft_friction: ShaftFriction | None = None
     viscous_damping: ViscousDamping | None = None
     torsion_spring: TorsionSpring | None = None
-    end_stops: EndStops | None = None
+    end_stops: EndStopsTable | None = None
 
 
 class Statics(Params):
@@ -256,7 +256,7 @@ class ShaftScenario(SingleDofScenario):
         return self.mechanism.inertia + added
 
     @model_validator(mode="after")
-    def _names_differ(self) -> Self:
+    def _check_names(self) -> Self:
         names: list[str] = []
         for table in ("forces", "couples"):
             for i, part in enumerate(getattr(self, table)):
@@ -269,7 +269,7 @@ class ShaftScenario(SingleDofScenario):
         return self
 
     @model_validator(mode="after")
-    def _something_acts(self) -> Self:
+    def _check_loads(self) -> Self:
         effects = self.effects
         acts = [self.forces, self.couples, self.has_weight, effects.torsion_spring]
         if self.mechanism.initial_angular_velocity:  # a coast-down, by what brakes it
@@ -283,7 +283,7 @@ class ShaftScenario(SingleDofScenario):
         return self
 
     @model_validator(mode="after")
-    def _it_starts_between_stops(self) -> Self:
+    def _check_start(self) -> Self:
         stops, start = self.effects.end_stops, self.mechanism.initial_angle_deg
         if stops is None:
             return self
@@ -320,7 +320,7 @@ class ShaftScenario(SingleDofScenario):
         return warnings
 
     @model_validator(mode="after")
-    def _it_does_not_lock(self) -> Self:
+    def _check_locking(self) -> Self:
         """Refuse a body at rest under one force that friction holds, whatever its size.
 
         |M| = a R <= r_s R. Of several forces R may be smaller than their sum. Of a radius or
@@ -342,7 +342,7 @@ class ShaftScenario(SingleDofScenario):
         return self
 
     @model_validator(mode="after")
-    def _it_slides_in_one_way(self) -> Self:
+    def _check_sliding(self) -> Self:
         journal, eccentric = self.effects.shaft_friction, self.effects.eccentric_mass
         if journal is None or eccentric is None:
             return self
@@ -357,13 +357,15 @@ class ShaftScenario(SingleDofScenario):
         return self
 
     @model_validator(mode="after")
-    def _balance_is_sound(self) -> Self:
+    def _check_balance(self) -> Self:
         for check in self.CHECKS:
             check(self)
         return self
 
 
-def _check_between(stops: EndStops, angle: float, where: tuple[str, ...], way_out: str) -> None:
+def _check_between(
+    stops: EndStopsTable, angle: float, where: tuple[str, ...], way_out: str
+) -> None:
     """Check that an angle, deg, is between the end stops."""
     for name, beyond in (("lowest", -1.0), ("highest", 1.0)):
         stop = getattr(stops, f"{name}_angle_deg")

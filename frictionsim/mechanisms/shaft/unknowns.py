@@ -11,7 +11,7 @@ from frictionsim.scenario.schema import inconsistent
 if TYPE_CHECKING:
     from frictionsim.mechanisms.shaft.schema import Force, ShaftScenario
 
-WHERE = ("statics", "unknown")
+UNKNOWN_KEY = ("statics", "unknown")
 WEIGHT_KEYS = "mechanism.mass", "effects.eccentric_mass.mass", "effects.eccentric_mass.radius"
 ANGLE_KEYS = "azimuth_deg", "initial_angle_deg", "angle_deg"
 
@@ -77,16 +77,16 @@ def unknown_of(scenario: "ShaftScenario", key: str) -> Unknown:
     """Return the unknown of a key; raises an error if eq 24 cannot be solved for it."""
     known = {unknown.key: unknown for unknown in unknowns_of(scenario)}
     if key not in known:
-        raise inconsistent(WHERE, _why_not(scenario, key, list(known)))
+        raise inconsistent(UNKNOWN_KEY, _why_not(scenario, key, list(known)))
     return known[key]
 
 
 def place_of(scenario: "ShaftScenario") -> tuple[float, float]:
     """Return time, s, and angle, deg, of the statics."""
-    asked, start = scenario.statics, scenario.mechanism.initial_angle_deg
-    if asked is None:
+    statics, start = scenario.statics, scenario.mechanism.initial_angle_deg
+    if statics is None:
         return 0.0, start
-    return asked.time, start if asked.angle_deg is None else asked.angle_deg
+    return statics.time, start if statics.angle_deg is None else statics.angle_deg
 
 
 def _why_not(scenario: "ShaftScenario", key: str, known: list[str]) -> str:

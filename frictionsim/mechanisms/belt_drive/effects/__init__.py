@@ -26,6 +26,6 @@ EFFECTS: list[BeltEffect] = [
 ]
 
 
-def in_order() -> list[BeltEffect]:
+def ordered_effects() -> list[BeltEffect]:
     """Return the effects in the order in which their forces are added."""
     return sorted(EFFECTS, key=lambda effect: effect.stage)

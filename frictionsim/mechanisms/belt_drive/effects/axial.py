@@ -24,8 +24,8 @@ import numpy as np
 from pydantic import Field
 
 from frictionsim.mechanisms.belt_drive.effects.base import (
-    Belt,
     BeltEffect,
+    BeltProperties,
     Decay,
     Shape,
     Stage,
@@ -321,7 +321,7 @@ class AxialEffect(BeltEffect):
     on_guided_string = True
     solved_for_in_fixed_steps = True
 
-    def parameters(self, table: AxialDampingTable | None, belt: Belt) -> AxialParameters:
+    def parameters(self, table: AxialDampingTable | None, belt: BeltProperties) -> AxialParameters:
         length, damping = belt.chain.length, None
         if table is not None:
             damping = table.coefficient / (length if table.basis == "section" else 1.0)

@@ -11,7 +11,7 @@ from frictionsim.mechanisms.belt_drive.kernels.system import Array, Chain
 from frictionsim.scenario.schema import Params
 
 
-class Belt(NamedTuple):
+class BeltProperties(NamedTuple):
     """The data that an effect computes its parameters from, with its table.
 
     Attributes
@@ -186,7 +186,7 @@ class BeltEffect:
     table : type of Params
         The table.
     stage : Stage
-    add_forces : Kernel or None
+    add_forces : BeltKernel or None
         add_forces(parameters, system, kinematics, ax, ay, aphi): add to the accelerations of the
         bodies, m/s^2 and rad/s^2, (width,) each, and return the power that is damped, W. Where the
         parameters are None it is compiled to nothing.
@@ -203,7 +203,7 @@ class BeltEffect:
     on_guided_string = False
     solved_for_in_fixed_steps = False
 
-    def parameters(self, table: Any, belt: Belt) -> Any:
+    def parameters(self, table: Any, belt: BeltProperties) -> Any:
         """Return the parameters of the force, a tuple of numbers; None where it is absent.
 
         `table` is None where the scenario lacks the effect.

@@ -35,7 +35,7 @@ from typing import ClassVar, Literal, NamedTuple, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from frictionsim.mechanisms.belt_drive.effects.base import Belt, BeltEffect, Stage
+from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect, BeltProperties, Stage
 from frictionsim.mechanisms.belt_drive.kernels.contacts import run_end
 from frictionsim.mechanisms.belt_drive.kernels.jit import KernelChoice, inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.system import (
@@ -199,7 +199,7 @@ class CreepFriction(NamedTuple):
     max_creep: float
 
 
-class FrictionLaw(NamedTuple):
+class BeltFrictionLaw(NamedTuple):
     """The friction law: set-valued, or regularised, and that with creep or without."""
 
     set_valued: SetValuedFriction | None
@@ -215,12 +215,14 @@ class FrictionEffect(BeltEffect):
     stage = Stage.FRICTION
     on_guided_string = True
 
-    def parameters(self, table: BeltFrictionTable | None, belt: Belt) -> FrictionLaw | None:
+    def parameters(
+        self, table: BeltFrictionTable | None, belt: BeltProperties
+    ) -> BeltFrictionLaw | None:
         if table is None:
             return None
         stiffness = belt.axial_rigidity / belt.chain.length
         transit = float(np.sqrt(belt.chain.mass / stiffness))
-        return FrictionLaw(
+        return BeltFrictionLaw(
             SetValuedFriction(min(RELAXATION_TRANSITS * transit, MAX_RELAXATION_TIME))
             if table.law == "set-valued"
             else None,
@@ -388,7 +390,7 @@ def creep_coefficient(creep: CreepFriction | None, x: float, way: float, static:
 
 @inline_kernel
 def solve_friction(
-    law: FrictionLaw | None, system: System, ax: Array, ay: Array, elementary_time: float
+    law: BeltFrictionLaw | None, system: System, ax: Array, ay: Array, elementary_time: float
 ) -> None:
     """Write the friction on the bodies and the accelerations of free pulleys.
 

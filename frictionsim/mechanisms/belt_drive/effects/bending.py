@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.effects.base import (
-    Belt,
     BeltEffect,
+    BeltProperties,
     Decay,
     Shape,
     Stage,
@@ -81,10 +81,10 @@ def add_bending(
 
 
 @loop_kernel
-def add_differences(bodies: int, coefficient: float, of_joints: Array, aphi: Array) -> None:
+def add_differences(bodies: int, coefficient: float, joint_values: Array, aphi: Array) -> None:
     """Add to each body the difference of its two joints."""
     for k in range(full_vectors(bodies)):
-        aphi[k] += coefficient * (of_joints[k + 1] - of_joints[k])
+        aphi[k] += coefficient * (joint_values[k + 1] - joint_values[k])
 
 
 class BendingEffect(BeltEffect):
@@ -95,7 +95,9 @@ class BendingEffect(BeltEffect):
     stage = Stage.JOINT
     add_forces = add_bending
 
-    def parameters(self, table: BendingTable | None, belt: Belt) -> BendingParameters | None:
+    def parameters(
+        self, table: BendingTable | None, belt: BeltProperties
+    ) -> BendingParameters | None:
         if table is None:
             return None
         length = belt.chain.length

@@ -16,8 +16,8 @@ import numpy as np
 from pydantic import Field
 
 from frictionsim.mechanisms.belt_drive.effects.base import (
-    Belt,
     BeltEffect,
+    BeltProperties,
     Decay,
     Shape,
     Stage,
@@ -79,8 +79,8 @@ class ContactTable(Params):
     def at(self, pulley: str, key: str) -> float:
         """Return a number of the contact with a pulley: its own, or the common one."""
         own = getattr(self.pulleys.get(pulley), key, None)
-        found: float = getattr(self, key) if own is None else own
-        return found
+        parameter: float = getattr(self, key) if own is None else own
+        return parameter
 
 
 class ContactDamping(NamedTuple):
@@ -207,17 +207,19 @@ class ContactEffect(BeltEffect):
     add_forces = add_contacts
     solved_for_in_fixed_steps = True
 
-    def parameters(self, table: ContactTable | None, belt: Belt) -> ContactParameters | None:
+    def parameters(
+        self, table: ContactTable | None, belt: BeltProperties
+    ) -> ContactParameters | None:
         if table is None:
             return None
         scale = mesh_scale(table, belt.chain.bodies)
 
-        def of_pulleys(key: str) -> Array:
+        def pulley_values(key: str) -> Array:
             return np.array([table.at(name, key) for name in belt.pulleys])
 
-        coefficient = scale * of_pulleys("damping")
-        damping = ContactDamping(coefficient, of_pulleys("p_max")) if coefficient.any() else None
-        return ContactParameters(scale * of_pulleys("c1"), scale * of_pulleys("c2"), damping)
+        coefficient = scale * pulley_values("damping")
+        damping = ContactDamping(coefficient, pulley_values("p_max")) if coefficient.any() else None
+        return ContactParameters(scale * pulley_values("c1"), scale * pulley_values("c2"), damping)
 
     def dissipates(self, parameters: ContactParameters) -> bool:
         return parameters.damping is not None

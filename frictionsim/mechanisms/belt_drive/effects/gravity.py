@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.effects.base import Belt, BeltEffect, Shape, Stage
+from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect, BeltProperties, Shape, Stage
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
 from frictionsim.mechanisms.belt_drive.kernels.system import Array, Chain, System
 from frictionsim.mechanisms.effects import Gravity
@@ -43,7 +43,7 @@ class GravityEffect(BeltEffect):
     stage = Stage.BODY
     add_forces = add_gravity
 
-    def parameters(self, table: Gravity | None, belt: Belt) -> GravityParameters | None:
+    def parameters(self, table: Gravity | None, belt: BeltProperties) -> GravityParameters | None:
         return None if table is None else GravityParameters(0.0, -table.g)
 
     def energies(self, parameters: GravityParameters, shape: Shape) -> Array:

@@ -30,7 +30,7 @@ class PatchTable(CoefficientsOfFriction):
     )
 
     @model_validator(mode="after")
-    def _end_after_start(self) -> Self:
+    def _check_ends(self) -> Self:
         if not self.end > self.start:
             raise inconsistent(("to",), f"{self.end} m is not after from = {self.start} m")
         return self

@@ -44,7 +44,7 @@ COPIED: dict[str, Any] = {"forceinline": True, **PART}
 _modules_with_kernels: set[str] = set()
 
 
-class Kernel:
+class BeltKernel:
     """A function that is compiled when Python or another kernel first calls it.
 
     A scenario can so be read and checked without numba, which takes half a second to import,
@@ -55,10 +55,10 @@ class Kernel:
     """
 
     def __init__(
-        self, function: Callable[..., Any], compiler: str = "PartCompiler", **as_part: Any
+        self, function: Callable[..., Any], compiler: str = "PartCompiler", **part_options: Any
     ) -> None:
         self.py_func = function
-        self._compiler, self._as_part = compiler, as_part
+        self._compiler, self._part_options = compiler, part_options
         update_wrapper(self, function)
         _modules_with_kernels.add(function.__module__)
 
@@ -80,10 +80,10 @@ class Kernel:
     @cached_property
     def part(self) -> Any:
         """The function as other kernels call it."""
-        if not self._as_part:
+        if not self._part_options:
             return self.compiled
         return _compiled(
-            self.py_func, pipeline_class=compiler_of_parts(self._compiler), **self._as_part
+            self.py_func, pipeline_class=compiler_of_parts(self._compiler), **self._part_options
         )
 
     @property
@@ -100,10 +100,10 @@ class KernelChoice:
 
     Parameters
     ----------
-    kernels : mapping of type to Kernel
+    kernels : mapping of type to BeltKernel
     """
 
-    def __init__(self, kernels: Mapping[type, Kernel]) -> None:
+    def __init__(self, kernels: Mapping[type, BeltKernel]) -> None:
         self._kernels = kernels
 
     def __call__(self, first: Any, *arguments: Any) -> Any:
@@ -135,7 +135,7 @@ def _compiled(function: Callable[..., Any], **options: Any) -> Any:
 
 def inline_kernel(function: Callable[..., Any]) -> Any:
     """Compile a function as a part of each kernel that calls it: the call costs nothing."""
-    return Kernel(function, **COPIED)
+    return BeltKernel(function, **COPIED)
 
 
 def loop_kernel(function: Callable[..., Any]) -> Any:
@@ -145,36 +145,36 @@ def loop_kernel(function: Callable[..., Any]) -> Any:
     first, for which a compiler would make a second version of it, or give up. Arrays may come in
     tuples.
     """
-    return Kernel(function, compiler="LoopCompiler", **COPIED)
+    return BeltKernel(function, compiler="LoopCompiler", **COPIED)
 
 
 def shared_kernel(function: Callable[..., Any]) -> Any:
     """Compile a function that kernels call in several places, and that is too large to repeat."""
-    return Kernel(function, **PART)
+    return BeltKernel(function, **PART)
 
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function that Python calls."""
-    return Kernel(function)
+    return BeltKernel(function)
 
 
 def generated_kernel(function: Callable[..., Any]) -> Any:
     """Compile a function that stands in no file, as a part of each kernel that calls it."""
-    return Kernel(function, **COPIED)
+    return BeltKernel(function, **COPIED)
 
 
 def kernel_sources() -> tuple[Path, ...]:
     """Return the files whose code goes into kernels, wherever they are."""
     package = Path(__file__).parents[3]
     modules = [sys.modules[name].__file__ for name in _modules_with_kernels if name in sys.modules]
-    found = {Path(file) for file in modules if file}
-    in_package = {
+    kernel_files = {Path(file) for file in modules if file}
+    package_files = {
         path
         for path in package.rglob("*.py")
         if b"frictionsim.mechanisms.belt_drive.kernels.jit" in path.read_bytes()
     }
     shared = {package / name for name in SHARED}
-    return tuple(sorted({Path(__file__), *found, *in_package, *shared}))
+    return tuple(sorted({Path(__file__), *kernel_files, *package_files, *shared}))
 
 
 def build_name() -> str:
@@ -234,17 +234,17 @@ def announce_compilation(expected: float, monitor: RunMonitor) -> Iterator[Compi
     _folder()
     from numba.core import event
 
-    found = Compilation()
+    compilation = Compilation()
 
     class Listener(event.Listener):
         """Hears of each kernel that is compiled because it is not on the disk."""
 
         def on_start(self, event: Any) -> None:
             """Announce the first."""
-            if not found.noticed:
+            if not compilation.noticed:
                 stack.enter_context(monitor.compiling(expected))
                 LOG.info("compilation of kernels starts")
-            found.noticed = True
+            compilation.noticed = True
 
         def on_end(self, event: Any) -> None:
             """Do nothing: there may be more."""
@@ -252,10 +252,10 @@ def announce_compilation(expected: float, monitor: RunMonitor) -> Iterator[Compi
     with ExitStack() as stack:
         started = perf_counter()
         with event.install_listener("numba:compile", Listener()), without_collection():
-            yield found
-        if found.noticed:
-            found.seconds = perf_counter() - started
-            LOG.info("kernels compiled in %.3g s", found.seconds)
+            yield compilation
+        if compilation.noticed:
+            compilation.seconds = perf_counter() - started
+            LOG.info("kernels compiled in %.3g s", compilation.seconds)
 
 
 def sum_of(terms: Mapping[str, Any], parameters: str) -> Any:
@@ -263,7 +263,7 @@ def sum_of(terms: Mapping[str, Any], parameters: str) -> Any:
 
     Parameters
     ----------
-    terms : mapping of str to Kernel
+    terms : mapping of str to BeltKernel
         Each with the arguments that it is called with, "system.effects.gravity, x".
     parameters : str
         Of the kernel, "system, x".

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.effects import in_order
+from frictionsim.mechanisms.belt_drive.effects import ordered_effects
 from frictionsim.mechanisms.belt_drive.effects.base import Stage
 from frictionsim.mechanisms.belt_drive.effects.belt_friction import (
     add_friction_forces,
@@ -115,9 +115,11 @@ def sum_of_forces(effects: "Iterable[BeltEffect]") -> Any:
 
 
 # Write the accelerations of the bodies without friction; return the power damped, W.
-smooth_accelerations = sum_of_forces(in_order())
+smooth_accelerations = sum_of_forces(ordered_effects())
 # The same where nothing touches a pulley.
-contactless_accelerations = sum_of_forces(e for e in in_order() if e.stage is not Stage.CONTACT)
+contactless_accelerations = sum_of_forces(
+    e for e in ordered_effects() if e.stage is not Stage.CONTACT
+)
 
 
 @inline_kernel

@@ -287,7 +287,7 @@ def stack_signals(rows: "Sequence[tuple[int, int, Signal]]") -> Signals:
         np.array([pulley for pulley, *_ in rows], dtype=np.int64),
         np.array([kind for _, kind, _ in rows], dtype=np.int64),
         np.cumsum([0, *map(len, pieces)], dtype=np.int64),
-        np.array([piece for of_one in pieces for piece in of_one]).reshape(-1, 5),
+        np.array([piece for signal_pieces in pieces for piece in signal_pieces]).reshape(-1, 5),
         np.array(harmonics).reshape(-1, 3),
     )
 
@@ -311,11 +311,11 @@ def value(signals: Signals, k: int, u: float) -> float:
     """Return the value of signal k at u."""
     knot, c0, c1, c2, c3 = find_piece(signals, k, u)
     x = u - knot
-    found = c0 + x * (c1 + x * (c2 + x * c3))
+    signal = c0 + x * (c1 + x * (c2 + x * c3))
     amplitude, frequency, phase = signals.harmonics[k]
     if amplitude != 0.0:
-        found += amplitude * np.sin(frequency * u + phase)
-    return found
+        signal += amplitude * np.sin(frequency * u + phase)
+    return signal
 
 
 @inline_kernel
@@ -323,11 +323,11 @@ def derivative(signals: Signals, k: int, u: float) -> float:
     """Return the derivative of signal k at u."""
     knot, _, c1, c2, c3 = find_piece(signals, k, u)
     x = u - knot
-    found = c1 + x * (2.0 * c2 + x * 3.0 * c3)
+    slope = c1 + x * (2.0 * c2 + x * 3.0 * c3)
     amplitude, frequency, phase = signals.harmonics[k]
     if amplitude != 0.0:
-        found += amplitude * frequency * np.cos(frequency * u + phase)
-    return found
+        slope += amplitude * frequency * np.cos(frequency * u + phase)
+    return slope
 
 
 # --- the system ---------------------------------------------------------------------------------

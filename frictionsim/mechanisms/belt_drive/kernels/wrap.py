@@ -44,10 +44,10 @@ def wrap_factors(contacts: int) -> WrapFactors:
 
 
 @loop_kernel
-def differences(bodies: int, of_bodies: Array, of_joints: Array) -> None:
+def differences(bodies: int, body_values: Array, joint_values: Array) -> None:
     """Write the difference of the bodies before and behind each joint but the first."""
     for k in range(full_vectors(bodies)):
-        of_joints[k] = of_bodies[k + 1] - of_bodies[k]
+        joint_values[k] = body_values[k + 1] - body_values[k]
 
 
 @inline_kernel

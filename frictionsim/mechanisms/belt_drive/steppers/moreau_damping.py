@@ -59,7 +59,7 @@ MAX_BLOCK_ITERATIONS, MAX_ACTIVE_SET_ITERATIONS = 10, 1000
 
 # Rows over joints: direction, levers of the ends about the bodies before and after, the matrix,
 # its elimination, the rates of stretch; then over bodies: t, 1 where it sticks, P/m.
-EX, EY, LEVER_BEFORE, LEVER_AFTER, DIAGONAL, BESIDE, FACTOR, CORNER, RATE = range(9)
+EX, EY, LEVER_BEFORE, LEVER_AFTER, DIAGONAL, OFF_DIAGONAL, FACTOR, CORNER, RATE = range(9)
 TX, TY, STICKING_BODY, IMPULSE_OVER_MASS = range(9, 13)
 # ... and the velocities that the dampers gave the bodies in the last step, m/s.
 DAMPING_DVX, DAMPING_DVY = range(13, 15)
@@ -241,7 +241,7 @@ def assemble_system(
         table[DIAGONAL, k] += inv_inertia * (after * after + before * before)
         lateral = ex[k] * ex[a] + ey[k] * ey[a]
         lateral -= sticking_body[k] * own_end * (ex[a] * tx[k] + ey[a] * ty[k])
-        table[BESIDE, k] = -inv_mass * lateral - inv_inertia * after * table[LEVER_BEFORE, a]
+        table[OFF_DIAGONAL, k] = -inv_mass * lateral - inv_inertia * after * table[LEVER_BEFORE, a]
         columns[0, k] = (
             table[RATE, k]
             + own_end * table[IMPULSE_OVER_MASS, k]
@@ -263,9 +263,14 @@ def assemble_system(
 def solve_cyclic(n: int, count: int, damping: StiffDamping) -> None:
     """Solve the cyclic tridiagonal system for all right-hand sides, in their place."""
     table, columns = damping.table, damping.columns
-    diagonal, beside, factor, corner = table[DIAGONAL], table[BESIDE], table[FACTOR], table[CORNER]
+    diagonal, off_diagonal, factor, corner = (
+        table[DIAGONAL],
+        table[OFF_DIAGONAL],
+        table[FACTOR],
+        table[CORNER],
+    )
     # The corner couples the first and the last joint: a rank-one change of a plain system.
-    edge, gamma = beside[n - 1], -diagonal[0]
+    edge, gamma = off_diagonal[n - 1], -diagonal[0]
     diagonal[0] -= gamma
     diagonal[n - 1] -= edge * edge / gamma
     corner[0:n] = 0.0
@@ -273,16 +278,16 @@ def solve_cyclic(n: int, count: int, damping: StiffDamping) -> None:
     diagonal[0] = 1.0 / diagonal[0]
     # All right-hand sides at a time: each waits for its own row before, not for the others.
     for k in range(1, n):
-        factor[k] = beside[k - 1] * diagonal[k - 1]
-        diagonal[k] = 1.0 / (diagonal[k] - factor[k] * beside[k - 1])
+        factor[k] = off_diagonal[k - 1] * diagonal[k - 1]
+        diagonal[k] = 1.0 / (diagonal[k] - factor[k] * off_diagonal[k - 1])
         corner[k] -= factor[k] * corner[k - 1]
         for c in range(count):
             columns[c, k] -= factor[k] * columns[c, k - 1]
-    beside[n - 1] = 0.0
+    off_diagonal[n - 1] = 0.0
     for k in range(n - 1, -1, -1):
-        corner[k] = (corner[k] - beside[k] * corner[k + 1]) * diagonal[k]
+        corner[k] = (corner[k] - off_diagonal[k] * corner[k + 1]) * diagonal[k]
         for c in range(count):
-            columns[c, k] = (columns[c, k] - beside[k] * columns[c, k + 1]) * diagonal[k]
+            columns[c, k] = (columns[c, k] - off_diagonal[k] * columns[c, k + 1]) * diagonal[k]
     below = 1.0 + corner[0] + edge * corner[n - 1] / gamma
     for c in range(count):
         x = columns[c]

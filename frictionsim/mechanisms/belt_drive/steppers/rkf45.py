@@ -138,7 +138,7 @@ FIRST_STEP_RATIO = 0.01  # of the longest step
 COMPILE_SECONDS = 12.0
 
 RUNNING, NON_FINITE, TOO_SHORT = 0, 1, 2
-START, STEP, LOOK = range(3)  # tasks
+START, STEP, INTERPOLATE = range(3)  # tasks
 
 # The weight s of the error estimate in the solution that is propagated, its coefficients, and those
 # of its stability polynomial R, the highest power first (`stability.md`).
@@ -175,13 +175,14 @@ def advance(
     max_trials: int,
     system: System,
 ) -> int:
-    """Evaluate the start, take steps, or look at a time in the last step.
+    """Evaluate the start, take steps, or interpolate in the last step.
 
     Each kernel that calls `rhs` holds a copy of it, which takes seconds to compile: so this one
     has all the tasks. START searches for candidates and evaluates the rates at the start. STEP
     steps until the limit, s, is reached, or a sample time passed, or `max_trials` steps are tried;
-    it returns RUNNING, or why no further step could be taken from (t, y). LOOK writes the state at
-    the time `sample` in the last step, that of a shorter step; the system has the forces there.
+    it returns RUNNING, or why no further step could be taken from (t, y). INTERPOLATE writes the
+    state at the time `sample` in the last step, that of a shorter step; the system has the forces
+    there.
     """
     clock, counts = state.clock, state.counts
     if task == START:
@@ -189,7 +190,7 @@ def advance(
         find_contact_candidates(system, state.kinematics)
         rhs(clock[T], clock[H], state.y, state.f, system)
         return RUNNING
-    if task == LOOK:
+    if task == INTERPOLATE:
         h = sample - clock[T_OLD]
         if sample < clock[T]:
             stages(clock[T_OLD], h, state.y_old, state.k, state.stage, state.inside, system)
@@ -395,7 +396,7 @@ class RKF45Stepper(Stepper):
         alpha = system.pulleys.table[ALPHA].copy()
         if self._contacts is None:
             self._contacts = system.contacts.table[[SLIP, FRICTION, STICKING]]
-        self._run(LOOK, t, t, 0)
+        self._run(INTERPOLATE, t, t, 0)
         system.pulleys.table[ALPHA] = alpha
         return s.inside
 
@@ -415,8 +416,8 @@ class RKF45Stepper(Stepper):
 
     def restored_fault(self) -> str:
         """Return the array of a checkpoint that contradicts the others; empty if none does."""
-        in_order = self._state.clock[T_OLD] <= self._state.clock[T]
-        return super().restored_fault() if in_order else "clock"
+        is_ordered = self._state.clock[T_OLD] <= self._state.clock[T]
+        return super().restored_fault() if is_ordered else "clock"
 
 
 STEPPER = RKF45Stepper
