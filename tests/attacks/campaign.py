@@ -78,13 +78,13 @@ def cases(attack: str, seed: int, first: int, count: int) -> Iterator[Case]:
     while number < end:
         with _process(attack, seed) as process:
             while number < end:
-                found = process.tried(number)
-                if found.outcome == "slow" and slow != number:
+                case = process.tried(number)
+                if case.outcome == "slow" and slow != number:
                     slow = number
                     break
-                yield found
+                yield case
                 number += 1
-                if found.outcome in ("slow", "crash"):
+                if case.outcome in ("slow", "crash"):
                     break
 
 
@@ -202,21 +202,21 @@ class Tally:
         """Return how many `cases` of an attack were tried, or the `end` of their numbers."""
         return int(self.attacks.get(attack, {}).get(of, 0))
 
-    def add(self, found: list[Case], seconds: float) -> None:
+    def add(self, batch: list[Case], seconds: float) -> None:
         """Add cases of one attack, and write the file."""
         with self._lock:
             of = self.attacks.setdefault(
-                found[0].attack, {"cases": 0, "seconds": 0.0, "outcomes": {}, "broken": []}
+                batch[0].attack, {"cases": 0, "seconds": 0.0, "outcomes": {}, "broken": []}
             )
-            of["end"] = max(of.get("end", 0), found[-1].number + 1)
-            of["cases"] += len(found)
+            of["end"] = max(of.get("end", 0), batch[-1].number + 1)
+            of["cases"] += len(batch)
             commits = of.setdefault("commits", {})  # how many cases were tried against each
-            commits[self._commit] = commits.get(self._commit, 0) + len(found)
+            commits[self._commit] = commits.get(self._commit, 0) + len(batch)
             of["seconds"] = round(of["seconds"] + seconds, 1)
-            counts = Counter(of["outcomes"]) + Counter(case.outcome for case in found)
+            counts = Counter(of["outcomes"]) + Counter(case.outcome for case in batch)
             of["outcomes"] = dict(sorted(counts.items()))
             of["broken"] += [
-                {"number": case.number, "what": case.broken} for case in found if case.broken
+                {"number": case.number, "what": case.broken} for case in batch if case.broken
             ]
             part = self._path.with_suffix(".part")
             part.write_text(json.dumps(dict(sorted(self._file.items())), indent=2) + "\n")

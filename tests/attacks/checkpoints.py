@@ -114,8 +114,8 @@ def original(name: str) -> dict[str, bytes]:
         folder = Path(place)
         result = fs.solve(data(), output=folder / "a.h5", progress=on_step)
         assert result.failure == "budget_exceeded", f"{name}: {result.status}, {result.reason}"
-        found = [path for path in folder.rglob("*") if path.is_file()]
-        return {str(path.relative_to(folder)): path.read_bytes() for path in found}
+        paths = [path for path in folder.rglob("*") if path.is_file()]
+        return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
 
 
 def write_original(name: str, folder: Path) -> Path:
@@ -151,12 +151,12 @@ def changed_array(rng: random.Random, values: Any, state: dict[str, Any]) -> Any
         return rng.choice([others, texts[:-1], np.zeros(len(texts))])
     way = rng.randrange(10)
     if way < 6 and values.size:
-        found = values.copy()
+        array = values.copy()
         for _ in range(rng.choice([1, 1, 1, 3, values.size])):
             at = rng.randrange(values.size)
-            near = found.flat[at] + rng.choice([-8, -1, 1, 8]), found.flat[at] * rng.choice([-1, 2])
-            found.flat[at] = rng.choice([*NUMBERS, *near])
-        return found
+            near = array.flat[at] + rng.choice([-8, -1, 1, 8]), array.flat[at] * rng.choice([-1, 2])
+            array.flat[at] = rng.choice([*NUMBERS, *near])
+        return array
     if way == 6:
         return np.full(values.shape, rng.choice(NUMBERS))
     if way == 7:

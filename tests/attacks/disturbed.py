@@ -99,21 +99,21 @@ def undisturbed(line: str) -> Outcome:
     """Return what a command does if nothing is in its way."""
     folder = Path(mkdtemp(prefix="attack-"))
     prepare(folder)
-    found = run(line, folder)
+    outcome = run(line, folder)
     shutil.rmtree(folder)
-    return found
+    return outcome
 
 
-def check_undisturbed(line: str, found: Outcome, case: str, code: int | None = None) -> str:
+def check_undisturbed(line: str, outcome: Outcome, case: str, code: int | None = None) -> str:
     """Check that a command ends and writes as if nothing were in its way; return its exit code.
 
     A code that is given stands for that of the undisturbed command.
     """
     expected = undisturbed(line)
     code = expected.code if code is None else code
-    if found.code != code:
-        raise BrokenPromise(f"{case}: exit {found.code} instead of {code}\n{found.err}")
+    if outcome.code != code:
+        raise BrokenPromise(f"{case}: exit {outcome.code} instead of {code}\n{outcome.err}")
     name = dict(COMMANDS)[line]
-    if name and found.files.get(name) != expected.files.get(name):
+    if name and outcome.files.get(name) != expected.files.get(name):
         raise BrokenPromise(f"{case}: {name} is another file")
     return f"exit {code}"

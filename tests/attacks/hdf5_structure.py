@@ -171,9 +171,9 @@ WAYS += [_number, _number, _number, _name, _type]
 
 
 def _names(file: Any) -> list[str]:
-    found: list[str] = []
-    file.visit(found.append)
-    return found
+    names: list[str] = []
+    file.visit(names.append)
+    return names
 
 
 def attack(rng: random.Random, folder: Path) -> str:

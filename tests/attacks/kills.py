@@ -48,17 +48,17 @@ def attack(rng: random.Random, folder: Path) -> str:
     if old is not None:
         (folder / target).write_bytes(old)
     when = _killed(rng, arguments, folder)
-    found = _state(folder, target, old, f"{arguments}, killed {when}")
+    state = _state(folder, target, old, f"{arguments}, killed {when}")
     if (folder / "a.partial.h5").exists() and rng.random() < 0.7:
-        found, arguments = "interrupted", ["resume", "a.partial.h5", "-q"]
-    outcome(arguments, f"again after a kill {when}, {found}")
+        state, arguments = "interrupted", ["resume", "a.partial.h5", "-q"]
+    outcome(arguments, f"again after a kill {when}, {state}")
     (folder / SEEDED).unlink()
     left = [name for name in os.listdir(folder) if name != target]
     if left or not (folder / target).exists():
-        raise BrokenPromise(f"{left} are left over after a kill {when}, {found}: {arguments}")
+        raise BrokenPromise(f"{left} are left over after a kill {when}, {state}: {arguments}")
     if target in _whole() and (folder / target).read_bytes() != _whole()[target]:
-        raise BrokenPromise(f"{target} has other bytes after a kill {when}, {found}: {arguments}")
-    return f"{target} {found}"
+        raise BrokenPromise(f"{target} has other bytes after a kill {when}, {state}: {arguments}")
+    return f"{target} {state}"
 
 
 def _killed(rng: random.Random, arguments: list[str], folder: Path) -> str:

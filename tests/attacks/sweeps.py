@@ -49,20 +49,20 @@ def originals() -> tuple[bytes, ...]:
             {"vary": vary},
             {"vary": {MU_S: "uniform(0.2, 0.4)"}, "sample": 4},
         ]
-        found = []
+        contents = []
         for design in designs:
             fs.sweep(PULLEY, overrides=loose, output=target, **design)
-            found.append(target.read_bytes())
+            contents.append(target.read_bytes())
             with suppress(SweepInterrupted):
                 fs.sweep(PULLEY, overrides=loose, output=target, progress=_stop, **design)
-            found.append(partial_name(target).read_bytes())
+            contents.append(partial_name(target).read_bytes())
             partial_name(target).unlink()
         dispatch.SECONDS_BETWEEN_TICKS = often
-        return tuple(found)
+        return tuple(contents)
 
 
-def _stop(found: SweepProgress) -> None:
-    if found.done and found.checked == found.total:
+def _stop(progress: SweepProgress) -> None:
+    if progress.done and progress.checked == progress.total:
         raise SweepInterrupted(SIGTERM)
 
 

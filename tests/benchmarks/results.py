@@ -107,14 +107,14 @@ def energy() -> None:
 
 def _balance(name: str) -> dict[str, Any]:
     scenario = load(SCENARIOS / f"{name}.toml")
-    found, target = run(scenario, lambda t: None), TARGETS.get(scenario.kind, TARGET)
-    balance, again, then = found.checks["energy_balance"].value, "", ""
-    warning, solver = warning_on(found), scenario.solver
+    record, target = run(scenario, lambda t: None), TARGETS.get(scenario.kind, TARGET)
+    balance, again, then = record.checks["energy_balance"].value, "", ""
+    warning, solver = warning_on(record), scenario.solver
     # Below its transition speed the published law of belts is not resolved at any tolerance.
     if balance > target and scenario.law != "creep":
         again = f"solver.rtol={0.01 * solver.rtol:g}"
         if solver.backend == "moreau":
-            again = f"solver.step={0.5 * solver.duration / found.statistics.steps:.4g}"
+            again = f"solver.step={0.5 * solver.duration / record.statistics.steps:.4g}"
         second = run(scenario.replace((again,)), lambda t: None)
         then = f"{second.checks['energy_balance'].value:.1e}"
         warning = warning or warning_on(second)

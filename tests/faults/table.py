@@ -72,12 +72,12 @@ def faults() -> tuple[Fault, ...]:
 
 def mistakes() -> list[str]:
     """Return what is wrong with the table."""
-    found = []
+    messages = []
     if len({fault.name for fault in faults()}) < len(faults()):
-        found.append(f"{TABLE.name}: a name stands twice")
+        messages.append(f"{TABLE.name}: a name stands twice")
     for fault in faults():
         try:
             fault.faulty()
         except ValueError as error:
-            found.append(str(error))
-    return found
+            messages.append(str(error))
+    return messages

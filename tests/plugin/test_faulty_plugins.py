@@ -126,9 +126,9 @@ def test_two_plugins_of_one_kind(
         " b_winch); uninstall all but one of them"
     )
     assert complaint() == sentence
-    with pytest.raises(InputError) as found:
+    with pytest.raises(InputError) as error:
         mechanism_module("winch")
-    assert str(found.value) == sentence
+    assert str(error.value) == sentence
     assert kind_names() == tuple(KINDS)
     assert caplog.messages[-1] == sentence
     assert run_command_line(["check", str(PULLEY)]) == 0
