@@ -67,7 +67,7 @@ ALL = {
 
 
 def combined(names: Iterable[str]) -> Surroundings:
-    """Return surroundings that have what is particular about each of those named."""
+    """Return surroundings that combine the features of those named."""
     usual, values = Surroundings(), Surroundings()._asdict()
     for place in (ALL[name] for name in names):
         particular = {k: v for k, v in place._asdict().items() if v != getattr(usual, k)}
@@ -127,7 +127,7 @@ def counts(report: Path) -> dict[str, int]:
 
 
 def seconds_of_children() -> float:
-    """Return the seconds of the processor that ended children have taken."""
+    """Return the processor seconds of ended children."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 

@@ -1,6 +1,6 @@
 """The shipped scenarios against golden results, as a user's CI would compare them.
 
-`pytest --update-golden` writes them anew; say in the commit why they changed.
+`pytest --update-golden` rewrites them; say in the commit why they changed.
 """
 
 from pathlib import Path

@@ -53,7 +53,7 @@ def files() -> dict[Path, bytes]:
 
 
 def said(line: str, names: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> list[str]:
-    """Return what a command or an expression says, each line behind its exit code or class."""
+    """Return the messages of a command or expression, each line behind its exit code or class."""
     before = files()
     if line.startswith("$ "):
         done = in_this_process(capsys, *shlex.split(line[2:]))

@@ -24,7 +24,7 @@ def handler_of_python() -> Iterator[None]:
 
 
 def interrupt_at(call: int, signals: int = 1):  # type: ignore[no-untyped-def]
-    """Return an `on_step` that sends SIGINT with its so many-th call."""
+    """Return an `on_step` that sends SIGINT in its n-th call."""
     calls = iter(range(call, -1, -1))
 
     def on_step(t: float) -> None:

@@ -1,4 +1,4 @@
-"""Try a long campaign of attacks, on all cores; it goes on where it was stopped.
+"""Try a long campaign of attacks, on all cores; a stopped one is continued.
 
     python -m tests.attacks --cases 1000000
 

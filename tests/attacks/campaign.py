@@ -102,7 +102,7 @@ class _Process:
         self._seconds = SECONDS_TO_START
 
     def tried(self, number: int) -> Case:
-        """Return what came of a case."""
+        """Return the outcome of a case."""
         try:
             if self._seconds == SECONDS_TO_START:  # it says when it is ready
                 if not self._pipe.poll(self._seconds):
@@ -185,7 +185,7 @@ def _outcome(module: Any, rng: random.Random, folder: Path) -> tuple[str, str]:
 
 
 class Tally:
-    """The counts of a campaign, in a file of JSON from which it goes on; other entries are kept."""
+    """The counts of a campaign in a JSON file, which continues it; other entries are kept."""
 
     def __init__(self, path: Path, seed: int) -> None:
         self._path = path

@@ -1,4 +1,4 @@
-"""Crafted checkpoints: arrays changed at random, under a digest and a seal that are made anew."""
+"""Crafted checkpoints: arrays changed at random, under a new digest and seal."""
 
 import random
 from collections.abc import Callable, Iterator
@@ -127,7 +127,7 @@ def write_original(name: str, folder: Path) -> Path:
 
 
 def craft(path: Path, change: Callable[[dict[str, Any]], None]) -> None:
-    """Change the state in a result, and make its digest and its seal anew."""
+    """Change the state in a result, and renew its digest and seal."""
     with h5py.File(path, "r+") as file:
         group = file["checkpoint"]
         state = {name: item[...] for name, item in group.items() if not item.is_scale}
@@ -169,7 +169,7 @@ def changed_array(rng: random.Random, values: Any, state: dict[str, Any]) -> Any
 
 
 def changes(rng: random.Random, state: dict[str, Any]) -> str:
-    """Change a state at random; return what was changed."""
+    """Change a state at random; return a description of the change."""
     captured = []
     for _ in range(rng.choice([1, 1, 1, 2, 4])):
         name = rng.choice(sorted(state))
@@ -244,7 +244,7 @@ ENERGY = 0.02  # of the largest change of an energy: runs at rtol 1e-4 were seen
 
 
 def physics_fault(part: Path, whole: Path, creeps: bool) -> str:
-    """Return what a run that passed its audit cannot have done since it was resumed; empty if fine.
+    """Return the contradiction in a resumed run that passed its audit; empty if there is none.
 
     From the recorded channels alone: energies add up, what sticks is at rest, friction brakes.
     """

@@ -1,4 +1,4 @@
-"""A command in a process of its own, with its files, to be compared with the undisturbed one."""
+"""A command in a separate process, with its files, to be compared with the undisturbed one."""
 
 import os
 import shutil
@@ -36,7 +36,7 @@ COMMANDS = (
 
 
 class Outcome(NamedTuple):
-    """What a command did: its exit code, what it printed and the files it wrote."""
+    """Outcome of a command: exit code, output and files."""
 
     code: int
     out: str
@@ -55,7 +55,7 @@ def originals() -> Path:
 
 
 def prepare(folder: Path) -> None:
-    """Give a command what it reads."""
+    """Write the input files of a command."""
     for path in originals().iterdir():
         shutil.copy(path, folder)
 
@@ -96,7 +96,7 @@ def run(
 
 @cache
 def undisturbed(line: str) -> Outcome:
-    """Return what a command does if nothing is in its way."""
+    """Return the outcome of an undisturbed command."""
     folder = Path(mkdtemp(prefix="attack-"))
     prepare(folder)
     outcome = run(line, folder)

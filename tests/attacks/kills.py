@@ -77,7 +77,7 @@ def _killed(rng: random.Random, arguments: list[str], folder: Path) -> str:
 
 
 def _wait_for_files(process: "subprocess.Popen[bytes]", folder: Path, count: int) -> None:
-    """Wait until so many names have appeared that were not there before, or the end."""
+    """Wait until that many new names have appeared, or the end."""
     seen, latest = set(os.listdir(folder)), time.monotonic() + MAX_START
     wanted = len(seen) + count
     while len(seen) < wanted and process.poll() is None and time.monotonic() < latest:
@@ -85,7 +85,7 @@ def _wait_for_files(process: "subprocess.Popen[bytes]", folder: Path, count: int
 
 
 def _state(folder: Path, target: str, old: bytes | None, described: str) -> str:
-    """Return what a kill has left."""
+    """Return the state of the files after a kill."""
     path = folder / target
     if not path.exists():
         if old is None:

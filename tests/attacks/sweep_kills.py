@@ -31,7 +31,7 @@ MAX_WAIT = 4.0  # s, until a kill
 
 @cache
 def warm_up() -> tuple[bytes, Any]:
-    """Return the file of an uninterrupted sweep, and what is in it; made once."""
+    """Return the file of an uninterrupted sweep and its table; made once."""
     with TemporaryDirectory() as name:
         return whole_sweep(Path(name))
 
@@ -90,7 +90,7 @@ def check(path: Path, whole: Any) -> int:
 
 
 def whole_sweep(folder: Path) -> tuple[bytes, Any]:
-    """Return the file of an uninterrupted sweep, and what is in it."""
+    """Return the file of an uninterrupted sweep and its table."""
     path = folder / "whole.h5"
     process = started(command(RUNS, path.name, "-q", *ALONE), folder)
     said = process.communicate()

@@ -110,7 +110,7 @@ NUMBERS = [float("nan"), float("inf"), -1.0, 0.0, 1e300, 127.0]
 
 
 def _content(rng: random.Random, folder: Path) -> str:
-    """Change attributes and values; the checksum is made anew, and no secret is read."""
+    """Change attributes and values; the checksum is renewed, and no secret is read."""
     path = folder / rng.choice((TARGET, "sweep.partial.h5"))
     path.write_bytes(rng.choice(originals())[:-LENGTH])
     Path("secret").write_text("hunter2 = 1\n")
@@ -146,6 +146,6 @@ def _changed(rng: random.Random, file: Any) -> str:
 
 
 def warm_up() -> None:
-    """Make what the cases change."""
+    """Make the originals that the cases change."""
     originals()
     journals.original()

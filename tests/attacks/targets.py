@@ -1,4 +1,4 @@
-"""Attacks on what is written to: files of others, links, devices, modes, long names, full disks."""
+"""Attacks on output targets: foreign files, links, devices, modes, long names, full disks."""
 
 import os
 import random
@@ -25,7 +25,7 @@ OURS = {"empty", "result", "damaged", "incomplete", "picture", "table", "report"
 
 @cache
 def _originals() -> dict[str, bytes]:
-    """Return what may lie at a target, by kind; made once."""
+    """Return possible contents of a target, by kind; made once."""
     contents = {"empty": b"", "text": b"precious\n", "scenario": PULLEY.read_bytes()}
     with TemporaryDirectory() as name:
         folder = Path(name)
@@ -82,7 +82,7 @@ def _command(rng: random.Random, target: str) -> list[str]:
 
 
 def _state(path: Path) -> tuple[str, int, bytes]:
-    """Return what is at a path: its type, its mode and its content."""
+    """Return the type, the mode and the content of a path."""
     if path.is_symlink():
         return os.readlink(path), 0, b""
     if path.is_file():
@@ -126,7 +126,7 @@ def attack(rng: random.Random, folder: Path) -> str:
 def _check(
     before: dict[str, tuple[str, int, bytes]], folder: Path, kind: str, code: str, described: str
 ) -> None:
-    """Check what is in the folder now."""
+    """Check the present content of the folder."""
     for name, (state, mode, content) in before.items():
         now = _state(folder / name)
         if now == (state, mode, content):

@@ -1,4 +1,4 @@
-"""Two processes that write one file: each ends or is told, and the file is whole."""
+"""Two processes that write one file: each ends or reports it, and the file is whole."""
 
 import os
 import random

@@ -32,7 +32,7 @@ OLD = old_result()
 
 
 class Listening:
-    """A poll that notes when it is told of a compilation."""
+    """A poll that records the compilations announced to it."""
 
     def __init__(self) -> None:
         self.told: list[float] = []
@@ -94,7 +94,7 @@ class NotedKernel(Kernel):
 
 
 class Calls:
-    """Notes the types of what the kernels that Python calls are given: each is compiled for."""
+    """Records the argument types of kernels called from Python: each is compiled for."""
 
     ENTRIES: ClassVar = {rkf45: ("advance",), moreau: ("integrate",)}
 

@@ -145,7 +145,7 @@ class Both:
         return parts
 
     def of_bodies(self, row: int) -> Array:
-        """Return what the contacts hold in a row for the bodies that touch a pulley, else 0."""
+        """Return a row of the contact table by body, 0 without contact."""
         contacts, values = self.model.system.contacts, np.zeros(self.model.system.chain.bodies)
         for s in range(contacts.offsets[-1]):
             if contacts.table[RADIUS, s] > 0.0 and contacts.table[NORMAL, s] > 0.0:

@@ -25,7 +25,7 @@ def test_without_its_line_no_scenario_has_it() -> None:
 
 @pytest.mark.slow
 def test_with_its_line_a_belt_has_it_and_few_kernels_are_compiled_once(tmp_path: Path) -> None:
-    """What it does to a belt is checked in the process, of which the second finds all kernels."""
+    """Its action on a belt is checked in the process; the second process finds all kernels."""
     functions = []
     for arguments in (["all"], []):
         done = subprocess.run(

@@ -97,7 +97,7 @@ def test_full_slip_is_the_equation_of_euler_and_eytelwein(
 
 
 def test_a_belt_that_slips_does_the_same_backward() -> None:
-    """Also where static and kinetic friction differ: each direction has limits of its own."""
+    """Also where static and kinetic friction differ: each direction has its own limits."""
     speeds = [
         simulate(
             string(

@@ -1,4 +1,4 @@
-"""What is compiled for a run: no more than it needs, and stiff dampers when they are needed."""
+"""Kernels compiled for a run: only those it needs, and stiff dampers when they are needed."""
 
 import json
 import os

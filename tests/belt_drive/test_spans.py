@@ -57,7 +57,7 @@ def tensioner() -> Record:
 
 
 def seen_of(done: Record, spans: Array) -> dict[str, Array]:
-    """Return what the audit takes of a run, but of its channels, with these tensions of spans."""
+    """Return the audit's input for a run, from its channels, with these tensions of spans."""
     c = done.channels
     pulleys = c["pulley_speed"].shape[1]
     vx, vy = (np.gradient(c[name], done.time, axis=0) for name in ("x", "y"))

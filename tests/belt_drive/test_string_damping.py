@@ -36,7 +36,7 @@ def string(**changes: Any) -> Scenario:
 
 
 def wave(speed: float) -> Disturb:
-    """Return what gives the points velocities along a wave as long as the belt, m/s."""
+    """Return a kick: point velocities along a wave as long as the belt, m/s."""
 
     def disturb(model: BeltModel) -> None:
         first, n = model.system.layout.velocities, model.system.chain.bodies

@@ -96,7 +96,7 @@ THREE: dict[str, Scenario] = {
 
 @pytest.mark.parametrize("name", THREE)
 def test_transitions_of_three_pulleys_are_those_of_the_channels(name: str) -> None:
-    """Its patch is taken off: the reader knows one coefficient for each pulley."""
+    """Its patch is removed: the reader knows one coefficient for each pulley."""
     data = THREE[name]
     data["effects"].pop("patch")
     done = simulate(data)

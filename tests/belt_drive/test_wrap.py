@@ -85,7 +85,7 @@ def arc_over_span(done: Record) -> float:
 
 @pytest.mark.parametrize("bending", LIMIT_OF_MESH)
 def test_without_load_an_arc_has_the_tension_of_its_spans(bending: str) -> None:
-    """But for what the soft contact does where a body comes on to it, and bending before that."""
+    """Except for seating in the soft contact, and bending before it."""
     done = paper(bending, False)
     assert arc_over_span(done) == pytest.approx(1.0, abs={"without": 0.03, "with": 0.09}[bending])
     assert abs(quantity(done, "slip_percent")) < 0.02

@@ -1,4 +1,4 @@
-"""The belt of `belt_verification.toml` in Exudyn, a multibody program of others.
+"""The belt of `belt_verification.toml` in Exudyn, an independent multibody program.
 
 Run it as `python tests/benchmarks/peer_exudyn.py` in an environment with the extra `peer`; it takes
 half an hour and writes `results/belt_peer.json`, the speed of the driven pulley in each case. Cases
@@ -35,7 +35,7 @@ DAMPING = 0.5  # N s
 
 
 class Case(NamedTuple):
-    """What a run of the peer may differ in."""
+    """Options in which runs of the peer differ."""
 
     elements: int = 120
     segments: int = 2
@@ -47,7 +47,7 @@ class Case(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What it differs in from the first of all cases."""
+        """Its differences from the first case."""
         first = Case()
         parts = [
             f"{field}={value if isinstance(value, str) else format(value, 'g')}"

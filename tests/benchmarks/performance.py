@@ -1,4 +1,4 @@
-"""How long the program takes: the numbers of `docs/performance.md`.
+"""Times of the program: the numbers of `docs/performance.md`.
 
 Run it as `python -m tests.benchmarks.performance PART [NUMBER...]...` with the names of parts, and
 numbers that go to the part before them: `performance start_up 3` takes turns three times only, and
@@ -139,7 +139,7 @@ def stepped(repeats: float, *overrides: str, without: tuple[str, ...] = ()) -> t
 
 
 def belt(repeats: float = 5, duration: float = 0.5) -> None:
-    """What a belt costs: real-time factors, effects, numbers of bodies; run it on an idle machine.
+    """Cost of a belt: real-time factors, effects, numbers of bodies; run it on an idle machine.
 
     A real-time factor is wall seconds per simulated second. Counts do not depend on the machine.
     """
@@ -189,7 +189,7 @@ print(f"| {seconds} | {bodies} | {len(samples['time'])} | {raw:.2f} | {peak:.0f}
 
 
 def long_run(seconds: float = 1000.0, bodies: float = 150, interval: float = 1e-3) -> None:
-    """Memory, time and disk of a belt with all its channels, in a process of its own."""
+    """Memory, time and disk of a belt with all its channels, in a separate process."""
 
     def row(duration: float, name: str) -> str:
         numbers = f"{duration:g}", str(int(bodies)), f"{interval:g}"

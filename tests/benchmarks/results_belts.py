@@ -1,4 +1,4 @@
-"""Belts of bodies beside a string: meshes, wrap factors, the depth of the contact, Kubas 2014.
+"""Belts of bodies against a string: meshes, wrap factors, the depth of the contact, Kubas 2014.
 
 In the mean the torques balance, T1 - T2 = M/R. A string creeps by (T1 - T2)/EA, and has the tension
 of the tight span where it sticks to the driver; without load it has the tension of its spans
@@ -79,7 +79,7 @@ BAND = 0.1  # about the frequency of crossings, of it
 
 
 def mesh() -> None:
-    """Write what the number of bodies does to spans, slip and speeds."""
+    """Write spans, slip and speeds over the number of bodies."""
     rows = [
         _mesh_row(base, bending, count)
         for base in MESHES
@@ -157,7 +157,7 @@ RATIO, OFF = "slip over elastic creep", "off its limit [%]"
 
 
 def wrap() -> None:
-    """Write what the wrap factor of the bodies is worth."""
+    """Write the effect of the wrap factor of the bodies."""
     rows = [
         _wrapped(model, bending, count)
         for bending in reversed(BENDING)
@@ -249,7 +249,7 @@ TENSION, RADIUS, LENGTH = 555.0, 0.027, 1.2 / 150  # N, m, and m of a body of a 
 
 
 def seat() -> None:
-    """Write what the depth of the contact does to slip and tension, on firmer and firmer rims."""
+    """Write slip and tension over the depth of the contact, on firmer and firmer rims."""
     rows = [_seat_row(*mesh, stiffness) for mesh in SEATS for stiffness in STIFFNESSES]
     above = [
         "`belt_drive` with its resistance continued beyond 8 pi rad/s and contacts whose c1 and c2"
@@ -308,7 +308,7 @@ PRINTED = {
 
 
 def paper() -> None:
-    """Solve the drive by both laws, draw it, and write the numbers down beside the paper's."""
+    """Solve the drive by both laws, draw it, and write its numbers next to the paper's."""
     exact = solve("belt_drive")
     # 1e-3 takes minutes, 1e-4 a quarter of an hour.
     published = solve("belt_drive_published", "solver.duration=2.0", "solver.rtol=1e-2")

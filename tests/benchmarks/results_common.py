@@ -1,4 +1,4 @@
-"""What the parts of `results.py` share: runs, figures of belts, tables with their provenance."""
+"""Shared parts of `results.py`: runs, quantities of belts, tables with their provenance."""
 
 import csv
 import platform
@@ -33,7 +33,7 @@ class Table(NamedTuple):
 
 
 def provenance() -> list[str]:
-    """Return what the numbers depend on besides the sources: machine and versions."""
+    """Return the provenance of numbers besides the sources: machine and versions."""
     libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba"))
     return [
         f"machine: {_processor()}, {cpu_count()} cores, {platform.system()} {platform.machine()}",
@@ -77,7 +77,7 @@ def warning_on(record: Record) -> str:
 
 
 def late(record: Record, share: float = 0.4) -> Any:
-    """Return which samples means are taken over: those of a steady motion."""
+    """Return the mask of the samples of steady motion, for means."""
     return record.time >= share * record.time[-1]
 
 
@@ -112,7 +112,7 @@ def arc_over_span(record: Record) -> float:
 
 
 def command(*arguments: str) -> str:
-    """Run `frictionsim` from the root of the project; return what it prints."""
+    """Run `frictionsim` from the root of the project; return its output."""
     say(f"  frictionsim {' '.join(arguments)}")
     line = [sys.executable, "-m", "frictionsim", *arguments]
     return subprocess.run(line, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout

@@ -1,4 +1,4 @@
-"""Guided belts beside the closed forms of creep, and beside chains of bodies in the plane."""
+"""Guided belts against the closed forms of creep, and against chains of bodies in the plane."""
 
 from statistics import median
 from typing import Any

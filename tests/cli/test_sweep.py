@@ -157,7 +157,7 @@ def test_a_sweep_that_is_killed_is_resumed_to_the_same_bytes(
 
 
 def test_a_belt_is_swept(told: Run, here: Path) -> None:
-    """Kernels are compiled before the workers start, and what a run prints goes nowhere."""
+    """Kernels are compiled before the workers start, and output of runs is discarded."""
     told(
         *("sweep", SCENARIOS / "belt_drive.toml", "--vary", "mechanism.belt.pretension=[500, 600]"),
         *("--set", "solver.duration=1e-4", "--set", "output.interval=1e-4"),

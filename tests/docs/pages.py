@@ -44,7 +44,7 @@ class Block(NamedTuple):
 
 
 def blocks(page: str) -> list[Block]:
-    """Return the fenced blocks of a page, directives of Sphinx left out."""
+    """Return the fenced blocks of a page without directives of Sphinx."""
     return [b for b in _blocks(page) if not b.language.startswith("{")]
 
 
@@ -87,7 +87,7 @@ def table(page: str, name: str) -> list[list[str]]:
 
 
 def names(cell: str) -> list[str]:
-    """Return what stands between backticks in a cell."""
+    """Return the texts between backticks in a cell."""
     return re.findall(r"`([^`]*)`", cell)
 
 

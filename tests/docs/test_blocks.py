@@ -143,7 +143,7 @@ def run_commands(
 
 
 def assert_printed(block: Block, printed: str) -> None:
-    """Compare what a page shows with what was printed; `...` stands for any lines."""
+    """Compare the output on a page with the printed one; `...` stands for any lines."""
     shown, actual = words(block.text), words(printed)
     if ["..."] in shown:
         cut = shown.index(["..."])

@@ -1,4 +1,4 @@
-"""The pages build without a warning, link to what is there, and the README is one page."""
+"""The pages build without a warning, their links resolve, and the README is one page."""
 
 import re
 import subprocess

@@ -1,4 +1,4 @@
-"""Every key of every kind says what it means, in which unit."""
+"""Every key of every kind has a meaning and a unit."""
 
 import sys
 from collections.abc import Iterator

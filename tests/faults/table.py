@@ -38,7 +38,7 @@ class Fault:
 
     @property
     def digest(self) -> str:
-        """What the outcome of tests depends on, in short."""
+        """Digest of the conditions that decide the outcome of tests."""
         text = "\0".join((self.file, self.old, self.new, *self.nearest))
         return sha256(text.encode()).hexdigest()[:8]
 
@@ -71,7 +71,7 @@ def faults() -> tuple[Fault, ...]:
 
 
 def mistakes() -> list[str]:
-    """Return what is wrong with the table."""
+    """Return the errors in the table."""
     messages = []
     if len({fault.name for fault in faults()}) < len(faults()):
         messages.append(f"{TABLE.name}: a name stands twice")

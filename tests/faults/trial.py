@@ -40,7 +40,7 @@ class Outcome(NamedTuple):
 
 
 class Copy:
-    """A copy of the sources that tests run in, with a cache of its own for compiled kernels.
+    """A copy of the sources that tests run in, with its own cache of compiled kernels.
 
     Its place is always the same, because kernels are kept by the path of their source.
     """
@@ -66,7 +66,7 @@ class Copy:
 
     @contextmanager
     def having(self, fault: Fault) -> Iterator[None]:
-        """Set a fault. What is compiled meanwhile goes with it."""
+        """Set a fault; code compiled meanwhile is removed with it."""
         path, kept = self.tree / fault.file, self._cache_without_fault
         original, before = path.read_bytes(), path.stat()
         shutil.rmtree(kept, ignore_errors=True)
@@ -111,7 +111,7 @@ class Copy:
         return Outcome(name, monotonic() - started, text)
 
     def _first_failure(self, fault: Fault, arguments: list[str], limit: float) -> Outcome:
-        """Return how tests end with a fault; those that fail without it, too, are left out.
+        """Return the outcome of tests with a fault, without those that also fail without it.
 
         Raises
         ------

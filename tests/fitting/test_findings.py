@@ -1,4 +1,4 @@
-"""What a fit has found, by cases that are known: reached, out of reach, flat, plateaus, minima."""
+"""Findings of fits in known cases: reached, out of reach, flat, plateaus, minima."""
 
 from math import acos, pi, sqrt
 from typing import Any
@@ -26,7 +26,7 @@ NOT_MOVING = (0.36, 0.9)  # of mu_s: the force of the shipped ramp never lifts t
 
 
 def fit_one(scenario: fs.Scenario, free: Any, **options: Any) -> fs.Fit:
-    """Return the fit to single quantities, given by name, beside options of `fs.fit`."""
+    """Return the fit to single quantities, given by name next to options of `fs.fit`."""
     known = fs.solve(scenario).quantities
     wanted = {name: options.pop(name) for name in list(options) if name in known}
     return fs.fit(scenario, quantities=wanted, free=free, **options)

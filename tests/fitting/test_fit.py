@@ -1,4 +1,4 @@
-"""Fits recover what the data were made with, and say how sure they are."""
+"""Fits recover the values behind the data, and state their uncertainty."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What a fit compares with the data: samples at their times, to the accuracy of the run."""
+"""The model of a fit: samples at the times of the data, to the accuracy of the run."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ ON_RAMP = SlipOnRamp(P_START, (P_END - P_START) / T_RAMP, BREAKAWAY, 0.0, 1)
 
 
 def sampled(scenario: fs.Scenario, times: Any, *channels: str) -> dict[str, Any]:
-    """Return what a scenario gives for channels at times."""
+    """Return channels of a scenario at times."""
     zeros = {name: np.zeros(len(times)) for name in channels}
     options = FitOptions.of(data={"time": np.array(times), **zeros}, channels=channels)
     data = measured(options, scenario)

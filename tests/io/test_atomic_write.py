@@ -1,4 +1,4 @@
-"""Atomic writing: a part beside the target, which one process has, and which is renamed."""
+"""Atomic writing: a part next to the target, owned by one process and then renamed."""
 
 import errno
 import os

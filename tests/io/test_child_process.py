@@ -1,4 +1,4 @@
-"""The child process that reads: its answers, its limits, and what it is when it fails."""
+"""The child process that reads: its answers, its limits and its failures."""
 
 import os
 import signal

@@ -34,7 +34,7 @@ def golden(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def compare(golden: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Compare:
-    """Compare a changed copy with the golden file; return the exit code and what was printed."""
+    """Compare a changed copy with the golden file; return the exit code and the output."""
 
     def run(edit: Edit, *options: str) -> tuple[int, str]:
         path = tmp_path / "result.h5"

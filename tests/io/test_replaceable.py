@@ -1,4 +1,4 @@
-"""What is not ours stays: only a file of the kind that replaces it is replaced."""
+"""Foreign files stay: a file replaces only one of its own kind."""
 
 import os
 import resource

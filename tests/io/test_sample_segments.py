@@ -1,4 +1,4 @@
-"""Segments of long runs: no link leads elsewhere, and only what is marked as one is removed."""
+"""Segments of long runs: no link leads elsewhere, and only marked segments are removed."""
 
 import os
 from pathlib import Path

@@ -172,7 +172,7 @@ def masses(data: Scenario) -> tuple[float, float]:
 
 
 def shocks(done: Record) -> list[int]:
-    """Return the numbers of the events at which the car's rope is taken up, and no other one."""
+    """Return the numbers of the events at which only the car's rope becomes taut."""
     return [
         i
         for i, event in enumerate(done.transitions)

@@ -142,7 +142,7 @@ def with_points(data: Scenario, times: list[float], values: list[float], **solve
 
 
 def end_of(run: Record) -> dict[str, float]:
-    """Return the initial state of a run that goes on from the end of another."""
+    """Return the initial state of a run that continues from the end of another."""
     return {
         "initial_angle_deg": float(np.rad2deg(run.channels["angle"][-1])),
         "initial_angular_velocity": float(run.channels["angular_velocity"][-1]),

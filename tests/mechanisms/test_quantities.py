@@ -47,7 +47,7 @@ STATICS: dict[str, Callable[[Table], dict[str, Seen]]] = {
 
 
 def recorded(done: Record) -> Recorded:
-    """Return what the result file of a run has: scenario with defaults, channels and events."""
+    """Return the content of a run's result file: scenario with defaults, channels and events."""
     events = [Event(*event) for event in done.transitions]
     return Recorded(scenario_run(done).to_dict(), done.time, done.channels, events)
 

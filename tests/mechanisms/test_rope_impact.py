@@ -31,7 +31,7 @@ class Case(NamedTuple):
 
     @property
     def masses(self) -> tuple[float, float]:
-        """Of the rope that is taken up and of the other."""
+        """Of the rope that becomes taut and of the other."""
         return (self.n.m1, self.n.m2) if self.side == 0 else (self.n.m2, self.n.m1)
 
     @property
@@ -40,7 +40,7 @@ class Case(NamedTuple):
 
 
 class After(NamedTuple):
-    """Speeds after an impact, upwards; own is the body on the rope that is taken up."""
+    """Speeds after an impact, upwards; own is the body on the rope that becomes taut."""
 
     w: float
     own: float
@@ -196,7 +196,7 @@ def summed() -> Any:
 
 
 def kind_of(case: Case, after: After) -> str:
-    """Return what the shaft does in an impact; positive is against the pull of the rope."""
+    """Return the motion of the shaft in an impact; positive is against the pull of the rope."""
     w, then = case.sign * case.w, case.sign * after.w
     if w == 0.0:
         return "stays" if then == 0.0 else "starts"

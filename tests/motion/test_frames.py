@@ -1,4 +1,4 @@
-"""Which samples are the frames of a motion, and what is refused."""
+"""The samples that are frames of a motion, and refusals."""
 
 from typing import Any
 
@@ -57,7 +57,7 @@ def test_what_cannot_be_drawn_is_refused(
 
 
 class InItsFile:
-    """A channel that is left in a file and counts the samples that are read."""
+    """A channel that stays in a file and counts the samples read."""
 
     def __init__(self, values: Any) -> None:
         self.values, self.shape, self.nbytes, self.read = values, values.shape, values.nbytes, 0

@@ -1,4 +1,4 @@
-"""A body on a shaft in motion, against complex numbers of its own: forces, cords, reaction."""
+"""A body on a shaft in motion, against separate complex arithmetic: forces, cords, reaction."""
 
 from types import SimpleNamespace
 from typing import Any

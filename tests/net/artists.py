@@ -45,7 +45,7 @@ def views(shown: str) -> list[str]:
 
 
 def _drawn(draw: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """Return what is drawn and warned of, or why it is not drawn."""
+    """Return the drawn content and warnings, or the reason for a refusal."""
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         try:

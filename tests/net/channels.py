@@ -24,7 +24,7 @@ def names() -> list[str]:
 
 
 def of_scenario(name: str, folder: Path) -> Iterator[tuple[str, Any]]:
-    """Yield what a scenario does as it is, and by every pair of law and method."""
+    """Yield the runs of a scenario as it is, and by every pair of law and method."""
     path = fs.scenarios()[name]
     scenario = fs.load(path)
     own = (scenario.law, scenario.solver.backend)

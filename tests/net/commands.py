@@ -1,4 +1,4 @@
-"""Sequences of commands, each in a folder of its own, and what their files hold."""
+"""Sequences of commands, each in a separate folder, and the contents of their files."""
 
 import contextlib
 import gc
@@ -85,7 +85,7 @@ class Ended(BaseException):
 
 
 def told(arguments: list[str], folder: Path) -> tuple[dict[str, Any], str]:
-    """Run the command line in this process; return what it tells, and stdout as it is."""
+    """Run the command line in this process; return its record, and stdout as it is."""
     out, err, process, end = io.StringIO(), io.StringIO(), os.getpid(), os._exit
 
     def ended(code: int) -> NoReturn:

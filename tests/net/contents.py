@@ -1,4 +1,4 @@
-"""What is inside the files that commands write: HDF5 and reports."""
+"""Contents of the files that commands write: HDF5 and reports."""
 
 import gzip
 import json

@@ -26,7 +26,7 @@ class Difference(NamedTuple):
 
 
 def compare(old: Path, new: Path, parts: tuple[str, ...], *, whole: bool) -> tuple[list[str], bool]:
-    """Return what differs, as lines, and whether nothing does."""
+    """Return the differences as lines, and whether there are none."""
     heads, groups = [], {}
     for part in parts:
         before, after = (json.loads((folder / f"{part}.json").read_text()) for folder in (old, new))

@@ -1,4 +1,4 @@
-"""What is kept of arrays, texts and data so that two commits can be compared."""
+"""Digests of arrays, texts and data, by which two commits are compared."""
 
 import csv
 import hashlib

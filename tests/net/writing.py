@@ -23,7 +23,7 @@ Entries = list[tuple[str, str, Any]]
 
 
 def jobs(parts: tuple[str, ...]) -> Iterator[tuple[str, str]]:
-    """Yield what is to be done, a module and a name, what takes long first."""
+    """Yield the jobs, a module and a name, the longest first."""
     of = {"commands": commands.names(), "channels": channels.names(), "faults": faults.names()}
     for module, names in of.items():
         if set(GIVES[module]) & set(parts):
@@ -31,7 +31,7 @@ def jobs(parts: tuple[str, ...]) -> Iterator[tuple[str, str]]:
 
 
 def do(module: str, name: str) -> Entries:
-    """Return what comes of a job in an empty folder: part, name and data."""
+    """Return the entries of a job in an empty folder: part, name and data."""
     os.environ.update(FIXED)
     with TemporaryDirectory() as made:
         folder = Path(made).resolve()

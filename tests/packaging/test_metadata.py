@@ -1,4 +1,4 @@
-"""What the package says of itself: its dependencies and its citation."""
+"""Metadata of the package: its dependencies and its citation."""
 
 import ast
 import re

@@ -29,7 +29,7 @@ SAMPLE = {LOAD: "normal(2200.0, 50.0)", "effects.shaft_friction.mu_s": "uniform(
 
 @pytest.fixture(autouse=True)
 def ticks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Progress is told as often as can be."""
+    """Progress is reported as often as possible."""
     monkeypatch.setattr(dispatch, "SECONDS_BETWEEN_TICKS", 0.0)
 
 
@@ -50,7 +50,7 @@ def after(runs: int) -> Any:
 
 
 def interrupted(path: Path, runs: int = 5, **options: Any) -> str:
-    """Interrupt a sweep; return what is said."""
+    """Interrupt a sweep; return the message."""
     with pytest.raises(SweepInterrupted) as stopped:
         sweep(path, progress=after(runs), **options)
     assert stopped.value.exit_code == 143

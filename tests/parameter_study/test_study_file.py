@@ -1,4 +1,4 @@
-"""Studies as TOML: what they say, how they are written, what is refused."""
+"""Studies as TOML: reading, writing, refusals."""
 
 import os
 import tomllib

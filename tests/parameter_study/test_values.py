@@ -1,4 +1,4 @@
-"""Values of a key: lists, ranges and distributions, and what is refused of them."""
+"""Values of a key: lists, ranges and distributions, and refusals."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The picture of a friction circle, against complex numbers of its own, and where forces vanish."""
+"""The picture of a friction circle, against separate complex arithmetic, and vanishing forces."""
 
 import tomllib
 from functools import cache

@@ -42,12 +42,12 @@ def brake(site: Path) -> Iterator[Any]:
 
 @pytest.fixture
 def command(brake: Any, told: Callable[..., tuple[str, str]]) -> Command:
-    """Return what runs the command line, and returns what it prints."""
+    """Return a function that runs the command line and returns its output."""
     return lambda *arguments: told(*arguments)[0]
 
 
 def in_a_new_process(site: Path, *arguments: str) -> str:
-    """Return what a Python prints that finds the installed package."""
+    """Return the output of a Python that finds the installed package."""
     path = os.pathsep.join([str(site), str(ROOT)])
     done = python(*arguments, PYTHONPATH=path, PYDANTIC_DISABLE_PLUGINS="__all__")
     assert done.returncode == 0, done.stderr

@@ -137,7 +137,7 @@ BESIDE = """() => {
 
 
 def beside(page: Any, time: float) -> dict[str, str]:
-    """Return what stands beside the drawing at a time."""
+    """Return the readouts of the drawing at a time."""
     set_time(page, time)
     return dict(page.evaluate(BESIDE))
 

@@ -1,4 +1,4 @@
-"""What a report says without scripts: headings, tables and sentences."""
+"""The text of a report without scripts: headings, tables and sentences."""
 
 import re
 from base64 import b64encode

@@ -34,7 +34,7 @@ LONG = pulley(
 
 
 def state_of(target: Path, whole: bytes, before: bytes | None) -> str:
-    """Check the file that a run has left, resume it if possible, and return its state."""
+    """Check the file of an ended run, resume it if possible, and return its state."""
     content = target.read_bytes() if target.exists() else None
     if content == whole:
         return "done"

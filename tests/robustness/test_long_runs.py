@@ -70,7 +70,7 @@ def stopped_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def stopped(stopped_run: Path, tmp_path: Path) -> Path:
-    """Its result in a folder of its own."""
+    """Its result in a separate folder."""
     shutil.copytree(stopped_run, tmp_path, dirs_exist_ok=True)
     return tmp_path / "a.h5"
 

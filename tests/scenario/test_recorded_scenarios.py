@@ -17,7 +17,7 @@ POINTS = "time = [0.0, 0.8], value = [1832.6, 3113.75]"
 
 
 def recorded(path: Path, force: str) -> None:
-    """Write another force into the scenario of a stopped run, with digest and seal made anew."""
+    """Write another force into the scenario of a stopped run, and renew digest and seal."""
     with h5py.File(path, "r+") as file:
         lines = str(file.attrs["scenario"]).split("[drive.force]\n")[0]
         rest = str(file.attrs["scenario"]).split("[drive.force]\n")[1].partition("\n[")

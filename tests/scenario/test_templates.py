@@ -1,4 +1,4 @@
-"""Scenarios to start from: they load, and so do they with what is commented out."""
+"""Starting scenarios: they load, also with their commented keys."""
 
 import re
 import sys

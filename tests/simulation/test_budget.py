@@ -13,7 +13,7 @@ PULLEY = SCENARIOS / "pulley.toml"
 
 
 def spent(name: str, folder: Path, parts: int) -> int:
-    """Solve an original in parts of so many steps; return how many parts there were.
+    """Solve an original in some `parts`, by a limit of steps; return the number of parts.
 
     The last of them must leave the file of an unlimited run.
     """

@@ -45,7 +45,7 @@ Margins = list[Callable[[float], float]]
 
 
 class Bodies(NamedTuple):
-    """What the loop asks of the equations of several bodies; the balance is a field."""
+    """The interface of the equations of several bodies to the loop; the balance is a field."""
 
     contacts: ContactTable
     coordinates: int

@@ -140,7 +140,7 @@ def stepped(data: Scenario, disturb: Disturb | None = None) -> Stepped:
 
 
 def kick(speed: float) -> Disturb:
-    """Return what gives the bodies a velocity along a wave as long as the belt, m/s."""
+    """Return a kick: body velocities along a wave as long as the belt, m/s."""
 
     def disturb(model: BeltModel) -> None:
         width, n = model.system.layout.width, model.system.chain.bodies

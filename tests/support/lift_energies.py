@@ -54,7 +54,7 @@ def nodes(length: float) -> tuple[Any, Any]:
 
 
 def largest_violation(of: Solution) -> dict[str, float]:
-    """Return by how much a solution violates what it must obey, relative to weights.
+    """Return the largest violations of a solution's laws, relative to weights.
 
     Bodies and pulley one by one, friction and tension from the motion: not from how the solution
     was found.

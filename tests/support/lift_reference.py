@@ -266,7 +266,7 @@ def next_combination(lift: Lift, t: Number, state: State) -> tuple[Combination, 
 
 
 def force_per_impulse(lift: Lift, own: int, s: int, other_taut: bool) -> tuple[Number, Number]:
-    """Return what a unit impulse of the rope on side `own` does while the shaft slides by s.
+    """Return the effect of a unit impulse of the rope on side `own` while the shaft slides by s.
 
     The change of the speed of the pulley, positive against the pull, and the other rope's impulse.
     """
@@ -355,7 +355,7 @@ def solve(data: dict[str, Any], pieces: int = 20_000) -> Solution:
 
 
 def first_event(lift: Lift, step: Motion) -> tuple[str, Number]:
-    """Return what ends a piece, and after which time: a margin, or `knot` of a signal."""
+    """Return the cause and the time of the end of a piece: a margin, or `knot` of a signal."""
     name, length = "knot", step.end - step.start
     for margin, curve in step.margins.items():
         at = first_fall(curve, length, tolerance_of(margin))

@@ -1,6 +1,6 @@
 """Drawn scenarios of a body on a dry shaft, and the same scenario in other units, mirrored, turned.
 
-`python -m tests.support.shaft_scenarios` computes tests/data/shaft_cases.json anew.
+`python -m tests.support.shaft_scenarios` recomputes tests/data/shaft_cases.json.
 """
 
 import copy

@@ -51,7 +51,7 @@ CHOSEN: dict[str, Any] = {
 
 
 def quantities_of(model: str, bodies: int, overrides: dict[str, Any]) -> dict[str, float]:
-    """Return the quantities of a run of its own, with the keys of its mesh written out."""
+    """Return the quantities of a separate run, with the keys of its mesh written out."""
     return _quantities(json.dumps(overrides), model, bodies)
 
 
@@ -67,7 +67,7 @@ def _quantities(text: str, model: str, bodies: int) -> dict[str, float]:
 
 
 def limit_of(model: str, most: int, overrides: dict[str, Any]) -> dict[str, float]:
-    """Return what twice and once the most bodies tend to, at second order."""
+    """Return the limit of twice and once the most bodies, at second order."""
     coarse, fine = (quantities_of(model, n, overrides) for n in (most, 2 * most))
     return {name: (4.0 * fine[name] - coarse[name]) / 3.0 for name in QUANTITIES}
 
@@ -109,7 +109,7 @@ def test_errors_and_recommendations_are_those_of_separate_runs(seed: int) -> Non
 
 
 def check_advice(study: WorkPrecision) -> None:
-    """Check that what is recommended is good enough on all finer meshes, and nothing is faster."""
+    """Check that the recommendation suffices on all finer meshes, and nothing is faster."""
     assert study.reference
     for advice in recommendations(study):
         metric = advice.metric

@@ -328,7 +328,7 @@ def test_failed_references_are_reported_and_an_error_if_all_fail() -> None:
 
 
 def stop_after(calls: int) -> Callable[..., Any]:
-    """Return a watch under which a signal comes with the so many-th step."""
+    """Return a watch under which a signal comes with the n-th step."""
 
     @contextmanager
     def monitor_run(duration: float, with_progress: bool) -> Iterator[Callable[[float], None]]:
