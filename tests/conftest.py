@@ -49,7 +49,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Let tests be interrupted, and prepare a worker of pytest-xdist.
 
-    SIGINT is ignored in what a script starts in the background, and so in what tests start.
+    Background processes of a script ignore SIGINT, and so would processes that tests start.
 
     """
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
@@ -83,7 +83,7 @@ READ_IN_A_CHILD = (
 
 
 def pytest_collection_finish() -> None:
-    """Leave what the tests have imported out of all later searches for garbage."""
+    """Exclude imported objects from all later searches for garbage."""
     _keep_what_is_there()
 
 
@@ -161,7 +161,7 @@ def cli(
 
 @pytest.fixture
 def told(cli: Callable[..., "subprocess.CompletedProcess[str]"]) -> Callable[..., tuple[str, str]]:
-    """Return what runs a command in an empty folder, and returns its stdout and stderr."""
+    """Return a function that runs a command in an empty folder and returns stdout and stderr."""
 
     def run(*arguments: str | Path, code: int = 0) -> tuple[str, str]:
         done = cli(*arguments)

@@ -67,7 +67,7 @@ ALL = {
 
 
 def combined(names: Iterable[str]) -> Surroundings:
-    """Return surroundings that have what is particular about each of those named."""
+    """Return surroundings that combine the features of those named."""
     usual, values = Surroundings(), Surroundings()._asdict()
     for place in (ALL[name] for name in names):
         particular = {k: v for k, v in place._asdict().items() if v != getattr(usual, k)}
@@ -127,25 +127,25 @@ def counts(report: Path) -> dict[str, int]:
 
 
 def seconds_of_children() -> float:
-    """Return the seconds of the processor that ended children have taken."""
+    """Return the processor seconds of ended children."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
 
-def record(name: str, code: int, found: dict[str, int | str]) -> None:
+def record(name: str, code: int, totals: dict[str, int | str]) -> None:
     """Write what came of a run to the record, in the place of an earlier one."""
     runs = json.loads(RECORD.read_text()) if RECORD.exists() else {}
-    runs[name] = {"exit": code, **found}
+    runs[name] = {"exit": code, **totals}
     RECORD.write_text(json.dumps(dict(sorted(runs.items())), indent=2) + "\n")
 
 
 def interpreter(python: str, call: Callable[..., int]) -> str:
     """Return the path of an interpreter that the user of a call may run, and that makes a venv."""
     places = (os.environ.get("PATH", ""), "/usr/bin")
-    for found in filter(None, (shutil.which(python, path=path) for path in places)):
+    for program in filter(None, (shutil.which(python, path=path) for path in places)):
         # What is found may be the shim of a version manager, which asks where HOME is.
         asked = subprocess.run(
-            [found, "-c", "import sys; print(sys.executable)"],
+            [program, "-c", "import sys; print(sys.executable)"],
             capture_output=True, text=True, check=False,
         )  # fmt: skip
         path = asked.stdout.strip()
@@ -170,9 +170,9 @@ def main() -> int:
     codes = {}
     for group in groups:
         name = ", ".join(group)
-        codes[name], found = run(combined(group), given.tests)
+        codes[name], totals = run(combined(group), given.tests)
         if given.record:
-            record(name, codes[name], found)
+            record(name, codes[name], totals)
     for name, code in codes.items():
         print(f"{name}: {'passed' if code == 0 else f'failed with {code}'}")
     return int(any(codes.values()))

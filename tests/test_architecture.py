@@ -62,16 +62,16 @@ def imported(module: str, with_types: bool = True) -> set[str]:
         for statement in node.body
         for inner in ast.walk(statement)
     }
-    found = set()
+    names = set()
     for node in nodes:
         if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names if alias.name == "frictionsim"}
+            names |= {alias.name for alias in node.names if alias.name == "frictionsim"}
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("frictionsim"):
             for alias in node.names if with_types or node not in for_types else ():
                 inner = f"{node.module}.{alias.name}"
                 module_of = inner in NAMES or f"{inner}.__init__" in NAMES
-                found.add(inner if module_of else str(node.module))
-    return {name if name in NAMES else f"{name}.__init__" for name in found}
+                names.add(inner if module_of else str(node.module))
+    return {name if name in NAMES else f"{name}.__init__" for name in names}
 
 
 def room(module: str) -> str:
@@ -131,8 +131,8 @@ def test_texts_of_files_are_parsed_in_one_place() -> None:
             return node.module == "tomllib" or (node.module == "json" and bool(loaders))
         return isinstance(node, ast.Attribute) and ast.unparse(node) in ("json.loads", "json.load")
 
-    found = [path for path in FILES if any(map(parses, nodes_of(path)))]
-    assert found == [PACKAGE / "scenario" / "toml_data.py"]
+    paths = [path for path in FILES if any(map(parses, nodes_of(path)))]
+    assert paths == [PACKAGE / "scenario" / "toml_data.py"]
 
 
 def test_import_cycles_are_detected() -> None:
@@ -167,7 +167,7 @@ def leaves(annotation: ast.expr | None) -> int:
 
 def unpacked(function: ast.FunctionDef) -> dict[str, int]:
     """Return into how many values a function takes its parameters apart, by name."""
-    found = {}
+    lengths = {}
     for node in ast.walk(function):
         if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Tuple):
             targets, value = node.targets[0].elts, node.value
@@ -176,8 +176,8 @@ def unpacked(function: ast.FunctionDef) -> dict[str, int]:
                 pairs = list(zip(targets, value.elts, strict=False))
             for target, source in pairs:
                 if isinstance(target, ast.Tuple) and isinstance(source, ast.Name):
-                    found[source.id] = len(target.elts)
-    return found
+                    lengths[source.id] = len(target.elts)
+    return lengths
 
 
 def is_kernel(function: ast.FunctionDef) -> bool:

@@ -37,8 +37,8 @@ def test_drawn_amplitudes_are_those_of_den_hartog(
     assume(den_hartog_goes_on(ratio, 1.05 * friction))
     load = f"forces.clamp.size={2000.0 * friction}"
     shifted = f"couples.exciter.size.sine.phase_deg={phase}"
-    found = steady_amplitude(ratio, *LOOSER[:2], "solver.duration=80.0", load, shifted)
-    assert found == pytest.approx(den_hartog_amplitude(ratio, friction), rel=CLOSE)
+    amplitude = steady_amplitude(ratio, *LOOSER[:2], "solver.duration=80.0", load, shifted)
+    assert amplitude == pytest.approx(den_hartog_amplitude(ratio, friction), rel=CLOSE)
 
 
 def test_below_its_limit_den_hartogs_oscillator_stops() -> None:

@@ -102,10 +102,10 @@ def retired_names(path: str, hits: Iterator[Hit]) -> list[str]:
 
 def retired_words(path: str, source: str) -> list[str]:
     return [
-        f"{path}:{number}: {found[0]}: use {use}"
+        f"{path}:{number}: {match[0]}: use {use}"
         for number, line in enumerate(source.splitlines(), start=1)
         for pattern, use in WORDS.items()
-        if (found := re.search(rf"(?<![\w.]){pattern}(?!\w)", line, re.IGNORECASE))
+        if (match := re.search(rf"(?<![\w.]){pattern}(?!\w)", line, re.IGNORECASE))
     ]
 
 

@@ -1,6 +1,6 @@
 """The shipped scenarios against golden results, as a user's CI would compare them.
 
-`pytest --update-golden` writes them anew; say in the commit why they changed.
+`pytest --update-golden` rewrites them; say in the commit why they changed.
 """
 
 from pathlib import Path
@@ -40,8 +40,8 @@ def test_shipped_scenario_gives_its_golden_result(
     golden = GOLDEN / f"{name}.h5"
     if request.config.getoption("--update-golden"):
         hdf5_writer.write(result, golden)
-    found = tmp_path / f"{name}.h5"
-    hdf5_writer.write(result, found)
+    written = tmp_path / f"{name}.h5"
+    hdf5_writer.write(result, written)
     # The runs have rtol 1e-9; another platform may round differently in every step. A belt's
     # tensions are differences of positions, and have rounding of their own: 1e-16 m times EA/l.
     rtol, atol = (1e-5, 1e-5) if overrides else (1e-7, 1e-8)
@@ -55,7 +55,7 @@ def test_shipped_scenario_gives_its_golden_result(
     if name == "belt_drive_published":
         rtol, atol = 0.012, 1e-5
         ignore = ["pulley_speed", "energy_kinetic", "energy_friction"]
-    comparison = compare(found, golden, rtol=rtol, atol=atol, time_atol=1e-8, ignore=ignore)
+    comparison = compare(written, golden, rtol=rtol, atol=atol, time_atol=1e-8, ignore=ignore)
     assert [row for row in comparison.rows if not row.ok] == []
 
 

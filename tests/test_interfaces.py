@@ -71,10 +71,10 @@ def test_steps_end_on_switching_surfaces(
         faster = (v * v + 2.0 * (torque - friction) * pi) ** 0.5
         t, v = t + (faster - v) / (torque - friction), faster
         expected.append((t, k * pi))
-    found = [(e.time, e.position) for e in buffer.transitions if e.contact == EVENT]
+    events = [(e.time, e.position) for e in buffer.transitions if e.contact == EVENT]
     # Before and after the jump the motion is a parabola, which the method gives exactly; the last
     # stage of the step that ends on it may see what is beyond, which the tolerance covers.
-    assert np.array(found[:2]) == pytest.approx(np.array(expected), abs=1e-8)
+    assert np.array(events[:2]) == pytest.approx(np.array(expected), abs=1e-8)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -100,7 +100,7 @@ def test_output_channels_are_the_only_channels(tmp_path: Path) -> None:
         assert run.checks == whole.checks
         assert run.transitions == whole.transitions
         hdf5_writer.write(run, tmp_path / "a.h5")
-        found = hdf5_reader.read(tmp_path / "a.h5")
-        assert found.channels.keys() == run.channels.keys()
-        assert len(found.events["time"]) == 1
-    assert "channels = []" in found.attributes["scenario"]
+        content = hdf5_reader.read(tmp_path / "a.h5")
+        assert content.channels.keys() == run.channels.keys()
+        assert len(content.events["time"]) == 1
+    assert "channels = []" in content.attributes["scenario"]

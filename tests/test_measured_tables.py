@@ -82,8 +82,8 @@ def test_fig_10_has_the_numbers_of_its_table(law: str, backend: str) -> None:
         assert printed == pytest.approx(exact, abs=6e-10)  # nine decimals
         at = abs(done.time - time).argmin()
         names = ("angle", "angular_velocity", "angular_acceleration")
-        found = [done.channels[name][at] for name in names]
-        worst = max(abs(a - b) for a, b in zip(found, exact, strict=True))
+        values = [done.channels[name][at] for name in names]
+        worst = max(abs(a - b) for a, b in zip(values, exact, strict=True))
         # The table is of `events`; the same steps on another processor differ in roundings.
         assert worst < (2.0 * largest + 1e-12 if backend == "events" else 2e-9)
 
@@ -171,10 +171,10 @@ def test_the_page_has_the_meshes_of_the_cost_table() -> None:
     assert {row[0] for row in shown} == {model for model, _ in measured}
     names = ("slip", "tension_tight", "tension_slack", "driven_speed")
     for model, bodies, *cells in shown:
-        found = measured[model, bodies]
-        errors = [100.0 * float(found[f"{name}_relative [1]"]) for name in names]
+        measurement = measured[model, bodies]
+        errors = [100.0 * float(measurement[f"{name}_relative [1]"]) for name in names]
         assert list(map(float, cells[:4])) == [float(f"{error:.2g}") for error in errors]
-        assert cells[5] == f"{float(found['wall_seconds [s]']):.2g}"
+        assert cells[5] == f"{float(measurement['wall_seconds [s]']):.2g}"
 
 
 def test_the_page_on_guided_belts_has_the_measured_errors_of_creep() -> None:

@@ -53,7 +53,7 @@ def files() -> dict[Path, bytes]:
 
 
 def said(line: str, names: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> list[str]:
-    """Return what a command or an expression says, each line behind its exit code or class."""
+    """Return the messages of a command or expression, each line behind its exit code or class."""
     before = files()
     if line.startswith("$ "):
         done = in_this_process(capsys, *shlex.split(line[2:]))
@@ -68,16 +68,16 @@ def said(line: str, names: dict[str, Any], capsys: pytest.CaptureFixture[str]) -
         may_write = True
         try:
             value = eval(line[2:], names)
-            found = [(type(one.message).__name__, str(one.message)) for one in caught]
+            messages = [(type(one.message).__name__, str(one.message)) for one in caught]
             said = value if isinstance(value, list | tuple) else [value]
             if ":=" not in line and all(isinstance(one, str) for one in said):
-                found += [("says", text) for text in said]
+                messages += [("says", text) for text in said]
         except Exception as error:
-            found = [(type(error).__name__, str(error))]
+            messages = [(type(error).__name__, str(error))]
             # What the case has named may write files of its own.
             may_write = len(names) > 3 or not isinstance(error, (fs.InputError, fs.OutputError))
     assert may_write or files() == before
-    lines = [(name, text) for name, message in found for text in message.splitlines()]
+    lines = [(name, text) for name, message in messages for text in message.splitlines()]
     return [f"{name}| {text}".rstrip() for name, text in lines or [("nothing", "")]]
 
 
@@ -97,9 +97,9 @@ def prepare(line: str) -> None:
     path.write_text(text.replace(old, new), encoding="utf-8")
 
 
-def as_expected(found: list[str], wanted: list[str]) -> bool:
+def as_expected(lines: list[str], wanted: list[str]) -> bool:
     patterns = [".*".join(map(re.escape, line.split("..."))) for line in wanted]
-    return len(found) == len(wanted) and all(map(re.fullmatch, patterns, found))
+    return len(lines) == len(wanted) and all(map(re.fullmatch, patterns, lines))
 
 
 @pytest.mark.parametrize(
@@ -116,20 +116,20 @@ def test_message(
 ) -> None:  # fmt: skip
     for scenario in SCENARIOS.glob("*.toml"):
         shutil.copy(scenario, here)
-    found: list[str] = []
+    messages: list[str] = []
     names: dict[str, Any] = {"fs": fs, "np": np, "Path": Path}
     for line in lines:
         if ANSWER.match(line):
             continue
-        found.append(line)
+        messages.append(line)
         if line.startswith(("$ ", "> ")):
-            found += said(line, names, capsys)
+            messages += said(line, names, capsys)
         else:
             prepare(line)
-    if request.config.getoption("--update-messages") and not as_expected(found, lines):
+    if request.config.getoption("--update-messages") and not as_expected(messages, lines):
         head = f"# {name}\n"
         text = path.read_text(encoding="utf-8")
-        new = text.replace(head + "\n".join(lines), head + "\n".join(found))
+        new = text.replace(head + "\n".join(lines), head + "\n".join(messages))
         path.write_text(new, encoding="utf-8")
         return
-    assert found == lines or as_expected(found, lines)
+    assert messages == lines or as_expected(messages, lines)

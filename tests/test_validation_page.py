@@ -25,8 +25,8 @@ NUMBERS = load()
 
 def rows(part: str) -> list[dict[str, Any]]:
     """Return the rows of a part, by the headings of its columns."""
-    found = NUMBERS[part]
-    return [dict(zip(found["heading"], row, strict=True)) for row in found["rows"]]
+    table = NUMBERS[part]
+    return [dict(zip(table["heading"], row, strict=True)) for row in table["rows"]]
 
 
 def test_the_page_shows_each_part_that_is_measured() -> None:
@@ -46,18 +46,18 @@ def test_the_numbers_have_the_columns_of_the_command(part: str) -> None:
 
 
 def test_torques_balance_from_150_bodies_on() -> None:
-    found = {
+    forces = {
         (row["model"], row["bodies"]): row["T1 - T2, N"]
         for row in rows("drive")
         if row["model"] != "closed form"
     }
-    assert ("string", 60) in found
-    for (model, bodies), force in found.items():
+    assert ("string", 60) in forces
+    for (model, bodies), force in forces.items():
         if model == "corrected" and bodies >= 150:
             assert force == pytest.approx(15.0 / 0.027, rel=1e-3)
         if model == "string":
             assert force == pytest.approx(15.0 / 0.027, rel=1e-4)
-    assert abs(found["polygon", 150] - 15.0 / 0.027) > 4.0
+    assert abs(forces["polygon", 150] - 15.0 / 0.027) > 4.0
 
 
 def test_full_slip_is_within_half_a_percent_at_300_bodies() -> None:
@@ -78,18 +78,18 @@ def test_waves_and_creep_are_those_of_the_closed_forms_of_now() -> None:
         "wave 1 across a span, rad/s": transverse_mode(SECTION_4, 1),
         "wave 3 across a span, rad/s": transverse_mode(SECTION_4, 3),
     }
-    found = [row for row in rows("waves") if row["what"] in exact]
-    assert {row["what"] for row in found} == exact.keys()
-    for row in found:
+    checked = [row for row in rows("waves") if row["what"] in exact]
+    assert {row["what"] for row in checked} == exact.keys()
+    for row in checked:
         assert row["closed form"] == pytest.approx(exact[row["what"]], rel=1e-12)
         # 2 % of 150 bodies, which goes with the square of their length.
         assert abs(row["off, %"]) < (0.6 if row["bodies"] == 300 else 2.4)
 
 
 def test_weight_is_exact() -> None:
-    found = [row["off, %"] for row in rows("waves") if "span, mm" in row["what"]]
-    assert found
-    assert max(map(abs, found)) < 0.02
+    errors = [row["off, %"] for row in rows("waves") if "span, mm" in row["what"]]
+    assert errors
+    assert max(map(abs, errors)) < 0.02
 
 
 def test_benchmarks_of_others_are_met() -> None:
@@ -105,9 +105,9 @@ def test_benchmarks_of_others_are_met() -> None:
     belts = rows("exudyn")
     assert [row["program"] for row in belts] == ["closed form", "Exudyn", "ours", "ours"]
     for row in belts[2:]:
-        found = [float(row[key]) for key in ("mean from 2.4 s on, rad/s", "T1, N", "T2, N")]
-        assert found == pytest.approx(flat_belt(), abs=0.05)
-        assert found[0] == pytest.approx(flat_belt()[0], abs=2e-4)
+        values = [float(row[key]) for key in ("mean from 2.4 s on, rad/s", "T1, N", "T2, N")]
+        assert values == pytest.approx(flat_belt(), abs=0.05)
+        assert values[0] == pytest.approx(flat_belt()[0], abs=2e-4)
 
 
 def test_a_belt_that_hardly_bends_obeys_the_plain_capstan() -> None:

@@ -375,7 +375,7 @@ def usual_delimiter(decimal: str, lines: Sequence[str]) -> str:
     return next((d for d in DELIMITERS if d in sample and d != decimal), " ")
 
 
-class _Found(NamedTuple):
+class _NumberRows(NamedTuple):
     """The places of columns from 0, their units, and the rows of numbers."""
 
     places: dict[Column, int]
@@ -385,14 +385,14 @@ class _Found(NamedTuple):
 
 def _find_columns(
     path: Path, wanted: Sequence[Column], rows: list[CsvRow], decimal: str, *, has_units: bool
-) -> _Found:
+) -> _NumberRows:
     """Return where columns are, by the first row that has all names, and the rows of numbers below.
 
     `has_units` is for measured data: it accepts names that are followed by a unit there, and
     takes each row with a number as one of the data.
     """
     if not rows:
-        return _Found({}, {}, [])
+        return _NumberRows({}, {}, [])
     names = [column for column in wanted if isinstance(column, str)]
     header, line = list[Heading](), 0
     heading_of = heading if has_units else _plain_heading
@@ -430,7 +430,7 @@ def _find_columns(
     if not names and len(below) < len(rows):
         header = [heading_of(cell) for cell in rows[-len(below) - 1].cells]
     units = {c: header[i].unit for c, i in places.items() if 0 <= i < len(header)}
-    return _Found(places, {column: unit for column, unit in units.items() if unit}, below)
+    return _NumberRows(places, {column: unit for column, unit in units.items() if unit}, below)
 
 
 def heading(cell: str) -> Heading:

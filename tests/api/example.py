@@ -113,7 +113,7 @@ def identify(folder: Path) -> None:
     """Fit a coefficient of friction to measured data."""
     pulley = fs.load(fs.scenarios()["pulley"], {"solver.duration": 1.0, "solver.rtol": 1e-6})
     measured: xarray.Dataset = fs.solve(pulley, {MU_S: 0.23, "output.interval": 0.05}).dataset
-    found: fs.Fit = fs.fit(
+    fit: fs.Fit = fs.fit(
         pulley,
         data=measured,
         channels="angular_velocity",
@@ -121,16 +121,16 @@ def identify(folder: Path) -> None:
         sigma={"angular_velocity": 0.1},
         starts=1,
     )
-    values: dict[str, float] = found.values
-    errors: dict[str, float | None] = found.standard_errors
-    intervals: dict[str, tuple[float, float] | None] = found.intervals
-    correlations: dict[str, dict[str, float]] = found.correlations
-    unknown: dict[str, str] = found.not_identified
-    fitted: fs.Scenario = found.scenario
-    path: Path = found.save_toml(folder / "fitted.toml")
-    drawn: Figure = found.plot()
+    values: dict[str, float] = fit.values
+    errors: dict[str, float | None] = fit.standard_errors
+    intervals: dict[str, tuple[float, float] | None] = fit.intervals
+    correlations: dict[str, dict[str, float]] = fit.correlations
+    unknown: dict[str, str] = fit.not_identified
+    fitted: fs.Scenario = fit.scenario
+    path: Path = fit.save_toml(folder / "fitted.toml")
+    drawn: Figure = fit.plot()
     print(values, errors, intervals, correlations, unknown, fitted.kind, path, drawn)
-    print(found.status, found.reduced_chi_squared, found.residual_rms, found.summary())
+    print(fit.status, fit.reduced_chi_squared, fit.residual_rms, fit.summary())
 
 
 def errors_of(source: str) -> list[str]:

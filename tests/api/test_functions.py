@@ -70,20 +70,20 @@ def test_a_function_and_its_command_have_the_options_of_one_model(
 
 
 def test_static_gives_the_forces_of_impending_motion() -> None:
-    found = fs.static(PULLEY)
-    assert found["force_to_lift"].unit == "N"
-    assert found["force_to_lift"].value == pytest.approx(2707.70308)
-    assert fs.static(pulley()) == fs.static(fs.load(PULLEY)) == found
+    quantities = fs.static(PULLEY)
+    assert quantities["force_to_lift"].unit == "N"
+    assert quantities["force_to_lift"].value == pytest.approx(2707.70308)
+    assert fs.static(pulley()) == fs.static(fs.load(PULLEY)) == quantities
     less = fs.static(PULLEY, {MU_S: 0.1, "effects.shaft_friction.mu_k": 0.1})["force_to_lift"].value
     assert less == pytest.approx(2456.993085547742)  # of the recipe in a shell
-    assert fs.static(fs.load(PULLEY), [f"{MU_S}=0.2"]) == found
+    assert fs.static(fs.load(PULLEY), [f"{MU_S}=0.2"]) == quantities
 
 
 @pytest.mark.parametrize("kind", ["marble_machine", "epicyclic", "belt_drive"])
 def test_static_of_each_kind(kind: str) -> None:
-    found = fs.static(SCENARIOS / f"{kind}.toml")
-    assert found
-    assert all(isfinite(quantity.value) for quantity in found.values()), found
+    quantities = fs.static(SCENARIOS / f"{kind}.toml")
+    assert quantities
+    assert all(isfinite(quantity.value) for quantity in quantities.values()), quantities
 
 
 # --- compare --------------------------------------------------------------------------------

@@ -24,7 +24,7 @@ def handler_of_python() -> Iterator[None]:
 
 
 def interrupt_at(call: int, signals: int = 1):  # type: ignore[no-untyped-def]
-    """Return an `on_step` that sends SIGINT with its so many-th call."""
+    """Return an `on_step` that sends SIGINT in its n-th call."""
     calls = iter(range(call, -1, -1))
 
     def on_step(t: float) -> None:
@@ -81,12 +81,12 @@ def test_a_handler_of_the_program_is_left_alone(tmp_path: Path) -> None:
 
 
 def test_other_threads_install_no_handler(tmp_path: Path) -> None:
-    found: list[str] = []
+    statuses: list[str] = []
 
     def solve() -> None:
-        found.append(fs.solve(PULLEY, output=tmp_path / "a.h5").status)
+        statuses.append(fs.solve(PULLEY, output=tmp_path / "a.h5").status)
 
     thread = threading.Thread(target=solve)
     thread.start()
     thread.join()
-    assert found == ["done"]
+    assert statuses == ["done"]

@@ -85,9 +85,9 @@ def test_overrides_are_a_mapping_or_texts(overrides: Any) -> None:
 def test_any_title_is_kept_in_overrides_and_files(title: str, tmp_path: Path) -> None:
     scenario = fs.load(PLAIN, {"title": title, "solver.duration": 0.1})
     assert fs.load(PLAIN, scenario.origin.overrides) == scenario
-    found = fs.open(fs.solve(scenario).save(tmp_path / "a.h5"))
-    assert found.scenario.title == title
-    assert found.scenario.origin.overrides == scenario.origin.overrides
+    result = fs.open(fs.solve(scenario).save(tmp_path / "a.h5"))
+    assert result.scenario.title == title
+    assert result.scenario.origin.overrides == scenario.origin.overrides
 
 
 def test_an_override_of_several_lines_is_kept_in_one() -> None:
@@ -175,10 +175,10 @@ def test_a_scenario_is_frozen_hashable_and_picklable() -> None:
     assert len({scenario, same, other}) == 2
     assert scenario != other
     assert scenario != fs.load(SCENARIOS / "epicyclic.toml")
-    for found in (pickle.loads(pickle.dumps(scenario)), copy.deepcopy(scenario)):
-        assert found == scenario
-        assert hash(found) == hash(scenario)
-        assert found.origin == scenario.origin
+    for copied in (pickle.loads(pickle.dumps(scenario)), copy.deepcopy(scenario)):
+        assert copied == scenario
+        assert hash(copied) == hash(scenario)
+        assert copied.origin == scenario.origin
 
 
 def test_an_effect_is_taken_out_by_none() -> None:

@@ -43,9 +43,9 @@ print(fs.InputError is fs.InputError, "InputError" in vars(fs), "solve" in vars(
 
 def test_every_public_name_resolves() -> None:
     for name, module in fs._MODULES.items():
-        found = getattr(fs, name)
-        assert found is getattr(import_module(f"frictionsim.{module}"), name)
-        assert found.__doc__, name
+        public = getattr(fs, name)
+        assert public is getattr(import_module(f"frictionsim.{module}"), name)
+        assert public.__doc__, name
         assert name in dir(fs)
     assert "__version__" in dir(fs)
 

@@ -60,11 +60,11 @@ def assert_like_the_file(result: fs.Result, path: Path) -> None:
         read = tree.to_dataset()
         assert set(read.variables) == set(result.dataset.variables)
         for name in read.variables:
-            found, expected = result.dataset[name], read[name]
-            assert found.dims == expected.dims, name
-            assert np.array_equal(found.values, expected.values), name
-            assert found.dtype == expected.dtype or expected.dtype == object, name
-            assert_attributes(found.attrs, expected.attrs)
+            variable, expected = result.dataset[name], read[name]
+            assert variable.dims == expected.dims, name
+            assert np.array_equal(variable.values, expected.values), name
+            assert variable.dtype == expected.dtype or expected.dtype == object, name
+            assert_attributes(variable.attrs, expected.attrs)
         attributes = {k: v for k, v in read.attrs.items() if k not in ("format_version",)}
         assert attributes == {**result.dataset.attrs, "Conventions": attributes["Conventions"]}
         if not result.events.sizes["event"]:
@@ -80,10 +80,10 @@ def assert_like_the_file(result: fs.Result, path: Path) -> None:
         assert named[events["contact"].values].tolist() == result.events["contact"].values.tolist()
 
 
-def assert_attributes(found: dict[Any, Any], expected: dict[Any, Any]) -> None:
+def assert_attributes(attributes: dict[Any, Any], expected: dict[Any, Any]) -> None:
     # `coordinates` is what makes xarray take the time of the events for their coordinate.
-    assert found.keys() == expected.keys() - {"coordinates"}
-    for name, value in found.items():
+    assert attributes.keys() == expected.keys() - {"coordinates"}
+    for name, value in attributes.items():
         assert np.array_equal(value, expected[name]), name
 
 
@@ -107,23 +107,23 @@ def test_the_data_of_a_dataset_cannot_be_changed() -> None:
 # --- files ----------------------------------------------------------------------------------
 
 
-def assert_same(found: fs.Result, expected: fs.Result) -> None:
+def assert_same(actual: fs.Result, expected: fs.Result) -> None:
     """Compare all that a file holds."""
     for name in (
         *("status", "reason", "failure", "kind", "title", "effects", "exit_code"),
         *("quantities", "audit", "warnings"),
     ):
-        assert getattr(found, name) == getattr(expected, name), name
+        assert getattr(actual, name) == getattr(expected, name), name
     for name in ("dataset", "events"):
-        assert getattr(found, name).identical(getattr(expected, name)), name
-    types = [{k: v.dtype for k, v in r.record.events.items()} for r in (found, expected)]
+        assert getattr(actual, name).identical(getattr(expected, name)), name
+    types = [{k: v.dtype for k, v in r.record.events.items()} for r in (actual, expected)]
     assert types[0] == types[1]
-    assert found.origin.overrides == expected.origin.overrides
-    assert (found.statistics or ())[:4] == (expected.statistics or (None,))[:4]
-    assert found.scenario.to_toml() == expected.scenario.to_toml()
-    assert repr(found) == repr(expected)
+    assert actual.origin.overrides == expected.origin.overrides
+    assert (actual.statistics or ())[:4] == (expected.statistics or (None,))[:4]
+    assert actual.scenario.to_toml() == expected.scenario.to_toml()
+    assert repr(actual) == repr(expected)
     without = ("output", "scenario", "solver")
-    assert {k: v for k, v in found.to_json().items() if k not in without} == {
+    assert {k: v for k, v in actual.to_json().items() if k not in without} == {
         k: v for k, v in expected.to_json().items() if k not in without
     }
 
@@ -138,10 +138,10 @@ def test_a_saved_result_is_read_as_it_was(overrides: dict[str, Any], tmp_path: P
     result = fs.solve(PULLEY, overrides)
     first = result.save(tmp_path / "a.h5")
     assert first.name == ("a.h5" if result.status == "done" else "a.partial.h5")
-    found = fs.open(first)
-    assert (found.path, result.path) == (first, None)
-    assert_same(found, result)
-    second = found.save(tmp_path / "b.h5")
+    reopened = fs.open(first)
+    assert (reopened.path, result.path) == (first, None)
+    assert_same(reopened, result)
+    second = reopened.save(tmp_path / "b.h5")
     assert_same(fs.open(second), result)
     assert first.read_bytes() == second.read_bytes()
 
@@ -167,10 +167,10 @@ def test_format_version_1_is_read_and_saved_as_version_2(tmp_path: Path) -> None
     assert float(result.dataset["pulley_speed"].sel(pulley="driver")[-1]) == pytest.approx(-0.6)
     assert "from a file of format version 1" in result.summary()
     assert result.to_json()["solver"] == {}
-    found = fs.open(result.save(tmp_path / "a.h5"))
-    assert fs.compare(found, result).same
-    assert found.record.attributes["format_version"] == "2"
-    assert found.summary() == result.summary().replace(str(FORMAT_1), str(tmp_path / "a.h5"))
+    reopened = fs.open(result.save(tmp_path / "a.h5"))
+    assert fs.compare(reopened, result).same
+    assert reopened.record.attributes["format_version"] == "2"
+    assert reopened.summary() == result.summary().replace(str(FORMAT_1), str(tmp_path / "a.h5"))
 
 
 # --- notebooks ------------------------------------------------------------------------------
@@ -183,7 +183,7 @@ HOSTILE = "<script>alert('x')</script> & \"quoted\" </td></table>"
 @quick
 def test_a_notebook_shows_the_summary(returned: fs.Result) -> None:
     shown = Elements(returned._repr_html_())
-    assert (shown.faults, set(shown.found)) == ([], NOTEBOOK_TAGS)
+    assert (shown.faults, set(shown.tags)) == ([], NOTEBOOK_TAGS)
     for name, quantity in returned.quantities.items():
         assert name in shown.text
         assert quantity.unit in shown.text
@@ -197,7 +197,7 @@ def test_html_is_escaped() -> None:
     html = result._repr_html_()
     assert "<script" not in html
     shown = Elements(html)
-    assert (shown.faults, set(shown.found)) == ([], NOTEBOOK_TAGS)
+    assert (shown.faults, set(shown.tags)) == ([], NOTEBOOK_TAGS)
     assert HOSTILE in shown.text
     study = fs.cost(result.scenario, laws="set-valued", backends="events", tolerances=1e-3)
     html = study._repr_html_()
@@ -232,11 +232,11 @@ def test_results_can_be_copied(name: str, tmp_path: Path) -> None:
         fs.solve(PULLEY, {"solver.max_steps": 100}),
         fs.open(estimated.save(tmp_path / "a.h5")),
     ):
-        found = copied(result)
-        assert_same(found, result)
-        assert (found.path, found.errors) == (result.path, result.errors)
-        assert found.statistics == result.statistics
-        found.save(tmp_path / "copy.h5")
+        duplicate = copied(result)
+        assert_same(duplicate, result)
+        assert (duplicate.path, duplicate.errors) == (result.path, result.errors)
+        assert duplicate.statistics == result.statistics
+        duplicate.save(tmp_path / "copy.h5")
         result.save(tmp_path / "result.h5")
         assert (tmp_path / "copy.h5").read_bytes() == (tmp_path / "result.h5").read_bytes()
     part = fs.solve(PULLEY, progress=_stop)
@@ -276,10 +276,10 @@ def test_comparisons_and_studies_can_be_copied(name: str) -> None:
     assert not comparison.same
     assert copied(comparison) == comparison
     study = fs.cost(PULLEY, backends="events", laws="set-valued", tolerances=1e-3, repeats=1)
-    found = copied(study)
-    assert found.summary() == study.summary()
-    assert found.dataset.identical(study.dataset)
-    assert (found.status, found.exit_code) == (study.status, study.exit_code)
+    duplicate = copied(study)
+    assert duplicate.summary() == study.summary()
+    assert duplicate.dataset.identical(study.dataset)
+    assert (duplicate.status, duplicate.exit_code) == (study.status, study.exit_code)
 
 
 ARGUMENTS: dict[type, tuple[Any, ...]] = {
@@ -297,11 +297,11 @@ def test_errors_can_be_copied(kind: type[Exception]) -> None:
     error = kind(*ARGUMENTS.get(kind, ("at t = 0.1 s: no, 'quoted'",)))
     error.add_note("of a worker")
     for copied in COPIES.values():
-        found = copied(error)
-        assert type(found) is kind
-        assert str(found) == str(error)
-        assert found.__dict__ == error.__dict__
-        assert getattr(found, "exit_code", None) == getattr(error, "exit_code", None)
+        duplicate = copied(error)
+        assert type(duplicate) is kind
+        assert str(duplicate) == str(error)
+        assert duplicate.__dict__ == error.__dict__
+        assert getattr(duplicate, "exit_code", None) == getattr(error, "exit_code", None)
 
 
 def test_names_of_digits_stay_names(tmp_path: Path) -> None:
@@ -311,8 +311,8 @@ def test_names_of_digits_stay_names(tmp_path: Path) -> None:
         row["name"] = names[row["name"]]
     data["drive"] = {names[name]: table for name, table in data["drive"].items()}
     result = fs.solve(data, output=tmp_path / "a.h5")
-    for found in (result, fs.open(tmp_path / "a.h5")):
-        assert found.dataset["pulley"].values.tolist() == ["1", "0"]
+    for each in (result, fs.open(tmp_path / "a.h5")):
+        assert each.dataset["pulley"].values.tolist() == ["1", "0"]
     with h5py.File(tmp_path / "a.h5") as file:
         assert file["pulley"].asstr()[...].tolist() == ["1", "0"]
 

@@ -53,10 +53,10 @@ def test_a_result_has_what_the_run_has() -> None:
     assert result.audit == done.checks
     assert result.warnings == done.warnings
     assert (result.errors, result.error_estimate, result.path) == ({}, "", None)
-    found, expected = result.statistics, done.statistics
-    assert found is not None
-    assert found[:4] == expected[:4]
-    assert found.wall_seconds is not None
+    statistics, expected = result.statistics, done.statistics
+    assert statistics is not None
+    assert statistics[:4] == expected[:4]
+    assert statistics.wall_seconds is not None
     assert result.exit_code == 0
     assert result.check() is result
     assert np.array_equal(result.dataset["time"], done.time)
@@ -123,10 +123,10 @@ def test_check_says_where_the_samples_are(tmp_path: Path) -> None:
 def test_an_interrupted_run_has_the_exit_code_of_its_signal(tmp_path: Path) -> None:
     result = fs.solve(PULLEY, progress=stopping_at(1.0))
     assert (result.status, result.exit_code) == ("interrupted", 143)
-    for found in (result, fs.open(result.save(tmp_path / "a.h5"))):
-        assert found.exit_code == 143
+    for each in (result, fs.open(result.save(tmp_path / "a.h5"))):
+        assert each.exit_code == 143
         with pytest.raises(fs.SolverError) as caught:
-            found.check()
+            each.check()
         assert str(caught.value).startswith("run interrupted: by SIGTERM at t = ")
         assert caught.value.exit_code == 143
 

@@ -19,7 +19,7 @@ class Terminal(StringIO):
         return True
 
 
-def drawn(monkeypatch: pytest.MonkeyPatch, stream: StringIO, *found: SweepProgress) -> str:
+def drawn(monkeypatch: pytest.MonkeyPatch, stream: StringIO, *steps: SweepProgress) -> str:
     """Return what a bar draws, a second between each two calls."""
     clock = iter(range(100))
     monkeypatch.setattr(progress, "monotonic", lambda: float(next(clock)))
@@ -29,7 +29,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch, stream: StringIO, *found: SweepProgre
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "120")
     with SweepBar() as bar:
-        for each in found:
+        for each in steps:
             bar(each)
     return stream.getvalue()
 

@@ -38,19 +38,19 @@ def results() -> list[Any]:
 
 
 def test_results_are_summarised_drawn_and_saved_alike(swept: fs.Sweep, tmp_path: Path) -> None:
-    for found, name in zip((*results(), swept), ("a.h5", "b.h5", "c.toml", "d.h5"), strict=True):
-        assert isinstance(found, ResultBase)
-        assert (found.status, found.reason, found.exit_code) == ("done", "", 0)
-        assert found.summary().splitlines()[0] in found._repr_html_().replace("&#x27;", "'")
-        assert found.to_json()["status"] == "done"
-        assert isinstance(found.plot(), Figure)
+    for outcome, name in zip((*results(), swept), ("a.h5", "b.h5", "c.toml", "d.h5"), strict=True):
+        assert isinstance(outcome, ResultBase)
+        assert (outcome.status, outcome.reason, outcome.exit_code) == ("done", "", 0)
+        assert outcome.summary().splitlines()[0] in outcome._repr_html_().replace("&#x27;", "'")
+        assert outcome.to_json()["status"] == "done"
+        assert isinstance(outcome.plot(), Figure)
         figure, axes = plt.subplots(1, 2, figsize=(14, 6), layout="constrained")
-        assert found.plot(ax=axes[1]) is figure
+        assert outcome.plot(ax=axes[1]) is figure
         assert axes[0] in figure.axes
         assert axes[1] not in figure.axes
-        assert [len(part.axes) for part in figure.subfigs] == [len(found.plot().axes)]
+        assert [len(part.axes) for part in figure.subfigs] == [len(outcome.plot().axes)]
         plt.close(figure)
-        assert found.save(tmp_path / name) == tmp_path / name
+        assert outcome.save(tmp_path / name) == tmp_path / name
         assert (tmp_path / name).stat().st_size
 
 
@@ -82,17 +82,17 @@ def grid(tmp_path_factory: pytest.TempPathFactory) -> tuple[xarray.Dataset, Path
 
 def test_the_table_of_a_dataset_is_that_of_its_file(grid: tuple[xarray.Dataset, Path]) -> None:
     dataset, path = grid
-    found, read = sweep_table(dataset), read_sweep(path)
-    assert found.dimensions == read.dimensions
-    assert found.units == read.units
-    assert found.statuses == read.statuses
-    assert found.texts == read.texts
-    assert {k: found.attributes[k] for k in read.attributes} == read.attributes
+    table, read = sweep_table(dataset), read_sweep(path)
+    assert table.dimensions == read.dimensions
+    assert table.units == read.units
+    assert table.statuses == read.statuses
+    assert table.texts == read.texts
+    assert {k: table.attributes[k] for k in read.attributes} == read.attributes
     for name, values in read.values.items():
-        np.testing.assert_array_equal(found.values[name], values)
+        np.testing.assert_array_equal(table.values[name], values)
     for key, coordinate in read.coordinates.items():
-        np.testing.assert_array_equal(found.coordinates[key].values, coordinate.values)
-        assert found.coordinates[key]._replace(values=0) == coordinate._replace(values=0)
+        np.testing.assert_array_equal(table.coordinates[key].values, coordinate.values)
+        assert table.coordinates[key]._replace(values=0) == coordinate._replace(values=0)
 
 
 def test_a_file_and_a_dataset_and_a_part_of_it_are_drawn(grid: tuple[xarray.Dataset, Path]) -> None:

@@ -35,8 +35,8 @@ def test_a_users_program_is_well_typed_and_mistakes_in_one_are_found(tmp_path: P
     assert done.stderr == ""
     said = [line for line in done.stdout.splitlines() if "wrong_example.py" not in line]
     assert said == []
-    found = set(map(int, re.findall(r"wrong_example\.py:(\d+): error", done.stdout)))
-    assert found == marked
+    errors = set(map(int, re.findall(r"wrong_example\.py:(\d+): error", done.stdout)))
+    assert errors == marked
 
 
 @pytest.mark.quick

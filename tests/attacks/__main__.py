@@ -1,4 +1,4 @@
-"""Try a long campaign of attacks, on all cores; it goes on where it was stopped.
+"""Try a long campaign of attacks, on all cores; a stopped one is continued.
 
     python -m tests.attacks --cases 1000000
 
@@ -30,9 +30,9 @@ def main() -> int:
     given = parser.parse_args()
     if given.repeat:
         attack, number = given.repeat
-        found = next(cases(attack, given.seed, int(number), 1))
-        print(f"{found.outcome}\n{found.broken}".rstrip())
-        return 1 if found.broken else 0
+        case = next(cases(attack, given.seed, int(number), 1))
+        print(f"{case.outcome}\n{case.broken}".rstrip())
+        return 1 if case.broken else 0
     tally = Tally(given.output, given.seed)
     run_campaign(tally, given.cases, given.seed, given.workers, given.batch, given.only)
     broken = 0

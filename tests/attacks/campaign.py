@@ -78,13 +78,13 @@ def cases(attack: str, seed: int, first: int, count: int) -> Iterator[Case]:
     while number < end:
         with _process(attack, seed) as process:
             while number < end:
-                found = process.tried(number)
-                if found.outcome == "slow" and slow != number:
+                case = process.tried(number)
+                if case.outcome == "slow" and slow != number:
                     slow = number
                     break
-                yield found
+                yield case
                 number += 1
-                if found.outcome in ("slow", "crash"):
+                if case.outcome in ("slow", "crash"):
                     break
 
 
@@ -102,7 +102,7 @@ class _Process:
         self._seconds = SECONDS_TO_START
 
     def tried(self, number: int) -> Case:
-        """Return what came of a case."""
+        """Return the outcome of a case."""
         try:
             if self._seconds == SECONDS_TO_START:  # it says when it is ready
                 if not self._pipe.poll(self._seconds):
@@ -185,7 +185,7 @@ def _outcome(module: Any, rng: random.Random, folder: Path) -> tuple[str, str]:
 
 
 class Tally:
-    """The counts of a campaign, in a file of JSON from which it goes on; other entries are kept."""
+    """The counts of a campaign in a JSON file, which continues it; other entries are kept."""
 
     def __init__(self, path: Path, seed: int) -> None:
         self._path = path
@@ -202,21 +202,21 @@ class Tally:
         """Return how many `cases` of an attack were tried, or the `end` of their numbers."""
         return int(self.attacks.get(attack, {}).get(of, 0))
 
-    def add(self, found: list[Case], seconds: float) -> None:
+    def add(self, batch: list[Case], seconds: float) -> None:
         """Add cases of one attack, and write the file."""
         with self._lock:
             of = self.attacks.setdefault(
-                found[0].attack, {"cases": 0, "seconds": 0.0, "outcomes": {}, "broken": []}
+                batch[0].attack, {"cases": 0, "seconds": 0.0, "outcomes": {}, "broken": []}
             )
-            of["end"] = max(of.get("end", 0), found[-1].number + 1)
-            of["cases"] += len(found)
+            of["end"] = max(of.get("end", 0), batch[-1].number + 1)
+            of["cases"] += len(batch)
             commits = of.setdefault("commits", {})  # how many cases were tried against each
-            commits[self._commit] = commits.get(self._commit, 0) + len(found)
+            commits[self._commit] = commits.get(self._commit, 0) + len(batch)
             of["seconds"] = round(of["seconds"] + seconds, 1)
-            counts = Counter(of["outcomes"]) + Counter(case.outcome for case in found)
+            counts = Counter(of["outcomes"]) + Counter(case.outcome for case in batch)
             of["outcomes"] = dict(sorted(counts.items()))
             of["broken"] += [
-                {"number": case.number, "what": case.broken} for case in found if case.broken
+                {"number": case.number, "what": case.broken} for case in batch if case.broken
             ]
             part = self._path.with_suffix(".part")
             part.write_text(json.dumps(dict(sorted(self._file.items())), indent=2) + "\n")

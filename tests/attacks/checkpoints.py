@@ -1,4 +1,4 @@
-"""Crafted checkpoints: arrays changed at random, under a digest and a seal that are made anew."""
+"""Crafted checkpoints: arrays changed at random, under a new digest and seal."""
 
 import random
 from collections.abc import Callable, Iterator
@@ -114,8 +114,8 @@ def original(name: str) -> dict[str, bytes]:
         folder = Path(place)
         result = fs.solve(data(), output=folder / "a.h5", progress=on_step)
         assert result.failure == "budget_exceeded", f"{name}: {result.status}, {result.reason}"
-        found = [path for path in folder.rglob("*") if path.is_file()]
-        return {str(path.relative_to(folder)): path.read_bytes() for path in found}
+        paths = [path for path in folder.rglob("*") if path.is_file()]
+        return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
 
 
 def write_original(name: str, folder: Path) -> Path:
@@ -127,7 +127,7 @@ def write_original(name: str, folder: Path) -> Path:
 
 
 def craft(path: Path, change: Callable[[dict[str, Any]], None]) -> None:
-    """Change the state in a result, and make its digest and its seal anew."""
+    """Change the state in a result, and renew its digest and seal."""
     with h5py.File(path, "r+") as file:
         group = file["checkpoint"]
         state = {name: item[...] for name, item in group.items() if not item.is_scale}
@@ -151,12 +151,12 @@ def changed_array(rng: random.Random, values: Any, state: dict[str, Any]) -> Any
         return rng.choice([others, texts[:-1], np.zeros(len(texts))])
     way = rng.randrange(10)
     if way < 6 and values.size:
-        found = values.copy()
+        array = values.copy()
         for _ in range(rng.choice([1, 1, 1, 3, values.size])):
             at = rng.randrange(values.size)
-            near = found.flat[at] + rng.choice([-8, -1, 1, 8]), found.flat[at] * rng.choice([-1, 2])
-            found.flat[at] = rng.choice([*NUMBERS, *near])
-        return found
+            near = array.flat[at] + rng.choice([-8, -1, 1, 8]), array.flat[at] * rng.choice([-1, 2])
+            array.flat[at] = rng.choice([*NUMBERS, *near])
+        return array
     if way == 6:
         return np.full(values.shape, rng.choice(NUMBERS))
     if way == 7:
@@ -169,7 +169,7 @@ def changed_array(rng: random.Random, values: Any, state: dict[str, Any]) -> Any
 
 
 def changes(rng: random.Random, state: dict[str, Any]) -> str:
-    """Change a state at random; return what was changed."""
+    """Change a state at random; return a description of the change."""
     captured = []
     for _ in range(rng.choice([1, 1, 1, 2, 4])):
         name = rng.choice(sorted(state))
@@ -244,7 +244,7 @@ ENERGY = 0.02  # of the largest change of an energy: runs at rtol 1e-4 were seen
 
 
 def physics_fault(part: Path, whole: Path, creeps: bool) -> str:
-    """Return what a run that passed its audit cannot have done since it was resumed; empty if fine.
+    """Return the contradiction in a resumed run that passed its audit; empty if there is none.
 
     From the recorded channels alone: energies add up, what sticks is at rest, friction brakes.
     """

@@ -1,4 +1,4 @@
-"""A command in a process of its own, with its files, to be compared with the undisturbed one."""
+"""A command in a separate process, with its files, to be compared with the undisturbed one."""
 
 import os
 import shutil
@@ -36,7 +36,7 @@ COMMANDS = (
 
 
 class Outcome(NamedTuple):
-    """What a command did: its exit code, what it printed and the files it wrote."""
+    """Outcome of a command: exit code, output and files."""
 
     code: int
     out: str
@@ -55,7 +55,7 @@ def originals() -> Path:
 
 
 def prepare(folder: Path) -> None:
-    """Give a command what it reads."""
+    """Write the input files of a command."""
     for path in originals().iterdir():
         shutil.copy(path, folder)
 
@@ -96,24 +96,24 @@ def run(
 
 @cache
 def undisturbed(line: str) -> Outcome:
-    """Return what a command does if nothing is in its way."""
+    """Return the outcome of an undisturbed command."""
     folder = Path(mkdtemp(prefix="attack-"))
     prepare(folder)
-    found = run(line, folder)
+    outcome = run(line, folder)
     shutil.rmtree(folder)
-    return found
+    return outcome
 
 
-def check_undisturbed(line: str, found: Outcome, case: str, code: int | None = None) -> str:
+def check_undisturbed(line: str, outcome: Outcome, case: str, code: int | None = None) -> str:
     """Check that a command ends and writes as if nothing were in its way; return its exit code.
 
     A code that is given stands for that of the undisturbed command.
     """
     expected = undisturbed(line)
     code = expected.code if code is None else code
-    if found.code != code:
-        raise BrokenPromise(f"{case}: exit {found.code} instead of {code}\n{found.err}")
+    if outcome.code != code:
+        raise BrokenPromise(f"{case}: exit {outcome.code} instead of {code}\n{outcome.err}")
     name = dict(COMMANDS)[line]
-    if name and found.files.get(name) != expected.files.get(name):
+    if name and outcome.files.get(name) != expected.files.get(name):
         raise BrokenPromise(f"{case}: {name} is another file")
     return f"exit {code}"

@@ -41,15 +41,15 @@ PARAMETERS = (
 
 def attack(rng: random.Random, folder: Path) -> str:
     """Run a command in random surroundings and compare with the usual ones."""
-    line, _ = rng.choice([found for found in COMMANDS if found[0] != "--help"])
+    line, _ = rng.choice([outcome for outcome in COMMANDS if outcome[0] != "--help"])
     names = rng.sample(sorted(VARIABLES), k=rng.randint(0, 4))
     surroundings = {name: rng.choice(VARIABLES[name]) for name in names}
     limits = "".join(rng.sample(LIMITS, k=rng.randint(0, 2)))
     prepare(folder)
     if rng.random() < 0.3:
         (folder / "matplotlibrc").write_text(rng.choice(PARAMETERS))
-    found = run(line, folder, environment=surroundings, before=limits)
-    return check_undisturbed(line, found, f"{surroundings} {limits} {line}")
+    outcome = run(line, folder, environment=surroundings, before=limits)
+    return check_undisturbed(line, outcome, f"{surroundings} {limits} {line}")
 
 
 warm_up = originals

@@ -33,13 +33,13 @@ TINY = 0.25  # share of tiny belts
 @cache
 def tiny_belts() -> tuple[dict[str, Any], ...]:
     """Return belts and guided strings of few bodies, for all of which `warm_up` compiles."""
-    found = []
+    belts = []
     for backend in BELT_METHODS:
         short = {"solver__duration": 4e-3, "output__interval": 2e-4, "solver__backend": backend}
         for taken in ({}, {"effects__contact": None, "effects__bending": None}):
-            found.append(pair(**short, **taken))
+            belts.append(pair(**short, **taken))
     stiff = {"effects__axial_damping__coefficient": 200.0}  # moreau has steps of its own for it
-    return (*found, pair(**{**short, "solver__backend": "moreau"}, **stiff))
+    return (*belts, pair(**{**short, "solver__backend": "moreau"}, **stiff))
 
 
 def warm_up() -> None:
@@ -51,20 +51,20 @@ def warm_up() -> None:
 @cache
 def scenarios() -> tuple[dict[str, Any], ...]:
     """Return the shipped scenarios as data."""
-    found = [tomllib.loads(path.read_text()) for path in sorted(SCENARIOS.rglob("*.toml"))]
-    return tuple(data for data in found if "csv" not in str(data))
+    tables = [tomllib.loads(path.read_text()) for path in sorted(SCENARIOS.rglob("*.toml"))]
+    return tuple(data for data in tables if "csv" not in str(data))
 
 
 def numbers_of(data: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     """Return the paths of all numbers."""
     items = data.items() if isinstance(data, dict) else enumerate(data)
-    found = []
+    paths = []
     for key, item in items:
         if isinstance(item, dict | list):
-            found += numbers_of(item, (*path, key))
+            paths += numbers_of(item, (*path, key))
         elif isinstance(item, int | float) and not isinstance(item, bool):
-            found.append((*path, key))
-    return found
+            paths.append((*path, key))
+    return paths
 
 
 def copied(data: Any) -> Any:
@@ -102,10 +102,10 @@ def attack(rng: random.Random, folder: Path) -> str:
         command = "static"  # kernels would be compiled for each combination of effects
     steps = f"solver.max_steps={MAX_STEPS.get(kind, 3000)}"
     limits = ["--set", steps, "--max-wall", "2", "-q", "-o", "a.h5"]
-    found = outcome([command, "s.toml", *(limits if command == "solve" else [])], text)
-    if found in ("exit 0", "exit 3") and command == "solve":
-        _check_result(folder / "a.h5", found, text)
-    return f"{command} {'of belts ' if tiny else ''}{found}"
+    ending = outcome([command, "s.toml", *(limits if command == "solve" else [])], text)
+    if ending in ("exit 0", "exit 3") and command == "solve":
+        _check_result(folder / "a.h5", ending, text)
+    return f"{command} {'of belts ' if tiny else ''}{ending}"
 
 
 def _value(data: Any, path: tuple[Any, ...]) -> Any:
@@ -123,13 +123,13 @@ def _take_scipy(rng: random.Random, data: dict[str, Any]) -> None:
     data["solver"].pop("step", None)
 
 
-def _check_result(path: Path, found: str, text: str) -> None:
+def _check_result(path: Path, ending: str, text: str) -> None:
     try:
         record = hdf5_reader.read(path)
     except InputError as error:
-        raise BrokenPromise(f"{found}, but {error}\n{text}") from None
+        raise BrokenPromise(f"{ending}, but {error}\n{text}") from None
     for name, channel in record.channels.items():
         if not np.isfinite(channel).all():
-            raise BrokenPromise(f"{found}, but {name} is not finite\n{text}")
-    if found == "exit 0" and not all(check.ok for check in record.checks.values()):
+            raise BrokenPromise(f"{ending}, but {name} is not finite\n{text}")
+    if ending == "exit 0" and not all(check.ok for check in record.checks.values()):
         raise BrokenPromise(f"exit 0, but {record.checks}\n{text}")

@@ -1,4 +1,4 @@
-"""Bytes of result files changed, overwritten, moved, cut off; the checksum made anew or not.
+"""Bytes of result files changed, overwritten, moved, cut off; the checksum renewed or not.
 
 One changed byte is enough to have HDF5 crash or never return, so that the program must not notice.
 """
@@ -37,7 +37,7 @@ def stopping(at: float) -> Callable[[float], None]:
 
 @cache
 def originals() -> list[Files]:
-    """Return results with all that is beside them: whole and interrupted ones of two kinds."""
+    """Return results with the files next to them: whole and interrupted ones of two kinds."""
     short = changed(pulley(), output__interval=0.1)
     belt = pair(solver__backend="moreau", solver__duration=0.15)
     runs: list[tuple[Any, Any, int]] = [
@@ -64,7 +64,7 @@ def _files_of(scenario: dict[str, Any], progress: Any, segment: int) -> Files:
 
 
 def damaged(rng: random.Random, raw: bytearray) -> str:
-    """Change some bytes in place; return what was done."""
+    """Change some bytes in place; return a description of the change."""
     way = rng.choice(["byte", "byte", "byte", "bits", "run", "moved", "cut", "other"])
     if not raw:
         return "empty"
@@ -90,9 +90,9 @@ def damaged(rng: random.Random, raw: bytearray) -> str:
 
 
 def damaged_file(rng: random.Random, whole: bytes) -> tuple[bytes, str]:
-    """Return a file with changed bytes, and what was done.
+    """Return a file with changed bytes, and a description of the change.
 
-    Its checksum is made anew, missing, or the old one.
+    Its checksum is new, missing, or the old one.
     """
     content = bytearray(whole[:-LENGTH])
     way, seal = damaged(rng, content), rng.choice(["anew", "anew", "none", "none", "kept"])
@@ -101,7 +101,7 @@ def damaged_file(rng: random.Random, whole: bytes) -> tuple[bytes, str]:
 
 
 def use(rng: random.Random, folder: Path, description: str) -> str:
-    """Have a command read the file TARGET in a folder, beside the result SOUND."""
+    """Have a command read the file TARGET in a folder, next to the result SOUND."""
     commands = [
         *4 * [["compare", TARGET, SOUND], ["compare", SOUND, TARGET, "--rtol", "0.1"]],
         *3 * [["show", TARGET], ["show", TARGET, "--json"], ["show", TARGET, "--csv"]],

@@ -171,20 +171,20 @@ WAYS += [_number, _number, _number, _name, _type]
 
 
 def _names(file: Any) -> list[str]:
-    found: list[str] = []
-    file.visit(found.append)
-    return found
+    names: list[str] = []
+    file.visit(names.append)
+    return names
 
 
 def attack(rng: random.Random, folder: Path) -> str:
-    """Change what a result holds, and use it."""
+    """Change the content of a result, and use it."""
     files = rng.choice(originals())
     place(folder, {**files, SOUND: files[TARGET]})
     return use(rng, folder, change(rng, folder / TARGET))
 
 
 def change(rng: random.Random, path: Path) -> str:
-    """Change what a file holds; return what was done."""
+    """Change the content of a file; return a description of the change."""
     done = []
     with h5py.File(path, "r+") as file:
         for _ in range(rng.choice([1, 1, 2, 3])):

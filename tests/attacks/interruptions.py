@@ -25,7 +25,7 @@ LONG = (
 
 
 def attack(rng: random.Random, folder: Path) -> str:
-    """Signal a command once or twice and look at what it leaves."""
+    """Signal a command once or twice and check the remaining files."""
     line = rng.choice(LONG if rng.random() < 0.5 else LINES)
     number, times = rng.choice(NUMBERS), rng.choice((1, 1, 1, 2, 3))
     prepare(folder)

@@ -48,7 +48,7 @@ class Killed(NamedTuple):
 @cache
 def original() -> Killed:
     """Return a sweep that was killed after half of its runs."""
-    found: list[bytes] = []
+    contents: list[bytes] = []
     with tempfile.TemporaryDirectory() as name:
         target, often = Path(name) / TARGET, dispatch.SECONDS_BETWEEN_TICKS
         part = partial_name(target)
@@ -56,7 +56,7 @@ def original() -> Killed:
 
         def copy(progress: Any) -> None:
             if progress.done == RUNS // 2:
-                found[:] = [path.read_bytes() for path in files]
+                contents[:] = [path.read_bytes() for path in files]
 
         dispatch.SECONDS_BETWEEN_TICKS = 0.0
         try:
@@ -64,7 +64,7 @@ def original() -> Killed:
             fs.sweep(PULLEY, vary, LOOSE, output=target, workers=1, progress=copy)
         finally:
             dispatch.SECONDS_BETWEEN_TICKS = often
-        file, journal, log = found
+        file, journal, log = contents
         return Killed(file, journal, log, target.read_bytes())
 
 

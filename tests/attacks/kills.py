@@ -48,17 +48,17 @@ def attack(rng: random.Random, folder: Path) -> str:
     if old is not None:
         (folder / target).write_bytes(old)
     when = _killed(rng, arguments, folder)
-    found = _state(folder, target, old, f"{arguments}, killed {when}")
+    state = _state(folder, target, old, f"{arguments}, killed {when}")
     if (folder / "a.partial.h5").exists() and rng.random() < 0.7:
-        found, arguments = "interrupted", ["resume", "a.partial.h5", "-q"]
-    outcome(arguments, f"again after a kill {when}, {found}")
+        state, arguments = "interrupted", ["resume", "a.partial.h5", "-q"]
+    outcome(arguments, f"again after a kill {when}, {state}")
     (folder / SEEDED).unlink()
     left = [name for name in os.listdir(folder) if name != target]
     if left or not (folder / target).exists():
-        raise BrokenPromise(f"{left} are left over after a kill {when}, {found}: {arguments}")
+        raise BrokenPromise(f"{left} are left over after a kill {when}, {state}: {arguments}")
     if target in _whole() and (folder / target).read_bytes() != _whole()[target]:
-        raise BrokenPromise(f"{target} has other bytes after a kill {when}, {found}: {arguments}")
-    return f"{target} {found}"
+        raise BrokenPromise(f"{target} has other bytes after a kill {when}, {state}: {arguments}")
+    return f"{target} {state}"
 
 
 def _killed(rng: random.Random, arguments: list[str], folder: Path) -> str:
@@ -77,7 +77,7 @@ def _killed(rng: random.Random, arguments: list[str], folder: Path) -> str:
 
 
 def _wait_for_files(process: "subprocess.Popen[bytes]", folder: Path, count: int) -> None:
-    """Wait until so many names have appeared that were not there before, or the end."""
+    """Wait until that many new names have appeared, or the end."""
     seen, latest = set(os.listdir(folder)), time.monotonic() + MAX_START
     wanted = len(seen) + count
     while len(seen) < wanted and process.poll() is None and time.monotonic() < latest:
@@ -85,7 +85,7 @@ def _wait_for_files(process: "subprocess.Popen[bytes]", folder: Path, count: int
 
 
 def _state(folder: Path, target: str, old: bytes | None, described: str) -> str:
-    """Return what a kill has left."""
+    """Return the state of the files after a kill."""
     path = folder / target
     if not path.exists():
         if old is None:

@@ -29,8 +29,8 @@ def attack(rng: random.Random, folder: Path) -> str:
     prepare(folder)
     module, points = rng.choice(MODULES), rng.sample(POINTS, k=rng.randint(1, 2))
     _install(folder / "site", module, points)
-    found = run(line, folder, environment={"PYTHONPATH": f"{ROOT}{os.pathsep}{folder / 'site'}"})
-    return check_undisturbed(line, found, f"{module!r}, {points}: {line}")
+    outcome = run(line, folder, environment={"PYTHONPATH": f"{ROOT}{os.pathsep}{folder / 'site'}"})
+    return check_undisturbed(line, outcome, f"{module!r}, {points}: {line}")
 
 
 def _install(site: Path, module: str, points: list[str]) -> None:

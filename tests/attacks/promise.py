@@ -56,7 +56,7 @@ def outcome(arguments: list[str], description: str, secret: str = "") -> str:
 
 
 def is_meant(code: int, captured: str) -> bool:
-    """Return whether an exit code is that of the last message, if its words tell which."""
+    """Return whether an exit code matches the last message, if its words determine one."""
     if code == 0:
         return True
     lines = [line for line in captured.splitlines() if not line.startswith("frictionsim: warning")]

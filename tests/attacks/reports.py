@@ -69,9 +69,9 @@ def originals() -> tuple[Files, ...]:
 def check_html(text: str) -> None:
     """Check that a report is balanced HTML without an element of its data's making."""
     elements = Elements(text)
-    faults, found = elements.faults, elements.found
-    if found.count("script") != SCRIPTS or "x-hostile" in found:
-        faults.append(f"it has {found.count('script')} scripts, {set(found)}")
+    faults, tags = elements.faults, elements.tags
+    if tags.count("script") != SCRIPTS or "x-hostile" in tags:
+        faults.append(f"it has {tags.count('script')} scripts, {set(tags)}")
     if any(ord(sign) < 32 and sign not in "\n\t" for sign in text):
         faults.append("it has control characters")
     if len(text) > MAX_BYTES:
@@ -187,9 +187,9 @@ def _table(rng: random.Random, folder: Path) -> str:
 
 
 def _datasets(file: Any) -> list[str]:
-    found: list[str] = []
-    file.visit(found.append)
-    return [name for name in found if isinstance(file[name], h5py.Dataset)]
+    names: list[str] = []
+    file.visit(names.append)
+    return [name for name in names if isinstance(file[name], h5py.Dataset)]
 
 
 def warm_up() -> None:

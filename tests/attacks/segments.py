@@ -56,7 +56,7 @@ def room_for(segments: int, left: int) -> Iterator[None]:
 
 
 def attack(rng: random.Random, folder: Path) -> str:
-    """Fill the disk during a long run, and resume what is kept where there is room again."""
+    """Fill the disk during a long run, free it, and resume the kept part."""
     segments, left = rng.randrange(1, MAX_SEGMENTS), rng.choice((0, 1000, 5000, 12_000, 30_000))
     case = f"room for {segments} segments and {left} bytes"
     with small_segments(NAME):

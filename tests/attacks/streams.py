@@ -27,18 +27,18 @@ def attack(rng: random.Random, folder: Path) -> str:
     stdout, stderr = rng.choice(STDOUT), rng.choice(STDERR)
     stdin = "" if " - " in line else rng.choice(STDIN)
     prepare(folder)
-    found = run(line, folder, f"{stdin} {stdout} {stderr}")
+    answer = run(line, folder, f"{stdin} {stdout} {stderr}")
     case = f"{line} {stdin} {stdout} {stderr}"
     expected = undisturbed(line)
     prints_only = "full" in stdout and expected.out and not expected.files
-    outcome = check_undisturbed(line, found, case, FULL if prints_only else None)
-    if found.files.keys() != expected.files.keys():
-        raise BrokenPromise(f"{case}: files {sorted(found.files)}")
+    outcome = check_undisturbed(line, answer, case, FULL if prints_only else None)
+    if answer.files.keys() != expected.files.keys():
+        raise BrokenPromise(f"{case}: files {sorted(answer.files)}")
     if stdout == "" and "--json" in line:
         with suppress(ValueError):
-            json.loads(found.out)
+            json.loads(answer.out)
             return outcome
-        raise BrokenPromise(f"{case}: no JSON: {found.out!r:.500}")
+        raise BrokenPromise(f"{case}: no JSON: {answer.out!r:.500}")
     return outcome
 
 

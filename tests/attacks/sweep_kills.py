@@ -31,7 +31,7 @@ MAX_WAIT = 4.0  # s, until a kill
 
 @cache
 def warm_up() -> tuple[bytes, Any]:
-    """Return the file of an uninterrupted sweep, and what is in it; made once."""
+    """Return the file of an uninterrupted sweep and its table; made once."""
     with TemporaryDirectory() as name:
         return whole_sweep(Path(name))
 
@@ -44,7 +44,7 @@ def attack(rng: random.Random, folder: Path) -> str:
 def trial(rng: random.Random, folder: Path, whole: bytes, table: Any) -> dict[str, int]:
     """Kill and resume a sweep; return how many runs were there after each kill."""
     path, part = folder / "s.h5", folder / "s.partial.h5"
-    arguments, found = [*command(RUNS, "s.h5", "-q", *ALONE)], {}
+    arguments, kept = [*command(RUNS, "s.h5", "-q", *ALONE)], {}
     for kill in range(rng.choice((1, 1, 2, 3))):
         process = started(arguments, folder)
         time.sleep(rng.uniform(0.3, MAX_WAIT))
@@ -55,20 +55,20 @@ def trial(rng: random.Random, folder: Path, whole: bytes, table: Any) -> dict[st
         process.communicate()
         time.sleep(0.2)  # for workers to see that they are alone
         if not part.exists():
-            found[f"kill {kill}"] = RUNS if path.exists() else 0
+            kept[f"kill {kill}"] = RUNS if path.exists() else 0
             break
-        found[f"kill {kill}"] = check(part, table)
+        kept[f"kill {kill}"] = check(part, table)
         arguments = ["resume", part.name, "-q"]
     if not path.exists() or part.exists():
         process = started(arguments, folder)
         said = process.communicate()
         assert process.returncode == 0, said
-    assert path.read_bytes() == whole, found
+    assert path.read_bytes() == whole, kept
     if journal_name(part).exists():  # killed just before it was removed; the next command does it
         started(["resume", "s.h5"], folder).communicate()
     left = set(os.listdir(folder)) - {"s.h5"}
     assert not left, left
-    return found
+    return kept
 
 
 def check(path: Path, whole: Any) -> int:
@@ -90,7 +90,7 @@ def check(path: Path, whole: Any) -> int:
 
 
 def whole_sweep(folder: Path) -> tuple[bytes, Any]:
-    """Return the file of an uninterrupted sweep, and what is in it."""
+    """Return the file of an uninterrupted sweep and its table."""
     path = folder / "whole.h5"
     process = started(command(RUNS, path.name, "-q", *ALONE), folder)
     said = process.communicate()

@@ -49,20 +49,20 @@ def originals() -> tuple[bytes, ...]:
             {"vary": vary},
             {"vary": {MU_S: "uniform(0.2, 0.4)"}, "sample": 4},
         ]
-        found = []
+        contents = []
         for design in designs:
             fs.sweep(PULLEY, overrides=loose, output=target, **design)
-            found.append(target.read_bytes())
+            contents.append(target.read_bytes())
             with suppress(SweepInterrupted):
                 fs.sweep(PULLEY, overrides=loose, output=target, progress=_stop, **design)
-            found.append(partial_name(target).read_bytes())
+            contents.append(partial_name(target).read_bytes())
             partial_name(target).unlink()
         dispatch.SECONDS_BETWEEN_TICKS = often
-        return tuple(found)
+        return tuple(contents)
 
 
-def _stop(found: SweepProgress) -> None:
-    if found.done and found.checked == found.total:
+def _stop(progress: SweepProgress) -> None:
+    if progress.done and progress.checked == progress.total:
         raise SweepInterrupted(SIGTERM)
 
 
@@ -110,7 +110,7 @@ NUMBERS = [float("nan"), float("inf"), -1.0, 0.0, 1e300, 127.0]
 
 
 def _content(rng: random.Random, folder: Path) -> str:
-    """Change attributes and values; the checksum is made anew, and no secret is read."""
+    """Change attributes and values; the checksum is renewed, and no secret is read."""
     path = folder / rng.choice((TARGET, "sweep.partial.h5"))
     path.write_bytes(rng.choice(originals())[:-LENGTH])
     Path("secret").write_text("hunter2 = 1\n")
@@ -146,6 +146,6 @@ def _changed(rng: random.Random, file: Any) -> str:
 
 
 def warm_up() -> None:
-    """Make what the cases change."""
+    """Make the originals that the cases change."""
     originals()
     journals.original()

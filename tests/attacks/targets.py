@@ -1,4 +1,4 @@
-"""Attacks on what is written to: files of others, links, devices, modes, long names, full disks."""
+"""Attacks on output targets: foreign files, links, devices, modes, long names, full disks."""
 
 import os
 import random
@@ -25,8 +25,8 @@ OURS = {"empty", "result", "damaged", "incomplete", "picture", "table", "report"
 
 @cache
 def _originals() -> dict[str, bytes]:
-    """Return what may lie at a target, by kind; made once."""
-    found = {"empty": b"", "text": b"precious\n", "scenario": PULLEY.read_bytes()}
+    """Return possible contents of a target, by kind; made once."""
+    contents = {"empty": b"", "text": b"precious\n", "scenario": PULLEY.read_bytes()}
     with TemporaryDirectory() as name:
         folder = Path(name)
         with h5py.File(folder / "foreign.h5", "w") as file:
@@ -38,10 +38,10 @@ def _originals() -> dict[str, bytes]:
         outcome(["report", f"{folder}/result.h5", "-o", f"{folder}/report.html"], "original")
         outcome(["cost", str(PULLEY), *COST, "--csv", str(folder / "table.csv")], "original")
         for path in folder.iterdir():
-            found[path.name.partition(".")[0]] = path.read_bytes()
-    result = bytearray(found["result"])
+            contents[path.name.partition(".")[0]] = path.read_bytes()
+    result = bytearray(contents["result"])
     result[len(result) // 2] ^= 1
-    return found | {"damaged": bytes(result)}
+    return contents | {"damaged": bytes(result)}
 
 
 def _place(rng: random.Random, path: Path, kind: str) -> None:
@@ -82,7 +82,7 @@ def _command(rng: random.Random, target: str) -> list[str]:
 
 
 def _state(path: Path) -> tuple[str, int, bytes]:
-    """Return what is at a path: its type, its mode and its content."""
+    """Return the type, the mode and the content of a path."""
     if path.is_symlink():
         return os.readlink(path), 0, b""
     if path.is_file():
@@ -126,14 +126,14 @@ def attack(rng: random.Random, folder: Path) -> str:
 def _check(
     before: dict[str, tuple[str, int, bytes]], folder: Path, kind: str, code: str, described: str
 ) -> None:
-    """Check what is in the folder now."""
-    for name, (found, mode, content) in before.items():
+    """Check the present content of the folder."""
+    for name, (state, mode, content) in before.items():
         now = _state(folder / name)
-        if now == (found, mode, content):
+        if now == (state, mode, content):
             continue
         may_go = name.endswith(".partial.h5")
-        if not may_go and (now[:2] != (found, mode) or kind not in OURS):
-            raise BrokenPromise(f"{name} was {found} {mode:o}, is {now[0]} {now[1]:o}: {described}")
+        if not may_go and (now[:2] != (state, mode) or kind not in OURS):
+            raise BrokenPromise(f"{name} was {state} {mode:o}, is {now[0]} {now[1]:o}: {described}")
         if code == "exit 4" and kind not in ("incomplete", "empty"):
             raise BrokenPromise(f"{name} was replaced: {described}")
     left = [path.name for path in folder.iterdir() if path.name.startswith(".")]

@@ -1,4 +1,4 @@
-"""Two processes that write one file: each ends or is told, and the file is whole."""
+"""Two processes that write one file: each ends or reports it, and the file is whole."""
 
 import os
 import random
@@ -22,12 +22,12 @@ def _command(load: float, checkpoints: bool) -> list[str]:
 @cache
 def originals() -> tuple[bytes, ...]:
     """Return the files that the commands write alone, without and with checkpoints."""
-    folder, found = Path(mkdtemp(prefix="attack-")), []
+    folder, contents = Path(mkdtemp(prefix="attack-")), []
     for checkpoints in (False, True):
         for load in LOADS:
             started(_command(load, checkpoints), folder).communicate(timeout=SECONDS)
-            found.append((folder / "a.h5").read_bytes())
-    return tuple(found)
+            contents.append((folder / "a.h5").read_bytes())
+    return tuple(contents)
 
 
 def attack(rng: random.Random, folder: Path) -> str:

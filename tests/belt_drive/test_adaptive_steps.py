@@ -61,8 +61,8 @@ def test_every_wave_loses_energy(omega_h: float) -> None:
 )
 def test_the_longest_step_of_an_oscillator(eigenvalues: list[complex], limit: float) -> None:
     """Undamped, overdamped, and of a damping ratio of 0.2, which is stable for least."""
-    found = max_stable_step(np.array(eigenvalues) * 1e5 + 0j) * 1e5
-    assert found == pytest.approx(limit, abs=0.03)  # steps of 0.02 are tried
+    step = max_stable_step(np.array(eigenvalues) * 1e5 + 0j) * 1e5
+    assert step == pytest.approx(limit, abs=0.03)  # steps of 0.02 are tried
 
 
 @pytest.mark.usefixtures("uncompiled")

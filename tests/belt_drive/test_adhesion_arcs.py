@@ -15,8 +15,8 @@ POINTS = (30, 60, 120)
 def arcs(done: Record) -> list[float]:
     """Return the adhesion arcs of driver and driven, rad."""
     assert done.status == "done", done.reason
-    found = [done.quantities[f"adhesion_arc_{name}"].value for name in ("driver", "driven")]
-    return [float(arc) for arc in found if arc is not None]
+    values = [done.quantities[f"adhesion_arc_{name}"].value for name in ("driver", "driven")]
+    return [float(arc) for arc in values if arc is not None]
 
 
 @pytest.mark.parametrize("seed", [0, 1, pytest.param(3, marks=pytest.mark.slow)])
@@ -48,5 +48,5 @@ def test_bodies_in_the_plane_come_close(bodies: int) -> None:
     )
     steady_state = creep(SECTION_4, 15.0, 1.0, 25.13 * SECTION_4.radius)
     share = 1.0 - steady_state.sliding / np.pi
-    found = np.array(arcs(simulate(data))) / np.pi
-    assert found == pytest.approx([share, share], abs=0.04)
+    shares = np.array(arcs(simulate(data))) / np.pi
+    assert shares == pytest.approx([share, share], abs=0.04)

@@ -33,7 +33,7 @@ OLD = old_result()
 
 
 class Listening(RunMonitor):
-    """A poll that notes when it is told of a compilation."""
+    """A poll that records the compilations announced to it."""
 
     def __init__(self) -> None:
         self.told: list[float] = []
@@ -50,21 +50,21 @@ class Listening(RunMonitor):
 def test_a_compilation_is_warned_of_once_and_timed() -> None:
     first, second = numba.njit(lambda x: x + 1), numba.njit(lambda x: 2 * x)
     on_step = Listening()
-    with announce_compilation(3.0, on_step) as found:
+    with announce_compilation(3.0, on_step) as compilation:
         assert not on_step.told
         assert first(second(1)) == 3
         assert on_step.inside
     assert on_step.told == [3.0]
     assert not on_step.inside
-    assert found.seconds > 0.0
+    assert compilation.seconds > 0.0
 
 
 def test_kernels_that_are_there_are_no_compilation() -> None:
     function, on_step = numba.njit(lambda x: x + 1), Listening()
     function(1)
-    with announce_compilation(3.0, on_step) as found:
+    with announce_compilation(3.0, on_step) as compilation:
         function(1)
-    assert (on_step.told, found.seconds) == ([], 0.0)
+    assert (on_step.told, compilation.seconds) == ([], 0.0)
 
 
 @pytest.mark.parametrize("quiet", [False, True])
@@ -92,7 +92,7 @@ class NotedKernel(BeltKernel):
 
 
 class Calls:
-    """Notes the types of what the kernels that Python calls are given: each is compiled for."""
+    """Records the argument types of kernels called from Python: each is compiled for."""
 
     ENTRIES: ClassVar = {rkf45: ("advance",), moreau: ("integrate",)}
 

@@ -72,8 +72,8 @@ def ends(data: Scenario) -> dict[str, Any]:
     stepper.start()
     stepper.advance(1.0, 1.0, STEPS)
     inside = stepper.interpolate(0.3 * stepper.t)
-    found = {name: np.array(array) for name, array in stepper.checkpoint_arrays().items()}
-    return {**found, "inside": inside, "work": list(stepper.statistics)}
+    arrays = {name: np.array(array) for name, array in stepper.checkpoint_arrays().items()}
+    return {**arrays, "inside": inside, "work": list(stepper.statistics)}
 
 
 @pytest.mark.parametrize("name", COMPILED)
@@ -84,13 +84,13 @@ def test_compiled_as_plain(name: str, request: pytest.FixtureRequest) -> None:
     assert compiled.keys() == plain.keys()
     assert compiled["work"] == plain["work"]
     for key in compiled.keys() - {"work"}:
-        found, expected = compiled[key], plain[key]
+        array, expected = compiled[key], plain[key]
         # Compiled sums are reordered: rounding of positions, 1e-16 m, which the stiffness of a
         # joint over the mass of a body, 1e8/s^2, and an exact stick, 1e5/s, make much of: 2e-8. The
         # estimate of the error, in the clock, is a difference and shows more of it.
         close = 1e-6 if key == "clock" else 1e-7
         size = np.max(np.abs(expected), axis=-1, keepdims=True, initial=1e-300)
-        assert np.all(np.abs(found - expected) <= close * size), key
+        assert np.all(np.abs(array - expected) <= close * size), key
 
 
 @pytest.mark.parametrize("name", COMPILED)

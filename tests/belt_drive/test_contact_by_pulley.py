@@ -53,9 +53,9 @@ def test_the_energy_has_the_depth_of_each_contact_and_the_weight() -> None:
     assert done.checks["energy_balance"].ok
     belt = reference(scenario_run(done), assemble(scenario_run(done)).system.chain.length)
     c = done.channels
-    found = [potential(belt, c["x"][i], c["y"][i], c["angle"][i]) for i in (0, -1)]
+    energies = [potential(belt, c["x"][i], c["y"][i], c["angle"][i]) for i in (0, -1)]
     stored = c["energy_potential"]
-    assert stored[-1] - stored[0] == pytest.approx(found[1] - found[0], rel=1e-6)
+    assert stored[-1] - stored[0] == pytest.approx(energies[1] - energies[0], rel=1e-6)
 
 
 def test_both_methods_agree_on_unlike_contacts() -> None:

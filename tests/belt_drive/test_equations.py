@@ -145,12 +145,12 @@ class Both:
         return parts
 
     def of_bodies(self, row: int) -> Array:
-        """Return what the contacts hold in a row for the bodies that touch a pulley, else 0."""
-        contacts, found = self.model.system.contacts, np.zeros(self.model.system.chain.bodies)
+        """Return a row of the contact table by body, 0 without contact."""
+        contacts, values = self.model.system.contacts, np.zeros(self.model.system.chain.bodies)
         for s in range(contacts.offsets[-1]):
             if contacts.table[RADIUS, s] > 0.0 and contacts.table[NORMAL, s] > 0.0:
-                found[contacts.body[s]] = contacts.table[row, s]
-        return found
+                values[contacts.body[s]] = contacts.table[row, s]
+        return values
 
     def motion_rates(self) -> Array:
         width, n = self.model.system.layout.width, self.model.system.chain.bodies
@@ -161,8 +161,8 @@ class Both:
         return self.rate[layout.energies : layout.end]
 
 
-def assert_close(found: Any, expected: Any, close: float) -> None:
-    np.testing.assert_allclose(found, expected, rtol=0, atol=close * np.max(np.abs(expected)))
+def assert_close(actual: Any, expected: Any, close: float) -> None:
+    np.testing.assert_allclose(actual, expected, rtol=0, atol=close * np.max(np.abs(expected)))
 
 
 def assert_same(both: Both, close: float) -> None:

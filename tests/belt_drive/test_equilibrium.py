@@ -218,7 +218,7 @@ BARELY = [*PAIR, PulleyCircle("roller", (0.2575, 0.0465), 0.02, "outside")]
 
 
 def of_bodies(pulleys: list[PulleyCircle], bodies: int) -> tuple[str, str]:
-    """Return the length of a body and of the arc on a roller, m, as they are told."""
+    """Return the length of a body and of the arc on a roller, m, from the message."""
     path = belt_path(pulleys)
     return f"{path.length / bodies:.4g}", f"{0.02 * -path.arcs[2].wrap_angle:.4g}"
 

@@ -25,8 +25,8 @@ def test_without_its_line_no_scenario_has_it() -> None:
 
 @pytest.mark.slow
 def test_with_its_line_a_belt_has_it_and_few_kernels_are_compiled_once(tmp_path: Path) -> None:
-    """What it does to a belt is checked in the process, of which the second finds all kernels."""
-    found = []
+    """Its action on a belt is checked in the process; the second process finds all kernels."""
+    functions = []
     for arguments in (["all"], []):
         done = subprocess.run(
             [sys.executable, "-m", "tests.support.foundation_run", *arguments],
@@ -37,7 +37,7 @@ def test_with_its_line_a_belt_has_it_and_few_kernels_are_compiled_once(tmp_path:
             check=False,
         )
         assert done.returncode == 0, done.stderr
-        found.append(json.loads(done.stdout))
-    assert "add_foundation" in found[0]
-    assert len(found[0]) <= MAX_FUNCTIONS
-    assert found[1] == []
+        functions.append(json.loads(done.stdout))
+    assert "add_foundation" in functions[0]
+    assert len(functions[0]) <= MAX_FUNCTIONS
+    assert functions[1] == []

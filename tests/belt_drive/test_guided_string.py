@@ -44,9 +44,9 @@ def loaded(bodies: int, backend: str = "moreau") -> Record:
 
 
 def value(done: Record, name: str) -> float:
-    found = done.quantities[name].value
-    assert found is not None
-    return float(found)
+    number = done.quantities[name].value
+    assert number is not None
+    return float(number)
 
 
 # --- closed forms ---------------------------------------------------------------------------------
@@ -97,7 +97,7 @@ def test_full_slip_is_the_equation_of_euler_and_eytelwein(
 
 
 def test_a_belt_that_slips_does_the_same_backward() -> None:
-    """Also where static and kinetic friction differ: each direction has limits of its own."""
+    """Also where static and kinetic friction differ: each direction has its own limits."""
     speeds = [
         simulate(
             string(
@@ -143,14 +143,16 @@ def test_two_pulleys_swing_against_each_other_as_the_closed_form_has_it() -> Non
 def test_the_belt_at_rest_is_exact() -> None:
     data = trio(**NO_MOTION_ACROSS, mechanism__belt__bodies=80)
     scenario = scenario_of(data)
-    found = {name: q.value for name, q in statics(scenario).items()}
+    quantities = {name: q.value for name, q in statics(scenario).items()}
     path = scenario.mechanism.path()
     length = path.length / (1.0 + 200.0 / 1e4)
-    assert found["belt_length"] == pytest.approx(length, rel=1e-14)
-    assert found["tension_min"] == found["tension_max"] == 200.0
+    assert quantities["belt_length"] == pytest.approx(length, rel=1e-14)
+    assert quantities["tension_min"] == quantities["tension_max"] == 200.0
     for name, arc in zip(scenario.mechanism.names, path.arcs, strict=True):
         pulls = np.array([1.0, 0.0]) - np.array([cos(arc.wrap_angle), sin(arc.wrap_angle)])
-        assert found[f"shaft_load_{name}"] == pytest.approx(200.0 * np.hypot(*pulls), rel=1e-12)
+        assert quantities[f"shaft_load_{name}"] == pytest.approx(
+            200.0 * np.hypot(*pulls), rel=1e-12
+        )
     given_length = {"bodies": 80, "mass_per_length": 0.5, "axial_rigidity": 1e4, "length": length}
     again = statics(scenario_of(changed(data, mechanism__belt=given_length)))
     assert again["pretension"].value == pytest.approx(200.0, rel=1e-10)
@@ -212,7 +214,7 @@ def test_a_belt_that_is_turned_or_mirrored_does_the_same(
         x, y = pulley["center"][0], sign * pulley["center"][1]
         pulley["center"] = [x * cos(angle) - y * sin(angle), x * sin(angle) + y * cos(angle)]
     torque = moved["drive"]["p0"]["torque"]
-    torque["value"] = [sign * found for found in torque["value"]]
+    torque["value"] = [sign * size for size in torque["value"]]
     # Two pulleys have no sense of their own: a mirror image of them is passed as before.
     assume(not mirrored or len(data["mechanism"]["pulleys"]) > 2)
     one, other = simulate(data), simulate(moved)

@@ -171,12 +171,12 @@ def test_a_mirror_image_moves_as_a_mirror_image(backend: str) -> None:
     here, there = on(backend, data), on(backend, mirrored(data))
     for names, sign in ((ODD, -1.0), (EVEN, 1.0)):
         for name in names:
-            found, expected = sign * there.channels[name], here.channels[name]
+            actual, expected = sign * there.channels[name], here.channels[name]
             size = np.max(np.abs(expected))
             # The rest positions are found to 1e-9 of a tension; where bodies come to stick a step
             # of a chosen length amplifies that to the size of its tolerance, 1e-4 of a velocity,
             # which is some parts in a thousand of the slip.
-            assert np.max(np.abs(found - expected)) <= CLOSE[backend] * size, name
+            assert np.max(np.abs(actual - expected)) <= CLOSE[backend] * size, name
 
 
 @pytest.mark.parametrize("data", [pair(), trio()], ids=["pair", "trio"])

@@ -23,7 +23,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def kernel(home: Path) -> Path:
-    """A compiled kernel in the folder of the build, whoever has put it there."""
+    """A compiled kernel in the folder of the build, from any origin."""
     return planted(home / "frictionsim" / NAME)
 
 
@@ -64,7 +64,7 @@ def given_to_another(path: Path) -> None:
 
 
 def opened(*modes: tuple[str, int]) -> Callable[[Path], None]:
-    """Return what sets modes of paths under the folder of the build."""
+    """Return a function that sets modes of paths under the folder of the build."""
 
     def change(folder: Path) -> None:
         for name, bits in modes:

@@ -1,4 +1,4 @@
-"""What is compiled for a run: no more than it needs, and stiff dampers when they are needed."""
+"""Kernels compiled for a run: only those it needs, and stiff dampers when they are needed."""
 
 import json
 import os
@@ -113,11 +113,11 @@ def test_warm_up_names_combinations_and_compiles_nothing_twice(
     name, only = "belt_drive", SCENARIOS / "belt_drive.toml"
     monkeypatch.setattr("frictionsim.api.scenarios.shipped_scenarios", lambda: {name: only})
     first = fs.warm_up()
-    assert [(found.scenario, found.backend) for found in first] == [
+    assert [(entry.scenario, entry.backend) for entry in first] == [
         (name, "rkf45"),
         (name, "moreau"),
     ]
-    assert [found.seconds for found in fs.warm_up("belt_drive")] == [0.0, 0.0]
+    assert [entry.seconds for entry in fs.warm_up("belt_drive")] == [0.0, 0.0]
     assert run_command_line(["warm-up"]) == 0
     assert capsys.readouterr().out.splitlines() == [
         "belt_drive, rkf45: compiled already",

@@ -171,11 +171,11 @@ def test_one_step_is_that_of_a_dense_system(wrap: str, share_stuck: float, seed:
         impulse = s.kappa[i] * a.system.contacts.table[FRICTION, k] / a.system.chain.mass
         after[3, i] -= impulse * a.system.contacts.table[NY, k]
         after[4, i] += impulse * a.system.contacts.table[NX, k]
-    found = after[3:, :n].ravel()
+    velocities = after[3:, :n].ravel()
     # Rounding times the condition of the system, some 1e3; and what slides is braked by its limit,
     # 1e-9 N s, which turns bodies of 3e-6 kg m^2 and levers of 0.02 m by 1e-6 rad/s and more.
     close = 1e-12 if share_stuck == 1.0 else 1e-6
-    assert np.max(np.abs(found - expected)) <= close * np.max(np.abs(expected))
+    assert np.max(np.abs(velocities - expected)) <= close * np.max(np.abs(expected))
     assert a.system.pulleys.table[ALPHA] == pytest.approx(speeds, rel=close)
     assert heat == pytest.approx(STEP * COEFFICIENT * np.sum(mean_rates**2), rel=close)
 
@@ -223,14 +223,14 @@ def test_without_the_effect_it_is_as_without_friction() -> None:
     ]
     assert all(share_solved(end) == 1.0 for end in ends)
     width = ends[0].model.system.layout.width
-    found, expected = (end.state[: 6 * width] for end in ends)
-    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+    state, expected = (end.state[: 6 * width] for end in ends)
+    np.testing.assert_allclose(state, expected, rtol=1e-12, atol=1e-12)
 
 
 def test_through_switches_it_is_of_first_order_at_least() -> None:
     data = {**damped(), "solver": {"backend": "moreau", "duration": SHORT}}
-    found = orders(data, halved(6.4e-5, 4), "step", kick(0.2))
-    assert np.mean(found) >= 0.9
+    slopes = orders(data, halved(6.4e-5, 4), "step", kick(0.2))
+    assert np.mean(slopes) >= 0.9
 
 
 def published(backend: str) -> Scenario:
@@ -246,8 +246,8 @@ def published(backend: str) -> Scenario:
 def test_the_tension_has_the_share_of_implicit_dampers() -> None:
     runs = (simulate(published(backend)) for backend in ("moreau", "rkf45"))
     # The belt is being stretched: its springs have 565.6 N of 565.7 N. The two are 1e-5 apart.
-    found, expected = (done.channels["tension"][-1, :6] for done in runs)
-    assert found == pytest.approx(expected, rel=2e-5)
+    tensions, expected = (done.channels["tension"][-1, :6] for done in runs)
+    assert tensions == pytest.approx(expected, rel=2e-5)
 
 
 def test_it_is_stable_at_the_default_step_and_its_energies_add_up() -> None:

@@ -134,8 +134,8 @@ def recorded(data: Scenario, duration: float, interval: float) -> tuple[Record, 
 def disagreements(done: Record, seen: dict[str, Seen]) -> dict[str, Any]:
     """Return the quantities that the reader does not find; it must know each, and no other."""
     assert done.quantities.keys() == seen.keys()
-    found = done.quantities.items()
-    return {n: (q.value, seen[n]) for n, q in found if not seen[n].agrees(q.value)}
+    quantities = done.quantities.items()
+    return {n: (q.value, seen[n]) for n, q in quantities if not seen[n].agrees(q.value)}
 
 
 def fine_interval(data: Scenario) -> float:

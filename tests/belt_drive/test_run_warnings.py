@@ -1,4 +1,4 @@
-"""What a belt's run warns of: when its rules say so, as read from the channels, and not else."""
+"""Warnings of a belt's run: exactly when their rules hold, as read from the channels."""
 
 from typing import Any
 

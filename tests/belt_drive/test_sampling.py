@@ -129,7 +129,7 @@ STATES: dict[str, tuple[Scenario, int]] = {
 
 @pytest.mark.parametrize("name", STATES)
 def test_states_are_those_of_the_effects(name: str) -> None:
-    """Six of a body, an angle of a pulley, a speed of a free one, an energy of what has one."""
+    """Six per body, an angle per pulley, a speed per free one, an energy per effect with one."""
     changes, others = STATES[name]
     data = pair(**changes)
     simulation = BeltDrive(scenario_of(data))

@@ -40,14 +40,14 @@ def test_a_span_reaches_from_the_last_body_on_a_pulley_to_the_first_on_the_next(
 
 def test_spans_beside_a_pulley_that_nobody_touches_are_one() -> None:
     tension = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
-    found = span_tensions(tension, np.array([0, -1, -1, 2, -1, -1]), 3)
-    assert found == pytest.approx([3.0, 3.0, 4.0])
+    tensions = span_tensions(tension, np.array([0, -1, -1, 2, -1, -1]), 3)
+    assert tensions == pytest.approx([3.0, 3.0, 4.0])
 
 
 def test_with_one_pulley_touched_the_rest_of_the_belt_is_every_span() -> None:
     tension = np.arange(8.0)
-    found = span_tensions(tension, np.array([1, -1, 1, -1, -1, -1, -1, -1]), 2)
-    assert found == pytest.approx([np.mean([3, 4, 5, 6, 7, 0])] * 2)
+    tensions = span_tensions(tension, np.array([1, -1, 1, -1, -1, -1, -1, -1]), 2)
+    assert tensions == pytest.approx([np.mean([3, 4, 5, 6, 7, 0])] * 2)
     assert span_tensions(tension, np.full(8, -1), 2) == pytest.approx([3.5, 3.5])
 
 
@@ -57,7 +57,7 @@ def tensioner() -> Record:
 
 
 def seen_of(done: Record, spans: Array) -> dict[str, Array]:
-    """Return what the audit takes of a run, but of its channels, with these tensions of spans."""
+    """Return the audit's input for a run, from its channels, with these tensions of spans."""
     c = done.channels
     pulleys = c["pulley_speed"].shape[1]
     vx, vy = (np.gradient(c[name], done.time, axis=0) for name in ("x", "y"))

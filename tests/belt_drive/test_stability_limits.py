@@ -26,10 +26,10 @@ BELTS = {
 @pytest.mark.parametrize("name", BELTS)
 def test_the_fastest_frequency_is_a_close_bound(name: str) -> None:
     model = assemble(scenario_of(BELTS[name]))
-    found, _ = max_frequency_and_decay(model.system, model.equilibrium)
+    frequency, _ = max_frequency_and_decay(model.system, model.equilibrium)
     highest = np.max(waves(model)[0])
     # It allows for contacts and tensions twice as high as at rest, which counts where it is tight.
-    assert highest * 0.999 <= found <= highest * (1.12 if name == "tight" else 1.03)
+    assert highest * 0.999 <= frequency <= highest * (1.12 if name == "tight" else 1.03)
 
 
 def energy_at(step: float) -> float:

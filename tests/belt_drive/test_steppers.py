@@ -37,9 +37,9 @@ def test_a_short_way_is_that_of_the_reference() -> None:
     times = np.array([0.0, 1e-3])
     y0 = pack(*kinematics(start.state, start.model))
     expected = integrate(belt, y0, times, rtol=1e-9, atol=1e-11, mu=np.full(12, 0.6))[-1]
-    found = pack(*kinematics(end.state, end.model))
+    values = pack(*kinematics(end.state, end.model))
     moved = np.abs(expected - y0)
-    for part, size in zip(np.split(found - expected, PARTS), np.split(moved, PARTS), strict=True):
+    for part, size in zip(np.split(values - expected, PARTS), np.split(moved, PARTS), strict=True):
         # Of the way from the start. Both step over the switches of friction as their error
         # estimates allow: each costs the tolerance of 1e-9.
         assert np.max(np.abs(part)) <= 1e-7 * np.max(size)
@@ -55,32 +55,32 @@ def test_backends_agree_on_the_published_drive_under_its_load() -> None:
         for backend in ("moreau", "rkf45")
     )
     for name in ("tension_tight", "tension_slack", "drive_speed", "driven_speed"):
-        found, expected = (done.quantities[name].value for done in (moreau, rkf45))
-        assert found == pytest.approx(expected, rel=1e-4), name
+        value, expected = (done.quantities[name].value for done in (moreau, rkf45))
+        assert value == pytest.approx(expected, rel=1e-4), name
 
 
 @pytest.mark.parametrize("name", SMOOTH)
 def test_moreau_is_of_second_order_where_all_is_smooth(name: str) -> None:
     data = {**SMOOTH[name], "solver": {"backend": "moreau", "duration": SHORT}}
-    found = orders(data, halved(3.2e-5, 6), "step", STARTS[name])
-    assert found == pytest.approx([2.0] * 4, abs=0.02)
+    slopes = orders(data, halved(3.2e-5, 6), "step", STARTS[name])
+    assert slopes == pytest.approx([2.0] * 4, abs=0.02)
 
 
 def test_moreau_is_of_first_order_at_least_through_switches() -> None:
     """Bodies that slide come to stick, and contacts open: the start is hard."""
     solver = {"backend": "moreau", "duration": SHORT}
-    found = orders({**pair(), "solver": solver}, halved(3.2e-5, 7), "step", kick(0.2))
+    slopes = orders({**pair(), "solver": solver}, halved(3.2e-5, 7), "step", kick(0.2))
     # From step to step the switches fall differently; over sixteenfold shorter steps it shows.
-    assert np.mean(found) >= 0.9
+    assert np.mean(slopes) >= 0.9
 
 
 @pytest.mark.parametrize("name", SMOOTH)
 def test_rkf45_is_of_fourth_order_where_all_is_smooth(name: str) -> None:
     # A tolerance that never bites: the steps are max_step, which divides the duration.
     solver = {"rtol": 0.99, "duration": SHORT}
-    found = orders({**SMOOTH[name], "solver": solver}, halved(3.2e-5, 4), "max_step", STARTS[name])
+    slopes = orders({**SMOOTH[name], "solver": solver}, halved(3.2e-5, 4), "max_step", STARTS[name])
     # The solution of order 4 that is propagated; those of order 5 would be 4.7 and more.
-    assert found == pytest.approx([4.0, 4.0], abs=0.4)
+    assert slopes == pytest.approx([4.0, 4.0], abs=0.4)
 
 
 @pytest.mark.parametrize("bodies", [24, 60, 150])

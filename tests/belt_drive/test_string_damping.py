@@ -36,7 +36,7 @@ def string(**changes: Any) -> Scenario:
 
 
 def wave(speed: float) -> Disturb:
-    """Return what gives the points velocities along a wave as long as the belt, m/s."""
+    """Return a kick: point velocities along a wave as long as the belt, m/s."""
 
     def disturb(model: BeltModel) -> None:
         first, n = model.system.layout.velocities, model.system.chain.bodies
@@ -124,13 +124,13 @@ def stretchy(points: int) -> Scenario:
 
 @pytest.mark.parametrize(("points", "most"), [(60, 200_000), (240, 700_000)])
 def test_the_default_step_is_that_of_the_waves_alone(points: int, most: int) -> None:
-    found = []
+    inverse_steps = []
     for damping in (None, {"coefficient": 1.0, "basis": "section"}):
         scenario = scenario_of(changed(stretchy(points), effects__axial_damping=damping))
         stepper = moreau.MoreauStepper(assemble(scenario), scenario.solver)
-        found.append(stepper.force_per_impulse)  # one over the length of a step
-    assert found[1] == found[0]
-    assert 3.0 * found[1] < most
+        inverse_steps.append(stepper.force_per_impulse)  # one over the length of a step
+    assert inverse_steps[1] == inverse_steps[0]
+    assert 3.0 * inverse_steps[1] < most
 
 
 @pytest.mark.parametrize("coefficient", [0.2, 20.0, 2e4, 1e6])
@@ -154,10 +154,10 @@ def test_a_point_in_a_short_span_has_the_friction_of_the_pulley_that_it_is_on(po
         effects__axial_damping__coefficient=200.0,
     )
     exact = stepped({**data, "solver": {"backend": "rkf45", "duration": END, "rtol": 1e-7}})
-    found = stepped(changed_step(data, "step", 1e-5))
-    assert solves_for_dampers(found.stepper)
+    end = stepped(changed_step(data, "step", 1e-5))
+    assert solves_for_dampers(end.stepper)
     # In sizes of the states: the step leaves 2e-7, the friction of the other pulley 0.05.
-    assert distance(found, exact) < 1e-5
+    assert distance(end, exact) < 1e-5
 
 
 def stopping_at(end: float) -> Callable[[float], None]:

@@ -67,9 +67,9 @@ def test_a_driven_pulley_slips_at_the_limit_of_the_capstan(seed: int, mirror: bo
     data, most, sense = overloaded(seed)
     done = simulate(mirrored(data) if mirror else data)
     assert done.status == "done"
-    found = events(done)
-    assert found == read(done)
-    slips = [event for event in found if event[1] == "driven"]
+    transitions = events(done)
+    assert transitions == read(done)
+    slips = [event for event in transitions if event[1] == "driven"]
     assert slips[0][2:] == (STICK, -sense if mirror else sense)
     torque = 1.5 * most * (slips[0][0] - 0.02) / 0.07
     begins = int(np.searchsorted(done.time, slips[0][0] - 0.1 * INTERVAL))
@@ -77,7 +77,7 @@ def test_a_driven_pulley_slips_at_the_limit_of_the_capstan(seed: int, mirror: bo
     assert set(over_rim) == {float(slips[0][3])}
     # The polygon of 36 bodies, inertia, and mu_s up to a tenth above mu_k.
     assert 0.85 * most < torque < 1.25 * most
-    assert not [event for event in found if event[1] == "driver"]
+    assert not [event for event in transitions if event[1] == "driver"]
 
 
 THREE: dict[str, Scenario] = {
@@ -96,15 +96,15 @@ THREE: dict[str, Scenario] = {
 
 @pytest.mark.parametrize("name", THREE)
 def test_transitions_of_three_pulleys_are_those_of_the_channels(name: str) -> None:
-    """Its patch is taken off: the reader knows one coefficient for each pulley."""
+    """Its patch is removed: the reader knows one coefficient for each pulley."""
     data = THREE[name]
     data["effects"].pop("patch")
     done = simulate(data)
-    found = events(done)
-    assert found == read(done)
+    transitions = events(done)
+    assert transitions == read(done)
     # The driver runs ahead of the belt.
     ahead_of_belt = BACKWARD if name.endswith("+1") else FORWARD
-    assert (STICK, ahead_of_belt) in [event[2:] for event in found if event[1] == "driver"]
+    assert (STICK, ahead_of_belt) in [event[2:] for event in transitions if event[1] == "driver"]
 
 
 def pulse(most: float, duration: float = 0.16) -> Scenario:
@@ -126,13 +126,13 @@ def pulse(most: float, duration: float = 0.16) -> Scenario:
 def test_a_pulley_grips_again_when_its_load_is_gone(over: float) -> None:
     most = limit(0.08, 0.2, pi)
     done = simulate(pulse(over * most))
-    found = events(done)
-    assert found == read(done)
-    assert [event[1:] for event in found] == [
+    transitions = events(done)
+    assert transitions == read(done)
+    assert [event[1:] for event in transitions] == [
         ("driven", STICK, FORWARD),
         ("driven", FORWARD, STICK),
     ]
-    slips, grips = (event[0] for event in found)
+    slips, grips = (event[0] for event in transitions)
     # The pulley swings on the belt with a period of 12 ms.
     assert 0.0 <= slips - (0.02 + 0.01 / over) < 3e-3
     # While it slips, T1/T2 is that of the capstan: the load below it brings the rim up again.
@@ -186,8 +186,8 @@ def test_a_belt_without_friction_does_not_slip(
 def test_friction_that_vanishes_in_slip_still_has_a_direction() -> None:
     data, _, sense = overloaded(1)
     data["effects"]["belt_friction"]["pulleys"]["driven"]["mu_k"] = 0.0
-    found = [event for event in events(simulate(data)) if event[1] == "driven"]
-    assert found[0][2:] == (STICK, sense)
+    changes = [event for event in events(simulate(data)) if event[1] == "driven"]
+    assert changes[0][2:] == (STICK, sense)
 
 
 # --- lift-off and slack spans ---------------------------------------------------------------------
@@ -204,14 +204,14 @@ def test_a_roller_lifts_off_and_is_touched_again() -> None:
     )
     data["mechanism"]["pulleys"][1]["center"] = [0.2, -0.128]
     done = simulate(data)
-    found = events(done)
-    assert found == read(done)
-    modes = [event[2:] for event in found if event[1] == "roller"]
+    transitions = events(done)
+    assert transitions == read(done)
+    modes = [event[2:] for event in transitions if event[1] == "roller"]
     assert len(modes) >= 2
     assert modes == ([(STICK, OPEN), (OPEN, STICK)] * len(modes))[: len(modes)]
     c = done.channels
     gap = np.min(np.hypot(c["x"] - 0.2, c["y"] + 0.128), axis=1) - 0.06
-    for time, *_, after in (event for event in found if event[1] == "roller"):
+    for time, *_, after in (event for event in transitions if event[1] == "roller"):
         at = int(np.searchsorted(done.time, time - 0.1 * INTERVAL))
         if after == OPEN:
             assert np.all(gap[at : at + 3] >= -SINCE_FORCES)
@@ -237,9 +237,9 @@ def test_a_span_goes_slack(torque: float, slack: bool) -> None:
         effects__belt_friction={"mu_s": 5.0, "mu_k": 5.0},
     )
     done = simulate(data)
-    found = events(done)
-    assert found == read(done)
-    spans = [event for event in found if event[1].startswith("span.")]
+    transitions = events(done)
+    assert transitions == read(done)
+    spans = [event for event in transitions if event[1].startswith("span.")]
     told = [text for text in done.warnings if "goes slack" in text]
     assert ["from 'driver' to 'driven'" in text for text in told] == [True] * slack
     if not slack:
@@ -254,7 +254,7 @@ def test_a_span_goes_slack(torque: float, slack: bool) -> None:
 
 
 @pytest.mark.parametrize(
-    ("modes", "found"),
+    ("modes", "lasting"),
     [
         ([0] * 5, []),
         ([0, 1, 1, 0, 0, 0], []),
@@ -270,9 +270,9 @@ def test_a_span_goes_slack(torque: float, slack: bool) -> None:
     ],
 )
 def test_a_change_that_lasts_is_a_transition(
-    modes: list[int], found: list[tuple[int, int, int]]
+    modes: list[int], lasting: list[tuple[int, int, int]]
 ) -> None:
-    assert lasting_changes(np.array(modes)) == found
+    assert lasting_changes(np.array(modes)) == lasting
 
 
 def test_a_state_that_is_a_matter_of_chance_gives_few_transitions() -> None:

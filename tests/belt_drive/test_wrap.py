@@ -13,8 +13,8 @@ from tests.support.scenarios import sound
 
 def late(done: Record, name: str) -> Array:
     """Return the last fifth of a channel."""
-    found: Array = done.channels[name][done.time >= 0.8 * done.time[-1]]
-    return found
+    values: Array = done.channels[name][done.time >= 0.8 * done.time[-1]]
+    return values
 
 
 def joints_on(done: Record, pulley: int) -> Any:
@@ -73,8 +73,8 @@ def test_spans_balance_the_torque(bending: str) -> None:
 @pytest.mark.parametrize("bending", LIMIT_OF_MESH)
 def test_the_slip_is_near_that_of_fine_meshes(bending: str) -> None:
     """A polygon of 150 bodies slips by half as much again."""
-    found = slip_over_creep(paper(bending, True)) / LIMIT_OF_MESH[bending]
-    assert found == pytest.approx(1.0, abs={"without": 0.08, "with": 0.18}[bending])
+    ratio = slip_over_creep(paper(bending, True)) / LIMIT_OF_MESH[bending]
+    assert ratio == pytest.approx(1.0, abs={"without": 0.08, "with": 0.18}[bending])
 
 
 def arc_over_span(done: Record) -> float:
@@ -85,7 +85,7 @@ def arc_over_span(done: Record) -> float:
 
 @pytest.mark.parametrize("bending", LIMIT_OF_MESH)
 def test_without_load_an_arc_has_the_tension_of_its_spans(bending: str) -> None:
-    """But for what the soft contact does where a body comes on to it, and bending before that."""
+    """Except for seating in the soft contact, and bending before it."""
     done = paper(bending, False)
     assert arc_over_span(done) == pytest.approx(1.0, abs={"without": 0.03, "with": 0.09}[bending])
     assert abs(quantity(done, "slip_percent")) < 0.02

@@ -1,4 +1,4 @@
-"""What the backends reach on the pulley's reference profile, and on a crank barely over its top.
+"""Accuracy of the backends on the pulley's reference profile, and on a crank barely over its top.
 
 Run it as `python -m tests.benchmarks.accuracy`.
 """
@@ -56,7 +56,7 @@ def final_angle(data: Scenario, rtol: float, nudge: float = 0.0) -> float:
 
 
 def gears() -> None:
-    """Print the error of `events` at rtol 1e-11 against 1e-13, and what a nudge becomes."""
+    """Print the error of `events` at rtol 1e-11 against 1e-13, and the growth of a nudge."""
     print("barely over the top: excess of speed, error rad, growth of an error of the start")
     for excess in EXCESSES:
         data = over_the_top(excess)

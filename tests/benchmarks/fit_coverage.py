@@ -107,9 +107,9 @@ def measure(case: Case, seed: int) -> tuple[dict[str, float], fs.Fit]:
     return truth, case.fit(truth, rng)
 
 
-def holds(found: fs.Fit, key: str, truth: float) -> bool:
+def holds(fit: fs.Fit, key: str, truth: float) -> bool:
     """Return whether the interval of a key holds the truth; false if there is none."""
-    interval = found.intervals[key]
+    interval = fit.intervals[key]
     return interval is not None and interval[0] <= truth <= interval[1]
 
 
@@ -118,9 +118,9 @@ def rows_of(name: str, seeds: int = SEEDS) -> list[dict[str, Any]]:
     fits = [measure(case, seed) for seed in range(seeds)]
     rows = []
     for key in case.keys:
-        errors = [found.standard_errors[key] for _, found in fits]
+        errors = [fit.standard_errors[key] for _, fit in fits]
         known = [error for error in errors if error is not None]
-        held = sum(holds(found, key, truth[key]) for truth, found in fits)
+        held = sum(holds(fit, key, truth[key]) for truth, fit in fits)
         share = 100.0 * held / len(known) if known else nan
         missing = f"{len(fits) - len(known)} not identified" if len(known) < len(fits) else ""
         rows.append(

@@ -65,11 +65,11 @@ DAMPING_RATIOS = np.linspace(0.0, 1.0, 41)
 
 def polynomial(matrix: Array, weights: Array) -> Array:
     """Return the coefficients of R(z), the highest power first."""
-    power, found = np.ones(len(weights)), [1.0]
+    power, coefficients = np.ones(len(weights)), [1.0]
     for _ in weights:
-        found.append(float(weights @ power))
+        coefficients.append(float(weights @ power))
         power = matrix @ power
-    return np.array(found[::-1])
+    return np.array(coefficients[::-1])
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""The belt of `belt_verification.toml` in Exudyn, a multibody program of others.
+"""The belt of `belt_verification.toml` in Exudyn, an independent multibody program.
 
 Run it as `python tests/benchmarks/peer_exudyn.py` in an environment with the extra `peer`; it takes
 half an hour and writes `results/belt_peer.json`, the speed of the driven pulley in each case. Cases
@@ -35,7 +35,7 @@ DAMPING = 0.5  # N s
 
 
 class Case(NamedTuple):
-    """What a run of the peer may differ in."""
+    """Options in which runs of the peer differ."""
 
     elements: int = 120
     segments: int = 2
@@ -47,7 +47,7 @@ class Case(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What it differs in from the first of all cases."""
+        """Its differences from the first case."""
         first = Case()
         parts = [
             f"{field}={value if isinstance(value, str) else format(value, 'g')}"
@@ -126,7 +126,7 @@ def add_belt(items: Any, system: Any, case: Case) -> list[int]:
         x, y, along, across = line.at(i * line.length / case.elements)
         at = [x, y, slope * along, slope * across]
         nodes.append(system.AddNode(items.NodePoint2DSlope1(referenceCoordinates=at)))
-    found = []
+    cables = []
     for first, second in zip(nodes, [*nodes[1:], nodes[0]], strict=True):
         cable = items.ObjectANCFCable2D(
             length=line.length / case.elements / slope,
@@ -138,8 +138,8 @@ def add_belt(items: Any, system: Any, case: Case) -> list[int]:
             nodeNumbers=[first, second],
             useReducedOrderIntegration=2,
         )
-        found.append(system.AddObject(cable))
-    return found
+        cables.append(system.AddObject(cable))
+    return cables
 
 
 def add_pulley(items: Any, system: Any, ground: int, x: float) -> tuple[int, int]:
@@ -162,7 +162,7 @@ def add_contacts(items: Any, system: Any, pulley: int, belt: list[int], case: Ca
     length = PitchLine(case).length / case.elements / count
     start = [0.1] * count + [-2.0] * count + [0.0] * count
     normal, along, mass = case.contact * length, case.bristle * length, MASS * length
-    found = []
+    contacts = []
     for element in belt:
         shape = items.MarkerBodyCable2DShape(bodyNumber=element, numberOfSegments=count)
         state = items.NodeGenericData(numberOfDataCoordinates=3 * count, initialCoordinates=start)
@@ -178,17 +178,17 @@ def add_contacts(items: Any, system: Any, pulley: int, belt: list[int], case: Ca
             circleRadius=RADIUS,
             useSegmentNormals=False,
         )
-        found.append(system.AddObject(contact))
-    return found
+        contacts.append(system.AddObject(contact))
+    return contacts
 
 
 def advance(exu: Any, system: Any, case: Case, start: float, end: float) -> None:
     """Solve it by trapezoidal steps, with constraints on velocities."""
-    found = exu.SimulationSettings()
-    found.linearSolver.solverType = exu.LinearSolverType.EigenSparse
-    found.solution.file.write = False
-    found.solution.sensors.writePeriod = INTERVAL
-    integration = found.timeIntegration
+    settings = exu.SimulationSettings()
+    settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+    settings.solution.file.write = False
+    settings.solution.sensors.writePeriod = INTERVAL
+    integration = settings.timeIntegration
     integration.startTime, integration.endTime = start, end
     integration.numberOfSteps = round((end - start) / case.step)
     integration.newton.useModifiedNewton = True
@@ -196,7 +196,7 @@ def advance(exu: Any, system: Any, case: Case, start: float, end: float) -> None
     integration.discontinuous.maxIterations = 5
     integration.discontinuous.ignoreMaxIterations = True
     method = exu.DynamicSolverType.TrapezoidalIndex2
-    if not system.SolveDynamic(found, solverType=method):
+    if not system.SolveDynamic(settings, solverType=method):
         raise RuntimeError(f"{case.name}: the peer did not solve it")
 
 
@@ -248,8 +248,8 @@ def simulate(case: Case) -> tuple[list[float], list[float]]:
 def load() -> dict[str, Any]:
     if not RESULT.exists():
         return {"cases": {}}
-    found: dict[str, Any] = json.loads(RESULT.read_text(encoding="utf-8"))
-    return found
+    numbers: dict[str, Any] = json.loads(RESULT.read_text(encoding="utf-8"))
+    return numbers
 
 
 def main(names: list[str]) -> None:

@@ -1,4 +1,4 @@
-"""How long the program takes: the numbers of `docs/performance.md`.
+"""Times of the program: the numbers of `docs/performance.md`.
 
 Run it as `python -m tests.benchmarks.performance PART [NUMBER...]...` with the names of parts, and
 numbers that go to the part before them: `performance start_up 3` takes turns three times only, and
@@ -53,9 +53,9 @@ def tabulate(times: dict[str, list[float]]) -> None:
     """Print medians, the least times, and the ratios of the medians to the first."""
     say(f"{'':34s} {'median ms':>9s} {'least ms':>9s} {'ratio':>6s}")
     base = median(next(iter(times.values())))
-    for name, found in times.items():
-        middle = median(found)
-        say(f"{name:34s} {middle * 1e3:9.2f} {min(found) * 1e3:9.2f} {middle / base:6.2f}")
+    for name, seconds in times.items():
+        middle = median(seconds)
+        say(f"{name:34s} {middle * 1e3:9.2f} {min(seconds) * 1e3:9.2f} {middle / base:6.2f}")
 
 
 LIBRARIES = """
@@ -139,7 +139,7 @@ def stepped(repeats: float, *overrides: str, without: tuple[str, ...] = ()) -> t
 
 
 def belt(repeats: float = 5, duration: float = 0.5) -> None:
-    """What a belt costs: real-time factors, effects, numbers of bodies; run it on an idle machine.
+    """Cost of a belt: real-time factors, effects, numbers of bodies; run it on an idle machine.
 
     A real-time factor is wall seconds per simulated second. Counts do not depend on the machine.
     """
@@ -158,14 +158,14 @@ def belt(repeats: float = 5, duration: float = 0.5) -> None:
     say("bodies: us a step of rkf45, of moreau")
     for bodies in (60, 150, 300, 600, 1200):
         short = (f"mechanism.belt.bodies={bodies}", f"solver.duration={3 * duration / bodies:g}")
-        found = [
+        microseconds = [
             1e6 * took / run.statistics.steps
             for run, took in (
                 stepped(repeats, f"solver.backend={backend}", *short, *QUIET)
                 for backend in ("rkf45", "moreau")
             )
         ]
-        say(f"  {bodies}: {found[0]:.2f} {found[1]:.2f}")
+        say(f"  {bodies}: {microseconds[0]:.2f} {microseconds[1]:.2f}")
 
 
 RUN = """
@@ -189,7 +189,7 @@ print(f"| {seconds} | {bodies} | {len(samples['time'])} | {raw:.2f} | {peak:.0f}
 
 
 def long_run(seconds: float = 1000.0, bodies: float = 150, interval: float = 1e-3) -> None:
-    """Memory, time and disk of a belt with all its channels, in a process of its own."""
+    """Memory, time and disk of a belt with all its channels, in a separate process."""
 
     def row(duration: float, name: str) -> str:
         numbers = f"{duration:g}", str(int(bodies)), f"{interval:g}"
@@ -206,12 +206,12 @@ def long_run(seconds: float = 1000.0, bodies: float = 150, interval: float = 1e-
         watcher = threading.Thread(target=watch)
         watcher.start()
         try:
-            found = row(seconds, "long.h5")
+            measured = row(seconds, "long.h5")
         finally:
             over.set()
             watcher.join()
         say("| simulated s | bodies | samples | samples / GB | peak memory / MB | solving / s |")
-        say(f"  in all / s | result / GB |\n{found}")
+        say(f"  in all / s | result / GB |\n{measured}")
         shown = by_turns({"show": lambda: _run(*PROGRAM, "show", str(folder / "long.h5"))}, 1)
         say(f"most on the disk: {most[0] / 1e9:.2f} GB; show: {shown['show'][0]:.1f} s")
 
@@ -302,8 +302,8 @@ def memory(runs: float = 1_000_000) -> None:
     """Peak memory of the process that receives the outcomes of many runs."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "s.h5"
-        found = _run(sys.executable, "-c", MEMORY, str(int(runs)), str(path), PULLEY)
-        before, added, peak, seconds = json.loads(found)
+        output = _run(sys.executable, "-c", MEMORY, str(int(runs)), str(path), PULLEY)
+        before, added, peak, seconds = json.loads(output)
         say(
             f"{runs:.0f} runs: {before:.0f} MB at the start, {added:.0f} MB with all outcomes,"
             f" {peak:.0f} MB at most, {seconds:.1f} s, file {path.stat().st_size / 1e6:.0f} MB"

@@ -1,4 +1,4 @@
-"""Makes all tables and pictures of `results/` anew, but hard.json and those of `validation.py`.
+"""Regenerates tables and pictures of `results/`, but hard.json and those of `validation.py`.
 
 Run it as `python -m tests.benchmarks.results`, or with the names of some of its parts behind;
 it takes about half an hour, one process at a time.
@@ -56,7 +56,7 @@ OF_THE_LIFT = (
 
 
 def pictures() -> None:
-    """Draw what the project's README shows."""
+    """Draw the pictures of the project's README."""
     for name in PICTURES:
         command("solve", f"scenarios/{name}.toml", "--quiet")
         command("plot", f"results/{name}.h5")
@@ -90,7 +90,7 @@ TARGET = 1e-9  # of one coordinate
 
 
 def energy() -> None:
-    """Write the energy balance of all shipped scenarios, and what finer steps make of it.
+    """Write the energy balance of all shipped scenarios, and that with finer steps.
 
     If the error goes down with the step or the tolerance, it is that of the integration, and the
     scenario asks for no more.
@@ -107,14 +107,14 @@ def energy() -> None:
 
 def _balance(name: str) -> dict[str, Any]:
     scenario = load(SCENARIOS / f"{name}.toml")
-    found, target = run(scenario, lambda t: None), TARGETS.get(scenario.kind, TARGET)
-    balance, again, then = found.checks["energy_balance"].value, "", ""
-    warning, solver = warning_on(found), scenario.solver
+    record, target = run(scenario, lambda t: None), TARGETS.get(scenario.kind, TARGET)
+    balance, again, then = record.checks["energy_balance"].value, "", ""
+    warning, solver = warning_on(record), scenario.solver
     # Below its transition speed the published law of belts is not resolved at any tolerance.
     if balance > target and scenario.law != "creep":
         again = f"solver.rtol={0.01 * solver.rtol:g}"
         if solver.backend == "moreau":
-            again = f"solver.step={0.5 * solver.duration / found.statistics.steps:.4g}"
+            again = f"solver.step={0.5 * solver.duration / record.statistics.steps:.4g}"
         second = run(scenario.replace((again,)), lambda t: None)
         then = f"{second.checks['energy_balance'].value:.1e}"
         warning = warning or warning_on(second)

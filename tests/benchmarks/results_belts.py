@@ -1,4 +1,4 @@
-"""Belts of bodies beside a string: meshes, wrap factors, the depth of the contact, Kubas 2014.
+"""Belts of bodies against a string: meshes, wrap factors, the depth of the contact, Kubas 2014.
 
 In the mean the torques balance, T1 - T2 = M/R. A string creeps by (T1 - T2)/EA, and has the tension
 of the tight span where it sticks to the driver; without load it has the tension of its spans
@@ -62,8 +62,8 @@ def spans(channels: Mapping[str, Any], which: Any) -> tuple[float, float]:
     free = channels["pulley_index"][which] < 0
     free &= np.roll(free, 1, axis=1)
     tension, above = channels["tension"][which], channels["y"][which] > 0.0
-    found = [float(np.mean(tension[free & side])) for side in (above, ~above)]
-    return max(found), min(found)
+    tensions = [float(np.mean(tension[free & side])) for side in (above, ~above)]
+    return max(tensions), min(tensions)
 
 
 # Meshes without wrap factors
@@ -79,7 +79,7 @@ BAND = 0.1  # about the frequency of crossings, of it
 
 
 def mesh() -> None:
-    """Write what the number of bodies does to spans, slip and speeds."""
+    """Write spans, slip and speeds over the number of bodies."""
     rows = [
         _mesh_row(base, bending, count)
         for base in MESHES
@@ -106,16 +106,16 @@ def _mesh_row(base: str, bending: str, count: int) -> dict[str, Any]:
     """Return the figures of a mesh; its warning alone if the run failed."""
     _, duration, free = MESHES[base]
     recorded = f"output.interval={INTERVAL}", f"output.channels={MESH_CHANNELS}"
-    found = _belt(base, bending, count, duration, "mechanism.belt.wrap=polygon", *recorded)
+    record = _belt(base, bending, count, duration, "mechanism.belt.wrap=polygon", *recorded)
     row = {"scenario": base, "bending": bending, "bodies": count}
-    if found.status != "done":
-        return row | {"warning": warning_on(found)}
-    which = late(found, LATE)
-    speed = found.channels["pulley_speed"][which]
-    turned = np.ptp(found.channels["pulley_angle"][which], axis=0)
-    tight, slack = spans(found.channels, which)
+    if record.status != "done":
+        return row | {"warning": warning_on(record)}
+    which = late(record, LATE)
+    speed = record.channels["pulley_speed"][which]
+    turned = np.ptp(record.channels["pulley_angle"][which], axis=0)
+    tight, slack = spans(record.channels, which)
     slipped = float(1.0 - turned[1] / turned[0])
-    mechanism = scenario_run(found).mechanism
+    mechanism = scenario_run(record).mechanism
     creep = (tight - slack) / mechanism.belt.axial_rigidity
     first, second = mechanism.pulleys
     length = 2.0 * (pi * first.radius + second.center[0] - first.center[0])
@@ -124,14 +124,14 @@ def _mesh_row(base: str, bending: str, count: int) -> dict[str, Any]:
         "tight span [N]": tight,
         "slack span [N]": slack,
         "slip [%]": 100.0 * slipped,
-        "where it sticks to the driver [N]": where_it_sticks(found, LATE),
+        "where it sticks to the driver [N]": where_it_sticks(record, LATE),
         "slip over elastic creep": slipped / creep,
         "driven speed [rad/s]": float(np.mean(speed[:, 1])),
         "scatter [rad/s]": float(np.std(speed[:, free])),
         "crossings [Hz]": crossings,
         "rms at crossings [rad/s]": _rms_about(crossings, speed[:, free]),
-        "wall time [s]": found.statistics.wall_seconds,
-        "warning": warning_on(found),
+        "wall time [s]": record.statistics.wall_seconds,
+        "warning": warning_on(record),
     }
 
 
@@ -157,7 +157,7 @@ RATIO, OFF = "slip over elastic creep", "off its limit [%]"
 
 
 def wrap() -> None:
-    """Write what the wrap factor of the bodies is worth."""
+    """Write the effect of the wrap factor of the bodies."""
     rows = [
         _wrapped(model, bending, count)
         for bending in reversed(BENDING)
@@ -249,7 +249,7 @@ TENSION, RADIUS, LENGTH = 555.0, 0.027, 1.2 / 150  # N, m, and m of a body of a 
 
 
 def seat() -> None:
-    """Write what the depth of the contact does to slip and tension, on firmer and firmer rims."""
+    """Write slip and tension over the depth of the contact, on firmer and firmer rims."""
     rows = [_seat_row(*mesh, stiffness) for mesh in SEATS for stiffness in STIFFNESSES]
     above = [
         "`belt_drive` with its resistance continued beyond 8 pi rad/s and contacts whose c1 and c2"
@@ -274,8 +274,8 @@ def _seat_row(bodies: int, bending: str, stiffness: int) -> dict[str, Any]:
         f"effects.contact.damping={sqrt(stiffness) * DAMPING!r}",
         f"effects.contact.p_max={P_MAX * _depth(stiffness) / _depth(1.0)!r}",
     )
-    found = _belt("belt_drive", bending, bodies, DURATION, *contact, *LOAD, RECORDED)
-    tight, slack = quantity_of(found, "tension_tight"), quantity_of(found, "tension_slack")
+    record = _belt("belt_drive", bending, bodies, DURATION, *contact, *LOAD, RECORDED)
+    tight, slack = quantity_of(record, "tension_tight"), quantity_of(record, "tension_slack")
     return {
         "stiffness over the paper's": stiffness,
         "bodies": bodies,
@@ -284,10 +284,10 @@ def _seat_row(bodies: int, bending: str, stiffness: int) -> dict[str, Any]:
         "angle of entry [deg]": degrees(sqrt(_depth(stiffness) / RADIUS)),
         "T1 [N]": tight,
         "T2 [N]": slack,
-        "slip over elastic creep": slip(found) * RIGIDITY / (tight - slack),
-        "tension where it sticks to the driver, over T1": where_it_sticks(found) / tight,
-        "step [us]": 1e6 * DURATION / found.statistics.steps,
-        "warning": warning_on(found),
+        "slip over elastic creep": slip(record) * RIGIDITY / (tight - slack),
+        "tension where it sticks to the driver, over T1": where_it_sticks(record) / tight,
+        "step [us]": 1e6 * DURATION / record.statistics.steps,
+        "warning": warning_on(record),
     }
 
 
@@ -308,7 +308,7 @@ PRINTED = {
 
 
 def paper() -> None:
-    """Solve the drive by both laws, draw it, and write the numbers down beside the paper's."""
+    """Solve the drive by both laws, draw it, and write its numbers next to the paper's."""
     exact = solve("belt_drive")
     # 1e-3 takes minutes, 1e-4 a quarter of an hour.
     published = solve("belt_drive_published", "solver.duration=2.0", "solver.rtol=1e-2")
@@ -318,7 +318,7 @@ def paper() -> None:
         command("plot", "results/belt_drive.h5", *options)
     runs = {"exact stick": _quantities(exact), "published law, rtol 1e-2": _quantities(published)}
     rows = [
-        {"quantity": name, "paper": words} | {law: found[name] for law, found in runs.items()}
+        {"quantity": name, "paper": words} | {law: values[name] for law, values in runs.items()}
         for name, words in PRINTED.items()
     ]
     above = [f"Means from {START:g} to 2 s of `belt_drive.toml` and `belt_drive_published.toml`."]
@@ -328,19 +328,19 @@ def paper() -> None:
 def _quantities(done: Record) -> dict[str, Any]:
     """Return the means of a run; none of them if it ended before."""
     channels = done.channels
-    found = dict.fromkeys(PRINTED, float("nan")) | {
+    values = dict.fromkeys(PRINTED, float("nan")) | {
         "end [s]": float(done.time[-1]),
         "audit": warning_on(done) or "passed",
         "wall time [s]": done.statistics.wall_seconds,
     }
     which = done.time >= START
     if not which.any():
-        return found
+        return values
     turned = np.ptp(channels["pulley_angle"][which], axis=0)
     touching = channels["pulley_index"][which] >= 0
     speeds = np.abs(channels["slip_velocity"][which][touching])
     active, passive = spans(channels, which)
-    return found | {
+    return values | {
         "speed of the driver [rad/s]": float(np.mean(channels["pulley_speed"][which, 0])),
         "slip [%]": 100.0 * float(1.0 - turned[1] / turned[0]),
         "tension of the active span [N]": active,

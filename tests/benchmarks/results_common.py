@@ -1,4 +1,4 @@
-"""What the parts of `results.py` share: runs, figures of belts, tables with their provenance."""
+"""Shared parts of `results.py`: runs, quantities of belts, tables with their provenance."""
 
 import csv
 import platform
@@ -33,7 +33,7 @@ class Table(NamedTuple):
 
 
 def provenance() -> list[str]:
-    """Return what the numbers depend on besides the sources: machine and versions."""
+    """Return the provenance of numbers besides the sources: machine and versions."""
     libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba"))
     return [
         f"machine: {_processor()}, {cpu_count()} cores, {platform.system()} {platform.machine()}",
@@ -66,53 +66,53 @@ def solve(base: str, *overrides: str, without: Iterable[str] = ()) -> Record:
 
 def quantity_of(result: Record, name: str) -> float:
     """Return a figure of a run; nan where there is none."""
-    found = result.quantities.get(name)
-    return float("nan") if found is None or found.value is None else found.value
+    quantity = result.quantities.get(name)
+    return float("nan") if quantity is None or quantity.value is None else quantity.value
 
 
-def warning_on(found: Record) -> str:
+def warning_on(record: Record) -> str:
     """Return why a run failed, or what its self-audit found; nothing if all is well."""
-    failed = failures(found.checks)
-    return found.reason or (f"self-audit failed: {failed}" if failed else "")
+    failed = failures(record.checks)
+    return record.reason or (f"self-audit failed: {failed}" if failed else "")
 
 
-def late(found: Record, share: float = 0.4) -> Any:
-    """Return which samples means are taken over: those of a steady motion."""
-    return found.time >= share * found.time[-1]
+def late(record: Record, share: float = 0.4) -> Any:
+    """Return the mask of the samples of steady motion, for means."""
+    return record.time >= share * record.time[-1]
 
 
-def slip(found: Record) -> float:
+def slip(record: Record) -> float:
     """Return the slip; a window that fades at its ends leaves nothing of the pulleys' swing."""
-    speed = found.channels["pulley_speed"][late(found)]
+    speed = record.channels["pulley_speed"][late(record)]
     driver, driven = np.hanning(len(speed)) @ speed
     return float(1.0 - driven / driver)
 
 
-def _inside(found: Record, which: Any, pulley: float) -> Any:
+def _inside(record: Record, which: Any, pulley: float) -> Any:
     """Return which joints are between two bodies on a pulley, or on none, -1."""
-    on = found.channels["pulley_index"][which] == pulley
+    on = record.channels["pulley_index"][which] == pulley
     return on & np.roll(on, 1, axis=1)
 
 
-def where_it_sticks(found: Record, share: float = 0.4) -> float:
+def where_it_sticks(record: Record, share: float = 0.4) -> float:
     """Return the median tension of the joints on the driver whose body sticks there, N.
 
     Most of that arc has one tension; at its entry it rises, or falls, to it.
     """
-    which = late(found, share)
-    inside = _inside(found, which, 0.0) & (found.channels["sticking"][which] > 0.0)
-    return float(np.median(found.channels["tension"][which][inside]))
+    which = late(record, share)
+    inside = _inside(record, which, 0.0) & (record.channels["sticking"][which] > 0.0)
+    return float(np.median(record.channels["tension"][which][inside]))
 
 
-def arc_over_span(found: Record) -> float:
+def arc_over_span(record: Record) -> float:
     """Return the mean tension on the driver over that of the joints that touch nothing."""
-    tension = found.channels["tension"][late(found)]
-    arc, span = (tension[_inside(found, late(found), pulley)] for pulley in (0.0, -1.0))
+    tension = record.channels["tension"][late(record)]
+    arc, span = (tension[_inside(record, late(record), pulley)] for pulley in (0.0, -1.0))
     return float(np.mean(arc) / np.mean(span))
 
 
 def command(*arguments: str) -> str:
-    """Run `frictionsim` from the root of the project; return what it prints."""
+    """Run `frictionsim` from the root of the project; return its output."""
     say(f"  frictionsim {' '.join(arguments)}")
     line = [sys.executable, "-m", "frictionsim", *arguments]
     return subprocess.run(line, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout

@@ -1,4 +1,4 @@
-"""Guided belts beside the closed forms of creep, and beside chains of bodies in the plane."""
+"""Guided belts against the closed forms of creep, and against chains of bodies in the plane."""
 
 from statistics import median
 from typing import Any
@@ -46,7 +46,7 @@ def errors_of(seed: int, points: int) -> dict[str, list[float]]:
     drive = drawn_drive(seed)
     exact, done = steady(drive), run(scenario_of(scenario_of_drive(drive, points)), lambda t: None)
     assert not warning_on(done), warning_on(done)
-    found = {
+    errors = {
         "creep": [quantity_of(done, "slip_percent") / exact.creep - 100.0],
         "tension_tight": [100.0 * (quantity_of(done, "tension_tight") / exact.tight - 1.0)],
         "tension_slack": [100.0 * (quantity_of(done, "tension_slack") / exact.slack - 1.0)],
@@ -55,8 +55,8 @@ def errors_of(seed: int, points: int) -> dict[str, list[float]]:
             for name, arc in zip(("driver", "driven"), exact.adhesion, strict=True)
         ],
     }
-    say(f"  {points} points, drive {seed}: {found} {done.warnings}")
-    return found
+    say(f"  {points} points, drive {seed}: {errors} {done.warnings}")
+    return errors
 
 
 BODIES, POINTS = 600, 300

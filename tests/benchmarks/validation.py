@@ -52,8 +52,8 @@ def steady_amplitude(ratio: float, *overrides: str) -> float:
 def den_hartog() -> list[tuple[str, ...]]:
     rows = []
     for ratio in RATIOS:
-        found, expected = steady_amplitude(ratio), den_hartog_amplitude(ratio)
-        values = (f"{found:.12f}", f"{expected:.12f}", f"{found - expected:.1e}")
+        amplitude, expected = steady_amplitude(ratio), den_hartog_amplitude(ratio)
+        values = (f"{amplitude:.12f}", f"{expected:.12f}", f"{amplitude - expected:.1e}")
         rows.append((f"{ratio:g}", *values))
     return rows
 
@@ -110,8 +110,8 @@ PARTS = {
 def load() -> dict[str, Any]:
     if not NUMBERS.exists():
         return {}
-    found: dict[str, Any] = json.loads(NUMBERS.read_text(encoding="utf-8"))
-    return found
+    numbers: dict[str, Any] = json.loads(NUMBERS.read_text(encoding="utf-8"))
+    return numbers
 
 
 def measure(name: str) -> None:
@@ -133,9 +133,9 @@ def _plain(value: Any) -> Any:
 def rendered(page: str, numbers: dict[str, Any]) -> str:
     """Return the text of the page with the tables of the numbers."""
 
-    def part(found: "re.Match[str]") -> str:
-        begin, name, end = found.groups()
-        return f"{begin}\n{_table(numbers[name])}\n{end}" if name in numbers else found[0]
+    def part(match: "re.Match[str]") -> str:
+        begin, name, end = match.groups()
+        return f"{begin}\n{_table(numbers[name])}\n{end}" if name in numbers else match[0]
 
     return MEASURED.sub(part, page)
 

@@ -167,8 +167,8 @@ def waves_and_weight() -> list[Row]:
     return rows + _weight(WAVE_BODIES[0])
 
 
-def _row(what: str, model: str, bodies: int, found: float, exact: float) -> Row:
-    return (what, model, bodies, found, exact, 100.0 * (found / exact - 1.0))
+def _row(what: str, model: str, bodies: int, value: float, exact: float) -> Row:
+    return (what, model, bodies, value, exact, 100.0 * (value / exact - 1.0))
 
 
 def _swing(model: Model, bodies: int, *overrides: str) -> Record:
@@ -187,9 +187,9 @@ def _pulleys(model: Model, bodies: int) -> Row:
     times = (f"solver.duration={RINGING}", "output.interval=5e-5")
     done = _swing(model, bodies, *UNDAMPED, *times)
     speeds = done.channels["pulley_speed"]
-    found = _frequency(done.time, speeds[:, 0] - speeds[:, 1], after=2e-3)
+    frequency = _frequency(done.time, speeds[:, 0] - speeds[:, 1], after=2e-3)
     exact = two_pulley_mode(SECTION_4)
-    return _row("pulleys against each other, rad/s", model.name, bodies, found, exact)
+    return _row("pulleys against each other, rad/s", model.name, bodies, frequency, exact)
 
 
 def _frequency(time: Array, values: Array, after: float) -> float:
@@ -236,9 +236,9 @@ def _belt(bodies: int) -> list[Row]:
     span = (y > 0.0) & (x > 0.0) & (x < SECTION_4.distance)
     for number in (1, 3):
         across = np.where(span, np.sin(number * np.pi * x / SECTION_4.distance), 0.0)
-        found = nearest(np.concatenate([none, across, none]))
+        modes = nearest(np.concatenate([none, across, none]))
         what = f"wave {number} across a span, rad/s"
-        rows.append(_row(what, "chain", n, found, transverse_mode(SECTION_4, number)))
+        rows.append(_row(what, "chain", n, modes, transverse_mode(SECTION_4, number)))
     return rows
 
 
@@ -248,14 +248,14 @@ def _weight(bodies: int) -> list[Row]:
     x, y, tension, free = level
     free &= y > 0.0
     length, pull = SECTION_4.distance, float(np.mean(tension[free]))
-    found = np.polyfit(x[free] - 0.5 * length, y[free], 2)[0] * 0.25 * length**2
+    computed = np.polyfit(x[free] - 0.5 * length, y[free], 2)[0] * 0.25 * length**2
     hung = sag(SECTION_4, pull, GRAVITY)
     x, y, tension, free = upright
     free &= x > 0.0
     slope = float(np.polyfit(y[free], tension[free], 1)[0])
     exact = SECTION_4.mass * GRAVITY / (1.0 + LOOSE / SECTION_4.axial)
     return [
-        _row("sag of a span, mm", "chain", bodies, 1e3 * float(found), 1e3 * hung),
+        _row("sag of a span, mm", "chain", bodies, 1e3 * float(computed), 1e3 * hung),
         _row("tension over height in an upright span, N/m", "chain", bodies, slope, exact),
     ]
 
@@ -307,15 +307,15 @@ CASES: dict[str, tuple[Any, ...]] = {
 
 def peer() -> list[Row]:
     """Compare the speed of the driven pulley in all cases of both."""
-    found: dict[tuple[str, str], Array] = {}
+    speeds: dict[tuple[str, str], Array] = {}
     for name, (model, bodies, *changed) in CASES.items():
         done = run(model, bodies, *OF_BOTH, *changed, base="belt_verification")
-        found["ours", name] = done.channels["pulley_speed"][:, 1]
+        speeds["ours", name] = done.channels["pulley_speed"][:, 1]
     theirs = json.loads((RESULTS / "belt_peer.json").read_text(encoding="utf-8"))["cases"]
-    found |= {("peer", name): np.array(case["driven_speed"]) for name, case in theirs.items()}
-    references = found["ours", BEST], found["peer", "standard"]
+    speeds |= {("peer", name): np.array(case["driven_speed"]) for name, case in theirs.items()}
+    references = speeds["ours", BEST], speeds["peer", "standard"]
     rows = []
-    for names, curve in found.items():
+    for names, curve in speeds.items():
         off = [float(np.sqrt(np.mean((curve - other) ** 2))) for other in references]
         rows.append((*names, *_vibration(curve), *off))
     return rows
@@ -333,5 +333,5 @@ def _vibration(curve: Array) -> tuple[float, float]:
             p[0] + np.exp(-p[1] * t) * (p[2] * np.cos(angle) + p[3] * np.sin(angle)) - y
         )
 
-    found = least_squares(missing, [-12.0, 3.0, 3.0, 1.0, 22.5]).x
-    return float(found[0]), float(found[4])
+    parameters = least_squares(missing, [-12.0, 3.0, 3.0, 1.0, 22.5]).x
+    return float(parameters[0]), float(parameters[4])

@@ -57,35 +57,37 @@ def test_solve_prints_quantities_and_names_the_file_after_the_scenario(told: Run
 
 
 def test_json_is_one_object_with_the_documented_keys(told: Run) -> None:
-    found = strict_json(told("solve", PULLEY, "--json", "-o", "a.h5")[0])
-    assert found.keys() == {
+    document = strict_json(told("solve", PULLEY, "--json", "-o", "a.h5")[0])
+    assert document.keys() == {
         *("scenario", "kind", "law", "backend", "status", "quantities", "solver", "effects"),
         *("overrides", "audit", "output", "reason", "failure", "events", "warnings"),
     }
-    told_of = [found[key] for key in ("scenario", "kind", "backend", "status", "reason", "output")]
+    told_of = [
+        document[key] for key in ("scenario", "kind", "backend", "status", "reason", "output")
+    ]
     assert told_of == [PULLEY, "pulley", "events", "done", "", "a.h5"]
     assert {"force_to_lift", "force_to_hold", "breakaway_time", "final_angle"} <= set(
-        found["quantities"]
+        document["quantities"]
     )
-    for quantity in found["quantities"].values():
+    for quantity in document["quantities"].values():
         assert quantity.keys() == {"value", "unit"}
         assert quantity["value"] is None or isinstance(quantity["value"], float)
-    statistics = found["solver"]
+    statistics = document["solver"]
     seconds = {"wall_seconds", "compile_seconds"}
     assert statistics.keys() == {"steps", "rejected", "rhs_evaluations", "states"} | seconds
     assert all(isinstance(statistics[key], int) for key in statistics.keys() - seconds)
     assert statistics["wall_seconds"] > 0.0
     assert statistics["compile_seconds"] == 0.0
-    assert found["effects"] == ["shaft_friction", "viscous_damping"]
-    assert found["audit"].keys() == {
+    assert document["effects"] == ["shaft_friction", "viscous_damping"]
+    assert document["audit"].keys() == {
         *("energy_balance", "friction_law", "dissipation_sign", "stick_drift", "release")
     }
-    for check in found["audit"].values():
+    for check in document["audit"].values():
         assert check["ok"] is True
         assert 0.0 <= check["value"] <= check["limit"]
-    (event,) = found["events"]
+    (event,) = document["events"]
     assert (event["contact"], event["mode_from"], event["mode_to"]) == ("shaft", 0, 1)
-    assert event["time"] == found["quantities"]["breakaway_time"]["value"]
+    assert event["time"] == document["quantities"]["breakaway_time"]["value"]
 
 
 def test_warnings_agree_in_json_result_file_and_stderr(told: Run) -> None:
@@ -109,9 +111,9 @@ def test_warnings_agree_in_json_result_file_and_stderr(told: Run) -> None:
     Path("a.h5").unlink()
     check("solve", "s.toml", "-o", "a.h5", "--max-wall", "1e-9", code=5, written="a.partial.h5")
     check("resume", "a.partial.h5")
-    found = hdf5_reader.read(Path("a.h5"))
-    assert found.channels.keys() == {"time", "angle"}
-    assert '"energy_friction"' in found.attributes["scenario"]
+    content = hdf5_reader.read(Path("a.h5"))
+    assert content.channels.keys() == {"time", "angle"}
+    assert '"energy_friction"' in content.attributes["scenario"]
     assert told("solve", "s.toml", "-o", "a.h5", "--quiet") == ("", "\n".join([*stderr, ""]))
 
 
@@ -164,14 +166,16 @@ def test_progress_bar_shows_the_remaining_time(capsys: pytest.CaptureFixture[str
 
 
 def test_static_prints_forces_and_writes_nothing(told: Run) -> None:
-    found = strict_json(told("static", PULLEY, "--json")[0])
-    assert found.keys() == {*("scenario", "overrides", "kind", "quantities", "notes", "warnings")}
-    assert found["notes"] == found["warnings"] == []
-    assert found["quantities"]["force_to_lift"]["unit"] == "N"
+    document = strict_json(told("static", PULLEY, "--json")[0])
+    assert document.keys() == {
+        *("scenario", "overrides", "kind", "quantities", "notes", "warnings")
+    }
+    assert document["notes"] == document["warnings"] == []
+    assert document["quantities"]["force_to_lift"]["unit"] == "N"
     # Eq 24 by hand: 2224.1 (0.0508 + r)/(0.0508 - r) with r = 0.0254 0.2/sqrt(1.04), 7 digits.
-    assert found["quantities"]["force_to_lift"]["value"] == pytest.approx(2707.703, rel=1e-7)
+    assert document["quantities"]["force_to_lift"]["value"] == pytest.approx(2707.703, rel=1e-7)
     table = told("static", PULLEY)[0]
-    assert all(name in table for name in found["quantities"])
+    assert all(name in table for name in document["quantities"])
     assert os.listdir() == []
 
 
@@ -185,8 +189,8 @@ def test_static_warns_of_implausible_values_as_check_does(told: Run) -> None:
 
 
 def test_non_finite_quantities_are_null_in_json() -> None:
-    found = [Quantity(float("inf"), "N"), Quantity(None, "s"), Quantity(1.5, "m")]
-    assert quantities_json(dict(zip("abc", found, strict=True))) == {
+    quantities = [Quantity(float("inf"), "N"), Quantity(None, "s"), Quantity(1.5, "m")]
+    assert quantities_json(dict(zip("abc", quantities, strict=True))) == {
         "a": {"value": None, "unit": "N"},
         "b": {"value": None, "unit": "s"},
         "c": {"value": 1.5, "unit": "m"},
@@ -287,11 +291,11 @@ def test_no_more_is_imported_than_needed(program: str, unwanted: set[str], tmp_p
 
 def test_each_command_is_in_the_module_that_is_imported_for_it() -> None:
     commands.register_all()
-    found = {
+    places = {
         command.name or command.callback.__name__: command.callback.__module__
         for command in commands.app.registered_commands
     }
-    assert found == {name: f"frictionsim.cli.{one}" for name, one in commands.MODULES.items()}
+    assert places == {name: f"frictionsim.cli.{one}" for name, one in commands.MODULES.items()}
 
 
 def test_static_says_below_the_table_what_the_roots_mean(told: Run) -> None:
@@ -309,12 +313,12 @@ def test_static_says_below_the_table_what_the_roots_mean(told: Run) -> None:
 
 
 def test_static_as_json_has_the_sentences_as_notes(told: Run) -> None:
-    found = strict_json(
+    document = strict_json(
         told("static", "shaft", "--set", "statics.unknown=mechanism.mass", "--json")[0]
     )
-    assert found.keys() >= {"kind", "quantities", "notes", "warnings"}
-    assert found["quantities"]["mass_clockwise"] == {"value": None, "unit": "kg"}
-    assert found["notes"][:2] == [
+    assert document.keys() >= {"kind", "quantities", "notes", "warnings"}
+    assert document["quantities"]["mass_clockwise"] == {"value": None, "unit": "kg"}
+    assert document["notes"][:2] == [
         "at 0 deg and 0 s, the body rests",
         "at 0 deg, no mechanism.mass makes the body move: the friction exceeds the moment with any",
     ]

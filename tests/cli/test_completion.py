@@ -1,4 +1,4 @@
-"""What a shell offers: commands, options, kinds, shipped scenarios, views and backends."""
+"""Completions of a shell: commands, options, kinds, shipped scenarios, views and backends."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from tests.support.scenarios import python
 
 
 def surroundings(*words: str) -> dict[str, str]:
-    """Return what bash says of a line of which the last word is to be completed."""
+    """Return bash's completions of the last word of a line."""
     return {
         "_FRICTIONSIM_COMPLETE": "complete_bash",
         "COMP_WORDS": " ".join(("frictionsim", *words)),

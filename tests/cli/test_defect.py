@@ -1,4 +1,4 @@
-"""An error that ends a command is reported as what it is, a bug as ours or of a plug-in."""
+"""An error that ends a command is reported by its origin: a bug of ours or of a plug-in."""
 
 from pathlib import Path
 

@@ -110,8 +110,8 @@ def test_units_offset_and_columns(told: Run, here: Path) -> None:
 def test_a_table_of_runs(told: Run, here: Path) -> None:
     rows = ["W,t"]
     for load in (2000.0, 2200.0):
-        found = fs.solve(pulley(), {MU_S: 0.23, LOAD: load})
-        rows.append(f"{load},{found.quantities['breakaway_time'].value!r}")
+        result = fs.solve(pulley(), {MU_S: 0.23, LOAD: load})
+        rows.append(f"{load},{result.quantities['breakaway_time'].value!r}")
     (here / "curve.csv").write_text("\n".join(rows))
     out, _ = told(
         *("fit", PULLEY, *SET, "--data", "curve.csv", "--quantity", "breakaway_time=t"),
@@ -136,14 +136,14 @@ def test_a_value_out_of_reach_is_exit_1(told: Run, here: Path) -> None:
     assert out.splitlines()[-1].startswith(reason)
     assert f"warning: {reason}" in err
     out, _ = told(*arguments, "breakaway_time=1.4", "--json", code=1)
-    found = strict_json(out)
-    assert found["finding"] == "out_of_reach"
-    assert found["sentence"].startswith(reason)
+    document = strict_json(out)
+    assert document["finding"] == "out_of_reach"
+    assert document["sentence"].startswith(reason)
     # The ramp ends at 0.8 s; 0 s where the pulley does not stick.
-    assert found["reachable"] == [0.0, pytest.approx(0.8, rel=1e-6)]
+    assert document["reachable"] == [0.0, pytest.approx(0.8, rel=1e-6)]
     out, _ = told(*arguments, "breakaway_time=0.6", "--json")
-    found = strict_json(out)
-    assert (found["finding"], found["reachable"][0]) == ("reached", 0.0)
+    document = strict_json(out)
+    assert (document["finding"], document["reachable"][0]) == ("reached", 0.0)
 
 
 def test_a_fit_of_which_all_runs_fail(told: Run, log: Path) -> None:

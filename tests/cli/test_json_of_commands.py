@@ -31,9 +31,9 @@ def test_check_lists_each_scenario_and_its_faults_as_json(told: Run) -> None:
     Path("bad.toml").write_text('kind = "pulley"\nmechanism.load = -1\n')
     out, err = told("check", PULLEY, "bad.toml", "--json", code=2)
     assert err == ""
-    found = strict_json(out)
-    assert found["ok"] is False
-    good, bad = found["scenarios"]
+    document = strict_json(out)
+    assert document["ok"] is False
+    good, bad = document["scenarios"]
     assert good == {
         "scenario": PULLEY,
         "ok": True,
@@ -55,13 +55,13 @@ def test_check_lists_each_scenario_and_its_faults_as_json(told: Run) -> None:
 
 def test_compare_as_json_has_only_finite_numbers(told: Run) -> None:
     told("solve", PULLEY, "-q", "-o", "a.h5")
-    found = strict_json(told("compare", "a.h5", "a.h5", "--json")[0])
-    assert (found["result"], found["golden"], found["same"]) == ("a.h5", "a.h5", True)
+    document = strict_json(told("compare", "a.h5", "a.h5", "--json")[0])
+    assert (document["result"], document["golden"], document["same"]) == ("a.h5", "a.h5", True)
 
     def angle_of(*pair: str) -> dict[str, Any]:
-        found = strict_json(told("compare", *pair, "--json", code=1)[0])
-        assert found["same"] is False
-        (angle,) = (row for row in found["rows"] if row["channel"] == "angle")
+        document = strict_json(told("compare", *pair, "--json", code=1)[0])
+        assert document["same"] is False
+        (angle,) = (row for row in document["rows"] if row["channel"] == "angle")
         assert angle.keys() == {"channel", "difference", "allowed", "time", "ok", "note"}
         assert angle["ok"] is False
         return angle  # type: ignore[no-any-return]
@@ -83,10 +83,10 @@ def test_plot_of_all_views_as_json(told: Run) -> None:
     kept = {name: run.channels[name] for name in ("time", "pulley_speed", "pulley_torque")}
     hdf5_writer.write(run._replace(channels=kept), Path("a.h5"))
     out, err = told("plot", "a.h5", "--view", "all", "--json", "--no-clobber")
-    found = strict_json(out)
-    assert (found["pictures"], err) == (["a-speeds.png"], "")
-    assert len(found["skipped"]) == 3
-    assert all(isinstance(reason, str) for reason in found["skipped"])
+    document = strict_json(out)
+    assert (document["pictures"], err) == (["a-speeds.png"], "")
+    assert len(document["skipped"]) == 3
+    assert all(isinstance(reason, str) for reason in document["skipped"])
 
 
 def test_plot_keeps_an_existing_picture(told: Run) -> None:
@@ -121,14 +121,14 @@ BRIEF = ("--set", "solver.rtol=1e-6", "--set", "solver.duration=0.4")
 
 
 def test_the_overrides_of_a_run_are_in_its_json_and_in_its_file(told: Run) -> None:
-    found = strict_json(told("solve", "pulley", *OPTIONS, "--backend", "rkf45", "--json")[0])
-    assert found["overrides"] == SET | {"solver.backend": "rkf45"}
+    document = strict_json(told("solve", "pulley", *OPTIONS, "--backend", "rkf45", "--json")[0])
+    assert document["overrides"] == SET | {"solver.backend": "rkf45"}
     shown = strict_json(told("show", "results/pulley.h5", "--json")[0])
-    assert shown["overrides"] == found["overrides"]
+    assert shown["overrides"] == document["overrides"]
     # They give the same scenario again, from Python too.
-    assert fs.load("pulley", found["overrides"]) == fs.open("results/pulley.h5").scenario.replace(
-        {"output.interval": 0.01}
-    )
+    assert fs.load("pulley", document["overrides"]) == fs.open(
+        "results/pulley.h5"
+    ).scenario.replace({"output.interval": 0.01})
     assert strict_json(told("solve", "pulley", "--json")[0])["overrides"] == {}
 
 
@@ -146,28 +146,28 @@ def test_the_overrides_of_a_run_are_in_its_json_and_in_its_file(told: Run) -> No
 def test_every_command_that_takes_overrides_has_them_in_its_json(
     command: tuple[str, ...], told: Run
 ) -> None:
-    def found(*options: str) -> Any:
+    def overrides_of(*options: str) -> Any:
         text = told(command[0], "pulley", *command[1:], *options, "--json")[0]
         data = strict_json(text)
         return (data["scenarios"][0] if command[0] == "check" else data)["overrides"]
 
-    assert found() == {}
-    assert found(*BRIEF) == {"solver.rtol": 1e-6, "solver.duration": 0.4}
+    assert overrides_of() == {}
+    assert overrides_of(*BRIEF) == {"solver.rtol": 1e-6, "solver.duration": 0.4}
 
 
 def test_a_sweep_that_is_shown_and_a_run_that_is_resumed_have_their_overrides(told: Run) -> None:
     told("sweep", "pulley", *BRIEF, "--vary", "mechanism.load=[2000.0, 2100.0]", "-q", "-j", "1")
-    found = strict_json(told("show", "results/pulley-sweep.h5", "--json")[0])
-    assert found["overrides"] == {"solver.rtol": 1e-6, "solver.duration": 0.4}
+    document = strict_json(told("show", "results/pulley-sweep.h5", "--json")[0])
+    assert document["overrides"] == {"solver.rtol": 1e-6, "solver.duration": 0.4}
     told("solve", "pulley", "--set", "solver.rtol=1e-8", "-q", "--max-steps", "9", code=5)
-    found = strict_json(told("resume", "results/pulley.h5", "--json")[0])
-    assert found["overrides"] == {"solver.rtol": 1e-8}
+    document = strict_json(told("resume", "results/pulley.h5", "--json")[0])
+    assert document["overrides"] == {"solver.rtol": 1e-8}
 
 
 def test_overrides_that_are_no_toml_stay_text(told: Run) -> None:
     told("solve", "pulley", *BRIEF, "-q")
     with h5py.File("results/pulley.h5", "r+") as file:
         file.attrs["overrides"] = "a=[1,\nb\nc=inf\nd=1979-05-27\ne=2"
-    found = strict_json(told("show", "results/pulley.h5", "--json")[0])
-    assert found["overrides"] == {"a": "[1,", "b": "", "c": "inf", "d": "1979-05-27", "e": 2}
+    document = strict_json(told("show", "results/pulley.h5", "--json")[0])
+    assert document["overrides"] == {"a": "[1,", "b": "", "c": "inf", "d": "1979-05-27", "e": 2}
     assert strict_json(told("show", FORMAT_1, "--json")[0])["overrides"] == {}

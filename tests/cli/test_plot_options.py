@@ -34,8 +34,8 @@ def told(
 
     def run(*arguments: str, code: int = 0) -> tuple[str, str]:
         assert run_command_line(["plot", *arguments]) == code, capsys.readouterr().err
-        found = capsys.readouterr()
-        return found.out, found.err
+        captured = capsys.readouterr()
+        return captured.out, captured.err
 
     return run
 

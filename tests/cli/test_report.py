@@ -1,4 +1,4 @@
-"""`frictionsim report`: which file it writes, and what it refuses."""
+"""`frictionsim report`: its output file and its refusals."""
 
 from pathlib import Path
 

@@ -33,16 +33,16 @@ def test_each_has_a_file_and_a_summary(told: Run) -> None:
         f"result: {name}" for name in files
     ]
     assert hdf5_reader.read(Path(files[1])).attributes["status"] == "done"
-    found = strict_json(told("solve", RETURN, PULLEY, "--json")[0])
-    assert [item["scenario"] for item in found] == [RETURN, PULLEY]
-    assert [item["output"] for item in found] == files[::-1]
+    documents = strict_json(told("solve", RETURN, PULLEY, "--json")[0])
+    assert [item["scenario"] for item in documents] == [RETURN, PULLEY]
+    assert [item["output"] for item in documents] == files[::-1]
     assert isinstance(strict_json(told("solve", PULLEY, "--json")[0]), dict)
 
 
 def test_shipped_ones_are_solved_by_name(told: Run) -> None:
-    found = strict_json(told("solve", "pulley", "hard/jump", "--json")[0])
-    assert [item["scenario"] for item in found] == ["pulley", "hard/jump"]
-    assert [item["output"] for item in found] == ["results/pulley.h5", "results/jump.h5"]
+    documents = strict_json(told("solve", "pulley", "hard/jump", "--json")[0])
+    assert [item["scenario"] for item in documents] == ["pulley", "hard/jump"]
+    assert [item["output"] for item in documents] == ["results/pulley.h5", "results/jump.h5"]
     by_name = Path("results/pulley.h5").read_bytes()
     told("solve", PULLEY, "-q")
     assert Path("results/pulley.h5").read_bytes() == by_name
@@ -93,10 +93,10 @@ def test_one_that_cannot_be_solved_does_not_stop_the_others(
 
 def test_the_standard_input_is_a_scenario(told: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     give(Path(PULLEY).read_bytes(), monkeypatch)
-    found = strict_json(
+    document = strict_json(
         told("solve", "-", "--json", "--set", "mechanism.load=2000", "--backend", "rkf45")[0]
     )
-    assert (found["scenario"], found["output"]) == ("-", "results/stdin.h5")
+    assert (document["scenario"], document["output"]) == ("-", "results/stdin.h5")
     with h5py.File("results/stdin.h5") as file:
         assert file.attrs["source"] == "<stdin>"
         assert file.attrs["command"] == (

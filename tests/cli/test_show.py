@@ -48,10 +48,10 @@ def channels_of(text: str) -> dict[str, list[float]]:
 def test_csv_has_the_channels_to_the_last_digit(told: Run) -> None:
     told("solve", PULLEY, "-o", "a.h5", "-q")
     record = hdf5_reader.read(Path("a.h5"))
-    found = channels_of(told("show", "a.h5", "--csv")[0])
-    assert list(found) == [f"{name} [{record.units[name]}]" for name in record.channels]
-    assert next(iter(found)) == "time [s]"
-    for values, (name, channel) in zip(found.values(), record.channels.items(), strict=True):
+    columns = channels_of(told("show", "a.h5", "--csv")[0])
+    assert list(columns) == [f"{name} [{record.units[name]}]" for name in record.channels]
+    assert next(iter(columns)) == "time [s]"
+    for values, (name, channel) in zip(columns.values(), record.channels.items(), strict=True):
         np.testing.assert_array_equal(values, channel, err_msg=name)
     pandas = pytest.importorskip("pandas")
     text = io.StringIO(told("show", "a.h5", "--csv")[0])
@@ -63,11 +63,11 @@ def test_csv_has_a_column_for_each_member(told: Run) -> None:
     short = ["--set", "solver.duration=1e-3", "--set", 'output.channels=["tension","pulley_speed"]']
     told("solve", BELT, "-o", "a.h5", "-q", *short)
     record = hdf5_reader.read(Path("a.h5"))
-    found = channels_of(told("show", "a.h5", "--csv")[0])
-    assert len(found) == 1 + 2 + record.channels["tension"].shape[1]
-    np.testing.assert_array_equal(found["tension.3 [N]"], record.channels["tension"][:, 3])
+    columns = channels_of(told("show", "a.h5", "--csv")[0])
+    assert len(columns) == 1 + 2 + record.channels["tension"].shape[1]
+    np.testing.assert_array_equal(columns["tension.3 [N]"], record.channels["tension"][:, 3])
     speeds = record.channels["pulley_speed"]
-    np.testing.assert_array_equal(found["pulley_speed.driven [rad/s]"], speeds[:, 1])
+    np.testing.assert_array_equal(columns["pulley_speed.driven [rad/s]"], speeds[:, 1])
 
 
 def test_the_scenario_gives_the_same_result_again(told: Run) -> None:
@@ -88,8 +88,8 @@ def test_a_failed_run_says_why_and_how_to_resume_it(told: Run) -> None:
     assert err.splitlines() == [reason, resume]
     assert reason.startswith("frictionsim: run failed: limit of 50 steps reached")
     assert resume == "frictionsim: 'frictionsim resume a.partial.h5' continues the run"
-    found = strict_json(told("show", "a.partial.h5", "--json")[0])
-    assert (found["status"], found["failure"]) == ("failed", "budget_exceeded")
+    document = strict_json(told("show", "a.partial.h5", "--json")[0])
+    assert (document["status"], document["failure"]) == ("failed", "budget_exceeded")
 
 
 def test_a_run_that_cannot_be_resumed_is_not_said_to(told: Run) -> None:
@@ -109,8 +109,8 @@ def test_a_failed_audit_is_reported(told: Run) -> None:
     out, err = told("show", "a.h5")
     assert "FAILED" in out
     assert "frictionsim: self-audit failed: energy_balance" in err
-    found = strict_json(told("show", "a.h5", "--json")[0])
-    assert found["audit"]["energy_balance"]["ok"] is False
+    document = strict_json(told("show", "a.h5", "--json")[0])
+    assert document["audit"]["energy_balance"]["ok"] is False
     assert err.endswith("; do not trust a.h5\n")
     attributes = hdf5_reader.read(Path("a.h5")).attributes
     assert attributes["status"] == "done"
@@ -122,8 +122,8 @@ def test_format_1_is_shown(told: Run) -> None:
     assert out.startswith("Belt drive of 60 bodies, for verification: done\n")
     assert "from a file of format version 1, which holds no quantities, audit and counts" in out
     assert err.startswith("frictionsim: warning: the means of the summary")
-    found = strict_json(told("show", FORMAT_1, "--json")[0])
-    assert (found["quantities"], found["audit"], found["solver"]) == ({}, {}, {})
+    document = strict_json(told("show", FORMAT_1, "--json")[0])
+    assert (document["quantities"], document["audit"], document["solver"]) == ({}, {}, {})
     assert "time [s]" in told("show", FORMAT_1, "--csv")[0].splitlines()[0]
     assert tomllib.loads(told("show", FORMAT_1, "--scenario")[0])["kind"] == "belt_drive"
 

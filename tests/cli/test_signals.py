@@ -81,10 +81,10 @@ def test_max_wall_ends_an_assembly(tmp_path: Path) -> None:
 @pytest.fixture
 def left(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """The exit codes with which the process would have ended."""
-    found: list[int] = []
-    monkeypatch.setattr("os._exit", found.append)
+    codes: list[int] = []
+    monkeypatch.setattr("os._exit", codes.append)
     monkeypatch.setattr("frictionsim.cli.app.Process.runs_one_command", True)
-    return found
+    return codes
 
 
 def wait_for(condition: Callable[[], Any]) -> None:
@@ -171,7 +171,7 @@ def test_a_signal_while_a_result_is_written_keeps_it_and_stops_the_others(
     monkeypatch.setattr(Destination, "write", interrupted)
     other = str(SCENARIOS / "pulley_return.toml")
     out, err = told("solve", PULLEY, other, "--json", code=143)
-    assert [found["status"] for found in strict_json(out)] == ["done"]
+    assert [item["status"] for item in strict_json(out)] == ["done"]
     assert err == "frictionsim: not solved: 1 of the scenarios, after this one\n"
     assert os.listdir("results") == ["pulley.h5"]
     assert told("solve", PULLEY, "-q", code=0) == ("", "")
@@ -185,7 +185,7 @@ def test_what_was_solved_is_printed_before_the_clock_ends_the_process(
     report.waiting = 2
     report._give_up()
     captured = capsys.readouterr()
-    assert [found["status"] for found in strict_json(captured.out)] == ["done"]
+    assert [item["status"] for item in strict_json(captured.out)] == ["done"]
     assert captured.err == "frictionsim: not solved: 2 of the scenarios, after this one\n"
 
 

@@ -111,18 +111,18 @@ def test_sobol_indices_replace_no_other_file(told: Run, here: Path) -> None:
 def test_runs_that_fail_are_rows_and_are_counted(told: Run, here: Path) -> None:
     vary = "solver.max_steps=[1, 100000]"
     out, err = told("sweep", PULLEY, "--vary", vary, "--set", "solver.rtol=1e-4", "--json")
-    found = strict_json(out)
-    assert found["runs"] == {"all": 2, "not_run": 0, "done": 1, "failed": 1, "audit_failed": 0}
-    assert found["output"] == str(Path("results") / "pulley-sweep.h5")
+    document = strict_json(out)
+    assert document["runs"] == {"all": 2, "not_run": 0, "done": 1, "failed": 1, "audit_failed": 0}
+    assert document["output"] == str(Path("results") / "pulley-sweep.h5")
     assert err == "frictionsim: warning: 1 of 2 runs failed\n"
-    assert str(fs.open_sweep(found["output"])["failure"][0].item()) == "budget_exceeded"
+    assert str(fs.open_sweep(document["output"])["failure"][0].item()) == "budget_exceeded"
 
 
 def test_a_study_in_a_file_is_run(told: Run, here: Path) -> None:
     Path("study.toml").write_text(STUDY)
     told("sweep", "study.toml", "-q", "-j", "1", "-o", "s.h5")
-    found = fs.open_sweep("s.h5")
-    assert found["effects.shaft_friction.mu_s"].values.tolist() == [0.2, 0.3]
+    sweep = fs.open_sweep("s.h5")
+    assert sweep["effects.shaft_friction.mu_s"].values.tolist() == [0.2, 0.3]
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="signals of POSIX")
@@ -157,7 +157,7 @@ def test_a_sweep_that_is_killed_is_resumed_to_the_same_bytes(
 
 
 def test_a_belt_is_swept(told: Run, here: Path) -> None:
-    """Kernels are compiled before the workers start, and what a run prints goes nowhere."""
+    """Kernels are compiled before the workers start, and output of runs is discarded."""
     told(
         *("sweep", SCENARIOS / "belt_drive.toml", "--vary", "mechanism.belt.pretension=[500, 600]"),
         *("--set", "solver.duration=1e-4", "--set", "output.interval=1e-4"),

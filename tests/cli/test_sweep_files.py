@@ -59,22 +59,22 @@ def test_the_summary_of_a_grid_has_the_extremes(grid: xarray.Dataset, told: Run)
         "N",
         "12",
     ]
-    found = strict_json(told("show", "s.h5", "--json")[0])
-    quantity = found["quantities"]["force_to_lift"]
+    document = strict_json(told("show", "s.h5", "--json")[0])
+    quantity = document["quantities"]["force_to_lift"]
     assert quantity["largest"] == {
         "value": force.max(), "run": 11, "at": {MU_S: 0.4, LOAD: 3000.0}
     }  # fmt: skip
-    assert found["runs"] == {"all": 12, "not_run": 0, "done": 12, "failed": 0, "audit_failed": 0}
-    assert found["varied"][LOAD] == {
+    assert document["runs"] == {"all": 12, "not_run": 0, "done": 12, "failed": 0, "audit_failed": 0}
+    assert document["varied"][LOAD] == {
         "unit": "N", "distribution": None, "values": [2000.0, 2224.1, 3000.0]
     }  # fmt: skip
 
 
 def test_the_summary_of_a_sample_has_its_statistics(here: Path, told: Run) -> None:
     vary = {MU_S: "uniform(0.1, 0.2)", LOAD: "normal(2000.0, 30.0)"}
-    found = fs.sweep(PULLEY, vary, LOOSE, sample=16, indices=True, output="s.h5", workers=1)
+    sweep = fs.sweep(PULLEY, vary, LOOSE, sample=16, indices=True, output="s.h5", workers=1)
     out, _ = told("show", "s.h5")
-    angle = found["final_angle"].values[:32]  # of A and B
+    angle = sweep["final_angle"].values[:32]  # of A and B
     row = next(line for line in out.splitlines() if line.startswith("final_angle")).split()
     quantiles = np.quantile(angle, (0.05, 0.5, 0.95))
     numbers = (angle.mean(), angle.std(ddof=1), *quantiles)
@@ -143,7 +143,7 @@ def test_all_quantities_are_drawn_each_into_its_file(here: Path, told: Run) -> N
         {"a": [1.0, 2.0]}, {"f": lambda a: a, "g": lambda a: 2 * a, "h": lambda a: np.nan}
     )
     write_sweep(table, Path("s.h5"))
-    found = strict_json(told("plot", "s.h5", "--view", "all", "--json")[0])
-    assert found["pictures"] == ["s-f.png", "s-g.png"]
-    assert found["skipped"] == ["h is not defined in any run"]
-    assert sorted(path.name for path in here.glob("*.png")) == found["pictures"]
+    document = strict_json(told("plot", "s.h5", "--view", "all", "--json")[0])
+    assert document["pictures"] == ["s-f.png", "s-g.png"]
+    assert document["skipped"] == ["h is not defined in any run"]
+    assert sorted(path.name for path in here.glob("*.png")) == document["pictures"]

@@ -44,22 +44,22 @@ class Block(NamedTuple):
 
 
 def blocks(page: str) -> list[Block]:
-    """Return the fenced blocks of a page, directives of Sphinx left out."""
+    """Return the fenced blocks of a page without directives of Sphinx."""
     return [b for b in _blocks(page) if not b.language.startswith("{")]
 
 
 def _blocks(page: str) -> Iterator[Block]:
     mark, fence, start, language, text = "", "", 0, "", [""]
     for number, line in enumerate(PAGES[page].read_text(encoding="utf-8").splitlines(), start=1):
-        found = FENCE.match(line)
+        match = FENCE.match(line)
         if fence:
             if line.strip() == fence:
                 yield Block(page, start, language, "\n".join(text) + "\n", mark)
                 fence, mark = "", ""
             else:
                 text.append(line)
-        elif found:
-            fence, language, start, text = found[2], found[3], number, []
+        elif match:
+            fence, language, start, text = match[2], match[3], number, []
         elif line.strip():
             comment = COMMENT.match(line.strip())
             mark = comment[1] if comment else ""
@@ -69,11 +69,11 @@ def prose(page: str) -> str:
     """Return a page without its fenced blocks."""
     lines, fence = [], ""
     for line in PAGES[page].read_text(encoding="utf-8").splitlines():
-        found = FENCE.match(line)
+        match = FENCE.match(line)
         if fence:
             fence = "" if line.strip() == fence else fence
-        elif found:
-            fence = found[2]
+        elif match:
+            fence = match[2]
         else:
             lines.append(line)
     return "\n".join(lines)
@@ -87,7 +87,7 @@ def table(page: str, name: str) -> list[list[str]]:
 
 
 def names(cell: str) -> list[str]:
-    """Return what stands between backticks in a cell."""
+    """Return the texts between backticks in a cell."""
     return re.findall(r"`([^`]*)`", cell)
 
 
@@ -100,7 +100,7 @@ def links(page: str) -> Iterator[str]:
 
 def anchors(path: Path) -> set[str]:
     """Return the anchors of a page's headings, as GitHub and MyST make them."""
-    text, found = path.read_text(encoding="utf-8"), set()
+    text, anchor_names = path.read_text(encoding="utf-8"), set()
     for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE):
-        found.add(re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-"))
-    return found
+        anchor_names.add(re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-"))
+    return anchor_names

@@ -143,15 +143,15 @@ def run_commands(
 
 
 def assert_printed(block: Block, printed: str) -> None:
-    """Compare what a page shows with what was printed; `...` stands for any lines."""
-    shown, found = words(block.text), words(printed)
+    """Compare the output on a page with the printed one; `...` stands for any lines."""
+    shown, actual = words(block.text), words(printed)
     if ["..."] in shown:
         cut = shown.index(["..."])
         tail = len(shown) - cut - 1
         shown = shown[:cut] + shown[cut + 1 :]
-        found = found[:cut] + found[len(found) - tail :]
-    assert len(shown) == len(found), f"{block.place}: this is printed now:\n{printed}"
-    for expected, got in zip(shown, found, strict=True):
+        actual = actual[:cut] + actual[len(actual) - tail :]
+    assert len(shown) == len(actual), f"{block.place}: this is printed now:\n{printed}"
+    for expected, got in zip(shown, actual, strict=True):
         agree = len(expected) == len(got) and all(map(same, expected, got))
         assert agree, f"{block.place}: {' '.join(expected)}\nis printed as\n{' '.join(got)}"
 
@@ -174,9 +174,9 @@ def scenario_of(block: Block) -> dict[str, Any]:
     data = tomllib.loads(block.text)
     if "kind" in data:
         return data
-    found = re.fullmatch(r"part of: (\S+)", block.mark)
-    assert found, f"{block.place}: no scenario; say above it what it is a part of"
-    return merged(tomllib.loads((ROOT / found[1]).read_text(encoding="utf-8")), data)
+    match = re.fullmatch(r"part of: (\S+)", block.mark)
+    assert match, f"{block.place}: no scenario; say above it what it is a part of"
+    return merged(tomllib.loads((ROOT / match[1]).read_text(encoding="utf-8")), data)
 
 
 def merged(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:

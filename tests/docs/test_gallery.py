@@ -58,9 +58,9 @@ def test_each_kind_has_a_report_at_a_telling_time_and_a_picture_for_papers() -> 
     reports = {p.file: p for p in gallery.REPORTS}
     drawn = [*VIEWS, *gallery.MORE_VIEWS]
     for name in drawn:
-        found = reports[f"report_{name}.png"]
-        assert found.commands[-1] == f"frictionsim report results/{gallery.DRAWN[name][0]}.h5"
-        assert found.time
+        picture = reports[f"report_{name}.png"]
+        assert picture.commands[-1] == f"frictionsim report results/{gallery.DRAWN[name][0]}.h5"
+        assert picture.time
     assert {f"paper_{name}.png" for name in drawn} == {p.file for p in gallery.PAPERS}
     assert all("--width 84mm --style paper" in p.commands[-1] for p in gallery.PAPERS)
 

@@ -1,4 +1,4 @@
-"""The pages build without a warning, link to what is there, and the README is one page."""
+"""The pages build without a warning, their links resolve, and the README is one page."""
 
 import re
 import subprocess
@@ -69,7 +69,7 @@ def test_each_page_is_linked_from_another() -> None:
 
 
 def test_the_files_of_the_architecture_exist() -> None:
-    text = PAGES["docs/developers.md"].read_text(encoding="utf-8").split("## What stands where")[0]
+    text = PAGES["docs/developers.md"].read_text(encoding="utf-8").split("## Layout")[0]
     for name in re.findall(r"`([\w/]+(?:\.py|/))`", text):
         places = (ROOT, ROOT / "frictionsim", ROOT / "frictionsim/mechanisms/belt_drive")
         assert any((place / name).exists() for place in places), name

@@ -1,4 +1,4 @@
-"""Every key of every kind says what it means, in which unit."""
+"""Every key of every kind has a meaning and a unit."""
 
 import sys
 from collections.abc import Iterator
@@ -22,9 +22,9 @@ def keys_by_place(kind: str) -> Iterator[tuple[str, Key]]:
     """Yield the keys of a kind, or of the forms of a signal."""
     groups = SIGNAL_TAGS.items() if kind == "signal" else [("", model_of(kind))]
     for tag, model in groups:
-        for found in tables(model):
-            for key in keys_of(found.model):
-                yield f"{tag}{found.header} {key.name}", key
+        for table in tables(model):
+            for key in keys_of(table.model):
+                yield f"{tag}{table.header} {key.name}", key
 
 
 @pytest.mark.parametrize("kind", [*KINDS, "signal"])
@@ -46,9 +46,9 @@ def is_number(key: Key) -> bool:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_backends_of_a_kind_are_listed(kind: str) -> None:
-    (found,) = (t for t in tables(model_of(kind)) if t.header == "[solver]")
+    (table,) = (t for t in tables(model_of(kind)) if t.header == "[solver]")
     able = methods_of(model_of(kind).PAIRS)
-    (backend,) = (key for key in keys_of(found.model, able) if key.name == "`backend`")
+    (backend,) = (key for key in keys_of(table.model, able) if key.name == "`backend`")
     assert backend.form == ", ".join(f'`"{name}"`' for name in able)
 
 

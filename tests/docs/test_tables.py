@@ -55,15 +55,15 @@ def short_run(kind: str) -> Record:
 @cache
 def texts() -> list[str]:
     """Return all texts in the code of the package, with {} where values are put in."""
-    found = []
+    strings = []
     for path in PACKAGE.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
-                found.append(node.value)
+                strings.append(node.value)
             elif isinstance(node, ast.JoinedStr):
                 parts = (v.value if isinstance(v, ast.Constant) else "{}" for v in node.values)
-                found.append("".join(map(str, parts)))
-    return found
+                strings.append("".join(map(str, parts)))
+    return strings
 
 
 def first_names(page: str, name: str, column: int = 0) -> list[str]:
@@ -94,8 +94,8 @@ def test_the_summary_of_a_file_is_that_of_the_page(tmp_path: Path) -> None:
     write(short_run("pulley"), tmp_path / "result.h5")
     shown = {name for name in first_names(FILES, "summary") if "<" not in name}
     with h5py.File(tmp_path / "result.h5") as file:
-        found = {f"{group}/{name}" for group in ("audit", "solver") for name in file[group]}
-        assert found == shown
+        members = {f"{group}/{name}" for group in ("audit", "solver") for name in file[group]}
+        assert members == shown
         assert set(file["quantities"]) == short_run("pulley").quantities.keys()
 
 
@@ -108,10 +108,10 @@ def quantity_units(*tables: str) -> dict[str, str]:
 @pytest.mark.parametrize("kind", SHORT)
 def test_the_quantities_of_a_kind_are_those_of_the_page(kind: str) -> None:
     done = short_run(kind)
-    found = {**done.quantities, **mechanism_module(kind).statics(scenario_run(done))}
+    quantities = {**done.quantities, **mechanism_module(kind).statics(scenario_run(done))}
     shown = quantity_units("all runs", "one coordinate", kind)
-    assert {name: q.unit for name, q in found.items()}.items() <= shown.items()
-    own = quantity_units(kind).keys() - found.keys()
+    assert {name: q.unit for name, q in quantities.items()}.items() <= shown.items()
+    own = quantity_units(kind).keys() - quantities.keys()
     assert own <= {"uniform_torque_mean_at_final_speed"}  # takes another normal_load
 
 
@@ -120,16 +120,18 @@ def test_the_quantities_of_masses_on_a_cord_are_those_of_the_page(
     cord: dict[str, float] | None,
 ) -> None:
     done = solved(lift(effects__shaft_friction=SHAFT, effects__cord_friction=cord))
-    found = {**done.quantities, **mechanism_module("pulley").statics(scenario_run(done))}
+    quantities = {**done.quantities, **mechanism_module("pulley").statics(scenario_run(done))}
     tables = ("all runs", "one coordinate", "pulley", "masses on a cord")
-    assert {name: q.unit for name, q in found.items()}.items() <= quantity_units(*tables).items()
+    assert {name: q.unit for name, q in quantities.items()}.items() <= quantity_units(
+        *tables
+    ).items()
 
 
 def test_the_quantities_of_a_belt_at_rest_are_those_of_the_page() -> None:
-    found = mechanism_module("belt_drive").statics(load(SCENARIOS / "belt_drive.toml"))
+    quantities = mechanism_module("belt_drive").statics(load(SCENARIOS / "belt_drive.toml"))
     shown = {**quantity_units("a belt at rest")}
     both = {**shown, **{n.replace("driver", "driven"): u for n, u in shown.items()}}
-    assert {name: q.unit for name, q in found.items()} == both
+    assert {name: q.unit for name, q in quantities.items()} == both
 
 
 def test_the_quantities_of_a_belt_run_exist() -> None:
@@ -180,8 +182,8 @@ def test_the_views_are_those_of_the_page() -> None:
 
 def test_the_laws_and_methods_are_those_of_the_page() -> None:
     accepted = [pairs(kind) for kind in KINDS]
-    assert set(first_names(METHODS, "laws")) == {law for found in accepted for law in found}
-    able = {name for found in accepted for cell in found.values() for name in names(cell)}
+    assert set(first_names(METHODS, "laws")) == {law for laws in accepted for law in laws}
+    able = {name for laws in accepted for cell in laws.values() for name in names(cell)}
     assert set(first_names(METHODS, "methods")) == able
 
 

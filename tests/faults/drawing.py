@@ -30,7 +30,7 @@ NO_CODE = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tok
 
 
 class _Source:
-    """A text and the changes that its syntax tree offers; types and words are left as they are."""
+    """A text and the changes that its syntax tree offers; types and words stay."""
 
     def __init__(self, text: str) -> None:
         self.text, self.lines = text, text.splitlines(keepends=True)
@@ -57,7 +57,7 @@ class _Source:
             yield what, begin, end, between.replace(old, new)
 
     def _changes_in(self, node: ast.AST) -> Iterator[Change]:
-        """Yield the changes of a node, then those of what is in it."""
+        """Yield the changes of a node, then those of its children."""
         within: list[ast.AST] = list(ast.iter_child_nodes(node))
         match node:
             case ast.JoinedStr():  # Python 3.11 does not know where its parts are

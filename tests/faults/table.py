@@ -38,7 +38,7 @@ class Fault:
 
     @property
     def digest(self) -> str:
-        """What the outcome of tests depends on, in short."""
+        """Digest of the conditions that decide the outcome of tests."""
         text = "\0".join((self.file, self.old, self.new, *self.nearest))
         return sha256(text.encode()).hexdigest()[:8]
 
@@ -71,13 +71,13 @@ def faults() -> tuple[Fault, ...]:
 
 
 def mistakes() -> list[str]:
-    """Return what is wrong with the table."""
-    found = []
+    """Return the errors in the table."""
+    messages = []
     if len({fault.name for fault in faults()}) < len(faults()):
-        found.append(f"{TABLE.name}: a name stands twice")
+        messages.append(f"{TABLE.name}: a name stands twice")
     for fault in faults():
         try:
             fault.faulty()
         except ValueError as error:
-            found.append(str(error))
-    return found
+            messages.append(str(error))
+    return messages

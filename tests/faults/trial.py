@@ -40,7 +40,7 @@ class Outcome(NamedTuple):
 
 
 class Copy:
-    """A copy of the sources that tests run in, with a cache of its own for compiled kernels.
+    """A copy of the sources that tests run in, with its own cache of compiled kernels.
 
     Its place is always the same, because kernels are kept by the path of their source.
     """
@@ -66,7 +66,7 @@ class Copy:
 
     @contextmanager
     def having(self, fault: Fault) -> Iterator[None]:
-        """Set a fault. What is compiled meanwhile goes with it."""
+        """Set a fault; code compiled meanwhile is removed with it."""
         path, kept = self.tree / fault.file, self._cache_without_fault
         original, before = path.read_bytes(), path.stat()
         shutil.rmtree(kept, ignore_errors=True)
@@ -111,7 +111,7 @@ class Copy:
         return Outcome(name, monotonic() - started, text)
 
     def _first_failure(self, fault: Fault, arguments: list[str], limit: float) -> Outcome:
-        """Return how tests end with a fault; those that fail without it, too, are left out.
+        """Return the outcome of tests with a fault, without those that also fail without it.
 
         Raises
         ------
@@ -121,13 +121,13 @@ class Copy:
         while True:
             left_out = [f"--deselect={test}" for test in self.failing]
             with self.having(fault):
-                found = self.pytest([*arguments, *left_out], limit)
-            if not found.failed:
-                return found
-            suspects = [found.failed] if "::" in found.failed else list(fault.nearest)
+                outcome = self.pytest([*arguments, *left_out], limit)
+            if not outcome.failed:
+                return outcome
+            suspects = [outcome.failed] if "::" in outcome.failed else list(fault.nearest)
             again = self.pytest(["-m", "", *suspects, *left_out], LIMITS["nearest"])
             if not again.failed:
-                return found
+                return outcome
             if "::" not in again.failed:
                 sys.exit(f"without the fault {fault.name}, too, this fails:\n{again.output}")
             print(f"left out, because it fails without a fault: {again.failed}", flush=True)
@@ -145,10 +145,10 @@ class Copy:
         row: Row = {"meaning": fault.meaning, "caught": "none", "test": "", "about": None}
         row |= {"seconds": before.get("seconds", {}), "state": f"{self.state} {fault.digest}"}
         for stage in stages:
-            found = self._first_failure(fault, arguments[stage], LIMITS[stage])
-            row["seconds"] = {**row["seconds"], stage: round(found.seconds, 1)}
-            if found.failed:
-                row |= {"caught": stage, "test": found.failed}
+            outcome = self._first_failure(fault, arguments[stage], LIMITS[stage])
+            row["seconds"] = {**row["seconds"], stage: round(outcome.seconds, 1)}
+            if outcome.failed:
+                row |= {"caught": stage, "test": outcome.failed}
                 break
         if before.get("test") == row["test"]:
             row["about"] = before.get("about")

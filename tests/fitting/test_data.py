@@ -21,8 +21,8 @@ FREE = {FORCE: (0.0, 1000.0)}
 
 def force_of(data: Any, channels: Any = "angular_velocity", **options: Any) -> float:
     """Return the force that a fit to data finds; 300 N if they are read as they are meant."""
-    found = fs.fit(frictionless(), data=data, channels=channels, free=FREE, starts=1, **options)
-    return found.values[FORCE]
+    fit = fs.fit(frictionless(), data=data, channels=channels, free=FREE, starts=1, **options)
+    return fit.values[FORCE]
 
 
 class Frame:
@@ -120,24 +120,24 @@ def test_gaps_of_a_file_are_not_data(tmp_path: Path) -> None:
         lines.append(f"{t},{VELOCITY[i]}," if i % 2 else f"{t},,{angle[i]}")
     path = tmp_path / "log.csv"
     path.write_text("\n".join(lines))
-    found = fs.fit(
+    fit = fs.fit(
         frictionless(), data=path, channels=["angular_velocity", "angle"], free=FREE, starts=1
     )
-    assert found.values[FORCE] == pytest.approx(300.0, rel=1e-6)
-    assert [part.values.size for part in found.data.residuals] == [4, 5]
+    assert fit.values[FORCE] == pytest.approx(300.0, rel=1e-6)
+    assert [part.values.size for part in fit.data.residuals] == [4, 5]
 
 
 def test_sigma_may_be_a_column() -> None:
     """Of two values for the same force, the one with less noise counts more."""
     data = {"time": [0.4, 0.8], "w": SLOPE * np.array([200.0 * 0.4, 210.0 * 0.8]), "s": [0.1, 0.2]}
-    found = force_of(data, {"angular_velocity": "w"}, sigma={"angular_velocity": "s"})
+    force = force_of(data, {"angular_velocity": "w"}, sigma={"angular_velocity": "s"})
     weights = np.array([0.4, 0.8]) ** 2 / np.array([0.1, 0.2]) ** 2
-    assert found == pytest.approx(100.0 + float(weights @ [200.0, 210.0] / weights.sum()))
+    assert force == pytest.approx(100.0 + float(weights @ [200.0, 210.0] / weights.sum()))
 
 
 def test_sigma_is_in_the_unit_of_the_data() -> None:
     data = {"time": TIME, "angular_velocity": np.degrees(VELOCITY)}
-    found = fs.fit(
+    fit = fs.fit(
         frictionless(),
         data=data,
         channels="angular_velocity",
@@ -147,7 +147,7 @@ def test_sigma_is_in_the_unit_of_the_data() -> None:
         sigma={"angular_velocity": 1.0},
     )
     error = np.radians(1.0) / (SLOPE * np.sqrt(TIME @ TIME))
-    assert found.standard_errors[FORCE] == pytest.approx(error, rel=1e-5)
+    assert fit.standard_errors[FORCE] == pytest.approx(error, rel=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -172,21 +172,21 @@ def test_a_column_is_converted_to_the_unit_of_its_channel(
 def test_part_of_the_bounds_may_be_what_another_key_forbids() -> None:
     """Kinetic friction is 0.1, and static friction not below it."""
     data = {"time": [0.1, 0.2], "angular_velocity": [0.0, 0.0]}
-    found = fs.fit(pulley(), data=data, channels="angular_velocity", free={MU_S: (0.05, 0.4)})
-    assert found.not_identified == {MU_S: "the data do not change with it"}
+    fit = fs.fit(pulley(), data=data, channels="angular_velocity", free={MU_S: (0.05, 0.4)})
+    assert fit.not_identified == {MU_S: "the data do not change with it"}
 
 
 @pytest.mark.parametrize("column", ["w", "w (deg/s)", 2])
 def test_a_unit_in_round_brackets(column: str | int, tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_text(rows("{t},{w}\n", "t (s),w (deg/s)\n"))
-    found = fs.fit(
+    fit = fs.fit(
         frictionless(), data=path, channels={"angular_velocity": column}, free=FREE, starts=1
     )
-    assert found.values[FORCE] == pytest.approx(100.0 + 200.0 * np.pi / 180.0, rel=1e-6)
+    assert fit.values[FORCE] == pytest.approx(100.0 + 200.0 * np.pi / 180.0, rel=1e-6)
     name = "column 2" if column == 2 else f"'{column}'"
-    assert f"\ndata: angular_velocity from {name} in deg/s\n" in found.summary()
-    residuals = found.to_json()["residuals"]["angular_velocity"]
+    assert f"\ndata: angular_velocity from {name} in deg/s\n" in fit.summary()
+    residuals = fit.to_json()["residuals"]["angular_velocity"]
     assert (residuals["column"], residuals["data_unit"]) == (column, "deg/s")
 
 
@@ -201,7 +201,7 @@ def test_a_comma_is_no_decimal_one_where_numbers_have_points(tmp_path: Path) -> 
 
 def test_values_whose_inverse_is_no_number_are_taken_for_zeros() -> None:
     data = {"time": [0.0, 0.3], "angular_velocity": [0.0, 1e-320]}
-    found = fs.fit(
+    fit = fs.fit(
         pulley(), data=data, channels="angular_velocity", free={MU_S: (0.15, 0.4)}, starts=1
     )
-    assert np.isfinite(found.values[MU_S])
+    assert np.isfinite(fit.values[MU_S])

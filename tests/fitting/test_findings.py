@@ -1,4 +1,4 @@
-"""What a fit has found, by cases that are known: reached, out of reach, flat, plateaus, minima."""
+"""Findings of fits in known cases: reached, out of reach, flat, plateaus, minima."""
 
 from math import acos, pi, sqrt
 from typing import Any
@@ -26,7 +26,7 @@ NOT_MOVING = (0.36, 0.9)  # of mu_s: the force of the shipped ramp never lifts t
 
 
 def fit_one(scenario: fs.Scenario, free: Any, **options: Any) -> fs.Fit:
-    """Return the fit to single quantities, given by name, beside options of `fs.fit`."""
+    """Return the fit to single quantities, given by name next to options of `fs.fit`."""
     known = fs.solve(scenario).quantities
     wanted = {name: options.pop(name) for name in list(options) if name in known}
     return fs.fit(scenario, quantities=wanted, free=free, **options)
@@ -34,11 +34,11 @@ def fit_one(scenario: fs.Scenario, free: Any, **options: Any) -> fs.Fit:
 
 @pytest.mark.parametrize("wanted", [0.6, 0.7, 0.79])
 def test_a_value_that_is_reached(wanted: float) -> None:
-    found = fit_one(pulley(), BOUNDS, breakaway_time=wanted)
-    assert found.finding.kind == "reached"
-    assert found.finding.sentence.endswith(" reached the data exactly")
-    assert found.exit_code == 0
-    done = fs.solve(found.scenario).quantities["breakaway_time"]
+    fit = fit_one(pulley(), BOUNDS, breakaway_time=wanted)
+    assert fit.finding.kind == "reached"
+    assert fit.finding.sentence.endswith(" reached the data exactly")
+    assert fit.exit_code == 0
+    done = fs.solve(fit.scenario).quantities["breakaway_time"]
     # Brent's method and least squares are resolved to 1e-10 of the bounds.
     assert float(done) == pytest.approx(wanted, rel=1e-6)
 
@@ -47,16 +47,16 @@ def test_a_value_that_is_reached(wanted: float) -> None:
 @pytest.mark.parametrize("bounds", [(0.25, 0.4, 0.39), (0.25, 20.0, 3.0)])
 def test_a_value_between_two_known_ones_is_found(bounds: tuple[float, ...], starts: int) -> None:
     """No search moves: the pulley rests for ever at nearly all values, and the angle is 0 there."""
-    found = fit_one(pulley(), {MU_S: bounds}, final_angle=6.0, starts=starts)
-    assert found.finding.kind == "reached"
-    assert float(fs.solve(found.scenario).quantities["final_angle"]) == pytest.approx(6.0, rel=1e-6)
+    fit = fit_one(pulley(), {MU_S: bounds}, final_angle=6.0, starts=starts)
+    assert fit.finding.kind == "reached"
+    assert float(fs.solve(fit.scenario).quantities["final_angle"]) == pytest.approx(6.0, rel=1e-6)
 
 
 def test_a_value_beside_runs_that_do_not_give_it_is_found() -> None:
     """Up to mu_s = 0.3536 of 20 there is a breakaway; 0.7999 s is 0.02 % before that."""
-    found = fit_one(pulley(), {MU_S: (0.21, 20.0)}, breakaway_time=0.7999)
-    assert found.finding.kind == "reached"
-    time = fs.solve(found.scenario).quantities["breakaway_time"]
+    fit = fit_one(pulley(), {MU_S: (0.21, 20.0)}, breakaway_time=0.7999)
+    assert fit.finding.kind == "reached"
+    time = fs.solve(fit.scenario).quantities["breakaway_time"]
     assert float(time) == pytest.approx(0.7999, rel=1e-6)
 
 
@@ -65,55 +65,53 @@ def test_a_value_beside_runs_that_do_not_give_it_is_found() -> None:
 @given(wanted=st.floats(-3.0, 14.0), high=st.floats(150.0, 1000.0))
 def test_a_straight_line_is_reached_between_its_ends(wanted: float, high: float) -> None:
     """The angle is 1/2 (P - W) r_e t^2/I, with P from 0."""
-    found = fit_one(frictionless(), {FORCE: (0.0, high)}, final_angle=wanted, starts=1)
+    fit = fit_one(frictionless(), {FORCE: (0.0, high)}, final_angle=wanted, starts=1)
     least, largest = 0.5 * SLOPE * -100.0, 0.5 * SLOPE * (high - 100.0)
     size = max(abs(wanted), largest - least)
     if least + 1e-5 * size < wanted < largest - 1e-5 * size:
-        assert (found.finding.kind, found.exit_code) == ("reached", 0)
-        assert found.values[FORCE] == pytest.approx(
-            2.0 * wanted / SLOPE + 100.0, rel=1e-5, abs=0.01
-        )
+        assert (fit.finding.kind, fit.exit_code) == ("reached", 0)
+        assert fit.values[FORCE] == pytest.approx(2.0 * wanted / SLOPE + 100.0, rel=1e-5, abs=0.01)
     elif wanted < least - 1e-5 * size or wanted > largest + 1e-5 * size:
-        assert (found.finding.kind, found.exit_code) == ("out_of_reach", 1)
+        assert (fit.finding.kind, fit.exit_code) == ("out_of_reach", 1)
         # The tolerance of the runs is 1e-9.
-        assert found.finding.reachable == pytest.approx((least, largest), rel=1e-6)
+        assert fit.finding.reachable == pytest.approx((least, largest), rel=1e-6)
 
 
 def test_out_of_reach_says_what_is_reachable() -> None:
-    found = fit_one(pulley(), BOUNDS, breakaway_time=1.4)
-    assert found.exit_code == 1
-    assert found.warnings[-1] == found.finding.sentence
+    fit = fit_one(pulley(), BOUNDS, breakaway_time=1.4)
+    assert fit.exit_code == 1
+    assert fit.warnings[-1] == fit.finding.sentence
     # The ramp of the force ends at 0.8 s, where the largest mu_s at which it moves breaks away.
-    assert found.finding.reachable == (0.0, pytest.approx(0.8, rel=1e-6))
-    assert found.finding.sentence == (
+    assert fit.finding.reachable == (0.0, pytest.approx(0.8, rel=1e-6))
+    assert fit.finding.sentence == (
         "out of reach: breakaway_time = 1.4 s; runs within the bounds gave 0 to 0.8 s"
     )
-    told = found.to_json()
-    assert (told["finding"], told["sentence"]) == ("out_of_reach", found.finding.sentence)
-    assert told["reachable"] == list(found.finding.reachable or ())
-    assert found.finding.sentence in found.summary()
-    assert f"\n# {found.finding.sentence}\n" in found.to_toml()
+    told = fit.to_json()
+    assert (told["finding"], told["sentence"]) == ("out_of_reach", fit.finding.sentence)
+    assert told["reachable"] == list(fit.finding.reachable or ())
+    assert fit.finding.sentence in fit.summary()
+    assert f"\n# {fit.finding.sentence}\n" in fit.to_toml()
 
 
 def test_a_value_that_is_jumped_over_is_out_of_reach() -> None:
     """At mu_s the moments at t = 0 are at their limit: more friction, and it breaks away later."""
-    found = fit_one(pulley(), BOUNDS, breakaway_time=0.5, starts=1)
-    assert (found.finding.kind, found.exit_code) == ("out_of_reach", 1)
-    edge = found.values[MU_S]
+    fit = fit_one(pulley(), BOUNDS, breakaway_time=0.5, starts=1)
+    assert (fit.finding.kind, fit.exit_code) == ("out_of_reach", 1)
+    edge = fit.values[MU_S]
     sides = [
         float(fs.solve(pulley(), {MU_S: edge + step}).quantities["breakaway_time"])
         for step in (-1e-9, 1e-9)
     ]
     assert sides[0] == 0.0
     assert f"; it jumps from 0 to {sides[1]:.6g} s at {MU_S} = {edge:.6g}; " in (
-        found.finding.sentence
+        fit.finding.sentence
     )
 
 
 def test_a_value_that_noise_explains_is_not_out_of_reach() -> None:
     # The nearest is 0.0412 away, 2.06 sigma; with half of it, it is out of reach (test_quantities).
-    found = fit_one(pulley(), BOUNDS, breakaway_time=0.5, sigma={"breakaway_time": 0.02})
-    assert (found.finding.kind, found.exit_code) == ("minimum", 0)
+    fit = fit_one(pulley(), BOUNDS, breakaway_time=0.5, sigma={"breakaway_time": 0.02})
+    assert (fit.finding.kind, fit.exit_code) == ("minimum", 0)
 
 
 def test_a_quantity_that_does_not_depend_on_the_key_is_flat() -> None:
@@ -139,18 +137,18 @@ def test_a_quantity_that_does_not_depend_on_the_key_is_flat() -> None:
 def test_a_series_that_does_not_depend_on_the_key_is_flat(starts: int) -> None:
     data = series(pulley(), angle=0.0)
     rests = {MU_S: (*NOT_MOVING, 0.5)}
-    found = fs.fit(pulley(), data=data, channels="angle", free=rests, starts=starts)
-    assert found.finding.kind == "flat"
-    assert found.finding.sentence == f"flat: the data do not change with {MU_S} within the bounds"
+    fit = fs.fit(pulley(), data=data, channels="angle", free=rests, starts=starts)
+    assert fit.finding.kind == "flat"
+    assert fit.finding.sentence == f"flat: the data do not change with {MU_S} within the bounds"
 
 
 def test_equal_plateaus_are_reported() -> None:
     """Below mu_s = 0.19671 the pulley breaks away at once."""
-    found = fit_one(pulley(), BOUNDS, breakaway_time=0.0)
-    assert (found.finding.kind, found.exit_code) == ("plateau", 0)
-    ends = sorted(start["last"][MU_S] for start in found.starts)
+    fit = fit_one(pulley(), BOUNDS, breakaway_time=0.0)
+    assert (fit.finding.kind, fit.exit_code) == ("plateau", 0)
+    ends = sorted(start["last"][MU_S] for start in fit.starts)
     assert max(ends) < 0.19672
-    assert found.finding.sentence == (
+    assert fit.finding.sentence == (
         "the data are reached exactly; 3 of 3 searches ended on plateaus with equal residuals at"
         f" {MU_S} = {', '.join(f'{end:.6g}' for end in ends)}, where the data do not change with"
         f" {MU_S}"
@@ -160,9 +158,9 @@ def test_equal_plateaus_are_reported() -> None:
 def test_a_plateau_that_is_not_the_minimum_is_reported() -> None:
     data = series(pulley().replace({MU_S: 0.231}), angular_velocity=0.0)
     free = {MU_S: (0.1, 0.4, 0.39)}
-    found = fs.fit(pulley(), data=data, channels="angular_velocity", free=free, starts=1)
-    assert found.finding.kind == "plateau"
-    assert found.finding.sentence == (
+    fit = fs.fit(pulley(), data=data, channels="angular_velocity", free=free, starts=1)
+    assert fit.finding.kind == "plateau"
+    assert fit.finding.sentence == (
         f"1 of 1 search ended on a plateau, where the data do not change with {MU_S}"
     )
 
@@ -174,19 +172,19 @@ def test_equal_minima_are_reported() -> None:
     impulse = 100.0 / pi * 2.0  # N s, over 1 s with phase 0
     wanted = SLOPE * (300.0 - 100.0 + impulse / sqrt(2.0))
     free = {f"{FORCE}.sine.phase_deg": (-170.0, 150.0)}
-    found = fit_one(scenario, free, final_angular_velocity=wanted, starts=4)
-    assert found.finding.kind == "equal_minima"
-    phases = sorted({round(start["last"][f"{FORCE}.sine.phase_deg"], 3) for start in found.starts})
+    fit = fit_one(scenario, free, final_angular_velocity=wanted, starts=4)
+    assert fit.finding.kind == "equal_minima"
+    phases = sorted({round(start["last"][f"{FORCE}.sine.phase_deg"], 3) for start in fit.starts})
     assert phases == [-45.0, 45.0]
     assert acos(1.0 / sqrt(2.0)) == pytest.approx(np.deg2rad(phases[1]))
-    assert found.finding.sentence.startswith("the data are reached exactly; 4 of 4 searches ended")
-    assert f"at {FORCE}.sine.phase_deg = -45, 45: the data fit them" in found.finding.sentence
+    assert fit.finding.sentence.startswith("the data are reached exactly; 4 of 4 searches ended")
+    assert f"at {FORCE}.sine.phase_deg = -45, 45: the data fit them" in fit.finding.sentence
 
 
 def test_noisy_data_have_a_minimum() -> None:
     data, free = series(frictionless(), angular_velocity=0.1), {LOAD: (50.0, 150.0)}
-    found = fs.fit(frictionless(), data=data, channels="angular_velocity", free=free)
-    assert found.finding == ("minimum", "3 of 3 searches found this minimum", None)
+    fit = fs.fit(frictionless(), data=data, channels="angular_velocity", free=free)
+    assert fit.finding == ("minimum", "3 of 3 searches found this minimum", None)
 
 
 def test_a_value_that_no_run_gives_fails() -> None:

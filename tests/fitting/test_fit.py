@@ -1,4 +1,4 @@
-"""Fits recover what the data were made with, and say how sure they are."""
+"""Fits recover the values behind the data, and state their uncertainty."""
 
 from typing import Any
 
@@ -38,30 +38,30 @@ def fit_velocity(scenario: fs.Scenario, data: Any, free: Any, **options: Any) ->
 
 
 def test_exact_data_give_back_the_values() -> None:
-    found = fit_velocity(pulley(), measured_velocity(), FREE)
-    assert found.values == pytest.approx(TRUTH, rel=1e-6)
-    assert found.status == "done"
-    assert found.exit_code == 0
-    assert found.warnings == ()
-    assert len(found.starts) == 3
-    assert found.residual_rms["angular_velocity"] < 1e-7
+    fit = fit_velocity(pulley(), measured_velocity(), FREE)
+    assert fit.values == pytest.approx(TRUTH, rel=1e-6)
+    assert fit.status == "done"
+    assert fit.exit_code == 0
+    assert fit.warnings == ()
+    assert len(fit.starts) == 3
+    assert fit.residual_rms["angular_velocity"] < 1e-7
 
 
 def test_noisy_data_give_them_within_the_errors_they_have() -> None:
     data = measured_velocity(0.1)
-    found = fit_velocity(pulley(), data, FREE, starts=1)
+    fit = fit_velocity(pulley(), data, FREE, starts=1)
     for key, truth in TRUTH.items():
-        error = found.standard_errors[key]
+        error = fit.standard_errors[key]
         assert error is not None
         assert 1e-4 < error < 1e-2
-        assert abs(found.values[key] - truth) < 3.0 * error
-    assert found.residual_rms["angular_velocity"] == pytest.approx(0.1, rel=0.3)
+        assert abs(fit.values[key] - truth) < 3.0 * error
+    assert fit.residual_rms["angular_velocity"] == pytest.approx(0.1, rel=0.3)
     # The fitted scenario has these residuals.
-    again = fs.loads(found.to_toml())
-    assert again.to_dict() == found.scenario.to_dict()
+    again = fs.loads(fit.to_toml())
+    assert again.to_dict() == fit.scenario.to_dict()
     solved = fs.solve(again, {"output.interval": 0.05, "output.at_events": False}).dataset
     rms = float(np.sqrt(np.mean((data["angular_velocity"] - solved["angular_velocity"]) ** 2)))
-    assert rms == pytest.approx(found.residual_rms["angular_velocity"], rel=1e-9)
+    assert rms == pytest.approx(fit.residual_rms["angular_velocity"], rel=1e-9)
 
 
 @pytest.mark.filterwarnings("error")  # SciPy divides by a slope that there is not
@@ -81,8 +81,8 @@ def test_failing_runs_turn_the_search_back() -> None:
     """Above mu_s = 0.12 of kinetic friction a scenario is not valid."""
     free = {MU_K: (0.02, 0.9, 0.11)}
     data = series(pulley().replace({MU_K: 0.115, MU_S: 0.12}), angular_velocity=0.0)
-    found = fit_velocity(pulley().replace({MU_S: 0.12}), data, free)
-    assert found.values[MU_K] == pytest.approx(0.115, rel=1e-6)
+    fit = fit_velocity(pulley().replace({MU_S: 0.12}), data, free)
+    assert fit.values[MU_K] == pytest.approx(0.115, rel=1e-6)
 
 
 def test_a_fit_of_which_all_runs_fail_says_why() -> None:
@@ -104,20 +104,20 @@ def test_the_same_seed_gives_the_same_fit() -> None:
 
 def test_a_key_over_decades_is_scaled_by_its_logarithm() -> None:
     data = series(pulley().replace({DAMPING: 0.02}), angular_velocity=1e-3)
-    found = fit_velocity(pulley(), data, {DAMPING: (1e-3, 100.0)})
-    assert found.values[DAMPING] == pytest.approx(0.02, rel=0.05)
-    low, high = found.intervals[DAMPING] or (0.0, 0.0)
-    assert low * high == pytest.approx(found.values[DAMPING] ** 2)  # symmetric in the logarithm
+    fit = fit_velocity(pulley(), data, {DAMPING: (1e-3, 100.0)})
+    assert fit.values[DAMPING] == pytest.approx(0.02, rel=0.05)
+    low, high = fit.intervals[DAMPING] or (0.0, 0.0)
+    assert low * high == pytest.approx(fit.values[DAMPING] ** 2)  # symmetric in the logarithm
 
 
 def test_keys_of_one_value() -> None:
     """Static and kinetic friction are alike, as of a belt."""
     key = f"{MU_S},{MU_K}"
     data = series(pulley().replace({MU_S: 0.17, MU_K: 0.17}), angular_velocity=0.0)
-    found = fit_velocity(pulley(), data, {key: (0.05, 0.3)})
-    assert found.values == {key: pytest.approx(0.17, rel=1e-6)}
-    journal = found.scenario.effects.shaft_friction
-    assert journal.mu_s == journal.mu_k == found.values[key]
+    fit = fit_velocity(pulley(), data, {key: (0.05, 0.3)})
+    assert fit.values == {key: pytest.approx(0.17, rel=1e-6)}
+    journal = fit.scenario.effects.shaft_friction
+    assert journal.mu_s == journal.mu_k == fit.values[key]
 
 
 # --- standard errors ----------------------------------------------------------------------------
@@ -143,15 +143,15 @@ def test_a_linear_fit_has_the_errors_of_linear_regression() -> None:
     force = 100.0 + float(slopes @ data["w"] / (slopes @ slopes))
     residuals = data["w"] - slopes * (force - 100.0)
     scatter = float(np.sqrt(residuals @ residuals / 29.0))
-    for found, sigma, factor in (
+    for fit, sigma, factor in (
         (unknown, scatter, stats.t.ppf(0.975, 29)),
         (given, 0.1, stats.norm.ppf(0.975)),
     ):
         error = sigma / np.sqrt(slopes @ slopes)
-        assert found.values[FORCE] == pytest.approx(force, rel=1e-7)
-        assert found.standard_errors[FORCE] == pytest.approx(error, rel=1e-5)
+        assert fit.values[FORCE] == pytest.approx(force, rel=1e-7)
+        assert fit.standard_errors[FORCE] == pytest.approx(error, rel=1e-5)
         interval = [force - factor * error, force + factor * error]
-        assert found.intervals[FORCE] == pytest.approx(interval, rel=1e-6)
+        assert fit.intervals[FORCE] == pytest.approx(interval, rel=1e-6)
     assert unknown.chi_squared is None
     assert given.chi_squared == pytest.approx(float(residuals @ residuals) / 0.01)
     assert given.reduced_chi_squared == pytest.approx((given.chi_squared or 0.0) / 29.0)
@@ -174,37 +174,35 @@ def test_intervals_of_friction_hold_the_truth() -> None:
     """A part of `tests/benchmarks/fit_coverage.py`."""
     case = fit_coverage.CASES["velocity"]
     fits = [fit_coverage.measure(case, seed) for seed in range(2)]
-    held = [
-        fit_coverage.holds(found, key, truth[key]) for truth, found in fits for key in case.keys
-    ]
+    held = [fit_coverage.holds(fit, key, truth[key]) for truth, fit in fits for key in case.keys]
     assert sum(held) >= 5
 
 
 def test_two_channels_are_weighed_by_the_noise_of_each() -> None:
     data = series(pulley().replace(TRUTH), 0.02, angular_velocity=0.5, angle=1e-3)
     sigma = {"angular_velocity": 0.5, "angle": 1e-3}
-    found, given = (
+    fit, given = (
         fs.fit(pulley(), data=data, channels=list(sigma), free=FREE, starts=1, **options)
         for options in ({}, {"sigma": sigma})
     )
-    velocity, angle = found.data.residuals
+    velocity, angle = fit.data.residuals
     assert velocity.sigma == pytest.approx(0.5, rel=0.2)
     assert angle.sigma == pytest.approx(1e-3, rel=0.2)
     for key in FREE:
-        assert found.values[key] == pytest.approx(given.values[key], rel=1e-3)
-        assert found.standard_errors[key] == pytest.approx(given.standard_errors[key], rel=0.2)
+        assert fit.values[key] == pytest.approx(given.values[key], rel=1e-3)
+        assert fit.standard_errors[key] == pytest.approx(given.standard_errors[key], rel=0.2)
 
 
 def test_the_bootstrap_agrees_with_the_standard_errors() -> None:
     data = line(0.1, seed=5)
     for options in ({}, {"sigma": {"angular_velocity": 0.1}}):
-        found = fit_line(data, bootstrap=60, **options)
-        assert found.bootstrap is not None
-        assert (found.bootstrap.done, found.bootstrap.failed) == (60, 0)
-        low, high = found.bootstrap.intervals[FORCE] or (0.0, 0.0)
-        lower, upper = found.intervals[FORCE] or (0.0, 0.0)
+        fit = fit_line(data, bootstrap=60, **options)
+        assert fit.bootstrap is not None
+        assert (fit.bootstrap.done, fit.bootstrap.failed) == (60, 0)
+        low, high = fit.bootstrap.intervals[FORCE] or (0.0, 0.0)
+        lower, upper = fit.intervals[FORCE] or (0.0, 0.0)
         assert high - low == pytest.approx(upper - lower, rel=0.35)
-        assert low < found.values[FORCE] < high
+        assert low < fit.values[FORCE] < high
 
 
 def test_correlated_residuals_are_reported() -> None:
@@ -227,10 +225,10 @@ def test_a_sigma_that_is_too_small_is_reported() -> None:
     aside = np.array([2.0, 0.0, -2.0 / 3.0])  # orthogonal to the times
     for size, count in ((2.0, 1), (1.2, 0)):  # chi squared 17.8 and 6.4, with 9.21 of two degrees
         data = {"time": [0.3, 0.6, 0.9], "w": slope + 0.1 * size * aside}
-        found = fit_line(data, sigma={"angular_velocity": 0.1})
-        assert len(found.warnings) == count
-        assert found.chi_squared == pytest.approx(size**2 * 40.0 / 9.0, rel=1e-3)
-        line_of_chi = next(x for x in found.summary().splitlines() if x.startswith("chi"))
+        fit = fit_line(data, sigma={"angular_velocity": 0.1})
+        assert len(fit.warnings) == count
+        assert fit.chi_squared == pytest.approx(size**2 * 40.0 / 9.0, rel=1e-3)
+        line_of_chi = next(x for x in fit.summary().splitlines() if x.startswith("chi"))
         assert ", of 2 degrees of freedom: reduced " in line_of_chi
         assert line_of_chi.endswith(" (near 1 if sigma is right)")
 
@@ -249,9 +247,9 @@ def test_one_value_far_from_the_fit_is_reported() -> None:
 def test_a_key_is_correlated_with_itself_exactly() -> None:
     covariance = np.array([[0.1, 0.03, np.nan], [0.03, 0.7, np.nan], [np.nan] * 3])
     for scale in (1.0, 1.1, 3.3, 7e-9):
-        found = correlations(scale * covariance)
-        assert np.diag(found)[:2].tolist() == [1.0, 1.0]
-        assert np.isnan(found[2]).all()
+        matrix = correlations(scale * covariance)
+        assert np.diag(matrix)[:2].tolist() == [1.0, 1.0]
+        assert np.isnan(matrix[2]).all()
 
 
 # --- what is not identified ---------------------------------------------------------------------
@@ -262,40 +260,40 @@ def test_static_friction_of_a_pulley_that_never_sticks() -> None:
         {"mechanism.initial_angular_velocity": 50.0, FORCE: 2224.1}
     )
     data = series(sliding, 0.01, angular_velocity=0.05)
-    found = fit_velocity(sliding, data, FREE)
-    assert found.not_identified == {MU_S: "the data do not change with it"}
-    assert found.values[MU_S] == 0.2  # as in the scenario
-    assert found.standard_errors[MU_S] is None
-    assert found.intervals[MU_S] is None
-    assert np.isnan(found.correlations[MU_S][MU_K])
-    assert found.standard_errors[MU_K] is not None
-    assert found.data.degrees == data["time"].size - 1
-    assert found.exit_code == 0
-    assert f"{MU_S} is not identified: the data do not change with it" in found.summary()
-    assert found.warnings[0] == f"{MU_S} is not identified: the data do not change with it"
+    fit = fit_velocity(sliding, data, FREE)
+    assert fit.not_identified == {MU_S: "the data do not change with it"}
+    assert fit.values[MU_S] == 0.2  # as in the scenario
+    assert fit.standard_errors[MU_S] is None
+    assert fit.intervals[MU_S] is None
+    assert np.isnan(fit.correlations[MU_S][MU_K])
+    assert fit.standard_errors[MU_K] is not None
+    assert fit.data.degrees == data["time"].size - 1
+    assert fit.exit_code == 0
+    assert f"{MU_S} is not identified: the data do not change with it" in fit.summary()
+    assert fit.warnings[0] == f"{MU_S} is not identified: the data do not change with it"
 
 
 def test_two_keys_of_which_only_the_difference_counts() -> None:
     """Without friction the torque is (P - W) r_e: force and load are one unknown."""
     free = {FORCE: (200.0, 500.0), LOAD: (50.0, 300.0)}
-    found = fit_line(line(0.1, 2), free)
+    fit = fit_line(line(0.1, 2), free)
     why = "the data determine only a combination of it and {} (correlation 1.000); fix one"
-    assert found.not_identified == {FORCE: why.format(LOAD), LOAD: why.format(FORCE)}
-    assert found.data.degrees == 29
-    assert found.values[FORCE] - found.values[LOAD] == pytest.approx(200.0, abs=10.0)
+    assert fit.not_identified == {FORCE: why.format(LOAD), LOAD: why.format(FORCE)}
+    assert fit.data.degrees == 29
+    assert fit.values[FORCE] - fit.values[LOAD] == pytest.approx(200.0, abs=10.0)
 
 
 def test_an_estimate_at_its_bound() -> None:
-    found = fit_line(line(0.1, 2), {FORCE: (100.0, 250.0)})
+    fit = fit_line(line(0.1, 2), {FORCE: (100.0, 250.0)})
     why = "its estimate is at the upper bound 250; widen the bounds"
-    assert found.not_identified == {FORCE: why}
-    assert found.standard_errors[FORCE] is None
+    assert fit.not_identified == {FORCE: why}
+    assert fit.standard_errors[FORCE] is None
 
 
 def test_a_key_that_the_data_determine_no_better_than_its_bounds() -> None:
     sigma = {"angular_velocity": 500.0}
-    found = fit_line(line(50.0, 2), {FORCE: (-2000.0, 2000.0)}, sigma=sigma)
-    assert found.not_identified == {FORCE: "the data determine it no better than its bounds do"}
+    fit = fit_line(line(50.0, 2), {FORCE: (-2000.0, 2000.0)}, sigma=sigma)
+    assert fit.not_identified == {FORCE: "the data determine it no better than its bounds do"}
 
 
 def test_data_in_another_unit_are_no_better_than_a_constant() -> None:
@@ -348,7 +346,7 @@ def test_differences_do_not_pass_a_jump() -> None:
 def test_corners_make_a_standard_error_rough() -> None:
     """The pulley breaks away 60 us before the one sample; steps of differences are 500, 130, 30."""
     data = {"time": [0.1, 0.5465], "angular_velocity": [0.0, 5.4e-4]}
-    found = fit_velocity(pulley(), data, {MU_S: (0.1, 0.4)}, starts=1)
-    (warning,) = found.warnings
+    fit = fit_velocity(pulley(), data, {MU_S: (0.1, 0.4)}, starts=1)
+    (warning,) = fit.warnings
     assert warning.startswith(f"the derivatives by {MU_S} change by ")
     assert warning.endswith("its standard error is rough; a bootstrap does not need them")

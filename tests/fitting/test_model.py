@@ -1,4 +1,4 @@
-"""What a fit compares with the data: samples at their times, to the accuracy of the run."""
+"""The model of a fit: samples at the times of the data, to the accuracy of the run."""
 
 from typing import Any
 
@@ -17,7 +17,7 @@ ON_RAMP = SlipOnRamp(P_START, (P_END - P_START) / T_RAMP, BREAKAWAY, 0.0, 1)
 
 
 def sampled(scenario: fs.Scenario, times: Any, *channels: str) -> dict[str, Any]:
-    """Return what a scenario gives for channels at times."""
+    """Return channels of a scenario at times."""
     zeros = {name: np.zeros(len(times)) for name in channels}
     options = FitOptions.of(data={"time": np.array(times), **zeros}, channels=channels)
     data = measured(options, scenario)
@@ -29,21 +29,21 @@ def sampled(scenario: fs.Scenario, times: Any, *channels: str) -> dict[str, Any]
 def test_channels_are_those_of_the_closed_form_at_any_times() -> None:
     rng = np.random.default_rng(0)
     times = np.sort(rng.uniform(BREAKAWAY, T_RAMP, 40))  # of no grid
-    found = sampled(fs.load(PULLEY), times, "angle", "angular_velocity")
+    channels = sampled(fs.load(PULLEY), times, "angle", "angular_velocity")
     exact = np.array([ON_RAMP(t) for t in times]).T
-    assert found["angle"] == pytest.approx(exact[0], abs=1e-9)
-    assert found["angular_velocity"] == pytest.approx(exact[1], abs=1e-8)
+    assert channels["angle"] == pytest.approx(exact[0], abs=1e-9)
+    assert channels["angular_velocity"] == pytest.approx(exact[1], abs=1e-8)
 
 
 def test_at_an_event_the_value_is_that_after_it() -> None:
     scenario = fs.load(PULLEY)
     (event,) = fs.solve(scenario).events["time"].to_numpy()
-    found = sampled(scenario, [0.1, event, 1.0], "angular_acceleration", "friction_torque")
+    channels = sampled(scenario, [0.1, event, 1.0], "angular_acceleration", "friction_torque")
     sides = fs.solve(scenario).events
     after = float(sides["angular_acceleration_after"][0])
     assert after == pytest.approx(8.931678707)
-    assert found["angular_acceleration"].tolist()[:2] == [0.0, after]
-    assert found["friction_torque"][1] == float(sides["friction_torque_after"][0])
+    assert channels["angular_acceleration"].tolist()[:2] == [0.0, after]
+    assert channels["friction_torque"][1] == float(sides["friction_torque_after"][0])
 
 
 def test_a_run_ends_with_the_data_and_gives_the_same() -> None:
@@ -56,8 +56,8 @@ def test_a_run_ends_with_the_data_and_gives_the_same() -> None:
 def test_a_mechanism_without_friction_and_scipy_sample_too() -> None:
     keys = {"effects.shaft_friction": None, "solver.duration": 1.0}
     times = [0.111, 0.5, 0.987]
-    found = [
+    angles = [
         sampled(fs.load(PULLEY, {**keys, "solver.backend": backend}), times, "angle")["angle"]
         for backend in ("events", "dop853")
     ]
-    assert found[0] == pytest.approx(found[1], rel=1e-7)
+    assert angles[0] == pytest.approx(angles[1], rel=1e-7)

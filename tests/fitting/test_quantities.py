@@ -15,26 +15,26 @@ FREE = {MU_S: (0.1, 0.4)}
 
 def breakaway(**overrides: float) -> float:
     keys = {"mu_s": MU_S, "load": LOAD}
-    found = fs.solve(pulley(), {keys[name]: value for name, value in overrides.items()})
-    time = found.quantities["breakaway_time"].value
+    result = fs.solve(pulley(), {keys[name]: value for name, value in overrides.items()})
+    time = result.quantities["breakaway_time"].value
     assert time is not None
     return time
 
 
 def test_a_quantity_of_one_run() -> None:
     wanted, sigma = {"breakaway_time": breakaway(mu_s=0.27)}, {"breakaway_time": 0.01}
-    found = fs.fit(pulley(), quantities=wanted, sigma=sigma, free=FREE, starts=1)
-    assert found.values[MU_S] == pytest.approx(0.27, rel=1e-6)
-    assert found.data.residuals[0].unit == "s"
+    fit = fs.fit(pulley(), quantities=wanted, sigma=sigma, free=FREE, starts=1)
+    assert fit.values[MU_S] == pytest.approx(0.27, rel=1e-6)
+    assert fit.data.residuals[0].unit == "s"
     # By a difference of two runs: dt/dmu of the standard error.
     error = 0.01 * 0.002 / (breakaway(mu_s=0.271) - breakaway(mu_s=0.269))
-    assert found.standard_errors[MU_S] == pytest.approx(error, rel=1e-3)
+    assert fit.standard_errors[MU_S] == pytest.approx(error, rel=1e-3)
 
 
 def test_a_table_of_runs() -> None:
     loads = np.array([1900.0, 2000.0, 2100.0, 2200.0])
     times = [1e3 * breakaway(mu_s=0.27, load=load) for load in loads]
-    found = fs.fit(
+    fit = fs.fit(
         pulley(),
         data={"W": loads, "t": times},
         quantities={"breakaway_time": "t"},
@@ -43,16 +43,16 @@ def test_a_table_of_runs() -> None:
         free=FREE,
         starts=1,
     )
-    assert found.values[MU_S] == pytest.approx(0.27, rel=1e-6)
-    (part,) = found.data.residuals
+    assert fit.values[MU_S] == pytest.approx(0.27, rel=1e-6)
+    (part,) = fit.data.residuals
     assert (part.unit, part.values.size) == ("ms", 4)
-    assert found.scenario.mechanism.load == 2224.1  # that of the scenario
-    assert found.data.data.runs[0] == {LOAD: 1900.0}
+    assert fit.scenario.mechanism.load == 2224.1  # that of the scenario
+    assert fit.data.data.runs[0] == {LOAD: 1900.0}
 
 
 def test_a_quantity_beside_channels() -> None:
     made = fs.solve(pulley(), {MU_S: 0.27, "output.interval": 0.1})
-    found = fs.fit(
+    fit = fs.fit(
         pulley(),
         data=made.dataset.isel(time=[0, 3, 8, 12]),
         channels="angle",
@@ -61,8 +61,8 @@ def test_a_quantity_beside_channels() -> None:
         free=FREE,
         starts=1,
     )
-    assert found.values[MU_S] == pytest.approx(0.27, rel=1e-6)
-    assert [part.name for part in found.data.residuals] == ["angle", "breakaway_time"]
+    assert fit.values[MU_S] == pytest.approx(0.27, rel=1e-6)
+    assert [part.name for part in fit.data.residuals] == ["angle", "breakaway_time"]
 
 
 def test_friction_of_a_belt_from_its_slip_and_a_speed() -> None:
@@ -78,7 +78,7 @@ def test_friction_of_a_belt_from_its_slip_and_a_speed() -> None:
         .value
         for value in (-12.0, -15.0)
     ]
-    found = fs.fit(
+    fit = fs.fit(
         belt,
         data={"M": [-12.0, -15.0], "slip": curve},
         quantities={"slip_percent": "slip"},
@@ -87,9 +87,9 @@ def test_friction_of_a_belt_from_its_slip_and_a_speed() -> None:
         free={mu: (0.6, 1.2, 0.9)},
         starts=1,
     )
-    assert found.values[mu] == pytest.approx(0.8, rel=1e-3)
-    assert found.data.residuals[0].unit == "%"
-    assert found.not_identified == {}
+    assert fit.values[mu] == pytest.approx(0.8, rel=1e-3)
+    assert fit.data.residuals[0].unit == "%"
+    assert fit.not_identified == {}
 
     speed = fs.solve(belt, {"mechanism.pulleys.1.inertia": 3e-4}).dataset["pulley_speed"]
     data = {"time": speed["time"].to_numpy(), "w": speed.sel(pulley="driven").to_numpy()}
@@ -102,36 +102,36 @@ def test_friction_of_a_belt_from_its_slip_and_a_speed() -> None:
 
 def test_a_quantity_that_the_scenario_jumps_over() -> None:
     """Below mu_s = 0.19672 the pulley breaks away at once, above it at 0.541 s."""
-    found = fs.fit(
+    fit = fs.fit(
         pulley(rtol=1e-9),
         quantities={"breakaway_time": 0.5},
         sigma={"breakaway_time": 0.01},
         free={MU_S: (0.1, 0.4)},
         bootstrap=3,
     )
-    assert found.values[MU_S] == pytest.approx(0.19672, rel=1e-4)
-    assert (found.standard_errors[MU_S], found.intervals[MU_S]) == (None, None)
-    assert found.not_identified[MU_S] == (
+    assert fit.values[MU_S] == pytest.approx(0.19672, rel=1e-4)
+    assert (fit.standard_errors[MU_S], fit.intervals[MU_S]) == (None, None)
+    assert fit.not_identified[MU_S] == (
         "the run jumps or kinks at the estimate (its derivatives change by 75 % with the step of"
         " their differences); a bootstrap does not need them"
     )
-    assert found.bootstrap is not None
-    assert found.bootstrap.intervals[MU_S] is not None
-    assert found.data.degrees == 0
-    assert (found.finding.kind, found.exit_code) == ("out_of_reach", 1)
-    assert found.warnings[1:] == (
-        found.finding.sentence,
+    assert fit.bootstrap is not None
+    assert fit.bootstrap.intervals[MU_S] is not None
+    assert fit.data.degrees == 0
+    assert (fit.finding.kind, fit.exit_code) == ("out_of_reach", 1)
+    assert fit.warnings[1:] == (
+        fit.finding.sentence,
         "the residuals are up to 4.12 sigma, of breakaway_time, although there are as many free"
         " keys as values: the scenario cannot give the data, or sigma is too small",
     )
-    assert found.summary().startswith("Pulley on a dry shaft: fit of 1 key to 1 value\n")
+    assert fit.summary().startswith("Pulley on a dry shaft: fit of 1 key to 1 value\n")
 
 
 def test_a_unit_in_the_heading_of_a_key_of_the_runs(tmp_path: Path) -> None:
     path = tmp_path / "curve.csv"
     lines = [f"{force / 1e3},{SLOPE * (force - 100.0)}" for force in (200.0, 300.0)]
     path.write_text("\n".join(["P [kN],w (rad/s)", *lines]))
-    found = fs.fit(
+    fit = fs.fit(
         frictionless(),
         data=path,
         quantities={"final_angular_velocity": "w"},
@@ -139,8 +139,8 @@ def test_a_unit_in_the_heading_of_a_key_of_the_runs(tmp_path: Path) -> None:
         free={LOAD: (50.0, 150.0)},
         starts=1,
     )
-    assert found.values[LOAD] == pytest.approx(100.0, rel=1e-6)
-    assert "\ndata: final_angular_velocity from 'w' in rad/s\n" in found.summary()
+    assert fit.values[LOAD] == pytest.approx(100.0, rel=1e-6)
+    assert "\ndata: final_angular_velocity from 'w' in rad/s\n" in fit.summary()
 
 
 def test_the_warnings_of_the_last_runs_are_reported() -> None:

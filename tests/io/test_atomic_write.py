@@ -1,4 +1,4 @@
-"""Atomic writing: a part beside the target, which one process has, and which is renamed."""
+"""Atomic writing: a part next to the target, owned by one process and then renamed."""
 
 import errno
 import os
@@ -114,8 +114,8 @@ def test_the_owner_of_a_replaced_file_and_the_part_of_another_user_stay() -> Non
     Path("a.h5").touch()
     os.chown("a.h5", 2001, 2003)
     write_atomically(b"new", Path("a.h5"))
-    found = Path("a.h5").stat()
-    assert (found.st_uid, found.st_gid) == (2001, 2003)
+    status = Path("a.h5").stat()
+    assert (status.st_uid, status.st_gid) == (2001, 2003)
     Path(".a.h5.part").write_bytes(b"theirs")
     os.chown(".a.h5.part", 12345, 12345)
     assert refused(b"newer") == f"{CANNOT}'.a.h5.part' beside it is not of this program; remove it"
@@ -130,9 +130,9 @@ def test_another_group_has_no_rights_of_the_one_before(monkeypatch: pytest.Monke
     stat = Path.stat
 
     def of_others(self: Path, **options: Any) -> os.stat_result:
-        found = stat(self, **options)
-        same = found.st_ino == kept.st_ino
-        return os.stat_result((*found[:5], found.st_gid + same, *found[6:10]))
+        status = stat(self, **options)
+        same = status.st_ino == kept.st_ino
+        return os.stat_result((*status[:5], status.st_gid + same, *status[6:10]))
 
     def refused(*_: int) -> None:
         raise PermissionError(errno.EPERM, "Operation not permitted")

@@ -1,4 +1,4 @@
-"""The child process that reads: its answers, its limits, and what it is when it fails."""
+"""The child process that reads: its answers, its limits and its failures."""
 
 import os
 import signal
@@ -61,9 +61,9 @@ LEAVES = st.none() | st.booleans() | st.integers(-(2**70), 2**70) | st.floats() 
     )
 )
 def test_an_answer_is_as_it_was(value: Any) -> None:
-    found = decoded(encoded(value))
-    np.testing.assert_equal(found, value)
-    assert type(found) is type(value)
+    copy = decoded(encoded(value))
+    np.testing.assert_equal(copy, value)
+    assert type(copy) is type(value)
 
 
 def test_a_refusal_is_an_error() -> None:
@@ -74,10 +74,10 @@ def test_a_refusal_is_an_error() -> None:
 @pytest.mark.parametrize("waiting", [0, 1])
 def test_a_child_reads_a_result(waiting: int, result: str) -> None:
     child_process.start(waiting)
-    found = answer_of("content", result)
-    assert found.attributes["status"] == "done"
-    assert np.array_equal(answer_of("rows", result, "angle", 1, 3), found.channels["angle"][1:3])
-    found.channels["angle"][0] = 1.0  # it is as any array
+    content = answer_of("content", result)
+    assert content.attributes["status"] == "done"
+    assert np.array_equal(answer_of("rows", result, "angle", 1, 3), content.channels["angle"][1:3])
+    content.channels["angle"][0] = 1.0  # it is as any array
     assert child_process._waiting == []
 
 
@@ -150,16 +150,16 @@ def test_what_stops_this_process_does_not_end_the_child(result: str) -> None:
 
 
 def test_children_are_asked_from_any_thread(result: str) -> None:
-    found: list[Any] = []
+    answers: list[Any] = []
     threads = [
-        threading.Thread(target=lambda: found.append(answer_of("content", result)))
+        threading.Thread(target=lambda: answers.append(answer_of("content", result)))
         for _ in range(2)
     ]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert len(found) == 2
+    assert len(answers) == 2
 
 
 def test_a_file_that_another_program_has_locked_is_read(result: str) -> None:

@@ -34,7 +34,7 @@ def golden(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def compare(golden: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Compare:
-    """Compare a changed copy with the golden file; return the exit code and what was printed."""
+    """Compare a changed copy with the golden file; return the exit code and the output."""
 
     def run(edit: Edit, *options: str) -> tuple[int, str]:
         path = tmp_path / "result.h5"
@@ -141,8 +141,8 @@ CASES: dict[str, tuple[Edit, str, int, str]] = {
 def test_a_difference_beyond_the_tolerances_is_found(
     edit: Edit, options: str, code: int, told: str, compare: Compare
 ) -> None:
-    found, table = compare(edit, *options.split())
-    assert found == code
+    exit_code, table = compare(edit, *options.split())
+    assert exit_code == code
     assert re.search(told, table)
     assert code != 1 or rows(table)[0][-1] != "ok"  # differences stand first
     assert code != 2 or table.startswith("frictionsim: ")
@@ -153,11 +153,11 @@ def test_equal_files_agree_in_every_channel_and_in_the_events(
 ) -> None:
     code, table = compare(nothing)
     assert code == 0
-    found = rows(table)
+    lines = rows(table)
     channels = hdf5_reader.read(golden).channels.keys() - {"time"}
     beside = {f"events/{name}" for name in channels - OF_EVENTS if not name.startswith("energy_")}
-    assert {row[0] for row in found} == channels | beside | {"events"}
-    assert all((row[1], row[-1]) == ("0", "ok") for row in found)
+    assert {row[0] for row in lines} == channels | beside | {"events"}
+    assert all((row[1], row[-1]) == ("0", "ok") for row in lines)
     _, table = compare(nothing, "--ignore", "energy_*", "--ignore", "events")
     assert not [row for row in rows(table) if row[0].startswith(("energy_", "events"))]
 
@@ -205,10 +205,10 @@ def test_equal_non_finite_values_agree(value: float, golden: Path, tmp_path: Pat
 def test_a_sample_beside_an_event_may_be_on_the_other_side_of_the_jump(
     compare: Compare, golden: Path
 ) -> None:
-    found = hdf5_reader.read(golden)
-    (event,) = found.events["time"]
-    after = int(np.searchsorted(found.channels["time"], event, side="right"))
-    distance = float(found.channels["time"][after] - event)
+    content = hdf5_reader.read(golden)
+    (event,) = content.events["time"]
+    after = int(np.searchsorted(content.channels["time"], event, side="right"))
+    distance = float(content.channels["time"][after] - event)
     assert TIME_ATOL < distance < INTERVAL
     jump = add("friction_torque", after, 10.0)
     wide = ["--time-atol", str(1.01 * distance)]

@@ -39,7 +39,7 @@ def status(path: str) -> str:
 
 
 def stopping(after: int, error: Callable[[float], Exception]) -> Record:
-    """Return a run of the pulley that stops after so many calls of `on_step`."""
+    """Return a run of the pulley that stops after some calls of `on_step`."""
     calls = iter(range(after))
 
     def on_step(t: float) -> None:

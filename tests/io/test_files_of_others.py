@@ -68,9 +68,9 @@ def last_entry_of_heap(raw: bytes) -> int:
 
     A heap that is full has none.
     """
-    for found in re.finditer(b"GCOL", raw):
-        place = found.start() + 16
-        end = found.start() + struct.unpack_from("<Q", raw, found.start() + 8)[0]
+    for match in re.finditer(b"GCOL", raw):
+        place = match.start() + 16
+        end = match.start() + struct.unpack_from("<Q", raw, match.start() + 8)[0]
         while place + 16 <= end:
             number, size = struct.unpack_from("<H6xQ", raw, place)
             if number == 0:
@@ -253,9 +253,9 @@ def test_what_no_result_has_is_refused(
 def test_a_label_is_one_line_of_two_hundred_characters(result: Path) -> None:
     with h5py.File(result, "r+") as file:
         file["angle"].attrs.update(units="rad\n" * 2000, long_name="x" * 60_000)
-    found = fs.open(result).dataset["angle"].attrs
-    assert found["units"] == " ".join(["rad"] * 50)
-    assert found["long_name"] == "x" * 200
+    attributes = fs.open(result).dataset["angle"].attrs
+    assert attributes["units"] == " ".join(["rad"] * 50)
+    assert attributes["long_name"] == "x" * 200
 
 
 def test_one_long_text_many_times_does_not_fill_memory(result: Path) -> None:
@@ -283,8 +283,11 @@ def test_differences_of_huge_numbers_are_no_warning(result: Path) -> None:
             file["events/angular_velocity_before"][0] = number
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = fs.compare(result, other)
-    assert [row.name for row in found.rows if not row.ok] == ["angle", "events/angular_velocity"]
+        comparison = fs.compare(result, other)
+    assert [row.name for row in comparison.rows if not row.ok] == [
+        "angle",
+        "events/angular_velocity",
+    ]
 
 
 def segmented(path: Path, listing: str) -> None:
@@ -310,8 +313,8 @@ def test_only_files_that_are_called_after_a_result_are_its_segments(result: Path
     for name in ("thesis.h5", "b.000000.h5", "../a.000000.h5", "a.000001.h5", ".."):
         result.write_bytes(original())
         segmented(result, f"{name} 64 00000000")
-        found = message(result)
-        assert "its segments are not those of" in found or "a.000000.h5: cannot" in found
+        text = message(result)
+        assert "its segments are not those of" in text or "a.000000.h5: cannot" in text
     shutil.copy(SCENARIOS / "pulley.toml", "s.toml")
     Path("a.000000.h5").write_text("mine")
     fs.solve("s.toml", output=result)

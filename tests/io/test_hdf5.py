@@ -43,13 +43,13 @@ def result(done: Record, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def datasets(file: Any) -> dict[str, Any]:
     """Return every dataset of a file by its path."""
-    found = {}
+    arrays = {}
     file.visititems(
-        lambda name, item: found.update(
+        lambda name, item: arrays.update(
             {f"/{name}": item} if isinstance(item, h5py.Dataset) else {}
         )
     )
-    return found
+    return arrays
 
 
 def test_root_attributes_describe_the_run(done: Record, result: Path) -> None:
@@ -105,24 +105,24 @@ def test_a_quantity_without_a_value_is_nan_and_read_as_none(tmp_path: Path) -> N
 
 
 def test_a_file_holds_what_the_run_and_its_record_hold(done: Record, result: Path) -> None:
-    expected, found = done, hdf5_reader.read(result)
-    attributes = {k: v for k, v in found.attributes.items() if k in expected.attributes}
+    expected, content = done, hdf5_reader.read(result)
+    attributes = {k: v for k, v in content.attributes.items() if k in expected.attributes}
     assert attributes == expected.attributes
     for name in ("units", "long_names", "axes", "members", "flags", "contacts"):
-        assert getattr(found, name) == getattr(expected, name), name
+        assert getattr(content, name) == getattr(expected, name), name
     for part in ("channels", "events"):
-        arrays, others = getattr(found, part), getattr(expected, part)
+        arrays, others = getattr(content, part), getattr(expected, part)
         assert list(arrays) == list(others)
         for name, values in others.items():
             np.testing.assert_array_equal(arrays[name], values, err_msg=name)
             assert arrays[name].dtype == values.dtype, name
-    assert list(found.quantities.items()) == list(done.quantities.items())
-    assert (found.checks, found.transitions) == (done.checks, done.transitions)
-    assert found.statistics is not None
-    assert found.statistics[:4] == done.statistics[:4]
-    assert found.statistics.wall_seconds is None
-    names = [found.contacts[int(index)] for index in found.events["contact"]]
-    columns = [found.events[name] for name in ("time", "mode_from", "mode_to", "angle")]
+    assert list(content.quantities.items()) == list(done.quantities.items())
+    assert (content.checks, content.transitions) == (done.checks, done.transitions)
+    assert content.statistics is not None
+    assert content.statistics[:4] == done.statistics[:4]
+    assert content.statistics.wall_seconds is None
+    names = [content.contacts[int(index)] for index in content.events["contact"]]
+    columns = [content.events[name] for name in ("time", "mode_from", "mode_to", "angle")]
     assert len(done.transitions) > 2
     assert list(zip(names, *columns, strict=True)) == [
         (each.contact, each.time, each.mode_from, each.mode_to, each.position)
@@ -278,14 +278,14 @@ def test_hdf5_survives_a_long_result_that_it_cannot_write(here: Path) -> None:
     before = path.read_bytes()
 
     def refusals() -> int:
-        found = []
+        messages = []
         for limit in (1_000_000, 2_000_001, 4_000_000):
             resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
             try:
                 hdf5_writer.write(run, path)
             except OutputError as error:
-                found.append(str(error))
-        return found.count("old.h5: cannot write the result: File too large")
+                messages.append(str(error))
+        return messages.count("old.h5: cannot write the result: File too large")
 
     assert stopped_at(0, refusals, here) == 3
     assert (path.read_bytes(), os.listdir()) == (before, ["old.h5"])

@@ -72,13 +72,13 @@ def path(run: Record, tmp_path: Path) -> Path:
 def test_read_returns_what_was_written(samples: int, tmp_path: Path) -> None:
     run = run_of(samples)
     hdf5_writer.write(run, tmp_path / "a.h5")
-    found = hdf5_reader.read(tmp_path / "a.h5")
-    assert found.channels.keys() == run.channels.keys()
+    content = hdf5_reader.read(tmp_path / "a.h5")
+    assert content.channels.keys() == run.channels.keys()
     for name, channel in run.channels.items():
-        np.testing.assert_array_equal(found.channels[name], channel, err_msg=name)
-    assert found.axes == {"time": "", **{name: info.axis for name, info in CHANNELS.items()}}
-    assert found.members == run.members
-    assert found.events.keys() == {"time", "contact", "mode_from", "mode_to"}
+        np.testing.assert_array_equal(content.channels[name], channel, err_msg=name)
+    assert content.axes == {"time": "", **{name: info.axis for name, info in CHANNELS.items()}}
+    assert content.members == run.members
+    assert content.events.keys() == {"time", "contact", "mode_from", "mode_to"}
 
 
 def test_only_channels_with_columns_are_compressed(path: Path) -> None:

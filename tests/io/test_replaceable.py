@@ -1,4 +1,4 @@
-"""What is not ours stays: only a file of the kind that replaces it is replaced."""
+"""Foreign files stay: a file replaces only one of its own kind."""
 
 import os
 import resource
@@ -136,10 +136,10 @@ def test_tables_are_whole_or_the_old_ones(
     """And what cannot be written keeps no other file from being written."""
     old = b"law,backend,setting," + b"old" * 4000
     Path("a.csv").write_bytes(old)
-    found = table._columns
+    columns_of = table._columns
 
     def of_many_rows(study: Any) -> list[Column]:
-        return [column._replace(values=[*column.values] * 20) for column in found(study)]
+        return [column._replace(values=[*column.values] * 20) for column in columns_of(study)]
 
     monkeypatch.setattr(table, "_columns", of_many_rows)
     with full_disk():

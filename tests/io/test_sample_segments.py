@@ -1,4 +1,4 @@
-"""Segments of long runs: no link leads elsewhere, and only what is marked as one is removed."""
+"""Segments of long runs: no link leads elsewhere, and only marked segments are removed."""
 
 import os
 from pathlib import Path
@@ -46,9 +46,9 @@ def replace_by_link(path: Path, target: Path | str) -> None:
 
 def test_a_segment_is_an_ordinary_result(segments: SampleSegments, record: Record) -> None:
     assert sorted(os.listdir()) == ["a.000000.h5", "a.000001.h5", "victim.txt"]
-    found = fs.open("a.000001.h5").record
+    segment = fs.open("a.000001.h5").record
     for name, values in record.channels.items():
-        assert np.array_equal(found.channels[name], values)
+        assert np.array_equal(segment.channels[name], values)
         assert np.array_equal(segments.rows(1, name, 2, 5), values[2:5])
     assert [part["angle"].tolist() for part in again().channels(["angle"], 2)] == [
         record.channels["angle"].tolist()

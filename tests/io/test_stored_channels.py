@@ -60,9 +60,9 @@ def test_an_index_gives_what_it_gives_of_an_array(
 ) -> None:
     for name in ("x", "pulley_index"):
         array, stored = (result.record.channels[name] for result in pair)
-        found = stored[index]
-        assert np.array_equal(found, array[index])
-        assert found.dtype == array.dtype
+        part = stored[index]
+        assert np.array_equal(part, array[index])
+        assert part.dtype == array.dtype
 
 
 def test_a_stored_channel_is_an_array_where_one_is_needed(
@@ -118,8 +118,8 @@ def test_a_comparison_finds_the_largest_difference_of_all_blocks(
     changed = {**short.record.channels, "x": short.record.channels["x"].copy()}
     for sample, size in ((20, 0.1), (150, 0.4), (190, 0.2)):
         changed["x"][sample, 7] += size
-    found = fs.compare(long, fs.Result(short.record._replace(channels=changed)))
-    worst, *others = found.rows
+    comparison = fs.compare(long, fs.Result(short.record._replace(channels=changed)))
+    worst, *others = comparison.rows
     assert (worst.name, worst.ok, worst.note) == ("x", False, "body 7")
     assert worst.difference == pytest.approx(0.4)
     assert worst.time == short.record.channels["time"][150]
@@ -147,7 +147,7 @@ def test_a_long_channel_without_columns_stays_in_its_file(tmp_path: Path) -> Non
     units, axes = ({name: of[name] for name in names} for of in (record.units, record.axes))
     short = record._replace(channels=channels, events=events, units=units, axes=axes)
     hdf5_writer.write_record(short, tmp_path / "long.h5", None)  # of more than 64 MiB
-    found = fs.open(tmp_path / "long.h5").record.channels
-    assert isinstance(found["angle"], StoredChannel)
-    assert isinstance(found["time"], np.ndarray)
-    np.testing.assert_array_equal(found["angle"][70_000:300_000:7], np.sin(time[70_000:300_000:7]))
+    stored = fs.open(tmp_path / "long.h5").record.channels
+    assert isinstance(stored["angle"], StoredChannel)
+    assert isinstance(stored["time"], np.ndarray)
+    np.testing.assert_array_equal(stored["angle"][70_000:300_000:7], np.sin(time[70_000:300_000:7]))

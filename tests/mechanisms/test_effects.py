@@ -1,4 +1,4 @@
-"""Effects and channels of mechanisms of one coordinate: what is absent, and what is an integer."""
+"""Effects and channels of one coordinate: absent ones, and integers."""
 
 import numpy as np
 import pytest

@@ -68,8 +68,10 @@ def test_prescribed_speed_needs_the_uniform_torque() -> None:
     speed = 4.0
     data = gear(drive={"speed": speed}, solver__duration=2 * pi / speed)
     run = simulate(data)
-    found = run.channels
-    assert found["drive_torque"] == pytest.approx(found["uniform_torque"], abs=1e-14)  # roundings
+    channels = run.channels
+    assert channels["drive_torque"] == pytest.approx(
+        channels["uniform_torque"], abs=1e-14
+    )  # roundings
     # 2 pi M_A r1/r2 + 4 f G_2 lambda over a turn; rtol of the run
     heat = 2 * pi * 0.15 * 2.0 + 4 * 5e-4 * 1.2 * 9.81 * 3.0
     assert run.channels["energy_friction"][-1] == pytest.approx(heat, rel=1e-9)
@@ -102,9 +104,9 @@ def test_a_drive_of_any_slowness_passes_the_audit(size: float, degrees: float) -
 
 def test_without_gravity_there_is_no_weight() -> None:
     run = simulate(gear(effects__gravity=None, drive__torque=1.0))
-    found = run.channels
-    assert "energy_potential" not in found
-    assert np.all(found["normal_load"] == 0.0)
+    channels = run.channels
+    assert "energy_potential" not in channels
+    assert np.all(channels["normal_load"] == 0.0)
     # J phi'' = M_O - M_A r1/r2, uniformly accelerated; rtol of the run
     assert run.channels["angle"][-1] == pytest.approx(0.5 * (1.0 - 0.3) / 0.06696, rel=1e-10)
 
@@ -115,8 +117,8 @@ def test_without_gravity_there_is_no_weight() -> None:
 )
 def test_tracer_is_on_its_epicycloid(radius: float, x: float, y: float) -> None:
     point = TracerPoint(radius=radius, angle_deg=180.0)
-    found = tracer_position(0.18, 3.0, point, radians(15.0))
-    assert found == pytest.approx((x, y), abs=1e-12)  # the digits that are given
+    position = tracer_position(0.18, 3.0, point, radians(15.0))
+    assert position == pytest.approx((x, y), abs=1e-12)  # the digits that are given
 
 
 def test_path_of_a_rim_point_has_the_known_range_and_length() -> None:
@@ -161,18 +163,18 @@ def test_dwell_at_a_cusp_agrees_with_the_epicycloid(
     )
     half = (distance / 0.18) ** 0.5 / speed
     # The cusp is met by a sample to 1e-3 s, and the path bends: a part in a hundred.
-    found = simulate(data).quantities["tracer_dwell_time"].value
-    assert found == pytest.approx(halves * half, rel=0.05)
+    time = simulate(data).quantities["tracer_dwell_time"].value
+    assert time == pytest.approx(halves * half, rel=0.05)
 
 
 def test_torques_of_impending_motion_bound_the_stick_band() -> None:
     scenario = validate(gear(mechanism__initial_angle_deg=-60.0), SCENARIOS)
-    found = epicyclic.statics(scenario)
+    quantities = epicyclic.statics(scenario)
     limit = 0.15 * 2 + 5e-4 * 1.2 * 9.81 * sin(radians(60)) * 3
     balance = 2.82528 * cos(radians(60))
-    assert found["torque_to_start_forward"].value == pytest.approx(balance + limit, rel=1e-14)
-    assert found["torque_to_start_backward"].value == pytest.approx(balance - limit, rel=1e-14)
-    assert found["uniform_torque_mean_published"].value == pytest.approx(0.45, rel=1e-14)
+    assert quantities["torque_to_start_forward"].value == pytest.approx(balance + limit, rel=1e-14)
+    assert quantities["torque_to_start_backward"].value == pytest.approx(balance - limit, rel=1e-14)
+    assert quantities["uniform_torque_mean_published"].value == pytest.approx(0.45, rel=1e-14)
 
 
 starts = st.floats(-180.0, 180.0)

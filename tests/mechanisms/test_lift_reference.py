@@ -80,9 +80,9 @@ def test_events_of_a_drawn_lift_are_those_of_the_reference(family: str, seed: in
     done, exact = outcome(family, seed), reference(family, seed)
     assert (done.status, done.reason) == ("done", "")
     for contact in CONTACTS:
-        expected, found = exact.of(contact), changes(done, contact)
-        assert [change[1:3] for change in found] == [change[1:3] for change in expected]
-        for (time, *_, angle), (at, *_, where) in zip(found, expected, strict=True):
+        expected, actual = exact.of(contact), changes(done, contact)
+        assert [change[1:3] for change in actual] == [change[1:3] for change in expected]
+        for (time, *_, angle), (at, *_, where) in zip(actual, expected, strict=True):
             assert time == pytest.approx(at, abs=TIME)
             assert angle == pytest.approx(where, abs=ANGLE)
 
@@ -117,10 +117,10 @@ def test_energies_of_a_drawn_lift_are_those_of_the_reference(family: str, seed: 
     done, exact = outcome(family, seed), energies(reference(family, seed))
     size = max(map(abs, exact.values()), default=0.0)
     for name, expected in exact.items():
-        found: Any = done.channels.get(name, [0.0])
+        energy: Any = done.channels.get(name, [0.0])
         # Potential energy counts from the angle zero.
-        first = found[0] if name == "energy_potential" else 0.0
-        assert found[-1] - first == pytest.approx(expected, abs=1e-8 * size), name
+        first = energy[0] if name == "energy_potential" else 0.0
+        assert energy[-1] - first == pytest.approx(expected, abs=1e-8 * size), name
 
 
 @pytest.mark.parametrize(
@@ -172,7 +172,7 @@ def masses(data: Scenario) -> tuple[float, float]:
 
 
 def shocks(done: Record) -> list[int]:
-    """Return the numbers of the events at which the car's rope is taken up, and no other one."""
+    """Return the numbers of the events at which only the car's rope becomes taut."""
     return [
         i
         for i, event in enumerate(done.transitions)

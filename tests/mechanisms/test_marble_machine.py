@@ -52,33 +52,33 @@ def moves(run: Record) -> list[tuple[int, int]]:
 
 
 def test_torques_agree_with_the_paper() -> None:
-    found = statics()
+    values = statics()
     # What the reconstruction returns, to the digits of its azimuth and circle.
-    assert found["torque_to_lift"] == pytest.approx(3.630998e-3, abs=5e-10)
-    assert found["torque_to_hold"] == pytest.approx(2.442861e-3, abs=5e-10)
-    assert found["torque_to_lift"] == pytest.approx(LIFT, rel=1.4e-4)  # four digits in print
-    assert found["torque_to_hold"] == pytest.approx(HOLD, rel=2.1e-3)  # three digits in print
-    assert found["torque_to_lift_in_gf_cm"] == pytest.approx(37.026, abs=5e-4)
-    assert found["friction_radius_static"] == pytest.approx(1.3416407865e-3, rel=1e-10)
-    assert found["self_locking"] == 0.0
+    assert values["torque_to_lift"] == pytest.approx(3.630998e-3, abs=5e-10)
+    assert values["torque_to_hold"] == pytest.approx(2.442861e-3, abs=5e-10)
+    assert values["torque_to_lift"] == pytest.approx(LIFT, rel=1.4e-4)  # four digits in print
+    assert values["torque_to_hold"] == pytest.approx(HOLD, rel=2.1e-3)  # three digits in print
+    assert values["torque_to_lift_in_gf_cm"] == pytest.approx(37.026, abs=5e-4)
+    assert values["friction_radius_static"] == pytest.approx(1.3416407865e-3, rel=1e-10)
+    assert values["self_locking"] == 0.0
 
 
 def test_a_motor_has_no_margin_over_no_load() -> None:
     """A single marble has no torque at a transfer, except for rounding."""
     motor = {"stall_torque": 0.1, "no_load_speed": 6.0}
     alone = {"mechanism__slots": 2, "effects__shaft_friction": None, "drive": {"motor": motor}}
-    found = statics(**alone)
-    assert "motor_margin" not in found
+    values = statics(**alone)
+    assert "motor_margin" not in values
     heaviest = LIFT_ONE / 4.0  # at mid-height, through the gear ratio
-    assert found["motor_margin_worst"] == pytest.approx(0.1 / heaviest, rel=1e-12)  # roundings
+    assert values["motor_margin_worst"] == pytest.approx(0.1 / heaviest, rel=1e-12)  # roundings
 
 
 def test_worst_position_is_half_a_pitch_after_a_transfer() -> None:
     """Five marbles at R = 57.35 mm over a cell: lift up to 3.7661, hold up to 2.6201 N mm."""
-    found = statics(mechanism__marble_circle_radius=0.05735)
-    assert found["torque_to_lift_worst"] == pytest.approx(3.7661e-3, abs=5e-8)  # its digits
-    assert found["torque_to_hold_worst"] == pytest.approx(2.6201e-3, abs=5e-8)
-    assert found["angle_of_the_worst"] == pytest.approx(radians(18.0))
+    values = statics(mechanism__marble_circle_radius=0.05735)
+    assert values["torque_to_lift_worst"] == pytest.approx(3.7661e-3, abs=5e-8)  # its digits
+    assert values["torque_to_hold_worst"] == pytest.approx(2.6201e-3, abs=5e-8)
+    assert values["angle_of_the_worst"] == pytest.approx(radians(18.0))
     scenario = validate(machine(), SCENARIOS)
     mechanism, contact = marble_machine.build(scenario), marble_machine.build(scenario).contact
     assert contact is not None
@@ -95,9 +95,9 @@ def test_worst_position_is_half_a_pitch_after_a_transfer() -> None:
 
 def test_motor_margin_agrees_with_the_paper() -> None:
     motor = {"stall_torque": 0.1176798, "no_load_speed": 6.3}
-    found = statics(drive={"motor": motor})
-    assert found["motor_margin"] == pytest.approx(32.4, abs=0.05)  # the paper's, three digits
-    assert found["motor_margin_worst"] == pytest.approx(0.1176798 / 3.765676e-3, rel=1e-6)
+    values = statics(drive={"motor": motor})
+    assert values["motor_margin"] == pytest.approx(32.4, abs=0.05)  # the paper's, three digits
+    assert values["motor_margin_worst"] == pytest.approx(0.1176798 / 3.765676e-3, rel=1e-6)
 
 
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
@@ -147,10 +147,10 @@ def test_torques_are_roots_of_eq_24(
 
 
 def test_a_thick_shaft_locks_the_machine() -> None:
-    found = statics(effects__shaft_friction__shaft_radius=0.03)
-    assert found["self_locking"] == 1.0
-    assert found["torque_to_hold_worst"] is not None
-    assert found["torque_to_hold_worst"] < 0.0
+    values = statics(effects__shaft_friction__shaft_radius=0.03)
+    assert values["self_locking"] == 1.0
+    assert values["torque_to_hold_worst"] is not None
+    assert values["torque_to_hold_worst"] < 0.0
     run = simulate(machine(effects__shaft_friction__shaft_radius=0.03, drive__torque=0.0))
     assert run.transitions == []
 
@@ -196,19 +196,21 @@ def test_tooth_force_with_motor_inertia_is_consistent() -> None:
             drive__torque={"sine": {"mean": 3e-3, "amplitude": 3e-3, "frequency_hz": 2.0}},
         )
     )
-    found = run.channels
-    sliding = found["mode"] != 0
-    assert np.any(found["mode"] == 1)
-    assert np.any(found["mode"] == -1)
+    channels = run.channels
+    sliding = channels["mode"] != 0
+    assert np.any(channels["mode"] == 1)
+    assert np.any(channels["mode"] == -1)
     r_k = friction_radius(0.003, 0.4)
-    assert np.abs(found["friction_torque"])[sliding] == pytest.approx(
-        r_k * found["shaft_reaction"][sliding],
+    assert np.abs(channels["friction_torque"])[sliding] == pytest.approx(
+        r_k * channels["shaft_reaction"][sliding],
         rel=1e-12,  # roundings
     )
-    through_mesh = found["motor_torque"] - inertia * 4.0 * found["angular_acceleration"]
+    through_mesh = channels["motor_torque"] - inertia * 4.0 * channels["angular_acceleration"]
     weight = (0.128 + 5 * 0.007) * 9.81
     expected = np.sqrt((49.826 * through_mesh) ** 2 + (weight + 31.865 * through_mesh) ** 2)
-    assert found["shaft_reaction"] == pytest.approx(expected, rel=1e-5)  # digits of the lever arms
+    assert channels["shaft_reaction"] == pytest.approx(
+        expected, rel=1e-5
+    )  # digits of the lever arms
     assert [name for name, check in run.checks.items() if not check.ok] == []
 
 
@@ -233,18 +235,18 @@ def test_steady_speed_balances_motor_load_and_friction() -> None:
 
 def test_only_named_effects_leave_a_trace() -> None:
     run = simulate(machine(effects=None))
-    found = run.channels
+    channels = run.channels
     absent = {"load_torque", "friction_torque", "mode", "energy_potential", "energy_friction"}
-    assert absent.isdisjoint(found)
+    assert absent.isdisjoint(channels)
     assert run.statistics.states == 3
     assert mechanism_of(run).contact is None
 
 
 def power_for_root(x: Any) -> Any:
     """Return a square root as a power, which is off by no more than the last digit."""
-    found = x**0.5
-    assert np.all(np.abs(found - np.sqrt(x)) <= np.spacing(found))
-    return found
+    root = x**0.5
+    assert np.all(np.abs(root - np.sqrt(x)) <= np.spacing(root))
+    return root
 
 
 def largest_change(one: Record, other: Record) -> float:
@@ -267,8 +269,8 @@ def test_the_last_digit_of_roots_changes_a_run_as_that_of_a_radius_does(
     nearest = [nextafter(radius, direction) for direction in (-inf, inf)]
     others = [run_anew(changed(data, mechanism__pinion_radius=value)) for value in nearest]
     for module, root in (("statics", "sqrt_of"), ("equation", "sqrt")):
-        found = sys.modules[f"frictionsim.mechanisms.marble_machine.{module}"]
-        monkeypatch.setattr(found, root, power_for_root)
+        owner = sys.modules[f"frictionsim.mechanisms.marble_machine.{module}"]
+        monkeypatch.setattr(owner, root, power_for_root)
     with_powers = run_anew(data)
     # Ten times: what rounding does to one run and to another.
     most = 10.0 * max(largest_change(run, other) for other in others)

@@ -11,13 +11,13 @@ from frictionsim.results import Record
 from tests.support.scenarios import Scenario, changed, mechanism_of, pulley, simulate, sound
 
 
-def close(found: Any, expected: Any, tolerance: float = 1e-6) -> bool:
+def close(actual: Any, expected: Any, tolerance: float = 1e-6) -> bool:
     """Compare channels of two runs at rtol 1e-9 whose steps differ.
 
     A hundred steps of 1e-9 each, and a position that is off where a stop came a little late.
     """
     scale = max(1.0, float(np.max(np.abs(expected), initial=0.0)))
-    return bool(np.max(np.abs(found - expected), initial=0.0) <= tolerance * scale)
+    return bool(np.max(np.abs(actual - expected), initial=0.0) <= tolerance * scale)
 
 
 forces = st.one_of(
@@ -142,7 +142,7 @@ def with_points(data: Scenario, times: list[float], values: list[float], **solve
 
 
 def end_of(run: Record) -> dict[str, float]:
-    """Return the initial state of a run that goes on from the end of another."""
+    """Return the initial state of a run that continues from the end of another."""
     return {
         "initial_angle_deg": float(np.rad2deg(run.channels["angle"][-1])),
         "initial_angular_velocity": float(run.channels["angular_velocity"][-1]),

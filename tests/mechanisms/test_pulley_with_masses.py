@@ -36,8 +36,8 @@ def balance(direction: int, torque: float, force: float = 0.0) -> tuple[float, f
         [M1 * R, -1.0, 0.0],  # m1 r w' = T1 - m1 g
         [M2 * R, 0.0, 1.0],  # m2 r w' = P + m2 g - T2
     ]
-    found = np.linalg.solve(matrix, [torque, -M1 * GRAVITY, force + M2 * GRAVITY])
-    return float(found[0]), float(found[1]), float(found[2])
+    solution = np.linalg.solve(matrix, [torque, -M1 * GRAVITY, force + M2 * GRAVITY])
+    return float(solution[0]), float(solution[1]), float(solution[2])
 
 
 @pytest.mark.parametrize(("torque", "direction"), [(0.0, BACKWARD), (150.0, FORWARD)])
@@ -72,13 +72,13 @@ def test_an_atwood_machine_without_friction_falls_as_in_the_textbook() -> None:
 @pytest.mark.parametrize("side", ["lift", "hold"])
 def test_the_force_of_the_statics_is_the_limit_of_rest(side: str) -> None:
     data = lift(drive={"force": 0.0}, effects__shaft_friction=SHAFT)
-    found = pulley.statics(validate(data, SCENARIOS))[f"force_to_{side}"].value
-    assert found is not None
+    limit = pulley.statics(validate(data, SCENARIOS))[f"force_to_{side}"].value
+    assert limit is not None
     way = 1.0 if side == "lift" else -1.0
-    t1, t2 = M1 * GRAVITY, found + M2 * GRAVITY
+    t1, t2 = M1 * GRAVITY, limit + M2 * GRAVITY
     assert way * (t2 - t1) * R == pytest.approx(R_S * (t1 + t2), rel=EPS)
     for share, mode in ((0.999999, STICK), (1.000001, int(way))):
-        force = found + way * (share - 1.0) * t2
+        force = limit + way * (share - 1.0) * t2
         result = solved(lift(drive={"force": force}, effects__shaft_friction=SHAFT))
         assert result.channels["mode"][-1] == mode
 
@@ -100,8 +100,8 @@ def test_a_cord_slips_at_the_ratio_of_euler_and_eytelwein_and_keeps_it() -> None
     start = (force - 200.0) / 1000.0
     assert times(result)[0] == pytest.approx(start, abs=1e-12)
     channels, slips = result.channels, result.time > start
-    found = channels["rope_tension_counterweight"][slips] / channels["rope_tension_car"][slips]
-    assert found == pytest.approx(ratio, rel=EPS)
+    ratios = channels["rope_tension_counterweight"][slips] / channels["rope_tension_car"][slips]
+    assert ratios == pytest.approx(ratio, rel=EPS)
     # Until the end of the ramp (m2 + E m1) x'' = m2 P' t E/(...) grows with the time from start.
     t = result.time[slips & (result.time <= 1.0)] - start
     jerk = 1000.0 / (M2 + ratio * M1)
@@ -207,12 +207,12 @@ def test_slack_and_impacts_of_a_car_alone_are_those_of_the_reference(restitution
         effects__hanging_masses__restitution=restitution,
     )
     result, exact = solved(data), solve(data)
-    found, expected = changes(result, "car rope"), exact.of("car rope")
-    assert [change[1:3] for change in found] == [change[1:3] for change in expected]
-    assert [t for t, *_ in found] == pytest.approx([t for t, *_ in expected], abs=1e-10)
+    transitions, expected = changes(result, "car rope"), exact.of("car rope")
+    assert [change[1:3] for change in transitions] == [change[1:3] for change in expected]
+    assert [t for t, *_ in transitions] == pytest.approx([t for t, *_ in expected], abs=1e-10)
     # T1 = m1 (g + r w') = 0, with w' = (tau - m1 g r)/(I + m1 r^2) taut.
-    assert found[0][0] == pytest.approx((600.0 + GRAVITY * INERTIA / R) / 1000.0, abs=1e-11)
-    slack = (result.time > found[0][0]) & (result.time < times(result)[1])
+    assert transitions[0][0] == pytest.approx((600.0 + GRAVITY * INERTIA / R) / 1000.0, abs=1e-11)
+    slack = (result.time > transitions[0][0]) & (result.time < times(result)[1])
     assert result.channels["rope_tension_car"][slack] == pytest.approx(0.0, abs=1e-12)
     rates = [
         result.events[f"car_velocity_{side}"] - R * result.events[f"angular_velocity_{side}"]
@@ -271,8 +271,8 @@ def test_a_plain_pulley_may_be_turned_by_a_torque() -> None:
     work = result.channels["energy_input"][-1]
     assert work > 0.0
     assert np.all(result.channels["shaft_reaction"] == load)
-    found = pulley.statics(validate(data, SCENARIOS))
-    assert found["torque_to_hold"].value == pytest.approx(load * (arm - R_S), rel=EPS)
+    quantities = pulley.statics(validate(data, SCENARIOS))
+    assert quantities["torque_to_hold"].value == pytest.approx(load * (arm - R_S), rel=EPS)
 
 
 def test_a_load_beside_the_car_is_left_out_or_zero() -> None:

@@ -47,15 +47,15 @@ STATICS: dict[str, Callable[[Table], dict[str, Seen]]] = {
 
 
 def recorded(done: Record) -> Recorded:
-    """Return what the result file of a run has: scenario with defaults, channels and events."""
+    """Return the content of a run's result file: scenario with defaults, channels and events."""
     events = [Event(*event) for event in done.transitions]
     return Recorded(scenario_run(done).to_dict(), done.time, done.channels, events)
 
 
-def disagreements(found: Quantities, seen: dict[str, Seen]) -> dict[str, Any]:
+def disagreements(quantities: Quantities, seen: dict[str, Seen]) -> dict[str, Any]:
     """Return the quantities on which both ways disagree; their names must agree."""
-    assert found.keys() == seen.keys()
-    return {n: (q.value, seen[n]) for n, q in found.items() if not seen[n].agrees(q.value)}
+    assert quantities.keys() == seen.keys()
+    return {n: (q.value, seen[n]) for n, q in quantities.items() if not seen[n].agrees(q.value)}
 
 
 def assert_second_way(data: Scenario) -> Record:
@@ -67,8 +67,8 @@ def assert_second_way(data: Scenario) -> Record:
         assert seen.agrees(float(record.channels[name][-1])), name
     if "mode" in record.channels and "speed" not in record.scenario.get("drive", {}):
         assert residuals(record) == []
-    found = mechanism_module(data["kind"]).statics(scenario_run(done))
-    assert disagreements(found, STATICS[data["kind"]](record.scenario)) == {}
+    quantities = mechanism_module(data["kind"]).statics(scenario_run(done))
+    assert disagreements(quantities, STATICS[data["kind"]](record.scenario)) == {}
     return record
 
 
@@ -156,11 +156,11 @@ def bodies(draw: st.DrawFn) -> Scenario:
 
     def force(name: str) -> dict[str, Any]:
         size, direction = draw(sizes), [draw(shares), draw(arms)]
-        found = {"name": name, "size": size, "direction": direction}
+        table = {"name": name, "size": size, "direction": direction}
         if draw(st.integers(0, 3)) == 0:
-            return found | {"cord_radius": draw(st.sampled_from([-0.2, 0.3]))}
+            return table | {"cord_radius": draw(st.sampled_from([-0.2, 0.3]))}
         turns = {"point_turns": draw(st.booleans()), "direction_turns": draw(st.booleans())}
-        return found | {"point": [draw(arms), 0.5 * draw(shares)]} | turns
+        return table | {"point": [draw(arms), 0.5 * draw(shares)]} | turns
 
     gravity = {"gravity": {"g": 9.81}} if draw(st.booleans()) else {}
     effects = {

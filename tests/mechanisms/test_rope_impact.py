@@ -31,7 +31,7 @@ class Case(NamedTuple):
 
     @property
     def masses(self) -> tuple[float, float]:
-        """Of the rope that is taken up and of the other."""
+        """Of the rope that becomes taut and of the other."""
         return (self.n.m1, self.n.m2) if self.side == 0 else (self.n.m2, self.n.m1)
 
     @property
@@ -40,7 +40,7 @@ class Case(NamedTuple):
 
 
 class After(NamedTuple):
-    """Speeds after an impact, upwards; own is the body on the rope that is taken up."""
+    """Speeds after an impact, upwards; own is the body on the rope that becomes taut."""
 
     w: float
     own: float
@@ -97,8 +97,8 @@ def struck(
     return s[Y + 3 : Y + 6].tolist(), s[HEATS : HEATS + len(modes)].tolist()
 
 
-def found(case: Case) -> After:
-    """Return what the mechanism makes of an impact."""
+def impact_of(case: Case) -> After:
+    """Return the state after an impact by the mechanism."""
     n, r = case.n, case.n.r
     gaps = [case.w, case.v[0] - r * case.w, case.v[1] + r * case.w]
     ropes = [SLACK, TAUT] if case.side == 0 else [TAUT, SLACK]
@@ -116,8 +116,8 @@ def found(case: Case) -> After:
 
 
 @cache
-def all_found() -> list[After]:
-    return [found(case) for case in cases()]
+def impacts() -> list[After]:
+    return [impact_of(case) for case in cases()]
 
 
 def kinetic(case: Case, w: float, own: float, far: float) -> float:
@@ -145,8 +145,8 @@ def effects_of_pulls(case: Case, direction: int, other_pulls: bool) -> Any:
         matrix[4, 0] = 1.0
     else:
         matrix[4, 3:], right[4] = (direction * n.r_k, 1.0), -direction * n.r_k
-    found = np.linalg.solve(matrix, right)[:4]
-    return found * (np.abs(found) > ROUNDING * np.max(np.abs(found)))
+    changes = np.linalg.solve(matrix, right)[:4]
+    return changes * (np.abs(changes) > ROUNDING * np.max(np.abs(changes)))
 
 
 def table(case: Case) -> Any:
@@ -196,7 +196,7 @@ def summed() -> Any:
 
 
 def kind_of(case: Case, after: After) -> str:
-    """Return what the shaft does in an impact; positive is against the pull of the rope."""
+    """Return the motion of the shaft in an impact; positive is against the pull of the rope."""
     w, then = case.sign * case.w, case.sign * after.w
     if w == 0.0:
         return "stays" if then == 0.0 else "starts"
@@ -208,12 +208,12 @@ def kind_of(case: Case, after: After) -> str:
 def test_the_draws_have_every_form_of_an_impact() -> None:
     seen = {
         (kind_of(case, after), case.side, case.other_taut, case.e > 0.0)
-        for case, after in zip(cases(), all_found(), strict=True)
+        for case, after in zip(cases(), impacts(), strict=True)
     }
     assert len(seen) == 5 * 2 * 2 * 2
     slackens = [
         case
-        for case, after in zip(cases(), all_found(), strict=True)
+        for case, after in zip(cases(), impacts(), strict=True)
         if case.other_taut and after.far + case.sign * case.n.r * after.w > 1e-9
     ]
     assert {case.side for case in slackens} == {0, 1}
@@ -221,7 +221,7 @@ def test_the_draws_have_every_form_of_an_impact() -> None:
 
 
 def test_an_impact_is_the_sum_of_small_pulls() -> None:
-    for case, after, expected in zip(cases(), all_found(), summed(), strict=True):
+    for case, after, expected in zip(cases(), impacts(), summed(), strict=True):
         size = kinetic(case, *before(case))
         speed = abs(case.v[case.side] - case.sign * case.n.r * case.w)
         assert after.own == pytest.approx(expected[1], abs=1e-3 * speed), case
@@ -232,7 +232,7 @@ def test_an_impact_is_the_sum_of_small_pulls() -> None:
 
 
 def test_the_energy_of_an_impact_is_in_its_losses() -> None:
-    for case, after in zip(cases(), all_found(), strict=True):
+    for case, after in zip(cases(), impacts(), strict=True):
         size = kinetic(case, *before(case))
         lost = size - kinetic(case, *after[:3])
         assert after.rope_loss + after.heat == pytest.approx(lost, abs=1e-12 * size), case
@@ -241,7 +241,7 @@ def test_the_energy_of_an_impact_is_in_its_losses() -> None:
 
 def test_friction_is_that_of_the_reaction_where_the_shaft_keeps_its_direction() -> None:
     """Elsewhere it is less, and within the static limit where the shaft locks."""
-    for case, after in zip(cases(), all_found(), strict=True):
+    for case, after in zip(cases(), impacts(), strict=True):
         n, (m, other), w = case.n, case.masses, case.sign * case.w
         pull = m * (after.own - case.v[case.side])
         far = other * (after.far - case.v[1 - case.side]) if case.other_taut else 0.0
@@ -266,7 +266,7 @@ def test_a_shaft_that_locks_stays_at_rest_with_the_other_body() -> None:
     for r_s, moves in ((0.3, False), (np.nextafter(0.3, 0.0), True)):
         n = numbers(0.3, 1.0, (20.0, 30.0), float(r_s), 0.2)
         case = Case(n, 0, True, 0.0, (-1.0, 0.0), 0.5)
-        after = found(case)
+        after = impact_of(case)
         assert (after.w != 0.0, after.far != 0.0) == (moves, moves)
         if not moves:
             assert after == After(0.0, 0.5, 0.0, pytest.approx(0.75 * 10.0), 0.0)

@@ -41,9 +41,9 @@ def rough(**keys: Any) -> Scenario:
 
 def fault(data: Scenario) -> str:
     """Return the fault of a scenario, which must be the only one."""
-    with pytest.raises(ValidationFailure) as found:
+    with pytest.raises(ValidationFailure) as failure:
         validate(data, None)
-    (line,) = found.value.lines()
+    (line,) = failure.value.lines()
     return line
 
 
@@ -63,9 +63,9 @@ def test_a_force_within_the_friction_circle_locks_the_body(
     # With the least less friction it moves, though it still acts within the shaft.
     mu = arm / (0.02**2 - arm**2) ** 0.5
     data["effects"]["shaft_friction"]["mu_s"] = mu * (1.0 - 1e-9)
-    found = validate(data, None)
-    assert abs(statics(found)["breakaway_direction"].value) == 1.0
-    assert found.warnings()[0] == (
+    scenario = validate(data, None)
+    assert abs(statics(scenario)["breakaway_direction"].value) == 1.0
+    assert scenario.warnings()[0] == (
         f"shaft_radius = 0.02 m is not below the largest arm of the forces, {arm} m; the friction"
         f" radius is {arm} m"
     )
@@ -160,9 +160,9 @@ def test_a_rest_costs_no_more_with_many_periods(
     wave = {"sine": {"amplitude": 1.19, "frequency_hz": 1000.0, "phase_deg": 50.0}}
     data = loaded(wave, [], duration=100.0, backend=backend)
     data["output"]["interval"] = 50.0
-    found = simulate(data)
-    assert found.status == "done"
-    assert found.transitions == []
+    record = simulate(data)
+    assert record.status == "done"
+    assert record.transitions == []
     assert calls < 1000
 
 
@@ -201,9 +201,9 @@ def test_no_excess_is_above_its_bound() -> None:
             for s in (1.0, -1.0):
                 times = np.linspace(begin, end, 200, endpoint=False).tolist()
                 largest = max(excess(t, s) for t in times)
-                found = largest_excess(shaft, r_s, s, angle, begin, end)
-                assert found >= largest - ROUNDING * 10.0
-                close += found < largest + 0.1
+                bound = largest_excess(shaft, r_s, s, angle, begin, end)
+                assert bound >= largest - ROUNDING * 10.0
+                close += bound < largest + 0.1
     assert close > 60  # of 240: the bound is of use
 
 
@@ -322,8 +322,8 @@ def test_a_load_that_passes_close_to_zero() -> None:
     y = np.array([0.0, SPEED])
     for begin, end in pairwise(cuts):
         y = solve_ivp(rates, (begin, end), y, method="DOP853", rtol=1e-12, atol=1e-14).y[:, -1]
-    found = final_angle(reversing({"mass": mass, "radius": radius}))
-    assert found == pytest.approx(y[0], abs=5e-10, rel=0.0)
+    angle = final_angle(reversing({"mass": mass, "radius": radius}))
+    assert angle == pytest.approx(y[0], abs=5e-10, rel=0.0)
 
 
 # --- tables over speed and angle whose features are narrower than a step
@@ -357,10 +357,10 @@ def test_a_narrow_notch_over_the_speed_is_not_passed_over(
     run = simulate(body(size, backend, rtol, **effects))
     assert failures(run.checks) == ""
     passed = (NOTCH - width) / torque + 2.0 * width * log(torque / (torque - DEPTH)) / DEPTH
-    found = run.quantities["final_angular_velocity"].value
+    speed = run.quantities["final_angular_velocity"].value
     # Each flank has an error of some tolerances of a speed of 5 rad/s.
     exact = NOTCH + width + torque * (1.0 - passed)
-    assert found == pytest.approx(exact, abs=1e3 * rtol * NOTCH + 1e-13)
+    assert speed == pytest.approx(exact, abs=1e3 * rtol * NOTCH + 1e-13)
 
 
 @pytest.mark.parametrize("backend", ["events", "rkf45"])

@@ -24,10 +24,10 @@ def seen(data: Scenario) -> tuple[list[tuple[float, int, int, float]], list[floa
 
 
 def assert_same(
-    found: Any, expected: Any, time: float = TIME, angle: float = ANGLE, size: float = 1.0
+    actual: Any, expected: Any, time: float = TIME, angle: float = ANGLE, size: float = 1.0
 ) -> None:
     """Compare transitions and final states; `size` is that of the velocity."""
-    (events, final), (wanted, wanted_final) = found, expected
+    (events, final), (wanted, wanted_final) = actual, expected
     assert [list(e[1:3]) for e in events] == [list(e[1:3]) for e in wanted]
     for one, other in zip(events, wanted, strict=True):
         assert one[0] == pytest.approx(other[0], abs=time)
@@ -55,11 +55,11 @@ OTHER_PROCESSOR = 5e-11  # rad, and of the angle turned
 @pytest.mark.parametrize("number", [0, 11, 12, 33, 14, 15, 16, 18])
 def test_the_stored_scenarios_are_those_of_the_independent_program(number: int) -> None:
     name, data = drawn(number)
-    found, case = solution(data), CASES[name]
+    reference, case = solution(data), CASES[name]
     assert case["scenario"] == data
     stored = case["events"], case["final"]
     angle = OTHER_PROCESSOR * max(1.0, abs(case["final"][0]))
-    assert_same((found["events"], found["final"]), stored, time=1e-12, angle=angle)
+    assert_same((reference["events"], reference["final"]), stored, time=1e-12, angle=angle)
 
 
 CLOSED_FORMS = {
@@ -95,8 +95,8 @@ CHOSEN = ["any_loads_10", "load_through_zero_51", "resultant_vanishes_12", "tabl
 @pytest.mark.parametrize("name", CHOSEN)
 def test_rkf45_gives_the_reference_to_its_accuracy(name: str) -> None:
     case = CASES[name]
-    found = seen(with_method(case["scenario"], "set-valued", "rkf45"))
-    assert_same(found, (case["events"], case["final"]), time=1e-6, angle=1e-5)
+    events_and_end = seen(with_method(case["scenario"], "set-valued", "rkf45"))
+    assert_same(events_and_end, (case["events"], case["final"]), time=1e-6, angle=1e-5)
 
 
 @pytest.mark.parametrize("name", ["any_loads_10", "load_through_zero_51"])
@@ -133,17 +133,17 @@ VIEWED = ["any_loads_0", "equal_coefficients_14", "tables_16", "many_turns_8", "
 def test_the_unit_of_mass_and_length_does_not_matter(name: str) -> None:
     """Powers of two change no digit: with the same unit of energy, every step is the same."""
     data = CASES[name]["scenario"]
-    found = seen(data)
-    assert seen(in_units(data, 2.0**20, 2.0**-10, 1.0)) == found
-    assert_same(seen(in_units(data, 1e6, 1e2, 1.0)), found, 1e-10, 1e-9)
+    actual = seen(data)
+    assert seen(in_units(data, 2.0**20, 2.0**-10, 1.0)) == actual
+    assert_same(seen(in_units(data, 1e6, 1e2, 1.0)), actual, 1e-10, 1e-9)
 
 
 @pytest.mark.parametrize(("name", "unit"), [(VIEWED[0], 1e3), (VIEWED[2], 1e-3)])
 def test_the_unit_of_time_does_not_matter(name: str, unit: float) -> None:
     data = CASES[name]["scenario"]
-    (events, final), found = seen(data), seen(in_units(data, 1.0, 1.0, unit))
+    (events, final), actual = seen(data), seen(in_units(data, 1.0, 1.0, unit))
     expected = [(t * unit, *rest) for t, *rest in events], [final[0], final[1] / unit]
-    assert_same(found, expected, 1e-9 * unit, 1e-8, size=1.0 / unit)
+    assert_same(actual, expected, 1e-9 * unit, 1e-8, size=1.0 / unit)
 
 
 @pytest.mark.parametrize("name", VIEWED)
@@ -163,8 +163,8 @@ def test_a_corner_over_angle_is_passed_both_ways_and_started_on(
          {"size": 20.0, "direction": [1.0, 0.0], **THROUGH_THE_AXIS}],
         [], mechanism={"initial_angle_deg": start, "initial_angular_velocity": velocity},
     )  # fmt: skip
-    found = solution(data)
-    assert len(found["events"]) > 1
-    assert_same(seen(data), (found["events"], found["final"]))
-    angles = [q for *_, q in found["events"]]
+    reference = solution(data)
+    assert len(reference["events"]) > 1
+    assert_same(seen(data), (reference["events"], reference["final"]))
+    angles = [q for *_, q in reference["events"]]
     assert min(angles) < radians(-20.0) or max(angles) > radians(15.0)

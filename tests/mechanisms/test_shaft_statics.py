@@ -41,11 +41,11 @@ def solved(data: Scenario) -> Any:
     return breakaway_values(scenario)
 
 
-def found_roots(found: Any) -> list[tuple[float, int]]:
+def roots_of(quantities: Any) -> list[tuple[float, int]]:
     """Return the roots at the angle, in ascending order, with their directions."""
     roots = [
         (quantity.value, sign)
-        for name, quantity in found.items()
+        for name, quantity in quantities.items()
         for direction, sign in DIRECTIONS.items()
         if name.removesuffix("_second").removesuffix(direction) != name.removesuffix("_second")
         and not name.removesuffix("_second").endswith(f"_counter_{direction}")
@@ -54,7 +54,7 @@ def found_roots(found: Any) -> list[tuple[float, int]]:
     return sorted(roots)
 
 
-def misses(found: list[tuple[float, int]], wanted: list[tuple[Any, int]]) -> list[Any]:
+def misses(values: list[tuple[float, int]], wanted: list[tuple[Any, int]]) -> list[Any]:
     """Return the wanted roots, with directions, that are not found to the tolerance."""
 
     def near(x: float, value: Any) -> bool:
@@ -64,7 +64,7 @@ def misses(found: list[tuple[float, int]], wanted: list[tuple[Any, int]]) -> lis
         (value, sign)
         for value, sign in wanted
         if not all(
-            any(near(x, value) and s == direction for x, s in found)
+            any(near(x, value) and s == direction for x, s in values)
             for direction in ((sign,) if sign else (1, -1))
         )
     ]
@@ -72,9 +72,9 @@ def misses(found: list[tuple[float, int]], wanted: list[tuple[Any, int]]) -> lis
 
 @given(shaft_balance.scenarios())
 def test_roots_are_those_of_many_digits(data: Scenario) -> None:
-    found = solved(data)
-    assume(found is not None)
-    roots = found_roots(found)
+    quantities = solved(data)
+    assume(quantities is not None)
+    roots = roots_of(quantities)
     wanted = shaft_balance.roots(data, data["statics"]["angle_deg"])
     assert misses(roots, wanted) == []
     assert len(roots) == sum(1 if sign else 2 for _, sign in wanted)
@@ -87,11 +87,11 @@ REVERSED = ("couple.size", "cord_radius", "free_angle_deg")
 @given(shaft_balance.scenarios())
 def test_a_mirror_exchanges_the_directions(data: Scenario) -> None:
     opposite = changed(mirrored(data), statics__angle_deg=-data["statics"]["angle_deg"])
-    found, seen = solved(data), solved(opposite)
-    assert (found is None) == (seen is None)
+    quantities, seen = solved(data), solved(opposite)
+    assert (quantities is None) == (seen is None)
     side = -1 if data["statics"]["unknown"].endswith(REVERSED) else 1
-    there = [(side * value, -sign) for value, sign in found_roots(seen or {})]
-    here = found_roots(found or {})
+    there = [(side * value, -sign) for value, sign in roots_of(seen or {})]
+    here = roots_of(quantities or {})
     assert len(here) == len(there)
     assert misses([(float(x), s) for x, s in here], [(mpf(x), s) for x, s in there]) == []
 
@@ -153,9 +153,9 @@ def test_an_arm_below_the_friction_radius_leaves_two_roots_of_one_direction(
     """A light effort holds the load, a heavy one in the shaft is held by its own friction."""
     data = with_effort(cord_radius=-0.1, direction=up)
     data["forces"][0]["direction"] = down
-    found = of(data)
+    roots = of(data)
     # 4 + 0.1 x = 0.15 |x - 8|, clockwise: x = -56 or 104/... by hand
-    assert found == {
+    assert roots == {
         "effort_counter_clockwise": None,
         "effort_clockwise": pytest.approx(-2.8 / 0.25, rel=1e-14),
         "effort_clockwise_second": pytest.approx(5.2 / 0.05, rel=1e-14),
@@ -239,11 +239,11 @@ def test_loads_that_cancel_leave_no_rounding_in_a_root() -> None:
 @pytest.mark.parametrize("unknown", ["effects.eccentric_mass.mass", "mechanism.mass"])
 def test_a_shipped_balance_of_decimals_is_exact(unknown: str) -> None:
     """The motor of the hoist drum holds 120 - 45 - 500 x 0.15 = 0 N m, whatever the masses."""
-    found = fs.static(SCENARIOS / "hoist_drum.toml", {"statics.unknown": unknown})
-    assert found["applied_torque"].value == 0.0
-    assert found["lever_arm"].value == 0.0
+    quantities = fs.static(SCENARIOS / "hoist_drum.toml", {"statics.unknown": unknown})
+    assert quantities["applied_torque"].value == 0.0
+    assert quantities["lever_arm"].value == 0.0
     label = "mass" if unknown == "mechanism.mass" else "eccentric_mass"
-    assert found[f"{label}_clockwise"].value == found[f"{label}_counter_clockwise"].value
+    assert quantities[f"{label}_clockwise"].value == quantities[f"{label}_counter_clockwise"].value
 
 
 def test_roots_that_are_zero_are_no_rounding() -> None:
@@ -268,10 +268,10 @@ def test_all_known_keys_are_solved_for(scenario: Any) -> None:
     assert isinstance(loaded, ShaftScenario)
     for unknown in unknowns_of(loaded):
         overrides = {"statics.unknown": unknown.key, "statics.angle_deg": 30.0, "statics.time": 0.6}
-        found = breakaway_values(loaded.replace(overrides))
-        assert found[f"{unknown.label}_clockwise"].unit == unknown.unit
+        quantities = breakaway_values(loaded.replace(overrides))
+        assert quantities[f"{unknown.label}_clockwise"].unit == unknown.unit
         # The key is one of the scenario: a value that is found may be set.
-        value = found[f"{unknown.label}_clockwise"].value
+        value = quantities[f"{unknown.label}_clockwise"].value
         if value is not None and unknown.name != "distance" and (unknown.signed or value > 0.0):
             moved = {unknown.key: value, "statics.angle_deg": 30.0, "statics.time": 0.6}
             if unknown.name == "mu_s":
@@ -288,8 +288,8 @@ def test_the_place_of_the_statics_is_the_start_or_another() -> None:
 
 
 def test_the_balance_without_an_unknown() -> None:
-    found = fs.static(CRANK, {"statics.time": 1.0})
-    value = {name: quantity.value for name, quantity in found.items()}
+    quantities = fs.static(CRANK, {"statics.time": 1.0})
+    value = {name: quantity.value for name, quantity in quantities.items()}
     # 230 N instead of 200 N at 0.2 m
     assert value["applied_torque"] == pytest.approx(0.2 * 30.0, rel=1e-14)
     assert value["lever_arm"] == pytest.approx(value["applied_torque"] / value["shaft_reaction"])
@@ -305,11 +305,11 @@ def test_the_balance_without_an_unknown() -> None:
 
 def test_a_run_has_the_values_of_its_unknown() -> None:
     overrides = {"statics.unknown": "forces.effort.size", "solver.duration": 0.01}
-    found = fs.solve(CRANK, overrides).quantities
+    quantities = fs.solve(CRANK, overrides).quantities
     wanted = fs.static(CRANK, overrides)
     for name in ("effort_counter_clockwise", "effort_clockwise"):
-        assert found[name] == wanted[name]
-    assert "effort_clockwise_largest" not in found
+        assert quantities[name] == wanted[name]
+    assert "effort_clockwise_largest" not in quantities
 
 
 LATCH: dict[str, Any] = {
@@ -326,9 +326,9 @@ LATCH: dict[str, Any] = {
 
 
 def test_a_body_rests_on_its_stop() -> None:
-    found = fs.static(fs.load(LATCH))
-    assert found["breakaway_direction"].value == 0.0
-    assert found["stop_torque"].value == pytest.approx(0.8 * radians(20.0), rel=1e-15)
+    quantities = fs.static(fs.load(LATCH))
+    assert quantities["breakaway_direction"].value == 0.0
+    assert quantities["stop_torque"].value == pytest.approx(0.8 * radians(20.0), rel=1e-15)
     opened = fs.static(fs.load(LATCH, {"forces.bolt.size": 20.0}))
     assert opened["breakaway_direction"].value == 1.0
     assert opened["stop_torque"].value == 0.0

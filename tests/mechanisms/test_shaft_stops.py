@@ -105,7 +105,7 @@ def test_a_thousand_impacts_are_too_many() -> None:
 @pytest.mark.parametrize("at_events", [True, False])
 def test_impacts_are_counted_without_samples_at_them(at_events: bool) -> None:
     data = stopped(0.5, solver__duration=4.0, output={"interval": 4.0, "at_events": at_events})
-    found = simulate(data).quantities
-    assert found["impacts"].value == 2
+    values = simulate(data).quantities
+    assert values["impacts"].value == 2
     # From rest over the angle to the stop with 1 rad/s^2.
-    assert found["impact_speed_max"].value == pytest.approx(sqrt(2.0 * radians(60.0)), rel=1e-11)
+    assert values["impact_speed_max"].value == pytest.approx(sqrt(2.0 * radians(60.0)), rel=1e-11)

@@ -33,16 +33,16 @@ def label_of(data: Scenario) -> str:
     return rest[0] if rest[1] == "size" else "_".join(rest)
 
 
-def value_of(data: Scenario, found: Any, direction: str, side: str) -> tuple[Any, Any]:
+def value_of(data: Scenario, statics: Any, direction: str, side: str) -> tuple[Any, Any]:
     name = f"{label_of(data)}_{direction}_{side}"
-    return found[name].value, found[f"{name}_angle"].value
+    return statics[name].value, statics[f"{name}_angle"].value
 
 
 def assert_no_root_is_missed(data: Scenario) -> None:
-    found, scans = fs.static(fs.load(data)), shaft_turn.scans(data)
+    statics, scans = fs.static(fs.load(data)), shaft_turn.scans(data)
     for direction, s in DIRECTIONS.items():
         for side, sign in SIDES.items():
-            value, angle = value_of(data, found, direction, side)
+            value, angle = value_of(data, statics, direction, side)
             best = scans[s].best(sign)
             if best is None or angle is None:
                 assert value is angle is best is None
@@ -72,12 +72,12 @@ def test_the_worst_over_a_turn_is_that_of_a_dense_scan(seed: int) -> None:
 
 def gaps(notes: tuple[str, ...], words: str) -> list[tuple[float, float]]:
     """Return from which to which angles a note says that there is no root."""
-    found = []
+    pairs = []
     for note in notes:
         if "makes the body about to move" in note and f"move {words} from" in note:
             begin, _, end = note.removesuffix(" deg").rpartition(" from ")[2].partition(" to ")
-            found.append((float(begin), float(end)))
-    return found
+            pairs.append((float(begin), float(end)))
+    return pairs
 
 
 @pytest.mark.parametrize("seed", range(20, 28))
@@ -100,10 +100,10 @@ def test_without_friction_one_force_balances_at_all_angles(seed: int) -> None:
     data = shaft_turn.drawn(seed)
     data["statics"]["unknown"] = "forces.one.size"
     del data["effects"]["shaft_friction"]
-    found = fs.static(fs.load(data))
-    assert gaps(found.notes, "counter-clockwise") == gaps(found.notes, "clockwise") == []
+    statics = fs.static(fs.load(data))
+    assert gaps(statics.notes, "counter-clockwise") == gaps(statics.notes, "clockwise") == []
     for side in SIDES:
-        one, other = (value_of(data, found, direction, side) for direction in DIRECTIONS)
+        one, other = (value_of(data, statics, direction, side) for direction in DIRECTIONS)
         assert one == other != (None, None)
 
 
@@ -111,12 +111,14 @@ def test_a_force_has_no_bound_where_its_arm_is_the_friction_radius() -> None:
     """The load of a bell crank, at 0.1 m: cos q = r_s/0.1 m where it points to the axis."""
     data = shipped("shaft")
     data["statics"] = {"unknown": "forces.load.size"}
-    found = fs.static(fs.load(data))
-    radius = found["friction_radius_static"].value
+    statics = fs.static(fs.load(data))
+    radius = statics["friction_radius_static"].value
     assert radius is not None
     pole = float(np.arccos(radius / 0.1))
-    assert found["load_clockwise_largest"].value is None
-    assert abs(found["load_clockwise_largest_angle"].value or inf) == pytest.approx(pole, rel=1e-9)
+    assert statics["load_clockwise_largest"].value is None
+    assert abs(statics["load_clockwise_largest_angle"].value or inf) == pytest.approx(
+        pole, rel=1e-9
+    )
 
 
 def test_an_extremum_at_the_end_of_the_turn_is_found() -> None:
@@ -132,18 +134,20 @@ def test_an_extremum_at_the_end_of_the_turn_is_found() -> None:
         },
         "statics": {"unknown": "couples.motor.size", "angle_deg": 1e-5},
     }
-    found = fs.static(fs.load(data))
+    statics = fs.static(fs.load(data))
     friction = float(mpf(0.1) * mpf("0.6") * 20)
-    assert found["motor_counter_clockwise_largest"].value == pytest.approx(10 + friction, rel=1e-15)
+    assert statics["motor_counter_clockwise_largest"].value == pytest.approx(
+        10 + friction, rel=1e-15
+    )
     # Values that tie, within 1e-12, are at the angle that is nearest to the middle of the turn.
-    assert found["motor_counter_clockwise_largest_angle"].value == pytest.approx(0.0, abs=1e-6)
-    assert found["motor_clockwise_smallest"].value == pytest.approx(-10 - friction, rel=1e-15)
-    angle = found["motor_clockwise_smallest_angle"].value
+    assert statics["motor_counter_clockwise_largest_angle"].value == pytest.approx(0.0, abs=1e-6)
+    assert statics["motor_clockwise_smallest"].value == pytest.approx(-10 - friction, rel=1e-15)
+    angle = statics["motor_clockwise_smallest_angle"].value
     assert abs(angle or 0.0) == pytest.approx(radians(180.0), abs=1e-6)
     data["statics"]["angle_deg"] = 180.00001
-    found = fs.static(fs.load(data))
-    assert found["motor_clockwise_largest"].value == pytest.approx(10 - friction, rel=1e-15)
-    angle = found["motor_clockwise_largest_angle"].value
+    statics = fs.static(fs.load(data))
+    assert statics["motor_clockwise_largest"].value == pytest.approx(10 - friction, rel=1e-15)
+    angle = statics["motor_clockwise_largest_angle"].value
     assert abs(angle or 0.0) % radians(360.0) == pytest.approx(0.0, abs=1e-6)
 
 
@@ -159,10 +163,10 @@ def test_an_unknown_that_drops_out_at_an_angle_is_no_root_there(angle: float, tu
         "forces": [{"name": "pull", "size": 0.0} | up | turns, {"name": "load", "size": 1.0} | up],
         "statics": {"unknown": "forces.pull.size", "angle_deg": angle},
     }
-    found = fs.static(fs.load(data))
+    statics = fs.static(fs.load(data))
     for direction in DIRECTIONS:
         for side in SIDES:
-            assert found[f"pull_{direction}_{side}"].value == -1.0
+            assert statics[f"pull_{direction}_{side}"].value == -1.0
 
 
 def test_an_unknown_that_cannot_be_below_zero_has_no_such_extremes() -> None:
@@ -180,14 +184,14 @@ def test_an_unknown_that_cannot_be_below_zero_has_no_such_extremes() -> None:
         },
         "statics": {"unknown": "mechanism.mass", "angle_deg": 90.0},
     }
-    found = fs.static(fs.load(data))
-    assert found["mass_clockwise"].value == pytest.approx(-found["mass_clockwise_second"].value)
+    statics = fs.static(fs.load(data))
+    assert statics["mass_clockwise"].value == pytest.approx(-statics["mass_clockwise_second"].value)
     for direction, end in (("counter_clockwise", -90.0), ("clockwise", 270.0)):
-        largest = found[f"mass_{direction}_largest"].value
+        largest = statics[f"mass_{direction}_largest"].value
         assert largest == pytest.approx(3.0 * radians(abs(end)) / (0.1 * 0.6 * 10.0), rel=1e-14)
-        assert found[f"mass_{direction}_largest_angle"].value == pytest.approx(radians(end))
-        assert found[f"mass_{direction}_smallest"].value == 0.0
-        assert found[f"mass_{direction}_smallest_angle"].value == pytest.approx(0.0, abs=1e-15)
+        assert statics[f"mass_{direction}_largest_angle"].value == pytest.approx(radians(end))
+        assert statics[f"mass_{direction}_smallest"].value == 0.0
+        assert statics[f"mass_{direction}_smallest_angle"].value == pytest.approx(0.0, abs=1e-15)
 
 
 def test_sizes_over_the_angle_and_springs_are_not_those_of_a_turn_before() -> None:
@@ -202,13 +206,17 @@ def test_sizes_over_the_angle_and_springs_are_not_those_of_a_turn_before() -> No
         "effects": {"torsion_spring": {"stiffness": 2.0}},
         "statics": {"unknown": "couples.motor.size", "angle_deg": 90.0},
     }
-    found = fs.static(fs.load(data))
+    statics = fs.static(fs.load(data))
     # At the end, 270 deg, the spring; at the knot, 20 deg, the cam.
-    assert found["motor_clockwise_largest"].value == pytest.approx(2.0 * radians(270.0), rel=1e-15)
-    assert found["motor_clockwise_largest_angle"].value == pytest.approx(radians(270.0))
+    assert statics["motor_clockwise_largest"].value == pytest.approx(
+        2.0 * radians(270.0), rel=1e-15
+    )
+    assert statics["motor_clockwise_largest_angle"].value == pytest.approx(radians(270.0))
     cam = 2.0 * radians(20.0) - 50.0
-    assert found["motor_clockwise_smallest"].value == pytest.approx(cam, rel=1e-14)
-    assert found["motor_clockwise_smallest_angle"].value == pytest.approx(radians(20.0), rel=1e-15)
+    assert statics["motor_clockwise_smallest"].value == pytest.approx(cam, rel=1e-14)
+    assert statics["motor_clockwise_smallest_angle"].value == pytest.approx(
+        radians(20.0), rel=1e-15
+    )
 
 
 def angles_at_zero_moments(data: Scenario) -> list[Any]:
@@ -245,14 +253,14 @@ def test_little_friction_about_a_zero_moment_leaves_out_no_root(
     data["mechanism"]["mass"] = 2.0
     data["effects"]["shaft_friction"]["mu_s"] = mu
     data["statics"]["unknown"] = unknown
-    found, angles = fs.static(fs.load(data)), angles_at_zero_moments(data)
+    statics, angles = fs.static(fs.load(data)), angles_at_zero_moments(data)
     assert angles
     label = unknown.rpartition(".")[2].replace("radius", "eccentric_radius")
     for angle in angles:
         for value, sign in shaft_balance.roots(data, angle):
             for direction, s in DIRECTIONS.items():
                 if value >= 0 and sign in (s, 0):
-                    smallest, largest = (found[f"{label}_{direction}_{x}"].value for x in SIDES)
+                    smallest, largest = (statics[f"{label}_{direction}_{x}"].value for x in SIDES)
                     assert smallest is not None
                     assert smallest <= value * (1 + mpf("1e-9"))
                     assert largest is None or largest >= value * (1 - mpf("1e-9"))
@@ -265,12 +273,12 @@ def test_friction_near_the_tie_leaves_out_no_root(seed: int, mu: float) -> None:
     data = shaft_turn.drawn(seed)
     data["effects"]["shaft_friction"]["mu_s"] = mu
     data["statics"]["unknown"] = "effects.gravity.g"
-    found, scans = fs.static(fs.load(data)), shaft_turn.scans(data)
+    statics, scans = fs.static(fs.load(data)), shaft_turn.scans(data)
     for direction, s in DIRECTIONS.items():
         for side, sign in SIDES.items():
-            value, best = found[f"g_{direction}_{side}"].value, scans[s].best(sign)
+            value, best = statics[f"g_{direction}_{side}"].value, scans[s].best(sign)
             if value is None:
-                assert found[f"g_{direction}_{side}_angle"].value is not None  # without a bound
+                assert statics[f"g_{direction}_{side}_angle"].value is not None  # without a bound
             else:
                 assert best is not None
                 assert sign * (best[0] - value) <= 1e-4 * max(abs(best[0]), abs(value))
@@ -289,14 +297,14 @@ PUSH: Scenario = {
 def test_friction_that_holds_vanishes_with_the_moment(name: str, start: float) -> None:
     """The moment is 300 N x 0.1118 m x cos q: both directions are beside +-90 deg."""
     key = f"effects.shaft_friction.{name}"
-    found = fs.static(fs.load(PUSH | {"statics": {"unknown": key, "angle_deg": start}}))
+    statics = fs.static(fs.load(PUSH | {"statics": {"unknown": key, "angle_deg": start}}))
     for direction in DIRECTIONS:
-        assert found[f"{name}_{direction}_smallest"].value == 0.0
-        angle = degrees(found[f"{name}_{direction}_smallest_angle"].value or 0.0)
+        assert statics[f"{name}_{direction}_smallest"].value == 0.0
+        angle = degrees(statics[f"{name}_{direction}_smallest_angle"].value or 0.0)
         assert angle == pytest.approx(90.0 if start else -90.0, abs=1e-12)  # the nearest
     if name == "shaft_radius":
-        assert found["shaft_radius_clockwise_largest"].value == pytest.approx(0.504731925319065)
-        angle = found["shaft_radius_counter_clockwise_largest_angle"].value
+        assert statics["shaft_radius_clockwise_largest"].value == pytest.approx(0.504731925319065)
+        angle = statics["shaft_radius_counter_clockwise_largest_angle"].value
         assert repr(angle) in ("0.0", repr(radians(360.0)))
 
 
@@ -312,17 +320,17 @@ def test_a_limit_that_is_no_root_is_found() -> None:
         },
         "statics": {"unknown": "effects.torsion_spring.stiffness", "angle_deg": 30.0},
     }
-    found = fs.static(fs.load(data))
-    assert found["stiffness_clockwise_largest"].value == pytest.approx(10.0, rel=1e-15)
-    assert repr(found["stiffness_clockwise_largest_angle"].value) == "0.0"
+    statics = fs.static(fs.load(data))
+    assert statics["stiffness_clockwise_largest"].value == pytest.approx(10.0, rel=1e-15)
+    assert repr(statics["stiffness_clockwise_largest_angle"].value) == "0.0"
 
 
 def test_the_worst_is_between_the_end_stops() -> None:
     data = shipped("shaft", statics={"unknown": "forces.load.size"})
     data["effects"]["end_stops"] = {"lowest_angle_deg": -60.0, "highest_angle_deg": 40.0}
-    found = fs.static(fs.load(data))
+    statics = fs.static(fs.load(data))
     for direction in DIRECTIONS:
         for side in SIDES:
-            angle = found[f"load_{direction}_{side}_angle"].value
+            angle = statics[f"load_{direction}_{side}_angle"].value
             assert angle is not None
             assert -60.0 - 1e-12 <= degrees(angle) <= 40.0 + 1e-12

@@ -37,9 +37,9 @@ PRINTED = {
 
 @pytest.mark.parametrize("name", EXACT)
 def test_statics_are_exact(name: str) -> None:
-    found = statics(validate(pulley(), SCENARIOS))
-    assert found.keys() == EXACT.keys()
-    assert found[name].value == pytest.approx(EXACT[name], rel=1e-14)  # a few roundings
+    quantities = statics(validate(pulley(), SCENARIOS))
+    assert quantities.keys() == EXACT.keys()
+    assert quantities[name].value == pytest.approx(EXACT[name], rel=1e-14)  # a few roundings
 
 
 @pytest.mark.parametrize("name", PRINTED)
@@ -53,14 +53,14 @@ def test_statics_agree_with_the_paper(name: str) -> None:
 
 
 def test_static_forces_use_the_direction_of_the_scenario() -> None:
-    found = statics(validate(pulley(drive__direction="horizontal"), SCENARIOS))
-    assert found["force_to_lift"] == found["force_to_lift_horizontal"]
-    assert found["force_to_hold"] == found["force_to_hold_horizontal"]
+    quantities = statics(validate(pulley(drive__direction="horizontal"), SCENARIOS))
+    assert quantities["force_to_lift"] == quantities["force_to_lift_horizontal"]
+    assert quantities["force_to_hold"] == quantities["force_to_hold_horizontal"]
 
 
 def test_without_shaft_friction_the_load_balances_the_force() -> None:
-    found = statics(validate(pulley(effects__shaft_friction=None), SCENARIOS))
-    assert {name: q.value for name, q in found.items() if name.startswith("force")} == {
+    quantities = statics(validate(pulley(effects__shaft_friction=None), SCENARIOS))
+    assert {name: q.value for name, q in quantities.items() if name.startswith("force")} == {
         name: LOAD for name in EXACT if name.startswith("force")
     }
 

@@ -18,21 +18,21 @@ pytestmark = pytest.mark.quick
 BODIES = slice(belt_drive.PIECES - 1, None, belt_drive.PIECES)
 
 
-def band_of(found: Motion) -> Band:
-    return next(part for part in found.parts if isinstance(part, Band))
+def band_of(animation: Motion) -> Band:
+    return next(part for part in animation.parts if isinstance(part, Band))
 
 
 @pytest.mark.parametrize("name", BELTS)
 def test_a_belt_is_where_its_run_says(name: str) -> None:
-    found = motion(shown(name))
-    band = band_of(found)
-    left, right, bottom, top = found.bounds
+    animation = motion(shown(name))
+    band = band_of(animation)
+    left, right, bottom, top = animation.bounds
     step = max(right - left, top - bottom) / belt_drive.STEPS
     run = belt_run(BELTS[name])
     of = run.channels
-    wheels = [part for part in found.parts if isinstance(part, Body)]
-    for frame in (0, len(found.time) // 2, len(found.time) - 1):
-        sample = int(np.flatnonzero(run.time == found.time[frame])[0])
+    wheels = [part for part in animation.parts if isinstance(part, Body)]
+    for frame in (0, len(animation.time) // 2, len(animation.time) - 1):
+        sample = int(np.flatnonzero(run.time == animation.time[frame])[0])
         assert np.abs(band.x[frame, BODIES] - of["x"][sample]).max() <= step
         assert np.abs(band.y[frame, BODIES] - of["y"][sample]).max() <= step
         off = np.abs(band.value[frame, BODIES] - of["tension"][sample])
@@ -78,11 +78,11 @@ def test_a_fine_belt_and_a_long_run_are_thinned(monkeypatch: pytest.MonkeyPatch)
 def test_what_is_not_recorded_is_left_out() -> None:
     record = shown("two pulleys")
     names = ("tension", "pulley_index", "sticking", "pulley_angle", "pulley_speed")
-    found = motion(without(record, *names))
-    band = band_of(found)
+    animation = motion(without(record, *names))
+    band = band_of(animation)
     assert (band.value, band.touching, band.sticking) == (None, None, None)
-    assert found.readouts == ()
-    wheel = next(part for part in found.parts if isinstance(part, Body))
+    assert animation.readouts == ()
+    wheel = next(part for part in animation.parts if isinstance(part, Body))
     assert len(wheel.shapes) == 1, "a wheel whose angle is not known has no mark"
     for name in ("x", "y"):
         with pytest.raises(InputError, match=f"it has no channel {name} "):
@@ -99,8 +99,8 @@ def test_small_pulleys_are_shown_larger_as_well() -> None:
 
 
 def test_the_data_of_a_belt_is_small() -> None:
-    found = motion(shown("two pulleys"))
-    assert len(packed_data(found)) < 8 * band_of(found).x.size + 40_000
+    animation = motion(shown("two pulleys"))
+    assert len(packed_data(animation)) < 8 * band_of(animation).x.size + 40_000
 
 
 def test_a_patch_is_the_part_of_the_belt_that_the_scenario_names() -> None:

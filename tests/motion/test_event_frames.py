@@ -63,13 +63,13 @@ DRAWN = [
 ]
 
 
-def state_of(found: Motion, time: float) -> int:
-    return int(found.state[moment_of(found.time, time).frame])
+def state_of(animation: Motion, time: float) -> int:
+    return int(animation.state[moment_of(animation.time, time).frame])
 
 
-def number_at(found: Motion, name: str, time: float) -> float:
-    readout = next(r for r in found.readouts if r.name == name)
-    return shown_value(readout, moment_of(found.time, time))
+def number_at(animation: Motion, name: str, time: float) -> float:
+    readout = next(r for r in animation.readouts if r.name == name)
+    return shown_value(readout, moment_of(animation.time, time))
 
 
 @pytest.mark.parametrize(("name", "interval", "at_events"), DRAWN)
@@ -77,45 +77,45 @@ def test_both_sides_of_each_event_are_drawn_and_a_contact_sticks_where_charts_ar
     name: str, interval: float, at_events: int
 ) -> None:
     record = solved(name, interval, at_events)
-    found, events = motion(record), record.events
-    assert np.all(np.diff(found.time) > 0.0)
-    angle = body(found, MAIN[record.attributes["kind"]]).angle
+    animation, events = motion(record), record.events
+    assert np.all(np.diff(animation.time) > 0.0)
+    angle = body(animation, MAIN[record.attributes["kind"]]).angle
     for i, event in enumerate(record.transitions):
         before = float(np.nextafter(event.time, -1.0))
-        assert angle[moment_of(found.time, event.time).frame] == event.position
+        assert angle[moment_of(animation.time, event.time).frame] == event.position
         for side, time, mode in (
             ("before", before, event.mode_from),
             ("after", event.time, event.mode_to),
         ):
             if time < 0.0:
                 continue
-            assert state_of(found, time) == mode
-            for readout in found.readouts:
+            assert state_of(animation, time) == mode
+            for readout in animation.readouts:
                 if readout.channel and readout.channel != "angle":
                     recorded = events[f"{readout.channel}_{side}"][i]
-                    assert number_at(found, readout.name, time) == pytest.approx(recorded)
+                    assert number_at(animation, readout.name, time) == pytest.approx(recorded)
     phases = list(sticking_phases(record))
-    times = np.random.default_rng(1).uniform(0.0, found.time[-1], 100)
+    times = np.random.default_rng(1).uniform(0.0, animation.time[-1], 100)
     near = [e.time + sign * 1e-9 for e in record.transitions for sign in (-1.0, 1.0)]
-    for time in (*times.tolist(), *(t for t in near if 0.0 < t < found.time[-1])):
+    for time in (*times.tolist(), *(t for t in near if 0.0 < t < animation.time[-1])):
         shaded = any(start <= time < stop for start, stop in phases)
-        assert (state_of(found, time) == 0) == shaded, time
+        assert (state_of(animation, time) == 0) == shaded, time
 
 
 @pytest.mark.parametrize("name", ["starts at once", "falls back"])
 @pytest.mark.parametrize(("interval", "at_events"), [(0.013, 1), (0.07, 0), (0.3, 1), (0.3, 0)])
 def test_a_marble_changes_hands_at_its_transfer(name: str, interval: float, at_events: int) -> None:
     record = solved(name, interval, at_events)
-    found = motion(record)
-    carried = [p for p in found.parts if isinstance(p, Body) and p.carrier is not None]
+    animation = motion(record)
+    carried = [p for p in animation.parts if isinstance(p, Body) and p.carrier is not None]
     transfers = [e for e in record.transitions if e.contact == "transfer"]
     assert len(transfers) > 6
     delivered = 0
     for event in transfers:
         for time in (float(np.nextafter(event.time, -1.0)), event.time):
             delivered += event.mode_to * (time == event.time)
-            assert number_at(found, "marbles delivered", time) == delivered
-            moment = moment_of(found.time, time)
+            assert number_at(animation, "marbles delivered", time) == delivered
+            moment = moment_of(animation.time, time)
             seen = [place_of(p, moment)[:2] for p in carried if is_visible(p, moment)]
             assert len(seen) == 5
             # All are on the rising half, between the bottom and the top.
@@ -150,9 +150,9 @@ def synthetic(times: Any, modes: Any, changes: Any, contacts: Any = (), **more: 
     ],
 )
 def test_the_state_is_that_after_the_last_event(changes: Any, states: dict[float, int]) -> None:
-    found = motion(synthetic([0.0, 1.0, 2.0], [1, 1, 1], changes))
-    assert found.time[[0, -1]].tolist() == [0.0, 2.0]
-    assert {time: state_of(found, time) for time in states} == states
+    animation = motion(synthetic([0.0, 1.0, 2.0], [1, 1, 1], changes))
+    assert animation.time[[0, -1]].tolist() == [0.0, 2.0]
+    assert {time: state_of(animation, time) for time in states} == states
 
 
 def test_neither_a_transfer_in_creep_nor_rest_after_the_last_sample_changes_the_shading() -> None:
@@ -184,10 +184,10 @@ def test_of_many_events_changes_of_mode_are_frames_and_all_frames_are_right(
         angle=0.2 * np.pi * np.arange(1.0, 41.0),
     )
     record.channels["angle"] = np.pi * 0.2 * np.searchsorted(times[:36], record.channels["time"])
-    found = motion(record)
-    assert len(found.time) == 11 + 2 * 4
+    animation = motion(record)
+    assert len(animation.time) == 11 + 2 * 4
     for time, _, mode in changes[36:]:
-        assert state_of(found, time) == mode
-    for time in found.time:
+        assert state_of(animation, time) == mode
+    for time in animation.time:
         transfers = int(np.searchsorted(times[:36], time, side="right"))
-        assert number_at(found, "marbles delivered", time) == transfers
+        assert number_at(animation, "marbles delivered", time) == transfers

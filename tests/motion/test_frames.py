@@ -1,4 +1,4 @@
-"""Which samples are the frames of a motion, and what is refused."""
+"""The samples that are frames of a motion, and refusals."""
 
 from typing import Any
 
@@ -25,10 +25,10 @@ def test_all_samples_of_a_short_run_are_frames_of_two_at_one_time_the_later() ->
 
 def test_samples_of_a_long_run_are_spread_and_those_at_events_kept() -> None:
     times = np.linspace(0.0, 10.0, 5001)
-    found = frames_of(with_times(times, [times[1234], times[4321]]), 11)
-    assert {1234, 4321} <= set(found.tolist())
-    assert len(found) == 13
-    assert np.diff(times[found]).max() < 1.01
+    samples = frames_of(with_times(times, [times[1234], times[4321]]), 11)
+    assert {1234, 4321} <= set(samples.tolist())
+    assert len(samples) == 13
+    assert np.diff(times[samples]).max() < 1.01
 
 
 def test_one_sample_is_a_motion() -> None:
@@ -57,15 +57,15 @@ def test_what_cannot_be_drawn_is_refused(
 
 
 class InItsFile:
-    """A channel that is left in a file and counts the samples that are read."""
+    """A channel that stays in a file and counts the samples read."""
 
     def __init__(self, values: Any) -> None:
         self.values, self.shape, self.nbytes, self.read = values, values.shape, values.nbytes, 0
 
     def __getitem__(self, key: Any) -> Any:
-        found = self.values[key]
-        self.read += 1 if isinstance(key, int) else len(found)
-        return found
+        part = self.values[key]
+        self.read += 1 if isinstance(key, int) else len(part)
+        return part
 
 
 def test_of_a_large_channel_only_the_frames_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -79,7 +79,7 @@ def test_of_a_large_channel_only_the_frames_are_read(monkeypatch: pytest.MonkeyP
 
 def test_rounding_is_as_fine_as_a_drawing_needs() -> None:
     values = np.random.default_rng(2).uniform(-0.5, 0.5, 1000)
-    found = rounded(values, 1.0, 40_000.0)
-    assert 0.0 < np.abs(found - values).max() <= 0.5 / 40_000.0
-    assert found.dtype == np.float32
+    coarse = rounded(values, 1.0, 40_000.0)
+    assert 0.0 < np.abs(coarse - values).max() <= 0.5 / 40_000.0
+    assert coarse.dtype == np.float32
     assert np.array_equal(rounded(np.full(3, 7.0), 0.0, 250.0), np.full(3, 7.0))

@@ -37,57 +37,58 @@ def integral(values: Any, time: Any) -> Any:
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def number(found: Motion, name: str) -> Any:
-    return next(r.value for r in found.readouts if r.name == name)
+def number(animation: Motion, name: str) -> Any:
+    return next(r.value for r in animation.readouts if r.name == name)
 
 
-def arrows(found: Motion, name: str) -> list[Arrow]:
-    return [p for p in found.parts if isinstance(p, Arrow) and p.name == name]
+def arrows(animation: Motion, name: str) -> list[Arrow]:
+    return [p for p in animation.parts if isinstance(p, Arrow) and p.name == name]
 
 
-def bands(found: Motion) -> list[Band]:
-    return [p for p in found.parts if isinstance(p, Band) and p.name == "rope"]
+def bands(animation: Motion) -> list[Band]:
+    return [p for p in animation.parts if isinstance(p, Band) and p.name == "rope"]
 
 
-def block(found: Motion, name: str) -> Any:
-    return next(p for p in found.parts if p.name.split(" (")[0] == name)
+def block(animation: Motion, name: str) -> Any:
+    return next(p for p in animation.parts if p.name.split(" (")[0] == name)
 
 
-def scale_of(found: Motion) -> float:
-    words = block(found, "car").name.partition("1 : ")[2].rstrip(")")
+def scale_of(animation: Motion) -> float:
+    words = block(animation, "car").name.partition("1 : ")[2].rstrip(")")
     return float(words or 1.0)
 
 
 @pytest.mark.parametrize("name", [LIFT, SLACK_ROPE])
 def test_the_masses_are_where_their_velocities_take_them(name: str) -> None:
-    found, scale = moving(name), scale_of(moving(name))
+    animation, scale = moving(name), scale_of(moving(name))
     assert scale == (10.0 if name == LIFT else 1.0)
-    way = integral(number(found, "car, velocity"), found.time)
-    car, other = block(found, "car"), block(found, "counterweight")
+    way = integral(number(animation, "car, velocity"), animation.time)
+    car, other = block(animation, "car"), block(animation, "counterweight")
     assert scale * (car.y - car.y[0]) == pytest.approx(way, abs=2e-4 * np.ptp(way))
     # The counterweight is never slack in these runs.
     if name == LIFT:
         assert other.y - other.y[0] == pytest.approx(car.y[0] - car.y, abs=1e-12)
     else:
-        turned = 0.15 * integral(number(found, "angular velocity"), found.time)
+        turned = 0.15 * integral(number(animation, "angular velocity"), animation.time)
         assert other.y - other.y[0] == pytest.approx(-turned, abs=2e-4 * np.ptp(turned))
 
 
 def test_marks_on_the_cord_pass_those_of_the_rim_by_the_slip() -> None:
-    found, radius = moving(LIFT), 0.265
-    over = bands(found)[0]
+    animation, radius = moving(LIFT), 0.265
+    over = bands(animation)[0]
     assert np.hypot(over.x, over.y) == pytest.approx(radius)
-    passed = over.travel - radius * body(found, "pulley").angle
+    passed = over.travel - radius * body(animation, "pulley").angle
     slip = integral(
-        number(found, "car, velocity") - radius * number(found, "angular velocity"), found.time
+        number(animation, "car, velocity") - radius * number(animation, "angular velocity"),
+        animation.time,
     )
     assert passed == pytest.approx(slip, abs=1e-3)
     assert passed[-1] > 1.0
     starts = next(e.time for e in solved(LIFT).transitions if e.contact == "cord")
-    assert np.all(np.abs(passed[found.time <= starts]) < 1e-12)
+    assert np.all(np.abs(passed[animation.time <= starts]) < 1e-12)
     # As many marks as ticks, so that they meet at the start.
     assert over.spacing == pytest.approx(2.0 * pi * radius / 12)
-    assert over.travel[0] == pytest.approx(radius * body(found, "pulley").angle[0])
+    assert over.travel[0] == pytest.approx(radius * body(animation, "pulley").angle[0])
 
 
 def test_marks_pass_from_the_wheel_to_the_hanging_rope() -> None:
@@ -101,20 +102,20 @@ def test_marks_pass_from_the_wheel_to_the_hanging_rope() -> None:
 
 
 def test_a_slack_rope_is_a_bow_as_long_as_the_rope() -> None:
-    found, record = moving(SLACK_ROPE), solved(SLACK_ROPE)
-    _, right, left = bands(found)
-    car = block(found, "car")
+    animation, record = moving(SLACK_ROPE), solved(SLACK_ROPE)
+    _, right, left = bands(animation)
+    car = block(animation, "car")
     lengths = np.hypot(np.diff(right.x, axis=1), np.diff(right.y, axis=1)).sum(axis=1)
     # The car's way above that of the rim, each integrated.
-    rim = 0.15 * integral(number(found, "angular velocity"), found.time)
-    gap = integral(number(found, "car, velocity"), found.time) - rim
+    rim = 0.15 * integral(number(animation, "angular velocity"), animation.time)
+    gap = integral(number(animation, "car, velocity"), animation.time) - rim
     assert lengths == pytest.approx(-car.y + gap, abs=3e-4)
     assert gap.max() > 0.02
     assert left.x == pytest.approx(-0.15)
     assert right.x[:, [0, -1]] == pytest.approx(0.15)
     assert right.x.max() > 0.16
     slack = [e.time for e in record.transitions if SLACK in (e.mode_from, e.mode_to)]
-    outside = (found.time < slack[0]) | (found.time > slack[-1])
+    outside = (animation.time < slack[0]) | (animation.time > slack[-1])
     assert np.ptp(right.x[outside]) == 0.0
 
 
@@ -131,24 +132,24 @@ def test_a_rope_that_is_far_too_long_is_no_wider_than_the_picture() -> None:
 def test_tensions_accelerate_the_masses_and_the_reaction_has_the_moment_of_the_friction(
     name: str,
 ) -> None:
-    found, record = moving(name), solved(name)
+    animation, record = moving(name), solved(name)
     masses = shipped(name)["effects"]["hanging_masses"]
     m1, m2 = (masses[key] + 0.5 * masses.get("rope", 0.0) for key in ("car", "counterweight"))
-    right, left = arrows(found, "tension of the rope")
+    right, left = arrows(animation, "tension of the rope")
     assert right.x == pytest.approx(-left.x)
     assert right.x.min() == pytest.approx(shipped(name)["mechanism"]["cord_radius"])
-    (reaction,) = arrows(found, "reaction of the shaft")
+    (reaction,) = arrows(animation, "reaction of the shaft")
     assert reaction.dy == pytest.approx(-right.dy - left.dy)
     scale = reaction.dy.max() / record.channels["shaft_reaction"].max()
-    velocity, rate = number(found, "car, velocity"), number(found, "angular velocity")
+    velocity, rate = number(animation, "car, velocity"), number(animation, "angular velocity")
     radius = shipped(name)["mechanism"]["cord_radius"]
     other = -velocity if name == LIFT else -radius * rate
     times = [e.time for e in record.transitions]
-    steps = np.diff(found.time)
+    steps = np.diff(animation.time)
     # Differences of velocities over intervals in which nothing happens.
     quiet = steps > 1e-3
     for at in times:
-        quiet &= ~((found.time[:-1] < at) & (at <= found.time[1:]))
+        quiet &= ~((animation.time[:-1] < at) & (at <= animation.time[1:]))
     assert quiet.sum() > 300
     for arrow, mass, speed in ((right, m1, velocity), (left, m2, other)):
         drawn = -0.5 * (arrow.dy[1:] + arrow.dy[:-1]) / scale
@@ -158,17 +159,17 @@ def test_tensions_accelerate_the_masses_and_the_reaction_has_the_moment_of_the_f
         # Where the drive bends within an interval the mean is not that of the ends.
         error = np.abs(drawn - wanted)[quiet] / (mass * 9.81)
         assert np.quantile(error, 0.98) < 1e-3
-    friction = number(found, "friction torque")
+    friction = number(animation, "friction torque")
     assert reaction.x * reaction.dy / scale == pytest.approx(friction, abs=1e-9)
-    (detail,) = found.details
+    (detail,) = animation.details
     assert max(abs(reaction.x)) < detail.bounds[1]
 
 
 def test_the_torque_of_the_drive_is_an_arc_the_way_it_turns() -> None:
-    found = moving(SLACK_ROPE)
-    (head,) = arrows(found, "torque of the drive")
-    line = next(p for p in found.parts if isinstance(p, Band) and p.role == "force")
-    torque = number(found, "drive torque")
+    animation = moving(SLACK_ROPE)
+    (head,) = arrows(animation, "torque of the drive")
+    line = next(p for p in animation.parts if isinstance(p, Band) and p.role == "force")
+    torque = number(animation, "drive torque")
     assert np.hypot(line.x, line.y) == pytest.approx(0.62 * 0.15)
     swept = np.unwrap(np.arctan2(line.y, line.x), axis=1)
     turn = swept[:, -1] - swept[:, 0]
@@ -181,9 +182,9 @@ READOUTS = {"shaft": "shaft", "cord": "cord on the pulley", "car_rope": "rope of
 
 @pytest.mark.parametrize("name", [LIFT, SLACK_ROPE])
 def test_words_change_at_the_events_of_their_contact(name: str) -> None:
-    found, record = moving(name), solved(name)
+    animation, record = moving(name), solved(name)
     words = {mode: word.replace("sliding", "slips") for mode, word in MODES}
-    shown = {r.name: r for r in found.readouts if r.words}
+    shown = {r.name: r for r in animation.readouts if r.words}
     now = {"shaft": "stick", "cord": "stick", "car_rope": "taut"}
     for time in sorted({e.time for e in record.transitions}):
         for at, modes in ((np.nextafter(time, -1.0), now), (time, dict(now))):
@@ -193,11 +194,11 @@ def test_words_change_at_the_events_of_their_contact(name: str) -> None:
                 }
             for contact, readout in READOUTS.items():
                 if readout in shown and at >= 0.0:
-                    word = shown_word(shown[readout], moment_of(found.time, at))
+                    word = shown_word(shown[readout], moment_of(animation.time, at))
                     wanted = now[contact].replace("_", " ").replace("stick", "sticks")
                     assert word == wanted, (at, contact)
     assert len(record.transitions) > 4
-    assert found.state is None
+    assert animation.state is None
 
 
 def test_a_mirrored_lift_is_drawn_mirrored() -> None:
@@ -216,9 +217,11 @@ def test_a_mirrored_lift_is_drawn_mirrored() -> None:
     (_, right, left), (_, right_two, left_two) = bands(one), bands(two)
     assert left_two.x == pytest.approx(-right.x, abs=2e-4)
     assert right_two.x == pytest.approx(-left.x, abs=2e-4)
-    (reaction,), (mirrored,) = (arrows(found, "reaction of the shaft") for found in (one, two))
+    (reaction,), (mirrored,) = (
+        arrows(animation, "reaction of the shaft") for animation in (one, two)
+    )
     assert mirrored.x == pytest.approx(-reaction.x, abs=1e-6)
-    words = [{r.name: r.value for r in found.readouts if r.words} for found in (one, two)]
+    words = [{r.name: r.value for r in animation.readouts if r.words} for animation in (one, two)]
     assert np.array_equal(words[1]["rope of the counterweight"], words[0]["rope of the car"])
     assert words[0]["rope of the car"].any()
 
@@ -234,9 +237,9 @@ def test_scales_are_round_and_large_enough() -> None:
 
 @pytest.mark.parametrize("name", [LIFT, SLACK_ROPE, "hard/lift_moment_of_slack"])
 def test_everything_is_within_the_bounds(name: str) -> None:
-    found = moving(name)
-    left, right, bottom, top = found.bounds
-    for part in found.parts:
+    animation = moving(name)
+    left, right, bottom, top = animation.bounds
+    for part in animation.parts:
         if isinstance(part, Arrow):
             x, y = part.x + part.dx, part.y + part.dy
         else:
@@ -244,7 +247,7 @@ def test_everything_is_within_the_bounds(name: str) -> None:
         assert left <= x.min() <= x.max() <= right, part.name
         assert bottom <= y.min() <= y.max() <= top, part.name
     side = 0.9 * float(shipped(name)["mechanism"]["cord_radius"])
-    assert block(found, "car").y.min() - side > bottom
+    assert block(animation, "car").y.min() - side > bottom
 
 
 def test_no_counterweight_is_an_end_that_a_force_pulls() -> None:
@@ -257,11 +260,11 @@ def test_no_counterweight_is_an_end_that_a_force_pulls() -> None:
         solver__duration=0.2,
         solver__rtol=1e-6,
     )
-    found = motion(fs.solve(data).record)
-    names = {part.name.split(" (")[0] for part in found.parts}
+    animation = motion(fs.solve(data).record)
+    names = {part.name.split(" (")[0] for part in animation.parts}
     assert "counterweight" not in names
-    (force,) = arrows(found, "drive force")
-    end = bands(found)[2]
+    (force,) = arrows(animation, "drive force")
+    end = bands(animation)[2]
     assert force.y == pytest.approx(end.y[:, -1])
 
 
@@ -269,28 +272,28 @@ def test_a_pulley_that_a_torque_turns_shows_it_and_its_reaction() -> None:
     data = shipped(
         "pulley", drive__force=None, drive__torque=TURNED, solver__rtol=1e-6, solver__duration=2.0
     )
-    found = motion(fs.solve(data).record)
+    animation = motion(fs.solve(data).record)
     (weight,), (reaction,) = (
-        arrows(found, "weight of the load"),
-        arrows(found, "reaction of the shaft"),
+        arrows(animation, "weight of the load"),
+        arrows(animation, "reaction of the shaft"),
     )
     assert reaction.dy == pytest.approx(-weight.dy)
-    friction = number(found, "friction torque")
+    friction = number(animation, "friction torque")
     assert reaction.x * data["mechanism"]["load"] == pytest.approx(friction, abs=1e-9)
-    (head,) = arrows(found, "torque of the drive")
+    (head,) = arrows(animation, "torque of the drive")
     assert hypot(head.x[0], head.y[0]) == pytest.approx(0.62 * data["mechanism"]["cord_radius"])
-    assert number(found, "drive torque").max() == pytest.approx(90.0)
+    assert number(animation, "drive torque").max() == pytest.approx(90.0)
 
 
 @pytest.mark.parametrize("shaft", [0.05, 0.01])
 def test_both_friction_circles_are_in_the_enlarged_view(shaft: float) -> None:
     data = shipped("lift", effects__shaft_friction__shaft_radius=shaft)
     names = ("time", "angle", "car_position", "counterweight_position")
-    found = motion(record_of("pulley", dict.fromkeys(names, np.linspace(0.0, 0.1, 3)), data))
+    animation = motion(record_of("pulley", dict.fromkeys(names, np.linspace(0.0, 0.1, 3)), data))
     friction = data["effects"]["shaft_friction"]
-    (detail,) = found.details
+    (detail,) = animation.details
     for name, key in (("static friction circle", "mu_s"), ("kinetic friction circle", "mu_k")):
-        (circle,) = body(found, name).shapes
+        (circle,) = body(animation, name).shapes
         assert circle.radius == pytest.approx(shaft * sin(atan(friction[key])))
         # Large enough to be seen, and inside.
         assert 0.2 * detail.bounds[1] < circle.radius < detail.bounds[1]

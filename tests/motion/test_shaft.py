@@ -1,4 +1,4 @@
-"""A body on a shaft in motion, against complex numbers of its own: forces, cords, reaction."""
+"""A body on a shaft in motion, against separate complex arithmetic: forces, cords, reaction."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -46,19 +46,19 @@ pytestmark = pytest.mark.quick
 CORD = 0.7  # of the reach, from where a cord leaves the body to its arrow
 
 
-def arrows(found: Motion) -> dict[str, tuple[Any, Any]]:
+def arrows(animation: Motion) -> dict[str, tuple[Any, Any]]:
     """Return tail and way of each arrow of a force over time, as complex numbers."""
-    turns = torque_arcs(found)
+    turns = torque_arcs(animation)
     return {
         part.name: (part.x + 1j * part.y, part.dx + 1j * part.dy)
-        for part in found.parts
+        for part in animation.parts
         if isinstance(part, Arrow) and part.name not in turns
     }
 
 
-def torque_arcs(found: Motion) -> dict[str, Any]:
+def torque_arcs(animation: Motion) -> dict[str, Any]:
     """Return the arcs of the couples over time, (frames, points), as complex numbers."""
-    pairs = zip(found.parts, found.parts[1:], strict=False)
+    pairs = zip(animation.parts, animation.parts[1:], strict=False)
     return {
         head.name: line.x + 1j * line.y
         for line, head in pairs
@@ -66,8 +66,8 @@ def torque_arcs(found: Motion) -> dict[str, Any]:
     }
 
 
-def bands(found: Motion) -> dict[str, Band]:
-    return {part.name: part for part in found.parts if isinstance(part, Band)}
+def bands(animation: Motion) -> dict[str, Band]:
+    return {part.name: part for part in animation.parts if isinstance(part, Band)}
 
 
 def of(data: Any, channels: Any) -> Motion:
@@ -86,19 +86,19 @@ Drawn = tuple[Any, Any, Motion]
 
 def test_forces_act_where_they_do_on_one_scale_and_the_reaction_balances_them(drawn: Drawn) -> None:
     data, channels, moved = drawn
-    found, wanted = arrows(moved), acting(data, channels)
-    foot, way = found.pop("reaction of the shaft")
-    assert found.keys() == wanted.keys()
+    vectors, wanted = arrows(moved), acting(data, channels)
+    foot, way = vectors.pop("reaction of the shaft")
+    assert vectors.keys() == wanted.keys()
     reach = sizes_of(scenario_in(record_of("shaft", channels, data))).reach
-    scale = float(np.abs(found["weight of the body"][1][0])) / (8.0 * 9.81)
+    scale = float(np.abs(vectors["weight of the body"][1][0])) / (8.0 * 9.81)
     for name, (place, force) in wanted.items():
         tail = place
         if name == "cord":
             along = complex(*data["forces"][4]["direction"])
             tail = place + CORD * reach * along / abs(along)
-        assert found[name][0] == pytest.approx(tail, abs=1e-12), name
-        assert found[name][1] == pytest.approx(scale * force, abs=1e-12), name
-    assert way + sum(force for _, force in found.values()) == pytest.approx(0j * TIMES, abs=1e-12)
+        assert vectors[name][0] == pytest.approx(tail, abs=1e-12), name
+        assert vectors[name][1] == pytest.approx(scale * force, abs=1e-12), name
+    assert way + sum(force for _, force in vectors.values()) == pytest.approx(0j * TIMES, abs=1e-12)
     assert moment(foot, way) / scale == pytest.approx(channels["friction_torque"])
     # The foot is on the perpendicular from the axis: its distance is the lever arm.
     assert (np.conj(foot) * way).real == pytest.approx(0.0 * TIMES, abs=1e-12)
@@ -115,8 +115,8 @@ def test_a_mirrored_or_rotated_scenario_is_drawn_mirrored_or_rotated(drawn: Draw
     for name, pair in arrows(moved).items():
         for one, other in zip(pair, seen[name], strict=True):
             assert other == pytest.approx(-np.conj(one), abs=1e-12), name
-    found, seen = (arrows(of(rotated(data, degrees), channels)) for degrees in (0.0, 73.0))
-    for name, pair in found.items():
+    forces, seen = (arrows(of(rotated(data, degrees), channels)) for degrees in (0.0, 73.0))
+    for name, pair in forces.items():
         for one, other in zip(pair, seen[name], strict=True):
             assert other == pytest.approx(turn * one, abs=1e-12), name
 
@@ -175,13 +175,13 @@ def test_couples_are_arcs_on_one_scale_about_the_axis(drawn: Drawn) -> None:
     data, channels, _ = drawn
     data = data | {"couples": [*data["couples"], {"name": "brake", "size": -7.0}]}
     wanted = couples(data, channels)
-    found = torque_arcs(of(data, channels))
-    assert found.keys() == {"motor", "brake"}  # not the spring, which is drawn itself
-    largest = max(np.abs(wanted[name]).max() for name in found)
-    for name, line in found.items():
+    arcs = torque_arcs(of(data, channels))
+    assert arcs.keys() == {"motor", "brake"}  # not the spring, which is drawn itself
+    largest = max(np.abs(wanted[name]).max() for name in arcs)
+    for name, line in arcs.items():
         swept = np.angle(line[:, 1:] / line[:, :-1]).sum(axis=1)
         assert swept == pytest.approx(0.75 * np.pi * wanted[name] / largest), name
-    radii = [float(np.abs(line[0, 0])) for line in found.values()]
+    radii = [float(np.abs(line[0, 0])) for line in arcs.values()]
     assert abs(radii[0] - radii[1]) > 0.05 * max(radii)
     none = data | {"couples": [{"name": "motor", "size": 0.0}]}
     assert not torque_arcs(of(none, channels))
@@ -190,34 +190,36 @@ def test_couples_are_arcs_on_one_scale_about_the_axis(drawn: Drawn) -> None:
 def test_a_solved_run_shows_its_channels_and_states() -> None:
     changes = {"solver__rtol": 1e-6, "solver__duration": 1.2}
     record = fs.solve(shipped("shaft", **changes)).record
-    found = motion(record)
-    foot, way = arrows(found)["reaction of the shaft"]
-    circles = [body(found, f"{name} friction circle").shapes[0] for name in ("static", "kinetic")]
+    animation = motion(record)
+    foot, way = arrows(animation)["reaction of the shaft"]
+    circles = [
+        body(animation, f"{name} friction circle").shapes[0] for name in ("static", "kinetic")
+    ]
     r_s, r_k = (circle.radius for circle in circles if isinstance(circle, Disc))
     arm = np.abs(foot)
-    assert arm[found.state == 0].max() <= r_s * (1.0 + 1e-6)
-    assert arm[found.state != 0] == pytest.approx(r_k, rel=1e-6)
+    assert arm[animation.state == 0].max() <= r_s * (1.0 + 1e-6)
+    assert arm[animation.state != 0] == pytest.approx(r_k, rel=1e-6)
     reaction = record.channels["reaction_x"] + 1j * record.channels["reaction_y"]
     for i in range(0, len(reaction), 30):
-        at = moment_of(found.time, record.channels["time"][i]).frame
+        at = moment_of(animation.time, record.channels["time"][i]).frame
         assert np.angle(way[at] / reaction[i]) == pytest.approx(0.0, abs=1e-9)
-    words = {state_word(found, moment_of(found.time, t)) for t in (0.1, 1.0)}
+    words = {state_word(animation, moment_of(animation.time, t)) for t in (0.1, 1.0)}
     assert words == {"sticks", "slips forward"}
 
 
 def test_friction_circles_are_enlarged_and_true_to_scale() -> None:
     record = record_of("shaft", drawn_motion(1), drawn_shaft(1))
-    found = motion(record)
+    animation = motion(record)
     sizes = {}
     for name in ("static friction circle", "kinetic friction circle", "shaft"):
-        shape = body(found, name).shapes[0]
+        shape = body(animation, name).shapes[0]
         sizes[name] = shape.radius
     assert sizes == {
         "static friction circle": pytest.approx(0.02 * np.sin(np.arctan(0.3))),
         "kinetic friction circle": pytest.approx(0.02 * np.sin(np.arctan(0.2))),
         "shaft": 0.02,
     }
-    (detail,) = found.details
+    (detail,) = animation.details
     assert detail.name == "friction circles of the shaft, enlarged"
     half = circle_window(scenario_in(record))
     assert detail.bounds == (-half, half, -half, half)
@@ -227,19 +229,19 @@ def test_friction_circles_are_enlarged_and_true_to_scale() -> None:
 def test_without_friction_there_is_no_detail_and_the_reaction_goes_through_the_axis() -> None:
     data, channels = drawn_shaft(0), drawn_motion(0)
     del data["effects"]["shaft_friction"], channels["friction_torque"]
-    found = of(data, channels)
-    assert found.details == ()
-    foot, _ = arrows(found)["reaction of the shaft"]
+    animation = of(data, channels)
+    assert animation.details == ()
+    foot, _ = arrows(animation)["reaction of the shaft"]
     assert not foot.any()
-    assert "lever arm of the reaction" not in bands(found)
+    assert "lever arm of the reaction" not in bands(animation)
 
 
 def test_without_the_channels_of_a_force_the_body_moves_alone() -> None:
     data, channels = drawn_shaft(1), drawn_motion(1)
     del channels["angular_acceleration"]
-    found = of(data, channels)
-    assert not arrows(found)
-    assert body(found, "body").angle == pytest.approx(channels["angle"])
+    animation = of(data, channels)
+    assert not arrows(animation)
+    assert body(animation, "body").angle == pytest.approx(channels["angle"])
 
 
 def test_a_scenario_of_another_version_is_refused_in_a_sentence() -> None:
@@ -279,14 +281,14 @@ def test_a_bell_crank_has_two_arms_and_a_drum_is_a_wheel() -> None:
 def test_a_spring_of_few_turns_winds_from_the_hub_to_a_fixed_end() -> None:
     channels = drawn_motion(1)
     data = drawn_shaft(1)
-    found = of(data, channels)
-    spring = bands(found)["torsion spring"]
+    animation = of(data, channels)
+    spring = bands(animation)["torsion spring"]
     start, end = (spring.x[:, k] + 1j * spring.y[:, k] for k in (0, -1))
     assert np.ptp(end.real) < 1e-12
     assert np.ptp(end.imag) < 1e-12
     hub = sizes_of(scenario_in(record_of("shaft", channels, data))).hub
     assert start == pytest.approx(hub * np.exp(1j * channels["angle"]))
-    line = line_of(spring, moment_of(found.time, TIMES[3]))
+    line = line_of(spring, moment_of(animation.time, TIMES[3]))
     assert np.hypot(*np.diff(line, axis=0).T).max() < hub  # no coil is cut short
     # One of many turns is left out.
     scenario_with = scenario_of_shaft(effects={"torsion_spring": {"stiffness": 1.0}})
@@ -300,10 +302,10 @@ def test_a_spring_of_few_turns_winds_from_the_hub_to_a_fixed_end() -> None:
 def test_end_stops_are_beside_the_arm_that_is_against_them(
     low: float | None, high: float | None, count: int
 ) -> None:
-    found = scenario_of_shaft()
+    scenario = scenario_of_shaft()
     stops = SimpleNamespace(lowest_angle_deg=low, highest_angle_deg=high)
-    effects = SimpleNamespace(**dict(found.effects) | {"end_stops": stops})
-    stopped = found.model_copy(update={"effects": effects})
+    effects = SimpleNamespace(**dict(scenario.effects) | {"end_stops": stops})
+    stopped = scenario.model_copy(update={"effects": effects})
     lines = stops_of(stopped)
     assert len(lines) == count
     arms = sizes_of(stopped).arms

@@ -36,8 +36,8 @@ def drawn_angles(rng: Any) -> Any:
     return start + speed * TIMES + swing * np.sin(3.0 * TIMES)
 
 
-def arrow(found: Motion, name: str) -> Arrow:
-    return next(part for part in found.parts if isinstance(part, Arrow) and part.name == name)
+def arrow(animation: Motion, name: str) -> Arrow:
+    return next(part for part in animation.parts if isinstance(part, Arrow) and part.name == name)
 
 
 def drawn_pulley(number: int) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -58,24 +58,27 @@ def drawn_pulley(number: int) -> tuple[dict[str, Any], dict[str, Any]]:
 @pytest.mark.parametrize("number", DRAWN)
 def test_a_pulley_turns_and_lifts_and_its_forces_are_on_one_scale(number: int) -> None:
     data, channels = drawn_pulley(number)
-    found, radius = motion(record_of("pulley", channels, data)), data["mechanism"]["cord_radius"]
+    animation, radius = (
+        motion(record_of("pulley", channels, data)),
+        data["mechanism"]["cord_radius"],
+    )
     angle = channels["angle"]
     for i in (0, 7, 40):
-        rim = point_of(found, "pulley", TIMES[i], radius, 0.0)
+        rim = point_of(animation, "pulley", TIMES[i], radius, 0.0)
         assert rim == pytest.approx(radius * exp(1j * angle[i]))
     between = 0.5 * (TIMES[3] + TIMES[4])
-    assert point_of(found, "pulley", between, radius, 0.0) == pytest.approx(
+    assert point_of(animation, "pulley", between, radius, 0.0) == pytest.approx(
         radius * exp(0.5j * (angle[3] + angle[4]))
     )
-    travel = next(r.value for r in found.readouts if r.name == "travel of the load")
+    travel = next(r.value for r in animation.readouts if r.name == "travel of the load")
     assert travel == pytest.approx(radius * (angle - angle[0]))
-    load = body(found, "load")
+    load = body(animation, "load")
     seen = np.ones(len(TIMES), bool) if load.visible is None else load.visible
     assert seen[0]
     assert load.y[seen] - load.y[0] == pytest.approx(travel[seen], abs=1e-9 * radius)
-    cord = next(part for part in found.parts if isinstance(part, Band))
+    cord = next(part for part in animation.parts if isinstance(part, Band))
     for i in (0, 20, 40):
-        line = line_of(cord, moment_of(found.time, TIMES[i]))
+        line = line_of(cord, moment_of(animation.time, TIMES[i]))
         assert line[0] == pytest.approx([load.x[i], load.y[i]])
         assert np.hypot(*line[1:-1].T) == pytest.approx(radius)
         # Tangential: the straight parts are at right angles to the radius where they meet it.
@@ -83,7 +86,7 @@ def test_a_pulley_turns_and_lifts_and_its_forces_are_on_one_scale(number: int) -
         assert np.dot(line[-2], line[-1] - line[-2]) == pytest.approx(0.0, abs=1e-9)
     force, weight = channels["drive_force"], data["mechanism"]["load"]
     names = ("drive force", "weight of the load", "reaction of the shaft")
-    drive, hung, reaction = (arrow(found, name) for name in names)
+    drive, hung, reaction = (arrow(animation, name) for name in names)
     scale = -hung.dy[0] / weight
     assert scale > 0.0
     along = drive.dx if data["drive"]["direction"] == "horizontal" else drive.dy
@@ -96,12 +99,12 @@ def test_a_pulley_turns_and_lifts_and_its_forces_are_on_one_scale(number: int) -
 
 
 def test_a_long_travel_is_cut_and_said() -> None:
-    found = motion(record_of("pulley", {"time": TIMES, "angle": 50.0 * TIMES}))
-    load, cut = body(found, "load"), body(found, "load, beyond the picture")
+    animation = motion(record_of("pulley", {"time": TIMES, "angle": 50.0 * TIMES}))
+    load, cut = body(animation, "load"), body(animation, "load, beyond the picture")
     assert np.array_equal(load.visible, ~cut.visible)
     assert load.visible[0]
     assert not load.visible[-1]
-    cord = next(part for part in found.parts if isinstance(part, Band))
+    cord = next(part for part in animation.parts if isinstance(part, Band))
     # The marks stand still on a cord that carries the load with it, and run once it is cut.
     moved = cord.travel + load.y - load.y[0]
     assert moved == pytest.approx(0.0508 * 50.0 * TIMES)
@@ -119,14 +122,16 @@ def test_slots_carry_marbles_on_the_rising_half(number: int) -> None:
         mechanism__mesh_azimuth_deg=float(rng.uniform(-180.0, 180.0)),
     )
     angle = drawn_angles(rng)
-    found = motion(record_of("marble_machine", {"time": TIMES, "angle": angle}, data))
-    first = next(i for i, p in enumerate(found.parts) if p.name == "marbles")
+    animation = motion(record_of("marble_machine", {"time": TIMES, "angle": angle}, data))
+    first = next(i for i, p in enumerate(animation.parts) if p.name == "marbles")
     marbles = [
-        part for part in found.parts[first:] if isinstance(part, Body) and part.carrier is not None
+        part
+        for part in animation.parts[first:]
+        if isinstance(part, Body) and part.carrier is not None
     ]
     pitch = 2.0 * pi / slots
     for i, time in enumerate(TIMES):
-        moment = moment_of(found.time, time)
+        moment = moment_of(animation.time, time)
         seen = [place_of(part, moment)[:2] for part in marbles if is_visible(part, moment)]
         delta = angle[i] % pitch
         wanted = [
@@ -138,9 +143,9 @@ def test_slots_carry_marbles_on_the_rising_half(number: int) -> None:
     ratio = data["mechanism"]["gear_ratio"]
     azimuth = radians(data["mechanism"]["mesh_azimuth_deg"])
     distance = (ratio + 1.0) * data["mechanism"]["pinion_radius"]
-    pinion = point_of(found, "pinion", TIMES[9], 0.0, 0.0)
+    pinion = point_of(animation, "pinion", TIMES[9], 0.0, 0.0)
     assert pinion == pytest.approx(distance * exp(1j * azimuth))
-    assert np.diff(body(found, "pinion").angle) == pytest.approx(-ratio * np.diff(angle))
+    assert np.diff(body(animation, "pinion").angle) == pytest.approx(-ratio * np.diff(angle))
 
 
 def test_teeth_fit_the_ratio() -> None:
@@ -162,30 +167,32 @@ def test_the_tracer_point_is_on_its_path(number: int) -> None:
         effects__tracer_point__angle_deg=degrees,
     )
     angle = drawn_angles(rng)
-    found = motion(record_of("epicyclic", {"time": TIMES, "angle": angle}, data))
-    trail = next(part for part in found.parts if isinstance(part, Trail))
-    dot = body(found, "tracer point").shapes[0]
+    animation = motion(record_of("epicyclic", {"time": TIMES, "angle": angle}, data))
+    trail = next(part for part in animation.parts if isinstance(part, Trail))
+    dot = body(animation, "tracer point").shapes[0]
     length = sun + planet
     for time in rng.uniform(0.0, 2.0, 20):
         phi = np.interp(time, TIMES, angle)
         wanted = length * exp(1j * phi) + radius * exp(
             1j * (radians(degrees) + length / planet * phi)
         )
-        seen = point_of(found, "tracer point", time, dot.x, dot.y)
+        seen = point_of(animation, "tracer point", time, dot.x, dot.y)
         assert seen == pytest.approx(wanted, abs=1e-9)
         tip = path_until(trail, time)[-1]
         assert complex(*tip) == pytest.approx(wanted, abs=0.001 * length)
         # It rolls: the point of the planet at the mesh stands still.
-        assert point_of(found, "planet", time, 0.0, 0.0) == pytest.approx(length * exp(1j * phi))
-    left, right, bottom, top = found.bounds
+        assert point_of(animation, "planet", time, 0.0, 0.0) == pytest.approx(
+            length * exp(1j * phi)
+        )
+    left, right, bottom, top = animation.bounds
     reach = max(length + radius, length + planet)
     assert min(-left, right, -bottom, top) >= reach
 
 
 def test_a_fast_crank_has_a_fine_path() -> None:
     times = np.linspace(0.0, 1.0, 5)
-    found = motion(record_of("epicyclic", {"time": times, "angle": 12.0 * times}))
-    trail = next(part for part in found.parts if isinstance(part, Trail))
+    animation = motion(record_of("epicyclic", {"time": times, "angle": 12.0 * times}))
+    trail = next(part for part in animation.parts if isinstance(part, Trail))
     legs = np.hypot(np.diff(trail.x), np.diff(trail.y))
     # |dz/dphi| <= L + lambda rho
     assert 0.0 < legs.max() <= 0.0201 * (0.18 + 3.0 * 0.06)
@@ -203,11 +210,11 @@ def test_a_gear_without_its_angle_shows_the_tracer_point_alone() -> None:
 def test_bounds_hold_everything_at_all_times(kind: str) -> None:
     data = shipped(kind)
     channels = {"time": TIMES, "angle": 5.0 * np.sin(2.0 * TIMES), "drive_force": 3e3 - 900 * TIMES}
-    found = motion(record_of(data["kind"], channels, data))
-    left, right, bottom, top = found.bounds
+    animation = motion(record_of(data["kind"], channels, data))
+    left, right, bottom, top = animation.bounds
     for time in np.linspace(0.0, 2.0, 33):
-        moment = moment_of(found.time, time)
-        for part in found.parts:
+        moment = moment_of(animation.time, time)
+        for part in animation.parts:
             points: list[tuple[float, float]] = []
             if isinstance(part, Body):
                 for shape in part.shapes if is_visible(part, moment) else ():

@@ -40,25 +40,25 @@ def views(shown: str) -> list[str]:
     """Return the views of a result, or of a sweep, which are its quantities."""
     if not shown.startswith("{"):  # a damaged file
         return []
-    found = json.loads(shown)
-    return list(found["quantities"] if "varied" in found else VIEWS.get(found["kind"], ()))
+    document = json.loads(shown)
+    return list(document["quantities"] if "varied" in document else VIEWS.get(document["kind"], ()))
 
 
 def _drawn(draw: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """Return what is drawn and warned of, or why it is not drawn."""
+    """Return the drawn content and warnings, or the reason for a refusal."""
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         try:
-            found = draw()
+            content = draw()
         except Exception as error:  # a defect is what a commit does, too
-            found = {"refused": f"{type(error).__name__}: {error}"}
-    return found | {"warned": sorted({str(warning.message) for warning in told})}
+            content = {"refused": f"{type(error).__name__}: {error}"}
+    return content | {"warned": sorted({str(warning.message) for warning in told})}
 
 
 def _view(path: Path, view: str) -> dict[str, Any]:
     figure = fs.plot(path, view)
     texts: list[Any] = figure.findobj(lambda one: hasattr(one, "get_text") and one.get_visible())
-    found: dict[str, Any] = {
+    content: dict[str, Any] = {
         "size": digest(figure.get_size_inches()),
         "texts": sorted({text.get_text() for text in texts}),
     }
@@ -67,8 +67,8 @@ def _view(path: Path, view: str) -> dict[str, Any]:
         for kind in ("lines", "collections", "patches", "images"):
             for i, artist in enumerate(getattr(axes, kind)):
                 here[f"{kind}[{i}]"] = ARRAYS[kind](artist) | {"label": str(artist.get_label())}
-        found[f"axes {number}"] = here
-    return found
+        content[f"axes {number}"] = here
+    return content
 
 
 def _of_line(line: Any) -> dict[str, Any]:

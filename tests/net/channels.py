@@ -24,7 +24,7 @@ def names() -> list[str]:
 
 
 def of_scenario(name: str, folder: Path) -> Iterator[tuple[str, Any]]:
-    """Yield what a scenario does as it is, and by every pair of law and method."""
+    """Yield the runs of a scenario as it is, and by every pair of law and method."""
     path = fs.scenarios()[name]
     scenario = fs.load(path)
     own = (scenario.law, scenario.solver.backend)
@@ -39,23 +39,23 @@ def of_scenario(name: str, folder: Path) -> Iterator[tuple[str, Any]]:
 
 def choices(schema: Any, key: str) -> list[str]:
     """Return the values that a schema lists for a key, wherever it stands."""
-    found: list[str] = []
+    values: list[str] = []
     inner = schema.values() if isinstance(schema, dict) else schema
     if isinstance(schema, dict) and "enum" in (own := schema.get(key, {})):
-        found = list(own["enum"])
+        values = list(own["enum"])
     for value in inner:
         if isinstance(value, dict | list):
-            found += choices(value, key)
-    return list(dict.fromkeys(found))
+            values += choices(value, key)
+    return list(dict.fromkeys(values))
 
 
 def _changes(scenario: fs.Scenario, law: str, method: str) -> dict[str, Any]:
     """Return the overrides for a law and a method."""
-    found = tomllib.loads(scenario.to_toml())
+    table = tomllib.loads(scenario.to_toml())
     changes: dict[str, Any] = {"solver.backend": method}
-    changes |= {f"solver.{key}": None for key in ("step", "max_step") if key in found["solver"]}
+    changes |= {f"solver.{key}": None for key in ("step", "max_step") if key in table["solver"]}
     wanted = {"law": law, **PARAMETERS.get(law, {})}
-    for effect, keys in found.get("effects", {}).items():
+    for effect, keys in table.get("effects", {}).items():
         if effect in LAW_OF:
             left = {key for key in PARAMETERS["creep"] if key in keys and key not in wanted}
             changes |= {f"effects.{effect}.{key}": None for key in left}

@@ -1,4 +1,4 @@
-"""Sequences of commands, each in a folder of its own, and what their files hold."""
+"""Sequences of commands, each in a separate folder, and the contents of their files."""
 
 import contextlib
 import gc
@@ -28,25 +28,25 @@ LIKE_ANOTHER = (
 
 def sections(file: str) -> dict[str, list[str]]:
     """Return the lines of a file of this folder by the head of their section."""
-    found: dict[str, list[str]] = {}
+    groups: dict[str, list[str]] = {}
     for line in Path(__file__).with_name(file).read_text().splitlines():
         if head := re.fullmatch(r"\[(\w+)\](.*)", line):
-            lines = found.setdefault(head[1] + head[2], [])
+            lines = groups.setdefault(head[1] + head[2], [])
         elif line and not line.startswith("#"):
             lines.append(line)
-    return found
+    return groups
 
 
 def sequences() -> dict[str, list[str]]:
     """Return the command lines of each sequence."""
-    found = sections("sequences.txt")
-    of_run = found.pop("run")
-    for head in [head for head, lines in found.items() if not lines]:
+    groups = sections("sequences.txt")
+    of_run = groups.pop("run")
+    for head in [head for head, lines in groups.items() if not lines]:
         name, _, scenario = head.partition(" ")
-        found[name] = [line.replace("SCENARIO", scenario) for line in of_run]
+        groups[name] = [line.replace("SCENARIO", scenario) for line in of_run]
         if scenario:
-            del found[head]
-    return found
+            del groups[head]
+    return groups
 
 
 def names() -> list[str]:
@@ -58,10 +58,10 @@ def of_sequence(name: str, folder: Path) -> Iterator[tuple[str, str, Any]]:
     """Run the commands of a sequence; yield part, name and content."""
     for line in sequences()[name]:
         command, _, file = line.partition(" > ")
-        found, out = told(shlex.split(command), folder)
+        content, out = told(shlex.split(command), folder)
         if file:
             Path(file).write_text(out)
-        yield "commands", f"{name}: {line}", found
+        yield "commands", f"{name}: {line}", content
     made = {str(path.relative_to(folder)): path for path in sorted(folder.rglob("*"))}
     yield "commands", f"{name}: files", list(made)
     for file, path in made.items():
@@ -70,8 +70,8 @@ def of_sequence(name: str, folder: Path) -> Iterator[tuple[str, str, Any]]:
             yield "files", called, contents.structure(path)
             if file not in LIKE_ANOTHER and path.parent == folder:
                 shown = told(["show", file, "--json"], folder)[1]
-                for view, found in artists.of_file(Path(file), shown):
-                    yield "figures", f"{called} {view}", found
+                for view, content in artists.of_file(Path(file), shown):
+                    yield "figures", f"{called} {view}", content
         elif path.suffix == ".html":
             yield "reports", called, contents.report(path, folder)
         elif path.suffix == ".csv":
@@ -85,7 +85,7 @@ class Ended(BaseException):
 
 
 def told(arguments: list[str], folder: Path) -> tuple[dict[str, Any], str]:
-    """Run the command line in this process; return what it tells, and stdout as it is."""
+    """Run the command line in this process; return its record, and stdout as it is."""
     out, err, process, end = io.StringIO(), io.StringIO(), os.getpid(), os._exit
 
     def ended(code: int) -> NoReturn:

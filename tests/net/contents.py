@@ -1,4 +1,4 @@
-"""What is inside the files that commands write: HDF5 and reports."""
+"""Contents of the files that commands write: HDF5 and reports."""
 
 import gzip
 import json
@@ -21,9 +21,9 @@ OF_HDF5 = ("DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME")
 def structure(path: Path) -> dict[str, Any]:
     """Return groups, datasets, types, shapes and attributes of a file, as `h5dump -A` does."""
     with h5py.File(path) as file:
-        found: dict[str, Any] = {"/": _attributes(file)}
-        file.visititems(lambda name, item: found.__setitem__(name, _item(item)))
-        return found
+        members: dict[str, Any] = {"/": _attributes(file)}
+        file.visititems(lambda name, item: members.__setitem__(name, _item(item)))
+        return members
 
 
 def _item(item: Any) -> dict[str, Any]:
@@ -37,18 +37,18 @@ def _item(item: Any) -> dict[str, Any]:
 
 def _attributes(item: Any) -> dict[str, Any]:
     """Return the attributes: their text, or their type and shape where they are numbers."""
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for name, value in sorted(item.attrs.items()):
         if name in OF_HDF5:
-            found[f"@{name}"] = "HDF5"
+            values[f"@{name}"] = "HDF5"
         elif name == "digest":  # of a checkpoint, with the wall time that is in it
-            found["@digest"] = f"{len(value)} digits"
+            values["@digest"] = f"{len(value)} digits"
         elif isinstance(value, str):
             said = text(value, Path(item.file.filename).parent)
-            found[f"@{name}"] = said if len(value) < 500 else {"lines": len(value.splitlines())}
+            values[f"@{name}"] = said if len(value) < 500 else {"lines": len(value.splitlines())}
         else:
-            found[f"@{name}"] = digest(value)
-    return found
+            values[f"@{name}"] = digest(value)
+    return values
 
 
 def report(path: Path, folder: Path) -> dict[str, Any]:
@@ -61,13 +61,13 @@ def report(path: Path, folder: Path) -> dict[str, Any]:
     return {"data": data(_unpacked(inner), folder), "text": text("\n".join(reader.lines()), folder)}
 
 
-def _unpacked(found: Any) -> Any:
+def _unpacked(node: Any) -> Any:
     """Return data with its arrays, which are base64 in the page, as digests."""
-    if isinstance(found, dict) and "array" in found:
-        return digest(np.frombuffer(b64decode(found["array"]), found["of"]).reshape(found["shape"]))
-    if isinstance(found, dict):
-        return {key: _unpacked(value) for key, value in found.items()}
-    return [_unpacked(value) for value in found] if isinstance(found, list) else found
+    if isinstance(node, dict) and "array" in node:
+        return digest(np.frombuffer(b64decode(node["array"]), node["of"]).reshape(node["shape"]))
+    if isinstance(node, dict):
+        return {key: _unpacked(value) for key, value in node.items()}
+    return [_unpacked(value) for value in node] if isinstance(node, list) else node
 
 
 class _Texts(HTMLParser):

@@ -26,18 +26,18 @@ class Difference(NamedTuple):
 
 
 def compare(old: Path, new: Path, parts: tuple[str, ...], *, whole: bool) -> tuple[list[str], bool]:
-    """Return what differs, as lines, and whether nothing does."""
+    """Return the differences as lines, and whether there are none."""
     heads, groups = [], {}
     for part in parts:
         before, after = (json.loads((folder / f"{part}.json").read_text()) for folder in (old, new))
-        found = {
+        places_by_name = {
             name: list(differences(before[name], after[name]))
             for name in before.keys() & after.keys()
         }
-        different = {name: places for name, places in found.items() if places}
+        different = {name: places for name, places in places_by_name.items() if places}
         lost, more = sorted(before.keys() - after.keys()), sorted(after.keys() - before.keys())
         heads.append(
-            f"{part}: {len(found) - len(different)} same, {len(different)} different,"
+            f"{part}: {len(places_by_name) - len(different)} same, {len(different)} different,"
             f" {len(lost)} missing, {len(more)} new"
         )
         sets = [f"missing: {name}" for name in lost] + [f"new: {name}" for name in more]
@@ -141,11 +141,11 @@ def _of_arrays(old: dict[str, Any], new: dict[str, Any], place: str) -> Iterator
     yield Difference(place, by / scale, words)
 
 
-def _of_all(found: dict[str, Any], key: str) -> list[Any]:
+def _of_all(record: dict[str, Any], key: str) -> list[Any]:
     """Return samples, or extremes and means; of a constant only one sample is kept."""
-    if found["whole"] or len(found["samples"]) != 1:
-        return list(found[key])
-    sample = found["samples"][0]
+    if record["whole"] or len(record["samples"]) != 1:
+        return list(record[key])
+    sample = record["samples"][0]
     return [sample] * SAMPLES if key == "samples" else [sample, sample, sample, abs(sample)]
 
 

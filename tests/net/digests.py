@@ -1,4 +1,4 @@
-"""What is kept of arrays, texts and data so that two commits can be compared."""
+"""Digests of arrays, texts and data, by which two commits are compared."""
 
 import csv
 import hashlib
@@ -72,9 +72,8 @@ def text(said: str, folder: Path) -> list[str]:
 def _without_column_of_times(lines: list[str]) -> list[str]:
     """Mask wall times and their spread in a cost study; their cells end where the heads do."""
     for at, head in enumerate(lines):
-        ends = [
-            found.end() for found in re.finditer(r"(?<=  )(wall time|spread) \[s\](?=  )", head)
-        ]
+        timed = re.finditer(r"(?<=  )(wall time|spread) \[s\](?=  )", head)
+        ends = [match.end() for match in timed]
         for i in range(at + 1, len(lines) if ends else 0):
             if lines[i].startswith("for "):  # the sentences below the table
                 break
@@ -86,23 +85,23 @@ def _without_column_of_times(lines: list[str]) -> list[str]:
     return lines
 
 
-def data(found: Any, folder: Path) -> Any:
+def data(content: Any, folder: Path) -> Any:
     """Return JSON data without times; lists of numbers as digests."""
-    if isinstance(found, dict) and "hash" in found:
-        return found  # a digest
-    if isinstance(found, dict):
+    if isinstance(content, dict) and "hash" in content:
+        return content  # a digest
+    if isinstance(content, dict):
         return {
             key: "<time>" if TIMED.search(key) else data(value, folder)
-            for key, value in found.items()
+            for key, value in content.items()
         }
-    if isinstance(found, list):
-        if len(found) > 3 and all(isinstance(value, int | float) for value in found):
-            return digest(found)
-        return [data(value, folder) for value in found]
-    if isinstance(found, str):
-        lines = text(found, folder)
+    if isinstance(content, list):
+        if len(content) > 3 and all(isinstance(value, int | float) for value in content):
+            return digest(content)
+        return [data(value, folder) for value in content]
+    if isinstance(content, str):
+        lines = text(content, folder)
         return lines[0] if len(lines) == 1 else lines
-    return found
+    return content
 
 
 def table(content: str) -> dict[str, Any]:

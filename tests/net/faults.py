@@ -33,7 +33,7 @@ def names() -> list[str]:
 
 
 def of_batch(name: str, folder: Path) -> Iterator[tuple[str, Any]]:
-    """Yield what the program says of some of the faulty cases."""
+    """Yield the messages of the program on some faulty cases."""
     for number in range(int(name), int(name) + BATCH):
         way = WAYS[number % len(WAYS)]
         here = folder / str(number)

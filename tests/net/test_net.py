@@ -65,14 +65,14 @@ def test_a_difference_is_named_with_its_size(written: Path, tmp_path: Path) -> N
 def test_types_and_numbers_that_are_non_finite_are_distinguished(
     old: Any, new: Any, said: list[str]
 ) -> None:
-    assert [found.words for found in differences(old, new)] == said
+    assert [difference.words for difference in differences(old, new)] == said
 
 
 def test_of_a_long_text_the_first_changed_lines_are_shown_and_all_counted() -> None:
     old = [f"line {i}" for i in range(300)]
     new = [line + "!" if i in (200, 210, 220, 230, 240) else line for i, line in enumerate(old)]
     *first, rest = list(differences(old, new))
-    assert [found.place for found in first] == [" line 201", " line 211", " line 221"]
+    assert [difference.place for difference in first] == [" line 201", " line 211", " line 221"]
     assert rest.words == "5 lines differ of 300 -> 300"
 
 
@@ -83,19 +83,19 @@ def test_views_of_the_net_are_those_of_the_program() -> None:
 
 
 def edit(path: Path, change: Any) -> None:
-    found = json.loads(path.read_text())
-    change(found)
-    path.write_text(json.dumps(found))
+    data = json.loads(path.read_text())
+    change(data)
+    path.write_text(json.dumps(data))
 
 
-def move_the_end(found: dict[str, Any]) -> None:
-    angle = found["hard/lift_moment_of_slack"]["channels"]["angle"]
+def move_the_end(data: dict[str, Any]) -> None:
+    angle = data["hard/lift_moment_of_slack"]["channels"]["angle"]
     angle["samples"][-1] -= 1.0
     angle["hash"] = "another"
 
 
-def word_differently(found: dict[str, Any]) -> None:
-    found["001"]["stderr"] = [line.replace("missing", "absent") for line in found["001"]["stderr"]]
+def word_differently(data: dict[str, Any]) -> None:
+    data["001"]["stderr"] = [line.replace("missing", "absent") for line in data["001"]["stderr"]]
 
 
 def test_a_sequence_of_commands_tells_what_its_files_hold_and_its_views_draw(

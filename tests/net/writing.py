@@ -19,19 +19,19 @@ PARTS = ("channels", "commands", "faults", "reports", "files", "figures")
 GIVES = {"channels": PARTS[:1], "faults": PARTS[2:3], "commands": (PARTS[1], *PARTS[3:])}
 FIXED = {"COLUMNS": "100", "NO_COLOR": "1", "TERM": "dumb", "TZ": "UTC", "MPLBACKEND": "agg"}
 
-Found = list[tuple[str, str, Any]]
+Entries = list[tuple[str, str, Any]]
 
 
 def jobs(parts: tuple[str, ...]) -> Iterator[tuple[str, str]]:
-    """Yield what is to be done, a module and a name, what takes long first."""
+    """Yield the jobs, a module and a name, the longest first."""
     of = {"commands": commands.names(), "channels": channels.names(), "faults": faults.names()}
     for module, names in of.items():
         if set(GIVES[module]) & set(parts):
             yield from ((module, name) for name in names)
 
 
-def do(module: str, name: str) -> Found:
-    """Return what comes of a job in an empty folder: part, name and data."""
+def do(module: str, name: str) -> Entries:
+    """Return the entries of a job in an empty folder: part, name and data."""
     os.environ.update(FIXED)
     with TemporaryDirectory() as made:
         folder = Path(made).resolve()
@@ -48,15 +48,15 @@ def do(module: str, name: str) -> Found:
 
 def write(folder: Path, wanted: list[tuple[str, str]], parts: tuple[str, ...]) -> None:
     """Do jobs in two processes and write the parts."""
-    found: dict[str, dict[str, Any]] = defaultdict(dict)
+    contents: dict[str, dict[str, Any]] = defaultdict(dict)
     with ProcessPoolExecutor(2, get_context("spawn")) as pool:
         waiting = {pool.submit(do, *job): job for job in wanted}
         for count, done in enumerate(as_completed(waiting), 1):
             if sys.stderr.isatty():
                 sys.stderr.write(f"\r{count} of {len(waiting)} {' '.join(waiting[done]):60}")
             for part, name, content in done.result():
-                found[part][name] = content
+                contents[part][name] = content
     folder.mkdir(parents=True, exist_ok=True)
     for part in parts:
-        items = (f"{json.dumps(k)}: {json.dumps(v)}" for k, v in sorted(found[part].items()))
+        items = (f"{json.dumps(k)}: {json.dumps(v)}" for k, v in sorted(contents[part].items()))
         (folder / f"{part}.json").write_text("{\n" + ",\n".join(items) + "\n}\n")

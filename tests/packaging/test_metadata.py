@@ -1,4 +1,4 @@
-"""What the package says of itself: its dependencies and its citation."""
+"""Metadata of the package: its dependencies and its citation."""
 
 import ast
 import re
@@ -24,15 +24,15 @@ def imported() -> set[str]:
 
     pydantic_core is a part of pydantic, which asks for the one version that fits.
     """
-    found: set[str] = set()
+    packages: set[str] = set()
     for path in (ROOT / "frictionsim").rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Import):
-                found |= {alias.name.split(".")[0] for alias in node.names}
+                packages |= {alias.name.split(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom):
-                found.add(str(node.module).split(".")[0])
-    found -= set(sys.stdlib_module_names) | {"frictionsim", "pydantic_core"}
-    return {DISTRIBUTIONS.get(name, name) for name in found}
+                packages.add(str(node.module).split(".")[0])
+    packages -= set(sys.stdlib_module_names) | {"frictionsim", "pydantic_core"}
+    return {DISTRIBUTIONS.get(name, name) for name in packages}
 
 
 def names(requirements: list[str]) -> set[str]:

@@ -75,12 +75,12 @@ def archives(tmp_path_factory: pytest.TempPathFactory) -> Archives:
 
 @pytest.fixture(scope="module")
 def environment(archives: Archives, tmp_path_factory: pytest.TempPathFactory) -> Environment:
-    found = Environment(tmp_path_factory.mktemp("environment"))
-    venv.create(found.folder, with_pip=True)
+    environment_of_wheel = Environment(tmp_path_factory.mktemp("environment"))
+    venv.create(environment_of_wheel.folder, with_pip=True)
     install = ("python", "-m", "pip", "install", "--quiet", "--disable-pip-version-check")
-    done = found.run(*install, str(archives.wheel), cwd=found.folder)
+    done = environment_of_wheel.run(*install, str(archives.wheel), cwd=environment_of_wheel.folder)
     assert done.returncode == 0, done.stderr
-    return found
+    return environment_of_wheel
 
 
 @pytest.fixture(scope="module")

@@ -105,9 +105,9 @@ COMMANDS = {
 
 def test_commands_need_no_posix(folder: Path) -> None:
     said = output("+", *COMMANDS, cwd=folder)
-    found = said.split("+ exit code 0\n")
-    assert len(found) == len(COMMANDS) + 1, said
-    for part, (command, answer) in zip(found[:-1], COMMANDS.items(), strict=True):
+    parts = said.split("+ exit code 0\n")
+    assert len(parts) == len(COMMANDS) + 1, said
+    for part, (command, answer) in zip(parts[:-1], COMMANDS.items(), strict=True):
         assert answer in part, command
 
 

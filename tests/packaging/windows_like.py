@@ -93,8 +93,8 @@ def _pair_of_sockets() -> None:
 
 def _space_on_disks() -> None:
     """Ask for the space on a disk without `statvfs`, as `shutil` does on Windows."""
-    found = shutil.disk_usage(".")
-    shutil.disk_usage = lambda path: found  # type: ignore[assignment]
+    usage = shutil.disk_usage(".")
+    shutil.disk_usage = lambda path: usage  # type: ignore[assignment]
 
 
 if __name__ == "__main__":

@@ -49,11 +49,11 @@ def test_a_combination_is_what_overrides_give(name: str, values: dict[str, objec
 def outcome(make: Any, values: Any) -> Any:
     """Return the scenario with all that belongs to it, or the message that refuses it."""
     try:
-        found = make(values)
+        scenario = make(values)
     except InputError as error:
         faults = str(error).removeprefix("overrides: ").rpartition(" is not valid: ")[2]
         return faults.replace("\noverrides: ", "; ")
-    return found, found.to_toml(), found.mechanism.model_fields_set
+    return scenario, scenario.to_toml(), scenario.mechanism.model_fields_set
 
 
 def replaced(values: Any) -> Any:
@@ -77,8 +77,8 @@ def test_the_first_may_be_refused() -> None:
 def test_scenarios_that_were_made_do_not_change_with_the_next() -> None:
     combinations = Combinations(PULLEY, KEYS)
     made = [combinations.scenario((2000.0 + i, 0.1, 3000.0 + i, 0.5)) for i in range(4)]
-    found = [(scenario.mechanism.load, scenario.drive.force.value[1]) for scenario in made]
-    assert found == [(2000.0 + i, 3000.0 + i) for i in range(4)]
+    values = [(scenario.mechanism.load, scenario.drive.force.value[1]) for scenario in made]
+    assert values == [(2000.0 + i, 3000.0 + i) for i in range(4)]
     assert combinations.base == PULLEY
 
 

@@ -31,8 +31,8 @@ def cluster() -> Iterator[Any]:
     distributed = pytest.importorskip("distributed", reason="the extra dask is not installed")
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL
-    ) as found:
-        yield found
+    ) as address:
+        yield address
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kills a worker")
@@ -45,8 +45,8 @@ def test_a_worker_that_is_killed_costs_nothing(
     monkeypatch.setattr(dispatch, "SECONDS_BETWEEN_TICKS", 0.0)
     killed: list[int] = []
 
-    def kill_one(found: SweepProgress) -> None:
-        if not killed and 10 < found.done < found.total:
+    def kill_one(sweep: SweepProgress) -> None:
+        if not killed and 10 < sweep.done < sweep.total:
             killed.append(next(iter(cluster.workers.values())).pid)
             os.kill(killed[0], signal.SIGKILL)
 
@@ -54,10 +54,10 @@ def test_a_worker_that_is_killed_costs_nothing(
     fs.sweep(PULLEY, VARY, LOOSE, output=serial, workers=1)
     address = cluster.scheduler_address
     capfd.readouterr()
-    found = fs.sweep(PULLEY, VARY, LOOSE, output=spread, dask=address, progress=kill_one)
+    sweep = fs.sweep(PULLEY, VARY, LOOSE, output=spread, dask=address, progress=kill_one)
     assert killed
     assert spread.read_bytes() == serial.read_bytes()
-    assert found["status"].values.tolist() == [1] * RUNS
+    assert sweep["status"].values.tolist() == [1] * RUNS
     assert capfd.readouterr() == ("", "")
     assert sorted(os.listdir(tmp_path)) == ["serial.h5", "spread.h5"]
 

@@ -15,50 +15,50 @@ pytestmark = pytest.mark.quick
 def design(
     vary: dict[str, str], together: bool = False, sampling: Sampling | None = None
 ) -> Design:
-    found = {key: values_of(key, text) for key, text in vary.items()}
-    return design_of(found, together, sampling)
+    levels = {key: values_of(key, text) for key, text in vary.items()}
+    return design_of(levels, together, sampling)
 
 
 def test_a_grid_has_all_combinations_with_the_last_key_fastest() -> None:
-    found = design({"a": "[1, 2]", "b": "[3, 4, 5]", "c": "[6, 7]"})
-    assert (found.runs, found.shape, found.dimensions) == (12, (2, 3, 2), ("a", "b", "c"))
-    assert found.combinations(0, 12) == list(product([1, 2], [3, 4, 5], [6, 7]))
-    assert found.combinations(5, 7) == [(1, 5, 7), (2, 3, 6)]
+    plan = design({"a": "[1, 2]", "b": "[3, 4, 5]", "c": "[6, 7]"})
+    assert (plan.runs, plan.shape, plan.dimensions) == (12, (2, 3, 2), ("a", "b", "c"))
+    assert plan.combinations(0, 12) == list(product([1, 2], [3, 4, 5], [6, 7]))
+    assert plan.combinations(5, 7) == [(1, 5, 7), (2, 3, 6)]
 
 
 def test_keys_are_walked_together() -> None:
-    found = design({"a": "[1, 2]", "b": "[3, 4]"}, together=True)
-    assert (found.runs, found.dimensions) == (2, ("run",))
-    assert found.combinations(0, 2) == [(1, 3), (2, 4)]
+    plan = design({"a": "[1, 2]", "b": "[3, 4]"}, together=True)
+    assert (plan.runs, plan.dimensions) == (2, ("run",))
+    assert plan.combinations(0, 2) == [(1, 3), (2, 4)]
 
 
 @pytest.mark.parametrize("method", ["sobol", "lhs", "random"])
 def test_a_sample_has_the_distributions_and_no_correlation(method: str) -> None:
     vary = {"a": "uniform(2, 4)", "b": "normal(1, 3)"}
-    found = design(vary, sampling=Sampling(1024, method, seed=5))
-    a, b = found.levels
+    plan = design(vary, sampling=Sampling(1024, method, seed=5))
+    a, b = plan.levels
     # Of 1024 points at random, one sample in a thousand fails at this level.
     assert kstest((a - 2) / 2, "uniform").pvalue > 1e-3
     assert kstest((b - 1) / 3, "norm").pvalue > 1e-3
     assert abs(np.corrcoef(a, b)[0, 1]) < 0.1
     again = design(vary, sampling=Sampling(1024, method, seed=5))
     other = design(vary, sampling=Sampling(1024, method, seed=6))
-    assert all(np.array_equal(x, y) for x, y in zip(found.levels, again.levels, strict=True))
-    assert not np.array_equal(found.levels[0], other.levels[0])
-    assert all(type(value) is float for value in found.combinations(3, 4)[0])
+    assert all(np.array_equal(x, y) for x, y in zip(plan.levels, again.levels, strict=True))
+    assert not np.array_equal(plan.levels[0], other.levels[0])
+    assert all(type(value) is float for value in plan.combinations(3, 4)[0])
 
 
 def test_points_of_lhs_and_sobol_are_spread_evenly() -> None:
     for method in ("sobol", "lhs"):
-        found = design({"a": "uniform(0, 64)"}, sampling=Sampling(64, method))
-        assert sorted(found.levels[0].astype(int).tolist()) == list(range(64)), method
+        plan = design({"a": "uniform(0, 64)"}, sampling=Sampling(64, method))
+        assert sorted(plan.levels[0].astype(int).tolist()) == list(range(64)), method
 
 
 def test_the_design_of_sobol_indices() -> None:
     vary = {"a": "uniform(0, 1)", "b": "uniform(0, 1)", "c": "uniform(0, 1)"}
-    found = design(vary, sampling=Sampling(8, indices=True))
-    assert found.runs == 8 * 5
-    points = np.array(found.combinations(0, 40)).reshape(5, 8, 3)
+    plan = design(vary, sampling=Sampling(8, indices=True))
+    assert plan.runs == 8 * 5
+    points = np.array(plan.combinations(0, 40)).reshape(5, 8, 3)
     first, second = points[0], points[1]
     for key in range(3):
         mixed = points[2 + key]

@@ -9,15 +9,15 @@ pytestmark = pytest.mark.quick
 
 def sizes_of(runs: int, seconds: object, together: int, workers: int = 2) -> list[int]:
     """Return the sizes of the blocks of a sweep whose blocks take `seconds(size)`."""
-    sizes, left, found = BlockSizes(0.3, runs, together), runs, []
+    sizes, left, blocks = BlockSizes(0.3, runs, together), runs, []
     assert callable(seconds)
     while left:
         size = min(sizes.next(workers), left)
         sizes.dispatch(size)
         sizes.learn(size, seconds(size))
         left -= size
-        found.append(size)
-    return found
+        blocks.append(size)
+    return blocks
 
 
 def in_one_go(alone: float) -> object:
@@ -26,20 +26,20 @@ def in_one_go(alone: float) -> object:
 
 
 def test_runs_alone_take_blocks_of_time() -> None:
-    found = sizes_of(10_000, lambda size: 0.01 * size, 1)
-    assert found[:3] == [1, 30, 30]
-    assert max(found) == 30
+    sizes = sizes_of(10_000, lambda size: 0.01 * size, 1)
+    assert sizes[:3] == [1, 30, 30]
+    assert max(sizes) == 30
     assert sizes_of(5, lambda size: 60.0 * size, 1) == [1] * 5
 
 
 @pytest.mark.parametrize("alone", [1e-3, 3e-3, 0.01, 0.03])
 def test_runs_go_together_however_slow_the_machine_is(alone: float) -> None:
-    found = sizes_of(20_000, in_one_go(alone), 50)
+    sizes = sizes_of(20_000, in_one_go(alone), 50)
     # The last block may have what is too little for one of its own.
-    assert min(found[1:]) >= 50
+    assert min(sizes[1:]) >= 50
     # What a block costs however many runs it has is shared by several times the fewest.
-    assert sum(found[1:]) / len(found[1:]) > 100
-    assert max(found) <= 2000
+    assert sum(sizes[1:]) / len(sizes[1:]) > 100
+    assert max(sizes) <= 2000
 
 
 def test_long_runs_go_alone() -> None:
@@ -47,8 +47,8 @@ def test_long_runs_go_alone() -> None:
 
 
 def test_a_block_that_is_long_is_not_followed_by_longer_ones() -> None:
-    found = sizes_of(20_000, lambda size: 0.02 * size, 50)
-    assert max(found[:-1]) == 50
+    sizes = sizes_of(20_000, lambda size: 0.02 * size, 50)
+    assert max(sizes[:-1]) == 50
 
 
 def test_small_blocks_at_the_end_teach_nothing() -> None:

@@ -41,11 +41,11 @@ def path(tmp_path: Path) -> Path:
 
 
 def blocks(path: Path, digest: bytes = DIGEST) -> list[Any]:
-    found = SweepJournal(path)
+    opened = SweepJournal(path)
     try:
-        return list(found.blocks(digest))
+        return list(opened.blocks(digest))
     finally:
-        found.close(remove=False)
+        opened.close(remove=False)
 
 
 def crafted(path: Path, *statements: str, values: Any = ()) -> None:
@@ -57,12 +57,12 @@ def crafted(path: Path, *statements: str, values: Any = ()) -> None:
 
 
 def test_a_block_comes_back(path: Path) -> None:
-    (found,) = blocks(path)
-    assert (found.first, found.units, found.texts) == (7, BLOCK.units, BLOCK.texts)
-    assert list(found.units) == list(BLOCK.units)
-    assert found.texts["failure"] == {8: "diverged"}
-    assert np.array_equal(found.status, BLOCK.status)
-    assert found.values.tobytes() == BLOCK.values.tobytes()
+    (block,) = blocks(path)
+    assert (block.first, block.units, block.texts) == (7, BLOCK.units, BLOCK.texts)
+    assert list(block.units) == list(BLOCK.units)
+    assert block.texts["failure"] == {8: "diverged"}
+    assert np.array_equal(block.status, BLOCK.status)
+    assert block.values.tobytes() == BLOCK.values.tobytes()
     assert blocks(path, b"e" * 32) == []
 
 
@@ -132,10 +132,10 @@ def test_damaged_pages_end_the_reading(path: Path) -> None:
             content[place] = int(rng.integers(256))
         journal_name(path).write_bytes(content[: int(rng.integers(50, len(whole) + 1))])
         try:
-            found = blocks(path)
+            read = blocks(path)
         except fs.OutputError:
-            found = []
-        assert [block.values.tobytes() for block in found] in ([], [BLOCK.values.tobytes()])
+            read = []
+        assert [block.values.tobytes() for block in read] in ([], [BLOCK.values.tobytes()])
         for name in os.listdir(path.parent):
             (path.parent / name).unlink()
 

@@ -28,7 +28,7 @@ def rows_of(path: Path) -> list[list[str]]:
 
 def test_each_run_is_a_line_with_all_digits(tmp_path: Path) -> None:
     vary = {MU_S: "lin(0.1, 0.4, 4)", "drive.direction": ["vertical", "horizontal"]}
-    found = fs.sweep(PULLEY, vary, {"solver.rtol": 1e-4}, output=tmp_path / "s.h5", workers=1)
+    sweep = fs.sweep(PULLEY, vary, {"solver.rtol": 1e-4}, output=tmp_path / "s.h5", workers=1)
     table = read_sweep(tmp_path / "s.h5")
     write_csv(table, tmp_path / "s.csv")
     heading, *rows = rows_of(tmp_path / "s.csv")
@@ -37,7 +37,7 @@ def test_each_run_is_a_line_with_all_digits(tmp_path: Path) -> None:
     for number, row in enumerate(rows):
         cells = dict(zip(heading, row, strict=True))
         assert cells["run [1]"] == str(number)
-        at = found.sel({MU_S: float(cells[f"{MU_S} [1]"]), "drive.direction": row[2]})
+        at = sweep.sel({MU_S: float(cells[f"{MU_S} [1]"]), "drive.direction": row[2]})
         for name in table.values:
             cell = cells[f"{name} [{table.units[name]}]"]
             assert np.array_equal(float(cell or "nan"), float(at[name]), equal_nan=True), name
@@ -50,10 +50,10 @@ def test_pandas_reads_the_table_with_units(tmp_path: Path) -> None:
     pandas = pytest.importorskip("pandas")
     table = grid_of({"a": [0.1, 0.2, 0.3]}, {"f": lambda a: np.where(a > 0.15, 1.0 / a, np.nan)})
     write_csv(table, tmp_path / "s.csv")
-    found = pandas.read_csv(tmp_path / "s.csv")
-    np.testing.assert_array_equal(found["f [N m]"], table.values["f"])
-    np.testing.assert_array_equal(found["a [m]"], [0.1, 0.2, 0.3])
-    assert found["status"].tolist() == ["done"] * 3
+    frame = pandas.read_csv(tmp_path / "s.csv")
+    np.testing.assert_array_equal(frame["f [N m]"], table.values["f"])
+    np.testing.assert_array_equal(frame["a [m]"], [0.1, 0.2, 0.3])
+    assert frame["status"].tolist() == ["done"] * 3
 
 
 def test_text_with_quotes_lines_and_formulas_stays_in_its_cell(tmp_path: Path) -> None:

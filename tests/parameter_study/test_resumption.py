@@ -29,7 +29,7 @@ SAMPLE = {LOAD: "normal(2200.0, 50.0)", "effects.shaft_friction.mu_s": "uniform(
 
 @pytest.fixture(autouse=True)
 def ticks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Progress is told as often as can be."""
+    """Progress is reported as often as possible."""
     monkeypatch.setattr(dispatch, "SECONDS_BETWEEN_TICKS", 0.0)
 
 
@@ -42,15 +42,15 @@ def sweep(path: Path, **options: Any) -> Any:
 def after(runs: int) -> Any:
     """Return a progress function that interrupts a sweep after some runs."""
 
-    def progress(found: SweepProgress) -> None:
-        if found.done >= runs and found.checked == found.total:
+    def progress(step: SweepProgress) -> None:
+        if step.done >= runs and step.checked == step.total:
             raise SweepInterrupted(signal.SIGTERM)
 
     return progress
 
 
 def interrupted(path: Path, runs: int = 5, **options: Any) -> str:
-    """Interrupt a sweep; return what is said."""
+    """Interrupt a sweep; return the message."""
     with pytest.raises(SweepInterrupted) as stopped:
         sweep(path, progress=after(runs), **options)
     assert stopped.value.exit_code == 143
@@ -72,12 +72,12 @@ def test_an_interrupted_sweep_is_resumed_to_the_same_bytes(whole: bytes, tmp_pat
         f" 'frictionsim resume {partial_name(path)}' continues the sweep"
     )
     assert os.listdir(tmp_path) == ["s.partial.h5"]
-    found = fs.open_sweep(path)  # only the unfinished one stands
-    assert found.attrs["status"] == "interrupted"
-    assert found.attrs["reason"] == "interrupted by SIGTERM after 5 of 12 runs"
-    assert found["status"].values.tolist() == [1] * 5 + [0] * 7
-    assert np.isnan(found["final_angle"][5:]).all()
-    assert not np.isnan(found["final_angle"][:5]).any()
+    partial = fs.open_sweep(path)  # only the unfinished one stands
+    assert partial.attrs["status"] == "interrupted"
+    assert partial.attrs["reason"] == "interrupted by SIGTERM after 5 of 12 runs"
+    assert partial["status"].values.tolist() == [1] * 5 + [0] * 7
+    assert np.isnan(partial["final_angle"][5:]).all()
+    assert not np.isnan(partial["final_angle"][:5]).any()
     # Once more, with another number of workers.
     with pytest.raises(SweepInterrupted, match="7 of 12 runs are saved"):
         fs.resume_sweep(path, workers=1, progress=after(7))
@@ -130,7 +130,7 @@ def test_an_unfinished_sweep_of_an_earlier_version_is_resumed(
         Path(f"{journal}{suffix}").rename(f"{journal_name(path)}{suffix}")
     partial_name(path).rename(path)
     ran: list[int] = []
-    fs.resume_sweep(path, workers=1, progress=lambda found: ran.append(found.done))
+    fs.resume_sweep(path, workers=1, progress=lambda step: ran.append(step.done))
     assert min(ran) == 5
     assert path.read_bytes() == whole
     assert os.listdir(tmp_path) == ["s.h5"]
@@ -158,14 +158,14 @@ def test_the_journal_of_a_killed_sweep_has_its_runs(
 ) -> None:
     path = tmp_path / "s.h5"
     journal = killed(path, monkeypatch)
-    found = fs.open_sweep(path)
-    assert not found["status"].any()
-    assert found.attrs["reason"] == (
+    step = fs.open_sweep(path)
+    assert not step["status"].any()
+    assert step.attrs["reason"] == (
         "killed, or still running; 'frictionsim resume' continues it, including the runs journalled"
         " in FILE.h5.runs"
     )
     ran: list[int] = []
-    fs.resume_sweep(path, workers=1, progress=lambda found: ran.append(found.done))
+    fs.resume_sweep(path, workers=1, progress=lambda step: ran.append(step.done))
     assert min(ran) == 5
     assert path.read_bytes() == whole
     assert not journal.exists()
@@ -192,7 +192,7 @@ def test_a_torn_or_damaged_end_of_a_journal_is_run_again(
         journal.write_bytes(bad)
         log.write_bytes(last)
         ran: list[int] = []
-        fs.resume_sweep(path, workers=1, progress=lambda found, ran=ran: ran.append(found.done))
+        fs.resume_sweep(path, workers=1, progress=lambda step, ran=ran: ran.append(step.done))
         assert min(ran) == kept
         assert path.read_bytes() == whole
         path.unlink()
@@ -326,8 +326,8 @@ def test_an_error_in_a_sweep_and_a_lost_scheduler_keep_what_is_done(
 ) -> None:
     path, part = tmp_path / "s.h5", partial_name(tmp_path / "s.h5")
 
-    def fail(found: SweepProgress) -> None:
-        if found.done == 3:
+    def fail(step: SweepProgress) -> None:
+        if step.done == 3:
             raise error
 
     with pytest.raises(type(error)) as caught:
@@ -363,8 +363,8 @@ def test_a_sweep_that_another_program_has_changed_is_resumed_elsewhere(
 
 
 def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
-    def press(found: SweepProgress) -> None:
-        if found.done == 4:
+    def press(step: SweepProgress) -> None:
+        if step.done == 4:
             signal.raise_signal(signal.SIGINT)
 
     handler = signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -380,8 +380,8 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
 def test_a_long_run_is_left_when_a_sweep_is_interrupted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def stop(found: SweepProgress) -> None:
-        if found.checked == found.total:
+    def stop(step: SweepProgress) -> None:
+        if step.checked == step.total:
             raise SweepInterrupted(signal.SIGTERM)
 
     monkeypatch.setattr(executors, "may_fork", lambda: True)
@@ -397,13 +397,13 @@ def test_series_are_kept_and_resumed(tmp_path: Path) -> None:
     interrupted(path, 2, keep_series=True, vary={LOAD: [2000.0, 2100.0, 2200.0]})
     assert sorted(os.listdir(folder)) == ["run-0000000.h5", "run-0000001.h5", "study.toml"]
     stamp = (folder / "run-0000000.h5").stat().st_mtime_ns
-    found = fs.resume_sweep(path, workers=1)
+    swept = fs.resume_sweep(path, workers=1)
     assert (folder / "run-0000000.h5").stat().st_mtime_ns == stamp
     result = fs.open(folder / "run-0000002.h5")
     assert len(result.dataset["time"]) > 100
-    assert float(result.quantities["final_angle"]) == float(found["final_angle"][2])
+    assert float(result.quantities["final_angle"]) == float(swept["final_angle"][2])
     plain = fs.sweep(PULLEY, {LOAD: [2000.0, 2100.0, 2200.0]}, LOOSE, workers=1)
-    assert np.array_equal(plain["final_angle"], found["final_angle"])
+    assert np.array_equal(plain["final_angle"], swept["final_angle"])
     with pytest.raises(fs.OutputError, match="it is not a folder of the same study; move it"):
         sweep(path, keep_series=True)
     assert path.exists()

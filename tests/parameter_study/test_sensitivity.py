@@ -41,11 +41,11 @@ def indices_of_ishigami() -> tuple[Any, Any]:
 
 def test_the_indices_of_ishigami() -> None:
     first, total = indices_of_ishigami()
-    found = indices(CUBE, ishigami, Sampling(4096, indices=True))
-    np.testing.assert_allclose(found.first, first, atol=0.015)
-    np.testing.assert_allclose(found.total, total, atol=0.015)
-    assert found.basis == "from 4096 rows; 95 % confidence"
-    for known, interval in ((first, found.first_interval), (total, found.total_interval)):
+    estimate = indices(CUBE, ishigami, Sampling(4096, indices=True))
+    np.testing.assert_allclose(estimate.first, first, atol=0.015)
+    np.testing.assert_allclose(estimate.total, total, atol=0.015)
+    assert estimate.basis == "from 4096 rows; 95 % confidence"
+    for known, interval in ((first, estimate.first_interval), (total, estimate.total_interval)):
         assert interval is not None
         assert (interval[:, 0] <= known).all()
         assert (known <= interval[:, 1]).all()
@@ -58,11 +58,11 @@ def test_intervals_are_those_of_independent_rows(method: str, least: float, most
     known = np.concatenate((first, total))
     estimates, widths, holds = [], [], []
     for seed in range(100):
-        found = indices(CUBE, ishigami, Sampling(256, method, seed, indices=True))
-        assert found.first_interval is not None
-        assert found.total_interval is not None
-        low, high = np.concatenate((found.first_interval, found.total_interval)).T
-        estimates.append(np.concatenate((found.first, found.total)))
+        estimate = indices(CUBE, ishigami, Sampling(256, method, seed, indices=True))
+        assert estimate.first_interval is not None
+        assert estimate.total_interval is not None
+        low, high = np.concatenate((estimate.first_interval, estimate.total_interval)).T
+        estimates.append(np.concatenate((estimate.first, estimate.total)))
         widths.append(high - low)
         holds.append((low <= known) & (known <= high))
     # 95 of 100, within four standard deviations of that number; skewed total indices a bit less.
@@ -78,10 +78,10 @@ def test_intervals_agree_with_those_of_scipy() -> None:
     f_a, f_b, *f_ab = values.reshape(5, 256)
     data = {"f_A": f_a[None], "f_B": f_b[None], "f_AB": np.array(f_ab)[:, None]}
     other = stats.sobol_indices(func=data, n=256).bootstrap(n_resamples=2000)
-    found = indices_from_blocks(tuple(CUBE), values.reshape(5, 256))
+    estimate = indices_from_blocks(tuple(CUBE), values.reshape(5, 256))
     for ours, theirs in (
-        (found.first_interval, other.first_order.confidence_interval),
-        (found.total_interval, other.total_order.confidence_interval),
+        (estimate.first_interval, other.first_order.confidence_interval),
+        (estimate.total_interval, other.total_order.confidence_interval),
     ):
         assert ours is not None
         wanted = np.stack((theirs.low, theirs.high), axis=-1)
@@ -97,26 +97,26 @@ def moments(vary: dict[str, str]) -> tuple[Any, Any]:
         "c": stats.triang(0.5 / 3.0, loc=1.0, scale=3.0),
         "d": stats.uniform(-1.0, 4.0),
     }
-    found = np.array([frozen[key].stats("mv") for key in vary])
-    return found[:, 0], found[:, 1]
+    pairs = np.array([frozen[key].stats("mv") for key in vary])
+    return pairs[:, 0], pairs[:, 1]
 
 
 def test_the_indices_of_a_sum_are_the_parts_of_its_variance() -> None:
     factors = np.array([2.0, -1.0, 1.0, 0.3])
-    found = indices(MIXED, lambda *x: factors @ np.array(x), SAMPLING)
+    estimate = indices(MIXED, lambda *x: factors @ np.array(x), SAMPLING)
     parts = factors**2 * moments(MIXED)[1]
     parts /= parts.sum()
-    np.testing.assert_allclose(found.first, parts, atol=0.03)
-    np.testing.assert_allclose(found.total, parts, atol=0.03)
+    np.testing.assert_allclose(estimate.first, parts, atol=0.03)
+    np.testing.assert_allclose(estimate.total, parts, atol=0.03)
 
 
 @pytest.mark.parametrize("sampling", [Sampling(64, indices=True), Sampling(64)])
 def test_a_constant_has_no_indices(sampling: Sampling) -> None:
     rounding = 3.0 * (1.0 + np.finfo(float).eps)
     for function in (lambda *x: 3.0 + 0.0 * x[0], lambda *x: np.where(x[0] > 3.0, 3.0, rounding)):
-        found = indices(MIXED, function, sampling)
-        assert found.first.size == 0
-        assert found.basis == "no Sobol indices: the quantity does not vary"
+        estimate = indices(MIXED, function, sampling)
+        assert estimate.first.size == 0
+        assert estimate.basis == "no Sobol indices: the quantity does not vary"
 
 
 def test_rows_with_a_run_that_failed_are_left_out() -> None:
@@ -124,26 +124,26 @@ def test_rows_with_a_run_that_failed_are_left_out() -> None:
     # Row 3 in A, row 5 in the third mixed sample; what such runs hold does not count.
     table.values["f"][[3, 4 * 256 + 5]] = 1e6
     table = with_outcomes(table, {3: FAILED, 4 * 256 + 5: FAILED})
-    found = indices_of(table, ["f"])["f"]
-    assert found.basis.startswith("from 128 rows of 256")
+    estimate = indices_of(table, ["f"])["f"]
+    assert estimate.basis.startswith("from 128 rows of 256")
     rows = [row for row in range(256) if row not in (3, 5)][:128]
     blocks = table.values["f"].reshape(5, 256)[:, rows]
     a, b, mixed = blocks[0], blocks[1], blocks[2:]
     variance = np.var(np.concatenate((a, b)))
-    np.testing.assert_allclose(found.total, 0.5 * ((a - mixed) ** 2).mean(axis=1) / variance)
+    np.testing.assert_allclose(estimate.total, 0.5 * ((a - mixed) ** 2).mean(axis=1) / variance)
 
 
 def test_too_few_rows_give_no_indices() -> None:
-    found = indices(CUBE, ishigami, Sampling(8, indices=True))
-    assert "8 of 8 rows of the sample, which are fewer than 16" in found.basis
+    estimate = indices(CUBE, ishigami, Sampling(8, indices=True))
+    assert "8 of 8 rows of the sample, which are fewer than 16" in estimate.basis
 
 
 def test_one_key_causes_all_of_the_variance() -> None:
-    found = indices({"a": "uniform(0.0, 1.0)"}, lambda a: a**2, Sampling(32, indices=True))
-    assert found.first.tolist() == found.total.tolist() == [1.0]
-    assert found.basis == "only one key is varied"
+    estimate = indices({"a": "uniform(0.0, 1.0)"}, lambda a: a**2, Sampling(32, indices=True))
+    assert estimate.first.tolist() == estimate.total.tolist() == [1.0]
+    assert estimate.basis == "only one key is varied"
 
 
 def test_the_same_sample_gives_the_same_intervals() -> None:
-    found = [indices(CUBE, ishigami, Sampling(64, indices=True)) for _ in range(2)]
-    np.testing.assert_array_equal(found[0].total_interval, found[1].total_interval)
+    estimates = [indices(CUBE, ishigami, Sampling(64, indices=True)) for _ in range(2)]
+    np.testing.assert_array_equal(estimates[0].total_interval, estimates[1].total_interval)

@@ -26,33 +26,35 @@ VARY = {"a": "normal(3.0, 0.5)", "b": "uniform(0.0, 2.0)"}
 
 def test_statistics_are_those_of_scipy() -> None:
     values = np.random.default_rng(4).gamma(2.0, size=501)
-    found = statistics_of(np.concatenate((values, [np.nan, np.nan])))
-    assert found.runs == 501
-    assert found.mean == pytest.approx(stats.tmean(values), rel=1e-14)
-    assert found.deviation == pytest.approx(stats.tstd(values), rel=1e-13)
+    summary = statistics_of(np.concatenate((values, [np.nan, np.nan])))
+    assert summary.runs == 501
+    assert summary.mean == pytest.approx(stats.tmean(values), rel=1e-14)
+    assert summary.deviation == pytest.approx(stats.tstd(values), rel=1e-13)
     quantiles = stats.mstats.mquantiles(values, (0.05, 0.5, 0.95), alphap=1.0, betap=1.0)
-    assert (found.low, found.median, found.high) == pytest.approx(tuple(quantiles), rel=1e-14)
+    assert (summary.low, summary.median, summary.high) == pytest.approx(tuple(quantiles), rel=1e-14)
 
 
 def test_statistics_of_a_sample_are_those_of_its_distribution() -> None:
     table = sample_of(VARY, {"sum": lambda a, b: a + 0.0 * b}, Sampling(4096))
-    found = sample_statistics(table)["sum"]
-    assert found.runs == 4096
+    summary = sample_statistics(table)["sum"]
+    assert summary.runs == 4096
     # A sequence of Sobol is nearly as even as can be.
-    assert found.mean == pytest.approx(3.0, abs=1e-3)
-    assert found.deviation == pytest.approx(0.5, rel=2e-3)
+    assert summary.mean == pytest.approx(3.0, abs=1e-3)
+    assert summary.deviation == pytest.approx(0.5, rel=2e-3)
     low, median, high = stats.norm(3.0, 0.5).ppf((0.05, 0.5, 0.95))
-    assert (found.low, found.median, found.high) == pytest.approx((low, median, high), abs=2e-3)
+    assert (summary.low, summary.median, summary.high) == pytest.approx(
+        (low, median, high), abs=2e-3
+    )
 
 
 def test_only_independent_runs_count_in_a_sample_with_indices() -> None:
     table = sample_of(VARY, {"a": lambda a, b: a}, Sampling(64, indices=True))
     assert table.runs == 256
-    found = sample_statistics(table)["a"]
+    summary = sample_statistics(table)["a"]
     first = table.values["a"][:128]
-    assert found.runs == 128
-    assert found.mean == pytest.approx(first.mean(), rel=1e-15)
-    assert found.deviation == pytest.approx(first.std(ddof=1), rel=1e-15)
+    assert summary.runs == 128
+    assert summary.mean == pytest.approx(first.mean(), rel=1e-15)
+    assert summary.deviation == pytest.approx(first.std(ddof=1), rel=1e-15)
 
 
 def test_runs_that_are_not_sound_do_not_count() -> None:
@@ -80,9 +82,9 @@ def test_extremes_of_a_grid_and_where_they_are() -> None:
         {"f": lambda a, b: a * b, "none": lambda a, b: np.nan},
     )
     # The largest one failed.
-    found = extremes(with_outcomes(table, {5: FAILED}))
-    assert list(found) == ["f"]
-    assert found["f"] == (5, 10.0, 0, 40.0, 3)
+    rows = extremes(with_outcomes(table, {5: FAILED}))
+    assert list(rows) == ["f"]
+    assert rows["f"] == (5, 10.0, 0, 40.0, 3)
     assert varied_values(table, 3) == {"a": 2.0, "b": 20.0}
     together = grid_of({"a": [1.0, 2.0], "b": [5.0, 6.0]}, {"f": lambda a, b: a}, "zip")
     assert varied_values(together, 1) == {"a": 2.0, "b": 6.0}
@@ -90,9 +92,9 @@ def test_extremes_of_a_grid_and_where_they_are() -> None:
 
 def test_texts_that_differ_in_numbers_are_one_group() -> None:
     texts = {7: "stopped at t = 3.5e-2 s", 2: "stopped at t = 1 s\nsecond", 4: "other"}
-    found = grouped(texts)
-    assert found[0] == (2, 2, "stopped at t = 1 s")
-    assert {group.text for group in found[1:]} == {"second", "other"}
+    groups = grouped(texts)
+    assert groups[0] == (2, 2, "stopped at t = 1 s")
+    assert {group.text for group in groups[1:]} == {"second", "other"}
     assert grouped({}) == []
 
 

@@ -1,4 +1,4 @@
-"""Studies as TOML: what they say, how they are written, what is refused."""
+"""Studies as TOML: reading, writing, refusals."""
 
 import os
 import tomllib
@@ -53,10 +53,10 @@ def test_a_study_reads_no_pipe(tmp_path: Path) -> None:
 
 
 def test_a_study_is_read(tmp_path: Path) -> None:
-    found = read(tmp_path, STUDY)
-    assert found.scenario == fs.load(PULLEY, {"solver.rtol": 1e-6, "mechanism.load": 2000.0})
-    assert found.options.sampling == Sampling(16, "lhs", 7)
-    assert found.options.vary == {
+    study = read(tmp_path, STUDY)
+    assert study.scenario == fs.load(PULLEY, {"solver.rtol": 1e-6, "mechanism.load": 2000.0})
+    assert study.options.sampling == Sampling(16, "lhs", 7)
+    assert study.options.vary == {
         MU_S: values_of("", "uniform(0.1, 0.4)"),
         "drive.force.value.1": values_of("", "normal(3000.0, 50.0)"),
     }

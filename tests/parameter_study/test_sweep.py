@@ -43,24 +43,24 @@ def assert_as_single(at: xarray.Dataset, single: fs.Result) -> None:
 
 def test_a_grid_holds_what_single_runs_give(tmp_path: Path) -> None:
     levels, loads = [0.1, 0.25, 0.4], [2000.0, 2224.1, 9000.0]
-    found = fs.sweep(PULLEY, {MU_S: levels, LOAD: loads}, LOOSE, output=tmp_path / "s.h5")
-    assert found.sizes == {MU_S: 3, LOAD: 3}
+    sweep = fs.sweep(PULLEY, {MU_S: levels, LOAD: loads}, LOOSE, output=tmp_path / "s.h5")
+    assert sweep.sizes == {MU_S: 3, LOAD: 3}
     for mu, load in product(levels, loads):
         single = fs.solve(PULLEY, {**LOOSE, MU_S: mu, LOAD: load})
-        assert_as_single(found.sel({MU_S: mu, LOAD: load}), single)
-    assert found[MU_S].attrs["units"] == "1"
-    assert found[LOAD].attrs["units"] == "N"
+        assert_as_single(sweep.sel({MU_S: mu, LOAD: load}), single)
+    assert sweep[MU_S].attrs["units"] == "1"
+    assert sweep[LOAD].attrs["units"] == "N"
 
 
 def test_several_keys_have_one_value(tmp_path: Path) -> None:
     values = [0.1, 0.2]
-    found = fs.sweep(PULLEY, {f"{MU_S}, {MU_K}": values}, LOOSE, output=tmp_path / "s.h5")
-    assert dict(found.sizes) == {BOTH: 2}
+    sweep = fs.sweep(PULLEY, {f"{MU_S}, {MU_K}": values}, LOOSE, output=tmp_path / "s.h5")
+    assert dict(sweep.sizes) == {BOTH: 2}
     for mu in values:
-        assert_as_single(found.sel({BOTH: mu}), fs.solve(PULLEY, {**LOOSE, MU_S: mu, MU_K: mu}))
-    assert found[BOTH].attrs["units"] == "1"
-    assert found.equals(fs.sweep(tomllib.loads(found.attrs["study"])))
-    assert fs.open_sweep(tmp_path / "s.h5").identical(found)
+        assert_as_single(sweep.sel({BOTH: mu}), fs.solve(PULLEY, {**LOOSE, MU_S: mu, MU_K: mu}))
+    assert sweep[BOTH].attrs["units"] == "1"
+    assert sweep.equals(fs.sweep(tomllib.loads(sweep.attrs["study"])))
+    assert fs.open_sweep(tmp_path / "s.h5").identical(sweep)
 
 
 def test_several_keys_have_one_value_together_and_along_the_runs(
@@ -68,18 +68,18 @@ def test_several_keys_have_one_value_together_and_along_the_runs(
 ) -> None:
     together(monkeypatch)
     mu = np.linspace(0.1, 0.3, MIN_TOGETHER)
-    found = fs.sweep(PULLEY, {BOTH: mu, LOAD: np.linspace(1900.0, 2300.0, mu.size)}, zip=True)
-    single = fs.solve(PULLEY, {MU_S: mu[7], MU_K: mu[7], LOAD: float(found[LOAD][7])})
-    assert_as_single(found.isel(run=7), single)
-    assert found.isel(run=[0])[BOTH].values.tolist() == [0.1]
+    sweep = fs.sweep(PULLEY, {BOTH: mu, LOAD: np.linspace(1900.0, 2300.0, mu.size)}, zip=True)
+    single = fs.solve(PULLEY, {MU_S: mu[7], MU_K: mu[7], LOAD: float(sweep[LOAD][7])})
+    assert_as_single(sweep.isel(run=7), single)
+    assert sweep.isel(run=[0])[BOTH].values.tolist() == [0.1]
 
 
 def test_the_file_opens_in_xarray_with_the_same_data(tmp_path: Path) -> None:
     vary = {MU_S: "lin(0.1, 0.3, 3)", "drive.direction": ["vertical", "horizontal"]}
-    found = fs.sweep(PULLEY, vary, LOOSE, output=tmp_path / "s.h5")
-    assert fs.open_sweep(tmp_path / "s.h5").identical(found)
+    sweep = fs.sweep(PULLEY, vary, LOOSE, output=tmp_path / "s.h5")
+    assert fs.open_sweep(tmp_path / "s.h5").identical(sweep)
     with xarray.open_dataset(tmp_path / "s.h5", engine="h5netcdf") as read:
-        xarray.testing.assert_equal(read.load(), found.dataset)
+        xarray.testing.assert_equal(read.load(), sweep.dataset)
         assert read["drive.direction"].values.tolist() == ["vertical", "horizontal"]
 
 
@@ -88,9 +88,9 @@ def test_the_file_opens_in_xarray_with_the_same_data(tmp_path: Path) -> None:
 )
 def test_a_run_that_fails_has_the_quantities_that_solve_gives(kind: str, steps: list[int]) -> None:
     path = SCENARIOS / f"{kind}.toml"
-    found = fs.sweep(path, {"solver.max_steps": steps})
-    assert found["status"].values.tolist() == [2, 2]
-    names = [n for n in found.data_vars if n not in ("status", "failure", "reason", "warnings")]
+    sweep = fs.sweep(path, {"solver.max_steps": steps})
+    assert sweep["status"].values.tolist() == [2, 2]
+    names = [n for n in sweep.data_vars if n not in ("status", "failure", "reason", "warnings")]
     for number, limit in enumerate(steps):
         single = fs.solve(path, {"solver.max_steps": limit})
         assert single.quantities.keys() <= set(names)
@@ -98,35 +98,35 @@ def test_a_run_that_fails_has_the_quantities_that_solve_gives(kind: str, steps: 
             quantity = single.quantities.get(name)
             wanted = np.nan if quantity is None else float(quantity)
             # The same run: the same bits.
-            assert np.array_equal(found[name].values[number], wanted, equal_nan=True), name
+            assert np.array_equal(sweep[name].values[number], wanted, equal_nan=True), name
 
 
 def test_sobol_indices_are_numbers_in_the_dataset_and_every_file(tmp_path: Path) -> None:
     vary = {MU_S: "uniform(0.15, 0.3)", LOAD: "normal(2224.0, 50.0)"}
     path, csv_path = tmp_path / "s.h5", tmp_path / "s.csv"
-    found = fs.sweep(PULLEY, vary, LOOSE, sample=32, indices=True, output=path)
-    a, b, *mixed = found["force_to_lift"].values.reshape(4, 32)
+    sweep = fs.sweep(PULLEY, vary, LOOSE, sample=32, indices=True, output=path)
+    a, b, *mixed = sweep["force_to_lift"].values.reshape(4, 32)
     variance = np.var(np.concatenate((a, b)))
     centre = 0.5 * (a.mean() + b.mean())
     at = {"sobol_quantity": "force_to_lift"}
     for key, ab in zip((MU_S, LOAD), mixed, strict=True):
-        of_key = found.sel(at | {"sobol_key": key})
+        of_key = sweep.sel(at | {"sobol_key": key})
         first = ((b - centre) * (ab - a)).mean() / variance  # Saltelli et al. 2010, Table 2 (b)
         assert float(of_key["sobol_first"]) == pytest.approx(first, rel=1e-12)
         total = 0.5 * ((a - ab) ** 2).mean() / variance  # (f)
         assert float(of_key["sobol_total"]) == pytest.approx(total, rel=1e-12)
         assert of_key["sobol_total_low"] < of_key["sobol_total"] < of_key["sobol_total_high"]
-    assert fs.open_sweep(path).identical(found)
+    assert fs.open_sweep(path).identical(sweep)
     with xarray.open_dataset(path, engine="h5netcdf") as read:
-        xarray.testing.assert_equal(read.load(), found.dataset)
+        xarray.testing.assert_equal(read.load(), sweep.dataset)
     swept = Sweep(read_sweep(path), path)
     swept.save_csv(csv_path)
     told = swept.to_json()["sobol_indices"]
     with (tmp_path / "s.sobol.csv").open(newline="") as file:
         lines = {(line["quantity"], line["key"]): line for line in csv.DictReader(file)}
-    for name in found["sobol_quantity"].values.tolist():
+    for name in sweep["sobol_quantity"].values.tolist():
         for key in (MU_S, LOAD):
-            of_key = found.sel({"sobol_quantity": name, "sobol_key": key})
+            of_key = sweep.sel({"sobol_quantity": name, "sobol_key": key})
             for index in ("first", "total"):
                 ends = [float(of_key[f"sobol_{index}{end}"]) for end in ("", "_low", "_high")]
                 wanted = [None if np.isnan(value) else value for value in ends]
@@ -139,7 +139,7 @@ def test_sobol_indices_are_numbers_in_the_dataset_and_every_file(tmp_path: Path)
                 assert [float(cell) if cell else None for cell in cells] == wanted
     assert told["final_time"]["basis"] == "no Sobol indices: the quantity does not vary"
     assert "force_to_lift" in swept.summary().partition("Sobol indices of")[2]
-    report = fs.report(found, tmp_path / "s.html").read_text(encoding="utf-8")
+    report = fs.report(sweep, tmp_path / "s.html").read_text(encoding="utf-8")
     assert "first-order index" in report
 
 
@@ -148,19 +148,19 @@ def test_an_error_in_the_program_is_a_row(monkeypatch: pytest.MonkeyPatch) -> No
         raise ZeroDivisionError("division\nby zero")
 
     monkeypatch.setattr("frictionsim.parameter_study.single_run.run", broken)
-    found = fs.sweep(PULLEY, {LOAD: [1.0, 2.0]})
-    assert found["failure"].values.tolist() == ["internal_error"] * 2
-    assert found["reason"].values[0] == "internal error: ZeroDivisionError: division by zero"
+    sweep = fs.sweep(PULLEY, {LOAD: [1.0, 2.0]})
+    assert sweep["failure"].values.tolist() == ["internal_error"] * 2
+    assert sweep["reason"].values[0] == "internal error: ZeroDivisionError: division by zero"
 
 
 def test_quantities_that_some_runs_lack_are_undefined_there() -> None:
     friction = "effects.shaft_friction"
     values = [{"shaft_radius": 0.0254, "mu_s": 0.2, "mu_k": 0.1}, "none"]
-    found = fs.sweep(PULLEY, {friction: values}, LOOSE)
-    assert found["status"].values.tolist() == [1, 1]
-    assert np.isfinite(found["breakaway_time"].values).tolist() == [True, False]
-    assert np.isfinite(found["final_angle"].values).all()
-    assert found[friction].values.tolist()[1] == "none"
+    sweep = fs.sweep(PULLEY, {friction: values}, LOOSE)
+    assert sweep["status"].values.tolist() == [1, 1]
+    assert np.isfinite(sweep["breakaway_time"].values).tolist() == [True, False]
+    assert np.isfinite(sweep["final_angle"].values).all()
+    assert sweep[friction].values.tolist()[1] == "none"
 
 
 def test_an_invalid_combination_is_refused_before_any_run(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -172,11 +172,11 @@ def test_an_invalid_combination_is_refused_before_any_run(monkeypatch: pytest.Mo
 
 def test_a_sample_has_mean_and_spread_of_a_linear_model() -> None:
     # force_to_lift = W (r_e + r_s)/(r_e - r_s) is linear in the load W.
-    found = fs.sweep(PULLEY, {LOAD: "normal(2000.0, 50.0)"}, LOOSE, sample=256)
+    sweep = fs.sweep(PULLEY, {LOAD: "normal(2000.0, 50.0)"}, LOOSE, sample=256)
     r_s = 0.0254 * 0.2 / np.hypot(1.0, 0.2)
     ratio = (0.0508 + r_s) / (0.0508 - r_s)
-    forces = found["force_to_lift"]
-    assert np.allclose(forces, ratio * found[LOAD], rtol=1e-14)
+    forces = sweep["force_to_lift"]
+    assert np.allclose(forces, ratio * sweep[LOAD], rtol=1e-14)
     # Of 256 points of a Sobol sequence the mean is within a hundredth of the spread.
     assert float(forces.mean()) == pytest.approx(2000.0 * ratio, abs=0.01 * 50.0 * ratio)
     assert float(forces.std(ddof=1)) == pytest.approx(50.0 * ratio, rel=0.02)
@@ -186,11 +186,11 @@ def test_a_sample_has_mean_and_spread_of_a_linear_model() -> None:
 def test_runs_together_are_those_alone(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     together(monkeypatch)
     vary = {MU_S: "uniform(0.11, 0.5)", LOAD: "uniform(2000.0, 2400.0)"}
-    found = fs.sweep(SCENARIOS / f"{name}.toml", vary, LOOSE, sample=100)
+    sweep = fs.sweep(SCENARIOS / f"{name}.toml", vary, LOOSE, sample=100)
     monkeypatch.setattr("frictionsim.parameter_study.combinations.MIN_TOGETHER", 10**9)
     alone = fs.sweep(SCENARIOS / f"{name}.toml", vary, LOOSE, sample=100)
-    assert found.identical(alone)
-    assert len(set(found["breakaway_time"].values)) > 20
+    assert sweep.identical(alone)
+    assert len(set(sweep["breakaway_time"].values)) > 20
 
 
 def test_runs_go_together_where_they_can(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -199,9 +199,9 @@ def test_runs_go_together_where_they_can(monkeypatch: pytest.MonkeyPatch) -> Non
     whole = single_run.outcomes_together
 
     def counted(combinations: Combinations, values: Any, on_step: Any) -> Any:
-        found = whole(combinations, values, on_step)
-        seen.append(sum(len(runs) for runs, _ in found))
-        return found
+        outcomes = whole(combinations, values, on_step)
+        seen.append(sum(len(runs) for runs, _ in outcomes))
+        return outcomes
 
     monkeypatch.setattr(single_run, "outcomes_together", counted)
     monkeypatch.setattr(executors, "SECONDS_OF_A_BLOCK", 1e6)  # however slow the machine is
@@ -209,14 +209,14 @@ def test_runs_go_together_where_they_can(monkeypatch: pytest.MonkeyPatch) -> Non
     fs.sweep(PULLEY, many, LOOSE)
     assert sum(seen) == 59  # after one that tells how long a run takes
     # Failing runs go alone, which say why; fixed channels and other backends do not start.
-    found = fs.sweep(PULLEY, many, {**LOOSE, "solver.max_steps": 5})
+    outcomes = fs.sweep(PULLEY, many, {**LOOSE, "solver.max_steps": 5})
     assert sum(seen) == 59
-    assert set(found["failure"].values) == {"budget_exceeded"}
+    assert set(outcomes["failure"].values) == {"budget_exceeded"}
     for more in ({"output.channels": ["angle"]}, {"solver.backend": "rkf45"}):
         fs.sweep(PULLEY, many, {**LOOSE, **more})
     assert sum(seen) == 59
 
 
 def test_keys_that_are_walked_together_may_repeat_values() -> None:
-    found = fs.sweep(PULLEY, {MU_S: [0.2, 0.2], LOAD: [2000.0, 2100.0]}, LOOSE, zip=True)
-    assert found["status"].values.tolist() == [1, 1]
+    sweep = fs.sweep(PULLEY, {MU_S: [0.2, 0.2], LOAD: [2000.0, 2100.0]}, LOOSE, zip=True)
+    assert sweep["status"].values.tolist() == [1, 1]

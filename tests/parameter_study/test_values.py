@@ -1,4 +1,4 @@
-"""Values of a key: lists, ranges and distributions, and what is refused of them."""
+"""Values of a key: lists, ranges and distributions, and refusals."""
 
 import numpy as np
 import pytest
@@ -13,9 +13,9 @@ KEY = "mechanism.load"
 
 
 def levels(given: object) -> tuple[object, ...]:
-    found = values_of(KEY, given)
-    assert isinstance(found, Levels)
-    return found.values
+    values = values_of(KEY, given)
+    assert isinstance(values, Levels)
+    return values.values
 
 
 def test_a_list_gives_its_values() -> None:
@@ -41,9 +41,9 @@ def test_a_range_gives_numbers_apart_by_a_step_or_a_factor() -> None:
 )
 @example(0.0, 2.2250738585e-313, 5)
 def test_a_range_begins_and_ends_with_the_given_numbers(a: float, b: float, n: int) -> None:
-    found = np.array(levels(f"lin({a!r}, {b!r}, {n})"))
-    assert (found[0], found[-1], len(found)) == (a, b, n)
-    steps = np.diff(found)
+    numbers = np.array(levels(f"lin({a!r}, {b!r}, {n})"))
+    assert (numbers[0], numbers[-1], len(numbers)) == (a, b, n)
+    steps = np.diff(numbers)
     # Each step is a difference of numbers of this size, rounded; tiny ones to the least number.
     rounding = np.finfo(float).eps * max(abs(a), abs(b)) + np.finfo(float).smallest_subnormal
     assert np.ptp(steps) <= 8 * rounding
@@ -67,11 +67,11 @@ CLOSED = [
 def test_distributions_have_their_moments(
     text: str, mean: float, variance: float, cumulated: object
 ) -> None:
-    found = values_of(KEY, text)
-    assert isinstance(found, Distribution)
+    distribution = values_of(KEY, text)
+    assert isinstance(distribution, Distribution)
     # Midpoints of equal probabilities: the error of the tails of 1e5 points is below 1e-3.
     p = (np.arange(100_000) + 0.5) / 100_000
-    x = found.quantiles(p)
+    x = distribution.quantiles(p)
     assert np.mean(x) == pytest.approx(mean, rel=1e-3)
     assert np.var(x) == pytest.approx(variance, rel=1e-3)
     if callable(cumulated):
@@ -81,6 +81,6 @@ def test_distributions_have_their_moments(
 
 def test_no_quantile_is_infinite() -> None:
     for text in ("normal(0, 1)", "lognormal(0, 1)"):
-        found = values_of(KEY, text)
-        assert isinstance(found, Distribution)
-        assert np.isfinite(found.quantiles(np.array([0.0, 1.0]))).all()
+        distribution = values_of(KEY, text)
+        assert isinstance(distribution, Distribution)
+        assert np.isfinite(distribution.quantiles(np.array([0.0, 1.0]))).all()

@@ -79,13 +79,13 @@ def test_a_run_that_kills_its_workers_fails(
     times = tmp_path / "times"
     times.write_text("xxxx")  # alone for a second time, too
     monkeypatch.setattr(dispatch, "run_task", die_in(17, times))
-    found = fs.sweep(PULLEY, VARY, LOOSE, workers=2)
-    assert found["status"].values.tolist() == [1] * 17 + [2] + [1] * 22
-    assert str(found["failure"][17].item()) == "worker_died"
-    assert str(found["reason"][17].item()) == (
+    sweep = fs.sweep(PULLEY, VARY, LOOSE, workers=2)
+    assert sweep["status"].values.tolist() == [1] * 17 + [2] + [1] * 22
+    assert str(sweep["failure"][17].item()) == "worker_died"
+    assert str(sweep["reason"][17].item()) == (
         "the worker process crashed in this run every time (SIGKILL)"
     )
-    assert np.isnan(found["final_angle"][17])
+    assert np.isnan(sweep["final_angle"][17])
     assert times.read_text() == ""
 
 
@@ -106,7 +106,7 @@ def test_the_first_invalid_combination_is_named(
 
 
 def test_an_error_of_the_progress_function_is_not_swallowed() -> None:
-    def broken(found: Any) -> None:
+    def broken(progress: Any) -> None:
         raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
@@ -129,8 +129,8 @@ def test_workers_use_one_thread_of_linear_algebra_and_ignore_ctrl_c(
         return run_task(combinations, task, *more)
 
     monkeypatch.setattr(dispatch, "run_task", tell)
-    found = fs.sweep(PULLEY, {LOAD: [2000.0, 2100.0]}, LOOSE, workers=2)
-    assert found["status"].values.tolist() == [1, 1]
+    sweep = fs.sweep(PULLEY, {LOAD: [2000.0, 2100.0]}, LOOSE, workers=2)
+    assert sweep["status"].values.tolist() == [1, 1]
     assert said.read_text() == "{1} MainThread"
 
 

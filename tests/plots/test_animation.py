@@ -51,12 +51,12 @@ def test_speed_and_frames_per_second_are_kept(moved: Motion) -> None:
 
 def frames_of(path: Path) -> list[Any]:
     with Image.open(path) as image:
-        found = []
+        frames = []
         for number in range(getattr(image, "n_frames", 1)):
             image.seek(number)
-            found.append(np.asarray(image.convert("RGB")))
+            frames.append(np.asarray(image.convert("RGB")))
         assert image.info["loop"] == 0
-        return found
+        return frames
 
 
 def test_a_gif_shows_what_the_picture_shows_and_has_the_same_bytes_again(tmp_path: Path) -> None:

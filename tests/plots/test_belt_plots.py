@@ -105,14 +105,14 @@ def test_positions_along_the_belt_start_at_the_first_pulley_and_means_are_at_pos
     belt = BeltLine(result, -1)
     pitch = distances[-1] / bodies
     assert belt.length == pytest.approx(distances[-1], rel=1e-3)
-    found = result.channels["tension"][-1][belt.order]
+    tensions = result.channels["tension"][-1][belt.order]
     label = draw(result, "tension").axes[0].get_xlabel().replace("\n", " ")
     assert f"from {FOUR[0].name} towards {FOUR[1].name}" in label
     assert next(belt.arcs(result.channels["pulley_index"][-1]))[0] == 1
     # The first joint is within a body of where the belt leaves the pulley.
     expected = tension_at(belt.place[:-1], under, distances, 1.0)
     slope = 4.0 * 560.0 / distances[-1]
-    assert np.max(np.abs(found - expected)[2:-2]) < 2.0 * pitch * 2.0 * slope
+    assert np.max(np.abs(tensions - expected)[2:-2]) < 2.0 * pitch * 2.0 * slope
     # The tension at a place is steady there, though each joint has run on by 0.24 m.
     at_end = result.channels["tension"][-1][np.append(belt.order, belt.order[0])]
     steady = belt.mean(result, range(160, 201))

@@ -34,10 +34,10 @@ def length_of(line: Any) -> float:
 def drawn_belt(record: Record) -> list[Any]:
     """Return the lines of the coloured belt in the whole drive."""
     ax = draw(record, "drive").axes[0]
-    found = [
+    collections = [
         c for c in ax.collections if isinstance(c, LineCollection) and c.get_array() is not None
     ]
-    return list(found[0].get_segments())
+    return list(collections[0].get_segments())
 
 
 def test_bodies_in_the_plane_are_drawn_as_links() -> None:
@@ -105,14 +105,14 @@ def triangles(record: Record) -> list[float]:
 
 def arrows(record: Record) -> list[float]:
     """Return the sense in which the curved arrow in each pulley turns, +1 counter-clockwise."""
-    found = []
+    senses = []
     for ax, pulley in zip(draw(record, "drive").axes[2:], FOUR, strict=False):
         for text in ax.texts:
             if isinstance(text, Annotation) and text.arrow_patch is not None:
                 tip = np.array(text.xy) - (pulley.x, pulley.y)
                 tail = np.array(text.xyann) - (pulley.x, pulley.y)
-                found.append(float(np.sign(tail[0] * tip[1] - tail[1] * tip[0])))
-    return found
+                senses.append(float(np.sign(tail[0] * tip[1] - tail[1] * tip[0])))
+    return senses
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
@@ -124,11 +124,11 @@ def test_arrows_point_where_belt_and_pulleys_move(direction: float) -> None:
     # From where the bodies are at the last two samples; the belt goes the way of its numbers.
     x, y = (record.channels[name][-2:] for name in "xy")
     path = path_of(record)
-    for found, span in zip(triangles(record), path.spans, strict=True):
+    for angle, span in zip(triangles(record), path.spans, strict=True):
         middle = 0.5 * (np.array(span.start) + np.array(span.end))
         k = int(np.argmin(np.hypot(x[0] - middle[0], y[0] - middle[1])))
         moved = direction * np.array([x[1, k] - x[0, k], y[1, k] - y[0, k]])
-        assert moved @ [np.cos(found), np.sin(found)] == pytest.approx(np.hypot(*moved), rel=1e-3)
+        assert moved @ [np.cos(angle), np.sin(angle)] == pytest.approx(np.hypot(*moved), rel=1e-3)
 
 
 def test_a_drive_at_rest_has_no_arrows() -> None:

@@ -14,9 +14,9 @@ UNLIKE = (Pulley("big", 0.0, 0.0, 0.05), Pulley("small", 0.4, 0.1, 0.02))
 
 
 def slip_panel(record: Record) -> Any:
-    found = [ax for ax in draw(record, "speeds").axes if ax.get_ylabel().startswith("slip of")]
-    assert len(found) == 1
-    return found[0]
+    panels = [ax for ax in draw(record, "speeds").axes if ax.get_ylabel().startswith("slip of")]
+    assert len(panels) == 1
+    return panels[0]
 
 
 def solved() -> Record:

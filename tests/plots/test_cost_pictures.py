@@ -41,17 +41,17 @@ def test_crosses_of_failed_runs_lie_inside_both_panels_above_all_errors(worst: f
     figure.draw_without_rendering()
     for ax in figure.axes:
         frame = ax.get_window_extent()
-        found = np.concatenate(
+        centres = np.concatenate(
             [ax.transData.transform(np.column_stack(line.get_data())) for line in crosses(ax)]
         )
-        assert len(found) == 3
+        assert len(centres) == 3
         radius = 4.0 * figure.dpi / 72.0
-        assert (found > np.array(frame.min) + radius * np.array([0.0, 1.0])).all()
-        assert (found < np.array(frame.max) - radius * np.array([0.0, 1.0])).all()
+        assert (centres > np.array(frame.min) + radius * np.array([0.0, 1.0])).all()
+        assert (centres < np.array(frame.max) - radius * np.array([0.0, 1.0])).all()
         others = [line for line in ax.lines if line.get_marker() == "o"]
         points = ax.transData.transform(np.column_stack(others[0].get_data()))
         strip = frame.y1 - STRIP * frame.height
-        assert points[:, 1].max() < strip < found[:, 1].min()
+        assert points[:, 1].max() < strip < centres[:, 1].min()
         ticks = ax.transData.transform([(1.0, tick) for tick in ax.get_yticks()])[:, 1]
         assert ticks.max() <= strip + 0.5
     left, right = ([text.get_text() for text in ax.texts] for ax in figure.axes)

@@ -75,9 +75,9 @@ def test_torques_between_coarse_samples_are_those_of_a_run_with_fine_ones(load: 
 def test_torques_that_are_not_those_of_the_equations_or_fine_enough_are_left_as_they_are() -> None:
     record = driven(0.005)
     other = record.channels["uniform_torque"] + 0.5
-    found = refined(with_channels(record, uniform_torque=other)).channels
-    expected = np.interp(found["time"], record.channels["time"], other)
-    np.testing.assert_allclose(found["uniform_torque"], expected)
+    channels = refined(with_channels(record, uniform_torque=other)).channels
+    expected = np.interp(channels["time"], record.channels["time"], other)
+    np.testing.assert_allclose(channels["uniform_torque"], expected)
     # Nor are samples that are fine enough.
     record = driven(0.0005)
     assert refined(record) is record
@@ -88,8 +88,8 @@ def test_torques_that_are_not_those_of_the_equations_or_fine_enough_are_left_as_
 def marks(record: Record) -> tuple[Any, list[str]]:
     """Return the places of the cusps, (n, 2), and the texts of the key."""
     figure = draw(record, "path")
-    found = [line for line in figure.axes[0].lines if line.get_marker() == "D"]
-    places = np.column_stack(found[0].get_data()) if found else np.zeros((0, 2))
+    lines = [line for line in figure.axes[0].lines if line.get_marker() == "D"]
+    places = np.column_stack(lines[0].get_data()) if lines else np.zeros((0, 2))
     return places, [text.get_text() for text in figure.legends[0].get_texts()]
 
 

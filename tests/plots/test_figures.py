@@ -43,21 +43,21 @@ def grid(layout: str) -> tuple[Figure, Any]:
 
 def content(figure: Figure) -> list[Any]:
     """Return kind, texts, colours, points and shapes of all artists of a picture."""
-    found: list[Any] = []
+    items: list[Any] = []
     for artist in figure.findobj(lambda artist: not isinstance(artist, Spine)):
-        found.append(type(artist).__name__)
+        items.append(type(artist).__name__)
         for name in ("text", "color", "facecolor", "marker", "linewidth"):
             if hasattr(artist, f"get_{name}"):
-                found.append(repr(getattr(artist, f"get_{name}")()))
+                items.append(repr(getattr(artist, f"get_{name}")()))
         for name in ("position", "xlim", "ylim", "xydata", "array", "offsets"):
             if hasattr(artist, f"get_{name}"):
                 values = np.ma.array(getattr(artist, f"get_{name}")(), dtype=float)
-                found.append(values.filled(np.nan).tobytes())
+                items.append(values.filled(np.nan).tobytes())
         if isinstance(artist, Patch):
-            found.append(artist.get_extents().get_points().tobytes())
+            items.append(artist.get_extents().get_points().tobytes())
         elif isinstance(artist, Collection):
-            found += [path.vertices.tobytes() for path in artist.get_paths()]
-    return found
+            items += [path.vertices.tobytes() for path in artist.get_paths()]
+    return items
 
 
 @cache
@@ -75,10 +75,10 @@ def test_every_view_is_a_small_file_and_can_be_pickled(name: str, view: str) -> 
 def test_a_pickled_figure_is_the_same_in_a_notebook() -> None:
     figure = draw(shown("marble_machine"), "torque")
     pickled = pickle.loads(pickle.dumps(figure))
-    expected, found = (mpl.image.imread(BytesIO(p)) for p in (png(figure), pickled._repr_png_()))
-    assert found.shape == expected.shape
+    expected, image = (mpl.image.imread(BytesIO(p)) for p in (png(figure), pickled._repr_png_()))
+    assert image.shape == expected.shape
     # Without AVX-512 the edges of a few artists were seen to depend on what ran before.
-    assert np.mean(np.any(found != expected, axis=2)) < DOTS_OF_EDGES
+    assert np.mean(np.any(image != expected, axis=2)) < DOTS_OF_EDGES
 
 
 def test_axes_of_subfigures_are_replaced_too() -> None:
@@ -219,8 +219,8 @@ def with_engagements(count: int) -> Record:
 @pytest.mark.parametrize("count", [12, 500])
 def test_events_of_pulleys_and_spans_leave_the_views_of_belts(count: int) -> None:
     for view in VIEWS["belt_drive"]:
-        found = content(draw(with_engagements(count), view))
-        assert found == content_of("two pulleys", view), view
+        actual = content(draw(with_engagements(count), view))
+        assert actual == content_of("two pulleys", view), view
 
 
 def test_channels_over_time_name_events_of_pulleys_and_spans() -> None:

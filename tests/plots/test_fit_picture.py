@@ -68,10 +68,10 @@ def test_a_quantity_over_the_key_of_its_runs() -> None:
 
 
 def test_a_single_quantity_is_drawn_by_run() -> None:
-    found = fs.fit(
+    fit = fs.fit(
         frictionless(),
         quantities={"final_angular_velocity": SLOPE * 200.0},
         free={FORCE: (0.0, 1000.0)},
         starts=1,
     )
-    assert found.plot().axes[1].get_xlabel() == "run"
+    assert fit.plot().axes[1].get_xlabel() == "run"

@@ -1,4 +1,4 @@
-"""The picture of a friction circle, against complex numbers of its own, and where forces vanish."""
+"""The picture of a friction circle, against separate complex arithmetic, and vanishing forces."""
 
 import tomllib
 from functools import cache
@@ -31,8 +31,8 @@ DRAWN = range(4)
 
 
 def made(data: Any, channels: Any) -> Record:
-    found = motions.record_of("shaft", channels, data)
-    return found._replace(attributes=found.attributes | {"backend": "events"})
+    record = motions.record_of("shaft", channels, data)
+    return record._replace(attributes=record.attributes | {"backend": "events"})
 
 
 def drawn(number: int) -> Record:
@@ -41,12 +41,12 @@ def drawn(number: int) -> Record:
 
 def arrows(ax: Any) -> dict[str, tuple[complex, complex]]:
     """Return tail and way of each straight arrow in a drawing, as complex numbers."""
-    found = {}
+    vectors = {}
     for patch in ax.patches:
         if isinstance(patch, FancyArrowPatch) and patch._posA_posB is not None:
             tail, tip = (complex(*place) for place in patch._posA_posB)
-            found[patch.get_label()] = tail, tip - tail
-    return found
+            vectors[patch.get_label()] = tail, tip - tail
+    return vectors
 
 
 def key_of(figure: Figure) -> list[str]:
@@ -71,16 +71,16 @@ def test_arrows_act_where_the_forces_do_balance_and_have_their_moments(
     data, channels = drawn_shaft(number), drawn_motion(number)
     figure = draw(drawn(number), VIEW, shown=Extent(time=float(TIMES[sample])))
     whole, enlarged = figure.axes
-    found, wanted = arrows(whole), acting(data, channels)
-    scale = abs(found["weight of the body"][1]) / (8.0 * 9.81)
+    vectors, wanted = arrows(whole), acting(data, channels)
+    scale = abs(vectors["weight of the body"][1]) / (8.0 * 9.81)
     for name, (place, force) in wanted.items():
-        if name not in found:  # too short to be seen
+        if name not in vectors:  # too short to be seen
             assert abs(scale * force[sample]) < 0.05
             continue
-        assert found[name][1] == pytest.approx(scale * force[sample]), name
+        assert vectors[name][1] == pytest.approx(scale * force[sample]), name
         if name != "cord":
-            assert found[name][0] == pytest.approx(place[sample]), name
-    foot, way = found["reaction"]
+            assert vectors[name][0] == pytest.approx(place[sample]), name
+    foot, way = vectors["reaction"]
     assert way == pytest.approx(-scale * sum(force[sample] for _, force in wanted.values()))
     torque = channels["friction_torque"][sample]
     assert moment(foot, way) / scale == pytest.approx(torque)
@@ -98,7 +98,7 @@ def test_arrows_act_where_the_forces_do_balance_and_have_their_moments(
     if "couple" in words:
         assert value_of(words.split("couple of")[1]) == pytest.approx(applied, rel=1e-3)
     else:
-        foot, way = found["resultant"]
+        foot, way = vectors["resultant"]
         assert moment(foot, way) / scale == pytest.approx(applied)
 
 
@@ -261,9 +261,9 @@ def test_the_key_says_which_arrow_is_too_short_to_be_drawn() -> None:
 def test_an_end_stop_is_a_couple_and_a_missing_channel_is_named() -> None:
     with pytest.raises(InputError, match="has no channel angular_acceleration"):
         draw(without(drawn(1), "angular_acceleration"), VIEW)
-    found = with_channels(two_forces(), stop_torque=np.array([0.0, -3.0]))
-    assert "end stop, \N{MINUS SIGN}3 N m" in key_of(draw(found, VIEW))
-    assert not [t for t in key_of(draw(found, VIEW, shown=Extent(time=0.5))) if "end stop" in t]
+    record = with_channels(two_forces(), stop_torque=np.array([0.0, -3.0]))
+    assert "end stop, \N{MINUS SIGN}3 N m" in key_of(draw(record, VIEW))
+    assert not [t for t in key_of(draw(record, VIEW, shown=Extent(time=0.5))) if "end stop" in t]
 
 
 @pytest.mark.parametrize("appearance", [{}, {"width": "84mm", "style": "paper", "title": False}])

@@ -33,14 +33,14 @@ def panel(figure: Figure, label: str) -> Any:
 
 def line(ax: Any, label: str = "") -> tuple[Any, Any]:
     """Return the finite points of a line of many points."""
-    (found,) = (
+    (curve,) = (
         one
         for one in ax.lines
         if len(one.get_xdata()) > 100
         and (not label or one.get_label() == label)
         and one.get_linewidth() > 1.0
     )
-    time, values = np.asarray(found.get_xdata()), np.asarray(found.get_ydata())
+    time, values = np.asarray(curve.get_xdata()), np.asarray(curve.get_ydata())
     return time[np.isfinite(values)], values[np.isfinite(values)]
 
 
@@ -195,12 +195,12 @@ def test_a_window_shows_its_part_of_the_slip_and_times_of_its_beginning_and_end_
 
 @pytest.mark.parametrize("drive", ["drive_torque", "drive_force"])
 def test_a_drive_that_is_zero_throughout_has_no_panel(drive: str) -> None:
-    found = solved(LIFT)
-    torque = found.channels["drive_torque"]
+    record = solved(LIFT)
+    torque = record.channels["drive_torque"]
 
     def panels(values: Any) -> list[str]:
-        units = found.units | {drive: found.units["drive_torque"]}
-        figure = draw(with_channels(found, **{drive: values})._replace(units=units))
+        units = record.units | {drive: record.units["drive_torque"]}
+        figure = draw(with_channels(record, **{drive: values})._replace(units=units))
         return [ax.get_ylabel().replace("\n", " ").split(",")[0] for ax in figure.axes]
 
     words = drive.replace("_", " ")

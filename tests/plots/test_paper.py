@@ -28,20 +28,20 @@ MM = 25.4  # per inch
 
 def boxes_of(figure: Figure) -> list[tuple[str, Any]]:
     """Return the texts of a drawn figure with their boxes; of ticks those that have a number."""
-    found: list[Any] = list(figure.texts)
+    texts: list[Any] = list(figure.texts)
     for legend in figure.legends:
-        found += legend.get_texts()
+        texts += legend.get_texts()
     for ax in figure.axes:
-        found += [ax.title, ax._left_title, *ax.texts]  # type: ignore[attr-defined]
+        texts += [ax.title, ax._left_title, *ax.texts]  # type: ignore[attr-defined]
         if ax.axison:
-            found += [ax.xaxis.label, ax.yaxis.label]
+            texts += [ax.xaxis.label, ax.yaxis.label]
             for axis in (ax.xaxis, ax.yaxis):
                 low, high = sorted(axis.get_view_interval())
                 labels = zip(axis.get_majorticklocs(), axis.get_ticklabels(), strict=False)
-                found += [label for at, label in labels if low <= at <= high]
+                texts += [label for at, label in labels if low <= at <= high]
     return [
         (text.get_text(), text.get_window_extent())
-        for text in found
+        for text in texts
         if text.get_visible() and text.get_text()
     ]
 

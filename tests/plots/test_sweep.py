@@ -59,8 +59,8 @@ def test_a_curve_has_the_values_of_the_sound_runs_and_marks_at_the_others() -> N
     np.testing.assert_array_equal(line.get_xdata(), FIVE)
     np.testing.assert_array_equal(line.get_ydata(), [1.0, np.nan, np.nan, np.nan, np.nan])
     at = {name: lines_of(ax, marker) for name, marker in MARKS.items() if name != "audit failed"}
-    found = {name: line.get_xdata().tolist() for name, (line,) in at.items()}
-    assert found == {"failed": [2.0], "not defined": [4.0], "not run": [5.0]}
+    places = {name: line.get_xdata().tolist() for name, (line,) in at.items()}
+    assert places == {"failed": [2.0], "not defined": [4.0], "not run": [5.0]}
     (audit,) = lines_of(ax, "D")
     assert (audit.get_xdata().tolist(), audit.get_ydata().tolist()) == ([3.0], [9.0])
     assert legend_of(figure) == [f"{name}: 1 run" for name in MARKS]
@@ -282,16 +282,16 @@ def test_a_histogram_counts_all_runs_and_has_the_statistics_of_the_summary(
 def test_a_tornado_has_the_indices_with_the_largest_at_the_top(sample: SweepTable) -> None:
     figure = draw_sweep(sample, ["f"])
     ((_, right),) = pairs(figure)
-    found = indices_of(sample, ["f"])["f"]
-    order = np.argsort(-found.total)
+    estimate = indices_of(sample, ["f"])["f"]
+    order = np.argsort(-estimate.total)
     bars = [bar.get_width() for bar in right.patches]
-    np.testing.assert_array_equal(bars, [*found.first[order], *found.total[order]])
+    np.testing.assert_array_equal(bars, [*estimate.first[order], *estimate.total[order]])
     names = np.array(["mu", "p.load", "r.load"])
     assert [label.get_text() for label in right.get_yticklabels()] == names[order].tolist()
     assert right.get_ylim()[0] > right.get_ylim()[1]
     assert right.get_title(loc="left") == "from 64 rows; 95 % confidence"
     intervals = np.concatenate([c.get_segments() for c in right.collections])[:, :, 0]
-    expected = np.concatenate((found.first_interval[order], found.total_interval[order]))  # type: ignore[index]
+    expected = np.concatenate((estimate.first_interval[order], estimate.total_interval[order]))  # type: ignore[index]
     np.testing.assert_allclose(intervals, expected, atol=1e-12)
 
 

@@ -39,13 +39,13 @@ BAD = r"$\frac$"  # no formula: matplotlib ends with an exception where it reads
 
 def hostile(name: str) -> Record:
     """Return a result all of whose texts are formulas that matplotlib cannot read."""
-    found, kept = shown(name), ("kind", "scenario")
-    return found._replace(
-        attributes={k: v if k in kept else f"{v} {BAD}" for k, v in found.attributes.items()},
-        units=dict.fromkeys(found.units, BAD),
-        long_names=dict.fromkeys(found.long_names, BAD),
-        members={k: tuple(f"{name} {BAD}" for name in v) for k, v in found.members.items()},
-        contacts=[f"{name} {BAD}" for name in found.contacts],
+    record, kept = shown(name), ("kind", "scenario")
+    return record._replace(
+        attributes={k: v if k in kept else f"{v} {BAD}" for k, v in record.attributes.items()},
+        units=dict.fromkeys(record.units, BAD),
+        long_names=dict.fromkeys(record.long_names, BAD),
+        members={k: tuple(f"{name} {BAD}" for name in v) for k, v in record.members.items()},
+        contacts=[f"{name} {BAD}" for name in record.contacts],
     )
 
 
@@ -81,18 +81,18 @@ def pictures() -> Iterator[Any]:
 
 @pytest.mark.parametrize("drawn", list(pictures()))
 def test_no_text_of_a_file_is_read_as_a_formula(drawn: Callable[[], Figure]) -> None:
-    found = [text for text in texts_of(drawn()) if r"\frac" in text.get_text()]
-    assert found
-    assert not [text.get_text() for text in found if text.get_parse_math()]
+    formulas = [text for text in texts_of(drawn()) if r"\frac" in text.get_text()]
+    assert formulas
+    assert not [text.get_text() for text in formulas if text.get_parse_math()]
 
 
 def test_a_title_stands_in_a_picture_letter_by_letter() -> None:
     title = "a $x_1^2$ \\$b$ \x1b[31m \u202eback\t\udcff"
     with mpl.rc_context({"svg.fonttype": "none"}):
-        found = shown("pulley")
-        found = found._replace(attributes=found.attributes | {"title": title})
+        record = shown("pulley")
+        record = record._replace(attributes=record.attributes | {"title": title})
         buffer = BytesIO()
-        draw(found).savefig(buffer, format="svg")
+        draw(record).savefig(buffer, format="svg")
     written = "a $x_1^2$ \\$b$ \\x1b[31m \\u202eback \\udcff (backend events)"
     assert f">{written}</text>" in buffer.getvalue().decode()
 
@@ -128,10 +128,10 @@ def test_tex_gets_no_commands() -> None:
 @pytest.mark.parametrize("unit", [BAD, "\x1b\u202e"])
 def test_an_animation_shows_texts_as_they_are(unit: str, tmp_path: Path) -> None:
     time = np.linspace(0.0, 1.0, 5)
-    found = motions.record_of("pulley", {"time": time, "angle": time, "angular_velocity": time})
-    found = found._replace(units=dict.fromkeys(found.units, unit))
-    found.attributes["title"] = unit
-    animate(found, tmp_path / "a.gif", fps=2.0, speed=1.0)
+    record = motions.record_of("pulley", {"time": time, "angle": time, "angular_velocity": time})
+    record = record._replace(units=dict.fromkeys(record.units, unit))
+    record.attributes["title"] = unit
+    animate(record, tmp_path / "a.gif", fps=2.0, speed=1.0)
     assert (tmp_path / "a.gif").read_bytes().startswith(b"GIF89a")
 
 

@@ -43,9 +43,9 @@ def test_the_planet_is_drawn_at_an_instant_on_the_whole_path() -> None:
     np.testing.assert_array_equal(drawn.lines[0].get_xdata(), moved.lines[0].get_xdata())
     assert drawn.patches[1].center != moved.patches[1].center  # type: ignore[attr-defined]
     (point,) = [line for line in moved.lines if line.get_label() == "tracer point"]
-    found = until(shown(GEAR), 1.0).channels
+    channels = until(shown(GEAR), 1.0).channels
     assert point.get_xydata() == pytest.approx(
-        np.array([[found["tracer_x"][-1], found["tracer_y"][-1]]])
+        np.array([[channels["tracer_x"][-1], channels["tracer_y"][-1]]])
     )
     assert "tracer point" not in [line.get_label() for line in drawn.lines]
     assert "at 1 s" in early.get_suptitle()

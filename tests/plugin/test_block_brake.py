@@ -42,12 +42,12 @@ def brake(site: Path) -> Iterator[Any]:
 
 @pytest.fixture
 def command(brake: Any, told: Callable[..., tuple[str, str]]) -> Command:
-    """Return what runs the command line, and returns what it prints."""
+    """Return a function that runs the command line and returns its output."""
     return lambda *arguments: told(*arguments)[0]
 
 
 def in_a_new_process(site: Path, *arguments: str) -> str:
-    """Return what a Python prints that finds the installed package."""
+    """Return the output of a Python that finds the installed package."""
     path = os.pathsep.join([str(site), str(ROOT)])
     done = python(*arguments, PYTHONPATH=path, PYDANTIC_DISABLE_PLUGINS="__all__")
     assert done.returncode == 0, done.stderr
@@ -68,13 +68,13 @@ def test_a_new_process_checks_it(site: Path) -> None:
 
 
 def test_it_is_solved_and_compared(command: Command, tmp_path: Path) -> None:
-    found = json.loads(command("solve", SCENARIO, "-o", "a.h5", "--json", "--estimate-error"))
-    assert found["status"] == "done"
-    assert found["quantities"]["force_to_hold"]["value"] == pytest.approx(5.0 / (0.4 * 0.25))
+    document = json.loads(command("solve", SCENARIO, "-o", "a.h5", "--json", "--estimate-error"))
+    assert document["status"] == "done"
+    assert document["quantities"]["force_to_hold"]["value"] == pytest.approx(5.0 / (0.4 * 0.25))
     # The force falls from 500 N at 3 s to 0 N at 4 s; 50 N hold the flywheel.
-    assert found["quantities"]["breakaway_time"]["value"] == pytest.approx(3.9, abs=1e-9)
-    assert found["quantities"]["braking_time"]["value"] < 1.0
-    assert all(check["ok"] for check in found["audit"].values())
+    assert document["quantities"]["breakaway_time"]["value"] == pytest.approx(3.9, abs=1e-9)
+    assert document["quantities"]["braking_time"]["value"] < 1.0
+    assert all(check["ok"] for check in document["audit"].values())
     kept = hdf5_reader.read(tmp_path / "a.h5")
     assert kept.units["block_force"] == "N"
     assert kept.long_names["energy_friction"] == "heat of the brake"
@@ -84,8 +84,8 @@ def test_it_is_solved_and_compared(command: Command, tmp_path: Path) -> None:
 
 
 def test_its_limits_are_printed(command: Command) -> None:
-    found = json.loads(command("static", SCENARIO, "--json"))["quantities"]
-    assert {name: (q["value"], q["unit"]) for name, q in found.items()} == {
+    quantities = json.loads(command("static", SCENARIO, "--json"))["quantities"]
+    assert {name: (q["value"], q["unit"]) for name, q in quantities.items()} == {
         "force_to_hold": (pytest.approx(50.0), "N"),
         "static_torque_max": (pytest.approx(50.0), "N m"),
         "kinetic_torque_max": (pytest.approx(37.5), "N m"),
@@ -94,11 +94,11 @@ def test_its_limits_are_printed(command: Command) -> None:
 
 def test_its_accuracy_is_studied(command: Command) -> None:
     arguments = ("--tolerances", "1e-4,1e-6", "--repeats", "1", "--laws", "set-valued", "--json")
-    found = json.loads(command("cost", SCENARIO, *arguments))
-    assert [(row["law"], row["backend"], row["status"]) for row in found["settings"]] == [
+    document = json.loads(command("cost", SCENARIO, *arguments))
+    assert [(row["law"], row["backend"], row["status"]) for row in document["settings"]] == [
         ("set-valued", backend, "done") for backend in ("events", "rkf45") for _ in range(2)
     ]
-    assert all(row["error"] < 1e-6 for row in found["settings"])
+    assert all(row["error"] < 1e-6 for row in document["settings"])
 
 
 def test_an_interrupted_run_of_it_is_resumed(brake: Any, tmp_path: Path) -> None:
@@ -197,12 +197,12 @@ def test_it_stops_when_and_where_the_closed_form_says(brake: Any, case: SimpleNa
         time = case.inertia * speed / net
         angle = 0.5 * speed * time
     done = simulate(scenario_of(case, duration=1.5 * time))
-    found = {name: quantity.value for name, quantity in done.quantities.items()}
-    assert found["braking_time"] == pytest.approx(time, rel=1e-7)
-    assert found["braking_angle"] == pytest.approx(sign * angle, rel=1e-6)
-    assert found["final_angle"] == found["braking_angle"]
-    assert found["energy_friction"] == pytest.approx(case.friction * angle, rel=1e-6)
-    assert found["energy_input"] == pytest.approx(case.torque * sign * angle, rel=1e-6)
+    quantities = {name: quantity.value for name, quantity in done.quantities.items()}
+    assert quantities["braking_time"] == pytest.approx(time, rel=1e-7)
+    assert quantities["braking_angle"] == pytest.approx(sign * angle, rel=1e-6)
+    assert quantities["final_angle"] == quantities["braking_angle"]
+    assert quantities["energy_friction"] == pytest.approx(case.friction * angle, rel=1e-6)
+    assert quantities["energy_input"] == pytest.approx(case.torque * sign * angle, rel=1e-6)
     assert [check for check in done.checks.values() if not check.ok] == []
     assert done.checks["energy_balance"].limit < 2e-7
 
@@ -216,12 +216,14 @@ def test_it_breaks_away_when_the_force_no_longer_holds_it(
     case.force, full = falling, case.force
     done = simulate(scenario_of(case, duration=release))
     hold = abs(case.torque) / (case.mu_s * case.radius)
-    found = {name: quantity.value for name, quantity in done.quantities.items()}
-    assert found["force_to_hold"] == pytest.approx(hold, rel=1e-12)
+    quantities = {name: quantity.value for name, quantity in done.quantities.items()}
+    assert quantities["force_to_hold"] == pytest.approx(hold, rel=1e-12)
     if hold == 0.0:  # nothing moves it
-        assert found["breakaway_time"] is None
+        assert quantities["breakaway_time"] is None
     else:
-        assert found["breakaway_time"] == pytest.approx(release * (1.0 - hold / full), rel=1e-9)
+        assert quantities["breakaway_time"] == pytest.approx(
+            release * (1.0 - hold / full), rel=1e-9
+        )
     assert [check for check in done.checks.values() if not check.ok] == []
 
 

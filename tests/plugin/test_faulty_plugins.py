@@ -46,7 +46,7 @@ Complain = Callable[..., str]
 
 @pytest.fixture
 def add(tmp_path: Path) -> Iterator[Add]:
-    """Return what installs a package with the kind `winch`, or another, and its source text."""
+    """Return an installer of a package with the kind `winch`, or another, and a source text."""
     folder = tmp_path / "site"
     folder.mkdir()
 
@@ -61,7 +61,7 @@ def add(tmp_path: Path) -> Iterator[Add]:
 
 @pytest.fixture
 def complaint(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Complain:
-    """Return what checks a scenario of a kind, and returns what is said of the key `kind`."""
+    """Return a checker of a scenario that returns the error of the key `kind`."""
 
     def check(text: str = 'kind = "winch"\n') -> str:
         path = tmp_path / "s.toml"
@@ -126,9 +126,9 @@ def test_two_plugins_of_one_kind(
         " b_winch); uninstall all but one of them"
     )
     assert complaint() == sentence
-    with pytest.raises(InputError) as found:
+    with pytest.raises(InputError) as error:
         mechanism_module("winch")
-    assert str(found.value) == sentence
+    assert str(error.value) == sentence
     assert kind_names() == tuple(KINDS)
     assert caplog.messages[-1] == sentence
     assert run_command_line(["check", str(PULLEY)]) == 0

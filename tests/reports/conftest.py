@@ -9,5 +9,5 @@ from tests.support import browser as browsers
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
     """A headless browser."""
-    with browsers.browser() as found:
-        yield found
+    with browsers.browser() as program:
+        yield program

@@ -62,12 +62,12 @@ def lines_of(file: Path, error: str, work: str) -> dict[str, list[tuple[float, f
                 }
                 for i in range(len(group["row"]))
             ]
-    found: dict[str, list[tuple[float, float]]] = {}
+    lines: dict[str, list[tuple[float, float]]] = {}
     for row in plain:
         if row["status"] == "done" and float(row[error]) > 0.0:
             name = f"{row['backend']}, {row['law']}"
-            found.setdefault(name, []).append((float(row[work]), float(row[error])))
-    return found
+            lines.setdefault(name, []).append((float(row[work]), float(row[error])))
+    return lines
 
 
 def drawn(figure: Figure) -> dict[str, list[tuple[float, float]]]:

@@ -112,13 +112,13 @@ def test_a_belt_with_few_frames_and_markup_in_a_name_has_all_samples_and_text_be
     hdf5_writer.write(run, tmp_path / "belt.h5")
     with opened(browser, fs.report(tmp_path / "belt.h5", tmp_path / "belt.html")) as page:
         at = 0.7 * run.time[1] + 0.3 * run.time[2]
-        frames, found = page.evaluate(
+        frames, readouts = page.evaluate(
             "(time) => [frictionsim.drawings[0].motion.time.length,"
             " frictionsim.drawings[0].pose(time).readouts]",
             at,
         )
         assert frames == 3
-        shown = {readout["name"]: readout["value"] for readout in found}
+        shown = {readout["name"]: readout["value"] for readout in readouts}
         for pulley, speed in zip(pulleys, run.channels["pulley_speed"].T, strict=True):
             expected = np.interp(at, run.time, speed)
             assert shown[f"speed of {pulley.name}"] == pytest.approx(expected)
@@ -137,7 +137,7 @@ BESIDE = """() => {
 
 
 def beside(page: Any, time: float) -> dict[str, str]:
-    """Return what stands beside the drawing at a time."""
+    """Return the readouts of the drawing at a time."""
     set_time(page, time)
     return dict(page.evaluate(BESIDE))
 
@@ -159,10 +159,10 @@ def test_without_samples_at_events_a_page_agrees_with_its_events(
             assert beside(page, event.time - 1e-6)["state"] == before
             assert beside(page, event.time + 1e-6)["state"] == after
             page.click(f"#events button[data-time='{event.time!r}']")
-            found = beside(page, page.evaluate("frictionsim.clock.time"))
-            assert found["state"] == after
-            assert float(found["angle"].split()[0]) == pytest.approx(event.position, abs=0.01)
-            assert float(found["angular velocity"].split()[0]) == 0.0
+            values = beside(page, page.evaluate("frictionsim.clock.time"))
+            assert values["state"] == after
+            assert float(values["angle"].split()[0]) == pytest.approx(event.position, abs=0.01)
+            assert float(values["angular velocity"].split()[0]) == 0.0
 
 
 def test_a_marble_is_delivered_at_its_transfer_without_a_sample(

@@ -1,4 +1,4 @@
-"""What a report says without scripts: headings, tables and sentences."""
+"""The text of a report without scripts: headings, tables and sentences."""
 
 import re
 from base64 import b64encode
@@ -58,10 +58,10 @@ def html_of_summary(*runs: ReportedRun) -> str:
 
 def row(html: str, name: str) -> list[str]:
     """Return the texts of the row of a table that begins with a name."""
-    found = next(
+    cells = next(
         line for line in html.splitlines() if re.match(rf'<tr><th scope="row"[^>]*>{name}<', line)
     )
-    return re.sub(r"<[^>]*>", "|", found).replace("||", "|").strip("|").split("|")
+    return re.sub(r"<[^>]*>", "|", cells).replace("||", "|").strip("|").split("|")
 
 
 def test_a_report_has_title_status_summary_audit_scenario_origin_and_then_warnings(

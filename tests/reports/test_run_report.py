@@ -66,8 +66,8 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def opened_once(browser: Any, files: Path) -> Iterator[Any]:
-    with opened(browser, files / "pulley.html", viewport=WIDE) as found:
-        yield found
+    with opened(browser, files / "pulley.html", viewport=WIDE) as report:
+        yield report
 
 
 @pytest.fixture
@@ -171,8 +171,8 @@ def test_dragging_on_a_chart_zooms_all_and_a_double_click_resets(page: Any) -> N
     page.mouse.move(box["x"] + box["width"] / 2, middle, steps=4)
     page.mouse.up()
     page.evaluate(SETTLED)
-    found = np.array(page.evaluate(RANGES))
-    np.testing.assert_allclose(found, [[3.0, 6.0]] * 4, atol=0.1)
+    ranges = np.array(page.evaluate(RANGES))
+    np.testing.assert_allclose(ranges, [[3.0, 6.0]] * 4, atol=0.1)
     page.mouse.dblclick(box["x"] + box["width"] / 3, middle)
     wait_until(page, "frictionsim.charts.range[1] === 12")
     page.evaluate(SETTLED)

@@ -65,11 +65,11 @@ def reports(grid: Path, sample: Path, tmp_path_factory: pytest.TempPathFactory) 
 
 def pictures_of(path: Path) -> list[tuple[str, bytes]]:
     """Return the title and the SVG of each picture of a report."""
-    found = re.findall(
+    pairs = re.findall(
         r"<details[^>]*><summary>([^<]*)</summary><img[^>]*base64,([^\"]*)",
         path.read_text(encoding="utf-8"),
     )
-    return [(title, b64decode(image)) for title, image in found]
+    return [(title, b64decode(image)) for title, image in pairs]
 
 
 @pytest.mark.parametrize("name", ["grid", "sample"])
@@ -122,13 +122,13 @@ def test_a_report_of_a_sweep_is_complete_without_scripts(
 def hostile(dataset: Any) -> Any:
     """Return a sweep with markup in title, keys, values, names, units, reasons and warnings."""
     # `array` and `__proto__` are names that scripts might take for their own.
-    found = dataset.rename({LOAD: HOSTILE, "final_angle": "array", "energy_input": "__proto__"})
-    found = found.assign_coords({MU: [HOSTILE, "b", "c"]})
-    found.attrs |= {"title": HOSTILE, "study": HOSTILE}
-    found["array"].attrs["units"] = HOSTILE
+    renamed = dataset.rename({LOAD: HOSTILE, "final_angle": "array", "energy_input": "__proto__"})
+    renamed = renamed.assign_coords({MU: [HOSTILE, "b", "c"]})
+    renamed.attrs |= {"title": HOSTILE, "study": HOSTILE}
+    renamed["array"].attrs["units"] = HOSTILE
     for name in ("failure", "reason", "warnings"):
-        found[name][:] = HOSTILE
-    return found
+        renamed[name][:] = HOSTILE
+    return renamed
 
 
 def test_markup_in_a_sweep_stays_text(browser: Any, grid: Path, tmp_path: Path) -> None:
@@ -185,11 +185,11 @@ def test_a_sweep_that_was_stopped_shows_what_is_left(
     browser: Any, grid: Path, tmp_path: Path
 ) -> None:
     with fs.open_sweep(grid) as dataset:
-        found = dataset.load()
-    found["status"][2] = 0
-    found["final_angle"][2] = np.nan
-    found.attrs |= {"status": "interrupted", "reason": "stopped by Ctrl-C"}
-    with opened(browser, fs.report(found, tmp_path / "a.html")) as page:
+        sweep = dataset.load()
+    sweep["status"][2] = 0
+    sweep["final_angle"][2] = np.nan
+    sweep.attrs |= {"status": "interrupted", "reason": "stopped by Ctrl-C"}
+    with opened(browser, fs.report(sweep, tmp_path / "a.html")) as page:
         shown = page.inner_text("body")
         assert "sweep interrupted" in shown
         assert "4 not run" in shown
@@ -197,18 +197,18 @@ def test_a_sweep_that_was_stopped_shows_what_is_left(
 
 
 def test_numbers_that_are_non_finite_have_a_report(browser: Any, tmp_path: Path) -> None:
-    found = large((100, 130)).isel({MU: slice(0, 4), LOAD: slice(0, 3)})
-    found["value0"][0] = np.inf
-    found["value1"][:] = np.inf
-    found["value2"][:] = np.nan
-    found["value3"][:] = 1e308
-    report = fs.report(found, tmp_path / "a.html")
+    sweep = large((100, 130)).isel({MU: slice(0, 4), LOAD: slice(0, 3)})
+    sweep["value0"][0] = np.inf
+    sweep["value1"][:] = np.inf
+    sweep["value2"][:] = np.nan
+    sweep["value3"][:] = 1e308
+    report = fs.report(sweep, tmp_path / "a.html")
     assert pictures_of(report) == []
     assert "has numbers above 1e+100" in report.read_text("utf-8")
-    found["value3"][:] = 1e90
-    found["value3"][0] = 2e90
-    found["value1"][:] = 3.0
-    report = fs.report(found, tmp_path / "a.html")
+    sweep["value3"][:] = 1e90
+    sweep["value3"][0] = 2e90
+    sweep["value1"][:] = 3.0
+    report = fs.report(sweep, tmp_path / "a.html")
     titles = {title for title, _ in pictures_of(report)}
     assert {"value0", "value3"} <= titles
     assert "value1" not in titles  # it does not vary

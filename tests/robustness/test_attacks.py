@@ -53,9 +53,9 @@ def test_each_attack_has_a_share_of_both() -> None:
 
 
 def assert_no_promise_is_broken(attack: str) -> None:
-    found = list(cases(attack, 0, 0, COUNTS[attack]))
-    assert [case for case in found if case.broken] == []
-    assert [case.number for case in found] == list(range(COUNTS[attack]))
+    tried = list(cases(attack, 0, 0, COUNTS[attack]))
+    assert [case for case in tried if case.broken] == []
+    assert [case.number for case in tried] == list(range(COUNTS[attack]))
 
 
 @pytest.mark.parametrize(
@@ -109,22 +109,22 @@ def test_a_crash_and_an_error_cost_their_cases_and_a_hang_is_tried_again(
     (tmp_path / f"{name}.py").write_text(text)
     monkeypatch.setattr("tests.attacks.__path__", [str(tmp_path)])
     monkeypatch.setattr(campaign, "SECONDS_PER_CASE", 1.0)
-    found = list(cases(name, 0, 0, 9))
-    assert [case.number for case in found] == list(range(9))
-    assert [case.outcome for case in found] == [
+    tried = list(cases(name, 0, 0, 9))
+    assert [case.number for case in tried] == list(range(9))
+    assert [case.outcome for case in tried] == [
         *("fine", "crash", "fine", "fine", "fine", "broken", "crash", "crash", "fine")
     ]
-    assert "process ended early, exit -6" in found[1].broken
-    assert found[5].broken == "ValueError: a traceback"
-    for case in found[6:8]:
+    assert "process ended early, exit -6" in tried[1].broken
+    assert tried[5].broken == "ValueError: a traceback"
+    for case in tried[6:8]:
         assert case.broken == "process ended early, exit 0: "
     assert not _runs(int((tmp_path / "once").read_text()))  # what the hanging case had started
 
 
 def _runs(pid: int) -> bool:
     """Return whether a process is there, and not only waits for its parent to take notice."""
-    found = subprocess.run(["ps", "-o", "stat=", "-p", str(pid)], capture_output=True, text=True)
-    return found.stdout.strip()[:1] not in ("", "Z")
+    answer = subprocess.run(["ps", "-o", "stat=", "-p", str(pid)], capture_output=True, text=True)
+    return answer.stdout.strip()[:1] not in ("", "Z")
 
 
 def test_what_no_command_may_do_breaks_a_promise(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -34,7 +34,7 @@ LONG = pulley(
 
 
 def state_of(target: Path, whole: bytes, before: bytes | None) -> str:
-    """Check the file that a run has left, resume it if possible, and return its state."""
+    """Check the file of an ended run, resume it if possible, and return its state."""
     content = target.read_bytes() if target.exists() else None
     if content == whole:
         return "done"
@@ -69,7 +69,7 @@ def test_a_run_stopped_at_any_change_of_a_file_leaves_an_old_or_a_valid_one(
     before: bytes | None, command: list[str], number: int, changes: Sequence[int], here: Path
 ) -> None:
     assert run_command_line(command) == 0
-    whole, target, found = Path("a.h5").read_bytes(), here / "a.h5", [""]
+    whole, target, states = Path("a.h5").read_bytes(), here / "a.h5", [""]
     for change in changes:
         for path in here.iterdir():
             path.unlink()
@@ -77,14 +77,14 @@ def test_a_run_stopped_at_any_change_of_a_file_leaves_an_old_or_a_valid_one(
             target.write_bytes(before)
         code = stopped_at(change, lambda: run_command_line(command), here, number)
         assert code in (0, -number, 128 + number)  # without a step before it, by the signal itself
-        found.append(state_of(target, whole, before))
-        assert found[-1] == "done" or code != 0
-        assert found[-1] != "absent" or "interrupted" not in found  # a checkpoint is not lost
+        states.append(state_of(target, whole, before))
+        assert states[-1] == "done" or code != 0
+        assert states[-1] != "absent" or "interrupted" not in states  # a checkpoint is not lost
         assert run_command_line(command) == 0
         assert (target.read_bytes(), os.listdir(here)) == (whole, ["a.h5"])
         if code == 0:  # there were no more changes
             break
-    assert {"absent", "old", "interrupted"} & {*found}
+    assert {"absent", "old", "interrupted"} & {*states}
     assert command == SHORT or code == 0
 
 
@@ -119,14 +119,14 @@ def test_many_runs_stopped_at_random_times_leave_an_old_or_a_valid_file(
     assert "Traceback" not in captured
     if way == "signals" and code < 0:  # before the first step
         assert all(line.startswith("frictionsim: warning: ") for line in captured.splitlines())
-    found = state_of(target, content, before)
+    state = state_of(target, content, before)
     accepted = {-number, 128 + number}
-    if found == "done":
+    if state == "done":
         accepted.add(0)
-    elif found in ("absent", "old") and number == signal.SIGINT:
+    elif state in ("absent", "old") and number == signal.SIGINT:
         accepted.add(1)  # Python itself was starting, which ends so
     assert code in accepted
-    for name in (way, f"{way} that left the file {found}"):
+    for name in (way, f"{way} that left the file {state}"):
         tally[name] = tally.get(name, 0) + 1
 
 
@@ -218,7 +218,7 @@ SURROUNDINGS: list[dict[str, str]] = [
 def test_results_do_not_depend_on_the_environment(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = set()
+    outputs = set()
     scenarios = [SCENARIOS / "pulley.toml", SCENARIOS / "epicyclic.toml"]
     for number, surroundings in enumerate(SURROUNDINGS):
         folder = tmp_path / str(number)
@@ -227,7 +227,7 @@ def test_results_do_not_depend_on_the_environment(
             for key, value in surroundings.items():
                 patched.setenv(key, value)
             assert frictionsim("solve", *scenarios, "-q", cwd=folder).returncode == 0
-        found.add(
+        outputs.add(
             tuple((folder / "results" / f"{path.stem}.h5").read_bytes() for path in scenarios)
         )
-    assert len(found) == 1
+    assert len(outputs) == 1

@@ -44,10 +44,10 @@ def test_a_hard_lift_gives_the_reference(name: str, rtol: float, time: float, an
     """No transition is missed and none is added, however long the steps are."""
     done, exact = outcome(name, f"solver.rtol={rtol}"), reference(name)
     for contact in CONTACTS:
-        found, expected = changes(done, contact), exact.of(contact)
-        assert [change[1:3] for change in found] == [change[1:3] for change in expected]
-        assert [t for t, *_ in found] == pytest.approx([t for t, *_ in expected], abs=time)
-        assert [a for *_, a in found] == pytest.approx([a for *_, a in expected], abs=angle)
+        transitions, expected = changes(done, contact), exact.of(contact)
+        assert [change[1:3] for change in transitions] == [change[1:3] for change in expected]
+        assert [t for t, *_ in transitions] == pytest.approx([t for t, *_ in expected], abs=time)
+        assert [a for *_, a in transitions] == pytest.approx([a for *_, a in expected], abs=angle)
     last = exact.pieces[-1]
     end = last.state(last.end - last.start)
     assert done.channels["angle"][-1] == pytest.approx(float(end.angle), abs=angle)
@@ -94,11 +94,11 @@ def test_a_stop_for_a_moment_is_not_missed(lowest: float, rtol: float) -> None:
     data["drive"]["torque"] = torque
     data["mechanism"]["initial_angular_velocity"] = 0.5 + lowest
     data["solver"] |= {"duration": 1.5, "rtol": rtol}
-    found = changes(simulate(data), "shaft")
+    transitions = changes(simulate(data), "shaft")
     if lowest > 0.0:
-        assert found == []
+        assert transitions == []
         return
-    (stop, *between), (start, *_) = (change[:3] for change in found)
+    (stop, *between), (start, *_) = (change[:3] for change in transitions)
     assert between == [1, 0]
     # A rounding of the speed is worth more time the nearer the stop is to the minimum.
     early = np.sqrt(-2.0 * lowest)

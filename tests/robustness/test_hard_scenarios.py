@@ -85,10 +85,10 @@ def test_a_hard_scenario_gives_the_reference(name: str, backend: str) -> None:
     changes = [e for e in done.transitions if e.mode_from != e.mode_to]
     # `events` locates stops to the tolerance; `rkf45` steps over a stop and detects it later.
     time, angle = (1e-9, 1e-8) if backend == "events" else (1e-6, 1e-5)
-    for found, (at, *between, where) in zip(changes, case["events"], strict=False):
-        assert [found.mode_from, found.mode_to] == between
-        assert found.time == pytest.approx(at, abs=time)
-        assert found.position == pytest.approx(where, abs=angle)
+    for change, (at, *between, where) in zip(changes, case["events"], strict=False):
+        assert [change.mode_from, change.mode_to] == between
+        assert change.time == pytest.approx(at, abs=time)
+        assert change.position == pytest.approx(where, abs=angle)
     # The delays of all stops add up.
     last = [done.channels["angle"][-1], done.channels["angular_velocity"][-1]]
     assert last == pytest.approx(case["final"], abs=10.0 * angle)

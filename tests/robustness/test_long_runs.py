@@ -70,7 +70,7 @@ def stopped_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def stopped(stopped_run: Path, tmp_path: Path) -> Path:
-    """Its result in a folder of its own."""
+    """Its result in a separate folder."""
     shutil.copytree(stopped_run, tmp_path, dirs_exist_ok=True)
     return tmp_path / "a.h5"
 
@@ -78,22 +78,22 @@ def stopped(stopped_run: Path, tmp_path: Path) -> Path:
 def test_summary_and_channels_are_those_of_a_run_in_memory(
     in_memory: fs.Result, whole: Path, tmp_path: Path
 ) -> None:
-    found = fs.open(whole)
+    result = fs.open(whole)
     assert os.listdir(whole.parent) == ["whole.h5"]
-    assert found.quantities == in_memory.quantities
-    assert found.audit == in_memory.audit
-    assert found.warnings == in_memory.warnings
-    assert found.record.transitions == in_memory.record.transitions
+    assert result.quantities == in_memory.quantities
+    assert result.audit == in_memory.audit
+    assert result.warnings == in_memory.warnings
+    assert result.record.transitions == in_memory.record.transitions
     for name, values in in_memory.record.channels.items():
-        assert np.array_equal(found.record.channels[name], values), name
+        assert np.array_equal(result.record.channels[name], values), name
     in_memory.save(tmp_path / "saved.h5")
     assert (tmp_path / "saved.h5").read_bytes() == whole.read_bytes()
     some = ["sticking", "pulley_speed", "energy_input"]
-    found = fs.solve(LONG, {"output.channels": some}, output=tmp_path / "a.h5")
-    assert found.quantities == in_memory.quantities
-    assert found.audit == in_memory.audit
-    assert set(found.record.channels) == {"time", *some}
-    for name, values in found.record.channels.items():
+    result = fs.solve(LONG, {"output.channels": some}, output=tmp_path / "a.h5")
+    assert result.quantities == in_memory.quantities
+    assert result.audit == in_memory.audit
+    assert set(result.record.channels) == {"time", *some}
+    for name, values in result.record.channels.items():
         assert np.array_equal(in_memory.record.channels[name], values), name
 
 
@@ -185,12 +185,12 @@ def test_a_checkpoint_writes_what_is_new_and_says_what_it_leaves_out(
         before(run, path, part)
         if run.status != "done":
             written.append((run.time.size, path.stat().st_size))
-            found = fs.open(path)
-            assert np.all(np.diff(found.record.channels["time"]) > 0.0)
-            assert (found.status, found.quantities) == ("interrupted", {})
-            assert "checkpoint at t = " in found.reason
+            opened = fs.open(path)
+            assert np.all(np.diff(opened.record.channels["time"]) > 0.0)
+            assert (opened.status, opened.quantities) == ("interrupted", {})
+            assert "checkpoint at t = " in opened.reason
             missing = "this is a checkpoint of a long run: quantities,"
-            assert found.warnings[-1].startswith(missing)
+            assert opened.warnings[-1].startswith(missing)
 
     monkeypatch.setattr(hdf5_writer, "write", write)
     result = fs.solve(LONG, output=tmp_path / "a.h5")
@@ -215,13 +215,13 @@ def test_a_long_run_killed_at_a_change_of_a_file_is_resumed_to_the_same_bytes(
     code = stopped_at(change, work, tmp_path)
     is_there = target.exists() or partial_name(target).exists()
     if is_there:
-        found = fs.open(target)
-        kept = len(found.record.channels["time"])
+        result = fs.open(target)
+        kept = len(result.record.channels["time"])
         expected = fs.open(whole).record.channels
-        for name, values in found.record.channels.items():
+        for name, values in result.record.channels.items():
             assert np.array_equal(values, expected[name][:kept]), name
-    assert code == -signal.SIGKILL or found.status == "done"
-    if is_there and found.status == "interrupted":
+    assert code == -signal.SIGKILL or result.status == "done"
+    if is_there and result.status == "interrupted":
         fs.resume(target)
     else:  # before the first checkpoint, or after the last: what is left over goes
         fs.solve(LONG, output=target)

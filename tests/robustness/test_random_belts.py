@@ -110,7 +110,7 @@ def test_interrupting_random_belts_changes_nothing(
 
 def _differing(data: Scenario, backend: str, fractions: Any) -> list[tuple[float, str]]:
     """Return the channels that differ if the run is stopped at a fraction of its duration."""
-    whole, found = simulated(data, backend), []
+    whole, differences = simulated(data, backend), []
     if whole is None or whole.status != "done":
         return []
     for fraction in fractions:
@@ -124,9 +124,9 @@ def _differing(data: Scenario, backend: str, fractions: Any) -> list[tuple[float
         if part.status != "done":
             part = simulated(data, backend, checkpoint=part.checkpoint)
         assert part is not None
-        found += [
+        differences += [
             (fraction, name)
             for name, channel in whole.channels.items()
             if not np.array_equal(channel, part.channels[name])
         ]
-    return found
+    return differences

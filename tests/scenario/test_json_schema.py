@@ -34,9 +34,9 @@ with_taplo = pytest.mark.skipif(
 def faults(data: Scenario, kind: str | None = None) -> list[str]:
     """Return the messages of the schema of a kind, and those of all kinds if they differ in any."""
     kind = kind or str(data["kind"])
-    found = [error.message for error in VALIDATORS[kind].iter_errors(data)]
-    assert bool(found) == bool(list(VALIDATORS[None].iter_errors(data)))
-    return found
+    messages = [error.message for error in VALIDATORS[kind].iter_errors(data)]
+    assert bool(messages) == bool(list(VALIDATORS[None].iter_errors(data)))
+    return messages
 
 
 @pytest.mark.parametrize("kind", [None, *KINDS])
@@ -116,8 +116,8 @@ WRONG: list[tuple[dict[str, Any], str]] = [
 
 @pytest.mark.parametrize(("changes", "message"), WRONG)
 def test_a_wrong_scenario_is_refused(changes: dict[str, Any], message: str) -> None:
-    (found,) = faults(pulley(**changes))
-    assert found.startswith(message)
+    (text,) = faults(pulley(**changes))
+    assert text.startswith(message)
 
 
 def test_a_lift_has_a_car_in_place_of_a_load() -> None:
@@ -140,8 +140,8 @@ def test_a_belt_has_no_absolute_tolerance() -> None:
     ],
 )
 def test_the_key_kind_decides(schema_of: str | None, kind: str, message: str) -> None:
-    found = [error.message for error in VALIDATORS[schema_of].iter_errors(pulley(kind=kind))]
-    assert any(text.startswith(message) for text in found), found
+    messages = [error.message for error in VALIDATORS[schema_of].iter_errors(pulley(kind=kind))]
+    assert any(text.startswith(message) for text in messages), messages
 
 
 def keys(made: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -23,18 +23,18 @@ PULLEY = (SCENARIOS / "pulley.toml").read_text()
 
 
 def test_what_may_be_zero_may_be_next_to_it() -> None:
-    found = load(pulley(mechanism__initial_angular_velocity=1e-200, drive__force=1e-200))
-    assert found.mechanism.initial_angular_velocity == 1e-200
+    scenario = load(pulley(mechanism__initial_angular_velocity=1e-200, drive__force=1e-200))
+    assert scenario.mechanism.initial_angular_velocity == 1e-200
 
 
 @pytest.mark.parametrize("mu", [227.0, 1e40])
 def test_a_capstan_ratio_beyond_the_largest_number_is_undefined(mu: float) -> None:
-    found = fs.static(pair(effects__belt_friction={"mu_s": mu, "mu_k": 1.0}))
-    assert found["capstan_ratio_driver"].value is None
+    statics = fs.static(pair(effects__belt_friction={"mu_s": mu, "mu_k": 1.0}))
+    assert statics["capstan_ratio_driver"].value is None
     radius = pair()["mechanism"]["pulleys"][0]["radius"]
-    tension = found["pretension"].value
+    tension = statics["pretension"].value
     assert tension is not None
-    assert found["torque_limit_driver"].value == pytest.approx(2.0 * tension * radius, rel=1e-12)
+    assert statics["torque_limit_driver"].value == pytest.approx(2.0 * tension * radius, rel=1e-12)
 
 
 def test_extreme_gears_have_a_verdict_without_a_traceback() -> None:

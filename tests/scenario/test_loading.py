@@ -113,8 +113,8 @@ def test_key_lines_for_all_forms_of_keys() -> None:
         if "#=" in line
         for path in line.partition("#= ")[2].split(", ")
     }
-    found = key_lines(ALL_WAYS_TO_WRITE_A_KEY)
-    assert {" ".join(map(str, path)): line for path, line in found.items()} == expected
+    lines = key_lines(ALL_WAYS_TO_WRITE_A_KEY)
+    assert {" ".join(map(str, path)): line for path, line in lines.items()} == expected
 
 
 def test_key_lines_after_a_long_signal() -> None:
@@ -141,10 +141,10 @@ def test_key_lines_after_a_long_signal() -> None:
 def test_overrides_take_precedence_over_the_file(
     override: str, key: str, value: Any, tmp_path: Path
 ) -> None:
-    found: Any = load(write_scenario(tmp_path, TEXT), [override])
+    part_of_scenario: Any = load(write_scenario(tmp_path, TEXT), [override])
     for part in key.split("."):
-        found = getattr(found, part)
-    assert found == value
+        part_of_scenario = getattr(part_of_scenario, part)
+    assert part_of_scenario == value
 
 
 def test_the_last_override_wins_and_the_backend_option_over_all(tmp_path: Path) -> None:
@@ -215,9 +215,9 @@ def loads_or_refuses(path: Path, overrides: list[str] | None = None) -> None:
 
 def places(table: Any) -> list[tuple[Any, Any]]:
     """Return every place in nested data where a value stands, as container and key."""
-    found = [(table, key) for key in (table if isinstance(table, dict) else range(len(table)))]
-    inner = [table[key] for _, key in found if isinstance(table[key], dict | list)]
-    return found + [place for container in inner for place in places(container)]
+    pairs = [(table, key) for key in (table if isinstance(table, dict) else range(len(table)))]
+    inner = [table[key] for _, key in pairs if isinstance(table[key], dict | list)]
+    return pairs + [place for container in inner for place in places(container)]
 
 
 @given(st.dictionaries(keys, values, max_size=6))
@@ -231,8 +231,8 @@ def test_any_change_of_a_valid_scenario_loads_or_is_refused(
 ) -> None:
     data = pulley()
     for index, value in changes:
-        found = places(data)
-        container, key = found[index % len(found)]
+        pairs = places(data)
+        container, key = pairs[index % len(pairs)]
         container[key] = value
     loads_or_refuses(write_scenario(room, tomli_w.dumps(data)))
 

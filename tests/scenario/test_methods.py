@@ -24,8 +24,8 @@ PARAMETERS: dict[str, dict[str, Any]] = {
 
 @cache
 def loaded(kind: str) -> Any:
-    found = load(SCENARIOS / f"{SHIPPED.get(kind, kind)}.toml")
-    return found, found.model_dump(by_alias=True, exclude_none=True)
+    scenario = load(SCENARIOS / f"{SHIPPED.get(kind, kind)}.toml")
+    return scenario, scenario.model_dump(by_alias=True, exclude_none=True)
 
 
 def of_kind(kind: str, law: str, backend: str) -> Scenario:
@@ -47,8 +47,8 @@ def test_every_law_and_method_fit_or_are_refused_with_alternatives(kind: str) ->
     for law, backend in product(LAWS, METHODS):
         data = of_kind(kind, law, backend)
         if (law, backend) in pairs:
-            found = validate(data, SCENARIOS)
-            assert (found.law, found.solver.backend) == (law, backend)
+            scenario = validate(data, SCENARIOS)
+            assert (scenario.law, scenario.solver.backend) == (law, backend)
             continue
         with pytest.raises(ValidationFailure) as refused:
             validate(data, SCENARIOS)

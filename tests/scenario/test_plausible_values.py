@@ -24,10 +24,10 @@ def asked(scenario: fs.Scenario) -> list[str]:
 
 def values(kind: str) -> dict[str, Any]:
     """Return the radii and coefficients of the shipped scenario of a kind."""
-    found = dict(keys_and_values(fs.load(kind).to_dict()))
+    numbers = dict(keys_and_values(fs.load(kind).to_dict()))
     return {
         key: value
-        for key, value in found.items()
+        for key, value in numbers.items()
         if re.search(r"radius$|\.mu_[sk]$", key) and isinstance(value, float)
     }
 
@@ -42,12 +42,12 @@ def test_millimetres_are_suggested_as_metres_in_every_kind(kind: str) -> None:
         for row in rows:
             large[f"mechanism.pulleys.{row['name']}.center"] = [1000.0 * x for x in row["center"]]
         large["effects.contact"], large["effects.bending"] = None, None
-    found = asked(fs.load(kind, large))
-    assert len(found) == sum(key.endswith("radius") for key in large)
+    warnings = asked(fs.load(kind, large))
+    assert len(warnings) == sum(key.endswith("radius") for key in large)
     for key, value in radii.items():
         if key in large:
             words = f"{key} = {large[key]:g} m is a radius above 5 m; did you mean {value:.6g}, for"
-            assert any(warning.startswith(words) for warning in found)
+            assert any(warning.startswith(words) for warning in warnings)
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "epicyclic"])

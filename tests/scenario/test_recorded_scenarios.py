@@ -17,7 +17,7 @@ POINTS = "time = [0.0, 0.8], value = [1832.6, 3113.75]"
 
 
 def recorded(path: Path, force: str) -> None:
-    """Write another force into the scenario of a stopped run, with digest and seal made anew."""
+    """Write another force into the scenario of a stopped run, and renew digest and seal."""
     with h5py.File(path, "r+") as file:
         lines = str(file.attrs["scenario"]).split("[drive.force]\n")[0]
         rest = str(file.attrs["scenario"]).split("[drive.force]\n")[1].partition("\n[")
@@ -30,9 +30,9 @@ def recorded(path: Path, force: str) -> None:
 
 @pytest.fixture
 def stopped(tmp_path: Path) -> Path:
-    found = fs.solve(PULLEY, output=tmp_path / "a.h5", max_steps=40).path
-    assert found is not None
-    return found
+    path = fs.solve(PULLEY, output=tmp_path / "a.h5", max_steps=40).path
+    assert path is not None
+    return path
 
 
 @pytest.mark.parametrize(
@@ -62,8 +62,8 @@ def test_a_csv_signal_is_recorded_as_its_numbers(tmp_path: Path) -> None:
     text = PULLEY.read_text().replace(POINTS, 'csv = "force.csv"')
     assert text != PULLEY.read_text()
     scenario.write_text(text)
-    found = fs.solve(scenario, output=tmp_path / "a.h5", max_steps=40)
-    assert "csv" not in fs.open(found.path).record.attributes["scenario"]  # type: ignore[arg-type]
+    result = fs.solve(scenario, output=tmp_path / "a.h5", max_steps=40)
+    assert "csv" not in fs.open(result.path).record.attributes["scenario"]  # type: ignore[arg-type]
     assert fs.resume(tmp_path / "a.h5").status == "done"
 
 
@@ -73,8 +73,8 @@ def test_the_recorded_command_solves_the_scenario_from_where_it_was_solved(
     monkeypatch.chdir(tmp_path)
     Path("in").mkdir()
     shutil.copy(PULLEY, "in/a.toml")
-    found = fs.solve("in/a.toml", output="a.h5", max_steps=40)
-    assert found.record.attributes["command"] == "frictionsim solve in/a.toml"
+    result = fs.solve("in/a.toml", output="a.h5", max_steps=40)
+    assert result.record.attributes["command"] == "frictionsim solve in/a.toml"
     assert fs.resume("a.h5").record.attributes["command"] == "frictionsim solve in/a.toml"
     shipped = fs.solve("hard/decay", output="b.h5")
     assert shipped.record.attributes["command"] == "frictionsim solve hard/decay"

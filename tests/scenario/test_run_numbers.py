@@ -23,15 +23,15 @@ LOAD, MU_S = ("mechanism", "load"), ("effects", "shaft_friction", "mu_s")
 
 @given(NUMBERS, st.floats(0.1, 10.0), st.sampled_from([add, sub, mul, truediv, pow]))
 def test_arithmetic_has_the_bits_of_each_number(values: list[float], x: float, f: Any) -> None:
-    found = f(as_run_numbers(values), x)
-    assert np.asarray(found).tolist() == [f(value, x) for value in values]
+    numbers = f(as_run_numbers(values), x)
+    assert np.asarray(numbers).tolist() == [f(value, x) for value in values]
 
 
 def test_powers_have_the_bits_of_python_where_those_of_numpy_have_others() -> None:
     values = np.random.default_rng(0).uniform(0.1, 3.0, 2000).tolist()
     for exponent in (2, 3, 0.2):
-        found = as_run_numbers(values) ** exponent
-        assert np.asarray(found).tolist() == [value**exponent for value in values]
+        numbers = as_run_numbers(values) ** exponent
+        assert np.asarray(numbers).tolist() == [value**exponent for value in values]
 
 
 @pytest.mark.parametrize(
@@ -60,9 +60,9 @@ def test_groups_take_one_way_each_and_are_not_small(values: list[int], fewest: i
 
     ways = {"low": range(3), "middle": range(3, 6), "high": range(6, 10)}
     seen: list[int] = []
-    for runs, found in group_runs(way, np.arange(len(values)), fewest):
+    for runs, branch in group_runs(way, np.arange(len(values)), fewest):
         assert len(runs) >= fewest
-        assert {values[run] for run in runs} <= set(ways[found])
+        assert {values[run] for run in runs} <= set(ways[branch])
         seen += runs.tolist()
     assert len(seen) == len(set(seen))
     if fewest == 1:
@@ -75,10 +75,10 @@ def outcome(scenario: Scenario, values: dict[Any, list[float]]) -> Any:
 
 def test_a_scenario_takes_numbers_within_bounds_and_in_order() -> None:
     pulley = fs.load("pulley")
-    found = outcome(pulley, {LOAD: [0.0, 1e3], MU_S: [0.1, 0.3]})
-    assert np.asarray(found.mechanism.load).tolist() == [0.0, 1e3]
-    assert np.asarray(found.effects.shaft_friction.mu_s).tolist() == [0.1, 0.3]
-    assert found.mechanism.inertia == pulley.mechanism.inertia
+    scenario = outcome(pulley, {LOAD: [0.0, 1e3], MU_S: [0.1, 0.3]})
+    assert np.asarray(scenario.mechanism.load).tolist() == [0.0, 1e3]
+    assert np.asarray(scenario.effects.shaft_friction.mu_s).tolist() == [0.1, 0.3]
+    assert scenario.mechanism.inertia == pulley.mechanism.inertia
     point = outcome(pulley, {("drive", "force", "value", 1): [2e3, 3e3]})
     assert point.drive.force.value[0] == pulley.drive.force.value[0]
 
@@ -98,8 +98,8 @@ def test_a_scenario_takes_numbers_within_bounds_and_in_order() -> None:
 def test_it_divides_what_its_model_may_refuse(key: Any, values: list[float], holds: Any) -> None:
     with pytest.raises(Unlike) as unlike:
         outcome(fs.load("pulley"), {key: values})
-    found = unlike.value.holds
-    assert (None if found is None else found.tolist()) == holds
+    mask = unlike.value.holds
+    assert (None if mask is None else mask.tolist()) == holds
 
 
 class Table(Params):

@@ -42,11 +42,11 @@ def test_scenarios_of_another_package_are_not_ours(
 
 
 def test_they_are_listed_by_name() -> None:
-    found = shipped_scenarios()
-    assert found["pulley"] == SCENARIOS / "pulley.toml"
-    assert found["hard/belt_long"] == SCENARIOS / "hard" / "belt_long.toml"
-    assert set(found.values()) == set(SCENARIOS.rglob("*.toml"))
-    assert set(KINDS) <= set(found)
+    paths = shipped_scenarios()
+    assert paths["pulley"] == SCENARIOS / "pulley.toml"
+    assert paths["hard/belt_long"] == SCENARIOS / "hard" / "belt_long.toml"
+    assert set(paths.values()) == set(SCENARIOS.rglob("*.toml"))
+    assert set(KINDS) <= set(paths)
 
 
 def test_a_wheel_takes_them_along() -> None:

@@ -1,4 +1,4 @@
-"""Scenarios to start from: they load, and so do they with what is commented out."""
+"""Starting scenarios: they load, also with their commented keys."""
 
 import re
 import sys
@@ -42,13 +42,13 @@ def with_effects(text: str, names: list[str]) -> str:
     """Return a scenario with the tables of effects in use that are commented out."""
     blocks = text.split("\n\n")
     for i, block in enumerate(blocks):
-        found = re.match(r"# \[effects\.(\w+)\]", block)
-        if found and found[1] in names:
+        match = re.match(r"# \[effects\.(\w+)\]", block)
+        if match and match[1] in names:
             blocks[i] = "\n".join(uncommented(block.splitlines()))
-    found = "\n\n".join(blocks)
+    match = "\n\n".join(blocks)
     # Its comment says that a load is left out with hanging masses.
     return (
-        re.sub(r"^load = ", "# load = ", found, flags=re.M) if "hanging_masses" in names else found
+        re.sub(r"^load = ", "# load = ", match, flags=re.M) if "hanging_masses" in names else match
     )
 
 
@@ -97,7 +97,7 @@ def test_it_loads_with_any_of_the_effects(data: st.DataObject) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_values_in_comments_are_the_defaults(kind: str) -> None:
     blocks = TEXTS[kind].split("\n\n")
-    found = 0
+    count = 0
     for i, block in enumerate(blocks):
         if not block.startswith("# ["):
             lines = block.splitlines()
@@ -105,8 +105,8 @@ def test_values_in_comments_are_the_defaults(kind: str) -> None:
             for n in optional:
                 lines[n] = lines[n].removeprefix("# ")
             blocks[i] = "\n".join(lines)
-            found += len(optional)
-    assert found >= 3
+            count += len(optional)
+    assert count >= 3
     assert loaded("\n\n".join(blocks)) == loaded(TEXTS[kind])
 
 

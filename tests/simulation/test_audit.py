@@ -31,9 +31,9 @@ def sound() -> Trajectory:
 
 
 def contact() -> DryFriction:
-    found = build(SCENARIO).contact
-    assert found is not None
-    return found
+    friction = build(SCENARIO).contact
+    assert friction is not None
+    return friction
 
 
 def failed(trajectory: Trajectory) -> set[str]:
@@ -79,14 +79,14 @@ def test_driving_friction_is_detected(sound: Trajectory) -> None:
     assert failed(sound._replace(forces=friction)) == {"dissipation_sign"}
 
 
-@pytest.mark.parametrize(("speed", "found"), [(1e-11, {"dissipation_sign"}), (1e-13, set())])
+@pytest.mark.parametrize(("speed", "failing"), [(1e-11, {"dissipation_sign"}), (1e-13, set())])
 def test_a_speed_below_the_absolute_tolerance_may_have_either_sign(
-    sound: Trajectory, speed: float, found: set[str]
+    sound: Trajectory, speed: float, failing: set[str]
 ) -> None:
     """Of 1e-12 rad/s: so small are the speeds of a load of 1e-45 N m."""
     slip = np.flatnonzero(sound.mode == 1)[5]
     velocity = with_sample(sound.velocity, slip, np.copysign(speed, sound.friction[slip]))
-    assert failed(sound._replace(velocity=velocity)) == found
+    assert failed(sound._replace(velocity=velocity)) == failing
 
 
 def test_friction_below_its_kinetic_size_is_detected(sound: Trajectory) -> None:

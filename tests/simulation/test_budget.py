@@ -13,7 +13,7 @@ PULLEY = SCENARIOS / "pulley.toml"
 
 
 def spent(name: str, folder: Path, parts: int) -> int:
-    """Solve an original in parts of so many steps; return how many parts there were.
+    """Solve an original in some `parts`, by a limit of steps; return the number of parts.
 
     The last of them must leave the file of an unlimited run.
     """
@@ -21,13 +21,13 @@ def spent(name: str, folder: Path, parts: int) -> int:
     counts = fs.solve(data, output=whole).statistics
     assert counts is not None
     most = (counts.steps + counts.rejected) // parts + 1
-    found, count = fs.solve(data, output=part, max_steps=most), 1
-    while found.status != "done":
-        assert found.failure == "budget_exceeded"
-        assert found.reason.startswith(f"limit of {most} steps reached at t = ")
-        assert "; resume the run, raise the limit or " in found.reason
-        assert found.scenario == fs.open(whole).scenario
-        found, count = fs.resume(part, max_steps=most), count + 1
+    result, count = fs.solve(data, output=part, max_steps=most), 1
+    while result.status != "done":
+        assert result.failure == "budget_exceeded"
+        assert result.reason.startswith(f"limit of {most} steps reached at t = ")
+        assert "; resume the run, raise the limit or " in result.reason
+        assert result.scenario == fs.open(whole).scenario
+        result, count = fs.resume(part, max_steps=most), count + 1
         assert count <= parts + 1
     assert part.read_bytes() == whole.read_bytes()
     return count
@@ -66,9 +66,9 @@ def test_the_options_are_not_recorded(told: Any) -> None:
     told("solve", PULLEY, "-q", "-o", "whole.h5")
     _, said = told("solve", PULLEY, "-q", "-o", "a.h5", "--max-steps", "50", code=5)
     assert "limit of 50 steps reached at t = " in said
-    found, unlimited = (fs.open(name).record.attributes for name in ("a.h5", "whole.h5"))
+    attributes, unlimited = (fs.open(name).record.attributes for name in ("a.h5", "whole.h5"))
     for name in ("scenario", "overrides", "command"):
-        assert found[name] == unlimited[name]
+        assert attributes[name] == unlimited[name]
     _, said = told("resume", "a.h5", "-q", "--max-steps", "20", code=5)
     assert "limit of 20 steps reached at t = " in said
     told("resume", "a.h5", "-q")
@@ -79,10 +79,10 @@ def test_the_limit_of_a_scenario_stays_and_gives_way_to_the_option(tmp_path: Pat
     path = tmp_path / "a.h5"
     fs.solve(PULLEY, {"solver.max_steps": 10}, output=path)
     for part in (2, 3):  # of as many steps each
-        found = fs.resume(path)
-        assert found.reason.startswith("limit of 10 steps reached")
-        assert found.statistics is not None
-        assert found.statistics.steps + found.statistics.rejected == 10 * part
+        result = fs.resume(path)
+        assert result.reason.startswith("limit of 10 steps reached")
+        assert result.statistics is not None
+        assert result.statistics.steps + result.statistics.rejected == 10 * part
     done = fs.resume(path, max_steps=10**6)
     assert (done.status, done.scenario.solver.max_steps) == ("done", 10)
 
@@ -90,14 +90,14 @@ def test_the_limit_of_a_scenario_stays_and_gives_way_to_the_option(tmp_path: Pat
 def test_the_second_run_of_an_error_estimate_has_the_limit_too() -> None:
     counts = fs.solve(PULLEY).statistics
     assert counts is not None
-    found = fs.solve(PULLEY, max_steps=counts.steps + counts.rejected, estimate_error=True)
-    assert found.status == "done"
-    assert "limit of " in found.error_estimate
+    result = fs.solve(PULLEY, max_steps=counts.steps + counts.rejected, estimate_error=True)
+    assert result.status == "done"
+    assert "limit of " in result.error_estimate
 
 
 def test_fixed_steps_have_no_tolerances() -> None:
     limits: list[dict[str, Any]] = [{"max_steps": 1}, {"max_wall": 1e-9}]
     for limit in limits:  # of which the first waits for the kernels, the other would not
-        found = fs.solve(ORIGINALS["belt moreau"][0](), **limit)
-        assert "; resume the run, raise the limit or take longer steps" in found.reason
-        assert "tolerance" not in found.reason
+        result = fs.solve(ORIGINALS["belt moreau"][0](), **limit)
+        assert "; resume the run, raise the limit or take longer steps" in result.reason
+        assert "tolerance" not in result.reason

@@ -141,7 +141,7 @@ def test_what_ran_often_is_compiled_before_the_next_run_and_a_monitor_is_told(
 
 def test_a_run_that_fails_says_why_and_keeps_what_python_keeps() -> None:
     scenario = validate({**SWINGS, "solver": {**SWINGS["solver"], "max_steps": 100}}, Path())
-    found = []
+    outcomes = []
     for compiled in (False, True):
         simulation = simulation_of(scenario)
         solver: Any = simulation._solver
@@ -151,8 +151,8 @@ def test_a_run_that_fails_says_why_and_keeps_what_python_keeps() -> None:
             solver._patience = -1
         with pytest.raises(BudgetExceeded, match="limit of 100 steps reached at t = ") as failed:
             simulation.solve(lambda t: None)
-        found.append((str(failed.value), recorded(simulation)))
-    assert found[0] == found[1]
+        outcomes.append((str(failed.value), recorded(simulation)))
+    assert outcomes[0] == outcomes[1]
 
 
 def test_what_cannot_be_compiled_is_said_before() -> None:
@@ -300,8 +300,8 @@ def test_another_process_finds_the_code_on_the_disk_but_not_of_another_source(
     for path, text in sources.items():
         path.write_text(text.format(sign="+"))
     assert [process(), process()] == ["3.0 False 0", "3.0 True 1"]
-    for path, text, found in zip(sources, sources.values(), ["-3.0", "3.0"], strict=True):
+    for path, text, value in zip(sources, sources.values(), ["-3.0", "3.0"], strict=True):
         times = path.stat()
         path.write_text(text.format(sign="-"))
         os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
-        assert [process(), process()] == [f"{found} False 0", f"{found} True 1"]
+        assert [process(), process()] == [f"{value} False 0", f"{value} True 1"]

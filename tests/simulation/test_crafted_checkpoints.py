@@ -122,8 +122,8 @@ def test_numbers_of_belts_stay_in_their_ranges(
 def test_the_message_names_the_array_and_what_is_wrong(
     name: str, array: str, at: Any, value: Any, message: str, tmp_path: Path
 ) -> None:
-    found = refusal(name, set_number(array, at, value), tmp_path)
-    assert f"does not belong to this scenario or was changed: '{array}' {message}" in found
+    text = refusal(name, set_number(array, at, value), tmp_path)
+    assert f"does not belong to this scenario or was changed: '{array}' {message}" in text
 
 
 def less_one(name: str) -> Callable[[State], None]:
@@ -166,8 +166,8 @@ def test_what_python_raises_later_is_no_defect(
 
     write_original("pulley events", tmp_path)  # kept, as `refusal` writes it again
     monkeypatch.setattr(EventDrivenSolver, "run", fail)
-    found = refusal("pulley events", lambda state: None, tmp_path)
-    assert "no run continues from it (ValueError)" in found
+    message = refusal("pulley events", lambda state: None, tmp_path)
+    assert "no run continues from it (ValueError)" in message
 
 
 def test_errors_of_a_progress_function_are_its_own(tmp_path: Path) -> None:

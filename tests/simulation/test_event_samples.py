@@ -51,22 +51,22 @@ def solved(name: str, law: str, backend: str, **changes: Any) -> Record:
 def test_the_time_axis_is_the_union_of_regular_samples_and_events(
     name: str, law: str, backend: str
 ) -> None:
-    found = solved(name, law, backend)
+    record = solved(name, law, backend)
     regular = solved(name, law, backend, output__at_events=False)
-    assert found.transitions == regular.transitions != []
-    events = {e.time for e in found.transitions}
-    assert np.all(np.diff(found.time) > 0.0)
-    assert set(found.time) == events | set(regular.time)
+    assert record.transitions == regular.transitions != []
+    events = {e.time for e in record.transitions}
+    assert np.all(np.diff(record.time) > 0.0)
+    assert set(record.time) == events | set(regular.time)
     # The choice of samples does not change the run: it stays bit-identical.
-    elsewhere = np.isin(found.time, regular.time) & ~np.isin(found.time, list(events))
+    elsewhere = np.isin(record.time, regular.time) & ~np.isin(record.time, list(events))
     kept = ~np.isin(regular.time, list(events))
     for channel, values in regular.channels.items():
-        assert np.array_equal(found.channels[channel][elsewhere], values[kept]), channel
-    assert found.statistics[:4] == regular.statistics[:4]
+        assert np.array_equal(record.channels[channel][elsewhere], values[kept]), channel
+    assert record.statistics[:4] == regular.statistics[:4]
     sparse = solved(name, law, backend, output__interval=1.7)
-    assert sparse.transitions == found.transitions
-    assert (sparse.statistics.steps, sparse.statistics.rejected) == found.statistics[:2]
-    for side, values in found.events.items():
+    assert sparse.transitions == record.transitions
+    assert (sparse.statistics.steps, sparse.statistics.rejected) == record.statistics[:2]
+    for side, values in record.events.items():
         assert np.array_equal(values, sparse.events[side]), side
 
 
@@ -74,74 +74,74 @@ def test_the_time_axis_is_the_union_of_regular_samples_and_events(
 def test_a_sample_at_an_event_is_the_sticking_side_or_the_side_after(
     name: str, law: str, backend: str
 ) -> None:
-    found = solved(name, law, backend)
-    times = [e.time for e in found.transitions]
-    sides = [name for name in found.events if name.endswith(("_before", "_after"))]
+    record = solved(name, law, backend)
+    times = [e.time for e in record.transitions]
+    sides = [name for name in record.events if name.endswith(("_before", "_after"))]
     channels = {side.rpartition("_")[0] for side in sides}
-    energies = {name for name in found.channels if name.startswith("energy_")}
-    assert channels == found.channels.keys() - energies - {"time", "angle", "mode"}
-    for i, event in enumerate(found.transitions):
+    energies = {name for name in record.channels if name.startswith("energy_")}
+    assert channels == record.channels.keys() - energies - {"time", "angle", "mode"}
+    for i, event in enumerate(record.transitions):
         if times.count(event.time) > 1:
             continue
         # eq 30 breaks away within the step that ends at the event and has moved since.
         sticks_before = event.mode_from == 0 and law != "published" and event.time > 0.0
         side = "before" if sticks_before else "after"
-        at = np.searchsorted(found.time, event.time)
+        at = np.searchsorted(record.time, event.time)
         for channel in channels:
-            assert found.channels[channel][at] == found.events[f"{channel}_{side}"][i], channel
-        if "mode" in found.channels and event.mode_from != event.mode_to:
+            assert record.channels[channel][at] == record.events[f"{channel}_{side}"][i], channel
+        if "mode" in record.channels and event.mode_from != event.mode_to:
             shown = event.mode_from if sticks_before else event.mode_to
-            assert found.channels["mode"][at] == shown
-        assert found.channels["angle"][at] == event.position
+            assert record.channels["mode"][at] == shown
+        assert record.channels["angle"][at] == event.position
 
 
 def test_breakaway_records_peak_and_jump_of_the_friction() -> None:
-    found = run(load(SCENARIOS / "pulley_return.toml"), lambda t: None)
+    record = run(load(SCENARIOS / "pulley_return.toml"), lambda t: None)
     lift = LOAD * (CORD_RADIUS + R_S) / (CORD_RADIUS - R_S)
     peak = R_S * (lift + LOAD)  # the static limit, 24.57 N m
-    i = int(np.argmin(found.channels["friction_torque"]))
-    assert found.time[i] == pytest.approx(BREAKAWAY, abs=1e-12)
-    assert found.channels["friction_torque"][i] == pytest.approx(-peak, rel=1e-12)
-    assert found.events["friction_torque_before"][0] == pytest.approx(-peak, rel=1e-12)
-    assert found.events["friction_torque_after"][0] == pytest.approx(
+    i = int(np.argmin(record.channels["friction_torque"]))
+    assert record.time[i] == pytest.approx(BREAKAWAY, abs=1e-12)
+    assert record.channels["friction_torque"][i] == pytest.approx(-peak, rel=1e-12)
+    assert record.events["friction_torque_before"][0] == pytest.approx(-peak, rel=1e-12)
+    assert record.events["friction_torque_after"][0] == pytest.approx(
         -R_K * (lift + LOAD), rel=1e-12
     )
     # The acceleration jumps by the difference of the friction torques over the inertia.
-    assert found.events["angular_acceleration_before"][0] == 0.0
+    assert record.events["angular_acceleration_before"][0] == 0.0
     jump = (R_S - R_K) * (lift + LOAD) / 1.355
-    assert found.events["angular_acceleration_after"][0] == pytest.approx(jump, rel=1e-12)
+    assert record.events["angular_acceleration_after"][0] == pytest.approx(jump, rel=1e-12)
 
 
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
 def test_a_jump_of_the_drive_separates_the_sides(backend: str) -> None:
     """Before the jump, the friction torque is within the limit for the force before it."""
-    found = run(load(SCENARIOS / "hard" / "jump_from_csv.toml", [], backend), lambda t: None)
-    assert found.events["drive_force_before"][0] < 2000.0 < found.events["drive_force_after"][0]
-    limit = R_S * found.events["shaft_reaction_before"]
-    assert np.all(np.abs(found.events["friction_torque_before"]) <= limit)
+    record = run(load(SCENARIOS / "hard" / "jump_from_csv.toml", [], backend), lambda t: None)
+    assert record.events["drive_force_before"][0] < 2000.0 < record.events["drive_force_after"][0]
+    limit = R_S * record.events["shaft_reaction_before"]
+    assert np.all(np.abs(record.events["friction_torque_before"]) <= limit)
 
 
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
 def test_an_event_at_a_regular_sample_adds_no_sample(backend: str) -> None:
     """Beyond its limit at the start, the contact slides at once: there is no sticking side."""
-    found = simulate(pulley(drive__force=3113.75, solver__backend=backend))
-    (event,) = found.transitions
+    record = simulate(pulley(drive__force=3113.75, solver__backend=backend))
+    (event,) = record.transitions
     assert event.time == 0.0
     assert (
-        found.time.tolist()
+        record.time.tolist()
         == simulate(
             pulley(drive__force=3113.75, solver__backend=backend, output__at_events=False)
         ).time.tolist()
     )
-    assert found.channels["mode"][0] == 1
+    assert record.channels["mode"][0] == 1
     for side in ("before", "after"):
-        assert found.events[f"friction_torque_{side}"][0] == found.channels["friction_torque"][0]
+        assert record.events[f"friction_torque_{side}"][0] == record.channels["friction_torque"][0]
 
 
 def test_sides_are_recorded_for_the_output_channels_only(tmp_path: Path) -> None:
-    found = simulate(pulley(output__channels=["friction_torque", "angle", "energy_input"]))
+    record = simulate(pulley(output__channels=["friction_torque", "angle", "energy_input"]))
     path = tmp_path / "a.h5"
-    hdf5_writer.write(found, path)
+    hdf5_writer.write(record, path)
     events = hdf5_reader.read(path).events
     sides = {"friction_torque_before", "friction_torque_after"}
     assert events.keys() == {"time", "contact", "mode_from", "mode_to", "angle"} | sides

@@ -84,8 +84,8 @@ def test_failures_are_named_in_file_json_and_message(
     assert f"samples up to this time are in {part}, status 'failed'" in captured.err
     kept = hdf5_reader.read(part)
     assert kept.channels["time"].size > (where != "after t = 0 s")
-    found = {key: kept.attributes[key] for key in ("status", "failure", "reason")}
-    assert found == {"status": "failed", "failure": name, "reason": reason}
+    attributes = {key: kept.attributes[key] for key in ("status", "failure", "reason")}
+    assert attributes == {"status": "failed", "failure": name, "reason": reason}
     assert all(np.isfinite(channel).all() for channel in kept.channels.values())
 
 
@@ -103,11 +103,11 @@ def test_quantities_of_a_failed_run_end_at_its_last_sample(at_events: bool) -> N
     assert run.failure == "chattering"
     first, last = run.transitions[0].time, run.transitions[-1].time
     assert 0.0 < first < last < 0.7
-    found = {name: run.quantities[name].value for name in ("breakaway_time", "final_time")}
+    values = {name: run.quantities[name].value for name in ("breakaway_time", "final_time")}
     if at_events:
-        assert found == {"breakaway_time": first, "final_time": last}
+        assert values == {"breakaway_time": first, "final_time": last}
     else:
-        assert found == {"breakaway_time": None, "final_time": 0.0}
+        assert values == {"breakaway_time": None, "final_time": 0.0}
 
 
 def test_failure_names_are_unique() -> None:

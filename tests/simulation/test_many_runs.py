@@ -250,7 +250,7 @@ def test_the_drift_of_many_runs_is_found_as_of_each(seed: int) -> None:
         time.T.ravel(), np.repeat(np.arange(runs), n)
     )
     nothing: Any = np.zeros((n, runs))
-    found = observation._drifts(
+    drifts = observation._drifts(
         Trajectory(time, nothing, position, nothing, nothing, nothing, mode, {}, {}, []),
         slips.reshape(runs, n).T,
     )
@@ -263,7 +263,7 @@ def test_the_drift_of_many_runs_is_found_as_of_each(seed: int) -> None:
         events.sort(key=lambda event: event.time)
         columns = (time, nothing, position, nothing, nothing, nothing, mode)
         alone = Trajectory(*[column[:, run] for column in columns], {}, {}, events)  # type: ignore[call-arg]
-        assert found[run] == (stick_drift(alone) > 0.0)
+        assert drifts[run] == (stick_drift(alone) > 0.0)
 
 
 def test_runs_that_chatter_are_run_alone() -> None:

@@ -113,63 +113,63 @@ def trajectory(data: Scenario) -> tuple[Trajectory, Any]:
     return simulation.trajectory(), mechanism
 
 
-def failed(found: Trajectory, mechanism: Any) -> list[str]:
-    checks = audit(found, mechanism, 1e-6, 1e-11)
+def failed(path: Trajectory, mechanism: Any) -> list[str]:
+    checks = audit(path, mechanism, 1e-6, 1e-11)
     return [name for name, check in checks.items() if not check.ok]
 
 
 def test_the_audit_sees_what_is_wrong() -> None:
-    found, mechanism = trajectory(slipping_lift())
-    assert failed(found, mechanism) == []
-    moved = found.position.copy()
-    held = int(np.flatnonzero((found.modes[1, 1:] == STICK) & (found.modes[1, :-1] == STICK))[0])
+    path, mechanism = trajectory(slipping_lift())
+    assert failed(path, mechanism) == []
+    moved = path.position.copy()
+    held = int(np.flatnonzero((path.modes[1, 1:] == STICK) & (path.modes[1, :-1] == STICK))[0])
     moved[1, held] += 1e-15
-    assert "stick_drift" in failed(found._replace(position=moved), mechanism)
+    assert "stick_drift" in failed(path._replace(position=moved), mechanism)
     for row, check in ((0, "friction_law"), (2, "friction_law")):
-        forces = found.forces.copy()
+        forces = path.forces.copy()
         forces[row] *= 1.0 + 1e-9
-        assert check in failed(found._replace(forces=forces), mechanism)
-    assert "dissipation_sign" in failed(found._replace(velocity=-found.velocity), mechanism)
-    heat = dict(found.energy_integrals)
+        assert check in failed(path._replace(forces=forces), mechanism)
+    assert "dissipation_sign" in failed(path._replace(velocity=-path.velocity), mechanism)
+    heat = dict(path.energy_integrals)
     heat["energy_cord_friction"] = 1.001 * heat["energy_cord_friction"]
-    assert failed(found._replace(energy_integrals=heat), mechanism) == ["energy_balance"]
+    assert failed(path._replace(energy_integrals=heat), mechanism) == ["energy_balance"]
 
 
 @pytest.mark.parametrize("side", [CAR, OTHER])
 def test_the_audit_knows_that_a_cord_holds_unlike_forces_in_both_directions(side: int) -> None:
     """T1/T2 and T2/T1 are at most exp(mu_s phi): T1 - T2 has other limits than T2 - T1."""
-    found, mechanism = trajectory(slipping_lift())
+    path, mechanism = trajectory(slipping_lift())
     index, cord = mechanism.frictions[1]
-    held = int(np.flatnonzero(found.modes[index] == STICK)[0])
+    held = int(np.flatnonzero(path.modes[index] == STICK)[0])
     ratio = exp(CORD["mu_s"] * radians(CORD.get("wrap_deg", 180.0)))
     for share, passes in ((0.999, True), (1.001, False)):
-        forces = found.forces.copy()
+        forces = path.forces.copy()
         forces[side, held] = (1.0 + share * (ratio - 1.0)) * forces[CAR + OTHER - side, held]
-        violation = friction_violation(found._replace(forces=forces), cord, index)
+        violation = friction_violation(path._replace(forces=forces), cord, index)
         assert (violation < 1e-12) is passes
 
 
 def test_the_audit_sees_a_rope_that_pushes_and_an_impact_that_drives() -> None:
-    found, mechanism = trajectory(slack_lift())
-    assert failed(found, mechanism) == []
-    forces = found.forces.copy()
+    path, mechanism = trajectory(slack_lift())
+    assert failed(path, mechanism) == []
+    forces = path.forces.copy()
     forces[1, 3] = -1e-6
-    assert "rope_tension" in failed(found._replace(forces=forces), mechanism)
-    lost = dict(found.energy_integrals)
+    assert "rope_tension" in failed(path._replace(forces=forces), mechanism)
+    lost = dict(path.energy_integrals)
     assert lost["energy_impact"][-1] > 0.0
     lost["energy_impact"] = -lost["energy_impact"]
-    assert "dissipation_sign" in failed(found._replace(energy_integrals=lost), mechanism)
+    assert "dissipation_sign" in failed(path._replace(energy_integrals=lost), mechanism)
 
 
 def with_other_modes(
-    monkeypatch: pytest.MonkeyPatch, found: tuple[int, ...], wrong: tuple[int, ...]
+    monkeypatch: pytest.MonkeyPatch, modes: tuple[int, ...], wrong: tuple[int, ...]
 ) -> None:
     """Have the solver take other modes than those that it finds."""
 
     def replaced(system: Any, run: Any, s: Any) -> None:
         write_consistent_modes(system, run, s)
-        if tuple(s[MODES : MODES + len(found)]) == found:
-            s[MODES : MODES + len(found)] = array("d", wrong)
+        if tuple(s[MODES : MODES + len(modes)]) == modes:
+            s[MODES : MODES + len(modes)] = array("d", wrong)
 
     monkeypatch.setattr(multi_contact, "write_consistent_modes", replaced)
 
@@ -232,9 +232,9 @@ def test_the_audit_sees_a_shaft_that_gives_way_off_its_limit(share: float) -> No
     assert release_check(mechanism, before, after, 2.0).ok
     shaft, *ropes = mechanism.contacts
     other = with_static_limits(shaft, share)
-    found = release_check(mechanism._replace(contacts=(other, *ropes)), before, after, 2.0)
+    check = release_check(mechanism._replace(contacts=(other, *ropes)), before, after, 2.0)
     # Off by 1e-8 of the limit, relative to the sum of limit and force.
-    assert found.value == pytest.approx(0.5e-8, rel=1e-5)
+    assert check.value == pytest.approx(0.5e-8, rel=1e-5)
 
 
 @pytest.mark.parametrize("torque", [-3500.0, 3500.0, 4500.0])
@@ -283,10 +283,10 @@ def test_a_shaft_may_give_way_off_its_limit_where_the_cord_turns(rtol: float) ->
     # A shaft of six times the limit 2 r_s W holds the torque; then equal weights hold the cord.
     shaft, cord = mechanism.contacts
     other = with_static_limits(shaft, 6.0)
-    found = release_check(mechanism._replace(contacts=(other, cord)), before, after, 2.1)
+    check = release_check(mechanism._replace(contacts=(other, cord)), before, after, 2.1)
     r_s, torque = 0.06654055 * 0.36575418 / hypot(1.0, 0.36575418), abs(float(after.drive[0]))
     limit = 6.0 * 2.0 * r_s * (592.79549 + 2.5) * GRAVITY
-    assert found.value == pytest.approx((limit - torque) / (limit + torque), rel=1e-9)
+    assert check.value == pytest.approx((limit - torque) / (limit + torque), rel=1e-9)
 
 
 def pushed_or_turned(seed: int) -> Scenario:
@@ -336,9 +336,9 @@ def test_a_study_compares_tolerances_of_events() -> None:
 
 def test_the_error_is_estimated_by_a_second_run() -> None:
     done = solved(slack_lift())
-    found = estimate(scenario_run(done), done, lambda t: None)
-    assert found.errors["final_angle"] is not None
-    assert found.errors["final_angle"] < 1e-6
+    estimated = estimate(scenario_run(done), done, lambda t: None)
+    assert estimated.errors["final_angle"] is not None
+    assert estimated.errors["final_angle"] < 1e-6
 
 
 def test_events_at_one_time_have_one_state_on_each_side() -> None:

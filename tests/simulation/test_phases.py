@@ -71,12 +71,12 @@ def test_a_result_without_the_mode_of_the_cord_has_no_phases_of_it() -> None:
 @pytest.fixture(scope="module")
 def records() -> dict[bool, Record]:
     """A run with and without samples at its events."""
-    found = {}
+    by_sampling = {}
     for at_events in (True, False):
         data = shipped("pulley_return", solver__rtol=1e-6)
         data["output"] = {"interval": 0.3, "at_events": at_events}
-        found[at_events] = fs.solve(data).record
-    return found
+        by_sampling[at_events] = fs.solve(data).record
+    return by_sampling
 
 
 @pytest.mark.parametrize("name", ["angle", "angular_velocity", "drive_force", "friction_torque"])
@@ -105,13 +105,13 @@ def test_two_events_at_one_time_are_one_jump(records: dict[bool, Record]) -> Non
     first["angular_velocity_before"], first["angular_velocity_after"] = np.ones(1), np.full(1, 3.0)
     twice = {name: np.repeat(values, 2, axis=0) for name, values in first.items()}
     once = with_jumps(record._replace(events=first), "angular_velocity")
-    for found, expected in zip(
+    for curve, expected in zip(
         with_jumps(record._replace(events=twice), "angular_velocity"), once, strict=True
     ):
-        assert np.array_equal(found, expected, equal_nan=True)
+        assert np.array_equal(curve, expected, equal_nan=True)
     chain = twice | {
         "angular_velocity_before": np.array([1.0, 2.0]),
         "angular_velocity_after": np.array([2.0, 3.0]),
     }
-    found = with_jumps(record._replace(events=chain), "angular_velocity")[1]
-    assert np.array_equal(found, once[1], equal_nan=True)
+    curve = with_jumps(record._replace(events=chain), "angular_velocity")[1]
+    assert np.array_equal(curve, once[1], equal_nan=True)

@@ -23,7 +23,7 @@ PULLEY = SCENARIOS / "pulley.toml"
 
 
 def stopping(after: int) -> Callable[[float], None]:
-    """Return an `on_step` that stops the run after so many calls."""
+    """Return an `on_step` that stops the run after some calls."""
     calls = iter(range(after))
 
     def on_step(t: float) -> None:

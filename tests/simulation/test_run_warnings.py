@@ -24,8 +24,8 @@ SHORTER = "is longer than a tenth of the period of"
 STICK_SLIP = "of the shortest time between two changes of stick and slip"
 
 
-def warnings_with(found: Record | list[str], words: str) -> list[str]:
-    warnings = found if isinstance(found, list) else found.warnings
+def warnings_with(source: Record | list[str], words: str) -> list[str]:
+    warnings = source if isinstance(source, list) else source.warnings
     return [warning for warning in warnings if words in warning]
 
 
@@ -92,12 +92,12 @@ def test_warns_of_an_interval_too_long_for_stick_slip(seed: int, backend: str) -
         solver={"backend": backend, "duration": 4.0, "rtol": 1e-8},
         output__interval=10.0 ** rng.uniform(-4.0, -1.5),
     )
-    found = simulate(data)
-    times = np.unique([e.time for e in found.transitions if e.mode_from != e.mode_to])
+    record = simulate(data)
+    times = np.unique([e.time for e in record.transitions if e.mode_from != e.mode_to])
     gaps = np.diff(times)
     gaps = gaps[gaps > 1e-14]
     due = bool(gaps.size > 0 and data["output"]["interval"] > 0.1 * gaps.min())
-    warnings = warnings_with(found, STICK_SLIP)
+    warnings = warnings_with(record, STICK_SLIP)
     assert bool(warnings) is due
     if warnings:
         assert number_after(warnings[0], "slip, ") == pytest.approx(gaps.min(), rel=1e-5)
@@ -138,12 +138,12 @@ def test_warns_of_an_interval_too_long_for_loads_that_turn(
     change: dict[str, Any], due: bool
 ) -> None:
     data = changed(COAST, output__interval=0.02, **change)
-    found = simulate(data)
-    warnings = warnings_with(found, TURN)
+    record = simulate(data)
+    warnings = warnings_with(record, TURN)
     assert bool(warnings) is due
     if not due:
         return
-    turn = 2.0 * pi / np.max(np.abs(found.channels["angular_velocity"]))
+    turn = 2.0 * pi / np.max(np.abs(record.channels["angular_velocity"]))
     assert warnings == [
         f"output.interval = 0.02 s {TURN}, which takes {turn:.3g} s at the largest speed: the"
         " samples do not resolve forces that depend on the angle; give 0.015 s or less"
@@ -165,9 +165,9 @@ def test_regularised_friction_gets_no_stick_slip_warning() -> None:
         effects__shaft_friction__law="regularised",
         solver={"backend": "radau", "duration": 1.0, "rtol": 1e-6},
     )
-    found = simulate(data)
-    assert len(found.transitions) > 4
-    assert not warnings_with(found, STICK_SLIP)
+    record = simulate(data)
+    assert len(record.transitions) > 4
+    assert not warnings_with(record, STICK_SLIP)
 
 
 # --- nothing moves ------------------------------------------------------------------------------
@@ -184,7 +184,7 @@ def test_warns_if_nothing_moves_with_the_ratio_to_the_static_limit(
     # Peaks near the force to lift, 2707.7 N, at sample times.
     times = [0.0, 0.1, 0.2, 0.3]
     force = {"time": times, "value": [rng.uniform(1700.0, 2760.0) for _ in times]}
-    found = simulate(
+    record = simulate(
         pulley(
             drive__force=force,
             drive__direction=rng.choice(["vertical", "horizontal"]),
@@ -193,11 +193,11 @@ def test_warns_if_nothing_moves_with_the_ratio_to_the_static_limit(
             output__interval=0.01,
         )
     )
-    if found.status != "done":  # eq 30 chatters
+    if record.status != "done":  # eq 30 chatters
         return
-    channels = found.channels
+    channels = record.channels
     rests = np.ptp(channels["angle"]) == 0.0 and not np.any(channels["angular_velocity"])
-    warnings = warnings_with(found, "nothing moves")
+    warnings = warnings_with(record, "nothing moves")
     assert bool(warnings) is bool(rests)
     if rests:
         torque = (channels["drive_force"] - LOAD) * CORD_RADIUS
@@ -207,8 +207,8 @@ def test_warns_if_nothing_moves_with_the_ratio_to_the_static_limit(
 
 def test_the_ratio_to_the_static_limit_includes_peaks_between_samples() -> None:
     force = {"sine": {"mean": 2450.0, "amplitude": 257.7, "frequency_hz": 1.0}}
-    found = simulate(pulley(drive__force=force, output__interval=1.0, output__at_events=False))
-    (warning,) = warnings_with(found, "nothing moves")
+    record = simulate(pulley(drive__force=force, output__interval=1.0, output__at_events=False))
+    (warning,) = warnings_with(record, "nothing moves")
     ratio = 100.0 * (2450.0 + 257.7 - LOAD) * CORD_RADIUS / (R_S * (2450.0 + 257.7 + LOAD))
     assert number_after(warning, "torque is ") == pytest.approx(ratio, rel=1e-9)
 
@@ -263,28 +263,28 @@ def machine_run(seed: int) -> Record:
 @pytest.mark.parametrize("seed", range(60))
 def test_warns_of_a_machine_that_stalls_or_runs_back(seed: int) -> None:
     data, least = drawn_machine(seed)
-    found = machine_run(seed)
-    assert found.status == "done"
-    channels = found.channels
+    record = machine_run(seed)
+    assert record.status == "done"
+    channels = record.channels
     motor = data["drive"].get("motor")
     torque = channels["motor_torque"]
     high = motor["stall_torque"] if motor else max(torque)
-    weak = warnings_with(found, "not above")
+    weak = warnings_with(record, "not above")
     assert bool(weak) is bool(high <= least)
     if weak:
         assert number_after(weak[0], "is ") == pytest.approx(high, rel=1e-4)
         assert number_after(weak[0], "above the ") == pytest.approx(least, rel=1e-5)
-    back = warnings_with(found, "ran back")
+    back = warnings_with(record, "ran back")
     angle = channels["angle"]
     pitch = 2.0 * pi / data["mechanism"]["slots"]
     carried = np.floor(angle[0] / pitch) - np.floor(angle[-1] / pitch)
-    work = np.diff(found.time) @ (0.5 * (torque[1:] + torque[:-1]))
+    work = np.diff(record.time) @ (0.5 * (torque[1:] + torque[:-1]))
     assert bool(back) is bool(work > 0.0 and angle[-1] < angle[0])
     if back:
         assert number_after(back[0], "N m: ") == carried
-    rests = [e.time for e in found.transitions if e.mode_to == 0 and e.mode_from != 0]
+    rests = [e.time for e in record.transitions if e.mode_to == 0 and e.mode_from != 0]
     stalled = "mode" in channels and bool(rests) and channels["mode"][-1] == 0 and torque[-1] > 0.0
-    still = warnings_with(found, "stands still")
+    still = warnings_with(record, "stands still")
     assert bool(still) is bool(stalled)
     if still:
         assert number_after(still[0], "still from ") == pytest.approx(rests[-1], rel=1e-5)
@@ -299,12 +299,12 @@ def test_warns_if_a_machine_does_not_move() -> None:
         mechanism__initial_angular_velocity=0.0,
     )
     data["drive"] = {"torque": 0.999 * needed(data)}
-    found = simulate(data)
-    (warning,) = warnings_with(found, "nothing moves")
+    record = simulate(data)
+    (warning,) = warnings_with(record, "nothing moves")
     radius = 0.003 * 0.5 / (1.0 + 0.25) ** 0.5
-    held = np.abs(found.channels["friction_torque"]) / (radius * found.channels["shaft_reaction"])
+    held = np.abs(record.channels["friction_torque"]) / (radius * record.channels["shaft_reaction"])
     assert number_after(warning, "torque is ") == pytest.approx(100.0 * held.max(), rel=1e-9)
-    assert not warnings_with(found, "stands still")
+    assert not warnings_with(record, "stands still")
 
 
 @pytest.mark.parametrize(("last", "expected"), [(0.0, False), (0.0025, True)])
@@ -317,10 +317,10 @@ def test_a_machine_without_torque_does_not_stall(last: float, expected: bool) ->
         effects__viscous_damping={"coefficient": 2e-4},
         solver__duration=3.0,
     )
-    found = simulate(data)
-    assert found.channels["angle"][-1] > found.channels["angle"][0]
-    assert found.channels["mode"][-1] == 0
-    assert bool(warnings_with(found, "stands still")) is expected
+    record = simulate(data)
+    assert record.channels["angle"][-1] > record.channels["angle"][0]
+    assert record.channels["mode"][-1] == 0
+    assert bool(warnings_with(record, "stands still")) is expected
 
 
 def test_the_drawn_machines_cover_all_warnings() -> None:
@@ -341,9 +341,9 @@ def test_warns_of_a_crank_that_runs_against_its_torque(torque: float, start: flo
         mechanism__initial_angular_velocity=None,
         solver={"duration": 0.5},
     )
-    found = simulate(data)
-    angle = found.channels["angle"]
-    back = warnings_with(found, "the crank ran back")
+    record = simulate(data)
+    angle = record.channels["angle"]
+    back = warnings_with(record, "the crank ran back")
     assert bool(back) is bool(torque * (angle[-1] - angle[0]) < 0.0)
     if back:
         way = number_after(back[0], "back by ")

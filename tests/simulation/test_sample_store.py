@@ -79,11 +79,11 @@ def assert_same(store: SampleStore, count: int) -> None:
     whole = filled(count)
     assert len(store) == len(whole) == count
     names = whole.names
-    found, expected = store.arrays(names, count), whole.arrays(names, count)
+    arrays, expected = store.arrays(names, count), whole.arrays(names, count)
     for name in names:
-        assert np.array_equal(found[name], expected[name]), name
+        assert np.array_equal(arrays[name], expected[name]), name
         assert np.array_equal(store.channel(name, count)[-1], expected[name][-1])
-    assert list(found) == names
+    assert list(arrays) == names
     assert store.gain("energy") == whole.gain("energy")
     assert np.array_equal(store.first("x"), whole.first("x"))
 

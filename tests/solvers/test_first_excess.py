@@ -57,29 +57,29 @@ def sine(peak: float, hz: float, phase: float = 0.0) -> tuple[Any, Any, float]:
 def test_a_short_peak_above_zero_is_found_and_one_below_is_not(peak: float, hz: float) -> None:
     """The peak of 1e-12 at 300 Hz is above zero for 1.5 ns."""
     value, *rest = sine(peak, hz)
-    found, _ = searched(value, *rest)
-    assert 0.0 < value(found) <= peak * (1.0 + 1e-3)
-    assert found * hz < 0.5  # in the first period, and not one of the next
+    time, _ = searched(value, *rest)
+    assert 0.0 < value(time) <= peak * (1.0 + 1e-3)
+    assert time * hz < 0.5  # in the first period, and not one of the next
     low, *rest = sine(-peak, hz)
     assert searched(low, *rest)[0] == inf
 
 
 def test_a_peak_that_touches_zero_is_passed() -> None:
-    found, calls = searched(*sine(0.0, 50.0))
-    assert found == inf
+    time, calls = searched(*sine(0.0, 50.0))
+    assert time == inf
     assert calls < 3000  # of fifty periods
 
 
 @pytest.mark.parametrize(("amplitude", "most"), [(0.1, 20), (0.5, 30), (0.999, 60)])
 def test_a_period_far_from_the_limit_costs_few_evaluations(amplitude: float, most: int) -> None:
     omega, periods = 2.0 * pi, 1000.0
-    found, calls = searched(
+    time, calls = searched(
         lambda t: amplitude * sin(omega * t) - 1.0,
         lambda t: amplitude * omega * cos(omega * t),
         amplitude * omega**2,
         periods,
     )
-    assert found == inf
+    assert time == inf
     assert calls < most * periods
 
 
@@ -88,8 +88,8 @@ def test_one_call_takes_a_bounded_number_of_steps() -> None:
     value, slope, curvature = sine(-0.1, 1e6)
     calls = []
     counted = Excess(lambda t: calls.append(t) or value(t), slope)
-    found = time_of_excess(counted, curvature, 0.0, 1.0, TIE)
-    assert 0.0 < found < 1.0
+    time = time_of_excess(counted, curvature, 0.0, 1.0, TIE)
+    assert 0.0 < time < 1.0
     assert len(calls) <= MAX_STEPS
 
 
@@ -102,9 +102,9 @@ def test_linear_functions_take_a_handful_of_evaluations(begin: float) -> None:
         calls.append(t)
         return 0.7 * (t - begin) - 0.35
 
-    found = time_of_excess(Excess(value, lambda t: 0.7), 0.0, begin, begin + 1.0, TIE)
-    assert found == pytest.approx(begin + 0.5, rel=1e-12)
-    assert value(found) > 0.0
+    time = time_of_excess(Excess(value, lambda t: 0.7), 0.0, begin, begin + 1.0, TIE)
+    assert time == pytest.approx(begin + 0.5, rel=1e-12)
+    assert value(time) > 0.0
     assert len(calls) < 12
     falling = time_of_excess(Excess(lambda t: -t - 1.0, lambda t: -1.0), 0.0, 0.0, 1.0, TIE)
     assert falling == 1.0
@@ -119,8 +119,8 @@ def test_a_slope_that_jumps_downwards_hides_no_excess() -> None:
     def slope(t: float) -> float:
         return 1.0 if t < 0.5 else -1.0
 
-    found, calls = searched(value, slope, 0.0)
-    assert value(found) > 0.0
+    time, calls = searched(value, slope, 0.0)
+    assert value(time) > 0.0
     assert calls < 20
     assert searched(lambda t: value(t) - 2e-9, slope, 0.0)[0] == inf
 
@@ -155,13 +155,13 @@ def test_the_first_excess_of_any_sum_of_sines_is_found(
 
     if value(0.0) > 0.0:
         return
-    found, _ = searched(value, slope, curvature)
+    time, _ = searched(value, slope, curvature)
     sampled = next((t for t, v in zip(times, values, strict=True) if v > shift + 10.0 * TIE), inf)
-    if found == inf:
+    if time == inf:
         assert sampled == inf
         return
-    assert value(found) > 0.0
-    first = bracket_root(value, 0.0, found)[1]
+    assert value(time) > 0.0
+    first = bracket_root(value, 0.0, time)[1]
     assert first <= sampled
     # Before it, nothing is above zero by more than the tie.
     assert all(value(first * k / 500.0) <= TIE + 1e-15 for k in range(500))

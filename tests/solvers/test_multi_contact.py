@@ -45,7 +45,7 @@ Margins = list[Callable[[float], float]]
 
 
 class Bodies(NamedTuple):
-    """What the loop asks of the equations of several bodies; the balance is a field."""
+    """The interface of the equations of several bodies to the loop; the balance is a field."""
 
     contacts: PackedContacts
     coordinates: int
@@ -106,8 +106,8 @@ def test_a_margin_that_is_used_up_and_restored_within_a_step_is_seen(
     middle: float, of_force: bool, search: Any
 ) -> None:
     depth = 1e-9 if 0.01 < middle < 0.99 else 1e-13
-    found, _, time = search([lambda t: (t - middle) ** 2 - depth], of_force)
-    assert found == [0]
+    ends, _, time = search([lambda t: (t - middle) ** 2 - depth], of_force)
+    assert ends == [0]
     assert time == pytest.approx(middle - depth**0.5, abs=1e-9)
 
 
@@ -117,8 +117,8 @@ def test_a_margin_that_is_nearly_used_up_lasts(search: Any) -> None:
 
 def test_the_first_of_several_margins_ends_the_step_and_ties_end_it_together(search: Any) -> None:
     margins = [lambda t: 0.7 - t, lambda t: 0.3 - t, lambda t: 0.6 - 2 * t]
-    found, held, time = search(margins, True)
-    assert found == [1, 2]
+    ends, held, time = search(margins, True)
+    assert ends == [1, 2]
     assert held <= 0.3 <= time + 1e-16
 
 
@@ -130,8 +130,8 @@ def test_a_force_may_equal_its_limit_but_a_velocity_ends_at_zero(search: Any) ->
 
 def test_the_zero_at_the_start_of_a_motion_does_not_count(search: Any) -> None:
     assert search([lambda t: t * t], False)[0] == []
-    found, _, time = search([lambda t: t * (0.01 - t)], False)
-    assert (found, time) == ([0], pytest.approx(0.01, abs=1e-12))
+    ends, _, time = search([lambda t: t * (0.01 - t)], False)
+    assert (ends, time) == ([0], pytest.approx(0.01, abs=1e-12))
     assert search([lambda t: -t], False)[0::2] == ([0], 0.0)
 
 
@@ -263,11 +263,11 @@ def test_a_pile_of_blocks_slips_from_top_to_bottom_and_comes_to_rest_together() 
                 matrix[3 + i, i], matrix[3 + i, i - 1] = 1.0, -1.0 if i else 0.0
             else:
                 matrix[3 + i, 3 + i], right[3 + i] = 1.0, -s[MODES + i] * limits[i]
-        found = np.linalg.solve(matrix, right)
+        solution = np.linalg.solve(matrix, right)
         for i in range(3):
             moves = s[MODES + i] != STICK
-            s[ACCELERATION + i] = moves * (found[i] - (found[i - 1] if i else 0.0))
-            s[FORCES + i] = found[3 + i]
+            s[ACCELERATION + i] = moves * (solution[i] - (solution[i - 1] if i else 0.0))
+            s[FORCES + i] = solution[3 + i]
 
     contacts = []
     for i in range(3):

@@ -64,12 +64,12 @@ def test_switch_and_friction_of_eq_30_in_the_five_cases(case: Case) -> None:
     scenario = validate(with_method(pulley(), "published", "rkf45"), SCENARIOS)
     eq30 = PublishedSolver(build(scenario), scenario.solver, SampleBuffer(SampleTimes(1.0, 0.1)))
     kinetic = eq30.torques_and_powers(case.force, 0.0, case.velocity)[1]
-    found = eq30.friction(case.force, 0.0, case.velocity, moment(case), kinetic)
+    friction = eq30.friction(case.force, 0.0, case.velocity, moment(case), kinetic)
     printed = moment(case) - sign(case.velocity) * R_K * reaction
     # What stands to the right of I theta'', less the moment, to the rounding of both.
-    assert found + moment(case) == pytest.approx(case.factor * printed, abs=1e-13)
+    assert friction + moment(case) == pytest.approx(case.factor * printed, abs=1e-13)
     at_rest_and_beyond = case.number.startswith("2")
-    assert (found == 0.0) == at_rest_and_beyond  # sign(0) removes all friction
+    assert (friction == 0.0) == at_rest_and_beyond  # sign(0) removes all friction
 
 
 def test_a_torque_equal_to_the_limit_is_within_it() -> None:

@@ -148,9 +148,9 @@ def test_a_short_limit_does_not_shorten_the_steps_after_it() -> None:
 
 def failure_of(rkf: LawStepper, y: list[float], end: float) -> tuple[int, float]:
     """Return why a run fails, and when."""
-    with pytest.raises(Failure) as found:
+    with pytest.raises(Failure) as failure:
         integrate(rkf, y, end)
-    return found.value.reason, found.value.numbers[0]
+    return failure.value.reason, failure.value.numbers[0]
 
 
 def test_a_state_that_is_non_finite_is_reported() -> None:

@@ -53,9 +53,9 @@ def creep(drive: Drive, torque: float, mu: float, speed: float) -> Creep:
             return drive.radius / (1.0 + tension / drive.axial)
 
         even = drive.distance + drive.radius * (pi - beta)
-        found = sum(even / (1.0 + tension / drive.axial) for tension in (tight, slack))
-        found += 2.0 * quad(strained, 0.0, beta)[0]
-        return found - drive.length / (1.0 + drive.pretension / drive.axial)
+        length = sum(even / (1.0 + tension / drive.axial) for tension in (tight, slack))
+        length += 2.0 * quad(strained, 0.0, beta)[0]
+        return length - drive.length / (1.0 + drive.pretension / drive.axial)
 
     low = momentum + force / (exp(mu * pi) - 1.0) * (1.0 + 1e-9)
     slack = brentq(missing, low, 100.0 * (drive.pretension + force), xtol=1e-9)

@@ -276,12 +276,12 @@ def contact(
 def contacts(belt: Belt, P: Array, phi: Array, V: Array, w: Array, omega: Array) -> list[Contact]:
     """All contacts; a link on two pulleys at once is refused."""
     pairs = [(i, j) for i in range(belt.n) for j in range(belt.n_pulleys)]
-    found = [
+    touches = [
         c for c in (contact(belt, i, j, P, phi, V, w, omega) for i, j in pairs) if c is not None
     ]
-    if len({c.i for c in found}) < len(found):
+    if len({c.i for c in touches}) < len(touches):
         raise ValueError("a link touches two pulleys")
-    return found
+    return touches
 
 
 # --- friction ------------------------------------------------------------------------------------
@@ -424,8 +424,8 @@ def accelerations(
     moment = np.zeros(belt.n)
     tension, joint_loss = add_stretching(belt, P, phi, V, w, free, moment)
     bending_loss = add_bending(belt, phi, w, moment)
-    found = contacts(belt, P, phi, V, w, omega)
-    for c in found:
+    touches = contacts(belt, P, phi, V, w, omega)
+    for c in touches:
         free[c.i] += c.N * c.rhat
 
     force, T = free.copy(), np.zeros(belt.n)
@@ -433,7 +433,7 @@ def accelerations(
     if belt.torque is not None:
         torque[:] = belt.torque(t, theta, omega)
     for j in range(belt.n_pulleys):
-        touching = [c for c in found if c.j == j]
+        touching = [c for c in touches if c.j == j]
         alpha[j], torque[j], on_links = turn_pulley(
             belt, j, t, torque[j], touching, free, limits, h
         )
@@ -444,8 +444,8 @@ def accelerations(
     powers = Powers(
         joint=joint_loss,
         bending=bending_loss,
-        contact=sum((c.N - c.N_elastic) * c.pdot for c in found),
-        friction=float(sum(T[c.i] * c.slip for c in found)),
+        contact=sum((c.N - c.N_elastic) * c.pdot for c in touches),
+        friction=float(sum(T[c.i] * c.slip for c in touches)),
         input=float(torque @ omega),
     )
     return Accelerations(
@@ -453,11 +453,11 @@ def accelerations(
         ay=force[:, 1] / belt.m,
         aphi=moment / belt.inertia,
         alpha=alpha,
-        N=over_links(belt, {c.i: c.N for c in found}),
+        N=over_links(belt, {c.i: c.N for c in touches}),
         T=T,
-        slip=over_links(belt, {c.i: c.slip for c in found}),
-        p=over_links(belt, {c.i: c.p for c in found}),
-        pulley=over_links(belt, {c.i: c.j for c in found}, NO_PULLEY).astype(int),
+        slip=over_links(belt, {c.i: c.slip for c in touches}),
+        p=over_links(belt, {c.i: c.p for c in touches}),
+        pulley=over_links(belt, {c.i: c.j for c in touches}, NO_PULLEY).astype(int),
         tension=tension,
         torque=torque,
         powers=powers,

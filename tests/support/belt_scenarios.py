@@ -140,7 +140,7 @@ def stepped(data: Scenario, disturb: Disturb | None = None) -> Stepped:
 
 
 def kick(speed: float) -> Disturb:
-    """Return what gives the bodies a velocity along a wave as long as the belt, m/s."""
+    """Return a kick: body velocities along a wave as long as the belt, m/s."""
 
     def disturb(model: BeltModel) -> None:
         width, n = model.system.layout.width, model.system.chain.bodies
@@ -221,15 +221,15 @@ def reference(scenario: BeltDriveScenario, body_length: float, tau: float = 1e-5
 
 
 def torques(scenario: BeltDriveScenario, t: float, omega: Array) -> Array:
-    found = np.zeros(len(omega))
+    values = np.zeros(len(omega))
     for j, name in enumerate(scenario.mechanism.names):
         drive = scenario.drive.get(name)
         for table in drive.terms if drive is not None and drive.speed is None else ():
             if isinstance(table, SpeedTable):
-                found[j] += np.interp(omega[j], table.speed, table.value)
+                values[j] += np.interp(omega[j], table.speed, table.value)
             else:
-                found[j] += signal_from(table)(t)
-    return found
+                values[j] += signal_from(table)(t)
+    return values
 
 
 # What the pair needs to stay smooth: kicked gently, its contacts stay closed.

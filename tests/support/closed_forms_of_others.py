@@ -58,12 +58,12 @@ def flat_belt() -> tuple[float, float, float]:
         slack = (axial + tight) * driven / speed - axial
         angle = log((tight - momentum) / (slack - momentum)) / mu
         even = distance + radius * (pi - angle)
-        found = sum(even / (1.0 + tension / axial) for tension in (tight, slack))
+        stretched = sum(even / (1.0 + tension / axial) for tension in (tight, slack))
         # The integral of R/(1 + (m + a exp(mu x))/EA) from 0 to the angle.
         whole, a = axial + momentum, slack - momentum
         grown = log1p(a * expm1(mu * angle) / (whole + a)) / mu
         creeping = radius * axial / whole * (angle - grown)
-        return tight, slack, found + 2.0 * creeping - length
+        return tight, slack, stretched + 2.0 * creeping - length
 
     driven = brentq(lambda w: state(w)[2], 11.25, 11.36, xtol=1e-13)
     tight, slack, _ = state(driven)

@@ -94,7 +94,7 @@ def steady(drive: DrawnDrive) -> Steady:
 
     def missing(slack: float) -> float:
         tight, flow, low, sliding = state(slack)
-        found = drive.span * sum(1.0 / (1.0 + t / drive.axial) for t in (tight, slack))
+        stretched = drive.span * sum(1.0 / (1.0 + t / drive.axial) for t in (tight, slack))
         for j, held in enumerate((tight, slack)):
 
             def unstretched(angle: float, mu: float = drive.mu[j]) -> float:
@@ -102,8 +102,8 @@ def steady(drive: DrawnDrive) -> Steady:
                 return 1.0 / (1.0 + tension / drive.axial)
 
             stuck = (drive.wraps[j] - sliding[j]) / (1.0 + held / drive.axial)
-            found += drive.radii[j] * (stuck + quad(unstretched, 0.0, sliding[j])[0])
-        return found - drive.length / (1.0 + drive.pretension / drive.axial)
+            stretched += drive.radii[j] * (stuck + quad(unstretched, 0.0, sliding[j])[0])
+        return stretched - drive.length / (1.0 + drive.pretension / drive.axial)
 
     least = drive.mass * rim**2 + 1e-3 * force
     slack = float(brentq(missing, least, drive.pretension + force, xtol=1e-12, rtol=1e-14))

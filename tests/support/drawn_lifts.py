@@ -149,7 +149,7 @@ def jammed(seed: int) -> Scenario:
 
 
 def pushed(seed: int) -> Scenario:
-    """Return one whose force passes through zero until the counterweight rises by itself."""
+    """Return one whose force passes through zero until the counterweight rises without it."""
     draw = _Draw(seed)
     data = base(draw)
     first, second, *_ = numbers(data)

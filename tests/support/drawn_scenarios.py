@@ -196,17 +196,17 @@ def bodies(draw: st.DrawFn) -> Scenario:
     }
     eccentric = {"mass": of_size(1e-2, 10.0), "radius": of_size(1e-2, 0.3)}
     spring = {"stiffness": of_size(1e-2, 1e3), "free_angle_deg": st.just(10.0)}
-    found = {
+    arrays = {
         "forces": draw(st.lists(forces(), min_size=1, max_size=3)),
         "couples": draw(st.lists(st.fixed_dictionaries({"size": sizes(30.0)}), max_size=2)),
     }
-    for table, parts in found.items():
+    for table, parts in arrays.items():
         for i, part in enumerate(parts):
             part["name"] = f"{table}_{i}"
     return {
         "kind": "shaft",
         "mechanism": mechanism,
-        **found,
+        **arrays,
         "effects": switched(
             draw,
             {

@@ -18,7 +18,7 @@ TIE = 1e-7
 
 
 class Tied(Exception):
-    """What comes next depends on rounding."""
+    """The next event depends on rounding."""
 
 
 class Body(NamedTuple):

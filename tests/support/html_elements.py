@@ -12,7 +12,7 @@ class Elements(HTMLParser):
     def __init__(self, page: str) -> None:
         super().__init__()
         self.open: list[str] = []
-        self.found: list[str] = []
+        self.tags: list[str] = []
         self.faults: list[str] = []
         self._texts: list[str] = []
         self.feed(page)
@@ -21,7 +21,7 @@ class Elements(HTMLParser):
         self.faults += [f"{tag} has no end" for tag in self.open]
 
     def handle_starttag(self, tag: str, attrs: Any) -> None:
-        self.found.append(tag)
+        self.tags.append(tag)
         self.faults += [f"{tag} has {key}" for key, _ in attrs if key.startswith("on")]
         if tag not in VOID:
             self.open.append(tag)

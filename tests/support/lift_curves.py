@@ -116,12 +116,12 @@ class Curve:
 
     def integral(self, first: Number) -> "Curve":
         """Return the antiderivative that is `first` at u = 0."""
-        found = Curve(
+        curve = Curve(
             (mpf(0), *(c / (k + 1) for k, c in enumerate(self.poly))),
             {rate: -c / rate for rate, c in self.decays.items()},
             {omega: (b / omega, -a / omega) for omega, (a, b) in self.waves.items()},
         )
-        return found + (first - found(mpf(0)))
+        return curve + (first - curve(mpf(0)))
 
 
 def response(mass: Number, damping: Number, force: Curve, first: Number) -> Curve:
@@ -138,8 +138,8 @@ def response(mass: Number, damping: Number, force: Curve, first: Number) -> Curv
         inertia = mass * omega
         square = damping**2 + inertia**2
         waves[omega] = ((damping * a + inertia * b) / square, (damping * b - inertia * a) / square)
-    found = Curve(tuple(particular), {}, waves)
-    return found + Curve((), {damping / mass: first - found(mpf(0))})
+    particular_part = Curve(tuple(particular), {}, waves)
+    return particular_part + Curve((), {damping / mass: first - particular_part(mpf(0))})
 
 
 def holds_after_start(curve: Curve, tolerance: Number = ROUNDING, strictly: bool = False) -> bool:

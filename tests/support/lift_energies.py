@@ -16,7 +16,7 @@ def energies(of: Solution) -> dict[str, float]:
     """Return the works and heats from the start to the end and the stores at the end, J."""
     lift = of.lift
     r, b, r_k = float(lift.r), float(lift.b), float(lift.r_k)
-    found = dict.fromkeys(
+    values = dict.fromkeys(
         ("energy_input", "energy_friction", "energy_damping", "energy_cord_friction"), 0.0
     )
     for piece in of.pieces:
@@ -29,21 +29,21 @@ def energies(of: Solution) -> dict[str, float]:
             getattr(piece, name).floats(u)
             for name in ("w", "v1", "v2", "t1", "t2", "force", "torque")
         )
-        found["energy_input"] += over(torque * w - force * v2)
-        found["energy_damping"] += over(b * w * w)
+        values["energy_input"] += over(torque * w - force * v2)
+        values["energy_damping"] += over(b * w * w)
         if piece.modes.shaft != STICK:
-            found["energy_friction"] += over(r_k * (t1 + t2) * np.abs(w))
+            values["energy_friction"] += over(r_k * (t1 + t2) * np.abs(w))
         if piece.modes.cord != STICK:
-            found["energy_cord_friction"] += over((t2 - t1) * (v1 - r * w))
-    found["energy_impact"] = float(sum(loss for *_, loss, _ in of.impacts))
-    found["energy_friction"] += float(sum(heat for *_, heat in of.impacts))
+            values["energy_cord_friction"] += over((t2 - t1) * (v1 - r * w))
+    values["energy_impact"] = float(sum(loss for *_, loss, _ in of.impacts))
+    values["energy_friction"] += float(sum(heat for *_, heat in of.impacts))
     last = of.pieces[-1]
     end = last.state(last.end - last.start)
-    found["energy_kinetic"] = float(
+    values["energy_kinetic"] = float(
         (lift.inertia * end.w**2 + lift.m1 * end.v1**2 + lift.m2 * end.v2**2) / 2
     )
-    found["energy_potential"] = float(lift.m1 * lift.g * end.x1 + lift.m2 * lift.g * end.x2)
-    return found
+    values["energy_potential"] = float(lift.m1 * lift.g * end.x1 + lift.m2 * lift.g * end.x2)
+    return values
 
 
 def nodes(length: float) -> tuple[Any, Any]:
@@ -54,7 +54,7 @@ def nodes(length: float) -> tuple[Any, Any]:
 
 
 def largest_violation(of: Solution) -> dict[str, float]:
-    """Return by how much a solution violates what it must obey, relative to weights.
+    """Return the largest violations of a solution's laws, relative to weights.
 
     Bodies and pulley one by one, friction and tension from the motion: not from how the solution
     was found.

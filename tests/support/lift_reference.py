@@ -187,33 +187,33 @@ def motion(lift: Lift, t: Number, state: State, modes: Combination) -> Motion:
         v1 = r * w if q1 else (-(1 / lift.m1) * down1).integral(state.v1)
         v2 = -r * w if q2 else (-(1 / (lift.m2 or 1)) * down2).integral(state.v2)
     x1, x2 = v1.integral(state.x1), v2.integral(state.x2)
-    found = Motion(t, end, modes, angle, w, x1, v1, x2, v2, t1, t2, force, torque, {})
-    return replace(found, margins=margins(lift, found))
+    sides = Motion(t, end, modes, angle, w, x1, v1, x2, v2, t1, t2, force, torque, {})
+    return replace(sides, margins=margins(lift, sides))
 
 
 def margins(lift: Lift, of: Motion) -> dict[str, Curve]:
     modes, r = of.modes, lift.r
-    found = {}
+    values = {}
     if modes.shaft == STICK:
         moment = (of.t2 - of.t1) * r + of.torque
         limit = lift.r_s * (of.t1 + of.t2)
-        found |= {"shaft+": limit - moment, "shaft-": limit + moment}
+        values |= {"shaft+": limit - moment, "shaft-": limit + moment}
     else:
-        found["stop"] = modes.shaft * of.w
+        values["stop"] = modes.shaft * of.w
     if lift.static_ratio == 0:
         for i, tension, gap in ((0, of.t1, of.x1 - r * of.angle), (1, of.t2, of.x2 + r * of.angle)):
             if modes.taut[i]:
                 # A massless end has the tension of the force.
                 if i == 0 or lift.m2 > 0:
-                    found[f"slack{i + 1}"] = tension
+                    values[f"slack{i + 1}"] = tension
             else:
-                found[f"taut{i + 1}"] = gap
+                values[f"taut{i + 1}"] = gap
     elif modes.cord == STICK:
-        found["cord+"] = lift.static_ratio * of.t1 - of.t2
-        found["cord-"] = lift.static_ratio * of.t2 - of.t1
+        values["cord+"] = lift.static_ratio * of.t1 - of.t2
+        values["cord-"] = lift.static_ratio * of.t2 - of.t1
     else:
-        found["grip"] = modes.cord * (of.v1 - r * of.w)
-    return found
+        values["grip"] = modes.cord * (of.v1 - r * of.w)
+    return values
 
 
 def tolerance_of(name: str) -> Number:
@@ -266,7 +266,7 @@ def next_combination(lift: Lift, t: Number, state: State) -> tuple[Combination, 
 
 
 def force_per_impulse(lift: Lift, own: int, s: int, other_taut: bool) -> tuple[Number, Number]:
-    """Return what a unit impulse of the rope on side `own` does while the shaft slides by s.
+    """Return the effect of a unit impulse of the rope on side `own` while the shaft slides by s.
 
     The change of the speed of the pulley, positive against the pull, and the other rope's impulse.
     """
@@ -333,29 +333,29 @@ def solve(data: dict[str, Any], pieces: int = 20_000) -> Solution:
     r, start = lift.r, angle
     # The gaps are x1 - r theta and x2 + r theta: the angle counts from the start in here.
     state = State(mpf(0), w, mpf(0), r * w, mpf(0), -r * w)
-    found, t = Solution(lift, first_angle=start), mpf(0)
+    solution, t = Solution(lift, first_angle=start), mpf(0)
     modes, step = next_combination(lift, t, state)
     # Whatever is at rest at the start is recorded as if it had stuck before.
-    record(found, t, Combination(int(mp.sign(w))), modes, state.angle + start)
+    record(solution, t, Combination(int(mp.sign(w))), modes, state.angle + start)
     for _ in range(pieces):
         name, length = first_event(lift, step)
         state = step.state(length)
-        found.pieces.append(replace(step, end=t + length, angle=step.angle + start))
+        solution.pieces.append(replace(step, end=t + length, angle=step.angle + start))
         t = t + length
         if t >= lift.end:
-            return found
+            return solution
         if name == "knot":
             t = step.end  # exactly
             step = motion(lift, t, state, modes)
             continue
-        before, state = modes, after_event(lift, name, state, modes, t, found)
+        before, state = modes, after_event(lift, name, state, modes, t, solution)
         modes, step = next_combination(lift, t, state)
-        record(found, t, before, modes, state.angle + start)
+        record(solution, t, before, modes, state.angle + start)
     raise AssertionError("too many events")
 
 
 def first_event(lift: Lift, step: Motion) -> tuple[str, Number]:
-    """Return what ends a piece, and after which time: a margin, or `knot` of a signal."""
+    """Return the cause and the time of the end of a piece: a margin, or `knot` of a signal."""
     name, length = "knot", step.end - step.start
     for margin, curve in step.margins.items():
         at = first_fall(curve, length, tolerance_of(margin))
@@ -365,7 +365,7 @@ def first_event(lift: Lift, step: Motion) -> tuple[str, Number]:
 
 
 def after_event(
-    lift: Lift, name: str, state: State, modes: Combination, t: Number, found: Solution
+    lift: Lift, name: str, state: State, modes: Combination, t: Number, solution: Solution
 ) -> State:
     """Return the state after an event: what is zero is exactly zero; after an impact, if it was."""
     r = lift.r
@@ -383,14 +383,14 @@ def after_event(
 
         def log(speed: Number, loss: Number, heat: Number) -> None:
             rope = ("car rope", "counterweight rope")[side]
-            found.impacts.append((t, rope, speed, loss, heat))
+            solution.impacts.append((t, rope, speed, loss, heat))
 
         state = impact(lift, side, state, modes.taut, log)
     return state
 
 
 def record(
-    found: Solution, t: Number, before: Combination, after: Combination, angle: Number
+    solution: Solution, t: Number, before: Combination, after: Combination, angle: Number
 ) -> None:
     pairs = (
         ("shaft", before.shaft, after.shaft),
@@ -400,4 +400,4 @@ def record(
     )
     for contact, old, new in pairs:
         if old != new:
-            found.events.append((t, contact, old, new, angle))
+            solution.events.append((t, contact, old, new, angle))

@@ -30,17 +30,17 @@ def record_of(
 
 
 def motion(record: Record) -> Motion:
-    found = motion_of(record)
-    assert found is not None
-    return found
+    animation = motion_of(record)
+    assert animation is not None
+    return animation
 
 
-def body(found: Motion, name: str) -> Body:
-    return next(part for part in found.parts if isinstance(part, Body) and part.name == name)
+def body(animation: Motion, name: str) -> Body:
+    return next(part for part in animation.parts if isinstance(part, Body) and part.name == name)
 
 
-def point_of(found: Motion, name: str, time: float, x: float, y: float) -> complex:
+def point_of(animation: Motion, name: str, time: float, x: float, y: float) -> complex:
     """Return where a point of a body is at a time, as a complex number."""
-    moment = moment_of(found.time, time)
-    at_x, at_y, angle = place_of(body(found, name), moment)
+    moment = moment_of(animation.time, time)
+    at_x, at_y, angle = place_of(body(animation, name), moment)
     return complex(at_x, at_y) + complex(x, y) * np.exp(1j * angle)

@@ -83,10 +83,10 @@ def assert_agrees(
 ) -> None:
     """Compare events and final state of a run with those of a case; its audit must be passed."""
     assert len(events) == case["event_count"]
-    for found, (at, mode_from, mode_to, angle) in zip(events, case["events"], strict=False):
-        assert (found.mode_from, found.mode_to) == (mode_from, mode_to)
-        assert found.time == pytest.approx(at, abs=time)
-        assert found.position == pytest.approx(angle, abs=1e-8)
+    for event, (at, mode_from, mode_to, angle) in zip(events, case["events"], strict=False):
+        assert (event.mode_from, event.mode_to) == (mode_from, mode_to)
+        assert event.time == pytest.approx(at, abs=time)
+        assert event.position == pytest.approx(angle, abs=1e-8)
     final = [run.channels[name][-1] for name in ("angle", "angular_velocity")]
     assert final == pytest.approx(case["final"], abs=1e-8)
     assert {name: check for name, check in run.checks.items() if not check.ok} == {}

@@ -115,7 +115,7 @@ def mechanism_of(done: Record) -> Mechanism:
 
 
 def observed(data: Scenario) -> SimulationResult:
-    """Return what a simulation of scenario data observes, in the numbers that it works with."""
+    """Return the observation of a simulation of scenario data, in its working numbers."""
     scenario = validate(data, SCENARIOS)
     simulation = mechanism_module(scenario.kind).simulation(scenario)
     simulation.prepare(RunMonitor())

@@ -29,12 +29,12 @@ class Seen(NamedTuple):
     value: float | None
     uncertainty: float = 0.0
 
-    def agrees(self, found: float | None) -> bool:
+    def agrees(self, value: float | None) -> bool:
         """Return whether a quantity of the summary agrees within the uncertainty."""
-        if self.value is None or found is None:
-            return self.value is found
+        if self.value is None or value is None:
+            return self.value is value
         # Numbers below the smallest normal one have no digits left.
-        return abs(found - self.value) <= self.uncertainty + float_info.min
+        return abs(value - self.value) <= self.uncertainty + float_info.min
 
 
 class Recorded(NamedTuple):

@@ -82,15 +82,15 @@ def spans(pulley: Array, count: int) -> list[Array]:
     the spans beside it are one.
     """
     on = np.flatnonzero(pulley >= 0)
-    found = [np.arange(len(pulley))] * count
+    joints_of_spans = [np.arange(len(pulley))] * count
     for body, after in zip(on, np.roll(on, -1), strict=True):
         here, there = int(pulley[body]), int(pulley[after])
         if here == there and len(set(pulley[on])) > 1:
             continue  # the same arc
         joints = body + 1 + np.arange((after - body - 1) % len(pulley) + 1)
         for k in range((there - here - 1) % count + 1):
-            found[(here + k) % count] = joints % len(pulley)
-    return found
+            joints_of_spans[(here + k) % count] = joints % len(pulley)
+    return joints_of_spans
 
 
 def walked(tension: Array, pulley: Array, count: int) -> list[float]:
@@ -119,8 +119,8 @@ def torque_residuals(record: Recorded) -> Array:
     torque = mean(part.time, part.channels["pulley_torque"])
     expected = drive.sense * (torque - drive.inertia * alpha) / drive.radius
     expected -= mass * (belt_speed(part, -1) - belt_speed(part, 1)) / np.ptp(part.time)
-    found = np.roll(tension, 1) - tension
-    return np.abs(found - expected) / np.max(np.abs(torque / drive.radius))
+    torques = np.roll(tension, 1) - tension
+    return np.abs(torques - expected) / np.max(np.abs(torque / drive.radius))
 
 
 def power_residual(record: Recorded) -> float:

@@ -59,8 +59,8 @@ def size_at(table: Any, at: Motion) -> Array:
 
 def rotated(vector: Any, angle: Array, turns: bool) -> tuple[Array, Array]:
     turn = np.exp(1j * angle) if turns else np.ones(angle.shape, dtype=complex)
-    found = complex(*vector) * turn
-    return found.real, found.imag
+    vector_turned = complex(*vector) * turn
+    return vector_turned.real, vector_turned.imag
 
 
 def moment_of(force: Table, at: Motion) -> tuple[Array, Array, Array, Array]:
@@ -76,11 +76,11 @@ def moment_of(force: Table, at: Motion) -> tuple[Array, Array, Array, Array]:
 
 
 def applied(scenario: Table, at: Motion) -> Loads:
-    found = [moment_of(force, at) for force in scenario.get("forces", ())]
+    terms = [moment_of(force, at) for force in scenario.get("forces", ())]
     nothing = 0.0 * at.angle
     sizes = [size_at(couple["size"], at) for couple in scenario.get("couples", ())]
-    found += [(size, nothing, nothing, abs(size)) for size in sizes]
-    columns = [sum(column, nothing) for column in zip(*found, strict=True)] or [nothing] * 4
+    terms += [(size, nothing, nothing, abs(size)) for size in sizes]
+    columns = [sum(column, nothing) for column in zip(*terms, strict=True)] or [nothing] * 4
     return Loads(*columns)
 
 
@@ -142,7 +142,7 @@ def roots(scenario: Table, angle: Any) -> dict[int, Array]:
     square = a[0] ** 2 - r**2 * (a[1] ** 2 + a[2] ** 2)
     cross = none[0] * a[0] - r**2 * (none[1] * a[1] + none[2] * a[2])
     rest = none[0] ** 2 - r**2 * (none[1] ** 2 + none[2] ** 2)
-    found = {}
+    by_direction = {}
     inside = cross**2 - square * rest
     double = abs(inside) <= 1e-15 * (cross**2 + abs(square * rest))  # but for rounding
     with np.errstate(all="ignore"):
@@ -151,12 +151,12 @@ def roots(scenario: Table, angle: Any) -> dict[int, Array]:
         moments = none[0] + a[0] * values
     values[1, double] = np.nan
     for s in (1, -1):  # where moment and friction vanish together, both
-        found[s] = np.sort(np.where((s * moments >= 0.0) | double, values, np.nan), axis=0)
+        by_direction[s] = np.sort(np.where((s * moments >= 0.0) | double, values, np.nan), axis=0)
     if r == 0.0:
         with np.errstate(all="ignore"):
             root = -none[0] / a[0]
-        found = dict.fromkeys((1, -1), np.array([root, np.full_like(root, np.nan)]))
-    return found
+        by_direction = dict.fromkeys((1, -1), np.array([root, np.full_like(root, np.nan)]))
+    return by_direction
 
 
 def breakaway(scenario: Table) -> dict[str, Seen]:
@@ -165,15 +165,15 @@ def breakaway(scenario: Table) -> dict[str, Seen]:
         return {}
     label = scenario["statics"]["unknown"].split(".")[1]
     time, degrees = place(scenario)
-    found, at = roots(scenario, np.radians(degrees)), at_rest(time, np.radians(degrees))
-    sizes = [abs(x) for values in found.values() for x in values[:, 0] if np.isfinite(x)]
+    by_direction, at = roots(scenario, np.radians(degrees)), at_rest(time, np.radians(degrees))
+    sizes = [abs(x) for values in by_direction.values() for x in values[:, 0] if np.isfinite(x)]
     none, one = (all_loads(with_size(scenario, size), at) for size in (0.0, 1.0))
     arm = abs(float((one.moment - none.moment)[0]))
     # Of the root, and of the moment without the unknown, which may be what its terms leave.
     rounding = 1e-8 * max(sizes, default=0.0) + (SUM * float(none.terms[0]) / arm if arm else 0.0)
     seen = {}
     for s, direction in ((1, "counter_clockwise"), (-1, "clockwise")):
-        for value, ending in zip(found[s][:, 0], ("", "_second"), strict=True):
+        for value, ending in zip(by_direction[s][:, 0], ("", "_second"), strict=True):
             if np.isfinite(value) or not ending:
                 finite = float(value) if np.isfinite(value) else None
                 seen[f"{label}_{direction}{ending}"] = Seen(finite, rounding)
@@ -186,11 +186,11 @@ def worst(scenario: Table) -> dict[str, Seen]:
         return {}
     label, middle = scenario["statics"]["unknown"].split(".")[1], np.radians(place(scenario)[1])
     angles = middle + np.linspace(-np.pi, np.pi, SCANNED)
-    found, seen = roots(scenario, angles), {}
+    by_direction, seen = roots(scenario, angles), {}
     for s, direction in ((1, "counter_clockwise"), (-1, "clockwise")):
         for sign, side in ((-1, "smallest"), (1, "largest")):
             name = f"{label}_{direction}_{side}"
-            seen[name], seen[f"{name}_angle"] = _extreme(sign * found[s], sign, angles)
+            seen[name], seen[f"{name}_angle"] = _extreme(sign * by_direction[s], sign, angles)
     return seen
 
 
@@ -238,9 +238,9 @@ def body_statics(scenario: Table) -> dict[str, Seen]:
 
 def _forces(scenario: Table, time: float, degrees: float) -> float:
     at = at_rest(time, np.radians(degrees))
-    found = sum(float(abs(size_at(f["size"], at)[0])) for f in scenario.get("forces", ()))
+    total = sum(float(abs(size_at(f["size"], at)[0])) for f in scenario.get("forces", ()))
     g = scenario["effects"].get("gravity", {"g": 0.0})["g"]
-    return found + g * (scenario["mechanism"]["mass"] + eccentric_of(scenario)[0])
+    return total + g * (scenario["mechanism"]["mass"] + eccentric_of(scenario)[0])
 
 
 # --- summary --------------------------------------------------------------------------------------

@@ -38,7 +38,7 @@ def read_pulley(done: Record, j: int) -> list[int]:
     law = scenario["effects"]["belt_friction"]
     mu_k = law["pulleys"].get(name, law)["mu_k"] if law is not None else 0.0
     loaded = law is not None and name in scenario["drive"] and mu_k > 0.0
-    found = []
+    modes = []
     for k in range(len(done.time)):
         on = [i for i, p in enumerate(c["pulley_index"][k]) if p == j]
         slides = loaded and not any(c["sticking"][k, i] for i in on)
@@ -46,36 +46,36 @@ def read_pulley(done: Record, j: int) -> list[int]:
             friction = abs(sum(c["friction_force"][k, i] for i in on))
             slides = friction >= 0.99 * mu_k * sum(c["normal_force"][k, i] for i in on)
         if not on:
-            found.append(OPEN)
+            modes.append(OPEN)
         elif slides:
             slips = sum(c["normal_force"][k, i] * c["slip_velocity"][k, i] for i in on)
-            found.append(FORWARD if slips < 0.0 else BACKWARD)
+            modes.append(FORWARD if slips < 0.0 else BACKWARD)
         else:
-            found.append(STICK)
-    return found
+            modes.append(STICK)
+    return modes
 
 
 def lasting(time: Any, name: str, states: list[int]) -> Events:
     """Return the changes of a state that three samples agree on, or ten to come back."""
-    now, found = states[0], []
+    now, changes = states[0], []
     for k in range(1, len(states)):
         following = states[k : k + (3 if now in (STICK, TAUT) else 10)]
         complete = len(following) == (3 if now in (STICK, TAUT) else 10)
         if complete and set(following) == {states[k]} != {now}:
-            found.append((float(time[k]), name, now, states[k]))
+            changes.append((float(time[k]), name, now, states[k]))
             now = states[k]
-    return found
+    return changes
 
 
 def read(done: Record) -> Events:
     c, names = done.channels, done.members["pulley"]
     count = len(names)
-    found: Events = []
+    transitions: Events = []
     for j, name in enumerate(names):
-        found += lasting(done.time, name, read_pulley(done, j))
+        transitions += lasting(done.time, name, read_pulley(done, j))
     tension = [walked(*row, count) for row in zip(c["tension"], c["pulley_index"], strict=True)]
     least = 0.01 * np.mean(c["tension"][0])
     for j, name in enumerate(names):
         states = [SLACK if row[j] < least else TAUT for row in tension]
-        found += lasting(done.time, f"span.{name}.{names[(j + 1) % count]}", states)
-    return sorted(found, key=lambda event: event[0])
+        transitions += lasting(done.time, f"span.{name}.{names[(j + 1) % count]}", states)
+    return sorted(transitions, key=lambda event: event[0])

@@ -67,9 +67,9 @@ def balance(data: Scenario, degrees: Any) -> tuple[Any, Any, Any]:
 
 
 def placed(data: Scenario, value: Any) -> Scenario:
-    found = copy.deepcopy(data)
+    copied = copy.deepcopy(data)
     *tables, last = data["statics"]["unknown"].split(".")
-    table: Any = found
+    table: Any = copied
     for name in tables:
         if isinstance(table, list):
             table = next(row for row in table if row["name"] == name)
@@ -77,11 +77,11 @@ def placed(data: Scenario, value: Any) -> Scenario:
             table = table[name]
     if last != "distance":
         table[last] = value
-        return found
+        return copied
     x, y = map(written, table["point"])
     length = mpmath.sqrt(x * x + y * y)
     table["point"] = [value * x / length, value * y / length]
-    return found
+    return copied
 
 
 def friction_radius(data: Scenario) -> Any:
@@ -114,12 +114,12 @@ def roots(data: Scenario, degrees: Any) -> list[tuple[Any, int]]:
     if abs(root) <= NOISE_OF_SQUARES * (b * b + abs(a * c)):
         root = mpf(0)
     if abs(a) <= NOISE * slope[0] ** 2:
-        found = {-c / (2 * b)} if b else set()
+        values = {-c / (2 * b)} if b else set()
     elif root < 0:
-        found = set()
+        values = set()
     else:
-        found = {(-b - mpmath.sqrt(root)) / a, (-b + mpmath.sqrt(root)) / a}
-    return [(x, direction(data, x, degrees)) for x in sorted(found)]
+        values = {(-b - mpmath.sqrt(root)) / a, (-b + mpmath.sqrt(root)) / a}
+    return [(x, direction(data, x, degrees)) for x in sorted(values)]
 
 
 def direction(data: Scenario, value: Any, degrees: Any) -> int:

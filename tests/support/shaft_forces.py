@@ -92,7 +92,7 @@ def size_of(size: Any, channels: Table) -> Any:
 def acting(scenario: Table, channels: Table) -> dict[str, tuple[Any, Any]]:
     """Return where each force acts, m, and the force, N, over time."""
     turn = np.exp(1j * channels["angle"])
-    found = {}
+    forces = {}
     for force in scenario.get("forces", ()):
         along = complex(*force["direction"])
         along /= abs(along)
@@ -102,12 +102,12 @@ def acting(scenario: Table, channels: Table) -> dict[str, tuple[Any, Any]]:
         else:
             place = complex(*force["point"]) * (turn if force.get("point_turns", True) else 1.0)
         way = along * (turn if force.get("direction_turns", False) else 1.0)
-        found[force["name"]] = place * np.ones_like(turn), size_of(force["size"], channels) * way
+        forces[force["name"]] = place * np.ones_like(turn), size_of(force["size"], channels) * way
     effects, one = scenario.get("effects", {}), np.ones_like(turn)
     g = effects.get("gravity", {"g": 0.0})["g"]
     mass = scenario["mechanism"].get("mass", 0.0)
     if g * mass:
-        found["weight of the body"] = 0.0 * one, -1j * g * mass * one
+        forces["weight of the body"] = 0.0 * one, -1j * g * mass * one
     if "eccentric_mass" in effects:
         eccentric = effects["eccentric_mass"]
         at = eccentric["radius"] * np.exp(1j * np.radians(eccentric.get("azimuth_deg", 0.0))) * turn
@@ -115,22 +115,22 @@ def acting(scenario: Table, channels: Table) -> dict[str, tuple[Any, Any]]:
         speed, rate = channels["angular_velocity"], channels["angular_acceleration"]
         acceleration = at * (1j * rate - speed**2)
         if g:
-            found["weight of the eccentric mass"] = at, -1j * g * eccentric["mass"] * one
-        found["inertia force of the eccentric mass"] = at, -eccentric["mass"] * acceleration
-    return found
+            forces["weight of the eccentric mass"] = at, -1j * g * eccentric["mass"] * one
+        forces["inertia force of the eccentric mass"] = at, -eccentric["mass"] * acceleration
+    return forces
 
 
 def couples(scenario: Table, channels: Table) -> dict[str, Any]:
-    found = {c["name"]: size_of(c["size"], channels) for c in scenario.get("couples", ())}
+    torques = {c["name"]: size_of(c["size"], channels) for c in scenario.get("couples", ())}
     effects = scenario.get("effects", {})
     if "torsion_spring" in effects:
         spring = effects["torsion_spring"]
         free = np.radians(spring.get("free_angle_deg", 0.0))
-        found["torsion spring"] = -spring["stiffness"] * (channels["angle"] - free)
+        torques["torsion spring"] = -spring["stiffness"] * (channels["angle"] - free)
     if "viscous_damping" in effects:
         b = effects["viscous_damping"]["coefficient"]
-        found["viscous damping"] = -b * channels["angular_velocity"]
-    return found
+        torques["viscous damping"] = -b * channels["angular_velocity"]
+    return torques
 
 
 def moment(place: Any, force: Any) -> Any:

@@ -203,8 +203,8 @@ class Solution:
     def rest(self) -> int:
         """Rest until the first excess, and return the direction that follows."""
         for stop in self.stops[bisect_right(self.stops, self.t) :]:
-            found = [(self.excess(self.t, stop, s), s) for s in (1, -1)]
-            at, s = min(found)
+            times = [(self.excess(self.t, stop, s), s) for s in (1, -1)]
+            at, s = min(times)
             if at < inf:
                 self.t = at
                 return s
@@ -221,12 +221,12 @@ class Solution:
         for i in range(last + 1):
             top, at = g[i], t[i]
             if 0 < i < last and g[i] >= g[i - 1] and g[i] >= g[i + 1] and g[i] <= tie:
-                found = minimize_scalar(
+                minimum = minimize_scalar(
                     lambda x: -body.margin(float(x), q, s),
                     bounds=(t[i - 1], t[i + 1]), method="bounded", options={"xatol": 1e-12},
                 )  # fmt: skip
-                if -found.fun > top:
-                    top, at = -found.fun, found.x
+                if -minimum.fun > top:
+                    top, at = -minimum.fun, minimum.x
             if top > tie:
                 low, high = (t[i - 1] if i else a), float(at)
                 if body.margin(float(low), q, s) > 0.0:
@@ -244,15 +244,15 @@ class Solution:
             t, y, n = self.t, [self.q, self.w], self.reaction(self.t, self.q, self.w, s)
             while stepper.status == "running":
                 stepper.step()
-                found = self.first_event(stepper, t, y, n, s, started)
-                if found is None and not started and s * stepper.y[1] <= 0.0:
+                event = self.first_event(stepper, t, y, n, s, started)
+                if event is None and not started and s * stepper.y[1] <= 0.0:
                     longest = 0.1 * (stepper.t - t)  # it has not begun to move within the step
                     if longest < 1e-13:
                         raise RuntimeError("no motion after a breakaway")
                     break
-                if found is not None:
-                    self.t, (self.q, self.w) = found[1], self.state_at(t, y, found[1], s)
-                    if found[0] == "rest":
+                if event is not None:
+                    self.t, (self.q, self.w) = event[1], self.state_at(t, y, event[1], s)
+                    if event[0] == "rest":
                         self.w = 0.0
                         return self.from_rest()
                     started = True
@@ -264,9 +264,9 @@ class Solution:
         return s
 
     def reaction(self, t: float, q: float, w: float, s: int) -> complex:
-        found = self.body.acceleration(t, q, w, s)[1]
-        self.force = max(self.force, abs(found))
-        return found
+        force = self.body.acceleration(t, q, w, s)[1]
+        self.force = max(self.force, abs(force))
+        return force
 
     def stepper(self, t: float, y: list[float], stop: float, s: int, longest: float) -> DOP853:
         def rate(t: float, y: Any) -> list[float]:
@@ -302,7 +302,7 @@ class Solution:
         ]
         if self.body.r_k and abs(n) > NEAR * self.force:
             tests.append(("kink", lambda t, q, w: toward(t, q, w) / abs(n) / self.force))
-        found = []
+        events = []
         for name, test in tests:
             before = test(float(x[0]), *states[0])
             if name == "kink" and abs(before) < NEAR * self.size:
@@ -311,12 +311,14 @@ class Solution:
                 after = test(float(x[i]), *states[i])
                 crosses = before > 0.0 >= after or (name == "kink" and before < 0.0 <= after)
                 if crosses and x[i] > t:
-                    found.append((self.polished(test, t, y, s, float(x[i - 1]), float(x[i])), name))
+                    events.append(
+                        (self.polished(test, t, y, s, float(x[i - 1]), float(x[i])), name)
+                    )
                     break
                 before = after if after != 0.0 or name == "rest" else before
-        if not found:
+        if not events:
             return None
-        at, name = min(found)
+        at, name = min(events)
         return name, at
 
     def polished(
@@ -331,5 +333,5 @@ class Solution:
 
 
 def solution(scenario: Table) -> Table:
-    found = Solution(scenario)
-    return {"events": [list(event) for event in found.events], "final": [found.q, found.w]}
+    result = Solution(scenario)
+    return {"events": [list(event) for event in result.events], "final": [result.q, result.w]}

@@ -141,9 +141,9 @@ def closed_form(scenario: Table) -> Table:
         t = piece.begin
         while t < piece.end:
             if mode == 0:
-                found = min((piece.breakaway(t, s), s) for s in (1, -1))
-                t = min(found[0], piece.end)
-                mode = found[1] if found[0] < inf else 0
+                breakaway = min((piece.breakaway(t, s), s) for s in (1, -1))
+                t = min(breakaway[0], piece.end)
+                mode = breakaway[1] if breakaway[0] < inf else 0
                 if mode:
                     events.append((t, 0, mode, q))
                 continue

@@ -1,6 +1,6 @@
 """Drawn scenarios of a body on a dry shaft, and the same scenario in other units, mirrored, turned.
 
-`python -m tests.support.shaft_scenarios` computes tests/data/shaft_cases.json anew.
+`python -m tests.support.shaft_scenarios` recomputes tests/data/shaft_cases.json.
 """
 
 import copy
@@ -140,20 +140,20 @@ def tie(rng: Random) -> Table:
          sine(0.0, over * top, 2.0)]
     )  # fmt: skip
     couples = [rises, step(0.0, rng.choice([0.0, 0.5 * top]), 0.85, 0.95)]
-    found = shaft_scenario(
+    data = shaft_scenario(
         [{"size": load, "direction": [0.0, -1.0], "point": [0.0, 0.0]}], couples,
         effects={"shaft_friction": {
             "shaft_radius": RADIUS, "mu_s": mu, "mu_k": rng.choice([0.5, mu])}},
     )  # fmt: skip
-    found["solver"]["duration"] = 1.3
-    return found
+    data["solver"]["duration"] = 1.3
+    return data
 
 
 def equal_coefficients(rng: Random) -> Table:
-    found = any_loads(rng)
+    data = any_loads(rng)
     mu = rng.choice([0.0, rng.uniform(0.1, 1.5)])
-    found["effects"]["shaft_friction"] |= {"mu_s": mu, "mu_k": mu}
-    return found
+    data["effects"]["shaft_friction"] |= {"mu_s": mu, "mu_k": mu}
+    return data
 
 
 def narrow_peak(rng: Random) -> Table:
@@ -164,13 +164,13 @@ def narrow_peak(rng: Random) -> Table:
     other = force(rng, step(rng.uniform(0, 5), rng.uniform(0, 5), 0.2, 0.7))
     couples = [sine(0.0, rng.uniform(0.05, 0.3), hz, rng.uniform(0, 360)),
                ramp(0.0, 0.0, 0.6, rng.uniform(-0.2, 0.2), 1.0, 0.0)]  # fmt: skip
-    found = shaft_scenario([load, other], [*couples, 0.0])
+    data = shaft_scenario([load, other], [*couples, 0.0])
     # The constant couple that puts the highest peak at zero, by sampling; then a little beside.
-    body = Body(found)
+    body = Body(data)
     t = np.linspace(0.0, DURATION, 200_001)
     top = float(np.max(body.margin(t, 0.0, 1)))
-    found["couples"][2]["size"] = -top + rng.choice([1e-4, 1e-6, 1e-7, -1e-5, -1e-7])
-    return found
+    data["couples"][2]["size"] = -top + rng.choice([1e-4, 1e-6, 1e-7, -1e-5, -1e-7])
+    return data
 
 
 def tables(rng: Random) -> Table:
@@ -183,25 +183,23 @@ def tables(rng: Random) -> Table:
     start = {"initial_angle_deg": rng.choice([0.0, 15.0, -20.0, rng.uniform(-30, 30)]),
              "initial_angular_velocity": rng.choice([0.0, 0.5, -1.0, 4.0])}  # fmt: skip
     sizes = rng.choice([[over_speed], [over_speed, over_angle], []])
-    found = shaft_scenario(
+    data = shaft_scenario(
         [force(rng, over_angle), force(rng, 40.0)],
         [driver, *sizes[:1]],
         mechanism=start,
         effects=some_effects(rng),
     )
     if len(sizes) == 2:
-        found["forces"].append({"name": "f2", **force(rng, sizes[1])})
-    return found
+        data["forces"].append({"name": "f2", **force(rng, sizes[1])})
+    return data
 
 
 def fast_sines(rng: Random) -> Table:
     sizes = [sine(rng.uniform(-30, 30), rng.uniform(10, 60), rng.uniform(30, 120)) for _ in "ab"]
     couple = sine(0.0, rng.uniform(0.5, 3.0), rng.uniform(30, 120), 50.0)
-    found = shaft_scenario(
-        [force(rng, size) for size in sizes], [couple], effects=some_effects(rng)
-    )
-    found["solver"]["duration"] = 0.25
-    return found
+    data = shaft_scenario([force(rng, size) for size in sizes], [couple], effects=some_effects(rng))
+    data["solver"]["duration"] = 0.25
+    return data
 
 
 def many_turns(rng: Random) -> Table:
@@ -226,13 +224,13 @@ FAMILIES: list[Callable[[Random], Table]] = [
 # --- the same motion, seen otherwise --------------------------------------------------------------
 
 
-def each_size(found: Table, change: Callable[[str, Any], Any]) -> Table:
+def each_size(data: Table, change: Callable[[str, Any], Any]) -> Table:
     """Return a copy with each size replaced; `change` takes "forces" or "couples", and the size."""
-    found = copy.deepcopy(found)
+    data = copy.deepcopy(data)
     for name in ("forces", "couples"):
-        for table in found.get(name, []):
+        for table in data.get(name, []):
             table["size"] = change(name, table["size"])
-    return found
+    return data
 
 
 VALUES = {"value", "mean", "amplitude", "from", "to"}
@@ -244,23 +242,23 @@ def scaled_size(size: Any, factor: float, time: float = 1.0) -> Any:
         return size * factor
     powers = {"time": time, "start": time, "stop": time, "frequency_hz": 1.0 / time}
     powers |= {"speed": 1.0 / time} | dict.fromkeys(VALUES, factor)
-    found = {}
+    scaled = {}
     for key, value in size.items():
         by = powers.get(key, 1.0)
         if isinstance(value, dict):
-            found[key] = scaled_size(value, factor, time)
+            scaled[key] = scaled_size(value, factor, time)
         else:
-            found[key] = [x * by for x in value] if isinstance(value, list) else value * by
-    return found
+            scaled[key] = [x * by for x in value] if isinstance(value, list) else value * by
+    return scaled
 
 
-def in_units(found: Table, mass: float, length: float, time: float) -> Table:
+def in_units(data: Table, mass: float, length: float, time: float) -> Table:
     """Return the scenario with all numbers of mass, length and time so much larger."""
     power = mass * (length / time) ** 2  # of a moment
-    found = each_size(
-        found, lambda name, s: scaled_size(s, power / (length if name == "forces" else 1.0), time)
+    data = each_size(
+        data, lambda name, s: scaled_size(s, power / (length if name == "forces" else 1.0), time)
     )
-    for table in found["forces"]:
+    for table in data["forces"]:
         if "point" in table:
             table["point"] = [length * x for x in table["point"]]
         if "cord_radius" in table:
@@ -270,13 +268,13 @@ def in_units(found: Table, mass: float, length: float, time: float) -> Table:
         "g": length / time**2, "radius": length, "shaft_radius": length,
         "coefficient": power * time, "stiffness": power, "duration": time,
     }  # fmt: skip
-    for table in (found["mechanism"], found["solver"], *found["effects"].values()):
+    for table in (data["mechanism"], data["solver"], *data["effects"].values()):
         for key in table.keys() & powers.keys():
             table[key] *= powers[key]
-    return found
+    return data
 
 
-def delayed(found: Table, seconds: float) -> Table:
+def delayed(data: Table, seconds: float) -> Table:
     """Return the scenario with all signals so much later; it has to rest at the start."""
 
     def later(name: str, size: Any) -> Any:
@@ -291,25 +289,25 @@ def delayed(found: Table, seconds: float) -> Table:
             size["smooth_step"][key] += seconds
         return size
 
-    found = each_size(found, later)
-    found["solver"]["duration"] += seconds
-    return found
+    data = each_size(data, later)
+    data["solver"]["duration"] += seconds
+    return data
 
 
-def turned(found: Table, degrees: float) -> Table:
+def turned(data: Table, degrees: float) -> Table:
     """Return the scenario with all vectors turned; without gravity, whose direction is fixed."""
-    found = copy.deepcopy(found)
+    data = copy.deepcopy(data)
     c, s = cos(radians(degrees)), sin(radians(degrees))
-    for table in found["forces"]:
+    for table in data["forces"]:
         for key in {"point", "direction"} & table.keys():
             x, y = table[key]
             table[key] = [c * x - s * y, s * x + c * y]
-    if "eccentric_mass" in found["effects"]:
-        found["effects"]["eccentric_mass"]["azimuth_deg"] += degrees
-    return found
+    if "eccentric_mass" in data["effects"]:
+        data["effects"]["eccentric_mass"]["azimuth_deg"] += degrees
+    return data
 
 
-def mirrored(found: Table) -> Table:
+def mirrored(data: Table) -> Table:
     """Return the scenario mirrored, x to -x: its angles are those of the scenario times -1."""
 
     def other_hand(name: str, size: Any) -> Any:
@@ -322,45 +320,45 @@ def mirrored(found: Table) -> Table:
             size["value"] = size["value"][::-1]
         return size
 
-    found = each_size(found, other_hand)
-    for table in found["forces"]:
+    data = each_size(data, other_hand)
+    for table in data["forces"]:
         for key in {"point", "direction"} & table.keys():
             table[key] = [-table[key][0], table[key][1]]
         if "cord_radius" in table:
             table["cord_radius"] *= -1.0
-    for key in {"initial_angle_deg", "initial_angular_velocity"} & found["mechanism"].keys():
-        found["mechanism"][key] *= -1.0
-    effects = found["effects"]
+    for key in {"initial_angle_deg", "initial_angular_velocity"} & data["mechanism"].keys():
+        data["mechanism"][key] *= -1.0
+    effects = data["effects"]
     if "eccentric_mass" in effects:
         mass = effects["eccentric_mass"]
         mass["azimuth_deg"] = 180.0 - mass.get("azimuth_deg", 0.0)
     if "torsion_spring" in effects:
         effects["torsion_spring"]["free_angle_deg"] *= -1.0
-    return found
+    return data
 
 
 def drawn(number: int) -> tuple[str, Table]:
     """Return a scenario and its name; every third one is seen otherwise."""
     rng = Random(f"shaft {number}")
     family = FAMILIES[number % len(FAMILIES)]
-    found = family(rng)
+    data = family(rng)
     view = rng.randrange(9)
     if view == 0:
-        found = mirrored(found)
+        data = mirrored(data)
     elif view == 1:
-        found = turned(found, rng.uniform(0.0, 360.0))
+        data = turned(data, rng.uniform(0.0, 360.0))
     elif view == 2 and family is not tie:
-        found = in_units(found, *(10.0 ** rng.uniform(-2.0, 2.0) for _ in "ml"), 1.0)
-    return f"{family.__name__}_{number}", found
+        data = in_units(data, *(10.0 ** rng.uniform(-2.0, 2.0) for _ in "ml"), 1.0)
+    return f"{family.__name__}_{number}", data
 
 
 def case(number: int) -> Table:
     """Return a drawn scenario with its events and final state, as in tests/data."""
     name, data = drawn(number)
-    found = solution(data)
-    count = len(found["events"])
+    reference = solution(data)
+    count = len(reference["events"])
     return {"name": name, "scenario": data, "event_count": count} | {
-        key: found[key] for key in ("events", "final")
+        key: reference[key] for key in ("events", "final")
     }
 
 

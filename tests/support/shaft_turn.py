@@ -40,13 +40,13 @@ def coefficients(data: Scenario, degrees: Array) -> tuple[list[Array], list[Arra
 
     They are of the first degree in cosine and sine of the angle, and follow from four angles.
     """
-    found = []
+    matrices = []
     for value in (0, 1):
         of = shaft_balance.placed(data, mpf(value))
         rows = [shaft_balance.balance(of, quarter) for quarter in (0, 90, 180, 270)]
-        found.append(np.array([[float(x) for x in row] for row in rows]))
+        matrices.append(np.array([[float(x) for x in row] for row in rows]))
     angle, sums = np.radians(degrees), []
-    for values in (found[0], found[1] - found[0]):
+    for values in (matrices[0], matrices[1] - matrices[0]):
         mean, c, s = values.mean(axis=0), (values[0] - values[2]) / 2, (values[1] - values[3]) / 2
         sums.append(
             [m + x * np.cos(angle) + y * np.sin(angle) for m, x, y in zip(mean, c, s, strict=True)]
@@ -112,13 +112,13 @@ def drawn(seed: int) -> Scenario:
         return rng.choice([-1.0, 1.0]) * rng.uniform(0.1, 1.0) * size
 
     def force(name: str) -> Any:
-        found = {"name": name, "size": number(10.0), "direction": [number(1.0), number(1.0)]}
+        table = {"name": name, "size": number(10.0), "direction": [number(1.0), number(1.0)]}
         if rng.random() < 0.3:
-            found["direction"] = rng.choice([[0.0, -1.0], [1.0, 0.0]])
+            table["direction"] = rng.choice([[0.0, -1.0], [1.0, 0.0]])
         if rng.random() < 0.2:
-            return found | {"cord_radius": number(1.0)}
+            return table | {"cord_radius": number(1.0)}
         turns = {"point_turns": rng.random() < 0.7, "direction_turns": rng.random() < 0.4}
-        return found | {"point": [number(1.0), number(1.0)]} | turns
+        return table | {"point": [number(1.0), number(1.0)]} | turns
 
     data: Scenario = {
         "kind": "shaft",

@@ -21,15 +21,15 @@ class Arc(NamedTuple):
 def arcs_of(scenario: BeltDriveScenario) -> tuple[list[Arc], float]:
     """Return the arcs in the order of the pulleys, and the length of the line, m."""
     path, pulleys = scenario.mechanism.path(), scenario.mechanism.pulleys
-    at, found = 0.0, []
+    at, arcs = 0.0, []
     for k, span in enumerate(path.spans):
         j = (k + 1) % len(pulleys)
         at += float(np.hypot(*np.subtract(span.end, span.start)))
         length = abs(path.arcs[j].wrap_angle) * pulleys[j].radius
         sense = 1 if path.arcs[j].wrap_angle > 0 else -1
-        found.append(Arc(at, at + length, sense, pulleys[j].radius))
+        arcs.append(Arc(at, at + length, sense, pulleys[j].radius))
         at += length
-    return [found[-1], *found[:-1]], at
+    return [arcs[-1], *arcs[:-1]], at
 
 
 def overlap(low: Array, high: Array, arc: Arc, length: float) -> Array:

@@ -1,4 +1,4 @@
-"""Small sweeps for tests, and what is done to them."""
+"""Small sweeps for tests, and changes to them."""
 
 import os
 import signal

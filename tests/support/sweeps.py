@@ -28,8 +28,8 @@ def sample_of(
     coordinates = {
         key: Coordinate(RUN, column, "m", key) for key, column in zip(vary, columns, strict=True)
     }
-    found = {name: function(*columns) for name, function in functions.items()}
-    return _table("sample", study + "\n".join(lines), {RUN: len(columns[0])}, coordinates, found)
+    outputs = {name: function(*columns) for name, function in functions.items()}
+    return _table("sample", study + "\n".join(lines), {RUN: len(columns[0])}, coordinates, outputs)
 
 
 def grid_of(
@@ -51,8 +51,8 @@ def grid_of(
         coordinates[key] = Coordinate(
             key if design == "grid" else RUN, kept, "" if text else "m", key
         )
-    found = {name: function(*columns) for name, function in functions.items()}
-    return _table(design, "", lengths, coordinates, found)
+    outputs = {name: function(*columns) for name, function in functions.items()}
+    return _table(design, "", lengths, coordinates, outputs)
 
 
 def _array(values: Sequence[Any]) -> Any:

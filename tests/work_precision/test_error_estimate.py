@@ -37,10 +37,10 @@ def test_the_estimate_is_near_the_error(name: str, law: str, solver: dict[str, A
     )
     run = simulate(data)
     error = abs((run.quantities[name].value or 0.0) - (EXACT[name].value or 0.0))
-    found = estimate(scenario_run(run), run, lambda t: None).errors[name]
+    error_estimate = estimate(scenario_run(run), run, lambda t: None).errors[name]
     # Where a switch falls within a step decides on a factor of two; a second run that is not
     # much more exact, as with a speed that goes in by its power 2/3, hides a fifth of the error.
-    assert 0.4 * error < (found or 0.0) < 4.0 * error
+    assert 0.4 * error < (error_estimate or 0.0) < 4.0 * error
 
 
 def test_errors_are_shown_beside_each_quantity(cli: Callable) -> None:

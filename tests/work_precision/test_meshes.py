@@ -51,7 +51,7 @@ CHOSEN: dict[str, Any] = {
 
 
 def quantities_of(model: str, bodies: int, overrides: dict[str, Any]) -> dict[str, float]:
-    """Return the quantities of a run of its own, with the keys of its mesh written out."""
+    """Return the quantities of a separate run, with the keys of its mesh written out."""
     return _quantities(json.dumps(overrides), model, bodies)
 
 
@@ -61,13 +61,13 @@ def _quantities(text: str, model: str, bodies: int) -> dict[str, float]:
     mesh = {"mechanism.belt.wrap": model, "mechanism.belt.bodies": bodies}
     # A study takes 500 samples or more.
     settings = {"solver.backend": "moreau", "output.interval": overrides["solver.duration"] / 500}
-    found = fs.solve(BELT, overrides | mesh | settings)
-    assert found.status == "done"
-    return {name: float(found.quantities[source]) for name, source in QUANTITIES.items()}
+    result = fs.solve(BELT, overrides | mesh | settings)
+    assert result.status == "done"
+    return {name: float(result.quantities[source]) for name, source in QUANTITIES.items()}
 
 
 def limit_of(model: str, most: int, overrides: dict[str, Any]) -> dict[str, float]:
-    """Return what twice and once the most bodies tend to, at second order."""
+    """Return the limit of twice and once the most bodies, at second order."""
     coarse, fine = (quantities_of(model, n, overrides) for n in (most, 2 * most))
     return {name: (4.0 * fine[name] - coarse[name]) / 3.0 for name in QUANTITIES}
 
@@ -94,10 +94,10 @@ def test_errors_and_recommendations_are_those_of_separate_runs(seed: int) -> Non
     assert len(meshes) == 6  # the scenario's own mesh has three steps
     for row, (model, bodies) in zip(study.rows, meshes, strict=True):
         assert row.status == "done", row.reason
-        found = quantities_of(model, bodies, overrides)
+        values = quantities_of(model, bodies, overrides)
         longest = "solver.step" not in "".join(row.setting.overrides)
         for name in QUANTITIES:
-            error = abs(found[name] - limit[name]) / abs(limit[name])
+            error = abs(values[name] - limit[name]) / abs(limit[name])
             if longest:
                 assert row.errors[name].relative == pytest.approx(error, rel=1e-6)
             else:  # its own step or a part of it: the same but for what the time step costs
@@ -109,7 +109,7 @@ def test_errors_and_recommendations_are_those_of_separate_runs(seed: int) -> Non
 
 
 def check_advice(study: WorkPrecision) -> None:
-    """Check that what is recommended is good enough on all finer meshes, and nothing is faster."""
+    """Check that the recommendation suffices on all finer meshes, and nothing is faster."""
     assert study.reference
     for advice in recommendations(study):
         metric = advice.metric
@@ -235,11 +235,11 @@ def test_a_mesh_that_is_refused_is_a_row_with_the_reason() -> None:
 @pytest.mark.slow
 def test_a_string_is_judged_by_the_limit_of_the_full_model() -> None:
     chosen = CHOSEN | {"models": ["string", "corrected"]}
-    found = fs.cost(BELT, WIDE | {"mechanism.belt.bodies": 30}, bodies=[24, 36], **chosen).data
-    rows = [row for row in found.rows if row.setting.mesh and row.setting.mesh.model == "string"]
+    study = fs.cost(BELT, WIDE | {"mechanism.belt.bodies": 30}, bodies=[24, 36], **chosen).data
+    rows = [row for row in study.rows if row.setting.mesh and row.setting.mesh.model == "string"]
     assert [row.status for row in rows] == ["done", "done"]
-    assert found.reference
-    assert all("string" not in name for name in found.reference.names)
+    assert study.reference
+    assert all("string" not in name for name in study.reference.names)
 
 
 @pytest.mark.slow
@@ -247,8 +247,8 @@ def test_a_scenario_without_contact_compares_strings() -> None:
     overrides = WIDE | {"mechanism.belt.bodies": 30, "effects.contact": None}
     overrides |= {"effects.bending": None}
     chosen = {name: value for name, value in CHOSEN.items() if name != "models"}
-    found = fs.cost(BELT, overrides, bodies=[24, 36], **chosen).data
-    assert {row.setting.mesh and row.setting.mesh.model for row in found.rows} == {"string"}
+    study = fs.cost(BELT, overrides, bodies=[24, 36], **chosen).data
+    assert {row.setting.mesh and row.setting.mesh.model for row in study.rows} == {"string"}
     # Its own mesh too, over time: the steps are those of strings.
     overrides["mechanism.belt.bodies"] = 36
     own = fs.cost(BELT, overrides, bodies=[24, 36], backends="moreau", laws="set-valued").data
@@ -281,8 +281,8 @@ def costs(told: Callable[..., tuple[str, str]], *options: str) -> Any:
 @pytest.mark.slow
 def test_the_command_writes_models_and_bodies(told: Callable[..., tuple[str, str]]) -> None:
     files = ("--csv", "a.csv", "--plot", "a.svg")
-    found = costs(told, "--bodies", "24,36", "--models", "corrected,polygon", *files)
-    rows = found["settings"]
+    document = costs(told, "--bodies", "24,36", "--models", "corrected,polygon", *files)
+    rows = document["settings"]
     assert [(s["model"], s["bodies"]) for s in rows] == [
         *[("corrected", 24)] * 3,
         *[("corrected", 36), ("polygon", 24), ("polygon", 36)],
@@ -290,8 +290,8 @@ def test_the_command_writes_models_and_bodies(told: Callable[..., tuple[str, str
     mesh = ["mechanism.belt.bodies=24", "mechanism.belt.wrap=polygon"]
     assert rows[4]["overrides"][:2] == mesh
     assert [s["time_error"] is None for s in rows] == [False] * 3 + [True] * 3
-    assert found["time_references"][0] == "rkf45, set-valued, corrected, 24 bodies, rtol 1e-9"
-    assert found["recommendations"][3]["quantity"] == "driven_speed"
+    assert document["time_references"][0] == "rkf45, set-valued, corrected, 24 bodies, rtol 1e-9"
+    assert document["recommendations"][3]["quantity"] == "driven_speed"
     with Path("a.csv").open(encoding="utf-8") as file:
         lines = list(csv.DictReader(file))
     assert [line["bodies [1]"] for line in lines[2:4]] == ["24.0", "36.0"]
@@ -302,11 +302,11 @@ def test_the_command_writes_models_and_bodies(told: Callable[..., tuple[str, str
 
 
 def test_without_bodies_a_study_is_over_time_alone(told: Callable[..., tuple[str, str]]) -> None:
-    found = costs(told, "--bodies", "none")
-    assert [s["setting"][:4] for s in found["settings"]] == ["step"] * 3
-    assert all("model" not in s and s["time_error"] is None for s in found["settings"])
-    assert max(s["error"] for s in found["settings"]) < 0.05
-    assert found["references"][0] == "rkf45, set-valued, rtol 1e-9"
+    document = costs(told, "--bodies", "none")
+    assert [s["setting"][:4] for s in document["settings"]] == ["step"] * 3
+    assert all("model" not in s and s["time_error"] is None for s in document["settings"])
+    assert max(s["error"] for s in document["settings"]) < 0.05
+    assert document["references"][0] == "rkf45, set-valued, rtol 1e-9"
 
 
 def test_a_mesh_on_which_errors_cancel_is_not_recommended() -> None:
@@ -314,10 +314,10 @@ def test_a_mesh_on_which_errors_cancel_is_not_recommended() -> None:
     rows.append(hand_made(600, 9.0, 1e-4, 5e-3))
     metrics = tuple(Metric(name, "quantity", name) for name in ("tension", "slip"))
     study = WorkPrecision(load(Path(BELT)), metrics, None, rows, *DONE)
-    found = [
+    bodies = [
         a.row and a.row.setting.mesh and a.row.setting.mesh.bodies for a in recommendations(study)
     ]
-    assert found == [600, None, None, 60, 600, 600, None]
+    assert bodies == [600, None, None, 60, 600, 600, None]
 
 
 def test_a_line_of_a_model_has_the_longest_step_of_each_mesh() -> None:

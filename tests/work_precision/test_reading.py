@@ -69,11 +69,11 @@ def test_a_study_that_is_read_has_the_columns_that_were_written(saved: Saved) ->
 def test_a_file_recommends_what_its_study_does(saved: Saved) -> None:
     table = read_any(saved.folder / "a.h5")
     assert sentences_of(table) == saved.study.recommendations
-    reference, found = saved.study.data.reference, study_of(table).reference
+    reference, reference_of_file = saved.study.data.reference, study_of(table).reference
     assert reference
-    assert found
+    assert reference_of_file
     floors = {name: error.relative for name, error in reference.floor.items()}
-    assert {name: error.relative for name, error in found.floor.items()} == floors != {}
+    assert {name: error.relative for name, error in reference_of_file.floor.items()} == floors != {}
 
 
 def test_an_uncertain_reference_recommends_nothing(saved: Saved) -> None:

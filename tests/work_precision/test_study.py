@@ -101,9 +101,9 @@ def test_equal_times_prefer_the_first_setting() -> None:
 
 def test_times_within_their_spread_are_ranked_by_evaluations() -> None:
     rows = [row("fast", 1e-9, 1.0, 90, 0.02), row("few", 1e-9, 1.3, 40, 0.4)]
-    found = advise(rows, 0.0)[0]
-    assert found.row is rows[1]
-    assert found.sentence.endswith("; of 2 as fast, the fewest evaluations")
+    advice = advise(rows, 0.0)[0]
+    assert advice.row is rows[1]
+    assert advice.sentence.endswith("; of 2 as fast, the fewest evaluations")
     # They differ by more than the spread of both.
     apart = [row("fast", 1e-9, 1.0, 90, 0.02), row("few", 1e-9, 1.3, 40, 0.2)]
     assert advise(apart, 0.0)[0].row is apart[0]
@@ -144,17 +144,17 @@ def test_errors_below_the_reference_uncertainty_are_marked(tmp_path: Path) -> No
     rows[1].errors["energy"] = Error(5e-9, 5e-9)
     scenario = validate(pulley(), SCENARIOS)
     reference = Reference(Told(1.0, 1.0), ("one", "two"), floor)
-    found = PublicStudy(WorkPrecision(scenario, metrics, reference, rows, "done", "", 0))
+    public_study = PublicStudy(WorkPrecision(scenario, metrics, reference, rows, "done", "", 0))
     wanted = [["energy"], ["error", "angle"], []]
-    assert [line["below_uncertainty"] for line in found.to_json()["settings"]] == wanted
-    assert [text.split() for text in found.dataset["below_uncertainty"].values] == wanted
-    cells = [line.split() for line in found.summary().splitlines() if "rtol 1 " in line]
+    assert [line["below_uncertainty"] for line in public_study.to_json()["settings"]] == wanted
+    assert [text.split() for text in public_study.dataset["below_uncertainty"].values] == wanted
+    cells = [line.split() for line in public_study.summary().splitlines() if "rtol 1 " in line]
     assert [cells[0][3:6], cells[1][3:6]] == [
         ["2.0e-06", "2.0e-06", "5.0e-10*"],
         ["5.0e-07*", "5.0e-07*", "5.0e-09"],
     ]
     for name in ("a.csv", "a.h5"):
-        found.save(tmp_path / name)
+        public_study.save(tmp_path / name)
         page = fs.report(tmp_path / name, tmp_path / "a.html").read_text(encoding="utf-8")
         # Two stars of the second row, one of the first, and one that explains them.
         assert page.count("5.0e\N{MINUS SIGN}07*") == 2
@@ -162,10 +162,10 @@ def test_errors_below_the_reference_uncertainty_are_marked(tmp_path: Path) -> No
         assert page.count("5.0e\N{MINUS SIGN}09*") == 0
         assert "* below the reference uncertainty" in page
     in_time = reference._replace(names=("on its own mesh",))
-    about = table_of(found.data._replace(time_reference=in_time)).attributes
+    about = table_of(public_study.data._replace(time_reference=in_time)).attributes
     assert (about["references"], about["time_references"]) == ("one\ntwo", "on its own mesh")
     unknown = reference._replace(floor={})
-    other = PublicStudy(found.data._replace(reference=unknown))
+    other = PublicStudy(public_study.data._replace(reference=unknown))
     assert [line["below_uncertainty"] for line in other.to_json()["settings"]] == [[], [], []]
 
 
@@ -174,8 +174,8 @@ def test_the_spread_is_that_of_the_timed_runs(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr("frictionsim.work_precision.study._seconds", lambda run: next(times))
     scenario = validate(pulley(solver__duration=0.1), SCENARIOS)
     setting = with_tolerance("events", 1e-3)
-    found = Benchmark(ScenarioVariants(scenario), (), 60.0, 3).row(setting, Told(1.0, 1.0), ignore)
-    assert (found.wall_seconds, found.wall_spread) == (0.3, pytest.approx(0.25))
+    timed = Benchmark(ScenarioVariants(scenario), (), 60.0, 3).row(setting, Told(1.0, 1.0), ignore)
+    assert (timed.wall_seconds, timed.wall_spread) == (0.3, pytest.approx(0.25))
 
 
 # --- errors ---------------------------------------------------------------------------------
@@ -195,8 +195,8 @@ EVENTS, FIGURE = Metric("time", "events"), Metric("angle", "quantity", "angle")
 
 
 def test_errors_are_scaled_and_total_of_other_events_and_missing_quantities() -> None:
-    def errors_of(found: Told, wanted: Told, *metrics: Metric) -> dict[str, Error]:
-        return metric_errors(metrics or (EVENTS, FIGURE), found, wanted, duration=4.0)
+    def errors_of(values: Told, wanted: Told, *metrics: Metric) -> dict[str, Error]:
+        return metric_errors(metrics or (EVENTS, FIGURE), values, wanted, duration=4.0)
 
     for time, value in ((1.2, 3.0), (0.8, 1.0)):
         errors = errors_of(Told(time, value), Told(1.0, 2.0))
@@ -212,23 +212,23 @@ def test_errors_are_scaled_and_total_of_other_events_and_missing_quantities() ->
 
 @pytest.mark.slow
 def test_errors_fall_with_tolerance_and_transition_speed_but_not_those_of_eq_30() -> None:
-    found: dict[str, list[float]] = {}  # by method and law, from the loosest to the tightest
+    by_line: dict[str, list[float]] = {}  # by method and law, from the loosest to the tightest
     for r in study_of(RETURN, ladders_of(RETURN)).rows:
         assert r.error is not None, r.reason
-        found.setdefault(r.setting.line, []).append(r.error)
+        by_line.setdefault(r.setting.line, []).append(r.error)
     for backend in ("events", "rkf45"):
-        errors = found.pop(f"{backend}, set-valued")
+        errors = by_line.pop(f"{backend}, set-valued")
         # From one rung to the next the tolerance falls by 100, and the error follows it.
         assert all(fine < 0.2 * coarse for coarse, fine in pairwise(errors)), backend
         assert errors[-1] < 1e-12, backend
     # It runs back instead of sticking: other events, and an error of the angle of 58 %.
-    assert found.pop("rkf45, published") == [1.0, 1.0, 1.0]
+    assert by_line.pop("rkf45, published") == [1.0, 1.0, 1.0]
     for backend in ("rkf45", "rk45", "dop853", "radau", "bdf", "lsoda"):
-        errors = found.pop(f"{backend}, regularised")
+        errors = by_line.pop(f"{backend}, regularised")
         # By 10 in speed: at first order 10, where the breakaway decides 10^(2/3) = 4.6.
         assert all(fine < coarse / 4.0 for coarse, fine in pairwise(errors)), backend
         assert errors[0] < 0.02, backend
-    assert found == {}
+    assert by_line == {}
 
 
 def test_the_reference_uncertainty_is_realistic() -> None:
@@ -261,19 +261,19 @@ def test_step_counts_agree_with_the_golden_file(request: pytest.FixtureRequest) 
         COUNTS.write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
     golden = json.loads(COUNTS.read_text(encoding="utf-8"))
     assert statistics.keys() == golden.keys()
-    for name, found in statistics.items():
+    for name, counts in statistics.items():
         # Sums in another order moved a step in 140, and two rejected ones in 3151.
-        assert found == pytest.approx(golden[name], rel=0.01, abs=3), name
+        assert counts == pytest.approx(golden[name], rel=0.01, abs=3), name
 
 
 def test_step_counts_exclude_samples() -> None:
-    found = study_of(PULLEY, [with_tolerance("events", 1e-9)], repeats=2).rows[0]
+    first_row = study_of(PULLEY, [with_tolerance("events", 1e-9)], repeats=2).rows[0]
     bare = simulate(pulley(solver__rtol=1e-9, solver__atol=1e-12, output__interval=3.0))
-    assert (found.steps, found.rhs_evaluations) == (
+    assert (first_row.steps, first_row.rhs_evaluations) == (
         bare.statistics.steps,
         bare.statistics.rhs_evaluations,
     )
-    assert found.repeats == 2
+    assert first_row.repeats == 2
 
 
 def test_settings_of_a_study_override_the_scenario() -> None:
@@ -292,8 +292,8 @@ def test_references_without_friction_use_two_methods() -> None:
     mechanism = mechanism_module("pulley").build(scenario)
     names = [setting.backend for setting in settings.references(scenario, 1e-12, mechanism)]
     assert names == ["events", "dop853"]
-    found = settings.ladders(scenario, (1e-4,), mechanism)
-    assert [(s.line, s.label) for s in found] == [
+    variants = settings.ladders(scenario, (1e-4,), mechanism)
+    assert [(s.line, s.label) for s in variants] == [
         (name, "rtol 1e-4") for name in ("events", "rkf45", *SCIPY)
     ]
 
@@ -322,13 +322,13 @@ def test_failed_references_are_reported_and_an_error_if_all_fail() -> None:
     few = Setting("events", "few", ("solver.max_steps=2",))
     with pytest.raises(SolverError, match=r"all reference runs failed: events, few: limit"):
         study_of(PULLEY, [], references=(few,))
-    found = study_of(PULLEY, [], references=(few, with_tolerance("rkf45", 1e-10)))
-    said = PublicStudy(found).summary()
+    failed_study = study_of(PULLEY, [], references=(few, with_tolerance("rkf45", 1e-10)))
+    said = PublicStudy(failed_study).summary()
     assert "reference uncertainty: unknown, the second reference failed" in said
 
 
 def stop_after(calls: int) -> Callable[..., Any]:
-    """Return a watch under which a signal comes with the so many-th step."""
+    """Return a watch under which a signal comes with the n-th step."""
 
     @contextmanager
     def monitor_run(duration: float, with_progress: bool) -> Iterator[Callable[[float], None]]:
@@ -422,15 +422,15 @@ def test_a_study_with_failures_can_be_drawn(
 def test_a_belt_compares_tolerances_steps_and_friction_laws() -> None:
     scenario = load(SCENARIOS / "belt_drive.toml", ["solver.duration=0.002"])
     kind = mechanism_module("belt_drive")
-    found = kind.ladders(scenario, TOLERANCES)
+    variants = kind.ladders(scenario, TOLERANCES)
     lines = [f"{name}, set-valued" for name in ("rkf45", "moreau")]
     lines.append("rkf45, regularised")
-    assert list(dict.fromkeys(s.line for s in found)) == lines
-    for setting in found:
+    assert list(dict.fromkeys(s.line for s in variants)) == lines
+    for setting in variants:
         variant = ScenarioVariants(scenario).timed(setting)
         assert variant.solver.backend == setting.backend
         assert variant.effects.belt_friction.law == setting.law  # type: ignore[attr-defined]
-    chosen = [setting for setting in found if setting.backend == "moreau"]
+    chosen = [setting for setting in variants if setting.backend == "moreau"]
     references = kind.references(scenario, 1e-12)
     done = study(scenario, Plan(chosen, references, kind.METRICS), 60.0, 1, ignore, ignore)
     assert [r.status for r in done.rows] == ["done"] * 3
