@@ -159,6 +159,7 @@ Style = dict[str, Any]
 WIDTH = 8.0  # inches, of a picture; labels and legends are arranged for it
 LEGEND_ROW = 0.25  # inches
 LABEL_WIDTH = 18  # characters beside a panel of channels
+NO_BREAK = "\u00a0"  # a space
 LEGEND_SIZE, HANDLE = "small", 3.0  # of the text, and length of a line in sizes of the text
 POINTS = 72.0  # per inch
 MIN_TEXT = 0.65  # of the usual size, where a subfigure is small
@@ -313,16 +314,14 @@ def axis_label(words: str, unit: str = "", width: int = 0) -> str:
     unit : str
         "1" or empty for a number.
     width : int
-        Of a line, in characters; a longer label is broken between words, and before the unit, never
-        within that. 0 breaks nothing.
+        Of a line, in characters; a longer label is broken between words. 0 breaks nothing.
     """
     shown, text = unit_text(unit), labelled(words, unit)
     if width and max(map(len, text.split("\n"))) > width:
-        lines = [part for line in words.split("\n") for part in wrap(line, width) or [""]]
-        text = "\n".join(lines)
-        if shown:
-            joined = len(lines[-1]) + 2 + len(shown) <= width and len(lines) > 1
-            text += f", {shown}" if joined else f",\n{shown}"
+        # The unit stays with the last word.
+        text = words + (f", {shown}".replace(" ", NO_BREAK) if shown else "")
+        lines = [part for line in text.split("\n") for part in wrap(line, width) or [""]]
+        text = "\n".join(lines).replace(NO_BREAK, " ")
     return text
 
 

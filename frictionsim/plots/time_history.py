@@ -261,6 +261,8 @@ def _mark_events(result: "Record", axes: Sequence[Any], row: int) -> list[Any]:
         style = EVENT_LINES.get(name, OTHER_EVENT)
         handles[name] = Line2D([], [], label=name, **style)
         thin = {"linewidth": width * style["linewidth"], "zorder": 2.0 if width == 1.0 else 1.5}
+        if at in result.channels["time"][[0, -1]]:  # above the frame, which would hide it
+            thin |= {"zorder": 3.0, "clip_on": False}
         for ax in axes:
             ax.axvline(at, **style | thin)
     min_gap = MIN_GAP * span

@@ -58,6 +58,14 @@ def test_sticking_and_events_are_labelled() -> None:
     assert {"sticking", "breakaway", "comes to rest", "0.5464 s", "5.134 s", "stick"} <= {*words}
 
 
+def test_an_event_at_the_first_sample_is_drawn_above_the_frame() -> None:
+    figure = draw(shown("marble_machine"))
+    for ax in figure.axes:
+        (line,) = (one for one in ax.lines if list(one.get_xdata()) == [0.0, 0.0])
+        assert line.get_zorder() > ax.spines["left"].get_zorder()
+        assert not line.get_clip_on()
+
+
 def test_a_pulley_is_drawn_with_its_static_limits() -> None:
     figure = draw(shown("pulley"))
     words = words_of(figure)
