@@ -274,7 +274,7 @@ class Fit(ResultBase):
         OutputError
             If it cannot be written.
         """
-        from frictionsim.io.new_file import write_new
+        from frictionsim.io.atomic_write import write_new
 
         target = as_path("path", path)
         write_new(target, self.to_toml(), "scenario")

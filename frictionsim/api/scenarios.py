@@ -117,7 +117,7 @@ def write_with_schema(file: "Path", text: str) -> "tuple[list[Path], list[str]]"
     OutputError
         If a file cannot be written, or the scenario exists already.
     """
-    from frictionsim.io.new_file import check_new, write_new
+    from frictionsim.io.atomic_write import check_new, write_new
     from frictionsim.scenario.authoring import schema, schema_file
 
     check_new(file, "scenario")

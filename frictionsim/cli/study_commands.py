@@ -62,8 +62,7 @@ class StudyFiles(NamedTuple):
 
         Without a kind of replaceable file, the output must be a new file.
         """
-        from frictionsim.io.atomic_write import check_no_clobber
-        from frictionsim.io.new_file import check_new
+        from frictionsim.io.atomic_write import check_new, check_no_clobber
         from frictionsim.io.replaceable import check_apart, check_target
 
         options = ("-o", "--csv", "--plot")

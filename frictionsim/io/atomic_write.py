@@ -26,6 +26,7 @@ else:
 
 SUFFIXES = (".h5", ".hdf5", ".nc")
 END = ".part"
+EXISTS = "the file exists and is not replaced; give another name"
 NEW, PRIVATE = 0o666, 0o600  # modes of a new file, and of one whose mode is set later
 PERMISSIONS, GROUP_PERMISSIONS = 0o777, 0o070
 PROBE = bytes(4096)
@@ -123,6 +124,21 @@ class Part:
             self._release()
             _sync_folder(self._target.parent)
 
+    def link(self) -> None:
+        """Flush the part and give it the name of its target, which must be new."""
+        assert self._descriptor is not None, "the part is locked"
+        with self._reported():
+            os.fsync(self._descriptor)
+            try:
+                os.link(self._name, self._target)
+            except OSError as error:
+                if isinstance(error, FileExistsError) or os.path.lexists(self._target):
+                    raise OSError(EXISTS) from None
+                self.rename()  # a file system without links
+            else:
+                self.discard()
+                _sync_folder(self._target.parent)
+
     def _kept(self, error: OSError, kept: Path) -> NotReplaced:
         shown = kept if self._path.is_symlink() else self._path.with_name(kept.name)
         return NotReplaced(
@@ -200,6 +216,24 @@ def check_no_clobber(path: Path) -> None:
         raise OutputError(
             f"{path}: the file exists and no-clobber forbids to replace it; give another name"
         )
+
+
+def check_new(path: Path, what: str) -> None:
+    """Check that a new file can be written to a path, before its content is computed."""
+    if os.path.exists(path) and not os.path.isdir(
+        path
+    ):  # Path.exists fails for a name that is too long
+        raise OutputError(f"{path}: cannot write the {what}: {EXISTS}")
+    check_place(path, what)
+
+
+def write_new(path: Path, text: str, what: str) -> None:
+    """Write a new file atomically; no file that appears meanwhile is replaced."""
+    check_new(path, what)
+    part = Part(path, what)
+    with part.opened() as file:
+        file.write(text.encode())
+    part.link()
 
 
 def write_atomically(image: bytes, path: Path, what: str = "result") -> None:

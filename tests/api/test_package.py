@@ -85,8 +85,7 @@ LEAVES = {
     # check before a run, and say where its result went
     "frictionsim.io.destination": {"Destination"},
     "frictionsim.io.unfinished": {"partial_name", "whole_name"},
-    "frictionsim.io.atomic_write": {"SUFFIXES", "check_no_clobber"},
-    "frictionsim.io.new_file": {"check_new"},
+    "frictionsim.io.atomic_write": {"SUFFIXES", "check_new", "check_no_clobber"},
     "frictionsim.io.replaceable": {
         *("COSTS", "COSTS_IN_HDF5", "files_of_sweep_in_csv", "check_apart", "check_target")
     },
@@ -111,7 +110,8 @@ LEAVES = {
     "frictionsim.scenario.options": {"column_of"},
     # what watches a run: the command line handles more signals
     "frictionsim.simulation.monitor": {
-        *("Monitors", "RunMonitor", "StopSignals", "SweepProgress", "compilation_text")
+        *("Monitor", "Monitors", "Progress", "RunMonitor", "StopSignals", "SweepProgress"),
+        "compilation_text",
     },
     "frictionsim.scenario.kinds": {"GROUP", "KINDS", "kind_names"},
     "frictionsim.scenario.shipped": {"shipped_scenarios"},
