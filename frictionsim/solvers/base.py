@@ -30,18 +30,30 @@ State = list[float]
 
 
 class Law(NamedTuple):
-    """A friction law as `one_contact_step` takes it."""
+    """A friction law in the right-hand side, as `one_contact_step` takes a system.
 
-    solver: "Solver"
+    Attributes
+    ----------
+    system : named tuple
+    drive : Curve
+    inertia : float, kg m^2
+    friction : callable
+        The friction torque, N m, of (u, q, v), the applied torque, and the kinetic limit in the
+        direction of motion.
+    """
+
+    system: Any
     drive: Any
     inertia: float
+    friction: Callable[[float, float, float, float, float], float]
 
     def torques_and_powers(
         self, u: float, q: float, v: float, s: float
     ) -> tuple[float, float, tuple[float, ...]]:
         """Return the applied torque, the friction against s, N m, and the powers, W."""
-        applied, kinetic, powers = self.solver.torques_and_powers(u, q, v)
-        return applied, -s * self.solver.friction(u, q, v, applied, kinetic), powers
+        direction = FORWARD if v > 0.0 else BACKWARD
+        applied, kinetic, powers = self.system.torques_and_powers(u, q, v, direction)
+        return applied, -s * self.friction(u, q, v, applied, kinetic), powers
 
 
 class Crossing(NamedTuple):
@@ -143,14 +155,7 @@ class Solver:
 
     def new_law(self) -> Any:
         """Return the equation that is integrated."""
-        return Law(self, self.system.drive, self.system.inertia)
-
-    def torques_and_powers(self, u: float, q: float, v: float) -> tuple[float, float, Any]:
-        """Return the applied torque, the kinetic limit in the direction of motion, the powers."""
-        evaluation: tuple[float, float, Any] = self.system.torques_and_powers(
-            u, q, v, FORWARD if v > 0.0 else BACKWARD
-        )
-        return evaluation
+        return Law(self.system, self.system.drive, self.system.inertia, self.friction)
 
     def friction(self, u: float, q: float, v: float, applied: float, kinetic: float) -> float:
         """Return the friction torque for an applied torque and a kinetic limit, N m."""
@@ -158,7 +163,8 @@ class Solver:
 
     def friction_in(self, mode: int, u: float, q: float, v: float, applied: float) -> float:
         """Return the friction torque of a sample in a mode, N m."""
-        return self.friction(u, q, v, applied, self.torques_and_powers(u, q, v)[1])
+        kinetic = self.system.kinetic_limit(u, q, v, FORWARD if v > 0.0 else BACKWARD)
+        return self.friction(u, q, v, applied, kinetic)
 
     def start(self) -> None:
         """Start at the initial state."""

@@ -7,7 +7,8 @@ anything is compiled what an argument has that cannot be.
 
 Compiled code is kept on the disk. numba compares the time stamp of one file only, so the folder of
 a build carries a digest of all sources: of the marked functions, of the classes of the arguments,
-and of all modules beside them.
+and of all modules beside them. Belts, whose kernels are functions of arrays (`belt_drive.kernels`),
+keep theirs in the same way.
 """
 
 import gc
@@ -16,7 +17,7 @@ import platform
 import sys
 from array import array
 from bisect import bisect_right
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache, cached_property, partial
 from hashlib import sha256
@@ -38,7 +39,7 @@ OPTIONS: dict[str, Any] = {
     "no_cfunc_wrapper": True,
 }
 # Modules whose constants and methods go into compiled code, beside those of marked functions.
-SHARED = ("mechanisms/*.py", "solvers/*.py")
+SHARED = ("mechanisms/**/*.py", "solvers/*.py")
 
 _marked: list[Any] = []
 _inlined: set[Any] = set()
@@ -312,23 +313,17 @@ def _compiler() -> tuple[Any, ...]:
     return ()
 
 
-def build_name(classes: frozenset[type]) -> str:
-    """Return the name of the build for some classes: another one when a source changes."""
+def build_name(modules: Iterable[str]) -> str:
+    """Return the name of the build for code of some modules: another one when a source changes.
+
+    Equations may call functions of the modules beside them.
+    """
     package = Path(__file__).parents[1]
-    files: set[Path] = set()
-    for pattern in SHARED:
-        files.update(package.glob(pattern))
-    classes_in = {each.__module__ for each in classes}
-    plugins = {name.partition(".")[0] for name in classes_in} - {__package__.partition(".")[0]}
-    for name in _modules:  # a plug-in may have marked functions in other folders
-        source = getattr(sys.modules.get(name), "__file__", None)
-        if source and name.partition(".")[0] in plugins:
-            files.add(Path(source))
-    for name in classes_in:
-        file = Path(sys.modules[name].__file__ or "")
-        # Equations may call functions of the modules beside them.
-        beside = file.parent.glob("*.py") if sys.modules[name].__package__ else ()
-        files.update({file, *beside})
+    files = {file for pattern in SHARED for file in package.glob(pattern)}
+    for name in modules:
+        if source := _source_of(name):
+            beside = Path(source).parent.glob("*.py") if sys.modules[name].__package__ else ()
+            files.update({Path(source), *beside})
     digest = sha256()
     for path in sorted(files):
         digest.update(str(path).encode() + path.read_bytes())
@@ -340,9 +335,30 @@ def folder_of(classes: frozenset[type]) -> Path | None:
     """Return the folder that keeps the code for some classes; None if it cannot be kept."""
     from frictionsim.solvers.kernel_folder import usable_folder
 
-    if not all(getattr(sys.modules.get(one.__module__), "__file__", None) for one in classes):
-        return None  # without a source no change of it would be noticed
-    return usable_folder(build_name(classes))
+    modules = {one.__module__ for one in classes}
+    if not all(map(_source_of, modules)):
+        return None  # no change of it would be noticed
+    # A plug-in may have marked functions in other folders.
+    plugins = {name.partition(".")[0] for name in modules} - {__package__.partition(".")[0]}
+    marked = {name for name in _modules if name.partition(".")[0] in plugins}
+    return usable_folder(build_name(modules | marked))
+
+
+def _source_of(module: str) -> str | None:
+    return getattr(sys.modules.get(module), "__file__", None)
+
+
+def kept_in(folder: Path | None) -> dict[str, Any]:
+    """Return the options of numba for code that is kept in a folder.
+
+    Each time anew: numba takes the folder from the environment again when that changes, or from a
+    file `.numba_config.yaml` where the user is.
+    """
+    if folder is None:
+        return {}
+    config: Any = import_module("numba").config
+    config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = str(folder), ""
+    return {"cache": True}
 
 
 @cache
@@ -353,12 +369,8 @@ def _dispatcher(
     numba = _prepare()
     for one in classes:
         _register_methods(one)
-    folder, options = folder_of(classes) if is_kept else None, {}
-    if folder is not None:
-        # Each time anew: numba takes it from the environment again when that changes.
-        numba.config.CACHE_DIR, numba.config.CACHE_LOCATOR_CLASSES = str(folder), ""
-        options = {"cache": True}
-    return numba.njit(function, **OPTIONS, **options)
+    kept = kept_in(folder_of(classes)) if is_kept else {}
+    return numba.njit(function, **OPTIONS, **kept)
 
 
 def _prepare() -> Any:

@@ -1,6 +1,6 @@
 """Integration of a mechanism without dry friction."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from frictionsim.results import STICK, Transition
 from frictionsim.solvers.base import Solver, State
@@ -8,13 +8,27 @@ from frictionsim.solvers.common import direction_of
 from frictionsim.solvers.end_stops import EVENT
 
 
+class _Frictionless(NamedTuple):
+    """A system without its limits, as `one_contact_step` takes it."""
+
+    system: Any
+    drive: Any
+    inertia: float
+
+    def torques_and_powers(
+        self, u: float, q: float, v: float, s: float
+    ) -> tuple[float, float, tuple[float, ...]]:
+        # Minus zero against s: the sum of torques and a friction of zero.
+        return self.system.applied_torque(u, q, v), -0.0, self.system.powers(u, q, v)
+
+
 class FrictionlessSolver(Solver):
     """Solver for a mechanism without dry friction: smooth between discontinuities."""
 
-    def torques_and_powers(self, u: float, q: float, v: float) -> tuple[float, float, Any]:
-        return self.system.applied_torque(u, q, v), 0.0, self.system.powers(u, q, v)
+    def new_law(self) -> Any:
+        return _Frictionless(self.system, self.system.drive, self.system.inertia)
 
-    def friction(self, u: float, q: float, v: float, applied: float, kinetic: float) -> float:
+    def friction_in(self, mode: int, u: float, q: float, v: float, applied: float) -> float:
         return 0.0
 
     def step(self) -> None:

@@ -31,7 +31,7 @@ from platformdirs import user_cache_path
 LOG = logging.getLogger(__name__)
 
 PROGRAM = "frictionsim"
-BUILD = re.compile(r"kernels-[0-9a-f]{16}")  # the folder of a build, as both `build_name` have it
+BUILD = re.compile(r"kernels-[0-9a-f]{16}")  # the folder of a build, as `build_name` has it
 UNUSED_LIFETIME = 7 * 24 * 3600.0  # s; several versions may be in use side by side
 PRIVATE, ROOT = 0o700, 0
 OTHERS_WRITE, OTHERS_ENTER = 0o022, 0o011

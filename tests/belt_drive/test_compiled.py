@@ -10,6 +10,7 @@ import pytest
 from frictionsim.mechanisms.belt_drive.kernels import jit
 from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
+from frictionsim.solvers.compilation import build_name
 from tests.support.belt_scenarios import COMPILED, STEPS, scenario_of
 from tests.support.scenarios import Scenario, run_anew
 
@@ -111,8 +112,14 @@ def test_the_cache_is_distinguished_by_every_file_with_kernels(
     kernels = [v for m in modules for v in vars(m).values() if hasattr(v, "py_func")]
     files = {Path(kernel.py_func.__code__.co_filename) for kernel in kernels}
     assert len(files) > 5
-    assert files <= set(jit.kernel_sources())
+    read: list[Path] = []
+
+    def recorded(path: Path) -> bytes:
+        read.append(path)
+        return b""
+
+    monkeypatch.setattr(Path, "read_bytes", recorded)
+    build = build_name(())
+    assert files <= set(read)
     # A process that has imported other ones finds the same folder.
-    build = jit.build_name()
-    monkeypatch.setattr(jit, "_modules_with_kernels", set())
-    assert jit.build_name() == build
+    assert build_name({kernel.py_func.__module__ for kernel in kernels}) == build

@@ -63,7 +63,7 @@ def test_switch_and_friction_of_eq_30_in_the_five_cases(case: Case) -> None:
     assert switch(moment(case), R_S * reaction, case.velocity) == case.factor
     scenario = validate(with_method(pulley(), "published", "rkf45"), SCENARIOS)
     eq30 = PublishedSolver(build(scenario), scenario.solver, SampleBuffer(SampleTimes(1.0, 0.1)))
-    kinetic = eq30.torques_and_powers(case.force, 0.0, case.velocity)[1]
+    kinetic = eq30.system.kinetic_limit(case.force, 0.0, case.velocity, sign(case.velocity))
     friction = eq30.friction(case.force, 0.0, case.velocity, moment(case), kinetic)
     printed = moment(case) - sign(case.velocity) * R_K * reaction
     # What stands to the right of I theta'', less the moment, to the rounding of both.

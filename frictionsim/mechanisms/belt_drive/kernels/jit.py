@@ -1,23 +1,24 @@
 """Compiled kernels: numba is imported here, and not before a kernel is called.
 
 Kernels are plain loops over contiguous arrays. They are compiled once for each combination of
-effects that a scenario calls for, and kept on the disk for later runs. numba looks at the time
-stamp of one file only to tell whether a kernel is still the same, but kernels call kernels of other
-files: the folder of the cache therefore carries a digest of the source of all of them.
+effects that a scenario calls for, and kept on the disk for later runs (`solvers.compilation`).
 """
 
 import logging
-import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from functools import cache, cached_property, update_wrapper
-from hashlib import sha256
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 from frictionsim.simulation.monitor import RunMonitor
-from frictionsim.solvers.compilation import compiler_of_parts, without_collection
+from frictionsim.solvers.compilation import (
+    build_name,
+    compiler_of_parts,
+    kept_in,
+    without_collection,
+)
 
 LOG = logging.getLogger(__name__)
 
@@ -30,12 +31,6 @@ OPTIONS: dict[str, Any] = {
     "no_cfunc_wrapper": True,  # C calls no kernel
     "_nrt": False,
 }
-
-# Plain Python for one coordinate, and compiled for belts; and the compiler of both.
-SHARED = tuple(
-    f"solvers/{name}.py"
-    for name in ("runge_kutta_fehlberg", "friction_curve", "stepper", "compiled_parts")
-)
 
 # Of a kernel that is a part of others: what Python calls it by would take as long to compile.
 PART: dict[str, Any] = {"no_cpython_wrapper": True}
@@ -68,14 +63,7 @@ class BeltKernel:
     @cached_property
     def compiled(self) -> Any:
         """The function as Python calls it."""
-        folder = _folder()
-        if folder is None:
-            return _compiled(self.py_func)
-        # Each time anew: numba takes it from the environment again when that changes, or from a
-        # file `.numba_config.yaml` where the user is.
-        config: Any = _numba().config
-        config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = folder, ""
-        return _compiled(self.py_func, cache=True)
+        return _compiled(self.py_func, **kept_in(_folder()))
 
     @cached_property
     def part(self) -> Any:
@@ -158,33 +146,6 @@ def kernel(function: Callable[..., Any]) -> Any:
     return BeltKernel(function)
 
 
-def generated_kernel(function: Callable[..., Any]) -> Any:
-    """Compile a function that stands in no file, as a part of each kernel that calls it."""
-    return BeltKernel(function, **COPIED)
-
-
-def kernel_sources() -> tuple[Path, ...]:
-    """Return the files whose code goes into kernels, wherever they are."""
-    package = Path(__file__).parents[3]
-    modules = [sys.modules[name].__file__ for name in _modules_with_kernels if name in sys.modules]
-    kernel_files = {Path(file) for file in modules if file}
-    package_files = {
-        path
-        for path in package.rglob("*.py")
-        if b"frictionsim.mechanisms.belt_drive.kernels.jit" in path.read_bytes()
-    }
-    shared = {package / name for name in SHARED}
-    return tuple(sorted({Path(__file__), *kernel_files, *package_files, *shared}))
-
-
-def build_name() -> str:
-    """Return the name of this build's kernels: another one when their source changes."""
-    digest = sha256()
-    for path in kernel_sources():
-        digest.update(path.read_bytes())
-    return f"kernels-{digest.hexdigest()[:16]}"
-
-
 @cache
 def _numba() -> Any:
     import numba
@@ -193,15 +154,14 @@ def _numba() -> Any:
 
 
 @cache
-def _folder() -> str | None:
+def _folder() -> Path | None:
     """Return the folder that numba keeps the kernels of this build in; None if in none."""
     from frictionsim.solvers.kernel_folder import usable_folder
 
-    folder = usable_folder(build_name())
-    if folder is None:
-        return None
-    LOG.info("folder of the compiled kernels: %s", folder)
-    return str(folder)
+    folder = usable_folder(build_name(_modules_with_kernels))
+    if folder is not None:
+        LOG.info("folder of the compiled kernels: %s", folder)
+    return folder
 
 
 class Compilation:
@@ -278,4 +238,4 @@ def sum_of(terms: Mapping[str, Any], parameters: str) -> Any:
     )
     scope: dict[str, Any] = {"__name__": __name__, **names}
     exec(compile(code, __file__, "exec"), scope)
-    return generated_kernel(scope["total_of"])
+    return inline_kernel(scope["total_of"])
