@@ -2,7 +2,7 @@
 
 import ast
 import inspect
-from collections import Counter
+import re
 from functools import cache
 from pathlib import Path
 
@@ -144,11 +144,26 @@ def test_files_are_short() -> None:
     assert long == {}
 
 
-def test_a_class_has_its_name_for_itself() -> None:
-    classes = Counter(
-        node.name for path in FILES for node in nodes_of(path) if isinstance(node, ast.ClassDef)
-    )
-    assert [name for name, count in classes.items() if count > 1] == []
+def types_by_name() -> dict[str, set[str]]:
+    """Return classes, and values of aliases of types, by their names without underscores."""
+    types: dict[str, set[str]] = {}
+    for path in FILES:
+        for node in nodes_of(path):
+            if isinstance(node, ast.ClassDef):
+                types.setdefault(node.name.strip("_"), set()).add(str(path))
+            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+                name, value = node.targets[0].id.strip("_"), ast.unparse(node.value)
+                # An `Array` is one of floats everywhere; Any stands for a type of another file.
+                is_alias = re.fullmatch(r"[A-Z]\w*[a-z]\w*", name) and value != "Any"
+                if is_alias and "NDArray" not in value:
+                    types.setdefault(name, set()).add(value)
+    return types
+
+
+def test_a_type_has_its_name_for_itself() -> None:
+    types = types_by_name()
+    assert len(types) > 400
+    assert [name for name, values in types.items() if len(values) > 1] == []
 
 
 def leaves(annotation: ast.expr | None) -> int:

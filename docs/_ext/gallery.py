@@ -376,10 +376,10 @@ def _is_there(command: str, folder: Path, results: Path | None) -> bool:
     words = shlex.split(command)
     if results is None or words[1] != "solve" or len(words) > 3:
         return False
-    found = results / Path(words[2]).with_suffix(".h5").name
-    if not found.exists():
+    result = results / Path(words[2]).with_suffix(".h5").name
+    if not result.exists():
         return False
-    shutil.copyfile(found, folder / "results" / found.name)
+    shutil.copyfile(result, folder / "results" / result.name)
     return True
 
 

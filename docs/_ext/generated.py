@@ -42,8 +42,8 @@ PART = re.compile(r"(<!-- generated: (\w+)((?: [\w.]+)*) -->\n).*?(<!-- end -->)
 def generated(page: str) -> str:
     """Return the text of a page with its parts made anew."""
 
-    def part(found: "re.Match[str]") -> str:
-        begin, name, arguments, end = found.groups()
+    def part(match: "re.Match[str]") -> str:
+        begin, name, arguments, end = match.groups()
         return f"{begin}\n{PARTS[name](*arguments.split())}\n\n{end}"
 
     return PART.sub(part, page)

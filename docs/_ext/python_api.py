@@ -15,18 +15,18 @@ UNDERLINE = re.compile(r"^-{3,}$")
 
 def api(name: str, *members: str) -> str:
     """Return the reference of a public name; of a class with these members, or all public ones."""
-    found = getattr(frictionsim, name)
-    if not inspect.isclass(found):
-        return f"### `fs.{name}{_signature(found)}`\n\n{_markdown(found)}"
-    parts = [f"### `fs.{name}`", _markdown(found)]
+    member = getattr(frictionsim, name)
+    if not inspect.isclass(member):
+        return f"### `fs.{name}{_signature(member)}`\n\n{_markdown(member)}"
+    parts = [f"### `fs.{name}`", _markdown(member)]
     own = {
         key: value
-        for base in reversed(found.__mro__)
+        for base in reversed(member.__mro__)
         if base.__module__.startswith(frictionsim.__name__)
         for key, value in vars(base).items()
         if not key.startswith("_")
     }
-    chosen = {key: getattr(found, key) for key in members} if members else own
+    chosen = {key: getattr(member, key) for key in members} if members else own
     values = {key: value for key, value in chosen.items() if _is_value(value)}
     if values:
         words = {key: _first_paragraph(value) for key, value in values.items()}

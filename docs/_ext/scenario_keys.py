@@ -71,11 +71,11 @@ def keys(kind: str) -> str:
     """Return a section for each table of a kind, with a row for each key."""
     parts = []
     scenario = model_of(kind)
-    for found in tables(scenario):
-        rows = [tuple(key) for key in keys_of(found.model, methods_of(scenario.PAIRS))]
+    for listed in tables(scenario):
+        rows = [tuple(key) for key in keys_of(listed.model, methods_of(scenario.PAIRS))]
         if not rows:
             continue
-        parts += [f"## `{found.header}`" if found.header else "## Top level", _about(found)]
+        parts += [f"## `{listed.header}`" if listed.header else "## Top level", _about(listed)]
         parts.append(table(("key", "form", "unit", "default", "range", "meaning"), rows))
     return "\n\n".join(part for part in parts if part)
 
@@ -90,8 +90,8 @@ def signal(form: str) -> str:
 
 def model_of(kind: str) -> type[Scenario]:
     """Return the model of the scenarios of a kind."""
-    found: type[Scenario] = mechanism_module(kind).SCENARIO
-    return found
+    model: type[Scenario] = mechanism_module(kind).SCENARIO
+    return model
 
 
 def tables(
@@ -131,18 +131,18 @@ def keys_of(model: type[BaseModel], backends: Sequence[str] = ()) -> Iterator[Ke
         )
 
 
-def _about(found: Table) -> str:
+def _about(listed: Table) -> str:
     """Return the first paragraph of the model's docstring, without what names the table.
 
     The description of the field that holds it goes before.
     """
-    docstring = found.description or cleandoc(found.model.__doc__ or "")
+    docstring = listed.description or cleandoc(listed.model.__doc__ or "")
     text = docstring.split("\n\n")[0].replace("\n", " ")
-    if not found.header:
+    if not listed.header:
         text = ""
     elif text.startswith("`["):
         text = text.partition("`: ")[2]
-    optional = "May be left out." if found.optional else ""
+    optional = "May be left out." if listed.optional else ""
     return " ".join(filter(None, (text[:1].upper() + text[1:], optional)))
 
 
@@ -188,13 +188,13 @@ def _default(field: FieldInfo) -> str:
 def _range(field: FieldInfo) -> str:
     if get_origin(field.annotation) is Union or not field.metadata:
         return ""
-    found = []
+    ranges = []
     for bound in field.metadata:
         for name, sign in BOUNDS.items():
             limit = getattr(bound, name, None)
             if limit is not None:
-                found.append(f"{sign}{_number(limit)}")
-    return ", ".join(found)
+                ranges.append(f"{sign}{_number(limit)}")
+    return ", ".join(ranges)
 
 
 def _number(value: float) -> str:

@@ -149,7 +149,7 @@ def toml_of(outcome: "FitOutcome", source: str) -> str:
     return "\n".join([*comments, "", outcome.fitted.to_toml()])
 
 
-Columns = str | Iterable[str] | Mapping[str, str | int]
+ColumnNames = str | Iterable[str] | Mapping[str, str | int]
 """Names that are those of their columns, too; or the column of each name."""
 
 
@@ -300,9 +300,9 @@ def fit(
     overrides: "Overrides | None" = None,
     *,
     data: Any = None,
-    channels: Columns = (),
+    channels: ColumnNames = (),
     quantities: str | Iterable[str] | Mapping[str, str | int | float] = (),
-    over: Columns = (),
+    over: ColumnNames = (),
     free: Mapping[str, Any] | Iterable[str],
     sigma: Mapping[str, float | str] | Iterable[str] | None = None,
     units: Mapping[str, str] | Iterable[str] | None = None,

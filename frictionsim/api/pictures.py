@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     from frictionsim.io.sweep_table import SweepTable
 
-    Source = results.Result | Sweep | xarray.Dataset | str | PathLike[str]
+    PictureSource = results.Result | Sweep | xarray.Dataset | str | PathLike[str]
     Drawings = Mapping[Path, Callable[[], Figure]]
 
 
@@ -342,7 +342,7 @@ def animate(
 
 
 def plot(
-    result: "Source | Sequence[Source]",
+    result: "PictureSource | Sequence[PictureSource]",
     view: str | None = None,
     *,
     body: int | None = None,

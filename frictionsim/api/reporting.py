@@ -137,11 +137,11 @@ SUFFIXES = (".html", ".htm")
 MAX_PICTURES = 12  # of single quantities of a sweep: each takes a third of a second
 MAX_RESULTS = 8  # there are no more colours to tell them apart
 
-Source = results.Result | str | PathLike[str]
+ReportSource = results.Result | str | PathLike[str]
 
 
 def report(
-    source: "Source | Study | Sweep | xarray.Dataset | Sequence[Source]",
+    source: "ReportSource | Study | Sweep | xarray.Dataset | Sequence[ReportSource]",
     path: str | PathLike[str],
     *,
     no_clobber: bool = False,
@@ -194,7 +194,7 @@ def _html(source: Any) -> str:
     return _html_of_runs(_opened(sources))
 
 
-def _check_count(sources: Sequence[Source]) -> None:
+def _check_count(sources: Sequence[ReportSource]) -> None:
     if not sources:
         raise ArgumentError("result", "expected a result or several, got none")
     if len(sources) > MAX_RESULTS:
@@ -204,7 +204,7 @@ def _check_count(sources: Sequence[Source]) -> None:
         )
 
 
-def _opened(sources: Sequence[Source]) -> list[results.Result]:
+def _opened(sources: Sequence[ReportSource]) -> list[results.Result]:
     """Return the given results; files are read.
 
     Raises
@@ -217,7 +217,7 @@ def _opened(sources: Sequence[Source]) -> list[results.Result]:
     return [_result_of(source) for source in sources]
 
 
-def _result_of(source: Source) -> results.Result:
+def _result_of(source: ReportSource) -> results.Result:
     if isinstance(source, results.Result):
         return source
     opened = result_or_sweep(as_path("result", source))
@@ -229,7 +229,7 @@ def _result_of(source: Source) -> results.Result:
     return opened
 
 
-def _check_apart(sources: Sequence[Source]) -> None:
+def _check_apart(sources: Sequence[ReportSource]) -> None:
     """Check that no result is given twice."""
     keys = set()
     for source in sources:

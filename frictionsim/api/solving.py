@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 LOG = logging.getLogger(__name__)
 
-Progress = bool | Callable[[float], Any]
+ProgressOption = bool | Callable[[float], Any]
 """Whether to show a progress bar on stderr; or a function that is called with the time."""
 
 
@@ -46,7 +46,7 @@ def solve(
     max_wall: float | None = None,
     max_steps: int | None = None,
     estimate_error: bool = False,
-    progress: Progress = False,
+    progress: ProgressOption = False,
     check: bool = False,
 ) -> Result:
     """Simulate a scenario.
@@ -105,7 +105,7 @@ def resume(
     no_clobber: bool = False,
     max_wall: float | None = None,
     max_steps: int | None = None,
-    progress: Progress = False,
+    progress: ProgressOption = False,
     check: bool = False,
 ) -> Result:
     """Resume an interrupted run; the result is bit-identical to that of an uninterrupted run.

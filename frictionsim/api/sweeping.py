@@ -22,7 +22,7 @@ from frictionsim.errors import (
 )
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.io.unfinished import existing_name, partial_name, whole_name
-from frictionsim.parameter_study.block import FAILED, Block
+from frictionsim.parameter_study.block import FAILED, RunBlock
 from frictionsim.parameter_study.design import METHODS as METHODS
 from frictionsim.parameter_study.design import SAMPLE, Design, design_of
 from frictionsim.parameter_study.dispatch import Executor, check_combinations, run_sweep
@@ -437,7 +437,7 @@ class _SweepRun:
     ) -> None:
         self._plan, self._study, self._assembly = plan, study, assembly
         self._files, self._attributes = files, attributes
-        self._done = assembly.done
+        self._done = assembly.runs_done
         self._failed = int(np.count_nonzero(assembly.status == FAILED))
         self._checked = self._done
 
@@ -521,7 +521,7 @@ class _SweepRun:
     def _on_checked(self, count: int) -> None:
         self._checked += count
 
-    def _on_block(self, block: Block) -> None:
+    def _on_block(self, block: RunBlock) -> None:
         if self._files is not None:
             self._files.keep(block)
         self._done += block.runs

@@ -47,13 +47,13 @@ def _repeats(option: Any) -> bool:
     return bool(option.multiple or option.count or option.is_flag)
 
 
-Function = TypeVar("Function", bound=Callable[..., Any])
+CommandFunction = TypeVar("CommandFunction", bound=Callable[..., Any])
 
 
 class Application(typer.Typer):
     """An application whose commands are of the class `Command`."""
 
-    def command(self, *args: Any, **options: Any) -> Callable[[Function], Function]:
+    def command(self, *args: Any, **options: Any) -> Callable[[CommandFunction], CommandFunction]:
         """Register a function as a command."""
         return super().command(*args, cls=Command, **options)
 
@@ -78,7 +78,7 @@ ScenarioFile = Annotated[
 ResultFile = Annotated[
     Path, typer.Argument(metavar="RESULT", help="Result file in HDF5.", show_default=False)
 ]
-Overrides = Annotated[
+OverridesOption = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Override a key, e.g. solver.rtol=1e-6."),
 ]

@@ -19,7 +19,7 @@ from frictionsim.cli.app import (
     MaxSteps,
     MaxWall,
     NoClobber,
-    Overrides,
+    OverridesOption,
     Process,
     Quiet,
     ResultFile,
@@ -132,7 +132,7 @@ def solve(
             show_default=False,
         ),
     ],
-    overrides: Overrides = None,
+    overrides: OverridesOption = None,
     output: Annotated[
         str | None,  # a path loses the slash that ends the name of a folder
         typer.Option(
@@ -234,7 +234,7 @@ def check(
             show_default=False,
         ),
     ],
-    overrides: Overrides = None,
+    overrides: OverridesOption = None,
     as_json: AsJson = False,
 ) -> int:
     """Validate scenarios without running them."""
@@ -270,7 +270,9 @@ def check(
 
 
 @app.command()
-def static(scenario: ScenarioFile, overrides: Overrides = None, as_json: AsJson = False) -> None:
+def static(
+    scenario: ScenarioFile, overrides: OverridesOption = None, as_json: AsJson = False
+) -> None:
     """Compute the forces and torques of impending motion."""
     loaded = load_scenario(scenario, overrides)
     quantities, warnings = fs.static(loaded), loaded.warnings()

@@ -204,7 +204,7 @@ def usage_message(error: Any, arguments: Sequence[str]) -> str:
 
 
 def _command(context: Any, arguments: Sequence[str]) -> str:
-    """Return the command in which the error is; of some errors typer does not tell it."""
+    """Return the failed command, which typer does not report for all errors."""
     if context is not None:
         return str(context.command_path)
     named = next((argument for argument in arguments if not argument.startswith("-")), "")

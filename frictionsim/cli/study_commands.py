@@ -15,7 +15,7 @@ from frictionsim.cli.app import (
     STDIN,
     AsJson,
     NoClobber,
-    Overrides,
+    OverridesOption,
     Quiet,
     ScenarioFile,
     Scheduler,
@@ -105,7 +105,7 @@ class StudyFiles(NamedTuple):
 @app.command()
 def cost(
     scenario: ScenarioFile,
-    overrides: Overrides = None,
+    overrides: OverridesOption = None,
     backends: Annotated[
         str | None, typer.Option(metavar="A,B", help="Backends to use. [all that apply]")
     ] = None,
@@ -204,7 +204,7 @@ def fit(
             help="Key set by each row of the data, and its column; one run per row.",
         ),
     ] = None,
-    overrides: Overrides = None,
+    overrides: OverridesOption = None,
     sigma: Annotated[
         list[str] | None,
         typer.Option(
@@ -315,7 +315,7 @@ def sweep(
             " lognormal(m, s), triangular(a, c, b).",
         ),
     ] = None,
-    overrides: Overrides = None,
+    overrides: OverridesOption = None,
     zip: Annotated[
         bool, typer.Option("--zip", help="Vary the keys together, not in all combinations.")
     ] = False,

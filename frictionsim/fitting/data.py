@@ -10,11 +10,11 @@ import numpy as np
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from frictionsim.errors import ArgumentError, InputError, unknown
-from frictionsim.scenario.csv_columns import Column, NoSuchColumn, heading, read_columns
+from frictionsim.scenario.csv_columns import ColumnKey, NoSuchColumn, heading, read_columns
 from frictionsim.scenario.model_fields import unit_of_key
 from frictionsim.scenario.model_validation import MAX_NUMBER, MIN_NUMBER
 from frictionsim.scenario.options import (
-    Columns,
+    ColumnsOption,
     Options,
     as_list,
     as_path,
@@ -138,7 +138,7 @@ class Target(NamedTuple):
     runs: "npt.NDArray[np.int64]"  # the run of each value
     group: str  # values of one group without sigma have one noise level
     scale: "Array"  # reference of their errors until the noise is known
-    column: Column | None = None  # of the data; None for a value given directly
+    column: ColumnKey | None = None  # of the data; None for a value given directly
     data_unit: str = ""  # unit of the data as read; empty for that of the quantity
 
 
@@ -216,8 +216,8 @@ class FitOptions(Options):
     """The data of a fit, their columns that are fitted, and the settings of the search."""
 
     data: Annotated[Any, BeforeValidator(_file_or_columns)] = None
-    channels: Columns = Field({})
-    over: Columns = Field({})
+    channels: ColumnsOption = Field({})
+    over: ColumnsOption = Field({})
     quantities: dict[str, Any] = Field({})  # values; with `over` columns
     sigma: Annotated[dict[str, Any], BeforeValidator(_deviations)] = Field({})
     units: Annotated[dict[str, str], BeforeValidator(by_name("NAME=UNIT", str))] = Field({})
@@ -266,10 +266,10 @@ class FitOptions(Options):
                 yield "over", f"'{name}' is free, too; the data give it or the fit does"
 
 
-class _Table:
+class _DataTable:
     """Columns of the data, from a file or a mapping."""
 
-    def __init__(self, source: FitOptions, time: Column | None) -> None:
+    def __init__(self, source: FitOptions, time: ColumnKey | None) -> None:
         self._source, self._time = source, time
         columns = [*source.channels.values(), *source.over.values()]
         if source.over:
@@ -298,7 +298,7 @@ class _Table:
         for column in wanted:
             self._check_magnitude(column)
 
-    def _mapping_column(self, column: Column) -> "Array":
+    def _mapping_column(self, column: ColumnKey) -> "Array":
         data = self._source.data
         try:
             values = np.asarray(data[column], dtype=np.float64)
@@ -322,12 +322,12 @@ class _Table:
             lengths = ", ".join(f"{name} {size}" for name, size in sizes.items())
             raise ArgumentError("data", f"expected columns of one length, got {lengths}")
 
-    def _check_finite(self, column: Column) -> None:
+    def _check_finite(self, column: ColumnKey) -> None:
         bad = np.flatnonzero(~np.isfinite(self.values[column]))
         if bad.size:
             raise ArgumentError("data", f"{self.place(int(bad[0]))}: no number in '{column}'")
 
-    def _check_magnitude(self, column: Column) -> None:
+    def _check_magnitude(self, column: ColumnKey) -> None:
         large = np.flatnonzero(np.abs(self.values[column]) > MAX_NUMBER)
         if large.size:
             row = int(large[0])
@@ -340,7 +340,7 @@ class _Table:
             return f"line {self._lines[row]} of '{self._source.data}'"
         return f"row {row}"
 
-    def unit_factor(self, column: Column, model_unit: str) -> float:
+    def unit_factor(self, column: ColumnKey, model_unit: str) -> float:
         """Return the factor from the unit in the heading of a column to that of the model."""
         try:
             return factor(self.units.get(column, model_unit), model_unit)
@@ -362,7 +362,7 @@ def measured(source: FitOptions, scenario: "Scenario") -> Measured:
     return Measured(tuple(targets), ({},))
 
 
-def _time_column(source: FitOptions) -> Column:
+def _time_column(source: FitOptions) -> ColumnKey:
     """Return the column of times: `time`, or else the first of a file."""
     if source.time is not None or not isinstance(source.data, Path):
         return DEFAULT_TIME if source.time is None else source.time
@@ -378,7 +378,7 @@ def _time_column(source: FitOptions) -> Column:
 def _channel_targets(source: FitOptions, scenario: "Scenario") -> list[Target]:
     units = {name: _channel_unit(name, scenario) for name in source.channels}
     time_column = _time_column(source)
-    table = _Table(source, time_column)
+    table = _DataTable(source, time_column)
     if source.time_unit:
         size = _checked_factor("time_unit", "", source.time_unit, "s")
     else:
@@ -404,7 +404,7 @@ def _channel_targets(source: FitOptions, scenario: "Scenario") -> list[Target]:
 
 
 def _column_target(
-    source: FitOptions, table: "_Table", name: str, column: Column, size: float = 1.0
+    source: FitOptions, table: "_DataTable", name: str, column: ColumnKey, size: float = 1.0
 ) -> Target:
     """Return the target of a column, multiplied by a factor; each row is a run."""
     values = table.values[column] * size
@@ -435,7 +435,7 @@ def _checked_factor(argument: str, where: str, unit: str, model_unit: str) -> fl
         raise ArgumentError(argument, f"{where}{error}") from None
 
 
-def _check_times(times: "Array", duration: float, table: _Table, offset: float) -> None:
+def _check_times(times: "Array", duration: float, table: _DataTable, offset: float) -> None:
     late = np.flatnonzero(~(np.diff(times) > 0.0))
     if late.size:
         row = int(late[0]) + 1
@@ -478,7 +478,7 @@ def _spread(values: "Array") -> float:
 
 
 def _sigma(
-    source: FitOptions, name: str, table: "_Table | None", size: float, mask: Any
+    source: FitOptions, name: str, table: "_DataTable | None", size: float, mask: Any
 ) -> "Array | None":
     """Return the standard deviations of a target; None if none are given."""
     sigma = source.sigma.get(name)
@@ -508,7 +508,7 @@ def _quantity_target(source: FitOptions, name: str, value: float, unit: str) -> 
 
 def _run_data(source: FitOptions, scenario: "Scenario") -> Measured:
     """Return the data of a table whose rows are runs."""
-    table = _Table(source, None)
+    table = _DataTable(source, None)
     keys, columns = list(source.over), []
     for key, column in source.over.items():
         model_unit = unit_of_key(type(scenario), key)

@@ -42,7 +42,7 @@ class NotReplaced(OutputError):
         self.kept = kept
 
 
-class Part:
+class PartFile:
     """The part of a target, locked by this process; a symbolic link is followed."""
 
     def __init__(self, path: Path, what: str = "result") -> None:
@@ -205,7 +205,7 @@ def _lock(descriptor: int) -> None:
 
 def check_place(path: Path, what: str = "result") -> None:
     """Check that a file can be written to a path, by writing its part."""
-    part = Part(path, what)
+    part = PartFile(path, what)
     part.probe()
     part.discard()
 
@@ -230,7 +230,7 @@ def check_new(path: Path, what: str) -> None:
 def write_new(path: Path, text: str, what: str) -> None:
     """Write a new file atomically; no file that appears meanwhile is replaced."""
     check_new(path, what)
-    part = Part(path, what)
+    part = PartFile(path, what)
     with part.opened() as file:
         file.write(text.encode())
     part.link()
@@ -251,7 +251,7 @@ def write_atomically(image: bytes, path: Path, what: str = "result") -> None:
 @contextmanager
 def replaced_atomically(path: Path, what: str = "result") -> Iterator[IO[bytes]]:
     """Open a file that replaces another at the end of the context, as `write_atomically`."""
-    part = Part(path, what)
+    part = PartFile(path, what)
     with part.opened() as file:
         yield file
     part.rename()

@@ -81,18 +81,18 @@ def compare_records(
     _compare_times(result, golden, common, comparison, f"{result_path} and {golden_path}")
     comparison.notes += [f"note: {text}" for text in _differing_origins(result, golden)]
 
-    def wanted(name: str) -> bool:
+    def is_compared(name: str) -> bool:
         return not any(fnmatch(name, pattern) for pattern in ignore)
 
     for name in sorted((result.channels.keys() | golden.channels.keys()) - {"time"}):
-        if wanted(name):
+        if is_compared(name):
             row = _compare_channel(name, result, golden, common, tolerances)
             comparison.rows.append(row)
-    if wanted("events"):
+    if is_compared("events"):
         events = _compare_events(result, golden, tolerances.time)
         comparison.rows.append(events)
         if events.ok:  # the sides can only be compared of equal events
-            comparison.rows += _compare_sides(result, golden, wanted, tolerances)
+            comparison.rows += _compare_sides(result, golden, is_compared, tolerances)
     comparison.rows.sort(key=_tolerance_ratio, reverse=True)
     return comparison
 
@@ -232,14 +232,16 @@ def _compare_channel(
     # In blocks, as a long channel does not fit into memory.
     for start, stop in blocks_of(len(away), FLOAT_BYTES * int(np.prod(expected.shape[1:]))):
         part = away[start:stop]
-        samples = _Samples(actual[common.result[part]], expected[common.golden[part]], time[part])
+        samples = _ComparedSamples(
+            actual[common.result[part]], expected[common.golden[part]], time[part]
+        )
         part_ratio, row = _worst_sample(name, samples, _columns(golden, name), tolerances)
         if part_ratio >= ratio:
             worst, ratio = row, part_ratio
     return worst
 
 
-class _Samples(NamedTuple):
+class _ComparedSamples(NamedTuple):
     """Some samples of a channel in two results, and their times."""
 
     actual: Any
@@ -248,7 +250,10 @@ class _Samples(NamedTuple):
 
 
 def _worst_sample(
-    name: str, samples: _Samples, columns: tuple[str, tuple[str, ...]], tolerances: Tolerances
+    name: str,
+    samples: _ComparedSamples,
+    columns: tuple[str, tuple[str, ...]],
+    tolerances: Tolerances,
 ) -> tuple[tuple[float, float], ComparedChannel]:
     """Return the row of the largest difference, after its ratio to the tolerance and its size."""
     # Integers are compared as numbers: format version 1 has floats.

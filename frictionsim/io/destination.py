@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io import hdf5_writer
-from frictionsim.io.atomic_write import NotReplaced, Part, unused_name
+from frictionsim.io.atomic_write import NotReplaced, PartFile, unused_name
 from frictionsim.io.replaceable import RESULT, check_replaceable, check_target
 from frictionsim.io.sample_segments import SampleSegments
 from frictionsim.io.segments import SegmentFiles
@@ -32,7 +32,7 @@ class Destination:
         self._is_resumed = resumed in (self.whole, self.partial)
         self._segments: SampleSegments | None = None
         self._has_written = False
-        self._part: Part | None = None
+        self._part: PartFile | None = None
 
     def check(self, no_clobber: bool = False) -> None:
         """Check that results can be written, and that no other process is writing them.
@@ -49,7 +49,7 @@ class Destination:
             check_target(path, RESULT)
         if not self._is_resumed and os.path.lexists(self.partial):
             LOG.warning(
-                "%s, the unfinished result of an earlier run, goes when this run is done;"
+                "%s, the unfinished result of an earlier run, is removed when this run is done;"
                 " 'frictionsim resume %s' would continue it",
                 *(self.partial, self.partial),
             )
@@ -59,7 +59,7 @@ class Destination:
 
         Not locked before the first unfinished result: a run killed earlier leaves no file.
         """
-        self._part = self._part or Part(self.whole)
+        self._part = self._part or PartFile(self.whole)
 
     def write(self, run: "Record") -> Path | None:
         """Write a result and return its file.

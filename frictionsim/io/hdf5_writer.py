@@ -30,7 +30,7 @@ import h5py
 import numpy as np
 
 from frictionsim.errors import OutputError
-from frictionsim.io.atomic_write import Part, write_atomically
+from frictionsim.io.atomic_write import PartFile, write_atomically
 from frictionsim.io.checksum import LENGTH, append_trailer, checksum_trailer
 from frictionsim.io.replaceable import COSTS_IN_HDF5, RESULT, SEGMENT, Kind, check_replaceable
 from frictionsim.io.result_format import (
@@ -62,7 +62,7 @@ TEXT_TYPE, SCALAR = h5py.h5t.py_create(TEXT, logical=True), h5py.h5s.create(h5py
 OK: "Flags" = ((0, "failed"), (1, "ok"))
 
 
-def write(run: "Record", path: Path, part: Part | None = None) -> None:
+def write(run: "Record", path: Path, part: PartFile | None = None) -> None:
     """Write the result file of a run as `write_record`.
 
     If the run can be resumed, samples in segments stay there, and the file lists them.
@@ -82,14 +82,14 @@ def write_record(
     record: Record,
     path: Path,
     checkpoint: dict[str, Any] | None = None,
-    part: Part | None = None,
+    part: PartFile | None = None,
 ) -> None:
     """Write a result file, with the state to resume from if there is one.
 
     It is written atomically: on any error the existing file is kept. Its part may be locked
     already.
     """
-    part = part or Part(path)
+    part = part or PartFile(path)
     try:
         check_replaceable(path, RESULT)
         with part.opened() as opened:

@@ -170,7 +170,7 @@ def drawn_scale(travel: float, radius: float) -> float:
 
 
 def _rope(side: int, position: "Array", gap: "Array", scale: float, radius: float) -> Rope:
-    """Return a side whose mass is at its highest place in the picture where it is highest."""
+    """Return a side of the rope; its mass is at the upper edge when it is highest."""
     height = -HIGHEST * radius + (position - position.max()) / scale
     return Rope(side, height, gap, scale)
 
@@ -318,7 +318,7 @@ TRAVEL = 2.5  # of the load: the longest travel that is drawn
 CORD_MARK = 0.5  # between marks on the cord
 
 
-class _Cord(NamedTuple):
+class _CordEnds(NamedTuple):
     """Where load and pulled end are, (frames,) in m.
 
     Attributes
@@ -369,7 +369,7 @@ def motion(result: "Record") -> Motion:
     return Motion(time, tuple(parts), bounds_of(parts, radius, 0.25 * radius), state, readouts)
 
 
-def _cord(travel: "Array", radius: float) -> _Cord:
+def _cord(travel: "Array", radius: float) -> _CordEnds:
     """Return the places of load and pulled end; beyond `TRAVEL` radii the load is cut."""
     low, high = min(float(travel.min()), 0.0), max(float(travel.max()), 0.0)
     drawn_travel = min(high - low, TRAVEL * radius)
@@ -379,10 +379,10 @@ def _cord(travel: "Array", radius: float) -> _Cord:
     height = start + travel
     cut = (height > highest + 1e-9 * radius) | (height < lowest - 1e-9 * radius)
     shown = np.clip(height, lowest, highest)
-    return _Cord(shown, cut, HIGHEST * radius + shown - lowest)
+    return _CordEnds(shown, cut, HIGHEST * radius + shown - lowest)
 
 
-def _line(cord: _Cord, travel: "Array", radius: float, horizontal: bool) -> Band:
+def _line(cord: _CordEnds, travel: "Array", radius: float, horizontal: bool) -> Band:
     """Return the cord from the load over the wheel to its pulled end."""
     over = arc(radius, 0.0, 0.5 * pi if horizontal else pi)
     x, y = (np.tile(values, (len(travel), 1)) for values in over.T)
@@ -400,7 +400,7 @@ def _line(cord: _Cord, travel: "Array", radius: float, horizontal: bool) -> Band
     )
 
 
-def _loads(cord: _Cord, radius: float, still: "Array") -> list[Part]:
+def _loads(cord: _CordEnds, radius: float, still: "Array") -> list[Part]:
     x, side = still + radius, BLOCK * radius
     load = Body("load", (block(side, side, "load"),), x, cord.height, still, ~cord.cut)
     if not cord.cut.any():
@@ -410,7 +410,7 @@ def _loads(cord: _Cord, radius: float, still: "Array") -> list[Part]:
 
 
 def _forces(
-    result: "Record", frames: Frames, cord: _Cord, radius: float, horizontal: bool
+    result: "Record", frames: Frames, cord: _CordEnds, radius: float, horizontal: bool
 ) -> list[Part]:
     """Return weight, force or torque of the drive, and reaction of the shaft, on one scale."""
     weight = float(scenario_value(result, "mechanism", "load"))

@@ -34,7 +34,7 @@ class RunOutcome(NamedTuple):
     warnings: str = ""  # one per line
 
 
-class Block(NamedTuple):
+class RunBlock(NamedTuple):
     """The outcomes of consecutive runs."""
 
     first: int  # the number of the first of these runs
@@ -49,7 +49,7 @@ class Block(NamedTuple):
         return len(self.status)
 
 
-def block_of(first: int, outcomes: Iterable[tuple[Any, RunOutcome]]) -> Block:
+def block_of(first: int, outcomes: Iterable[tuple[Any, RunOutcome]]) -> RunBlock:
     """Return the block of the outcomes of consecutive runs, each with the numbers of its runs.
 
     Runs are counted from the first of the block; those of an outcome are in ascending order.
@@ -73,7 +73,7 @@ def block_of(first: int, outcomes: Iterable[tuple[Any, RunOutcome]]) -> Block:
             if text:
                 texts[name] |= dict.fromkeys((first + runs).tolist(), text)
     values[~np.isfinite(values)] = np.nan
-    return Block(first, status, units, values, texts)
+    return RunBlock(first, status, units, values, texts)
 
 
 def _first_run(part: tuple[Any, RunOutcome]) -> int:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.io.sweep_table import RUN
-from frictionsim.parameter_study.values import MAX_RUNS, Distribution, Levels, Values
+from frictionsim.parameter_study.values import MAX_RUNS, Distribution, Levels, VariedValues
 from frictionsim.scenario.toml_data import toml_value
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def _plain(values: Any) -> Any:
 
 
 def design_of(
-    vary: Mapping[str, Values], together: bool = False, sampling: Sampling | None = None
+    vary: Mapping[str, VariedValues], together: bool = False, sampling: Sampling | None = None
 ) -> Design:
     """Return the design of a sweep: a grid of all combinations, or a sample.
 
@@ -119,7 +119,7 @@ def design_of(
     return Design(GRID, keys, levels)
 
 
-def _values_of_levels(vary: Mapping[str, Values]) -> tuple[tuple[Any, ...], ...]:
+def _values_of_levels(vary: Mapping[str, VariedValues]) -> tuple[tuple[Any, ...], ...]:
     return tuple(values.values for values in vary.values() if isinstance(values, Levels))
 
 
@@ -136,7 +136,7 @@ def _first_repeated(values: Sequence[Any]) -> Any:
     return None
 
 
-def _check_sampling(vary: Mapping[str, Values], sampling: Sampling) -> None:
+def _check_sampling(vary: Mapping[str, VariedValues], sampling: Sampling) -> None:
     for key, values in vary.items():
         if isinstance(values, Levels):
             raise InputError(

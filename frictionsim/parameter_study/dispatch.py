@@ -14,7 +14,7 @@ from time import monotonic, perf_counter
 from typing import Any, NamedTuple, Protocol
 
 from frictionsim.errors import InputError, Interrupted
-from frictionsim.parameter_study.block import FAILED, Block, RunOutcome, block_of
+from frictionsim.parameter_study.block import FAILED, RunBlock, RunOutcome, block_of
 from frictionsim.parameter_study.combinations import Combinations
 from frictionsim.parameter_study.single_run import NO_MONITOR, Task, run_task
 from frictionsim.parameter_study.sweep import Assembly, SweepPlan
@@ -34,7 +34,7 @@ GROWTH = 4
 # Of a run: longer runs are run alone, so that the smallest block takes no more than seconds.
 MAX_SECONDS_TOGETHER = 0.06
 
-JobResult = tuple[float, Block | None]
+JobResult = tuple[float, RunBlock | None]
 """The seconds that a job took, and the outcomes of its runs; None of a check."""
 
 
@@ -142,7 +142,7 @@ class Ticker:
             self._monitor(0.0)
 
 
-class _Job(NamedTuple):
+class _RunRange(NamedTuple):
     """Runs from `first` up to `stop`, and the number of workers that have died in them."""
 
     first: int
@@ -155,8 +155,8 @@ class _Job(NamedTuple):
 class _Answer(NamedTuple):
     """The outcomes of a job, the error that ended it, or how its worker died each time."""
 
-    job: _Job
-    block: Block | None = None
+    job: _RunRange
+    block: RunBlock | None = None
     error: Exception | None = None
     crash: str = ""
 
@@ -175,9 +175,9 @@ class _Dispatch:
         self._executor, self._plan, self._kind = executor, plan, kind
         self._ranges = deque(remaining)
         self._sizes = BlockSizes(executor.seconds_of_a_block, sum(map(len, self._ranges)), together)
-        self._retries: deque[_Job] = deque()
-        self._last: deque[_Job] = deque()
-        self._pending: dict[Future[JobResult], _Job] = {}
+        self._retries: deque[_RunRange] = deque()
+        self._last: deque[_RunRange] = deque()
+        self._pending: dict[Future[JobResult], _RunRange] = {}
 
     def stop(self) -> None:
         """Give out no more jobs."""
@@ -212,7 +212,7 @@ class _Dispatch:
             self._pending[self._executor.submit(self._kind, Task(job.first, values))] = job
         return bool(self._pending)
 
-    def _next(self) -> _Job | None:
+    def _next(self) -> _RunRange | None:
         """Return the next job; None if there is none now. The last ones run one at a time."""
         if self._ranges:
             runs = self._ranges.popleft()
@@ -220,7 +220,7 @@ class _Dispatch:
             if stop < runs.stop:
                 self._ranges.appendleft(range(stop, runs.stop))
             self._sizes.dispatch(stop - runs.start)
-            return _Job(runs.start, stop)
+            return _RunRange(runs.start, stop)
         if self._retries:
             return self._retries.popleft()
         if self._last and not self._pending:
@@ -244,13 +244,13 @@ class _Dispatch:
                     self._sizes.learn(job.stop - job.first, seconds)
                     yield _Answer(job, block)
 
-    def _retry(self, job: _Job) -> bool:
+    def _retry(self, job: _RunRange) -> bool:
         """Queue a job whose worker died once more; return False if it has failed."""
         deaths = job.deaths + self._executor.deaths
         if deaths < 2:
             self._retries.append(job._replace(deaths=deaths))
         elif job.stop - job.first > 1:
-            self._retries += [_Job(n, n + 1, deaths) for n in range(job.first, job.stop)]
+            self._retries += [_RunRange(n, n + 1, deaths) for n in range(job.first, job.stop)]
         elif job.alone and deaths >= MAX_DEATHS:
             return False
         else:
@@ -260,7 +260,7 @@ class _Dispatch:
 
 def run_blocks(
     executor: Executor, plan: SweepPlan, remaining: Iterable[range], monitor: RunMonitor
-) -> Iterator[Block]:
+) -> Iterator[RunBlock]:
     """Yield the outcomes of the remaining runs, given in ascending order, in any order.
 
     The monitor is called some times each second, with 0 s. If it raises `Interrupted` or
@@ -276,7 +276,7 @@ def run_blocks(
         raise
 
 
-def _block(answer: _Answer) -> Block:
+def _block(answer: _Answer) -> RunBlock:
     if answer.error is not None:
         raise answer.error from None
     if answer.block is not None:
@@ -289,7 +289,7 @@ def run_sweep(
     plan: SweepPlan,
     assembly: Assembly,
     executor: Executor,
-    on_block: Callable[[Block], Any],
+    on_block: Callable[[RunBlock], Any],
     monitor: RunMonitor,
 ) -> None:
     """Run the remaining runs of an assembly, as `run_blocks`.

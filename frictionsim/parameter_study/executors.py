@@ -71,7 +71,7 @@ class InProcess:
         future: Future[JobResult] = Future()
         try:
             future.set_result(do_job(self._combinations, kind, task, self._series, self._monitor))
-        except _Stopped as stopped:
+        except _SweepStopped as stopped:
             raise stopped.reason from None
         except Exception as error:
             future.set_exception(error)
@@ -88,7 +88,7 @@ class InProcess:
         """Do nothing."""
 
 
-class _Stopped(BaseException):
+class _SweepStopped(BaseException):
     """The end of the sweep within a run, distinct from a failure of the run."""
 
     def __init__(self, reason: BaseException) -> None:
@@ -113,7 +113,7 @@ class _RunsMonitor(RunMonitor):
         try:
             self._ticker()
         except BaseException as error:
-            raise _Stopped(error) from None
+            raise _SweepStopped(error) from None
 
 
 class ProcessPool:

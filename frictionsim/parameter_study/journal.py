@@ -23,7 +23,7 @@ import numpy as np
 
 from frictionsim.errors import OutputError
 from frictionsim.io.sweep_table import TEXTS
-from frictionsim.parameter_study.block import OUTCOMES, Block
+from frictionsim.parameter_study.block import OUTCOMES, RunBlock
 from frictionsim.scenario.toml_data import json_value
 
 SUFFIX, LOG_SUFFIX = ".runs", "-wal"
@@ -127,7 +127,7 @@ class SweepJournal:
         self._execute("COMMIT")
         self._execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
-    def append(self, block: Block) -> None:
+    def append(self, block: RunBlock) -> None:
         """Append a block; it survives a kill of this process, and after a second a power cut."""
         record = _record(block)
         self._execute("INSERT INTO blocks VALUES (?, ?, ?, ?, ?, ?)", *record, _checksum(record))
@@ -142,7 +142,7 @@ class SweepJournal:
         except sqlite3.Error as error:
             raise self._failed(error) from None
 
-    def blocks(self, digest: bytes) -> Iterator[Block]:
+    def blocks(self, digest: bytes) -> Iterator[RunBlock]:
         """Yield the undamaged blocks of a study; none of another study."""
         if not self._begun or self._database is None:
             return
@@ -206,7 +206,7 @@ class SweepJournal:
         return OutputError(f"{self._sweep}: cannot write the sweep: {self.path.name}: {error}")
 
 
-def _record(block: Block) -> tuple[int, bytes, str, bytes, str]:
+def _record(block: RunBlock) -> tuple[int, bytes, str, bytes, str]:
     texts = [
         [name, number, text]
         for name, by_run in block.texts.items()
@@ -225,7 +225,7 @@ def _checksum(record: Any) -> int:
     return checksum
 
 
-def _block(record: list[Any], checksum: Any) -> Block | None:
+def _block(record: list[Any], checksum: Any) -> RunBlock | None:
     """Return the block of a record, which may come from anyone; None if it is damaged."""
     with suppress(ValueError, TypeError, KeyError, AttributeError, OverflowError):
         first, status, units, numbers, texts = record
@@ -234,7 +234,7 @@ def _block(record: list[Any], checksum: Any) -> Block | None:
     return None
 
 
-def _parsed(first: int, status: bytes, units: Any, numbers: bytes, texts: Any) -> Block:
+def _parsed(first: int, status: bytes, units: Any, numbers: bytes, texts: Any) -> RunBlock:
     """Return the block of the columns of a record; raise an error if they are inconsistent."""
     statuses = np.frombuffer(status, np.int8)
     names = {_text(name): _text(unit) for name, unit in units}
@@ -246,7 +246,7 @@ def _parsed(first: int, status: bytes, units: Any, numbers: bytes, texts: Any) -
         if type(number) is not int or not first <= number < first + statuses.size:
             raise ValueError
         by_run[name][number] = _text(text)
-    return Block(first, statuses, names, values.astype(np.float64, copy=False), by_run)
+    return RunBlock(first, statuses, names, values.astype(np.float64, copy=False), by_run)
 
 
 def _text(value: Any) -> str:

@@ -33,7 +33,7 @@ SEED = 0  # of the bootstrap: the same sample gives the same file and the same p
 MAX_DRAWN = 10_000_000  # numbers of the bootstrap in memory at a time
 
 
-class Indices(NamedTuple):
+class SensitivityIndices(NamedTuple):
     """The Sobol indices of a quantity, or the reason why there are none."""
 
     keys: tuple[str, ...]
@@ -44,7 +44,7 @@ class Indices(NamedTuple):
     total_interval: "Array | None" = None
 
 
-def indices_of(table: SweepTable, names: list[str]) -> dict[str, Indices]:
+def indices_of(table: SweepTable, names: list[str]) -> dict[str, SensitivityIndices]:
     """Return the Sobol indices of some quantities of a sample."""
     distributions, sampling = variation(table)
     if sampling is None:
@@ -79,24 +79,26 @@ def sobol_indices_of(table: SweepTable) -> SobolIndices | None:
     )
 
 
-def _no_indices(keys: tuple[str, ...], why: str) -> Indices:
-    return Indices(keys, np.empty(0), np.empty(0), why)
+def _no_indices(keys: tuple[str, ...], why: str) -> SensitivityIndices:
+    return SensitivityIndices(keys, np.empty(0), np.empty(0), why)
 
 
-def _indices_from_values(values: "Array", keys: tuple[str, ...], sampling: Sampling) -> Indices:
+def _indices_from_values(
+    values: "Array", keys: tuple[str, ...], sampling: Sampling
+) -> SensitivityIndices:
     defined = values[~np.isnan(values)]
     if not defined.size:
         return _no_indices(keys, "no Sobol indices: the quantity is not defined in any run")
     if np.ptp(defined) <= ROUNDING * np.abs(defined).max():
         return _no_indices(keys, "no Sobol indices: the quantity does not vary")
     if len(keys) == 1:
-        return Indices(keys, np.ones(1), np.ones(1), "only one key is varied")
+        return SensitivityIndices(keys, np.ones(1), np.ones(1), "only one key is varied")
     if not sampling.indices:
         return _no_indices(keys, "no Sobol indices: they need a sweep with 'indices'")
     return indices_from_blocks(keys, values.reshape(len(keys) + 2, sampling.runs))
 
 
-def indices_from_blocks(keys: tuple[str, ...], blocks: "Array") -> Indices:
+def indices_from_blocks(keys: tuple[str, ...], blocks: "Array") -> SensitivityIndices:
     """Return the indices of at least two keys.
 
     `blocks`, (keys + 2, n), are the values in the samples A, B and A with one column of B.
@@ -121,7 +123,7 @@ def indices_from_blocks(keys: tuple[str, ...], blocks: "Array") -> Indices:
     first, total = _bootstrap(f_a, f_b, f_ab)
     row_note = "" if used == rows else f" of {rows}: a power of two of those without undefined runs"
     basis = f"from {used} rows{row_note}; 95 % confidence"
-    return Indices(keys, estimate.first_order, estimate.total_order, basis, first, total)
+    return SensitivityIndices(keys, estimate.first_order, estimate.total_order, basis, first, total)
 
 
 def _bootstrap(f_a: "Array", f_b: "Array", f_ab: "Array") -> "tuple[Array, Array]":

@@ -11,7 +11,7 @@ from frictionsim.parameter_study.block import (
     AUDIT_FAILED,
     DONE,
     FAILED,
-    Block,
+    RunBlock,
     RunOutcome,
     block_of,
 )
@@ -41,7 +41,7 @@ def run_task(
     task: Task,
     series: Path | None = None,
     monitor: RunMonitor = NO_MONITOR,
-) -> Block:
+) -> RunBlock:
     """Run some combinations, together if possible.
 
     The result of each run is written to the folder of a series. The monitor is called with the time

@@ -22,7 +22,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from frictionsim.errors import InputError
 from frictionsim.parameter_study.design import Sampling
-from frictionsim.parameter_study.values import Distribution, Values, values_by_key
+from frictionsim.parameter_study.values import Distribution, VariedValues, values_by_key
 from frictionsim.scenario.loading import load, load_tables
 from frictionsim.scenario.model_fields import names_in
 from frictionsim.scenario.model_validation import ValidationFailure, key_text, validate_table
@@ -39,14 +39,14 @@ SAMPLE_OPTIONS = ("method", "seed", "indices")
 MAX_SEED = 2**63 - 1  # the largest number of TOML
 
 
-def _varied(raw: Any) -> dict[str, Values]:
+def _varied(raw: Any) -> dict[str, VariedValues]:
     return values_by_key(by_name("KEY=VALUES, e.g. a.b=[1, 2]", str)(raw).items())
 
 
 class SweepOptions(Options):
     """The variation of a scenario: [vary], and [study] without its `scenario`."""
 
-    vary: Annotated[dict[str, Any], BeforeValidator(_varied)] = Field({})  # Values by key
+    vary: Annotated[dict[str, Any], BeforeValidator(_varied)] = Field({})  # values by key
     zip: bool = Field(False, description="Vary the keys together instead of in all combinations.")
     sample: int | None = Field(None, description="Number of runs of a sample.", gt=0)
     method: str = Field("sobol", description="How a sample is drawn: sobol, lhs or random.")
@@ -162,7 +162,7 @@ def study_toml(study: SweepStudy) -> str:
     return tomli_w.dumps({"study": settings | {"scenario": scenario}, "vary": vary})
 
 
-def _toml_values(values: Values) -> Any:
+def _toml_values(values: VariedValues) -> Any:
     if isinstance(values, Distribution):
         return values.text
     text = values.text

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.io.sweep_table import ORDER, RUN, TEXTS, Coordinate, SweepTable
-from frictionsim.parameter_study.block import NOT_RUN, STATUSES, Block
+from frictionsim.parameter_study.block import NOT_RUN, STATUSES, RunBlock
 from frictionsim.parameter_study.combinations import MIN_TOGETHER, Combinations
 from frictionsim.parameter_study.design import GRID, Design
 from frictionsim.parameter_study.sensitivity import sobol_indices_of
@@ -52,7 +52,7 @@ class Assembly:
         self._first: dict[str, tuple[int, int]] = {}
         self.texts: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
 
-    def add(self, block: Block) -> None:
+    def add(self, block: RunBlock) -> None:
         """Add the outcomes of some runs; raise ValueError if the sweep has no such runs."""
         runs = slice(block.first, block.first + block.runs)
         if block.first < 0 or runs.stop > len(self.status):
@@ -86,7 +86,7 @@ class Assembly:
         return {ORDER: dumps(self._first)} if (self.status == NOT_RUN).any() else {}
 
     @property
-    def done(self) -> int:
+    def runs_done(self) -> int:
         """The number of runs that have an outcome."""
         return int(np.count_nonzero(self.status != NOT_RUN))
 

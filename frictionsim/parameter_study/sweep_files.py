@@ -41,7 +41,7 @@ from frictionsim.io.unfinished import check_names, partial_name
 from frictionsim.parameter_study.journal import SweepJournal, journal_name
 
 if TYPE_CHECKING:
-    from frictionsim.parameter_study.block import Block
+    from frictionsim.parameter_study.block import RunBlock
     from frictionsim.parameter_study.sweep import Assembly
 
 SERIES, STUDY = ".series", "study.toml"
@@ -113,7 +113,7 @@ class SweepFiles:
                 self.whole.unlink(missing_ok=True)
             self._earlier.close(remove=is_older)
 
-    def keep(self, block: "Block") -> None:
+    def keep(self, block: "RunBlock") -> None:
         """Append a block to the journal."""
         assert self._journal is not None
         self._journal.append(block)

@@ -64,12 +64,12 @@ class Distribution(NamedTuple):
         return _frozen(self).ppf(np.clip(probabilities, NEXT_TO_ZERO, NEXT_TO_ONE))
 
 
-Values = Levels | Distribution
+VariedValues = Levels | Distribution
 
 
-def values_by_key(entries: Iterable[tuple[str, Any]]) -> dict[str, Values]:
+def values_by_key(entries: Iterable[tuple[str, Any]]) -> dict[str, VariedValues]:
     """Return values by key, from `values_of`; keys separated by commas have one value."""
-    varied: dict[str, Values] = {}
+    varied: dict[str, VariedValues] = {}
     known: set[str] = set()
     for text, values in entries:
         names = [name.strip() for name in names_in(text)]
@@ -87,7 +87,7 @@ def values_by_key(entries: Iterable[tuple[str, Any]]) -> dict[str, Values]:
     return varied
 
 
-def values_of(key: str, spec: Any) -> Values:
+def values_of(key: str, spec: Any) -> VariedValues:
     """Return the values of a key from a specification: text as above, or any iterable."""
     if isinstance(spec, Levels | Distribution):
         return spec
@@ -121,7 +121,7 @@ def _parse_list(key: str, text: str) -> Any:
         ) from None
 
 
-def _parse_call(key: str, text: str, name: str, arguments: str) -> Values:
+def _parse_call(key: str, text: str, name: str, arguments: str) -> VariedValues:
     if name not in RANGES and name not in DISTRIBUTIONS:
         known = [*RANGES, *DISTRIBUTIONS]
         raise InputError(f"vary {key}: {unknown('range or distribution', name, known)}")

@@ -309,7 +309,7 @@ PALETTE_FRAMES = 5  # of which the colours of a GIF are taken
 PILLOW_STEP = 4
 FFMPEG = "ffmpeg"
 
-Progress = Callable[[int, int], None]
+FrameProgress = Callable[[int, int], None]
 """Called with the number of frames drawn and the total."""
 
 
@@ -325,7 +325,7 @@ def animate(
     path: Path,
     fps: float | None = None,
     speed: float | None = None,
-    progress: Progress | None = None,
+    progress: FrameProgress | None = None,
     name: str = "",
 ) -> None:
     """Write the mechanism of a result in motion; equal results give identical GIFs.
@@ -412,14 +412,16 @@ def timing_of(motion: "Motion", kind: str, fps: float | None, speed: float | Non
     return Timing(np.minimum(times, motion.time[-1]), shown)
 
 
-def _frames(motion: "Motion", title: str, timing: Timing, progress: Progress | None) -> "_Frames":
-    return _Frames(MovingPicture(motion, title), timing.times, progress)
+def _frames(
+    motion: "Motion", title: str, timing: Timing, progress: FrameProgress | None
+) -> "_FrameImages":
+    return _FrameImages(MovingPicture(motion, title), timing.times, progress)
 
 
-class _Frames:
+class _FrameImages:
     """The frames of an animation as images, which are drawn when they are needed."""
 
-    def __init__(self, picture: MovingPicture, times: Any, progress: Progress | None) -> None:
+    def __init__(self, picture: MovingPicture, times: Any, progress: FrameProgress | None) -> None:
         self._picture, self._times, self._progress = picture, times, progress
         picture.figure.set_dpi(DOTS_PER_INCH)
 
@@ -444,7 +446,7 @@ class _Frames:
         return [self.at(float(self._times[i])) for i in chosen]
 
 
-def _gif(frames: _Frames, timing: Timing) -> bytes:
+def _gif(frames: _FrameImages, timing: Timing) -> bytes:
     """Return a GIF that repeats itself, with one table of colours for all frames."""
     from PIL import Image
 
@@ -466,7 +468,7 @@ def _gif(frames: _Frames, timing: Timing) -> bytes:
     return buffer.getvalue()
 
 
-def _palette(frames: _Frames) -> Any:
+def _palette(frames: _FrameImages) -> Any:
     """Return an image with the colours of a GIF; white and black are among them."""
     from PIL import Image
 
@@ -479,7 +481,7 @@ def _palette(frames: _Frames) -> Any:
     return palette
 
 
-def _mp4(frames: _Frames, timing: Timing) -> bytes:
+def _mp4(frames: _FrameImages, timing: Timing) -> bytes:
     """Return an MP4 by ffmpeg, which reads the frames from a pipe."""
     height, width = frames.some(1)[0].shape[:2]
     with TemporaryDirectory(prefix="frictionsim-") as folder:
@@ -509,7 +511,7 @@ def _mp4(frames: _Frames, timing: Timing) -> bytes:
         return file.read_bytes()
 
 
-def _feed(process: "subprocess.Popen[bytes]", frames: _Frames) -> None:
+def _feed(process: "subprocess.Popen[bytes]", frames: _FrameImages) -> None:
     """Write the frames to ffmpeg, and wait for it."""
     assert process.stdin is not None
     try:

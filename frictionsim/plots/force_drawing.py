@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     Array = npt.NDArray[np.floating[Any]]
-    Pair = tuple[float, float]
+    Point = tuple[float, float]
 
 
 SIZE = "small"
@@ -159,7 +159,7 @@ class Resultant(NamedTuple):
 
     across: float
     up: float
-    foot: "Pair"
+    foot: "Point"
     torque: float
     vanishes: bool
 
@@ -174,7 +174,7 @@ class Resultant(NamedTuple):
         return float(np.hypot(*self.foot))
 
     @property
-    def direction(self) -> "Pair":
+    def direction(self) -> "Point":
         """Its unit vector."""
         size = self.size or 1.0
         return self.across / size, self.up / size
@@ -189,7 +189,7 @@ class ForceDrawing:
         self._lines: list[Any] = [np.zeros((1, 2))]
 
     def arrow(
-        self, name: str, tail: "Pair", vector: "Pair", colour: str, broad: bool = False
+        self, name: str, tail: "Point", vector: "Point", colour: str, broad: bool = False
     ) -> bool:
         """Draw an arrow from a place; return whether it is long enough for a name."""
         length = np.hypot(*vector) * self.view.scale
@@ -212,7 +212,7 @@ class ForceDrawing:
         self.keep_free(np.array([tail, tip]))
         return bool(length >= MIN_NAMED)
 
-    def shows(self, vector: "Pair") -> bool:
+    def shows(self, vector: "Point") -> bool:
         """Return whether an arrow is long enough to be drawn."""
         return bool(np.hypot(*vector) * self.view.scale >= MIN_ARROW)
 
@@ -247,7 +247,7 @@ class ForceDrawing:
         if self.arrow(name, force.foot, vector, colour, broad):
             self.name(name, (x + vector[0], y + vector[1]), vector)
 
-    def name(self, text: str, place: "Pair", away: "Pair", first: bool = False) -> None:
+    def name(self, text: str, place: "Point", away: "Point", first: bool = False) -> None:
         """Write a name beside a place, on the side of a direction if there is room."""
         self._labels.insert(0 if first else len(self._labels), Label(text, place, away))
 

@@ -166,7 +166,7 @@ def _lay_out(figure: "Figure", appearance: Appearance) -> None:
     )
 
 
-View = Callable[[Figure | SubFigure], None]
+DrawFunction = Callable[[Figure | SubFigure], None]
 """Draws into an empty figure or subfigure."""
 
 
@@ -191,7 +191,7 @@ class NotebookFigure(Figure):
 
 
 def drawn_in(
-    view: View, ax: Any = None, width: float = WIDTH, appearance: Appearance = USUAL
+    view: DrawFunction, ax: Any = None, width: float = WIDTH, appearance: Appearance = USUAL
 ) -> Figure:
     """Draw a view where the caller wants it; return the whole figure.
 
@@ -215,7 +215,7 @@ def drawn_in(
     return _replace(view, ax, appearance.title)
 
 
-def _new(view: View, width: float, appearance: Appearance) -> Figure:
+def _new(view: DrawFunction, width: float, appearance: Appearance) -> Figure:
     values = appearance.parameters()
     side = width if appearance.width is None else appearance.width
     with parameters(values):
@@ -234,7 +234,7 @@ def _new(view: View, width: float, appearance: Appearance) -> Figure:
     return figure
 
 
-def _replace(view: View, ax: Any, title: bool) -> Figure:
+def _replace(view: DrawFunction, ax: Any, title: bool) -> Figure:
     """Draw a view in the place of Axes; they are removed when this has succeeded."""
     spec = _place_of(ax)
     part, root = ax.figure.add_subfigure(spec), _root(ax.figure)

@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from frictionsim.motion.parts import Line
     from frictionsim.results import Record
 
-    Pair = tuple[float, float]
+    Point = tuple[float, float]
     Array = npt.NDArray[np.floating[Any]]
 
 
@@ -296,7 +296,7 @@ def _unmarked(shapes: "tuple[Disc | Line, ...]") -> "tuple[Disc | Line, ...]":
     return tuple(unmarked)
 
 
-def _segments(now: Instant) -> list[tuple[str, str, "Pair", "Pair"]]:
+def _segments(now: Instant) -> list[tuple[str, str, "Point", "Point"]]:
     """Return name, kind, tail and vector of the arrow of each force, m."""
     reach = sizes_of(now.scenario).reach
     scale = scale_of(now.free_body, reach)
@@ -308,7 +308,7 @@ def _segments(now: Instant) -> list[tuple[str, str, "Pair", "Pair"]]:
     return segments
 
 
-def _bounds(now: Instant) -> tuple["Pair", "Pair"]:
+def _bounds(now: Instant) -> tuple["Point", "Point"]:
     """Return the corners of the drawing of the body, with a margin, m."""
     sizes = sizes_of(now.scenario)
     arcs = COUPLE_RADIUS * sizes.reach if _drawn_couples(now) else 0.0

@@ -22,7 +22,7 @@ from frictionsim.display import (
 )
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
-from frictionsim.parameter_study.sensitivity import Indices
+from frictionsim.parameter_study.sensitivity import SensitivityIndices
 from frictionsim.parameter_study.statistics import Statistics, is_constant, sound_values
 from frictionsim.plots.style import Style, axis_label, grid, line_style
 from frictionsim.plots.sweep_axes import MAX_WORD, KeyAxis, short_keys
@@ -390,7 +390,7 @@ def _bins(values: "Array") -> Any:
     return edges if edges.size <= MAX_BINS else np.linspace(*limits_of(values), MAX_BINS + 1)
 
 
-def draw_tornado(ax: Any, indices: Indices) -> None:
+def draw_tornado(ax: Any, indices: SensitivityIndices) -> None:
     """Draw the indices of each key as bars, the largest total index at the top."""
     if not indices.first.size:
         write(ax, indices.basis)

@@ -129,7 +129,7 @@ def until(result: "Record", time: float) -> "Record":
         )
     count = int(np.searchsorted(samples, time, side="right"))
     return result._replace(
-        channels=_Part(result, lambda values, _: values[:count]),
+        channels=_DrawnPart(result, lambda values, _: values[:count]),
         events=_chosen(result.events, np.asarray(result.events["time"]) <= time),
     )
 
@@ -162,7 +162,7 @@ def within(result: "Record", start: float | None, stop: float | None) -> "Record
     at = np.asarray(result.events["time"])
     events = _chosen(result.events, (at >= low) & (at <= high))
     return result._replace(
-        channels=_Part(result, lambda values, name: edges.cut(values, name, result), times),
+        channels=_DrawnPart(result, lambda values, name: edges.cut(values, name, result), times),
         events=events,
     )
 
@@ -215,7 +215,7 @@ def _chosen(events: Mapping[str, Any], which: Any) -> dict[str, Any]:
     return {name: np.asarray(values)[which] for name, values in events.items()}
 
 
-class _Part(dict[str, Any]):
+class _DrawnPart(dict[str, Any]):
     """The channels of a part of a result, each of which is read when it is needed.
 
     Parameters

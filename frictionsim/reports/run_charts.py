@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from frictionsim.results import Record
 
     Array = npt.NDArray[np.float64]
-    Indices = npt.NDArray[np.intp]
+    IndexArray = npt.NDArray[np.intp]
 
 
 ENDS = 2  # the first sample and the last
@@ -32,7 +32,7 @@ PART, PART_WITH_GAPS = 2, 5  # lowest, highest; and three gaps: before, between,
 MIN_LIMIT = ENDS + PART_WITH_GAPS
 
 
-def thinned(values: "Array", limit: int) -> "Indices":
+def thinned(values: "Array", limit: int) -> "IndexArray":
     """Return the numbers of the samples of a channel to keep, ascending.
 
     Parameters
@@ -68,7 +68,7 @@ def thinned(values: "Array", limit: int) -> "Indices":
     return np.unique(np.concatenate(kept))
 
 
-def _kept(values: "Array", gaps: Any) -> "Indices":
+def _kept(values: "Array", gaps: Any) -> "IndexArray":
     """Return the places that are kept in parts (parts, width), counted through all of them."""
     if gaps is None:
         places = [values.argmin(axis=1), values.argmax(axis=1)]
@@ -80,7 +80,7 @@ def _kept(values: "Array", gaps: Any) -> "Indices":
     return np.concatenate([place + first for place in places])
 
 
-def _kept_gaps(gaps: Any, extreme: "Indices") -> list["Indices"]:
+def _kept_gaps(gaps: Any, extreme: "IndexArray") -> list["IndexArray"]:
     """Return the first and last gap of each part, and the first one after the first extreme.
 
     A part without gaps has any of its samples instead.
@@ -151,7 +151,7 @@ class Chart(NamedTuple):
     lines: tuple[ChartLine, ...]
 
 
-class _Source(NamedTuple):
+class _LineSource(NamedTuple):
     """Where the lines of a chart come from: channels of the same unit."""
 
     name: str
@@ -169,7 +169,7 @@ def charts_of(runs: "Sequence[ReportedRun]", more: Sequence[Chart] = ()) -> list
     more : sequence of Chart
         Further ones of the kind, which are open at first.
     """
-    sources: dict[tuple[str, str], list[tuple[int, _Source]]] = {}
+    sources: dict[tuple[str, str], list[tuple[int, _LineSource]]] = {}
     for number, run in enumerate(runs):
         if not len(run.record.channels["time"]):
             continue
@@ -207,21 +207,21 @@ def _is_drawn(run: "ReportedRun", name: str) -> bool:
     return not axis or len(run.record.members[axis]) <= MAX_LINES
 
 
-def _sources(run: "ReportedRun") -> Iterator[_Source]:
+def _sources(run: "ReportedRun") -> Iterator[_LineSource]:
     record = run.record
     drawn = [n for n in record.axes if n not in ("time", "mode") and _is_drawn(run, n)]
     energies = [n for n in drawn if n.startswith(ENERGY) and not record.axes[n]]
     for name in drawn:
         if name not in energies:
-            yield _Source(name, record.long_names[name], (name,))
+            yield _LineSource(name, record.long_names[name], (name,))
     if energies and len({record.units[name] for name in energies}) == 1:
-        yield _Source("energy", "energies", tuple(energies))
+        yield _LineSource("energy", "energies", tuple(energies))
     else:
-        yield from (_Source(name, record.long_names[name], (name,)) for name in energies)
+        yield from (_LineSource(name, record.long_names[name], (name,)) for name in energies)
 
 
 def _chart_lines(
-    runs: "Sequence[ReportedRun]", number: int, source: _Source
+    runs: "Sequence[ReportedRun]", number: int, source: _LineSource
 ) -> Iterator[ChartLine]:
     record, column = runs[number].record, 0
     for name in source.channels:

@@ -11,7 +11,7 @@ from frictionsim.document import Block, Cell, Document, Number, Picture, Table
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import DONE
 from frictionsim.parameter_study.design import SAMPLE
-from frictionsim.parameter_study.sensitivity import Indices, indices_of
+from frictionsim.parameter_study.sensitivity import SensitivityIndices, indices_of
 from frictionsim.parameter_study.statistics import (
     extremes,
     grouped,
@@ -66,7 +66,7 @@ def kept_of(table: SweepTable) -> Kept:
     return Kept(runs, keys, quantities)
 
 
-def indices_of_sample(table: SweepTable, kept: Kept) -> dict[str, Indices]:
+def indices_of_sample(table: SweepTable, kept: Kept) -> dict[str, SensitivityIndices]:
     """Return the Sobol indices of the first quantities that vary, of a sample of several keys."""
     if table.attributes["design"] != SAMPLE or len(table.coordinates) < 2:
         return {}
@@ -205,7 +205,7 @@ def _groups(
     yield section(heading, study_table(Table(headings, rows, caption)))
 
 
-def _indices(indices: dict[str, Indices]) -> Iterator[Html]:
+def _indices(indices: dict[str, SensitivityIndices]) -> Iterator[Html]:
     """Yield the Sobol indices as tables."""
     if not indices:
         return

@@ -49,7 +49,7 @@ def _delimiter(value: Any) -> str:
     raise PydanticCustomError("delimiter", "expected a delimiter")  # worded in messages.py
 
 
-Column = Annotated[
+ColumnKey = Annotated[
     str | int,
     PlainValidator(
         _column,
@@ -71,10 +71,10 @@ class CsvTable(Params):
     csv: str = Field(
         min_length=1, description="File, relative to the scenario; # begins a comment in it."
     )
-    time: Column | None = Field(
+    time: ColumnKey | None = Field(
         None, description="Column of the times, s, by name or number; the first if left out."
     )
-    value: Column | None = Field(
+    value: ColumnKey | None = Field(
         None, description="Column of the values, by name or number; the second if left out."
     )
     delimiter: Delimiter | None = Field(
@@ -105,7 +105,7 @@ class CsvTable(Params):
 class CsvSpeedTable(CsvTable):
     """`{csv = "log.csv", speed = "w", value = "M_Nm"}`: points from columns, over a speed."""
 
-    speed: Column | None = Field(
+    speed: ColumnKey | None = Field(
         None, description="Column of speeds, rad/s, by name or number, in the place of time."
     )
 
@@ -127,7 +127,7 @@ class CsvRow(NamedTuple):
     cells: list[str]
 
 
-class _Point(NamedTuple):
+class _SignalPoint(NamedTuple):
     """The line, time, s, or speed, rad/s, and value of a point."""
 
     line: int
@@ -176,8 +176,8 @@ class Columns(NamedTuple):
         The line of the file that each row is from.
     """
 
-    values: dict[Column, list[float]]
-    units: dict[Column, str]
+    values: dict[ColumnKey, list[float]]
+    units: dict[ColumnKey, str]
     lines: list[int]
 
 
@@ -188,7 +188,7 @@ def read_points(table: CsvTable, folder: Path) -> dict[str, list[float]]:
     PydanticCustomError if the file cannot be read, or lacks a column or a number.
     """
     path = folder / table.csv
-    wanted: dict[str, Column] = {
+    wanted: dict[str, ColumnKey] = {
         table.abscissa: getattr(table, table.abscissa) or 1,
         "value": table.value or 2,
     }
@@ -205,7 +205,7 @@ def read_points(table: CsvTable, folder: Path) -> dict[str, list[float]]:
     }
 
 
-def _points(table: CsvTable, wanted: dict[str, Column], path: Path) -> list[_Point]:
+def _points(table: CsvTable, wanted: dict[str, ColumnKey], path: Path) -> list[_SignalPoint]:
     text = read_text(path, "; the path is relative to the scenario")
     if table.has_columns:
         delimiter = table.delimiter or usual_delimiter(table.decimal, text.split("\n"))
@@ -226,7 +226,7 @@ def _points(table: CsvTable, wanted: dict[str, Column], path: Path) -> list[_Poi
         if not table.has_columns and len(row.cells) != 2:
             raise InputError(f"line {row.line} of '{path}': {_line_fault(row)}")
         numbers = [_number(table, path, row, key, place) for key, place in places.items()]
-        points.append(_Point(row.line, *numbers))
+        points.append(_SignalPoint(row.line, *numbers))
     if len(points) == 1:
         raise InputError(
             f"'{path}' has only one line with numbers, expected at least two; a constant signal is"
@@ -236,7 +236,7 @@ def _points(table: CsvTable, wanted: dict[str, Column], path: Path) -> list[_Poi
     return points
 
 
-def _check_increasing(name: str, points: list[_Point], path: Path) -> None:
+def _check_increasing(name: str, points: list[_SignalPoint], path: Path) -> None:
     for earlier, later in pairwise(points):
         if not later.abscissa > earlier.abscissa:
             raise InputError(
@@ -267,7 +267,7 @@ def _line_fault(row: CsvRow) -> str:
     return f"expected a time and a value{finite}, got {quoted(' '.join(row.cells))}{advice}"
 
 
-def read_columns(path: Path, wanted: Sequence[Column], no_gaps: Sequence[Column]) -> Columns:
+def read_columns(path: Path, wanted: Sequence[ColumnKey], no_gaps: Sequence[ColumnKey]) -> Columns:
     """Return columns of a CSV file.
 
     The delimiter is `;`, tab, `,` or space, as found. A comma is the decimal mark where it is not
@@ -291,7 +291,7 @@ def read_columns(path: Path, wanted: Sequence[Column], no_gaps: Sequence[Column]
     if not columns.rows:
         raise InputError(f"'{path}' has no lines of numbers")
 
-    def number(row: CsvRow, column: Column, place: int) -> float:
+    def number(row: CsvRow, column: ColumnKey, place: int) -> float:
         cell = row.cells[place] if 0 <= place < len(row.cells) else None
         if cell is not None and cell.lower() in ("", "nan") and column not in no_gaps:
             return NAN
@@ -378,13 +378,13 @@ def usual_delimiter(decimal: str, lines: Sequence[str]) -> str:
 class _NumberRows(NamedTuple):
     """The places of columns from 0, their units, and the rows of numbers."""
 
-    places: dict[Column, int]
-    units: dict[Column, str]
+    places: dict[ColumnKey, int]
+    units: dict[ColumnKey, str]
     rows: list[CsvRow]
 
 
 def _find_columns(
-    path: Path, wanted: Sequence[Column], rows: list[CsvRow], decimal: str, *, has_units: bool
+    path: Path, wanted: Sequence[ColumnKey], rows: list[CsvRow], decimal: str, *, has_units: bool
 ) -> _NumberRows:
     """Return where columns are, by the first row that has all names, and the rows of numbers below.
 
@@ -403,7 +403,7 @@ def _find_columns(
             raise _no_such_column(path, names, rows, decimal, heading_of)
         header, above = place
         line, rows = rows[above].line, rows[above + 1 :]
-    places: dict[Column, int] = {}
+    places: dict[ColumnKey, int] = {}
     for column in wanted:
         if isinstance(column, int):
             places[column] = column - 1

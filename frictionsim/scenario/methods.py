@@ -46,7 +46,7 @@ class Method(NamedTuple):
         return not self.scipy_class
 
     @property
-    def tells_rejected(self) -> bool:
+    def counts_rejected(self) -> bool:
         """Whether rejected steps are counted; SciPy's implicit methods do not report them."""
         return not self.implicit
 

@@ -11,7 +11,7 @@ from pydantic.fields import FieldInfo
 from frictionsim.errors import OUT_OF_RANGE
 from frictionsim.scenario.toml_data import KeyPath
 
-Table = TypeVar("Table", bound=BaseModel)
+TableModel = TypeVar("TableModel", bound=BaseModel)
 
 # Products and quotients of several such numbers do not overflow.
 MAX_NUMBER = 1e50
@@ -42,7 +42,9 @@ class ValidationFailure(Exception):
         return [f"{key_text(key)}: {message}" for key, message in self.faults]
 
 
-def validate_model(model: type[Table], data: dict[str, Any], folder: Path | None) -> Table:
+def validate_model(
+    model: type[TableModel], data: dict[str, Any], folder: Path | None
+) -> TableModel:
     """Return the instance of a model for the data of a TOML file.
 
     `folder` is the base of relative file names in the data; None if they may not refer to files.
@@ -55,7 +57,7 @@ def validate_model(model: type[Table], data: dict[str, Any], folder: Path | None
         raise ValidationFailure(faults) from None
 
 
-def _validated(model: type[Table], data: dict[str, Any], folder: Path | None) -> Table:
+def _validated(model: type[TableModel], data: dict[str, Any], folder: Path | None) -> TableModel:
     _refuse(_too_large(data))  # before the validators, which compute with them
     try:
         scenario = model.model_validate(data, context={"folder": folder})
@@ -70,7 +72,7 @@ def _validated(model: type[Table], data: dict[str, Any], folder: Path | None) ->
     return scenario
 
 
-def validate_table(model: "type[Table]", data: dict[str, Any]) -> "Table":
+def validate_table(model: "type[TableModel]", data: dict[str, Any]) -> "TableModel":
     """Return a table that is no scenario, of the data of a TOML file.
 
     Raises

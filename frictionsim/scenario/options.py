@@ -169,5 +169,5 @@ def columns_of(given: Any) -> dict[str, str | int]:
     }
 
 
-Columns = Annotated[dict[str, str | int], BeforeValidator(columns_of)]
+ColumnsOption = Annotated[dict[str, str | int], BeforeValidator(columns_of)]
 """Names that are those of their columns, too; or the column of each name."""

@@ -16,8 +16,8 @@ from pydantic_core import PydanticCustomError
 
 from frictionsim.scenario.toml_data import KeyPath
 
-Table = TypeVar("Table", bound=BaseModel)
-Output = TypeVar("Output")
+TableModel = TypeVar("TableModel", bound=BaseModel)
+Returned = TypeVar("Returned")
 
 BOUNDS: dict[str, Callable[[Any, Any], Any]] = {
     "gt": operator.gt,
@@ -90,8 +90,8 @@ def stacked(values: Sequence[Any]) -> Any:
 
 
 def group_runs(
-    function: Callable[[Any], Output], runs: Any, fewest: int
-) -> Iterator[tuple[Any, Output]]:
+    function: Callable[[Any], Returned], runs: Any, fewest: int
+) -> Iterator[tuple[Any, Returned]]:
     """Yield groups of runs that a function accepts at once, by indices, with its output.
 
     Runs that differ are divided until they do not; those of groups of less than `fewest`, and
@@ -113,7 +113,7 @@ def group_runs(
         yield runs, values
 
 
-def with_numbers(table: Table, numbers: "dict[KeyPath, RunNumbers]") -> Table:
+def with_numbers(table: TableModel, numbers: "dict[KeyPath, RunNumbers]") -> TableModel:
     """Return a valid table with finite numbers of many runs at some keys, checked by its model.
 
     Raises

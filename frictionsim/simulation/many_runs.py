@@ -95,7 +95,7 @@ def _sparse(scenario: "Scenario") -> SampleBuffer:
 
 
 class _NoSamples:
-    """The samples of runs that are not done yet: quantities that follow from them are of one."""
+    """Placeholder before the runs: a quantity that reads samples raises `Unlike`."""
 
     def __getattr__(self, name: str) -> NoReturn:
         raise Unlike

@@ -45,7 +45,7 @@ class Monitor(Generic[Progress]):
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Stop watching the run."""
+        """Stop watching."""
 
     def __call__(self, progress: Progress, /) -> None:
         """Receive the progress: of a run the simulated time at the end of a step, s."""

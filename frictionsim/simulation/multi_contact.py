@@ -215,11 +215,11 @@ def _balance(
     return s[multi.ACCELERATION : multi.ACCELERATION + n].tolist(), forces.tolist()
 
 
-State = tuple[float, list[float], list[float], Modes]
+MultiContactState = tuple[float, list[float], list[float], Modes]
 """The drive, positions, velocities and modes of a sample."""
 
 
-def _state(at: "Trajectory", sample: int) -> State:
+def _state(at: "Trajectory", sample: int) -> MultiContactState:
     modes = tuple(int(mode) for mode in at.modes[:, sample])
     position, velocity = (x[:, sample].tolist() for x in (at.position, at.velocity))
     return float(at.drive[sample]), position, velocity, modes
@@ -236,7 +236,7 @@ def _another_turns(
 
 
 def _margin_if_held(
-    mechanism: "MultiContactMechanism", after: State, index: int, gone: set[str]
+    mechanism: "MultiContactMechanism", after: MultiContactState, index: int, gone: set[str]
 ) -> float:
     """Return the margin of a contact in a combination in which it and more contacts hold; else 0.
 
@@ -265,7 +265,9 @@ def _modes_of(contact: "Contact", q: float, v: float) -> Modes:
     return (SLACK,) if q > 0.0 or v > 0.0 else (TAUT, SLACK)
 
 
-def _smallest_margin(mechanism: "MultiContactMechanism", state: State, gone: set[str]) -> float:
+def _smallest_margin(
+    mechanism: "MultiContactMechanism", state: MultiContactState, gone: set[str]
+) -> float:
     """Return the smallest margin of the contacts that stick in a combination of modes.
 
     Not above zero where a rope pushes, or a contact at rest does not move as its mode says.

@@ -236,7 +236,7 @@ class RecordedSimulation:
         """Check the restored samples: their number, and the order of time."""
         recording, duration = self._recording, self._settings.duration
         for name, expected_rows, time in (
-            ("rows", recording.times.taken, TIME._replace(ascending=True)),
+            ("rows", recording.times.count, TIME._replace(ascending=True)),
             # A step records the event at its end before a stop within it.
             ("sides", 2 * len(recording.transitions), TIME),
         ):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
 from frictionsim.scenario.methods import METHODS
 from frictionsim.solvers import one_contact_state as layout
-from frictionsim.solvers.common import Row, SampleBuffer
+from frictionsim.solvers.common import SampleBuffer, SampleRow
 from frictionsim.solvers.end_stops import first_departure, first_impact
 from frictionsim.solvers.event_driven import StepperPart, named_failures
 from frictionsim.solvers.law_stepper import LawStepper
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.mechanism import Mechanism
 
-State = list[float]
+StateList = list[float]
 
 
 class Law(NamedTuple):
@@ -60,7 +60,7 @@ class Crossing(NamedTuple):
     """An event at the end of a step: its name, and the state immediately before it."""
 
     event: str
-    before: State
+    before: StateList
 
 
 class Solver:
@@ -179,7 +179,7 @@ class Solver:
         """Take one step, within which samples can be taken afterwards."""
         raise NotImplementedError
 
-    def sample(self, t: float, y: State) -> Row:
+    def sample(self, t: float, y: StateList) -> SampleRow:
         """Return the sample of a state within the last step."""
         return self.row(t, y, self.mode)
 
@@ -190,7 +190,7 @@ class Solver:
     def process_step(self) -> None:
         """Process the events of the last step, after its samples are taken."""
 
-    def row(self, t: float, y: State, mode: int) -> Row:
+    def row(self, t: float, y: StateList, mode: int) -> SampleRow:
         """Return the sample of a state in a mode of the contact."""
         system = self.system
         u, q, v = system.drive.at(t), y[0], y[1]
@@ -262,7 +262,7 @@ class Solver:
         if self.stops is None:
             return crossing
 
-        def acceleration(t: float, y: State) -> float:
+        def acceleration(t: float, y: StateList) -> float:
             return derivatives(self.law, t, y[0], y[1], 1.0)[1]
 
         t = first_impact(self.stepper, self.stops, acceleration)
@@ -272,7 +272,7 @@ class Solver:
         self.t = t
         return None
 
-    def impact(self) -> tuple[State, State] | None:
+    def impact(self) -> tuple[StateList, StateList] | None:
         """Return the states before and after the impact at the end of the last step, if any."""
         problem = self._problem
         s, n = problem.state, problem.run.states
@@ -282,7 +282,7 @@ class Solver:
         rebound(self.system.stops, self.system, problem.run, s)
         return tuple(s[at : at + n].tolist() for at in (layout.BEFORE, layout.Y))  # type: ignore[return-value]
 
-    def record_impact(self, before: State, after: State, modes: tuple[int, int]) -> None:
+    def record_impact(self, before: StateList, after: StateList, modes: tuple[int, int]) -> None:
         """Record an impact at the present time, and start again from the state after it."""
         t = self.t
         transition = Transition(t, self._problem.event_names[1], *modes, after[0])
@@ -307,7 +307,7 @@ class Solver:
             self.stepper.start(t, y)  # begin with a short step
         return limit
 
-    def leave_stop(self, t: float, y: State, direction: int) -> None:
+    def leave_stop(self, t: float, y: StateList, direction: int) -> None:
         """Record at t, s, that the body leaves a stop, if that is not a change of a contact."""
 
     def record_crossing(self, crossing: Crossing | None) -> None:
@@ -326,7 +326,9 @@ class Solver:
         """Return the mode of a sample in motion at the end of the last step."""
         return direction
 
-    def change_mode(self, t: float, before: int, after: int, y: State, held: float = inf) -> None:
+    def change_mode(
+        self, t: float, before: int, after: int, y: StateList, held: float = inf
+    ) -> None:
         """Record a transition at which the state is continuous.
 
         Parameters

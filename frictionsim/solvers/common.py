@@ -35,8 +35,8 @@ class SampleTimes:
         self.next = 0.0
 
     @property
-    def taken(self) -> int:
-        """How many samples were taken."""
+    def count(self) -> int:
+        """The number of samples so far."""
         return self._next
 
     def advance(self) -> None:
@@ -78,7 +78,7 @@ class GivenTimes(SampleTimes):
         return self.given[number] if number < len(self.given) else inf
 
 
-Row = tuple[float, ...]
+SampleRow = tuple[float, ...]
 """A sample: time, drive, position, velocity, acceleration, friction, mode, energy integrals."""
 
 
@@ -103,12 +103,12 @@ class SampleBuffer:
         self.sides = array("d")
         self.transitions: list[Transition] = []
 
-    def add(self, sample: Row) -> None:
+    def add(self, sample: SampleRow) -> None:
         """Add a regular sample and advance to the next sample time."""
         self.rows.extend(sample)
         self.times.advance()
 
-    def record_event(self, transition: Transition, before: Row, after: Row) -> None:
+    def record_event(self, transition: Transition, before: SampleRow, after: SampleRow) -> None:
         """Add an event with the samples immediately before and after it."""
         self.transitions.append(transition)
         self.sides.extend(before)

@@ -28,7 +28,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar
 
-Function = TypeVar("Function", bound=Callable[..., Any] | type)
+Marked = TypeVar("Marked", bound=Callable[..., Any] | type)
 
 # Without contraction of products and sums compiled arithmetic has the bits of Python's, and a
 # division by zero ends compiled code as it ends Python's. Nothing here makes arrays (`_nrt`).
@@ -54,7 +54,7 @@ _failed_forms: set[tuple[Any, ...]] = set()
 ANY_FORM: tuple[Any, ...] = ()
 
 
-def compilable(function: Function) -> Function:
+def compilable(function: Marked) -> Marked:
     """Mark a function that compiled functions call, or a class of named tuples that they make.
 
     A function takes and returns numbers and tuples of them.
@@ -64,7 +64,7 @@ def compilable(function: Function) -> Function:
     return function
 
 
-def inlined(function: Function) -> Function:
+def inlined(function: Marked) -> Marked:
     """Mark a function, beside `compilable`, whose code is to be in the place of each call.
 
     Passing system and run takes longer than a step does with them at hand.
@@ -73,16 +73,16 @@ def inlined(function: Function) -> Function:
     return function
 
 
-def compiled_as(replacement: Callable[..., Any]) -> Callable[[Function], Function]:
+def compiled_as(replacement: Callable[..., Any]) -> Callable[[Marked], Marked]:
     """Mark a function in whose place compiled code calls another of the same parameters."""
 
     return compiled_by_type(lambda *_: replacement, _parameters(replacement))
 
 
-def compiled_by_type(choice: Callable[..., Any], parameters: int) -> Callable[[Function], Function]:
+def compiled_by_type(choice: Callable[..., Any], parameters: int) -> Callable[[Marked], Marked]:
     """Mark a function in whose place compiled code calls the one chosen by types of arguments."""
 
-    def marked(function: Function) -> Function:
+    def marked(function: Marked) -> Marked:
         _replaced.append((function, choice, parameters))
         _modules.add(choice.__module__)
         return function
@@ -304,7 +304,7 @@ class Kernel:
 
 @cache
 def _compiler() -> tuple[Any, ...]:
-    """Return what numba's own files depend on: another version or machine does not take them."""
+    """Return versions and processor for which numba's files are valid."""
     from importlib.metadata import version
 
     with suppress(ImportError):
@@ -439,7 +439,7 @@ def _compile_once(dispatcher: Any) -> None:
 
 
 def _typing_function(choice: Callable[..., Any], count: int) -> Any:
-    """Return what numba asks which function it is to compile for the types of the arguments.
+    """Return the function by which numba resolves a call for the types of the arguments.
 
     Its parameters have the same names, whatever those in another class are.
     """

@@ -39,7 +39,7 @@ class PartLibrary(_Library):  # type: ignore[misc]
 
     @property
     def codegen(self) -> Any:
-        """What numba has set addresses in machine code."""
+        """The object by which numba sets addresses in machine code."""
         return _NoMachineCode()
 
     def _optimize_final_module(self) -> None:
@@ -58,7 +58,7 @@ class PartLibrary(_Library):  # type: ignore[misc]
         passes.run(self._final_module, builder)
 
     def _finalize_final_module(self) -> None:
-        """Take the code as final, but do not hand it to the engine."""
+        """Finalise the code without handing it to the engine."""
         self._finalize_dynamic_globals()
         self._verify_declare_only_symbols()
         self._finalized = True

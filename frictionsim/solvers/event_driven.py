@@ -250,7 +250,7 @@ class EventDrivenSolver:
     def _integrate(self, on_step: Callable[[float], object]) -> bool:
         s, times = self._state, self._buffer.times
         self._run = self._run._replace(times=array("d", times.given))
-        s[layout.NEXT_SAMPLE], s[layout.NEXT_TIME] = times.taken, times.next
+        s[layout.NEXT_SAMPLE], s[layout.NEXT_TIME] = times.count, times.next
         if self._compiled is None and self._patience >= 0 and self._kernel.is_loaded:
             self.compile()
         integrate, system = self._problem.integrate, self._problem.system
@@ -275,7 +275,7 @@ class EventDrivenSolver:
                 return False
 
     def _pays_already(self) -> bool:
-        """Return whether this process ran as long without compiled code as it takes to have it.
+        """Return whether earlier Python steps took longer than a compilation.
 
         What was run often, as in a sweep or a fit, will be run again.
         """

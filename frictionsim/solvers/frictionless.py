@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 from frictionsim.results import STICK, Transition
-from frictionsim.solvers.base import Solver, State
+from frictionsim.solvers.base import Solver, StateList
 from frictionsim.solvers.common import direction_of
 from frictionsim.solvers.end_stops import EVENT
 
@@ -36,7 +36,7 @@ class FrictionlessSolver(Solver):
         limit = self.end_of_rest_on_stop(limit)
         self.record_crossing(self.end_at_impact(self.advance(limit)))
 
-    def leave_stop(self, t: float, y: State, direction: int) -> None:
+    def leave_stop(self, t: float, y: StateList, direction: int) -> None:
         at_rest = self.row(t, y, STICK)
         self.buffer.record_event(
             Transition(t, EVENT, STICK, direction, y[0]), at_rest, (*at_rest[:6], direction, *y[2:])

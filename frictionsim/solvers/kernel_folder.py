@@ -5,14 +5,14 @@ the user's rights. So a folder is taken only if nobody else can have put anythin
 
 - The folder and the one it is in belong to the user, are folders and no links. They are closed to
   others (mode 0700) if they were not. If others could write to the folder of a build, its content
-  is removed and compiled again: whose it is cannot be told any more.
+  is removed and compiled again: its author is unknown.
 - All in it belongs to the user, and is a file or a folder; else the content is removed as well.
 - Nobody but the user and root can exchange these folders for others: each folder on the way to
   them belongs to one of these two, and is not writable for all others unless it is sticky, as /tmp
   is. A group that may write to the user's own cache is the user's decision.
 
 Without such a folder the kernels are compiled for each process anew, and never read from a disk.
-The folder that `NUMBA_CACHE_DIR` names is not used: kernels of other programs are none of ours.
+The folder that `NUMBA_CACHE_DIR` names is not used: it may hold kernels of other programs.
 Windows has no such owners and modes; there it is in the user's profile.
 """
 

@@ -45,7 +45,7 @@ from frictionsim.solvers.one_contact_state import (
     copy,
     fail,
 )
-from frictionsim.solvers.root_finding import is_narrow, narrowed, next_point
+from frictionsim.solvers.root_finding import Bracket, is_narrow, narrowed, next_point
 
 # Where the margins are evaluated, in parts of a step; near its ends for the sign of their slopes.
 PLACES = (0.0, 1e-3, 1 / 6, 1 / 3, 1 / 2, 2 / 3, 5 / 6, 1.0 - 1e-3, 1.0)
@@ -243,8 +243,8 @@ def _bracket(
     f_b = sign * value(system, run, s, k, which, b)
     if (f_a > 0.0) == (f_b > 0.0):
         fail(HIDDEN_EVENT, a, b, f_a, f_b)
-    root = (a, f_a, b, f_b, 0.5)
+    root = Bracket(a, f_a, b, f_b, 0.5)
     while not is_narrow(root, resolution):
         x = next_point(root, resolution)
         root = narrowed(root, x, sign * value(system, run, s, k, which, x))
-    return min(root[0], root[2]), max(root[0], root[2])
+    return min(root.x, root.y), max(root.x, root.y)

@@ -26,7 +26,7 @@ from frictionsim.solvers.one_contact_location import (
     POSITION,
     SURFACE,
     VELOCITY,
-    Function,
+    EventFunction,
     against_load,
     beyond_surface,
     bracket,
@@ -226,7 +226,7 @@ def breakaway(
     at_a, which = excess(system, s, a, direction), EXCESS
     if not at_a <= 0.0:  # an excess that is roundoff is ignored
         at_a, which = excess_beyond_roundoff(system, s, a, direction), EXCESS_BEYOND_ROUNDOFF
-    held, after = bracket(Function(which, direction, 0.0), system, run, s, a, b, 0.0)
+    held, after = bracket(EventFunction(which, direction, 0.0), system, run, s, a, b, 0.0)
     tie = system.roundoff(system.drive.at(a), s[Y])
     if after - a <= SAME_TIME_ULPS * ulp(run.end) and at_a >= -tie:
         return a, a
@@ -240,7 +240,7 @@ def monotone_segment_end(system: Any, run: Run, s: Any, t: float) -> float:
     for i in range(len(system.breaks)):
         critical = system.breaks[i]
         if (system.drive.at(t) - critical) * (system.drive.at(b) - critical) < 0.0:
-            b = bracket(Function(DRIVE, 0.0, critical), system, run, s, t, b, 0.0)[1]
+            b = bracket(EventFunction(DRIVE, 0.0, critical), system, run, s, t, b, 0.0)[1]
     return b
 
 
@@ -274,7 +274,9 @@ def _step(system: Any, run: Run, s: Any, direction: float) -> None:
     ):
         advance(system, run, s, direction, s[SEGMENT_END])
     if _may_reverse(system.reversing_load, system, run, s, direction):
-        turned = bracket(Function(LOAD, direction, 0.0), system, run, s, s[T_OLD], s[T_NEW], 0.0)[1]
+        turned = bracket(
+            EventFunction(LOAD, direction, 0.0), system, run, s, s[T_OLD], s[T_NEW], 0.0
+        )[1]
         if turned < s[T_NEW]:
             truncate(system, run, s, direction, turned)
             s[SURFACE_EVENT] = NO_EVENT
@@ -290,7 +292,7 @@ def _cut_at_surfaces(surfaces: Any, system: Any, run: Run, s: Any, direction: fl
     n = run.states
     for i in range(len(surfaces)):
         if beyond_surface(surfaces, s, float(i), s[Y_NEW], s[Y_NEW + 1]) > 0.0:
-            crossing = Function(SURFACE, direction, float(i))
+            crossing = EventFunction(SURFACE, direction, float(i))
             before, after = bracket(crossing, system, run, s, s[T_OLD], s[T_NEW], 0.0)
             s[SURFACE_EVENT] = NO_EVENT
             if surfaces[i].is_event:
@@ -360,7 +362,9 @@ def _rest_within_step(system: Any, run: Run, s: Any, direction: float) -> float:
         t_old += width
         if t_old >= t1:
             return t1
-    return bracket(Function(VELOCITY, direction, 0.0), system, run, s, t_old, t1, resolution)[1]
+    return bracket(EventFunction(VELOCITY, direction, 0.0), system, run, s, t_old, t1, resolution)[
+        1
+    ]
 
 
 @compilable
@@ -380,7 +384,7 @@ def _time_of_min_velocity(system: Any, run: Run, s: Any, direction: float) -> fl
     # The velocity is above its tangents at both ends, hence above their intersection.
     if v0 + a0 * (v1 - v0 - a1 * h) / (a0 - a1) > 0.0:
         return inf
-    reversal = Function(ACCELERATION, direction, 0.0)
+    reversal = EventFunction(ACCELERATION, direction, 0.0)
     return bracket(reversal, system, run, s, s[T_OLD], s[T_NEW], RESOLUTION * h)[1]
 
 
@@ -457,7 +461,9 @@ def _impact_within_step(
     write_inside(system, run, s, direction, until)
     if direction * (s[INSIDE] - stop) <= 0.0:
         return inf
-    return bracket(Function(POSITION, direction, stop), system, run, s, s[T_OLD], until, 0.0)[1]
+    return bracket(EventFunction(POSITION, direction, stop), system, run, s, s[T_OLD], until, 0.0)[
+        1
+    ]
 
 
 @compilable

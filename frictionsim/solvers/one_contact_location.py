@@ -18,7 +18,7 @@ from frictionsim.solvers.one_contact_state import (
     fail,
 )
 from frictionsim.solvers.one_contact_step import derivatives, write_inside
-from frictionsim.solvers.root_finding import is_narrow, narrowed, next_point
+from frictionsim.solvers.root_finding import Bracket, is_narrow, narrowed, next_point
 
 # Functions of the time, whose roots are located. With the parameter x they are
 # the torque beyond the static limit at rest, and less its roundoff; the drive less x; the velocity
@@ -64,7 +64,7 @@ def _against(loads: Any, system: Any, s: Any, u: float, q: float, v: float) -> f
     return -(x * x_old + y * y_old)
 
 
-class Function(NamedTuple):
+class EventFunction(NamedTuple):
     """A function of time within the last step, whose root is located.
 
     Attributes
@@ -83,7 +83,7 @@ class Function(NamedTuple):
 
 
 @compilable
-def value(function: Function, system: Any, run: Run, s: Any, t: float) -> float:
+def value(function: EventFunction, system: Any, run: Run, s: Any, t: float) -> float:
     """Return the value of a function at a time, s."""
     which, direction, x = function
     if which == EXCESS:
@@ -108,15 +108,15 @@ def value(function: Function, system: Any, run: Run, s: Any, t: float) -> float:
 
 @compilable
 def bracket(
-    function: Function, system: Any, run: Run, s: Any, a: float, b: float, resolution: float
+    function: EventFunction, system: Any, run: Run, s: Any, a: float, b: float, resolution: float
 ) -> tuple[float, float]:
     """Return a bracket (lo, hi) of a root in [a, b]; see `root_finding.bracket_root`."""
     f_a = value(function, system, run, s, a)
     f_b = value(function, system, run, s, b)
     if (f_a > 0.0) == (f_b > 0.0):
         fail(HIDDEN_EVENT, a, b, f_a, f_b)
-    root = (a, f_a, b, f_b, 0.5)
+    root = Bracket(a, f_a, b, f_b, 0.5)
     while not is_narrow(root, resolution):
         x = next_point(root, resolution)
         root = narrowed(root, x, value(function, system, run, s, x))
-    return min(root[0], root[2]), max(root[0], root[2])
+    return min(root.x, root.y), max(root.x, root.y)

@@ -13,8 +13,8 @@ from math import inf, nextafter
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from frictionsim.results import STICK, Transition
-from frictionsim.solvers.base import Solver, State
-from frictionsim.solvers.common import Row, SampleBuffer, direction_of
+from frictionsim.solvers.base import Solver, StateList
+from frictionsim.solvers.common import SampleBuffer, SampleRow, direction_of
 from frictionsim.solvers.root_finding import bracket_root
 from frictionsim.solvers.state_values import DIRECTION, TIME
 
@@ -83,7 +83,7 @@ class PrescribedMotionSolver(Solver):
         self.segment_end = _segment_end(self.mechanism, t, self.end)
         return direction_of(self.mechanism.drive(0.5 * (t + self.segment_end)))
 
-    def switch_mode(self, t: float, y: State) -> None:
+    def switch_mode(self, t: float, y: StateList) -> None:
         """Start the next segment, and record the change of direction if there is one."""
         before, sample_before = self.mode, self.row(t, y, self.mode)
         self.mode = self.next_direction(t)
@@ -107,7 +107,7 @@ class PrescribedMotionSolver(Solver):
     def covers(self, t: float) -> bool:
         return t < self.stepper.t or t <= self.stepper.t == self.end
 
-    def row(self, t: float, y: State, mode: int) -> Row:
+    def row(self, t: float, y: StateList, mode: int) -> SampleRow:
         u, velocity, friction, acceleration = self.motion_at(t, y[0])
         return (t, u, y[0], velocity, acceleration, friction, mode, *y[2:])
 

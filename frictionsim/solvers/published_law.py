@@ -16,8 +16,8 @@ References
 from typing import TYPE_CHECKING, ClassVar
 
 from frictionsim.results import STICK, Transition
-from frictionsim.solvers.base import Solver, State
-from frictionsim.solvers.common import ChatteringDetector, Row, SampleBuffer
+from frictionsim.solvers.base import Solver, StateList
+from frictionsim.solvers.common import ChatteringDetector, SampleBuffer, SampleRow
 from frictionsim.solvers.one_contact import monotone_segment_end
 from frictionsim.solvers.state_values import DIRECTION, TIME
 
@@ -117,7 +117,7 @@ class PublishedSolver(Solver):
             self.row(t, y, direction),
         )
 
-    def sample(self, t: float, y: State) -> Row:
+    def sample(self, t: float, y: StateList) -> SampleRow:
         return self.row(t, y, sign(y[1]))
 
 

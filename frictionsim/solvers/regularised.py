@@ -11,8 +11,8 @@ other methods with SciPy's. What counts as stick is |v| < v_t.
 from typing import TYPE_CHECKING, ClassVar
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
-from frictionsim.solvers.base import Solver, State
-from frictionsim.solvers.common import Row, SampleBuffer
+from frictionsim.solvers.base import Solver, StateList
+from frictionsim.solvers.common import SampleBuffer, SampleRow
 from frictionsim.solvers.friction_curve import KINETIC_FROM, friction_curve
 from frictionsim.solvers.root_finding import bracket_root
 from frictionsim.solvers.state_values import DIRECTION, TIME
@@ -85,7 +85,7 @@ class RegularisedSolver(Solver):
         self.change_mode(t, before, mode, stepper.interpolate(t))
         self.mode = mode
 
-    def sample(self, t: float, y: State) -> Row:
+    def sample(self, t: float, y: StateList) -> SampleRow:
         return self.row(t, y, self.mode_at(y[1]))
 
 

@@ -10,7 +10,7 @@ all of the interval. The slope may jump downwards: the function is below the par
 
 from collections.abc import Callable
 from math import inf, sqrt, ulp
-from typing import Any
+from typing import Any, NamedTuple
 
 from frictionsim.errors import StepUnderflow
 from frictionsim.solvers.compilation import compilable
@@ -18,6 +18,26 @@ from frictionsim.solvers.compilation import compilable
 # Of the way to the first excess: the shortest step, in units in the last place of the time.
 MIN_STEP_ULPS = 4.0
 MAX_STEPS = 1000
+
+
+class Bracket(NamedTuple):
+    """Two points between which a function changes its sign.
+
+    Attributes
+    ----------
+    x, f_x : float
+        The newest point and its value.
+    y, f_y : float
+        The other end and its value.
+    fraction : float
+        The next point, as a fraction of the way from x to y.
+    """
+
+    x: float
+    f_x: float
+    y: float
+    f_y: float
+    fraction: float
 
 
 def bracket_root(
@@ -49,37 +69,33 @@ def bracket_root(
     ----------
     .. [1] T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145-149.
     """
-    root = (a, f(a), b, f(b), 0.5)
-    if (root[1] > 0.0) == (root[3] > 0.0):
-        raise hidden_event(a, b, root[1], root[3])
+    root = Bracket(a, f(a), b, f(b), 0.5)
+    if (root.f_x > 0.0) == (root.f_y > 0.0):
+        raise hidden_event(a, b, root.f_x, root.f_y)
     while not is_narrow(root, resolution):
         x = next_point(root, resolution)
         root = narrowed(root, x, f(x))
-    return min(root[0], root[2]), max(root[0], root[2])
-
-
-Bracket = tuple[float, float, float, float, float]
-"""Newest point and its value, other end and its value, next point as a fraction between them."""
+    return min(root.x, root.y), max(root.x, root.y)
 
 
 @compilable
 def min_width(root: Bracket, resolution: float) -> float:
     """Return the shortest distance between two points."""
-    return max(0.5 * resolution, ulp(max(abs(root[0]), abs(root[2]))))
+    return max(0.5 * resolution, ulp(max(abs(root.x), abs(root.y))))
 
 
 @compilable
 def is_narrow(root: Bracket, resolution: float) -> bool:
     """Return whether a bracket is as narrow as it is to be."""
-    return abs(root[2] - root[0]) <= 2.0 * min_width(root, resolution)
+    return abs(root.y - root.x) <= 2.0 * min_width(root, resolution)
 
 
 @compilable
 def next_point(root: Bracket, resolution: float) -> float:
     """Return the next point at which the function is evaluated."""
-    least = min_width(root, resolution) / abs(root[2] - root[0])
-    fraction = min(max(root[4], least), 1.0 - least)
-    return root[0] + fraction * (root[2] - root[0])
+    least = min_width(root, resolution) / abs(root.y - root.x)
+    fraction = min(max(root.fraction, least), 1.0 - least)
+    return root.x + fraction * (root.y - root.x)
 
 
 @compilable
@@ -90,7 +106,7 @@ def narrowed(root: Bracket, new: float, f_new: float) -> Bracket:
         z, f_z = x, f_x
     else:
         z, f_z, y, f_y = y, f_y, x, f_x
-    return new, f_new, y, f_y, _next_fraction(new, f_new, y, f_y, z, f_z)
+    return Bracket(new, f_new, y, f_y, _next_fraction(new, f_new, y, f_y, z, f_z))
 
 
 def hidden_event(a: float, b: float, f_a: float, f_b: float) -> StepUnderflow:

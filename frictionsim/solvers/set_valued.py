@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, ClassVar
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.solvers import one_contact_state as layout
-from frictionsim.solvers.base import Solver, State
-from frictionsim.solvers.common import Row, SampleBuffer
+from frictionsim.solvers.base import Solver, StateList
+from frictionsim.solvers.common import SampleBuffer, SampleRow
 from frictionsim.solvers.one_contact import breakaway, monotone_segment_end
 from frictionsim.solvers.one_contact_location import excess
 from frictionsim.solvers.root_finding import bracket_root
@@ -188,7 +188,7 @@ class SetValuedSolver(Solver):
         self.segment_end = self.stepper.t  # as above
         return True
 
-    def mode_from_rest(self, t: float, y: State) -> int:
+    def mode_from_rest(self, t: float, y: StateList) -> int:
         """Return the mode that follows from rest at time t, s, in the position of y."""
         u, q = self.system.drive.at(t), y[0]
         return self.mode_at(u, q, 0.0, self.system.applied_torque(u, q, 0.0))
@@ -212,7 +212,7 @@ class SetValuedSolver(Solver):
             return stepper.t_old
         return bracket_root(lambda t: mode * stepper.interpolate(t)[1], stepper.t_old, stepper.t)[1]
 
-    def sample(self, t: float, y: State) -> Row:
+    def sample(self, t: float, y: StateList) -> SampleRow:
         u, q, v = self.system.drive.at(t), y[0], y[1]
         return self.row(t, y, self.mode_at(u, q, v, self.system.applied_torque(u, q, v)))
 

@@ -206,7 +206,7 @@ class Benchmark:
             if last.status == "done" and in_time is not None:
                 time_errors = metric_errors(self._metrics, judged, in_time, duration)
         statistics = _statistics(last)
-        tells = METHODS[setting.backend].tells_rejected
+        counts_rejected = METHODS[setting.backend].counts_rejected
         return Row(
             setting=setting,
             status=last.status,
@@ -214,7 +214,7 @@ class Benchmark:
             wall_seconds=median(seconds),
             repeats=len(seconds),
             steps=statistics.steps,
-            rejected=statistics.rejected if tells else None,
+            rejected=statistics.rejected if counts_rejected else None,
             rhs_evaluations=statistics.rhs_evaluations,
             states=statistics.states,
             events=len(judged.transitions),

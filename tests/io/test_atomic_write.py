@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from frictionsim.errors import OutputError
-from frictionsim.io.atomic_write import Part, check_place, replaced_atomically, write_atomically
+from frictionsim.io.atomic_write import PartFile, check_place, replaced_atomically, write_atomically
 from tests.support.old_results import old_result
 from tests.support.stopped_runs import stopped_at
 
@@ -85,7 +85,7 @@ def test_a_part_that_its_writer_has_renamed_since_is_made_anew(
         return lstat(self)
 
     monkeypatch.setattr(Path, "lstat", renamed_before)
-    part = Part(Path("a.h5"))
+    part = PartFile(Path("a.h5"))
     assert contents() == {"a.h5": b"first", ".a.h5.part": b""}
     part.discard()
 

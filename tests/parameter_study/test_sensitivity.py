@@ -8,7 +8,11 @@ from scipy import stats
 
 from frictionsim.parameter_study.block import FAILED
 from frictionsim.parameter_study.design import Sampling
-from frictionsim.parameter_study.sensitivity import Indices, indices_from_blocks, indices_of
+from frictionsim.parameter_study.sensitivity import (
+    SensitivityIndices,
+    indices_from_blocks,
+    indices_of,
+)
 from tests.support.sweeps import Function, sample_of, with_outcomes
 
 PI = repr(np.pi)
@@ -26,7 +30,7 @@ def ishigami(x1: Any, x2: Any, x3: Any) -> Any:
     return np.sin(x1) + 7.0 * np.sin(x2) ** 2 + 0.1 * x3**4 * np.sin(x1)
 
 
-def indices(vary: dict[str, str], function: Function, sampling: Sampling) -> Indices:
+def indices(vary: dict[str, str], function: Function, sampling: Sampling) -> SensitivityIndices:
     return indices_of(sample_of(vary, {"f": function}, sampling), ["f"])["f"]
 
 

@@ -98,7 +98,9 @@ def test_csv_files_without_end_are_refused(content: bytes, tmp_path: Path) -> No
     (tmp_path / "force.csv").write_bytes(content)
     ramp = "{ time = [0.0, 0.8], value = [1832.6, 3113.75] }"
     (tmp_path / "s.toml").write_text(PULLEY.replace(ramp, '{ csv = "force.csv" }'))
-    with pytest.raises(ScenarioError, match="has more than 16 MiB or 1000000 lines; give fewer lines"):
+    with pytest.raises(
+        ScenarioError, match="has more than 16 MiB or 1000000 lines; give fewer lines"
+    ):
         load(tmp_path / "s.toml")
 
 

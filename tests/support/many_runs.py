@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from frictionsim.parameter_study import combinations
-from frictionsim.parameter_study.block import Block, block_of
+from frictionsim.parameter_study.block import RunBlock, block_of
 from frictionsim.parameter_study.combinations import Combinations
 from frictionsim.parameter_study.single_run import Task, outcome_of, run_task
 from frictionsim.scenario.settings import Scenario
@@ -44,12 +44,12 @@ def together(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(combinations, name, 1)
 
 
-def block_together(scenario: Scenario, vary: dict[str, Sequence[Any]]) -> Block:
+def block_together(scenario: Scenario, vary: dict[str, Sequence[Any]]) -> RunBlock:
     """Return the outcomes of runs that go together as far as they can."""
     return run_task(*_sweep(scenario, vary))
 
 
-def block_alone(scenario: Scenario, vary: dict[str, Sequence[Any]]) -> Block:
+def block_alone(scenario: Scenario, vary: dict[str, Sequence[Any]]) -> RunBlock:
     """Return the outcomes of the same runs one by one."""
     of_sweep, task = _sweep(scenario, vary)
     return block_of(FIRST, [(i, outcome_of(of_sweep, v)) for i, v in enumerate(task.values)])
@@ -60,7 +60,7 @@ def _sweep(scenario: Scenario, vary: dict[str, Sequence[Any]]) -> tuple[Combinat
     return Combinations(scenario, list(vary), len(values)), Task(FIRST, values)
 
 
-def content(block: Block) -> Any:
+def content(block: RunBlock) -> Any:
     """Return all of a block, to the last bit and in its order."""
     status, values = block.status.tolist(), np.asarray(block.values).tobytes()
     return block.first, status, list(block.units.items()), values, block.texts

@@ -152,7 +152,7 @@ class BeltDrive:
             raise unfit(f"stepping.{fault}", "does not go with the other numbers")
         load_part(self._times, "times", state, duration)
         self._observer.samples.restore(state, like, duration)
-        if len(self._observer.samples) != self._times.taken:
+        if len(self._observer.samples) != self._times.count:
             raise unfit("samples.time", "is of another type or shape")
         self._started, self._tried_before = True, self._steps_tried
 

@@ -55,7 +55,7 @@ from frictionsim.mechanisms.belt_drive.geometry import (
 )
 from frictionsim.mechanisms.belt_drive.kernels.system import Array, Chain
 
-Indices = NDArray[np.intp]
+IndexArray = NDArray[np.intp]
 
 BAND = 8
 LOWER = np.array([[0, 1, 1, 2, 2, 2], [0, 0, 1, 0, 1, 2]])
@@ -71,9 +71,9 @@ STEP_IN_RADII, STEP_IN_ANGLE, STEP_IN_LENGTH = 0.2, 0.3, 0.2
 class BandLayout(NamedTuple):
     """Where the bodies stand in the folded numbering, and their blocks in the band."""
 
-    order: Indices
-    own: Indices
-    coupling: Indices
+    order: IndexArray
+    own: IndexArray
+    coupling: IndexArray
 
 
 class Hessian(NamedTuple):
@@ -320,7 +320,7 @@ class Equilibrium(NamedTuple):
     angle: Array
     tension: Array
     normal_force: Array
-    pulley: Indices
+    pulley: IndexArray
     residual: float
 
 
@@ -548,7 +548,9 @@ def _result(belt: EquilibriumProblem, at: Evaluation) -> Equilibrium:
     )
 
 
-def _check_all_pulleys_touched(belt: EquilibriumProblem, at: Evaluation, pulley: Indices) -> None:
+def _check_all_pulleys_touched(
+    belt: EquilibriumProblem, at: Evaluation, pulley: IndexArray
+) -> None:
     """Refuse a pulley that lies between two bodies, or that the belt has jumped over."""
     normal, along = at.shape.rim.normal, at.shape.along
     sense = along[:, 1] * normal[:, 0] - along[:, 0] * normal[:, 1]

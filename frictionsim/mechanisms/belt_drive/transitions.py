@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
     Array = npt.NDArray[np.float64]
     Bools = npt.NDArray[np.bool_]
-    Modes = npt.NDArray[np.int64]
+    ModeArray = npt.NDArray[np.int64]
 
 SLACK_TENSION = 0.01  # of the pretension
 FULL_SLIP = 0.99  # of the friction that sliding bodies have
@@ -71,7 +71,7 @@ def full_slip(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> "Bools
     return full
 
 
-def pulley_modes(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> "Modes":
+def pulley_modes(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> "ModeArray":
     """Return STICK, FORWARD, BACKWARD or OPEN for each pulley in every sample, (n, pulleys)."""
     modes = np.full(seen["_touching"].shape, STICK, dtype=np.int64)
     full = full_slip(scenario, seen)
@@ -84,12 +84,12 @@ def pulley_modes(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> "Mo
     return modes
 
 
-def span_modes(model: "BeltModel", span_tension: "Array") -> "Modes":
+def span_modes(model: "BeltModel", span_tension: "Array") -> "ModeArray":
     """Return TAUT or SLACK for each span in every sample, (n, spans)."""
     return np.where(slack_spans(model, span_tension), SLACK, TAUT)
 
 
-def lasting_changes(modes: "Modes") -> list[tuple[int, int, int]]:
+def lasting_changes(modes: "ModeArray") -> list[tuple[int, int, int]]:
     """Return the changes to a mode that lasts: first sample of the new mode, old and new mode.
 
     Parameters

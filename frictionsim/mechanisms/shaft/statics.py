@@ -51,7 +51,7 @@ FARTHER, GROWTH = 100, 5  # towards a pole, a root grows so many times from a fa
 SUBDIVISIONS = 8
 DIGITS_OF_ANGLE = 12  # deg
 
-Function = Callable[[float], float]
+ScalarFunction = Callable[[float], float]
 
 
 def check_unknown(scenario: ShaftScenario) -> None:
@@ -72,7 +72,7 @@ def breakaway_values(scenario: ShaftScenario) -> Quantities:
     """Return the roots of eq 24 for the unknown of a scenario; none without an unknown."""
     if scenario.statics is None or scenario.statics.unknown is None:
         return {}
-    return _Problem(scenario).roots()
+    return _TurnProblem(scenario).roots()
 
 
 def statics(scenario: ShaftScenario) -> StaticQuantities:
@@ -80,7 +80,7 @@ def statics(scenario: ShaftScenario) -> StaticQuantities:
     quantities = at_rest(scenario)
     if scenario.statics is None or scenario.statics.unknown is None:
         return quantities
-    problem = _Problem(scenario)
+    problem = _TurnProblem(scenario)
     quantities |= problem.roots()
     quantities |= problem.worst()
     quantities.notes = (*quantities.notes, *problem.notes)
@@ -194,10 +194,10 @@ class _Piece(NamedTuple):
 
 def over_turn(balance: Balance, turn: tuple[float, float]) -> Turn:
     """Return the extreme roots from an angle to another, deg."""
-    return _Search(balance, turn).result()
+    return _TurnSearch(balance, turn).result()
 
 
-class _Search:
+class _TurnSearch:
     def __init__(self, balance: Balance, turn: tuple[float, float]) -> None:
         self._balance, self._turn = balance, turn
         self._middle = 0.5 * (turn[0] + turn[1])
@@ -329,7 +329,7 @@ class _Search:
                 self._unbounded.setdefault((s, 1 if value > 0.0 else -1), angle)
 
 
-def _zeros(function: Function, grid: list[float], values: list[float]) -> Iterator[float]:
+def _zeros(function: ScalarFunction, grid: list[float], values: list[float]) -> Iterator[float]:
     """Yield the zeros of a function from its samples, also those where it touches zero."""
     yield from _changes(function, grid, values)
     for i in range(1, len(grid) - 1):
@@ -347,7 +347,7 @@ def _zeros(function: Function, grid: list[float], values: list[float]) -> Iterat
             yield angle
 
 
-def _changes(function: Function, grid: list[float], values: list[float]) -> Iterator[float]:
+def _changes(function: ScalarFunction, grid: list[float], values: list[float]) -> Iterator[float]:
     """Yield the zeros between samples of other signs; those that tie with zero do not count."""
     signed = [(x, value) for x, value in zip(grid, values, strict=True) if abs(value) > ROUNDOFF]
     for (low, one), (high, other) in pairwise(signed):
@@ -355,11 +355,11 @@ def _changes(function: Function, grid: list[float], values: list[float]) -> Iter
             yield _zero(function, low, high)
 
 
-def _zero(function: Function, low: float, high: float) -> float:
+def _zero(function: ScalarFunction, low: float, high: float) -> float:
     return sum(bracket_root(function, low, high)) / 2.0
 
 
-def _lowest(function: Function, sign: float, low: float, high: float) -> float:
+def _lowest(function: ScalarFunction, sign: float, low: float, high: float) -> float:
     """Return the extremum of a function of a sign that is nearest to zero, by finer samples."""
     while True:
         step = (high - low) / SUBDIVISIONS
@@ -374,7 +374,7 @@ def _rounded(angle: float) -> float:
     return round(angle, DIGITS_OF_ANGLE) + 0.0  # without the sign of a zero
 
 
-class _Problem:
+class _TurnProblem:
     """Eq 24 of a scenario with an unknown, and what is to be said about its roots."""
 
     def __init__(self, scenario: ShaftScenario) -> None:

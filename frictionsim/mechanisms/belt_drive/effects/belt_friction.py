@@ -335,7 +335,7 @@ def solve_pulley_motion(
 
 @inline_kernel
 def project_friction(contacts: Contacts, pulleys: Pulleys, mass: float, x: Array) -> None:
-    """Write FRICTION and STICKING: what sticking needs with the x of each pulley, within limits."""
+    """Write FRICTION and STICKING: what sticking needs at x of each pulley, within limits."""
     for j in range(pulleys.table.shape[1]):
         rim = pulleys.table[PULLEY_RADIUS, j] * x[j]
         project_rows(j, rim, mass, contacts, contact_rows(contacts.table))

@@ -181,7 +181,7 @@ class Compilation:
 
 @contextmanager
 def announce_compilation(expected: float, monitor: RunMonitor) -> Iterator[Compilation]:
-    """Have a block, in which kernels are called first, tell when it compiles, and how long.
+    """Announce and time the compilations in a `with` block.
 
     Parameters
     ----------

@@ -213,7 +213,7 @@ class StepPlan(NamedTuple):
 
 
 def plane_plan(model: "BeltModel", settings: "BeltSolverSettings") -> StepPlan:
-    """Return how bodies in the plane are stepped: joints that turn them ask for the other form."""
+    """Return the step plan of bodies in the plane; oblique joints need implicit damping."""
     system = model.system
     max_step, damping = max_stable_step(model), system.effects.axial_damping.damping
     contact_frequency = np.sqrt(model.contact_stiffness / system.chain.mass)
