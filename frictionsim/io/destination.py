@@ -49,8 +49,8 @@ class Destination:
             check_target(path, RESULT)
         if not self._is_resumed and os.path.lexists(self.partial):
             LOG.warning(
-                "%s, the unfinished result of an earlier run, is removed when this run is done;"
-                " 'frictionsim resume %s' would continue it",
+                "%s, the unfinished result of an earlier run, is replaced by this run, at the"
+                " latest at its end; 'frictionsim resume %s' would continue it",
                 *(self.partial, self.partial),
             )
 

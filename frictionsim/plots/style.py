@@ -318,9 +318,11 @@ def axis_label(words: str, unit: str = "", width: int = 0) -> str:
     """
     shown, text = unit_text(unit), labelled(words, unit)
     if width and max(map(len, text.split("\n"))) > width:
-        # The unit stays with the last word.
-        text = words + (f", {shown}".replace(" ", NO_BREAK) if shown else "")
-        lines = [part for line in text.split("\n") for part in wrap(line, width) or [""]]
+        if shown:  # beside the last word, if both fit in a line
+            last = words[words.rfind(" ") + 1 :]
+            space = NO_BREAK if len(f"{last}, {shown}") <= width else " "
+            words += f",{space}{shown.replace(' ', NO_BREAK)}"
+        lines = [part for line in words.split("\n") for part in wrap(line, width) or [""]]
         text = "\n".join(lines).replace(NO_BREAK, " ")
     return text
 

@@ -91,6 +91,7 @@ ANNOTATION = 7.5  # points
 MAX_MARKS = 60  # events; marks of more would hide the channels
 # Lines of events that are closer, of the width of such a picture, are thinner, but not below a
 # part of their width, and behind the channels: else bounces are a bar that hides these.
+FRAME = 0.005  # width of the line around a panel, of the time axis
 EVENT_SPACING, THINNEST = 0.008, 0.25
 # For a letter of the label of a stick, for a time: of the width of a picture that is WIDTH wide.
 MIN_LETTER_WIDTH, MIN_GAP = 0.0066, 0.08
@@ -255,13 +256,14 @@ def _mark_events(result: "Record", axes: Sequence[Any], row: int) -> list[Any]:
         return []
     names = event_labels(result)
     handles = {}
-    span = np.ptp(result.channels["time"]) / relative_width(axes[0].figure)
+    samples = result.channels["time"]
+    span = np.ptp(samples) / relative_width(axes[0].figure)
     widths = line_widths(times, EVENT_SPACING * span)
     for at, name, width in zip(times, names, widths, strict=True):
         style = EVENT_LINES.get(name, OTHER_EVENT)
         handles[name] = Line2D([], [], label=name, **style)
         thin = {"linewidth": width * style["linewidth"], "zorder": 2.0 if width == 1.0 else 1.5}
-        if at in result.channels["time"][[0, -1]]:  # above the frame, which would hide it
+        if min(at - samples[0], samples[-1] - at) <= FRAME * span:  # which would hide it
             thin |= {"zorder": 3.0, "clip_on": False}
         for ax in axes:
             ax.axvline(at, **style | thin)
