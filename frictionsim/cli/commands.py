@@ -196,7 +196,7 @@ def resume(
 ) -> int:
     """Resume an interrupted run or sweep; the file is bit-identical to an uninterrupted one.
 
-    Until it is done it is in NAME.partial.h5, also where NAME.h5 is given.
+    Until it is done it is in NAME.partial.h5, which is taken if there is no NAME.h5.
     """
     from frictionsim.api.solving import RunOptions
     from frictionsim.api.sweep_result import result_or_sweep

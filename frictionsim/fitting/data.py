@@ -449,7 +449,7 @@ def _check_times(times: "Array", duration: float, table: _DataTable, offset: flo
         raise ArgumentError(
             "data",
             f"the times{shifted} are from {times[0]:.9g} s to {times[-1]:.9g} s, the run is from 0"
-            f" to {duration:g} s; set solver.duration or the time offset",
+            f" to {duration:g} s; set solver.duration, the time unit or the time offset",
         )
 
 
