@@ -162,7 +162,7 @@ def solve(
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> int:
-    """Simulate scenarios, write the result files and print the summaries."""
+    """Simulate scenarios, write result files and print summaries."""
     from frictionsim.api.solving import RunOptions
 
     options = RunOptions.among(locals())  # before anything is read
@@ -194,7 +194,7 @@ def resume(
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> int:
-    """Resume an interrupted run or sweep; the file is bit-identical to an uninterrupted one.
+    """Resume an interrupted run or sweep. The file is bit-identical to an uninterrupted one.
 
     Until it is done it is in NAME.partial.h5, which is taken if there is no NAME.h5.
     """

@@ -65,7 +65,7 @@ def warm_up(
     ] = None,
     quiet: Quiet = False,
 ) -> None:
-    """Compile the kernels of the shipped scenarios in advance, for containers and CI."""
+    """Compile the kernels of shipped scenarios in advance. For containers and CI."""
     from frictionsim.api.scenarios import warming
 
     total, has_kernels = 0.0, False
@@ -190,7 +190,7 @@ def compare(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Compare a result with a reference result; exit 0 if they agree, 1 if they differ."""
+    """Compare a result with a reference result. Exit 0 if they agree, 1 if they differ."""
     log_on_stderr(0)
     from frictionsim.api.comparing import CompareOptions, compare_with, comparison_parts
     from frictionsim.document import as_json as json_of
@@ -223,7 +223,7 @@ def new(
         bool, typer.Option("--list", help="List the kinds and the shipped scenarios.")
     ] = False,
 ) -> None:
-    """Write a commented scenario to start from; an existing file is not replaced.
+    """Write a commented scenario to start from. An existing file is not replaced.
 
     With FILE, the schema for editors is written beside it, as KIND.schema.json.
     """

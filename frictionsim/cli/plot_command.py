@@ -107,7 +107,7 @@ def plot(
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
 ) -> None:
-    """Draw views of a result or sweep; named views are written to FILE-<view>.png."""
+    """Draw views of a result or sweep. Named views are written to FILE-<view>.png."""
     log_on_stderr(0)
     from frictionsim.api.pictures import PlotOptions, SavedPictures, save_pictures
 

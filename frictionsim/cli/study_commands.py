@@ -147,7 +147,10 @@ def cost(
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
 ) -> int:
-    """Measure error against run time for every friction law and backend at several settings."""
+    """Measure error against run time, by friction law and backend.
+
+    Each is run at several settings.
+    """
     from frictionsim.api.studies import CostOptions, cost_with
     from frictionsim.io.replaceable import COSTS, COSTS_IN_HDF5
 
@@ -355,7 +358,7 @@ def sweep(
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> int:
-    """Run a scenario for many combinations of values and write them to one file."""
+    """Run many combinations of values and write them to one file."""
     from frictionsim.api.sweeping import ExecutionOptions, SweepOptions, run_study, study_from
 
     execution = ExecutionOptions.among(locals())
