@@ -215,7 +215,8 @@ def resume(
             )
         execution = ExecutionOptions.among(locals())
         printing = SweepPrinting(str(result), None, as_json, quiet, verbose)
-        return run_with(partial(resume_study, result, output), execution, printing)
+        unfinished = incomplete.path or result
+        return run_with(partial(resume_study, unfinished, output), execution, printing)
     if workers is not None or dask is not None:
         raise InputError(f"{result}: expected a sweep with -j or --dask; this is the file of a run")
     report = Report(as_json, quiet, verbose)
