@@ -28,7 +28,7 @@ def series() -> fs.Fit:
 def test_data_fit_and_residuals_over_time(series: fs.Fit, tmp_path: Path) -> None:
     figure = series.plot()
     assert [ax.get_ylabel() for ax in figure.axes] == [
-        "angular velocity,\nrad/s",
+        "angular\nvelocity, rad/s",
         "residual,\nrad/s",
         "angle, rad",
         "residual,\nrad",

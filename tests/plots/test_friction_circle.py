@@ -298,7 +298,7 @@ def test_the_static_limit_is_drawn_with_the_friction_torque(kind: str) -> None:
     radius = journal["shaft_radius"] * np.sin(np.arctan(journal["mu_s"]))
     figure = draw(record)
     assert key_of(figure)[-1] == "limit of static friction"
-    ax = next(ax for ax in figure.axes if ax.get_ylabel().startswith("friction torque"))
+    ax = next(ax for ax in figure.axes if ax.get_ylabel().split()[:2] == ["friction", "torque,"])
     limits = [np.asarray(line.get_ydata()) for line in ax.lines[1:]]
     limits = [values for values in limits if values.size == record.channels["time"].size]
     assert len(limits) == 2
