@@ -39,66 +39,45 @@ begin with `if len(effect) == 0`, which is decided when they are compiled.
 """
 
 from array import array
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
-    from frictionsim.scenario.signals import Signal
-    from frictionsim.solvers.mechanism import DryFriction, Mechanism, SwitchingSurface
+    from frictionsim.solvers.mechanism import Mechanism, SwitchingSurface
 
 
 class FunctionDrive(NamedTuple):
     """A signal as the drive of a system."""
 
-    signal: "Signal"
-
-    def at(self, t: float) -> float:
-        """Return the value at time t, s."""
-        return self.signal(t)
-
-    def next_extremum(self, t: float) -> float:
-        """Return a time after t, s, up to which the signal is monotone and smooth."""
-        return self.signal.next_extremum(t)
+    at: Callable[[float], float]
+    next_extremum: Callable[[float], float]
 
 
 class FunctionSystem(NamedTuple):
     """The system of a mechanism whose equation is given by functions; it is not compiled."""
 
-    mechanism: "Mechanism"
-    contact: "DryFriction"
     drive: FunctionDrive
     inertia: float
+    applied_torque: Callable[[float, float, float], float]
+    static_limit: Any
+    kinetic_limit: Any
+    roundoff: Any
+    power_flows: tuple[Callable[[float, float, float], float], ...]
+    energies: tuple[Callable[[float, float], float], ...]
+    first_excess: Callable[[float, float, float], float]
+    contact_load: Any
     breaks: "array[float]"
     surfaces: "tuple[SwitchingSurface, ...]"
     stops: Any
     reversing_load: Any
 
-    def applied_torque(self, u: float, q: float, v: float) -> float:
-        """As of the mechanism."""
-        torque: float = self.mechanism.applied_torque(u, q, v)
-        return torque
-
-    def static_limit(self, u: float, q: float) -> float:
-        """As of the contact."""
-        limit: float = self.contact.static_limit(u, q)
-        return limit
-
-    def kinetic_limit(self, u: float, q: float, v: float, s: float) -> float:
-        """As of the contact."""
-        limit: float = self.contact.kinetic_limit(u, q, v, s)
-        return limit
-
-    def roundoff(self, u: float, q: float) -> float:
-        """As of the contact."""
-        roundoff: float = self.contact.roundoff(u, q)
-        return roundoff
-
     def powers(self, u: float, q: float, v: float) -> tuple[float, ...]:
         """Return the power flows of the mechanism."""
-        return tuple([power(u, q, v) for power in self.mechanism.power_flows.values()])
+        return tuple([power(u, q, v) for power in self.power_flows])
 
     def stored_energies(self, q: float, v: float) -> tuple[float, ...]:
         """Return the stored energies of the mechanism."""
-        return tuple([energy(q, v) for energy in self.mechanism.stored_energies.values()])
+        return tuple([energy(q, v) for energy in self.energies])
 
     def torques_and_powers(
         self, u: float, q: float, v: float, s: float
@@ -106,18 +85,9 @@ class FunctionSystem(NamedTuple):
         """Return the applied torque, its kinetic limit and the powers."""
         return self.applied_torque(u, q, v), self.kinetic_limit(u, q, v, s), self.powers(u, q, v)
 
-    def contact_load(self, u: float, q: float, v: float) -> tuple[float, float]:
-        """As `DryFriction.load`."""
-        assert self.contact.load is not None  # as reversing_load says
-        return self.contact.load(u, q, v)
-
     def first_departure(self, q: float, a: float, b: float) -> float:
         """Return b: the torque is monotone between the extrema of the drive."""
         return b
-
-    def first_excess(self, q: float, a: float, b: float) -> float:
-        """As of the contact."""
-        return b if self.contact.first_excess is None else self.contact.first_excess(q, a, b)
 
 
 def system_of(mechanism: "Mechanism") -> Any:
@@ -125,13 +95,23 @@ def system_of(mechanism: "Mechanism") -> Any:
     if mechanism.system is not None:
         return mechanism.system
     contact: Any = mechanism.contact
+    static, kinetic, roundoff, load, first_excess = (
+        getattr(contact, name, None)
+        for name in ("static_limit", "kinetic_limit", "roundoff", "load", "first_excess")
+    )
     return FunctionSystem(
-        mechanism,
-        contact,
-        FunctionDrive(mechanism.drive),
+        FunctionDrive(mechanism.drive, mechanism.drive.next_extremum),
         mechanism.inertia,
+        mechanism.applied_torque,
+        static,
+        kinetic,
+        roundoff,
+        power_flows=tuple(mechanism.power_flows.values()),
+        energies=tuple(mechanism.stored_energies.values()),
+        first_excess=first_excess or (lambda q, a, b: b),
+        contact_load=load,
         breaks=array("d", contact.monotonicity_breaks if contact else ()),
         surfaces=mechanism.switching_surfaces,
         stops=() if mechanism.stops is None else (mechanism.stops,),
-        reversing_load=(True,) if contact and contact.load else (),
+        reversing_load=(True,) if load else (),
     )
