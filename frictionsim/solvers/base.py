@@ -20,7 +20,7 @@ from frictionsim.solvers.one_contact_location import against_load
 from frictionsim.solvers.one_contact_step import derivatives
 from frictionsim.solvers.problems import Problem, stepper_fields
 from frictionsim.solvers.root_finding import bracket_root
-from frictionsim.solvers.state_values import FLAG, TIME, Values
+from frictionsim.solvers.state_values import DIRECTION, FLAG, TIME, Values
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
@@ -83,21 +83,30 @@ class Solver:
     stepper : LawStepper
     mode : int
         Of the samples in the last step.
+    segment_end : float, s
+        Up to which the equation is smooth, for steps to end there.
     CHECKPOINT_FIELDS : mapping of str to Values
         Attributes in a checkpoint, and what they may hold; `checkpoint_parts` are all objects in
         it.
     """
 
-    CHECKPOINT_FIELDS: ClassVar[Mapping[str, Values]] = {"t": TIME, "started": FLAG}
+    CHECKPOINT_FIELDS: ClassVar[Mapping[str, Values]] = {
+        "t": TIME,
+        "started": FLAG,
+        "mode": DIRECTION,
+        "segment_end": TIME,
+    }
     # Across a jump of the friction no step meets the tolerance. A step of this number of units in
     # the last place of the time is accepted.
     JUMP_ULPS: ClassVar[float] = 0.0
     mode: int = STICK
+    segment_end: float = 0.0
 
     def __init__(
         self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
     ) -> None:
         self.mechanism, self.buffer, self._settings = mechanism, buffer, settings
+        self.contact: Any = mechanism.contact
         problem = self._problem = Problem(mechanism, settings, buffer)
         problem.run = problem.run._replace(jump_ulps=self.JUMP_ULPS)
         self.system, self.end = problem.system, settings.duration
@@ -113,11 +122,6 @@ class Solver:
     @t.setter
     def t(self, t: float) -> None:
         self._problem.state[layout.TIME] = t
-
-    @property
-    def contact(self) -> Any:
-        """The dry friction."""
-        return self.mechanism.contact
 
     @property
     def checkpoint_parts(self) -> dict[str, object]:

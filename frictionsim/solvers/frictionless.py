@@ -1,11 +1,12 @@
 """Integration of a mechanism without dry friction."""
 
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from frictionsim.results import STICK, Transition
 from frictionsim.solvers.base import Solver, StateList
 from frictionsim.solvers.common import direction_of
 from frictionsim.solvers.end_stops import EVENT
+from frictionsim.solvers.state_values import FLAG, TIME
 
 
 class _Frictionless(NamedTuple):
@@ -24,6 +25,8 @@ class _Frictionless(NamedTuple):
 
 class FrictionlessSolver(Solver):
     """Solver for a mechanism without dry friction: smooth between discontinuities."""
+
+    CHECKPOINT_FIELDS: ClassVar = {"t": TIME, "started": FLAG}  # it has no mode
 
     def new_law(self) -> Any:
         return _Frictionless(self.system, self.system.drive, self.system.inertia)

@@ -10,16 +10,14 @@ static limit; it is taken as zero.
 """
 
 from math import inf, nextafter
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.results import STICK, Transition
 from frictionsim.solvers.base import Solver, StateList
-from frictionsim.solvers.common import SampleBuffer, SampleRow, direction_of
+from frictionsim.solvers.common import SampleRow, direction_of
 from frictionsim.solvers.root_finding import bracket_root
-from frictionsim.solvers.state_values import DIRECTION, TIME
 
 if TYPE_CHECKING:
-    from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.mechanism import Mechanism
 
 
@@ -47,18 +45,6 @@ class _InverseDynamics(NamedTuple):
 
 class PrescribedMotionSolver(Solver):
     """Solver that integrates over segments with a smooth velocity of one direction, `mode`."""
-
-    CHECKPOINT_FIELDS: ClassVar = {
-        **Solver.CHECKPOINT_FIELDS,
-        "mode": DIRECTION,
-        "segment_end": TIME,
-    }
-
-    def __init__(
-        self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
-    ) -> None:
-        super().__init__(mechanism, settings, buffer)
-        self.mode, self.segment_end = STICK, 0.0
 
     def new_law(self) -> Any:
         return _InverseDynamics(self, self.system.inertia)

@@ -13,13 +13,12 @@ References
    2018, 8871-8881, eq 30.
 """
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from frictionsim.results import STICK, Transition
 from frictionsim.solvers.base import Solver, StateList
 from frictionsim.solvers.common import ChatteringDetector, SampleBuffer, SampleRow
 from frictionsim.solvers.one_contact import monotone_segment_end
-from frictionsim.solvers.state_values import DIRECTION, TIME
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
@@ -51,12 +50,6 @@ def switch(applied_torque: float, static_limit: float, velocity: float) -> int:
 class PublishedSolver(Solver):
     """Solver for eq 30, which detects chattering of adaptive steps."""
 
-    CHECKPOINT_FIELDS: ClassVar = {
-        **Solver.CHECKPOINT_FIELDS,
-        "mode": DIRECTION,
-        "segment_end": TIME,
-    }
-
     def __init__(
         self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
     ) -> None:
@@ -69,7 +62,7 @@ class PublishedSolver(Solver):
         crept = f"the contact '{name}' made the solver creep"
         self.creep = ChatteringDetector(CREEP_WINDOW * settings.duration, 1000, crept, ADVICE)
         self.adaptive = settings.step is None
-        self.mode, self.segment_end = sign(mechanism.velocity), 0.0
+        self.mode = sign(mechanism.velocity)
 
     @property
     def checkpoint_parts(self) -> dict[str, object]:

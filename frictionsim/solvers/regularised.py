@@ -8,14 +8,13 @@ the error of the motion is of the order of v_t. `rkf45` steps it with our own in
 other methods with SciPy's. What counts as stick is |v| < v_t.
 """
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.solvers.base import Solver, StateList
-from frictionsim.solvers.common import SampleBuffer, SampleRow
+from frictionsim.solvers.common import SampleBuffer, SampleRow, direction_of
 from frictionsim.solvers.friction_curve import KINETIC_FROM, friction_curve
 from frictionsim.solvers.root_finding import bracket_root
-from frictionsim.solvers.state_values import DIRECTION, TIME
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
@@ -25,18 +24,12 @@ if TYPE_CHECKING:
 class RegularisedSolver(Solver):
     """Solver with regularised friction; speeds below the transition speed count as sticking."""
 
-    CHECKPOINT_FIELDS: ClassVar = {
-        **Solver.CHECKPOINT_FIELDS,
-        "mode": DIRECTION,
-        "segment_end": TIME,
-    }
-
     def __init__(
         self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
     ) -> None:
         super().__init__(mechanism, settings, buffer)
         self.speed = self.contact.transition_speed
-        self.mode, self.segment_end = self.mode_at(mechanism.velocity), 0.0
+        self.mode = self.mode_at(mechanism.velocity)
 
     def friction(self, u: float, q: float, v: float, applied: float, kinetic: float) -> float:
         s = FORWARD if v > 0.0 else BACKWARD
@@ -46,9 +39,7 @@ class RegularisedSolver(Solver):
 
     def mode_at(self, v: float) -> int:
         """Return the mode that a velocity counts as."""
-        if abs(v) < self.speed:
-            return STICK
-        return FORWARD if v > 0.0 else BACKWARD
+        return STICK if abs(v) < self.speed else direction_of(v)
 
     def step(self) -> None:
         if self.t >= self.segment_end:

@@ -6,34 +6,27 @@ Between two steps the contact stores its direction of sliding, which decides whe
 the kinetic limit applies.
 """
 
-from math import copysign, inf
+from math import inf
 from typing import TYPE_CHECKING, ClassVar
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.solvers import one_contact_state as layout
 from frictionsim.solvers.base import Solver, StateList
-from frictionsim.solvers.common import SampleBuffer, SampleRow
+from frictionsim.solvers.common import SampleBuffer, SampleRow, direction_of
 from frictionsim.solvers.one_contact import breakaway, monotone_segment_end
 from frictionsim.solvers.one_contact_location import excess
 from frictionsim.solvers.root_finding import bracket_root
-from frictionsim.solvers.state_values import DIRECTION, FLAG, TIME
+from frictionsim.solvers.state_values import FLAG
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.mechanism import Mechanism
 
-NEVER = -1.0  # s
-
 
 class SetValuedSolver(Solver):
     """Solver with set-valued friction; `mode` is the direction of sliding, or STICK."""
 
-    CHECKPOINT_FIELDS: ClassVar = {
-        **Solver.CHECKPOINT_FIELDS,
-        "mode": DIRECTION,
-        "segment_end": TIME,
-        "is_new": FLAG,
-    }
+    CHECKPOINT_FIELDS: ClassVar = {**Solver.CHECKPOINT_FIELDS, "is_new": FLAG}
     # Such a step leaves an error of the order of the roundoff.
     JUMP_ULPS: ClassVar[float] = 16.0
 
@@ -41,8 +34,7 @@ class SetValuedSolver(Solver):
         self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
     ) -> None:
         super().__init__(mechanism, settings, buffer)
-        self.mode = STICK if mechanism.velocity == 0.0 else int(copysign(1, mechanism.velocity))
-        self.segment_end = 0.0  # of the segment on which the drive is monotone
+        self.mode = direction_of(mechanism.velocity)
         self.is_new = False  # the mode is not yet updated after the last step
 
     def friction(self, u: float, q: float, v: float, applied: float, kinetic: float) -> float:
@@ -71,7 +63,7 @@ class SetValuedSolver(Solver):
     def start(self) -> None:
         self.stepper.start(0.0, self.mechanism.initial_state)
         if not self.hit_stop() and self.mode == STICK:
-            self.switch_mode(self.mode_from_rest(0.0, self.stepper.y), 0.0, NEVER)
+            self.switch_mode(self.mode_from_rest(0.0, self.stepper.y), 0.0, layout.NEVER)
 
     def step(self) -> None:
         stepper = self.stepper
@@ -180,10 +172,7 @@ class SetValuedSolver(Solver):
             return False
         before, y = sides
         mode_before, self.mode = self.mode, STICK
-        if y[1] != 0.0:
-            self.mode = FORWARD if y[1] > 0.0 else BACKWARD
-        else:
-            self.mode = self.mode_from_rest(self.stepper.t, y)
+        self.mode = direction_of(y[1]) or self.mode_from_rest(self.stepper.t, y)
         self.record_impact(before, y, (mode_before, self.mode))
         self.segment_end = self.stepper.t  # as above
         return True
