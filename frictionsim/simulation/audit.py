@@ -11,7 +11,7 @@ release             of located events: what leaves stick was at its static limit
 """
 
 from math import ulp
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -82,25 +82,16 @@ def allowed_residual(rtol: float, steps: int = 0) -> float:
     return min(errors * rtol + ROUNDING, MAX_ENERGY_ERROR)
 
 
-class Energies(Protocol):
-    """The energies of samples, of a mechanism of any interface."""
-
-    @property
-    def energy_integrals(self) -> "dict[str, Array]": ...
-
-    @property
-    def stored_energies(self) -> "dict[str, Array]": ...
-
-
-def energy_check(trajectory: Energies, limit: float, atol: float, size: float) -> Check:
+def energy_check(trajectory: "Trajectory", limit: float, atol: float, size: float) -> Check:
     """Return the check of the energy balance; the parameters are those of `energy_residual`."""
     return Check(float(energy_residual(trajectory, limit, atol, size)), limit)
 
 
-# The next three also take the samples of many runs, (n, runs), and return one value for each.
+# The next three and `drift` also take the samples of many runs, (n, runs), and return one value
+# for each.
 
 
-def energy_residual(trajectory: Energies, limit: Any, atol: Any, size: Any) -> Any:
+def energy_residual(trajectory: "Trajectory", limit: Any, atol: Any, size: Any) -> Any:
     """Return the residual of the energy balance, relative to the largest of the energies.
 
     These are the work of the drive, the changes of the others, and the kinetic energy. Small
@@ -109,7 +100,7 @@ def energy_residual(trajectory: Energies, limit: Any, atol: Any, size: Any) -> A
 
     Parameters
     ----------
-    trajectory : Energies
+    trajectory : Trajectory
     limit : float
         Allowed residual.
     atol : float
@@ -167,13 +158,19 @@ def _ratio(worst: Any, largest: Any, otherwise: Any) -> Any:
 
 def stick_drift(trajectory: "Trajectory") -> float:
     """Return the largest change of the position between samples of one sticking phase, rad."""
-    sticking = (trajectory.mode[1:] == 0) & (trajectory.mode[:-1] == 0)
-    moved = np.abs(np.diff(trajectory.position))
-    # The contact may slip between two samples at which it sticks.
-    slips = np.array([e.time for e in trajectory.transitions if e.mode_to != 0])
-    between = np.searchsorted(slips, trajectory.time)
-    same_stick = sticking & (between[1:] == between[:-1])
-    return float(np.max(moved[same_stick], initial=0.0))
+    slips = [e.time for e in trajectory.transitions if e.mode_to != STICK]
+    releases = np.searchsorted(slips, trajectory.time)
+    return float(drift(trajectory.position, trajectory.mode == STICK, releases))
+
+
+def drift(position: Any, holds: Any, releases: Any) -> Any:
+    """Return the largest change of a coordinate between samples at which its contact holds.
+
+    `releases` says how often it was released before a sample: it may hold again at the next one.
+    """
+    same = holds[1:] & holds[:-1] & (np.diff(releases, axis=0) == 0)
+    moved = np.where(same, np.abs(np.diff(position, axis=0)), 0.0)
+    return np.max(moved, axis=0, initial=0.0)
 
 
 def end_stops_check(trajectory: "Trajectory", stops: "EndStops") -> Check:

@@ -19,6 +19,7 @@ from frictionsim.simulation.audit import (
     RELEASE_DISTANCE,
     ROUNDING,
     allowed_residual,
+    drift,
     driving_power,
     energy_residual,
     friction_violation,
@@ -265,7 +266,7 @@ def _observed(
         places = begin[chosen] + np.arange(n)[:, None]
         trajectory = trajectory_of(mechanism, samples[:, places], [])
         passes = _passes(runs, chosen, mechanism, trajectory)
-        passes &= ~_drifts(trajectory, slips[places])
+        passes &= drift(trajectory.position, trajectory.mode == STICK, slips[places]) == 0.0
         sound[chosen] = passes
         own = passes & (_rests(trajectory) | (runs.warnings is None))
         for i in np.flatnonzero(own).tolist():
@@ -300,13 +301,6 @@ def _passes(runs: Prepared, chosen: Any, mechanism: Mechanism, trajectory: Traje
         & (friction_violation(trajectory, mechanism.contact) <= ROUNDING)
         & (driving_power(trajectory, atol) <= 0.0)
     )
-
-
-def _drifts(trajectory: Trajectory, slips: Any) -> Any:
-    """Return which runs move while they stick, (runs,) of bool; `slips` are those so far."""
-    sticks = (trajectory.mode[1:] == STICK) & (trajectory.mode[:-1] == STICK)
-    moves = np.diff(trajectory.position, axis=0) != 0.0
-    return (sticks & moves & (np.diff(slips, axis=0) == 0)).any(axis=0)
 
 
 def _rests(trajectory: Trajectory) -> Any:

@@ -36,6 +36,7 @@ from frictionsim.simulation.audit import (
     RELEASE_DISTANCE,
     ROUNDING,
     allowed_residual,
+    drift,
     energy_check,
     just_before,
     leaves_stick,
@@ -59,7 +60,6 @@ from frictionsim.solvers.one_contact_state import Y
 from frictionsim.solvers.problems import MODE, event_names
 
 if TYPE_CHECKING:
-    from frictionsim.results import Array
     from frictionsim.scenario.settings import Scenario
     from frictionsim.solvers.state_values import Values
 
@@ -95,10 +95,7 @@ def audit(
     if frictions or "energy_impact" in trajectory.energy_integrals:
         checks["dissipation_sign"] = Check(max(power, _gain(trajectory)), 0.0)
     if mechanism.contacts:
-        drifts = (
-            held_drift(trajectory, i, c.coordinate, c.name)
-            for i, c in enumerate(mechanism.contacts)
-        )
+        drifts = [held_drift(trajectory, c, i) for i, c in enumerate(mechanism.contacts)]
         checks["stick_drift"] = Check(max(drifts), 0.0)
     return checks | mechanism.checks(trajectory)
 
@@ -136,13 +133,16 @@ def _gain(trajectory: "Trajectory") -> float:
     return gained / float(np.max(np.abs(lost))) if gained > 0.0 else 0.0
 
 
-def held_drift(trajectory: "Trajectory", index: int, coordinate: int, name: str) -> float:
+def held_drift(trajectory: "Trajectory", contact: "Contact", index: int) -> float:
     """Return the largest change of a coordinate between samples at which its contact holds."""
+    released = [
+        e.time
+        for e in trajectory.transitions
+        if e.contact == contact.name and e.mode_to not in HOLDING
+    ]
     holds = np.isin(trajectory.modes[index], HOLDING)
-    moved: Array = np.abs(np.diff(trajectory.position[coordinate]))
-    between = np.searchsorted(_releases(trajectory.transitions, name), trajectory.time)
-    same = holds[1:] & holds[:-1] & (between[1:] == between[:-1])
-    return float(np.max(moved[same], initial=0.0))
+    position = trajectory.position[contact.coordinate]
+    return float(drift(position, holds, np.searchsorted(released, trajectory.time)))
 
 
 def release_check(
@@ -307,11 +307,6 @@ def last_rest(trajectory: "Trajectory", contacts: Sequence[str]) -> float | None
             return e.time
         modes[e.contact] = e.mode_from
     return None
-
-
-def _releases(transitions: "list[Transition]", name: str) -> "Array":
-    """Return the times at which a contact was released, s: it may hold again before a sample."""
-    return np.array([e.time for e in transitions if e.contact == name and e.mode_to not in HOLDING])
 
 
 class MultiContactSimulation(RecordedSimulation):

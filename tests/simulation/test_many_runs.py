@@ -14,11 +14,11 @@ from frictionsim.errors import InputError, Interrupted
 from frictionsim.parameter_study import combinations
 from frictionsim.parameter_study.combinations import Combinations
 from frictionsim.parameter_study.single_run import outcomes_together
-from frictionsim.results import Transition
+from frictionsim.results import STICK, Transition
 from frictionsim.scenario.loading import validate
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation import many_runs as observation
-from frictionsim.simulation.audit import stick_drift
+from frictionsim.simulation.audit import drift, stick_drift
 from frictionsim.simulation.monitor import monitor_of
 from frictionsim.solvers import many_runs
 from frictionsim.solvers.compilation import Kernel
@@ -250,10 +250,7 @@ def test_the_drift_of_many_runs_is_found_as_of_each(seed: int) -> None:
         time.T.ravel(), np.repeat(np.arange(runs), n)
     )
     nothing: Any = np.zeros((n, runs))
-    drifts = observation._drifts(
-        Trajectory(time, nothing, position, nothing, nothing, nothing, mode, {}, {}, []),
-        slips.reshape(runs, n).T,
-    )
+    drifts = drift(position, mode == STICK, slips.reshape(runs, n).T)
     for run in range(runs):
         mine = of_events == run
         events = [
@@ -263,7 +260,7 @@ def test_the_drift_of_many_runs_is_found_as_of_each(seed: int) -> None:
         events.sort(key=lambda event: event.time)
         columns = (time, nothing, position, nothing, nothing, nothing, mode)
         alone = Trajectory(*[column[:, run] for column in columns], {}, {}, events)  # type: ignore[call-arg]
-        assert drifts[run] == (stick_drift(alone) > 0.0)
+        assert drifts[run] == stick_drift(alone)
 
 
 def test_runs_that_chatter_are_run_alone() -> None:
