@@ -20,7 +20,7 @@ from frictionsim.simulation.checkpoint import (
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.run_warnings import hidden_stick_slip, nothing_moves
 from frictionsim.solvers import new_solver
-from frictionsim.solvers.common import GivenTimes, SampleBuffer, SampleTimes
+from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.mechanism import Mechanism, Trajectory
 from frictionsim.solvers.problems import event_names
 from frictionsim.solvers.state_values import DIRECTION, NUMBER, TIME, Values, unfit
@@ -160,7 +160,7 @@ class RecordedSimulation:
 
     def sample_at(self, times: Sequence[float]) -> None:
         """Take samples at these times, s, instead of the regular ones; before `solve`."""
-        self._recording.times = GivenTimes(times)
+        self._recording.times.give(times)
 
     def prepare(self, monitor: RunMonitor) -> float:
         """Compile the rest of a long run if that pays; return how long it took, s."""

@@ -3,15 +3,17 @@
 from array import array
 from collections import deque
 from collections.abc import Sequence
-from math import floor, inf
+from math import floor
 from typing import ClassVar
 
 from frictionsim.errors import Chattering
 from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
+from frictionsim.solvers.one_contact_state import sample_time
 from frictionsim.solvers.state_values import COUNT, SAMPLE, TIME, Values
 
 # A root search stops at an interval of two units in the last place of the time.
 SAME_TIME_ULPS = 2.0
+NO_MULTIPLE = -2  # the number of the last sample at a multiple of the interval
 
 
 def direction_of(v: float) -> int:
@@ -20,19 +22,24 @@ def direction_of(v: float) -> int:
 
 
 class SampleTimes:
-    """The regular sample times: 0, interval, 2 interval, ..., duration."""
+    """The sample times: 0, interval, 2 interval, ..., duration, unless others are given."""
 
     # After the last sample the next one is never: inf.
     CHECKPOINT_FIELDS: ClassVar = {"_next": COUNT, "next": Values(low=0.0, finite=False)}
 
     def __init__(self, duration: float, interval: float) -> None:
-        self.interval = interval
-        self._duration = duration
+        self.interval, self.end, self.given = interval, duration, array("d")
         # A multiple that differs from the duration by rounding is replaced by the duration.
         self.last = floor(duration / interval * (1.0 - 1e-12))
-        self.given: Sequence[float] = ()
-        self._next = 0
-        self.next = 0.0
+        self.set_next(0)
+
+    def give(self, times: Sequence[float]) -> None:
+        """Have samples at these times only, s, as those of measured data.
+
+        They increase strictly and are within the run, which is not resumed.
+        """
+        self.given, self.last = array("d", times), NO_MULTIPLE
+        self.set_next(0)
 
     @property
     def count(self) -> int:
@@ -45,37 +52,13 @@ class SampleTimes:
 
     def set_next(self, number: int) -> None:
         """Set the number of samples that were taken."""
-        self._next = number
-        self.next = self._time_of(number)
-
-    def _time_of(self, number: int) -> float:
-        """Return the time of a sample, counted from 0; inf after the last."""
-        if number <= self.last:
-            return number * self.interval
-        return self._duration if number == self.last + 1 else inf
+        self._next, self.next = number, sample_time(self, number)
 
     def restored_fault(self) -> str:
         """Return the field that does not go with the others, empty if all do."""
         if self._next > self.last + 2:
             return "_next"
-        return "" if self.next == self._time_of(self._next) else "next"
-
-
-class GivenTimes(SampleTimes):
-    """Sample times from a list, as those of measured data; a run with them is not resumed.
-
-    Parameters
-    ----------
-    times : sequence of float, s
-        Strictly increasing; the last is not after the end of the run.
-    """
-
-    def __init__(self, times: Sequence[float]) -> None:
-        self.interval, self.last, self.given = inf, 0, list(times)
-        self.set_next(0)
-
-    def _time_of(self, number: int) -> float:
-        return self.given[number] if number < len(self.given) else inf
+        return "" if self.next == sample_time(self, self._next) else "next"
 
 
 SampleRow = tuple[float, ...]

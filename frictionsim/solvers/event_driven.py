@@ -249,7 +249,7 @@ class EventDrivenSolver:
 
     def _integrate(self, on_step: Callable[[float], object]) -> bool:
         s, times = self._state, self._buffer.times
-        self._run = self._run._replace(times=array("d", times.given))
+        self._run = self._run._replace(given=times.given)
         s[layout.NEXT_SAMPLE], s[layout.NEXT_TIME] = times.count, times.next
         if self._compiled is None and self._patience >= 0 and self._kernel.is_loaded:
             self.compile()
@@ -344,7 +344,7 @@ SOLVER = EventDrivenSolver
 def buffers_of(problem: Problem, rows: int, events: int) -> "tuple[array[float], array[float]]":
     """Return buffers for so many samples and events, for one of each contact at least."""
     run, contacts = problem.run, problem.contacts
-    rows = max(1, min(rows, len(run.times) or int(run.last) + 2))  # of which the run has no more
+    rows = max(1, min(rows, len(run.given) or int(run.last) + 2))  # of which the run has no more
     events = max(events // contacts, 1) * contacts
     size = events * (EVENT_COLUMNS + 2 * run.columns)
     return array("d", bytes(8 * rows * run.columns)), array("d", bytes(8 * size))

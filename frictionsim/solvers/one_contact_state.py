@@ -58,7 +58,7 @@ class Run(NamedTuple):
     max_steps : int
     interval, last : float
         Time between samples, s, and the number of the last at a multiple of it.
-    times : array
+    given : array
         Times of the samples if they are given, s; else empty.
     stored : tuple of float, J
         The stored energies at the start, the kinetic one first.
@@ -81,7 +81,7 @@ class Run(NamedTuple):
     max_steps: int
     interval: float
     last: float
-    times: Any
+    given: Any
     stored: tuple[float, ...]
     energy_floor: float
     input: int
@@ -137,10 +137,10 @@ def copy_to_buffer(out: Any, at: int, s: Any, start: int, n: int) -> None:
 
 
 @compilable
-def sample_time(run: Run, number: float) -> float:
-    """Return the time of a sample, counted from 0, s; infinite after the last."""
-    if len(run.times) > 0:
-        return run.times[int(number)] if number < len(run.times) else inf
+def sample_time(run: Any, number: float) -> float:
+    """Return the time of a sample of a `Run`, counted from 0, s; infinite after the last."""
+    if len(run.given) > 0:
+        return run.given[int(number)] if number < len(run.given) else inf
     if number <= run.last:
         return number * run.interval
     return run.end if number == run.last + 1.0 else inf

@@ -255,7 +255,7 @@ def _settings_of(settings: "SolverSettings", buffer: SampleBuffer) -> dict[str, 
         "max_steps": settings.max_steps,
         "interval": buffer.times.interval,
         "last": 1.0 * buffer.times.last,
-        "times": array("d"),
+        "given": buffer.times.given,
     }
 
 

@@ -46,7 +46,7 @@ def stepper(
     max_steps: int = 10**6,
     fixed: float = 0.0,
 ) -> LawStepper:
-    numbers = {"end": inf, "interval": inf, "last": 0.0, "times": array("d"), "stored": ()}
+    numbers = {"end": inf, "interval": inf, "last": 0.0, "given": array("d"), "stored": ()}
     more = {"columns": 0, "energy_floor": 0.0, "input": 0, "heats": 0}
     run: Any = Run(
         states=2, rtol=rtol, atol=atol, max_step=inf, fixed_step=fixed, max_steps=max_steps,

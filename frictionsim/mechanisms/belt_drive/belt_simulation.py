@@ -20,7 +20,7 @@ from frictionsim.simulation.checkpoint import (
     require_values,
 )
 from frictionsim.simulation.sample_store import SampleStore
-from frictionsim.solvers.common import GivenTimes, SampleTimes
+from frictionsim.solvers.common import SampleTimes
 from frictionsim.solvers.state_values import unfit
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class BeltDrive:
 
     def sample_at(self, times: Sequence[float]) -> None:
         """Take samples at these times, s, instead of the regular ones; before `solve`."""
-        self._times = GivenTimes(times)
+        self._times.give(times)
 
     def prepare(self, monitor: "RunMonitor") -> float:
         """Evaluate the start and compile all kernels of the run; return how long that took, s."""
