@@ -65,7 +65,6 @@ from frictionsim.solvers.one_contact_state import (
     EVENTS,
     HELD,
     INSIDE,
-    NEXT_SAMPLE,
     NEXT_TIME,
     ROWS,
     SAMPLED_UNTIL,
@@ -76,10 +75,11 @@ from frictionsim.solvers.one_contact_state import (
     TURNS,
     Run,
     Y,
+    begin_event,
     copy,
     copy_to_buffer,
+    count_sample,
     count_switch,
-    sample_time,
 )
 
 
@@ -179,8 +179,9 @@ def _close_gap(system: Any, run: Run, s: Any, i: int) -> None:
 def _switch_modes(system: Any, run: Run, s: Any, events: Any) -> None:
     """Switch to the consistent modes, record what changes, and start the integrator."""
     count_switch(run, s)
-    m, t, width = system.contacts.size, s[TIME], EVENT_COLUMNS + 2 * run.columns
-    first = int(s[EVENTS]) * width + EVENT_COLUMNS  # samples are of all that changes
+    m, t = system.contacts.size, s[TIME]
+    # Samples are of all that changes.
+    first = int(s[EVENTS]) * (EVENT_COLUMNS + 2 * run.columns) + EVENT_COLUMNS
     located = False
     for i in range(m):
         located = located or s[RELEASED_NOW + i] != 0.0
@@ -196,15 +197,9 @@ def _switch_modes(system: Any, run: Run, s: Any, events: Any) -> None:
     for i in range(m):
         mode, before = s[MODES + i], s[OLD_MODES + i]
         if mode != before or (before == SLACK and s[ENDS + i] != 0.0):
-            at = int(s[EVENTS]) * width
-            events[at] = float(i)
-            events[at + 1] = t
-            events[at + 2] = before
-            events[at + 3] = mode
-            events[at + 4] = s[Y]
-            if at + EVENT_COLUMNS != first:
-                copy_to_buffer(events, at + EVENT_COLUMNS, events, first, 2 * run.columns)
-            s[EVENTS] += 1.0
+            at = begin_event(run, s, events, float(i), t, before, mode)
+            if at != first:
+                copy_to_buffer(events, at, events, first, 2 * run.columns)
         s[ENDS + i] = s[RELEASED_NOW + i] = s[RELEASED_BEFORE + i] = 0.0
     write_phase(system, s)
     if s[RESTING] == 0.0:
@@ -220,9 +215,7 @@ def _sample(system: Any, run: Run, s: Any, rows: Any, t: float) -> None:
         write_inside(system, run, s, t)
         y = INSIDE
     _write_row(system, run, s, rows, at, t, y)
-    s[ROWS] += 1.0
-    s[NEXT_SAMPLE] += 1.0
-    s[NEXT_TIME] = sample_time(run, s[NEXT_SAMPLE])
+    count_sample(run, s)
 
 
 @compilable

@@ -46,7 +46,6 @@ from frictionsim.solvers.one_contact_state import (
     HELD,
     INSIDE,
     MODE,
-    NEXT_SAMPLE,
     NEXT_TIME,
     NO_EVENT,
     PHASE_ENDS,
@@ -65,10 +64,11 @@ from frictionsim.solvers.one_contact_state import (
     Y_OLD,
     Run,
     Y,
+    begin_event,
     copy,
+    count_sample,
     count_switch,
     fail,
-    sample_time,
 )
 from frictionsim.solvers.one_contact_step import (
     advance,
@@ -178,7 +178,7 @@ def _switch_mode(system: Any, run: Run, s: Any, events: Any, mode: float) -> Non
     t, before = s[TIME], s[MODE]
     if mode != before:
         held = s[HELD] if before == 0.0 else t
-        at = _begin_event(run, s, events, CONTACT_EVENT, t, before, mode)
+        at = begin_event(run, s, events, CONTACT_EVENT, t, before, mode)
         if held >= 0.0:
             # The last time in the mode before is one rounding earlier if the drive jumps at t.
             _write_row(system, run, s, events, at, min(held, t), Y, before)
@@ -335,7 +335,7 @@ def check_energy(system: Any, run: Run, s: Any, gained: float) -> None:
 def _record_crossing(system: Any, run: Run, s: Any, events: Any) -> None:
     """Record the event at the end of the last step; the mode is unchanged."""
     t, mode = s[T_NEW], 1.0 if s[Y_NEW + 1] > 0.0 else -1.0
-    at = _begin_event(run, s, events, FIRST_SURFACE_EVENT + s[SURFACE_EVENT], t, mode, mode)
+    at = begin_event(run, s, events, FIRST_SURFACE_EVENT + s[SURFACE_EVENT], t, mode, mode)
     events[at - 1] = s[Y_NEW]
     _write_row(system, run, s, events, at, t, BEFORE, mode)
     _write_row(system, run, s, events, at + run.columns, t, Y_NEW, mode)
@@ -409,7 +409,7 @@ def _hit_stop(stops: Any, system: Any, run: Run, s: Any, events: Any) -> None:
     count_switch(run, s)
     rebound(stops, system, run, s)
     mode = -mode_before if s[Y + 1] != 0.0 else mode_from_rest(system, s)
-    at = _begin_event(run, s, events, STOP_EVENT, t, mode_before, mode)
+    at = begin_event(run, s, events, STOP_EVENT, t, mode_before, mode)
     _write_row(system, run, s, events, at, t, BEFORE, mode_before)
     _write_row(system, run, s, events, at + run.columns, t, Y, mode)
     s[MODE] = mode
@@ -474,24 +474,7 @@ def _sample(system: Any, run: Run, s: Any, rows: Any, t: float) -> None:
         write_inside(system, run, s, s[MODE], t)
         y = INSIDE
     _write_row(system, run, s, rows, at, t, y, s[MODE])
-    s[ROWS] += 1.0
-    s[NEXT_SAMPLE] += 1.0
-    s[NEXT_TIME] = sample_time(run, s[NEXT_SAMPLE])
-
-
-@compilable
-def _begin_event(
-    run: Run, s: Any, events: Any, number: float, t: float, before: float, after: float
-) -> int:
-    """Write an event at the position of the phase; return where its first sample goes."""
-    at = int(s[EVENTS]) * (EVENT_COLUMNS + 2 * run.columns)
-    events[at] = number
-    events[at + 1] = t
-    events[at + 2] = before
-    events[at + 3] = after
-    events[at + 4] = s[Y]
-    s[EVENTS] += 1.0
-    return at + EVENT_COLUMNS
+    count_sample(run, s)
 
 
 @compilable

@@ -147,6 +147,29 @@ def sample_time(run: Any, number: float) -> float:
 
 
 @compilable
+def count_sample(run: Run, s: Any) -> None:
+    """Count a sample, and set the time of the next."""
+    s[ROWS] += 1.0
+    s[NEXT_SAMPLE] += 1.0
+    s[NEXT_TIME] = sample_time(run, s[NEXT_SAMPLE])
+
+
+@compilable
+def begin_event(
+    run: Run, s: Any, events: Any, number: float, t: float, before: float, after: float
+) -> int:
+    """Write an event at the position of the phase; return where its first sample goes."""
+    at = int(s[EVENTS]) * (EVENT_COLUMNS + 2 * run.columns)
+    events[at] = number
+    events[at + 1] = t
+    events[at + 2] = before
+    events[at + 3] = after
+    events[at + 4] = s[Y]
+    s[EVENTS] += 1.0
+    return at + EVENT_COLUMNS
+
+
+@compilable
 def count_switch(run: Run, s: Any) -> None:
     """Count a change of mode; the run ends if there are too many in the window."""
     t, place = s[TIME], SWITCH_TIMES + int(s[SWITCHES] % CHATTERING_EVENTS)
