@@ -287,7 +287,11 @@ def _run_of(
 ) -> Record:
     """Return the results of a simulation that has stopped, or pauses."""
     stored = _stored(simulation)
-    data = _observed(simulation, only_channels=at_checkpoint and stored is not None)
+    if at_checkpoint and stored is not None:
+        # Summary and audit would take the time to read all samples on the disk.
+        data = simulation.observe_channels()._replace(warnings=(NO_SUMMARY,))
+    else:
+        data = simulation.observe()
     if data.non_finite_tail and outcome.failure != NonFinite.failure:
         reason = f"after t = {max(data.time, default=0.0):.9g} s {OUT_OF_RANGE}"
         outcome = _Termination("failed", reason, NonFinite.failure)
@@ -315,16 +319,6 @@ def _stored(simulation: "Simulation") -> "StoredSamples | None":
     """Return the segments of samples on the disk; None if there are none."""
     samples = simulation.samples
     return None if samples is None else samples.stored
-
-
-def _observed(simulation: "Simulation", only_channels: bool) -> "SimulationResult":
-    """Return the results of a simulation so far.
-
-    Where many samples are on the disk, summary and audit take the time to read them all.
-    """
-    if not only_channels:
-        return simulation.observe()
-    return simulation.observe_channels()._replace(warnings=(NO_SUMMARY,))
 
 
 def _checkpoint(simulation: "Simulation", clock: _Clock) -> "dict[str, Any] | None":

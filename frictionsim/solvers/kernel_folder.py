@@ -41,17 +41,6 @@ class _NotPrivate(Exception):
     """Others could have put something into a folder; the message says how."""
 
 
-def cache_folder(name: str) -> Path:
-    """Return the folder of a build's compiled kernels in the user's cache; it need not exist.
-
-    Parameters
-    ----------
-    name : str
-        Of the build.
-    """
-    return _home_cache() / name
-
-
 def usable_folder(name: str) -> Path | None:
     """Return a folder for compiled kernels that the user alone can write to.
 
@@ -68,7 +57,7 @@ def usable_folder(name: str) -> Path | None:
         None if there is none: then nothing is kept, which a warning says.
     """
     try:
-        return _prepared(_home_cache(), name)
+        return _prepared(user_cache_path(PROGRAM, appauthor=False), name)
     except _NotPrivate as error:
         reason = str(error)
     except (OSError, RuntimeError) as error:  # RuntimeError: the user has no home
@@ -81,10 +70,6 @@ def usable_folder(name: str) -> Path | None:
         reason,
     )
     return None
-
-
-def _home_cache() -> Path:
-    return user_cache_path(PROGRAM, appauthor=False)
 
 
 def _prepared(base: Path, name: str) -> Path:

@@ -60,16 +60,6 @@ def stage_6(
         stage[i] += h * (A64 * k4[i] + A65 * k5[i])
 
 
-def solution_5(
-    h: float, y: State, k1: State, k3: State, k4: State, k5: State, k6: State, y_new: State
-) -> None:
-    """Write the solution of order 5, at t + h."""
-    for i in range(len(y)):
-        y_new[i] = y[i] + h * (B1 * k1[i] + B3 * k3[i] + B4 * k4[i])
-    for i in range(len(y)):
-        y_new[i] += h * (B5 * k5[i] + B6 * k6[i])
-
-
 def error_estimate_5(
     h: float, k1: State, k3: State, k4: State, k5: State, k6: State, error: State
 ) -> None:

@@ -171,7 +171,7 @@ def test_the_step_limit_is_reported() -> None:
     assert failure_of(limited, [0.0, 1.0], 100.0)[0] == layout.TOO_MANY_STEPS
 
 
-WAYS = ("stage_2", "stage_3", "stage_4", "stage_5", "stage_6", "solution_5", "error_estimate_5")
+WAYS = ("stage_2", "stage_3", "stage_4", "stage_5", "stage_6", "error_estimate_5")
 
 
 @pytest.mark.parametrize("name", WAYS)
