@@ -42,18 +42,9 @@ from frictionsim.simulation.audit import (
     leaves_stick,
     relative_margin,
 )
-from frictionsim.simulation.single_dof import (
-    RecordedSimulation,
-    Samples,
-)
+from frictionsim.simulation.single_dof import RecordedSimulation, Samples
 from frictionsim.solvers import multi_contact_state as multi
-from frictionsim.solvers.contacts import (
-    HOLDING,
-    Contact,
-    Friction,
-    MultiContactMechanism,
-    Vector,
-)
+from frictionsim.solvers.contacts import HOLDING, Contact, Friction, MultiContactMechanism, Vector
 from frictionsim.solvers.event_driven import EventDrivenSolver
 from frictionsim.solvers.mechanism import Trajectory
 from frictionsim.solvers.one_contact_state import Y

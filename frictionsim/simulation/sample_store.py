@@ -19,12 +19,7 @@ import numpy as np
 
 from frictionsim.errors import InputError, OutputError
 from frictionsim.results import Record, Segments, StoredSamples
-from frictionsim.simulation.checkpoint import (
-    Arrays,
-    require_array,
-    require_names,
-    require_values,
-)
+from frictionsim.simulation.checkpoint import Arrays, require_array, require_names, require_values
 from frictionsim.simulation.record import stored_type
 from frictionsim.simulation.stored_channel import StoredChannel
 from frictionsim.solvers.state_values import COUNT, TIME, Values, unfit

@@ -15,11 +15,7 @@ from frictionsim.solvers.common import SampleBuffer, chattering_error
 from frictionsim.solvers.compilation import Kernel, packed
 from frictionsim.solvers.many_runs import integrate_runs
 from frictionsim.solvers.one_contact import DONE, PAUSED
-from frictionsim.solvers.one_contact_state import (
-    CHATTERING_EVENTS,
-    EVENT_COLUMNS,
-    Failure,
-)
+from frictionsim.solvers.one_contact_state import CHATTERING_EVENTS, EVENT_COLUMNS, Failure
 from frictionsim.solvers.problems import Field, Problem, problem_of, stepper_fields
 from frictionsim.solvers.root_finding import hidden_event
 from frictionsim.solvers.state_values import TIME, Values, unfit

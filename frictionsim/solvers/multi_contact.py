@@ -38,10 +38,7 @@ from frictionsim.results import SLACK
 from frictionsim.solvers.compilation import compilable
 from frictionsim.solvers.contacts import CAPTURE_SPEED, RESTITUTION
 from frictionsim.solvers.multi_contact_location import find_first_events
-from frictionsim.solvers.multi_contact_modes import (
-    direction_of,
-    write_consistent_modes,
-)
+from frictionsim.solvers.multi_contact_modes import direction_of, write_consistent_modes
 from frictionsim.solvers.multi_contact_state import (
     ACCELERATION,
     ENDS,

@@ -25,13 +25,7 @@ from frictionsim.results import Quantities, Quantity
 from frictionsim.scenario.signal_tables import signal_from
 from frictionsim.scenario.signals import Curve, Signal, curve_of
 from frictionsim.solvers.compilation import compilable
-from frictionsim.solvers.mechanism import (
-    Mechanism,
-    Trajectory,
-    Value,
-    equation_of,
-    friction_of,
-)
+from frictionsim.solvers.mechanism import Mechanism, Trajectory, Value, equation_of, friction_of
 
 # The applied torque is a sum of torques: a few roundings of each.
 ROUNDING = 16 * float_info.epsilon

@@ -19,25 +19,12 @@ from frictionsim.mechanisms.marble_machine.statics import (
     impending_motion_torques,
     mesh_of,
 )
-from frictionsim.mechanisms.single_dof import (
-    MultiplesOf,
-    cos,
-    kinetic_energy_of,
-    set_up,
-    sin,
-    sqrt,
-)
+from frictionsim.mechanisms.single_dof import MultiplesOf, cos, kinetic_energy_of, set_up, sin, sqrt
 from frictionsim.results import STICK, Quantities, Quantity
 from frictionsim.scenario.signal_tables import signal_from
 from frictionsim.scenario.signals import Constant, Curve, Signal, curve_of
 from frictionsim.solvers.compilation import compilable
-from frictionsim.solvers.mechanism import (
-    Mechanism,
-    Trajectory,
-    Value,
-    equation_of,
-    friction_of,
-)
+from frictionsim.solvers.mechanism import Mechanism, Trajectory, Value, equation_of, friction_of
 
 
 class Motor(NamedTuple):

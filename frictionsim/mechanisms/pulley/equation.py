@@ -14,11 +14,7 @@ from frictionsim.mechanisms.effects import (
 )
 from frictionsim.mechanisms.pulley.schema import PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_forces, limit_torques
-from frictionsim.mechanisms.single_dof import (
-    kinetic_energy_of,
-    set_up,
-    sqrt,
-)
+from frictionsim.mechanisms.single_dof import kinetic_energy_of, set_up, sqrt
 from frictionsim.results import Quantities
 from frictionsim.scenario.signal_tables import signal_from
 from frictionsim.scenario.signals import Curve, curve_of, doubles
