@@ -217,7 +217,7 @@ class Solver:
 
             def against(t: float) -> float:
                 q, v, *_ = stepper.interpolate(t)
-                return against_load(system, s, t, q, v)
+                return against_load(system.reversing_load, system, s, t, q, v)
 
             if against(stepper.t) > 0.0:
                 reversal = bracket_root(against, stepper.t_old, stepper.t)[1]

@@ -273,7 +273,8 @@ def _step(system: Any, run: Run, s: Any, direction: float) -> None:
         system, run, s, direction
     ):
         advance(system, run, s, direction, s[SEGMENT_END])
-    if _may_reverse(system.reversing_load, system, run, s, direction):
+    loads, q, v = system.reversing_load, s[Y_NEW], s[Y_NEW + 1]
+    if against_load(loads, system, s, s[T_NEW], q, v) > 0.0:
         turned = bracket(
             EventFunction(LOAD, direction, 0.0), system, run, s, s[T_OLD], s[T_NEW], 0.0
         )[1]
@@ -302,18 +303,6 @@ def _cut_at_surfaces(surfaces: Any, system: Any, run: Run, s: Any, direction: fl
             truncate(system, run, s, direction, after)
             of_table = surfaces[i].is_of_table
     return of_table
-
-
-@compilable
-def _may_reverse(loads: Any, system: Any, run: Run, s: Any, direction: float) -> bool:
-    """Return whether the load of the contact has turned by a right angle in the last step.
-
-    A load that passes zero turns by two at once, where its size, and friction with it, has a
-    corner.
-    """
-    if len(loads) == 0:
-        return False
-    return against_load(system, s, s[T_NEW], s[Y_NEW], s[Y_NEW + 1]) > 0.0
 
 
 @compilable

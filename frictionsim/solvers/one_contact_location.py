@@ -50,17 +50,16 @@ def beyond_surface(surfaces: Any, s: Any, x: float, q: float, v: float) -> float
 
 
 @compilable
-def against_load(system: Any, s: Any, t: float, q: float, v: float) -> float:
-    """Return the negative product of the load of the contact and that at the start of the step."""
-    return _against(system.reversing_load, system, s, system.drive.at(t), q, v)
+def against_load(loads: Any, system: Any, s: Any, t: float, q: float, v: float) -> float:
+    """Return the negative product of the load of the contact and that at the start of the step.
 
-
-@compilable
-def _against(loads: Any, system: Any, s: Any, u: float, q: float, v: float) -> float:
+    It is positive where the load has turned by a right angle; zero if `loads` is empty. A load that
+    passes zero turns by two at once, where its size, and friction with it, has a corner.
+    """
     if len(loads) == 0:
         return 0.0
     x_old, y_old = system.contact_load(system.drive.at(s[T_OLD]), s[Y_OLD], s[Y_OLD + 1])
-    x, y = system.contact_load(u, q, v)
+    x, y = system.contact_load(system.drive.at(t), q, v)
     return -(x * x_old + y * y_old)
 
 
@@ -103,7 +102,7 @@ def value(function: EventFunction, system: Any, run: Run, s: Any, t: float) -> f
         return direction * derivatives(system, t, q, v, sliding)[1]
     if which == SURFACE:
         return beyond_surface(system.surfaces, s, x, q, v)
-    return against_load(system, s, t, q, v)
+    return against_load(system.reversing_load, system, s, t, q, v)
 
 
 @compilable
