@@ -466,7 +466,8 @@ def _register_methods(kind: type) -> None:
     """Let compiled code call the methods of a class of named tuples."""
     numba = _prepare()
     known_as: dict[str, Any] = {"jit_options": _options_of_parts(), "strict": False}
-    for name, method in vars(kind).items():
+    for name in dir(kind):
+        method = getattr(kind, name)
         if not isinstance(method, FunctionType) or name.startswith("_"):
             continue
         count = _parameters(method)

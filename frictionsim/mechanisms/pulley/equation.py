@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from frictionsim.solvers.contacts import MultiContactMechanism
 
 
-class VerticalForce(NamedTuple):
-    """A force P on the cord, parallel to the load W."""
+class CordForce(NamedTuple):
+    """A force P on the cord, which carries the load W."""
 
     W: float
     r_e: float
@@ -35,41 +35,30 @@ class VerticalForce(NamedTuple):
     def moment(self, P: Value) -> Value:
         """Return (P - W) r_e, N m."""
         return (P - self.W) * self.r_e
+
+    def power(self, P: Value, w: Value) -> Value:
+        """Return the power of the drive, W."""
+        return P * self.r_e * w
+
+    def rounding(self, P: Value) -> Value:
+        """Return the roundoff of moment and limit, N m."""
+        return ROUNDING * self.r_e * (abs(P) + self.W)
+
+
+class VerticalForce(CordForce):
+    """A force parallel to the load."""
 
     def shaft_reaction(self, P: Value) -> Value:
         """Return R, N."""
         return abs(P + self.W)
 
-    def power(self, P: Value, w: Value) -> Value:
-        """Return the power of the drive, W."""
-        return P * self.r_e * w
 
-    def rounding(self, P: Value) -> Value:
-        """Return the roundoff of moment and limit, N m."""
-        return ROUNDING * self.r_e * (abs(P) + self.W)
-
-
-class HorizontalForce(NamedTuple):
-    """A force P on the cord, across the load W."""
-
-    W: float
-    r_e: float
-
-    def moment(self, P: Value) -> Value:
-        """Return (P - W) r_e, N m."""
-        return (P - self.W) * self.r_e
+class HorizontalForce(CordForce):
+    """A force across the load."""
 
     def shaft_reaction(self, P: Value) -> Value:
         """Return R, N."""
         return sqrt(P * P + self.W * self.W)
-
-    def power(self, P: Value, w: Value) -> Value:
-        """Return the power of the drive, W."""
-        return P * self.r_e * w
-
-    def rounding(self, P: Value) -> Value:
-        """Return the roundoff of moment and limit, N m."""
-        return ROUNDING * self.r_e * (abs(P) + self.W)
 
 
 class Torque(NamedTuple):
