@@ -40,7 +40,7 @@ from frictionsim.solvers.compilation import form_of
 from frictionsim.solvers.event_driven import SECONDS_OF_COMPILATION, compiled_for, kernel_of
 from frictionsim.solvers.many_runs import Recorded, recorded
 from frictionsim.solvers.mechanism import Mechanism, Trajectory, equation_of
-from frictionsim.solvers.one_contact_state import EVENT_COLUMNS, STOP_EVENT, Run
+from frictionsim.solvers.one_contact_state import EVENT_COLUMNS, ROW_COLUMNS, STOP_EVENT, Run
 from frictionsim.solvers.problems import Problem, initial_states, run_of
 
 if TYPE_CHECKING:
@@ -312,7 +312,7 @@ def _rests(trajectory: Trajectory) -> Any:
 def _warnings_of_one(scenario: "Scenario", trajectory: Trajectory, i: int) -> tuple[str, ...]:
     """Return the warnings about the scenario and the samples of one of the runs."""
     mechanism = mechanism_module(scenario.kind).build(scenario)
-    columns: list[Any] = [*trajectory[: SampleBuffer.COLUMNS]]
+    columns: list[Any] = [*trajectory[:ROW_COLUMNS]]
     run_trajectory = Trajectory(*[column[:, i] for column in columns], {}, {}, [])  # type: ignore[call-arg]
     return (*scenario.warnings(), *nothing_moves(mechanism, run_trajectory))
 

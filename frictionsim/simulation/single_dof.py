@@ -22,6 +22,7 @@ from frictionsim.simulation.run_warnings import hidden_stick_slip, nothing_moves
 from frictionsim.solvers import new_solver
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.mechanism import Mechanism, Trajectory
+from frictionsim.solvers.one_contact_state import ROW_COLUMNS
 from frictionsim.solvers.problems import event_names
 from frictionsim.solvers.state_values import DIRECTION, NUMBER, TIME, Values, unfit
 
@@ -356,7 +357,7 @@ class SingleDofSimulation(RecordedSimulation):
             scenario,
             mechanism,
             lambda recording: new_solver(mechanism, scenario.solver, recording),
-            SampleBuffer.COLUMNS + len(mechanism.energy_integrals),
+            ROW_COLUMNS + len(mechanism.energy_integrals),
         )
         # Regularised friction creeps instead of sticking; the friction checks do not apply.
         contact = mechanism.contact
@@ -422,7 +423,7 @@ class SingleDofSimulation(RecordedSimulation):
 
 def trajectory_of(mechanism: Mechanism, columns: Any, transitions: list[Transition]) -> Trajectory:
     """Return the trajectory of columns (width, n), or (width, n, runs) of many runs."""
-    time, drive, position, velocity, *others = columns[: SampleBuffer.COLUMNS]
+    time, drive, position, velocity, *others = columns[:ROW_COLUMNS]
     acceleration, friction, mode = others
     return Trajectory(
         time,
@@ -432,9 +433,7 @@ def trajectory_of(mechanism: Mechanism, columns: Any, transitions: list[Transiti
         acceleration,
         friction,
         mode,
-        energy_integrals=dict(
-            zip(mechanism.energy_integrals, columns[SampleBuffer.COLUMNS :], strict=True)
-        ),
+        energy_integrals=dict(zip(mechanism.energy_integrals, columns[ROW_COLUMNS:], strict=True)),
         stored_energies={
             # An energy that does not change may be one number.
             name: np.broadcast_to(energy(position, velocity), position.shape)

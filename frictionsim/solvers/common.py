@@ -1,4 +1,4 @@
-"""Parts shared by the solvers: samples, right-hand sides, located events, chattering."""
+"""Parts shared by the solvers: samples and their times, and chattering."""
 
 from array import array
 from collections import deque
@@ -77,7 +77,6 @@ class SampleBuffer:
         Two samples for each transition: immediately before and after it.
     """
 
-    COLUMNS = 7  # of a sample, without its energies
     CHECKPOINT_FIELDS: ClassVar = {"rows": SAMPLE, "sides": SAMPLE}
 
     def __init__(self, times: SampleTimes) -> None:

@@ -85,7 +85,7 @@ def final_angle_by_fixed_steps(count: int) -> float:
     solver = SolverSettings(duration=end, step=end / count)
     new_solver(mechanism, solver, buffer).run(lambda t: None)
     assert len(buffer.transitions) == 7
-    return buffer.rows[-SampleBuffer.COLUMNS - len(mechanism.energy_integrals) + 2]
+    return buffer.rows[-layout.ROW_COLUMNS - len(mechanism.energy_integrals) + 2]
 
 
 def test_fixed_steps_keep_their_order_through_located_events() -> None:
