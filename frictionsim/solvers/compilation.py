@@ -245,13 +245,30 @@ class Kernel:
         """Whether it is compiled, in this process or on the disk."""
         if self.form in _compiled_forms:
             return True
-        folder = folder_of(self._classes) if not self.reason else None
-        return folder is not None and (folder / self._mark).exists()
+        mark = self._file("form")
+        return mark is not None and mark.exists()
 
     @property
-    def _mark(self) -> str:
+    def steps_as_python(self) -> float:
+        """How many steps long runs of all processes took as Python."""
+        file = self._file("steps")
+        if file is not None:
+            with suppress(OSError, ValueError):  # there is none yet
+                return sum(map(float, file.read_text().split()))
+        return 0.0
+
+    def count_steps_as_python(self, steps: int) -> None:
+        """Count steps of a long run for later processes."""
+        file = self._file("steps")
+        if file is not None:
+            with suppress(OSError), file.open("a") as lines:
+                lines.write(f"{steps}\n")
+
+    def _file(self, suffix: str) -> Path | None:
+        """Return what is kept of the form on the disk; None if nothing can be."""
+        folder = folder_of(self._classes) if not self.reason else None
         text = f"{self._function.__qualname__}{form_of(self._arguments)}{_compiler()}"
-        return f"{sha256(text.encode()).hexdigest()[:16]}.form"
+        return folder and folder / f"{sha256(text.encode()).hexdigest()[:16]}.{suffix}"
 
     def compiled(self, call: Callable[[Any], Any]) -> Any:
         """Return the function as numba compiles it; None if it cannot be, which a warning says.
@@ -283,10 +300,10 @@ class Kernel:
             return None
         if self.form not in _compiled_forms:
             _compiled_forms.add(self.form)
-            folder = folder_of(self._classes)
-            if folder is not None:
+            mark = self._file("form")
+            if mark is not None:
                 with suppress(OSError):  # on a full disk the next process compiles again
-                    (folder / self._mark).touch()
+                    mark.touch()
         return function
 
     def _called(self, call: Callable[[Any], Any], function: Any) -> Any:

@@ -5,6 +5,7 @@ from array import array
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from math import inf
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -266,9 +267,16 @@ class EventDrivenSolver:
                     if self._is_long:
                         return True
             if status == DONE:
-                if not self._kernel.reason:
-                    _python_steps[self._kernel.form] += steps * self._problem.cost
+                self._count(steps * self._problem.cost)
                 return False
+
+    def _count(self, steps: int) -> None:
+        """Count steps as Python; those of a long run for later processes, too."""
+        kernel = self._kernel
+        if not kernel.reason:
+            _python_steps[kernel.form] += steps
+            if steps > STEPS_THAT_PAY:
+                kernel.count_steps_as_python(steps)
 
     def _pays_already(self) -> bool:
         """Return whether earlier Python steps took longer than a compilation.
@@ -282,14 +290,18 @@ class EventDrivenSolver:
         return steps > STEPS_THAT_PAY_COMPILING or (steps > STEPS_THAT_PAY and kernel.is_at_hand)
 
     def _pays(self, done: float) -> bool:
-        """Return whether it pays to compile the rest after PATIENCE steps for so many s."""
-        left = self._problem.cost * (self._run.end - self._state[layout.TIME])
-        if not PATIENCE * left > STEPS_THAT_PAY * done:
+        """Return whether it pays to compile the rest after PATIENCE steps for so many s.
+
+        A compilation is worth the steps that this run and those of earlier processes take without.
+        """
+        kernel, left = self._kernel, self._run.end - self._state[layout.TIME]
+        steps = self._problem.cost * PATIENCE * left / done if done > 0.0 else inf
+        if not steps > STEPS_THAT_PAY:
             return False
-        if self._kernel.reason:
-            LOG.info("the rest of the run is not compiled: %s", self._kernel.reason)
+        if kernel.reason:
+            LOG.info("the rest of the run is not compiled: %s", kernel.reason)
             return False
-        return PATIENCE * left > STEPS_THAT_PAY_COMPILING * done or self._kernel.is_at_hand
+        return steps + kernel.steps_as_python > STEPS_THAT_PAY_COMPILING or kernel.is_at_hand
 
     def _piece_of_a_call(self) -> int:
         """Integrate for a call of compiled code; if that fails, up to the step before."""

@@ -139,6 +139,25 @@ def test_what_ran_often_is_compiled_before_the_next_run_and_a_monitor_is_told(
         assert told == expected
 
 
+def test_a_long_run_is_compiled_once_it_took_as_long_in_earlier_processes(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    scenario = validate(SWINGS, Path())
+    simulation = simulation_of(scenario)
+    assert simulation.solve(lambda t: None) is False
+    steps = simulation.statistics()[0]
+    monkeypatch.setattr(compilation, "folder_of", lambda classes: tmp_path)
+    monkeypatch.setattr(event_driven, "PATIENCE", 20)
+    monkeypatch.setattr(event_driven, "STEPS_THAT_PAY", 20.0)
+    monkeypatch.setattr(event_driven, "STEPS_THAT_PAY_COMPILING", 3.5 * steps)
+    pays = []
+    for _ in range(6):
+        event_driven._python_steps.clear()  # as in a new process
+        pays.append(simulation_of(scenario).solve(lambda t: None))
+    assert pays[:2] == [False, False]  # an estimate of what is left may be wrong by a half
+    assert pays[-1]
+
+
 def test_a_run_that_fails_says_why_and_keeps_what_python_keeps() -> None:
     scenario = validate({**SWINGS, "solver": {**SWINGS["solver"], "max_steps": 100}}, Path())
     outcomes = []
