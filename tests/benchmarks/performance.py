@@ -216,6 +216,71 @@ def long_run(seconds: float = 1000.0, bodies: float = 150, interval: float = 1e-
         say(f"most on the disk: {most[0] / 1e9:.2f} GB; show: {shown['show'][0]:.1f} s")
 
 
+CYCLES = "hard/many_cycles"  # as it is; of the others STEPS steps
+COMPILED = ("pulley", "marble_machine", "epicyclic", "shaft", "hoist_drum", "swing_door", "lift")
+COMPILED += (CYCLES,)
+STEPS = 200_000
+# Compiles the loop of a scenario, and times its steps: prints both.
+COMPILE = """
+import sys, time
+import frictionsim as fs
+from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.simulation.monitor import RunMonitor
+scenario, least = fs.load(sys.argv[1]), float(sys.argv[2])  # so many steps at least, if not 0
+if least:
+    duration = scenario.solver.duration
+    changed = {"solver.max_step": duration / least, "solver.max_steps": 10**9}
+    scenario = scenario.replace({**changed, "output.interval": duration})
+simulation = mechanism_module(scenario.kind).simulation(scenario)
+started = time.perf_counter()
+simulation.compile(RunMonitor())
+compiled = time.perf_counter()
+simulation.solve(lambda t: None)
+seconds, steps = time.perf_counter() - compiled, simulation.statistics()[0]
+print(compiled - started, seconds, seconds / steps)
+"""
+
+
+def coordinates(turns: float = 5) -> None:
+    """What the compiled loops cost: compilation, loading from the disk, and a step.
+
+    Then a long run as a command, and a fit with 200 resamples, once their code is on the disk.
+    """
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+
+        def compiled(scenario: str, steps: int) -> list[float]:
+            printed = _run(sys.executable, "-c", COMPILE, scenario, f"{steps}")
+            return [float(number) for number in printed.split()]
+
+        say(f"{'':16s} {'compiled s':>10s} {'loaded s':>8s} {'solved s':>8s} {'us a step':>9s}")
+        for name in COMPILED:
+            os.environ["XDG_CACHE_HOME"] = str(folder / Path(name).name)
+            arguments = str(SCENARIOS / f"{name}.toml"), 0 if name == CYCLES else STEPS
+            first, *_ = compiled(*arguments)
+            rows = [compiled(*arguments) for _ in range(int(turns))]
+            loaded, solved, step = np.median(rows, axis=0)
+            say(f"{name:16s} {first:10.1f} {loaded:8.2f} {solved:8.3f} {step * 1e6:9.2f}")
+        into = (*PROGRAM, "solve", "-q", "-o", str(folder / "result.h5"))
+        calls = {"many_cycles as a command": lambda: _run(*into, str(SCENARIOS / f"{CYCLES}.toml"))}
+        calls["fit of 200 resamples"] = _fit(folder)
+        tabulate(by_turns(calls, int(turns)))
+
+
+def _fit(folder: Path) -> Callable[[], Any]:
+    """Return a call of the fit in `docs/fitting.md`, with 200 resamples."""
+    friction = ("effects.shaft_friction.mu_s", "effects.shaft_friction.mu_k")
+    truth = dict(zip(friction, (0.23, 0.12), strict=True))
+    made = fs.solve(PULLEY, {**truth, "output.interval": 0.05}).channels
+    noise = np.random.default_rng(1).normal(size=made["time"].size)
+    columns = np.c_[made["time"], made["angular_velocity"] + 0.2 * noise]
+    data = folder / "log.csv"
+    np.savetxt(data, columns, delimiter=",", header="t,w", comments="")
+    free = ("--free", f"{friction[0]}=0.05:0.4", "--free", f"{friction[1]}=0.02:0.3")
+    of = ("--data", str(data), "--channel", "angular_velocity=w", *free, "--bootstrap", "200")
+    return lambda: _run(*PROGRAM, "fit", PULLEY, *of)
+
+
 def _size(path: Path) -> int:
     """Return the bytes of a file, which may vanish meanwhile."""
     try:
@@ -321,7 +386,8 @@ def dask(runs: float = 10_000, turns: float = 3) -> None:
 
 
 PARTS: dict[str, Callable[..., None]] = {
-    part.__name__: part for part in (start_up, api, belt, long_run, sweep, memory, dask)
+    part.__name__: part
+    for part in (start_up, api, coordinates, belt, long_run, sweep, memory, dask)
 }
 
 
