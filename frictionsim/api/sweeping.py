@@ -21,7 +21,7 @@ from frictionsim.errors import (
     SolverError,
 )
 from frictionsim.io.sweep_table import SweepTable
-from frictionsim.io.unfinished import existing_name, partial_name, whole_name
+from frictionsim.io.unfinished import existing_name, partial_name, unfinished_beside, whole_name
 from frictionsim.parameter_study.block import FAILED, RunBlock
 from frictionsim.parameter_study.design import METHODS as METHODS
 from frictionsim.parameter_study.design import SAMPLE, Design, design_of
@@ -362,7 +362,8 @@ def _check_unfinished(path: Path, table: SweepTable) -> None:
     if table.attributes["status"] != "interrupted":
         if not partial_name(path).exists():
             remove_left_over(partial_name(path))
-        raise InputError(f"{path}: this sweep is done; there is nothing to resume")
+        beside = unfinished_beside(path) or "; there is nothing to resume"
+        raise InputError(f"{path}: this sweep is done{beside}")
     version = table.attributes["frictionsim_version"]
     if version != __version__:
         raise InputError(

@@ -6,6 +6,7 @@ All functions here call HDF5.
 from collections.abc import Iterator, Set
 from contextlib import contextmanager
 from math import isnan
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,7 @@ from frictionsim.io.result_format import (
     numbered_members,
     state_digest,
 )
+from frictionsim.io.unfinished import unfinished_beside
 from frictionsim.results import MODES, Check, Quantities, Quantity, Record, SolverStatistics
 from frictionsim.version import __version__
 
@@ -95,7 +97,7 @@ def checkpoint(path: str) -> Checkpoint:
         budget = Budget(file.id.get_filesize())
         attributes = _attributes(file, budget)
         top = dict(members(file, budget))
-        reason = _resume_obstacle(attributes, "checkpoint" in top)
+        reason = _resume_obstacle(path, attributes, "checkpoint" in top)
         if reason:
             raise InputError(f"{path}: cannot resume this run: {reason}")
         group = checked_group(top["checkpoint"], "checkpoint")
@@ -111,9 +113,9 @@ def checkpoint(path: str) -> Checkpoint:
     return Checkpoint(attributes, state)
 
 
-def _resume_obstacle(attributes: dict[str, str], has_checkpoint: bool) -> str:
+def _resume_obstacle(path: str, attributes: dict[str, str], has_checkpoint: bool) -> str:
     if attributes["status"] == "done":
-        return "it is done"
+        return f"it is done{unfinished_beside(Path(path))}"
     if attributes["frictionsim_version"] != __version__:
         return (
             f"it was written by version {attributes['frictionsim_version']}, this is {__version__};"

@@ -29,6 +29,12 @@ def whole_name(path: Path) -> Path:
     return path
 
 
+def unfinished_beside(path: Path) -> str:
+    """Return the end of a message that a result is done: the unfinished one next to it, if any."""
+    partial = partial_name(path)
+    return f"; the unfinished {partial} can be resumed" if partial.is_file() else ""
+
+
 def check_names(whole: Path, resumed: Path | None, no_clobber: bool) -> None:
     """Check the name of an output file and of its unfinished one.
 
