@@ -15,7 +15,6 @@ from frictionsim.cli.messages import (
     print_continuation,
     print_error,
     warn,
-    warn_of_name,
 )
 from frictionsim.cli.monitor import CommandMonitor, EndingSignals
 from frictionsim.errors import (
@@ -130,7 +129,6 @@ class Report:
             print_beside_files(result.summary())
         if result.error_estimate and not result.errors:
             print_error(f"warning: {result.error_estimate}")
-        warn_of_name(result.path)
         _report_end(result, whole)
         self.exit_code = max(self.exit_code, result.exit_code)
 

@@ -5,7 +5,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from errno import ENOMEM
 from io import StringIO
-from pathlib import Path
 from re import fullmatch
 from signal import SIGINT
 from traceback import walk_tb
@@ -62,15 +61,6 @@ def print_continuation(result: Any, has_checkpoint: bool) -> None:
         print_error(
             f"the run cannot be resumed: the backend {backend} is SciPy's and saves no state"
         )
-
-
-def warn_of_name(written: Path | None) -> None:
-    """Warn of an HDF5 file without a suffix of HDF5."""
-    from frictionsim.io.atomic_write import SUFFIXES
-
-    if written is not None and written.suffix.lower() not in SUFFIXES:
-        ends = " or ".join((", ".join(SUFFIXES[:-1]), SUFFIXES[-1]))
-        warn([f"{written}: the file is HDF5 whatever its name; names of HDF5 end in {ends}"])
 
 
 def print_text(text: str) -> None:

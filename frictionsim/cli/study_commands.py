@@ -34,7 +34,6 @@ from frictionsim.cli.messages import (
     print_data,
     print_error,
     warn,
-    warn_of_name,
 )
 from frictionsim.cli.monitor import CommandMonitor, EndingSignals, StatusLine, SweepMonitor
 from frictionsim.errors import EXIT_SIGNAL, InputError, OutputError, counted
@@ -64,6 +63,7 @@ class StudyFiles(NamedTuple):
         """
         from frictionsim.io.atomic_write import check_new, check_no_clobber
         from frictionsim.io.replaceable import check_apart, check_target
+        from frictionsim.io.unfinished import warn_of_name
 
         options = ("-o", "--csv", "--plot")
         given = {option: path for option, path in zip(options, self, strict=True) if path}
@@ -80,6 +80,7 @@ class StudyFiles(NamedTuple):
             check_new(self.output, "scenario")
         elif self.output is not None:
             check_target(self.output, output_kind)
+            warn_of_name(self.output)
         if self.csv is not None:
             check_target(self.csv, csv_kind)
 
@@ -154,6 +155,7 @@ def cost(
     from frictionsim.api.studies import CostOptions, cost_with
     from frictionsim.io.replaceable import COSTS, COSTS_IN_HDF5
 
+    log_on_stderr(0)
     loaded = load_scenario(scenario, overrides)
     files = StudyFiles(output, csv, plot)
     with (
@@ -165,7 +167,6 @@ def cost(
         study = cost_with(loaded, options, monitor)
     files.print(study, as_json)
     files.write({"output": study.save_hdf5, "csv": study.save_csv, "plot": study.save_picture})
-    warn_of_name(output)
     if study.status != "done":
         print_error(
             f"study {study.status} {study.reason} of a run; the results cover the settings before"
@@ -404,7 +405,6 @@ def run_with(
             print_beside_files(swept.to_json() | {"scenario": printing.source, "csv": csv})
         elif not printing.quiet:
             print_beside_files(swept.summary())
-    warn_of_name(swept.path)
     for failures in swept.failures:
         print_error(f"warning: {failures}")
     received = monitor.signals.received

@@ -12,7 +12,7 @@ from frictionsim.io.atomic_write import NotReplaced, PartFile, unused_name
 from frictionsim.io.replaceable import RESULT, check_replaceable, check_target
 from frictionsim.io.sample_segments import SampleSegments
 from frictionsim.io.segments import SegmentFiles
-from frictionsim.io.unfinished import check_names, partial_name, whole_name
+from frictionsim.io.unfinished import check_names, partial_name, warn_of_name, whole_name
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
@@ -47,6 +47,7 @@ class Destination:
             )
         for path in (self.whole, self.partial):
             check_target(path, RESULT)
+        warn_of_name(self.whole)
         if not self._is_resumed and os.path.lexists(self.partial):
             LOG.warning(
                 "%s, the unfinished result of an earlier run, is replaced by this run, at the"

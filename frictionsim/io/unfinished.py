@@ -1,11 +1,11 @@
-"""Names of unfinished results and sweeps: NAME.partial.h5 until NAME.h5 is done."""
+"""Names of results and sweeps: NAME.h5, and NAME.partial.h5 until it is done."""
 
 import logging
 import os
 from pathlib import Path
 
 from frictionsim.errors import OutputError
-from frictionsim.io.atomic_write import check_no_clobber
+from frictionsim.io.atomic_write import SUFFIXES, check_no_clobber
 
 LOG = logging.getLogger(__name__)
 
@@ -48,6 +48,14 @@ def check_names(whole: Path, resumed: Path | None, no_clobber: bool) -> None:
     for path in (whole, partial_name(whole)):
         if no_clobber and path != resumed:
             check_no_clobber(path)
+
+
+def warn_of_name(target: Path) -> None:
+    """Warn, before a run, of an HDF5 file without a suffix of HDF5."""
+    if target.suffix.lower() not in SUFFIXES:
+        ends = " or ".join((", ".join(SUFFIXES[:-1]), SUFFIXES[-1]))
+        text = "%s: the file is HDF5 whatever its name; names of HDF5 end in %s"
+        LOG.warning(text, target, ends)
 
 
 def existing_name(path: Path) -> Path:

@@ -37,7 +37,7 @@ from frictionsim.io.sweep_table import (
     SobolIndices,
     SweepTable,
 )
-from frictionsim.io.unfinished import check_names, partial_name
+from frictionsim.io.unfinished import check_names, partial_name, warn_of_name
 from frictionsim.parameter_study.journal import SweepJournal, journal_name
 
 if TYPE_CHECKING:
@@ -72,6 +72,7 @@ class SweepFiles:
                 f"{partial}: this is an interrupted sweep: 'frictionsim resume {partial}' continues"
                 " it; give another name, or remove it"
             )
+        warn_of_name(self.whole)
 
     def lock(self) -> None:
         """Lock this sweep against other processes."""

@@ -84,8 +84,8 @@ CLI = sorted((ROOT / "frictionsim" / "cli").glob("*.py"))
 LEAVES = {
     # check before a run, and say where its result went
     "frictionsim.io.destination": {"Destination"},
-    "frictionsim.io.unfinished": {"partial_name", "whole_name"},
-    "frictionsim.io.atomic_write": {"SUFFIXES", "check_new", "check_no_clobber"},
+    "frictionsim.io.unfinished": {"partial_name", "warn_of_name", "whole_name"},
+    "frictionsim.io.atomic_write": {"check_new", "check_no_clobber"},
     "frictionsim.io.replaceable": {
         *("COSTS", "COSTS_IN_HDF5", "files_of_sweep_in_csv", "check_apart", "check_target")
     },
