@@ -7,8 +7,6 @@ import signal
 import sys
 from contextlib import suppress
 
-from frictionsim.io import child_process
-
 STANDARD_STREAMS = (0, 1, 2)
 READERS = {"show": 1, "compare": 2, "plot": 1, "report": 1, "resume": 2}
 """How many files, or parts of one, a command reads."""
@@ -18,6 +16,8 @@ def main() -> None:
     """Run the command line and exit with its code."""
     _restore_default_of_sigint()
     _open_closed_streams()
+    from frictionsim.io import child_process
+
     # The child that reads imports its modules while this process imports others.
     if count := READERS.get(sys.argv[1] if len(sys.argv) > 1 else ""):
         child_process.start(count)

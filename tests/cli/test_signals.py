@@ -66,6 +66,20 @@ def test_a_signal_ends_an_assembly_in_c(number: signal.Signals, tmp_path: Path) 
     assert os.listdir(tmp_path) == []
 
 
+def test_ctrl_c_in_the_first_import_of_the_package_ends_without_a_traceback() -> None:
+    program = (
+        "import signal, sys\n"
+        "class Finder:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'frictionsim.io': signal.raise_signal(signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Finder())\n"
+        "from frictionsim.__main__ import main\n"
+        "main()"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, timeout=60)
+    assert (done.returncode, done.stderr) == (-signal.SIGINT, b"")
+
+
 def test_max_wall_ends_an_assembly(tmp_path: Path) -> None:
     arguments = ["solve", PULLEY, "-o", "a.h5", "--max-wall", "0.2"]
     with stalled("pulley.simulation", arguments, tmp_path) as process:
