@@ -13,6 +13,7 @@ from frictionsim.errors import (
     EXIT_DONE,
     exit_code_of_interruption,
     failure_class,
+    unknown,
 )
 
 if TYPE_CHECKING:
@@ -169,7 +170,14 @@ for _operator in ("add", "radd", "mul", "rmul", "lt", "le", "gt", "ge"):
 Quantities = dict[str, Quantity]
 
 
-class StaticQuantities(dict[str, Quantity]):
+class NamedQuantities(dict[str, Quantity]):
+    """Quantities by name; the KeyError of an unknown one names the closest, or all."""
+
+    def __missing__(self, name: str) -> NoReturn:
+        raise KeyError(unknown("quantity", name, list(self)))
+
+
+class StaticQuantities(NamedQuantities):
     """The quantities of statics, and what is to be said about them.
 
     Attributes

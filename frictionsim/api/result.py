@@ -14,7 +14,7 @@ from frictionsim.errors import EXIT_DONE, AuditError, BudgetExceeded, InputError
 from frictionsim.reports.run_tables import audit_table, event_cells, quantities_table
 from frictionsim.results import (
     Check,
-    Quantities,
+    NamedQuantities,
     Record,
     SolverStatistics,
     Transition,
@@ -107,9 +107,9 @@ class Result(ResultBase):
         return tuple(effects.split())
 
     @property
-    def quantities(self) -> Quantities:
+    def quantities(self) -> NamedQuantities:
         """The quantities of the summary by name, each with `value` and `unit`."""
-        return self._record.quantities
+        return NamedQuantities(self._record.quantities)
 
     @property
     def errors(self) -> dict[str, float | None]:
