@@ -58,8 +58,6 @@ def _spelling(option: Any) -> str:
 
 def _default(option: Any) -> str:
     default = option.default
-    if getattr(option, "count", False):
-        return "repeatable"
-    if isinstance(default, bool) or default is None:
-        return "repeatable" if option.multiple else ""
+    if isinstance(default, bool) or default is None or getattr(option, "count", False):
+        return ""
     return f"{default:g}" if isinstance(default, float) else str(default)

@@ -28,7 +28,16 @@ class Process:
 
 
 class Command(TyperCommand):
-    """A command that refuses an option given twice, where the second value would win silently."""
+    """A command that refuses an option given twice, where the second value would win silently.
+
+    Its help says which options may be repeated.
+    """
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        for option in self.params:
+            if getattr(option, "multiple", False):
+                option.help = f"{option.help} May be repeated."  # type: ignore[attr-defined]
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the command line."""

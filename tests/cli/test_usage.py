@@ -118,3 +118,19 @@ def test_colours_and_width_of_the_terminal_do_not_change_a_summary(
     for name, value in (("COLUMNS", "20"), ("NO_COLOR", "1"), ("FORCE_COLOR", "1"), ("TERM", "")):
         monkeypatch.setenv(name, value)
         assert told("static", PULLEY)[0] == wide
+
+
+@pytest.mark.parametrize(
+    ("command", "repeated"),
+    [
+        ("sweep", "vary set"),
+        ("plot", "view at"),
+        ("fit", "free channel quantity over set sigma unit"),
+    ],
+)
+def test_the_help_says_which_options_may_be_repeated(
+    command: str, repeated: str, told: Run
+) -> None:
+    _, *options = re.split(r"\n  (?:-\w, )?--", told(command, "--help")[0])
+    said = [text.split()[0] for text in options if "May be repeated." in " ".join(text.split())]
+    assert said == repeated.split()
