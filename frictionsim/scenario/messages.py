@@ -5,7 +5,7 @@ from typing import Any, NamedTuple, get_args, get_origin
 from pydantic import BaseModel
 
 from frictionsim.errors import closest, unknown
-from frictionsim.scenario.model_fields import key_names, models_in
+from frictionsim.scenario.model_fields import key_names, keys_ending_in, models_in
 from frictionsim.scenario.signal_tables import FORMS_BESIDE_NUMBER, SIGNAL_TAGS, SUM
 from frictionsim.scenario.toml_data import KeyPath
 
@@ -61,7 +61,11 @@ def error_message(error: Any, model: type[BaseModel], misspelt: str = "") -> tup
     if kind == "extra_forbidden":
         retired = getattr(location.table, "RETIRED", {}).get(location.path[-1])
         known = [misspelt] if misspelt else key_names(location.table)
-        return location.path, retired or unknown("key", str(location.path[-1]), known)
+        *tables, name = map(str, location.path)
+        inner = keys_ending_in(location.table, name)
+        whole = " or ".join(f"'{'.'.join([*tables, key])}'" for key in inner)
+        listed = f"did you mean {whole}?" if inner and not misspelt else ""
+        return location.path, retired or unknown("key", name, known, listed)
     if kind in ("value_error", "assertion_error"):  # of a validator in another package
         return location.path, str(context["error"]) or "invalid"
     expected = _expected(kind, context, location)

@@ -76,6 +76,20 @@ def key_names(model: type[BaseModel] | None) -> list[str]:
     return [field.alias or name for name, field in model.model_fields.items()]
 
 
+def keys_ending_in(model: type[BaseModel] | None, name: str) -> list[str]:
+    """Return the keys with dots, in tables within a table, whose last part is a name."""
+    if model is None:
+        return []
+    keys = []
+    for table, field in zip(key_names(model), model.model_fields.values(), strict=True):
+        inner = table_model(field.annotation)
+        if inner is None or holds(field.annotation, dict) or holds(field.annotation, tuple):
+            continue
+        ends = [name] if name in key_names(inner) else []
+        keys += [f"{table}.{end}" for end in (*ends, *keys_ending_in(inner, name))]
+    return keys
+
+
 def models_in(annotation: Any) -> Iterator[type[BaseModel]]:
     """Yield the models of tables in an annotation."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
