@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from frictionsim.display import BLACK, COLOURS, GREY, STICK_SHADE, VERMILION, WINE
 from frictionsim.plots.placement import drawn_in
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.float64]
 
 
+BELOW = "below the reference uncertainty"
 STRIP = 0.09  # of the height of a panel
 
 
@@ -105,11 +107,13 @@ def draw_mesh_study(study: "WorkPrecision", figure: "Figure | SubFigure") -> Non
     for ax, height in ((left, study.floor), (right, in_time)):
         if height > 0.0:
             ax.axhspan(lowest, max(height, lowest), color=STICK_SHADE, linewidth=0)
-    handles = _draw_models(left, study.rows)
+    handles: list[Any] = list(_draw_models(left, study.rows))
     handles += _draw_methods(left, right, [row for row in study.rows if row.time_error is not None])
     left.set_ylim(lowest, None)
     _set_work_ticks(left, [row.wall_seconds for row in study.rows])
     handles += _draw_failed_meshes(left, study.rows)
+    if max(study.floor, in_time) > 0.0:
+        handles.append(Patch(color=STICK_SHADE, label=BELOW))
     for ax in (left, right):
         for target in TARGETS:
             ax.axhline(target, color=GREY, linewidth=0.8, linestyle=":")
@@ -235,7 +239,7 @@ def _draw_panel(ax: Any, study: "WorkPrecision", quantity: str) -> None:
             floor_height,
             color=STICK_SHADE,
             linewidth=0,
-            label="below the reference uncertainty",
+            label=BELOW,
         )
     work = [getattr(row, quantity) for row in study.rows]
     _set_work_ticks(ax, work)
@@ -319,8 +323,11 @@ def _draw_fit(outcome: "FitOutcome", figure: "Figure | SubFigure") -> None:
         upper, lower = axes[2 * number, 0], axes[2 * number + 1, 0]
         lower.sharex(upper)
         _draw_target(upper, lower, outcome, target, residuals)
-    handles = [Line2D([], [], **DATA, label="data"), Line2D([], [], **FIT, label="fit")]
-    add_legend(figure, [*handles, Line2D([], [], **RESIDUAL, label="data minus fit")])
+    handles: list[Any] = [Line2D([], [], **DATA, label="data"), Line2D([], [], **FIT, label="fit")]
+    handles.append(Line2D([], [], **RESIDUAL, label="data minus fit"))
+    if any(residuals.sigma is not None for _, residuals in parts):
+        handles.append(Patch(color=STICK_SHADE, label="± standard deviation of the data"))
+    add_legend(figure, handles)
 
 
 def _draw_target(

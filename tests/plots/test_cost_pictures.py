@@ -1,6 +1,7 @@
 """Cost diagrams: failed runs are seen, inside the panels."""
 
 from itertools import combinations
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -25,8 +26,8 @@ def row(
     return Row(setting, status, "", seconds, 1, 1, 0, evaluations, 5, 1, errors)
 
 
-def drawn(rows: list[Row]) -> Figure:
-    return cost_diagram(WorkPrecision(None, (), None, rows, "done", "", 0, title="A pulley"))
+def drawn(rows: list[Row], reference: Any = None) -> Figure:
+    return cost_diagram(WorkPrecision(None, (), reference, rows, "done", "", 0, title="A pulley"))
 
 
 def crosses(ax: Any) -> list[Any]:
@@ -84,7 +85,8 @@ def test_labels_of_work_are_several_and_apart(ratio: float, mesh: Mesh | None) -
 def test_crosses_of_failed_meshes_lie_inside_the_left_panel() -> None:
     meshes = [Mesh("corrected", bodies) for bodies in (50, 100)]
     rows = [row("moreau", 0.1 / m.bodies, 0.1 * m.bodies, mesh=m) for m in meshes]
-    figure = drawn([*rows, row("moreau", None, 0.0, mesh=meshes[0])])
+    reference = SimpleNamespace(uncertainty=1e-3)
+    figure = drawn([*rows, row("moreau", None, 0.0, mesh=meshes[0])], reference)
     figure.draw_without_rendering()
     left, right = figure.axes
     frame = left.get_window_extent()
@@ -94,3 +96,4 @@ def test_crosses_of_failed_meshes_lie_inside_the_left_panel() -> None:
     assert frame.y1 - STRIP * frame.height < y < frame.y1 - 3.0
     assert not crosses(right)
     assert [text.get_text() for text in left.texts] == ["failed"]
+    assert figure.legends[0].get_texts()[-1].get_text() == "below the reference uncertainty"

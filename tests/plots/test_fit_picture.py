@@ -42,7 +42,7 @@ def test_data_fit_and_residuals_over_time(series: fs.Fit, tmp_path: Path) -> Non
     residuals = figure.axes[1].lines[-1]
     assert residuals.get_ydata() == pytest.approx(data.get_ydata() - fitted.get_ydata())
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert labels == ["data", "fit", "data minus fit"]
+    assert labels == ["data", "fit", "data minus fit", "± standard deviation of the data"]
     assert series.save(tmp_path / "fit.png").read_bytes().startswith(b"\x89PNG")
 
 
