@@ -3,6 +3,7 @@
 import csv
 import re
 from base64 import b64decode
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import h5py
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from PIL import Image
 
 import frictionsim as fs
 from frictionsim.errors import InputError
@@ -108,6 +110,21 @@ def test_the_table_is_sorted_by_numbers_with_the_keyboard(
 ) -> None:
     with opened(browser, reports[".h5"]) as page:
         check_sorting(page, "#settings", "steps", [row.steps for row in study.data.rows])
+
+
+def test_a_wide_table_has_a_shadow_where_columns_are_hidden(
+    browser: Any, reports: dict[str, Path]
+) -> None:
+    with opened(browser, reports[".h5"], viewport={"width": 520, "height": 800}) as page:
+        region = page.locator(".wide").first
+        grey = []
+        for place in (0, 1e5):
+            region.evaluate(f"(div) => div.scrollLeft = {place}")
+            image = Image.open(BytesIO(region.screenshot())).convert("L")
+            grey.append([np.asarray(image)[2:8, side].mean() for side in (0, -1)])  # above texts
+        (first, hidden), (passed, last) = grey
+        assert max(hidden, passed) < min(first, last) - 10.0
+        assert first == last
 
 
 def test_a_report_of_costs_is_complete_without_scripts(
