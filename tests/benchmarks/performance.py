@@ -271,9 +271,9 @@ def _fit(folder: Path) -> Callable[[], Any]:
     """Return a call of the fit in `docs/fitting.md`, with 200 resamples."""
     friction = ("effects.shaft_friction.mu_s", "effects.shaft_friction.mu_k")
     truth = dict(zip(friction, (0.23, 0.12), strict=True))
-    made = fs.solve(PULLEY, {**truth, "output.interval": 0.05}).channels
-    noise = np.random.default_rng(1).normal(size=made["time"].size)
-    columns = np.c_[made["time"], made["angular_velocity"] + 0.2 * noise]
+    made = fs.solve(PULLEY, {**truth, "output.interval": 0.05}).dataset
+    noise = np.random.default_rng(1).normal(size=made.time.size)
+    columns = np.c_[made.time, made.angular_velocity + 0.2 * noise]
     data = folder / "log.csv"
     np.savetxt(data, columns, delimiter=",", header="t,w", comments="")
     free = ("--free", f"{friction[0]}=0.05:0.4", "--free", f"{friction[1]}=0.02:0.3")
