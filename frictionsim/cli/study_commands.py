@@ -2,7 +2,7 @@
 
 import gc
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from functools import partial
 from pathlib import Path
 from time import monotonic
@@ -37,6 +37,7 @@ from frictionsim.cli.messages import (
 )
 from frictionsim.cli.monitor import CommandMonitor, EndingSignals, StatusLine, SweepMonitor
 from frictionsim.errors import EXIT_SIGNAL, InputError, OutputError, counted
+from frictionsim.simulation.monitor import Monitor, compilation_text
 
 if TYPE_CHECKING:
     from frictionsim.api.result_base import ResultBase
@@ -286,16 +287,20 @@ def fit(
     return result.exit_code
 
 
-class _Updates:
-    """Shows the number of runs of a fit several times per second."""
+class _Updates(Monitor[int]):
+    """Shows the number of runs of a fit several times per second, and announces a compilation."""
 
     def __init__(self, line: StatusLine) -> None:
         self._line, self._shown = line, 0.0
 
-    def __call__(self, runs: int) -> None:
+    def __call__(self, runs: int, /) -> None:
         if monotonic() - self._shown > SECONDS_BETWEEN_UPDATES:
             self._shown = monotonic()
             self._line(f"{runs} runs")
+
+    def compiling(self, expected: float) -> AbstractContextManager[None]:
+        self._line(compilation_text(expected))
+        return nullcontext()
 
 
 @app.command()

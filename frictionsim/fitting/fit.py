@@ -50,6 +50,7 @@ if TYPE_CHECKING:
 REWEIGHTED = 20  # times at most
 SAME_NOISE = 1e-3  # relative change of the estimated standard deviations
 SAME_COST = 1e-9  # relative
+RUNS_OF_A_KEY = 10  # in the fit to a resample: some five derivatives by two runs each
 MIN_SERIES = 20  # values, for a meaningful correlation of neighbours
 NO_SCATTER = (
     "no standard error is known: there are as many values as free keys, which leave no scatter;"
@@ -228,6 +229,7 @@ def bootstrap(
     residuals = residuals_of(problem, best.x)
     measured = np.concatenate([t.values for t in problem.data.targets])
     fitted, values, failed = measured - residuals, [], 0
+    problem.compile_for(fits * RUNS_OF_A_KEY * len(problem.keys), best.x)
     for _ in range(fits):
         drawn = noise.sigma * rng.normal(size=residuals.size)
         for group in noise.groups:

@@ -15,8 +15,9 @@ import numpy as np
 
 from frictionsim.errors import ArgumentError, InputError, ScenarioError, unknown
 from frictionsim.fitting.data import Measured, Target, factor
+from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.model_fields import expanded, fields_of_key, names_in, unit_of_key
-from frictionsim.simulation.monitor import RunMonitor
+from frictionsim.simulation.monitor import RunMonitor, monitor_of
 from frictionsim.simulation.simulate import run
 
 if TYPE_CHECKING:
@@ -38,6 +39,8 @@ LIMITS: dict[str, tuple[Callable[[float, float], bool], str]] = {
 SAME_TIME = 1e-12  # relative to the time: a sample at an event
 NEAR_ZERO = 1e-3  # of the values that the runs gave
 EXACT, FIXED_ERROR = 1e-6, 1e-3  # of the data; the latter is the error of runs with fixed steps
+# A compilation takes some twelve seconds, a run as Python 4 ms or more.
+RUNS_THAT_PAY_COMPILING = 3000
 MAX_REMEMBERED, MAX_NUMBERS = 512, 20_000_000  # evaluations, and numbers in them
 
 
@@ -228,7 +231,7 @@ class FitProblem:
         on_run: Callable[[int], Any],
     ) -> None:
         self.scenario, self.keys, self.data = scenario, keys, data
-        self.runs, self._on_run = 0, on_run
+        self.runs, self._on_run = 0, monitor_of(on_run)
         # Units of quantities are added by the first run.
         self.units = {t.name: t.unit for t in data.targets}
         self._seen: dict[bytes, Model] = {}
@@ -253,6 +256,12 @@ class FitProblem:
             duration, interval = scenario.solver.duration, scenario.interval
             ends = [*np.arange(0.0, duration * (1.0 - SAME_TIME), interval).tolist(), duration]
         return times, np.unique(np.concatenate((times, ends))).tolist()
+
+    def compile_for(self, runs: int, x: "Array") -> None:
+        """Compile the run at a scaled place, at which it succeeds, if that pays for so many."""
+        if runs >= RUNS_THAT_PAY_COMPILING:
+            scenario = self._base.replace(expanded(self.values(x)))
+            mechanism_module(scenario.kind).simulation(scenario).compile(self._on_run)
 
     def values(self, x: "Array") -> dict[str, float]:
         """Return the values of the keys at a scaled place."""

@@ -31,11 +31,11 @@ class SweepProgress(NamedTuple):
     checked: int
 
 
-Progress = TypeVar("Progress", float, SweepProgress)
+Progress = TypeVar("Progress", float, int, SweepProgress)
 
 
 class Monitor(Generic[Progress]):
-    """Called with the progress of a run or a sweep; a context around it.
+    """Called with the progress of a run, a sweep or a fit; a context around it.
 
     `compiling` is entered while kernels are compiled. A call and both contexts may raise
     `Interrupted`, or another error that ends the run.

@@ -291,7 +291,7 @@ class RecordedSimulation:
     def _full(self, channels: dict[str, Any], trajectory: Any) -> dict[str, Any]:
         """Return channels of which a constant one may be given as a number."""
         shape = trajectory.time.shape
-        return {name: np.broadcast_to(values, shape) for name, values in channels.items()}
+        return {name: filled(values, shape) for name, values in channels.items()}
 
     def _channels(self, trajectory: Any) -> dict[str, Any]:
         """Return the channels that are not energies."""
@@ -436,11 +436,16 @@ def trajectory_of(mechanism: Mechanism, columns: Any, transitions: list[Transiti
         energy_integrals=dict(zip(mechanism.energy_integrals, columns[ROW_COLUMNS:], strict=True)),
         stored_energies={
             # An energy that does not change may be one number.
-            name: np.broadcast_to(energy(position, velocity), position.shape)
+            name: filled(energy(position, velocity), position.shape)
             for name, energy in mechanism.stored_energies.items()
         },
         transitions=transitions,
     )
+
+
+def filled(values: Any, shape: tuple[int, ...]) -> Any:
+    """Return values of a shape, which one number may be; numpy asks for longer whether they are."""
+    return values if getattr(values, "shape", ()) == shape else np.broadcast_to(values, shape)
 
 
 def energy_scale(mechanism: Mechanism, trajectory: Trajectory) -> Any:

@@ -34,9 +34,11 @@ PYTHON_BUFFERS = 64, 4
 COMPILED_BUFFERS = 4096, 512
 SECONDS_OF_A_CALL = 0.1  # of compiled code, which is not interrupted
 FIRST_CALL = 1000.0  # steps
-# After so many steps as Python, a run that has as many left is compiled: code on the disk takes
-# half a second, a compilation some twelve, a step of one contact as Python 20 us.
+# After so many calls as Python, a run that has as many steps left is compiled: code on the disk
+# takes half a second, a compilation some twelve, a step of one contact as Python 20 us. A sample
+# within a step takes nearly as many evaluations as a step.
 PATIENCE = 2000
+EVALUATIONS_OF_A_STEP = 6.0
 STEPS_THAT_PAY, STEPS_THAT_PAY_COMPILING = 40_000.0, 600_000.0
 SECONDS_OF_COMPILATION = 10.0  # on an idle core
 _python_steps: Counter[Any] = Counter()  # of this process, by the form of the kernel
@@ -251,24 +253,31 @@ class EventDrivenSolver:
         if self._compiled is None and self._patience >= 0 and self._kernel.is_loaded:
             self.compile()
         integrate, system = self._problem.integrate, self._problem.system
-        start, buffers, steps = s[layout.TIME], buffers_of(self._problem, *PYTHON_BUFFERS), 0
+        start, buffers, calls = s[layout.TIME], buffers_of(self._problem, *PYTHON_BUFFERS), 0
+        evaluations = s[layout.EVALUATIONS]
         while True:
             on_step(s[layout.TIME])
             if self._compiled is not None:
                 status = self._piece_of_a_call()
             else:
-                steps += 1
+                calls += 1
                 try:
                     status = integrate(system, self._run, s, *buffers, 1.0)
                 finally:
                     self._take(*buffers)
-                if steps == self._patience:
-                    self._is_long = self._pays(s[layout.TIME] - start)
+                if calls == self._patience:
+                    self._is_long = self._pays(self._steps_since(evaluations), start)
                     if self._is_long:
                         return True
             if status == DONE:
-                self._count(steps * self._problem.cost)
+                if self._compiled is None:
+                    self._count(int(self._steps_since(evaluations)))
                 return False
+
+    def _steps_since(self, evaluations: float) -> float:
+        """Return how many steps of one contact take as long as what followed evaluations."""
+        done = self._state[layout.EVALUATIONS] - evaluations
+        return self._problem.cost * done / EVALUATIONS_OF_A_STEP
 
     def _count(self, steps: int) -> None:
         """Count steps as Python; those of a long run for later processes, too."""
@@ -289,13 +298,13 @@ class EventDrivenSolver:
         steps = _python_steps[kernel.form]
         return steps > STEPS_THAT_PAY_COMPILING or (steps > STEPS_THAT_PAY and kernel.is_at_hand)
 
-    def _pays(self, done: float) -> bool:
-        """Return whether it pays to compile the rest after PATIENCE steps for so many s.
+    def _pays(self, done: float, start: float) -> bool:
+        """Return whether it pays to compile the rest after so many steps from a start, s.
 
         A compilation is worth the steps that this run and those of earlier processes take without.
         """
-        kernel, left = self._kernel, self._run.end - self._state[layout.TIME]
-        steps = self._problem.cost * PATIENCE * left / done if done > 0.0 else inf
+        kernel, t = self._kernel, self._state[layout.TIME]
+        steps = done * (self._run.end - t) / (t - start) if t > start else inf
         if not steps > STEPS_THAT_PAY:
             return False
         if kernel.reason:

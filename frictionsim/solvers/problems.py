@@ -89,7 +89,7 @@ class Problem:
     contacts : int
         The number of events that may be at one time.
     cost : int
-        How long a step takes as Python, relative to one contact.
+        How long an evaluation takes as Python, relative to one contact.
     event_names : tuple of str
         By the number of the event.
     change, advice : str
@@ -145,7 +145,7 @@ class MultiContactProblem(Problem):
     """Several contacts on several coordinates."""
 
     integrate = staticmethod(multi_contact.integrate)
-    cost = 5
+    cost = 4
 
     def __init__(
         self,

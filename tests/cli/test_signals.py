@@ -244,7 +244,7 @@ def test_a_signal_in_a_later_compilation_names_the_checkpoint(
         return 0.0
 
     monkeypatch.setattr(RecordedSimulation, "prepare", compiling)
-    monkeypatch.setattr(event_driven.EventDrivenSolver, "_pays", lambda self, done: True)
+    monkeypatch.setattr(event_driven.EventDrivenSolver, "_pays", lambda self, *_: True)
     monkeypatch.setattr(event_driven, "PATIENCE", 20)
     _, err = told("solve", PULLEY, "-o", "a.h5", code=130)
     assert left == [130]

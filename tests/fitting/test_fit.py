@@ -1,5 +1,6 @@
 """Fits recover the values behind the data, and state their uncertainty."""
 
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,11 @@ from scipy import stats
 
 import frictionsim as fs
 from frictionsim.api.fitting import toml_of
+from frictionsim.fitting import problem
 from frictionsim.fitting.uncertainty import correlations
+from frictionsim.simulation.monitor import Monitor
+from frictionsim.solvers.compilation import Kernel
+from frictionsim.solvers.event_driven import SECONDS_OF_COMPILATION, EventDrivenSolver
 from tests.benchmarks import fit_coverage
 from tests.fitting.measurements import (
     DAMPING,
@@ -203,6 +208,25 @@ def test_the_bootstrap_agrees_with_the_standard_errors() -> None:
         lower, upper = fit.intervals[FORCE] or (0.0, 0.0)
         assert high - low == pytest.approx(upper - lower, rel=0.35)
         assert low < fit.values[FORCE] < high
+
+
+def test_before_a_bootstrap_of_many_runs_they_are_compiled_and_a_monitor_is_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told: list[float] = []
+
+    class Progress(Monitor[int]):
+        def compiling(self, expected: float) -> AbstractContextManager[None]:
+            told.append(expected)
+            return nullcontext()
+
+    monkeypatch.setattr(Kernel, "is_at_hand", False)
+    monkeypatch.setattr(EventDrivenSolver, "compile", lambda self: None)
+    for runs, times in ((41, 0), (40, 1)):  # of two resamples for two keys
+        monkeypatch.setattr(problem, "RUNS_THAT_PAY_COMPILING", runs)
+        options: Any = {"starts": 1, "bootstrap": 2, "progress": Progress()}
+        fit_velocity(pulley(), measured_velocity(0.1), FREE, **options)
+        assert told == times * [SECONDS_OF_COMPILATION]
 
 
 def test_correlated_residuals_are_reported() -> None:

@@ -145,7 +145,7 @@ def test_a_long_run_is_compiled_once_it_took_as_long_in_earlier_processes(
     scenario = validate(SWINGS, Path())
     simulation = simulation_of(scenario)
     assert simulation.solve(lambda t: None) is False
-    steps = simulation.statistics()[0]
+    steps = simulation.statistics()[2] / event_driven.EVALUATIONS_OF_A_STEP
     monkeypatch.setattr(compilation, "folder_of", lambda classes: tmp_path)
     monkeypatch.setattr(event_driven, "PATIENCE", 20)
     monkeypatch.setattr(event_driven, "STEPS_THAT_PAY", 20.0)
