@@ -16,11 +16,11 @@ from time import monotonic
 from typing import Any
 
 from frictionsim.errors import InputError, SolverError
-from frictionsim.parameter_study.combinations import Combinations
 from frictionsim.parameter_study.dispatch import JobResult, do_job
 from frictionsim.parameter_study.executors import use_one_thread_of_linear_algebra
 from frictionsim.parameter_study.single_run import Task
 from frictionsim.parameter_study.sweep import SweepPlan
+from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.version import __version__
 

@@ -15,9 +15,9 @@ from typing import Any, NamedTuple, Protocol
 
 from frictionsim.errors import InputError, Interrupted
 from frictionsim.parameter_study.block import FAILED, RunBlock, RunOutcome, block_of
-from frictionsim.parameter_study.combinations import Combinations
 from frictionsim.parameter_study.single_run import NO_MONITOR, Task, run_task
 from frictionsim.parameter_study.sweep import Assembly, SweepPlan
+from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import RunMonitor
 
 CHECK, RUN = "check", "run"

@@ -21,11 +21,11 @@ from time import monotonic
 from typing import Any, NoReturn
 
 from frictionsim.errors import FrictionsimError, InputError
-from frictionsim.parameter_study.combinations import Combinations
 from frictionsim.parameter_study.dispatch import Executor, JobResult, Ticker, do_job
 from frictionsim.parameter_study.single_run import Task
 from frictionsim.parameter_study.sweep import SweepPlan
 from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import RunMonitor
 
 SECONDS_OF_A_BLOCK = 0.3  # work that a kill may lose

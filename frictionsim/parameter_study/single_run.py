@@ -15,9 +15,9 @@ from frictionsim.parameter_study.block import (
     RunOutcome,
     block_of,
 )
-from frictionsim.parameter_study.combinations import Combinations
 from frictionsim.results import Record
 from frictionsim.scenario.settings import Scenario
+from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.simulate import run
 

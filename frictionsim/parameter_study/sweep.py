@@ -9,12 +9,12 @@ import numpy as np
 
 from frictionsim.io.sweep_table import ORDER, RUN, TEXTS, Coordinate, SweepTable
 from frictionsim.parameter_study.block import NOT_RUN, STATUSES, RunBlock
-from frictionsim.parameter_study.combinations import MIN_TOGETHER, Combinations
 from frictionsim.parameter_study.design import GRID, Design
 from frictionsim.parameter_study.sensitivity import sobol_indices_of
 from frictionsim.scenario.model_fields import description_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.toml_data import json_value, toml_value
+from frictionsim.simulation.combinations import MIN_TOGETHER, Combinations
 from frictionsim.version import __version__
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.io.hdf5_reader import read_sweep
-from frictionsim.parameter_study.combinations import RUNS_THAT_PAY_COMPILING
+from frictionsim.simulation.combinations import RUNS_THAT_PAY_COMPILING
 from tests.attacks import sweep_kills
 from tests.cli.conftest import Run, strict_json
 from tests.support.scenarios import ROOT, SCENARIOS

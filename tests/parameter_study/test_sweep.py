@@ -15,7 +15,7 @@ from frictionsim.api import sweeping
 from frictionsim.api.sweep_result import Sweep
 from frictionsim.io.hdf5_reader import read_sweep
 from frictionsim.parameter_study import executors, single_run
-from frictionsim.parameter_study.combinations import MIN_TOGETHER, Combinations
+from frictionsim.simulation.combinations import MIN_TOGETHER, Combinations
 from tests.support.many_runs import together
 from tests.support.scenarios import SCENARIOS
 
@@ -187,7 +187,7 @@ def test_runs_together_are_those_alone(name: str, monkeypatch: pytest.MonkeyPatc
     together(monkeypatch)
     vary = {MU_S: "uniform(0.11, 0.5)", LOAD: "uniform(2000.0, 2400.0)"}
     sweep = fs.sweep(SCENARIOS / f"{name}.toml", vary, LOOSE, sample=100)
-    monkeypatch.setattr("frictionsim.parameter_study.combinations.MIN_TOGETHER", 10**9)
+    monkeypatch.setattr("frictionsim.simulation.combinations.MIN_TOGETHER", 10**9)
     alone = fs.sweep(SCENARIOS / f"{name}.toml", vary, LOOSE, sample=100)
     assert sweep.identical(alone)
     assert len(set(sweep["breakaway_time"].values)) > 20

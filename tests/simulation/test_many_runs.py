@@ -11,14 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionsim.errors import InputError, Interrupted
-from frictionsim.parameter_study import combinations
-from frictionsim.parameter_study.combinations import Combinations
 from frictionsim.parameter_study.single_run import outcomes_together
 from frictionsim.results import STICK, Transition
 from frictionsim.scenario.loading import validate
 from frictionsim.scenario.settings import Scenario
+from frictionsim.simulation import combinations
 from frictionsim.simulation import many_runs as observation
 from frictionsim.simulation.audit import drift, stick_drift
+from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import monitor_of
 from frictionsim.solvers import many_runs
 from frictionsim.solvers.compilation import Kernel

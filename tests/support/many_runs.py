@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.parameter_study import combinations
 from frictionsim.parameter_study.block import RunBlock, block_of
-from frictionsim.parameter_study.combinations import Combinations
 from frictionsim.parameter_study.single_run import Task, outcome_of, run_task
 from frictionsim.scenario.settings import Scenario
+from frictionsim.simulation import combinations
+from frictionsim.simulation.combinations import Combinations
 from frictionsim.solvers.compilation import Kernel
 
 FACTORS = (1.0, 1.0 + 1e-9, 0.9, 1.1, 0.5, 2.0)

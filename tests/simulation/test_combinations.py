@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import frictionsim as fs
 from frictionsim.errors import InputError
-from frictionsim.parameter_study.combinations import Combinations
+from frictionsim.simulation.combinations import Combinations
 from tests.support.scenarios import SCENARIOS
 
 pytestmark = pytest.mark.quick
