@@ -29,7 +29,7 @@ from frictionsim.fitting.outcome import (
     run_warnings,
 )
 from frictionsim.fitting.problem import FitProblem, residuals_of
-from frictionsim.fitting.search import MAX_ITERATIONS, Minimum, Search, search
+from frictionsim.fitting.search import MAX_ITERATIONS, SCANNED, Minimum, Search, minima, search
 from frictionsim.fitting.uncertainty import (
     NO_CHANGE,
     Accuracy,
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 REWEIGHTED = 20  # times at most
 SAME_NOISE = 1e-3  # relative change of the estimated standard deviations
 SAME_COST = 1e-9  # relative
-RUNS_OF_A_KEY = 10  # in the fit to a resample: some five derivatives by two runs each
+EVALUATIONS_OF_A_KEY = 10  # in a local search: some five derivatives by two evaluations each
 MIN_SERIES = 20  # values, for a meaningful correlation of neighbours
 NO_SCATTER = (
     "no standard error is known: there are as many values as free keys, which leave no scatter;"
@@ -61,6 +61,8 @@ NO_SCATTER = (
 def fit(problem: FitProblem, options: FitOptions) -> FitOutcome:
     """Fit the free keys of a problem."""
     _check(problem)
+    searches = options.starts + options.bootstrap
+    problem.expect(SCANNED * options.starts + searches * EVALUATIONS_OF_A_KEY * len(problem.keys))
     noise = Noise(problem.data.targets)
     best, starts = search(problem, 1.0 / noise.sigma, options.starts, options.seed)
     if noise.is_to_be_balanced:
@@ -229,7 +231,7 @@ def bootstrap(
     residuals = residuals_of(problem, best.x)
     measured = np.concatenate([t.values for t in problem.data.targets])
     fitted, values, failed = measured - residuals, [], 0
-    problem.compile_for(fits * RUNS_OF_A_KEY * len(problem.keys), best.x)
+    searches = []
     for _ in range(fits):
         drawn = noise.sigma * rng.normal(size=residuals.size)
         for group in noise.groups:
@@ -237,7 +239,9 @@ def bootstrap(
             pool = pool - np.mean(pool)
             size = np.sqrt(np.mean(pool**2)) or 1.0
             drawn[group] = noise.sigma[group] * rng.choice(pool / size, size=pool.size)
-        minimum = Search(problem, 1.0 / noise.sigma, fitted + drawn).minimum(best.x)
+        searches.append(Search(problem, 1.0 / noise.sigma, fitted + drawn))
+    problem.compile(best.x)
+    for minimum in minima(searches, [best.x] * fits):
         if minimum.converged:
             values.append([key.value(x) for key, x in zip(problem.keys, minimum.x, strict=True)])
         else:

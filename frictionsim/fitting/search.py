@@ -13,13 +13,20 @@ residuals differ in sign, Brent's method finds the place at which the scenario g
 jumps over it.
 """
 
+from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextvars import copy_context
+from copy import copy
+from functools import partial
 from itertools import pairwise
+from operator import itemgetter
+from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from frictionsim.errors import SolverError
-from frictionsim.fitting.problem import FitProblem, latin_hypercube
+from frictionsim.fitting.problem import FitProblem, Model, latin_hypercube
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
@@ -38,6 +45,7 @@ JUMPS = 0.5  # relative: the run jumps or kinks between the steps
 RESOLVED = 1e-12  # of the distance of the ends of a bracket
 EDGE = 1e-9  # of the bounds: resolution of the edge of failing runs
 MAX_BISECTIONS, MAX_BRACKETS = 100, 4
+MAX_THREADS = 64  # each has address space for a stack of its own
 
 
 class Start(NamedTuple):
@@ -63,6 +71,12 @@ class Minimum(NamedTuple):
     jump: tuple[float, float] | None = None
 
 
+class _Question(NamedTuple):
+    number: int  # of the search
+    x: "Array"
+    model: "Future[Model]"
+
+
 class _Failed(Exception):
     """A run within a bracket failed."""
 
@@ -73,7 +87,7 @@ class Search:
     def __init__(
         self, problem: FitProblem, weights: "Array", measured: "Array | None" = None
     ) -> None:
-        self.problem, self.weights = problem, weights
+        self.problem, self.weights, self.model = problem, weights, problem.model
         targets = problem.data.targets
         self.measured = (
             np.concatenate([t.values for t in targets]) if measured is None else measured
@@ -83,7 +97,7 @@ class Search:
 
     def residual(self, x: "Array") -> "Array":
         """Return the weighted residuals at a scaled place; large ones of a failed run."""
-        model = self.problem.model(x).values
+        model = self.model(x).values
         if model is None:
             return self._failed
         return np.asarray((model - self.measured) * self.weights)
@@ -132,9 +146,9 @@ class Search:
         def values_at(distance: float) -> "Array | None":
             place = x.copy()
             place[j] += distance
-            return self.problem.model(place).values
+            return self.model(place).values
 
-        here = self.problem.model(x).values
+        here = self.model(x).values
         h = -h if x[j] > 0.5 else h  # away from the nearer bound
         far, near = values_at(h), values_at(-h) if 0.0 <= x[j] - h <= 1.0 else None
         slope = np.zeros(self.measured.size)
@@ -202,6 +216,70 @@ class Search:
         return Minimum(x, self.cost(x), True, jump)
 
 
+class _Meeting:
+    """Where searches of one problem, each in a thread, wait for the runs of all."""
+
+    def __init__(self, problem: FitProblem, searches: int) -> None:
+        self._problem, self._searching = problem, searches
+        self._asked: SimpleQueue[_Question | None] = SimpleQueue()  # None: a search has ended
+        self._waiting: list[_Question] = []
+
+    def minimum(self, search: Search, number: int, start: "Array") -> Minimum:
+        """Return the minimum of the search of a number; in a thread."""
+        searching = copy(search)
+        searching.model = partial(self._ask, number)
+        try:
+            return searching.minimum(start)
+        finally:
+            self._asked.put(None)
+
+    def _ask(self, number: int, x: "Array") -> Model:
+        question = _Question(number, x, Future())
+        self._asked.put(question)
+        return question.model.result()
+
+    def answer(self) -> None:
+        """Answer until all searches have ended, as soon as all that go on wait."""
+        try:
+            while self._searching:
+                self._listen()
+                if self._waiting and len(self._waiting) == min(self._searching, MAX_THREADS):
+                    self._waiting.sort(key=itemgetter(0))  # the threads come in any order
+                    models = self._problem.models([question.x for question in self._waiting])
+                    for question, model in zip(self._waiting, models, strict=True):
+                        question.model.set_result(model)
+                    self._waiting.clear()
+        finally:  # or the threads would wait for ever
+            while self._searching:
+                for question in self._waiting:
+                    question.model.cancel()
+                self._waiting.clear()
+                self._listen()
+
+    def _listen(self) -> None:
+        question = self._asked.get()
+        if question is None:
+            self._searching -= 1
+        else:
+            self._waiting.append(question)
+
+
+def minima(searches: Sequence[Search], starts: "Sequence[Array]") -> list[Minimum]:
+    """Return the minima of searches of one problem, each from its start.
+
+    They go side by side, because many runs made together take a fraction of the time.
+    """
+    meeting = _Meeting(searches[0].problem, len(searches))
+    with ThreadPoolExecutor(MAX_THREADS) as threads:
+        ends = []
+        for number, (search, start) in enumerate(zip(searches, starts, strict=True)):
+            minimum = partial(meeting.minimum, search, number, start)
+            # With the settings of numpy that hold here.
+            ends.append(threads.submit(copy_context().run, minimum))
+        meeting.answer()
+    return [end.result() for end in ends]
+
+
 def difference_step(problem: FitProblem) -> float:
     """Return the step of differences as a part of the bounds.
 
@@ -228,21 +306,27 @@ def search(
         rng = np.random.default_rng(seed)
         points += list(latin_hypercube(SCANNED * starts, len(keys), rng))
     # Before any scan, so that an unknown channel or quantity is reported at once.
-    works = [point for point in points if problem.model(point).values is not None]
+    works = _that_work(problem, points)
     if not works and problem.data.size == 1:
         points += list(_grid())
-        works = [point for point in points if problem.model(point).values is not None]
+        works = _that_work(problem, points)
     if not works:
         all_failed = f"all {len(points)} runs of the fit failed; that of the start"
         failure = "the run of the fit failed" if len(points) == 1 else all_failed
         raise SolverError(f"{failure}: {problem.model(points[0]).reason}")
-    searches = []
-    for first in _choose(works, task, starts):
-        searches.append(_local_search(task, first, task.minimum(first)))
+    chosen = _choose(works, task, starts)
+    ends = minima([task] * len(chosen), chosen)
+    searches = [_local_search(task, *pair) for pair in zip(chosen, ends, strict=True)]
     if problem.data.size == 1 and not any(problem.is_exact(last.x) for last, _ in searches):
         searches = [*_bracketed_searches(task), *searches]
     searches.sort(key=lambda one: one[0].cost)
     return searches[0][0], [start for _, start in searches]
+
+
+def _that_work(problem: FitProblem, points: "list[Array]") -> "list[Array]":
+    """Return the scaled places at which the runs succeed."""
+    models = problem.models(points)
+    return [point for point, model in zip(points, models, strict=True) if model.values is not None]
 
 
 def _grid() -> "Array":

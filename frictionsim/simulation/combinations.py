@@ -92,17 +92,20 @@ class Combinations:
         self,
         values: Sequence[Sequence[Any]],
         function: "Callable[[RunForm, Scenario], GroupResult]",
+        fewest: int | None = None,
     ) -> Iterator[tuple[Any, GroupResult]]:
         """Yield groups of combinations, by their indices, with the result of a function of each.
 
         The function takes the form of the runs and a valid scenario with the numbers of all of
-        them; see `group_runs`. Combinations that must be checked, or run, alone are omitted.
+        them; see `group_runs`. Combinations that must be checked, or run, alone are omitted, and
+        groups of less than the fewest, by default MIN_TOGETHER.
         """
-        numbers = _numbers(values) if len(values) >= MIN_TOGETHER else None
+        fewest = MIN_TOGETHER if fewest is None else fewest
+        numbers = _numbers(values) if len(values) >= fewest else None
         if numbers is None:
             return
         runs = np.flatnonzero(_is_ordinary(numbers).all(axis=1))
-        if len(runs) < MIN_TOGETHER:
+        if len(runs) < fewest:
             return
         first = numbers[runs[0]].tolist()
         form = self.form(first)
@@ -116,7 +119,7 @@ class Combinations:
             arrays = {path: as_run_numbers(numbers[chosen, i]) for path, i in self._paths.items()}
             return function(form, with_numbers(template, arrays))
 
-        yield from group_runs(evaluate, runs, MIN_TOGETHER)
+        yield from group_runs(evaluate, runs, fewest)
 
     def scenario(self, values: Sequence[Any]) -> Scenario:
         """Return the scenario in which the keys have these values."""

@@ -2,11 +2,11 @@
 
 A scenario with the numbers of many runs gives one mechanism with arrays. The runs are integrated
 one after the other by compiled code, and observed together. Each has the bits of that of its
-scenario alone with samples at the start, at the events and at the end only. Runs that fail or
-that do not pass the audit are left to be run alone, which says why.
+scenario alone with samples at the start, at the events and at the end only, or at given times.
+Runs that fail or that do not pass the audit are left to be run alone, which says why.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
@@ -31,7 +31,9 @@ from frictionsim.simulation.single_dof import (
     MODE_COLUMN,
     TIME_COLUMN,
     VELOCITY_COLUMN,
+    channels_of,
     energy_scale,
+    filled,
     final_quantities,
     trajectory_of,
 )
@@ -111,10 +113,13 @@ class Prepared(NamedTuple):
     energy_limit: Any
     quantities: Quantities  # of the mechanism, with arrays
     warnings: tuple[str, ...] | None  # about each scenario; None if each has its own
+    times: Any  # given ones of the samples, s; None without
 
 
-def prepared(form: RunForm, scenario: "Scenario") -> Prepared:
+def prepared(form: RunForm, scenario: "Scenario", times: Sequence[float] | None = None) -> Prepared:
     """Prepare the runs of a scenario with the numbers of many, if they have a form.
+
+    The samples are at the given times, s, strictly increasing from the start to the end.
 
     Raises
     ------
@@ -127,13 +132,17 @@ def prepared(form: RunForm, scenario: "Scenario") -> Prepared:
     if form_of(mechanism.system) != form_of(form.problem.system):
         raise Unlike
     samples: Any = _NoSamples()
+    buffer = _sparse(scenario)
+    if times is not None:
+        buffer.times.give(times)
     return Prepared(
         form,
         mechanism,
-        run_of(mechanism, scenario.solver, _sparse(scenario)),
+        run_of(mechanism, scenario.solver, buffer),
         allowed_residual(scenario.solver.rtol),
         mechanism.quantities(samples),
         _warnings(scenario),
+        None if times is None else np.asarray(times, dtype=float),
     )
 
 
@@ -157,11 +166,18 @@ class Observed(NamedTuple):
         An array (runs,), or one number that all have.
     warnings : dict
         All warnings of runs that have others than those of `Prepared`, by their numbers.
+    channels : dict of (runs, n)
+        At the given times; empty without. Undefined of runs that are not sound.
+    event_runs, event_times : (m,)
+        The run and the time, s, of each event: there a channel may jump.
     """
 
     sound: Any
     quantities: Quantities
     warnings: dict[int, tuple[str, ...]]
+    channels: dict[str, Any]
+    event_runs: Any
+    event_times: Any
 
 
 def run_many(
@@ -170,7 +186,7 @@ def run_many(
     scenario_of: "Callable[[int], Scenario]",
     monitor: RunMonitor,
 ) -> Observed | None:
-    """Simulate many runs, with samples at start, events and end only.
+    """Simulate many runs, with samples at the given times, or at start, events and end only.
 
     Parameters
     ----------
@@ -247,6 +263,7 @@ def _observed(
     if not sound.any():
         return None
     events = _Events(recording.events[sound[event_runs]], event_runs[sound[event_runs]])
+    channels = {} if runs.times is None else _channels(runs, recording, sound)
     sample_runs, samples = sample_runs[sound[sample_runs]], recording.rows[sound[sample_runs]].T
     samples, sample_runs = with_events(samples, sample_runs, events)
     slips = events.slips_before(samples[TIME_COLUMN], sample_runs)
@@ -284,7 +301,20 @@ def _observed(
             units[name] = quantity.unit
             values.setdefault(name, np.full(count, np.nan))[chosen] = quantity.value
     quantities = {name: Quantity(values[name], units[name]) for name in values}
-    return Observed(sound, quantities, warnings)
+    return Observed(sound, quantities, warnings, channels, events.run, events.time)
+
+
+def _channels(runs: Prepared, recording: Recorded, sound: Any) -> dict[str, Any]:
+    """Return the channels at the given times, (runs, n); undefined of runs that are not sound."""
+    # Of all runs: the functions of a mechanism have the numbers of all.
+    rows = np.full((len(sound), len(runs.times), recording.rows.shape[1]), np.nan)
+    rows[sound] = recording.rows[np.repeat(sound, recording.counts[:, 0])].reshape(
+        -1, *rows.shape[1:]
+    )
+    trajectory = trajectory_of(runs.mechanism, rows.transpose(2, 1, 0), [])
+    channels = channels_of(runs.mechanism, trajectory)
+    channels |= trajectory.energy_integrals | trajectory.stored_energies
+    return {name: filled(values, rows.shape[1::-1]).T for name, values in channels.items()}
 
 
 def _passes(runs: Prepared, chosen: Any, mechanism: Mechanism, trajectory: Trajectory) -> Any:

@@ -409,16 +409,20 @@ class SingleDofSimulation(RecordedSimulation):
         return [] if self._set_valued is None else super()._hidden_stick_slip(trajectory)
 
     def _channels(self, trajectory: Trajectory) -> dict[str, Any]:
-        """Return the channels of any motion and the mechanism's own."""
-        channels = {
-            "angle": trajectory.position,
-            "angular_velocity": trajectory.velocity,
-            "angular_acceleration": trajectory.acceleration,
-            **self._mechanism.channels(trajectory),
-        }
-        if self._mechanism.contact is not None:
-            channels |= {"friction_torque": trajectory.friction, "mode": trajectory.mode}
-        return channels
+        return channels_of(self._mechanism, trajectory)
+
+
+def channels_of(mechanism: Mechanism, trajectory: Trajectory) -> dict[str, Any]:
+    """Return the channels of any motion and the mechanism's own, without the energies."""
+    channels = {
+        "angle": trajectory.position,
+        "angular_velocity": trajectory.velocity,
+        "angular_acceleration": trajectory.acceleration,
+        **mechanism.channels(trajectory),
+    }
+    if mechanism.contact is not None:
+        channels |= {"friction_torque": trajectory.friction, "mode": trajectory.mode}
+    return channels
 
 
 def trajectory_of(mechanism: Mechanism, columns: Any, transitions: list[Transition]) -> Trajectory:

@@ -11,6 +11,7 @@ import frictionsim as fs
 from frictionsim.api.fitting import toml_of
 from frictionsim.fitting import problem
 from frictionsim.fitting.uncertainty import correlations
+from frictionsim.simulation import combinations
 from frictionsim.simulation.monitor import Monitor
 from frictionsim.solvers.compilation import Kernel
 from frictionsim.solvers.event_driven import SECONDS_OF_COMPILATION, EventDrivenSolver
@@ -26,6 +27,7 @@ from tests.fitting.measurements import (
     pulley,
     series,
 )
+from tests.support.many_runs import together
 
 TRUTH = {MU_S: 0.231, MU_K: 0.123}
 FREE = {MU_S: (0.05, 0.4), MU_K: (0.02, 0.3)}
@@ -210,7 +212,7 @@ def test_the_bootstrap_agrees_with_the_standard_errors() -> None:
         assert low < fit.values[FORCE] < high
 
 
-def test_before_a_bootstrap_of_many_runs_they_are_compiled_and_a_monitor_is_told(
+def test_runs_of_a_fit_are_compiled_if_they_are_many_and_a_monitor_is_told(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     told: list[float] = []
@@ -220,13 +222,18 @@ def test_before_a_bootstrap_of_many_runs_they_are_compiled_and_a_monitor_is_told
             told.append(expected)
             return nullcontext()
 
+    together(monkeypatch)
     monkeypatch.setattr(Kernel, "is_at_hand", False)
     monkeypatch.setattr(EventDrivenSolver, "compile", lambda self: None)
-    for runs, times in ((41, 0), (40, 1)):  # of two resamples for two keys
-        monkeypatch.setattr(problem, "RUNS_THAT_PAY_COMPILING", runs)
-        options: Any = {"starts": 1, "bootstrap": 2, "progress": Progress()}
-        fit_velocity(pulley(), measured_velocity(0.1), FREE, **options)
-        assert told == times * [SECONDS_OF_COMPILATION]
+    options: Any = {"starts": 1, "bootstrap": 2, "progress": Progress()}
+    for channels in (None, ["angular_velocity"]):  # runs with chosen channels are made alone
+        scenario = pulley().replace({"output.channels": channels} if channels else {})
+        for runs in (73, 72):  # 12 of the scan, 60 of three searches for two keys
+            for module in (problem, combinations):
+                monkeypatch.setattr(module, "RUNS_THAT_PAY_COMPILING", runs)
+            fit_velocity(scenario, measured_velocity(0.1), FREE, **options)
+            assert set(told) == ({SECONDS_OF_COMPILATION} if runs == 72 else set())
+        told.clear()
 
 
 def test_correlated_residuals_are_reported() -> None:
