@@ -76,8 +76,9 @@ def test_those_that_fail_or_have_an_event_at_a_sample_are_made_alone(
 ) -> None:
     scenario = pulley()
     (event,) = fs.solve(scenario, {MU_S: 0.25}).events["time"].to_numpy()
-    data = {"time": [0.1, event, 1.0], "angular_acceleration": np.zeros(3)}
-    problem = problem_of(scenario, {MU_S: (0.05, 0.45)}, data=data, channels="angular_acceleration")
+    names = ("angular_acceleration", "energy_input")
+    data = {"time": [0.1, event, 1.0], **dict.fromkeys(names, np.zeros(3))}
+    problem = problem_of(scenario, {MU_S: (0.05, 0.45)}, data=data, channels=names)
     values = (0.25, 0.06, 0.2, 0.3)  # the second is less than the kinetic coefficient
     places = [np.array([key.scaled(value)]) for key in problem.keys for value in values]
     assert alone_and_together(monkeypatch, problem, places) == 2
