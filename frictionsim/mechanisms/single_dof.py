@@ -131,8 +131,10 @@ def _sin(x: float) -> float:
 
 @compiled_as(_sin)
 def sin(x: Any) -> Any:
-    """Return the sine of a float, or of each element of an array."""
-    return math.sin(x) if isinstance(x, float) else _numpy().sin(x)
+    """Return the sine of a float, or of each element of an array; NaN of an infinite one."""
+    if isinstance(x, float):
+        return math.sin(x) if abs(x) < math.inf else math.nan
+    return _numpy().sin(x)
 
 
 def _cos(x: float) -> float:
@@ -141,8 +143,10 @@ def _cos(x: float) -> float:
 
 @compiled_as(_cos)
 def cos(x: Any) -> Any:
-    """Return the cosine of a float, or of each element of an array."""
-    return math.cos(x) if isinstance(x, float) else _numpy().cos(x)
+    """Return the cosine of a float, or of each element of an array; NaN of an infinite one."""
+    if isinstance(x, float):
+        return math.cos(x) if abs(x) < math.inf else math.nan
+    return _numpy().cos(x)
 
 
 def _sqrt(x: float) -> float:

@@ -1,10 +1,22 @@
 """Effects and channels of one coordinate: absent ones, and integers."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 
+from frictionsim.mechanisms.single_dof import cos, sin
 from frictionsim.scenario.kinds import mechanism_module
-from tests.support.scenarios import mechanism_of, observed, pulley, shipped, simulate, with_method
+from tests.support.scenarios import (
+    changed,
+    mechanism_of,
+    observed,
+    pulley,
+    shipped,
+    simulate,
+    with_method,
+)
 
 pytestmark = pytest.mark.quick
 
@@ -92,3 +104,18 @@ def test_integers_are_the_whole_numbers_and_have_a_meaning(name: str) -> None:
     assert {n for n in whole if np.ptp(channels[n]) > 0.0} <= integers <= whole
     for channel in integers - {"carried_marbles"}:
         assert set(channels[channel]) <= {float(value) for value, _ in info[channel].flags}, channel
+
+
+@pytest.mark.parametrize("function", [sin, cos])
+def test_the_sine_of_an_angle_beyond_all_numbers_is_none(function: Callable[[Any], Any]) -> None:
+    angles = np.array([np.inf, -np.inf, np.nan, 1e308, 0.7])
+    with np.errstate(invalid="ignore"):
+        expected = function(angles)
+    assert [function(angle) for angle in angles.tolist()] == pytest.approx(expected, nan_ok=True)
+
+
+def test_a_couple_that_turns_a_shaft_beyond_all_numbers_ends_the_run_by_name() -> None:
+    couple = {"name": "motor", "size": {"time": [0.0, 4.5, 5.0], "value": [0.0, 0.0, 1e49]}}
+    data = changed(shipped("hoist_drum"), couples=[couple], solver__rtol=1e-10)
+    run = simulate(with_method(data, "set-valued", "rkf45"))
+    assert (run.status, run.failure) == ("failed", "non_finite")
