@@ -13,14 +13,17 @@ residuals differ in sign, Brent's method finds the place at which the scenario g
 jumps over it.
 """
 
-from collections.abc import Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections import deque
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future
+from contextlib import suppress
 from contextvars import copy_context
 from copy import copy
 from functools import partial
 from itertools import pairwise
 from operator import itemgetter
 from queue import SimpleQueue
+from threading import Thread
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -217,51 +220,89 @@ class Search:
 
 
 class _Meeting:
-    """Where searches of one problem, each in a thread, wait for the runs of all."""
+    """Where searches of one problem, in threads, wait until the runs of all are made together.
 
-    def __init__(self, problem: FitProblem, searches: int) -> None:
-        self._problem, self._searching = problem, searches
-        self._asked: SimpleQueue[_Question | None] = SimpleQueue()  # None: a search has ended
+    Parameters
+    ----------
+    searches : sequence of Search
+    starts : sequence of (keys,)
+    """
+
+    def __init__(self, searches: Sequence[Search], starts: "Sequence[Array]") -> None:
+        self._problem, self._stopped = searches[0].problem, False
+        self._ends: list[Future[Minimum]] = [Future() for _ in searches]
+        # Those that no thread has begun.
+        self._left = deque(enumerate(zip(searches, starts, strict=True)))
+        self._asked: SimpleQueue[_Question | None] = SimpleQueue()  # None: a thread has ended
         self._waiting: list[_Question] = []
 
-    def minimum(self, search: Search, number: int, start: "Array") -> Minimum:
-        """Return the minimum of the search of a number; in a thread."""
-        searching = copy(search)
-        searching.model = partial(self._ask, number)
+    def minima(self) -> list[Minimum]:
+        """Return the minima of all searches."""
+        threads = list(self._threads())
+        if not threads:  # the system has none left
+            return [search.minimum(start) for _, (search, start) in self._left]
         try:
-            return searching.minimum(start)
+            self._answer(len(threads))
         finally:
-            self._asked.put(None)
+            self._stop()
+            for thread in threads:
+                thread.join()
+        return [end.result() for end in self._ends]
+
+    def _threads(self) -> Iterator[Thread]:
+        for _ in range(min(len(self._left), MAX_THREADS)):
+            # With the settings of numpy that hold here.
+            thread = Thread(target=copy_context().run, args=(self._search,))
+            try:
+                thread.start()
+            except RuntimeError:  # fewer go, too
+                return
+            yield thread
+
+    def _search(self) -> None:
+        """Make searches that are left, one after the other."""
+        while self._left and not self._stopped:
+            with suppress(IndexError):  # another thread has taken the last one
+                number, (search, start) = self._left.popleft()
+                one, end = copy(search), self._ends[number]
+                one.model = partial(self._ask, number)
+                try:
+                    end.set_result(one.minimum(start))
+                except Exception as error:
+                    end.set_exception(error)
+        self._asked.put(None)
 
     def _ask(self, number: int, x: "Array") -> Model:
         question = _Question(number, x, Future())
         self._asked.put(question)
+        if self._stopped:
+            question.model.cancel()
         return question.model.result()
 
-    def answer(self) -> None:
-        """Answer until all searches have ended, as soon as all that go on wait."""
-        try:
-            while self._searching:
-                self._listen()
-                if self._waiting and len(self._waiting) == min(self._searching, MAX_THREADS):
-                    self._waiting.sort(key=itemgetter(0))  # the threads come in any order
-                    models = self._problem.models([question.x for question in self._waiting])
-                    for question, model in zip(self._waiting, models, strict=True):
-                        question.model.set_result(model)
-                    self._waiting.clear()
-        finally:  # or the threads would wait for ever
-            while self._searching:
-                for question in self._waiting:
-                    question.model.cancel()
-                self._waiting.clear()
-                self._listen()
+    def _answer(self, threads: int) -> None:
+        """Answer as soon as all threads wait, until they have ended."""
+        waiting = self._waiting
+        while threads:
+            question = self._asked.get()
+            if question is None:
+                threads -= 1
+            else:
+                waiting.append(question)
+            if waiting and len(waiting) == threads:
+                waiting.sort(key=itemgetter(0))  # the threads come in any order
+                models = self._problem.models([one.x for one in waiting])
+                for one, model in zip(waiting, models, strict=True):
+                    one.model.set_result(model)
+                waiting.clear()
 
-    def _listen(self) -> None:
-        question = self._asked.get()
-        if question is None:
-            self._searching -= 1
-        else:
-            self._waiting.append(question)
+    def _stop(self) -> None:
+        """End all threads that wait, or will."""
+        self._stopped = True
+        while not self._asked.empty():
+            question = self._asked.get()
+            self._waiting += [] if question is None else [question]
+        for one in self._waiting:
+            one.model.cancel()
 
 
 def minima(searches: Sequence[Search], starts: "Sequence[Array]") -> list[Minimum]:
@@ -269,15 +310,7 @@ def minima(searches: Sequence[Search], starts: "Sequence[Array]") -> list[Minimu
 
     They go side by side, because many runs made together take a fraction of the time.
     """
-    meeting = _Meeting(searches[0].problem, len(searches))
-    with ThreadPoolExecutor(MAX_THREADS) as threads:
-        ends = []
-        for number, (search, start) in enumerate(zip(searches, starts, strict=True)):
-            minimum = partial(meeting.minimum, search, number, start)
-            # With the settings of numpy that hold here.
-            ends.append(threads.submit(copy_context().run, minimum))
-        meeting.answer()
-    return [end.result() for end in ends]
+    return _Meeting(searches, starts).minima() if searches else []
 
 
 def difference_step(problem: FitProblem) -> float:

@@ -147,6 +147,26 @@ def test_a_search_that_fails_ends_the_others(monkeypatch: pytest.MonkeyPatch) ->
         fs.fit(pulley(), data=data, channels="angular_velocity", free=FREE)
 
 
+@pytest.mark.parametrize("threads", [0, 1, 3])
+def test_where_the_system_has_few_threads_a_fit_has_the_same_result(
+    monkeypatch: pytest.MonkeyPatch, threads: int
+) -> None:
+    data = series(pulley(), angular_velocity=0.1)
+    options: Any = {"data": data, "channels": "angular_velocity", "free": FREE, "bootstrap": 5}
+    expected = fs.fit(pulley(), **options).values
+    start, started = threading.Thread.start, list[threading.Thread]()
+
+    def limited(thread: threading.Thread) -> None:
+        if sum(one.is_alive() for one in started) >= threads:
+            raise RuntimeError("can't start new thread")
+        start(thread)
+        started.append(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", limited)
+    assert fs.fit(pulley(), **options).values == expected
+    assert bool(started) == bool(threads)
+
+
 def test_an_unknown_channel_is_named_where_many_runs_are_expected(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
