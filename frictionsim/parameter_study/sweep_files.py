@@ -269,12 +269,7 @@ def _heading(key: str, coordinate: Coordinate) -> str:
 def _columns(table: SweepTable, runs: range) -> Iterator[list[Any]]:
     """Yield the cells of some runs, column by column."""
     yield list(runs)
-    numbers = np.arange(runs.start, runs.stop)
-    indices = (
-        dict.fromkeys(table.coordinates, numbers)
-        if RUN in table.dimensions
-        else dict(zip(table.dimensions, np.unravel_index(numbers, table.shape), strict=True))
-    )
+    indices = table.places(np.arange(runs.start, runs.stop))
     for key, coordinate in table.coordinates.items():
         if isinstance(coordinate.values, list):
             yield [_text(coordinate.values[i]) for i in indices[key].tolist()]
