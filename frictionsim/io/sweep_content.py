@@ -24,16 +24,8 @@ from frictionsim.io.sweep_table import (
 )
 
 ATTRIBUTES = (
-    "frictionsim_version",
-    "study",
-    "scenario",
-    "source",
-    "overrides",
-    "kind",
-    "title",
-    "design",
-    "status",
-    "reason",
+    *("frictionsim_version", "study", "scenario", "source", "overrides"),
+    *("kind", "title", "design", "status", "reason"),
 )
 TEXTS_AT_ONCE = 4096
 

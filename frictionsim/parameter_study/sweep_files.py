@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     from frictionsim.parameter_study.sweep import Assembly
 
 SERIES, STUDY = ".series", "study.toml"
+RUNS_AT_ONCE = 4096  # of a table in CSV
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
 class SweepFiles:
@@ -207,10 +209,6 @@ def digest_of(table: SweepTable) -> bytes:
         digest.update(key.encode() + b"\0")
         digest.update(repr(values).encode() if isinstance(values, list) else values.tobytes())
     return digest.digest()
-
-
-RUNS_AT_ONCE = 4096
-FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
 class Writable(Protocol):
