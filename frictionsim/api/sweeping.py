@@ -1,7 +1,7 @@
 """Sweeps from Python: a scenario at many combinations of values, in workers and files."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from os import PathLike
 from pathlib import Path
 from signal import SIGINT, Signals
@@ -22,10 +22,10 @@ from frictionsim.errors import (
 )
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.io.unfinished import existing_name, partial_name, unfinished_beside, whole_name
-from frictionsim.parameter_study.block import FAILED, RunBlock
+from frictionsim.parameter_study.block import FAILED
 from frictionsim.parameter_study.design import METHODS as METHODS
 from frictionsim.parameter_study.design import SAMPLE, Design, design_of
-from frictionsim.parameter_study.dispatch import Executor, check_combinations, run_sweep
+from frictionsim.parameter_study.dispatch import Executor, check_combinations, run_blocks
 from frictionsim.parameter_study.executors import available_cores, local_executor
 from frictionsim.parameter_study.journal import remove_left_over
 from frictionsim.parameter_study.study_file import SweepOptions as SweepOptions
@@ -36,11 +36,7 @@ from frictionsim.parameter_study.study_file import (
     study_of,
     study_toml,
 )
-from frictionsim.parameter_study.sweep import (
-    Assembly,
-    SweepPlan,
-    coordinates_of,
-)
+from frictionsim.parameter_study.sweep import Assembly, SweepPlan, coordinates_of
 from frictionsim.parameter_study.sweep_files import (
     SweepFiles,
     check_is_series_folder,
@@ -449,14 +445,14 @@ class _SweepRun:
             executor = options.executor(self._plan.design.runs)
             with (
                 shown(options.progress) as progress,
-                _closing(executor),
+                closing(executor),
                 self._interruptible(progress) as monitor,
             ):
                 check_combinations(
                     executor, self._plan, self._assembly.remaining, self._on_checked, monitor
                 )
                 if files is None:
-                    run_sweep(self._plan, self._assembly, executor, self._on_block, monitor)
+                    self._run_remaining(executor, monitor)
                     return Sweep(self._table(), None)
                 if self._plan.series is not None:
                     make_series_folder(self._plan.series, self._study)
@@ -470,7 +466,7 @@ class _SweepRun:
     def _run_and_keep(self, executor: Executor, files: SweepFiles, monitor: RunMonitor) -> None:
         """Run the remaining combinations; completed rows are saved on any exit."""
         try:
-            run_sweep(self._plan, self._assembly, executor, self._on_block, monitor)
+            self._run_remaining(executor, monitor)
         except BaseException as error:
             executor.close()
             with files.resumable():
@@ -493,6 +489,15 @@ class _SweepRun:
             raise
         with files.resumable():
             files.write_whole(self._table())
+
+    def _run_remaining(self, executor: Executor, monitor: RunMonitor) -> None:
+        monitor(0.0)
+        for block in run_blocks(executor, self._plan, self._assembly.remaining, monitor):
+            if self._files is not None:
+                self._files.keep(block)
+            self._done += block.runs
+            self._failed += int(np.count_nonzero(block.status == FAILED))
+            self._assembly.add(block)
 
     def _write_unfinished(self, files: SweepFiles, error: BaseException) -> None:
         how = f"stopped by an error ({type(error).__name__})"
@@ -522,19 +527,5 @@ class _SweepRun:
     def _on_checked(self, count: int) -> None:
         self._checked += count
 
-    def _on_block(self, block: RunBlock) -> None:
-        if self._files is not None:
-            self._files.keep(block)
-        self._done += block.runs
-        self._failed += int(np.count_nonzero(block.status == FAILED))
-
     def _table(self, reason: str = "") -> SweepTable:
         return self._assembly.table(self._plan, self._study, reason, self._attributes)
-
-
-@contextmanager
-def _closing(executor: Executor) -> Iterator[None]:
-    try:
-        yield
-    finally:
-        executor.close()

@@ -220,9 +220,8 @@ def check_no_clobber(path: Path) -> None:
 
 def check_new(path: Path, what: str) -> None:
     """Check that a new file can be written to a path, before its content is computed."""
-    if os.path.exists(path) and not os.path.isdir(
-        path
-    ):  # Path.exists fails for a name that is too long
+    # Path.exists fails for a name that is too long.
+    if os.path.exists(path) and not os.path.isdir(path):
         raise OutputError(f"{path}: cannot write the {what}: {EXISTS}")
     check_place(path, what)
 

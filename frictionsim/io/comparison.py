@@ -210,11 +210,7 @@ def _compare_times(
 
 
 def _compare_channel(
-    name: str,
-    result: "Record",
-    golden: "Record",
-    common: _CommonSamples,
-    tolerances: Tolerances,
+    name: str, result: "Record", golden: "Record", common: _CommonSamples, tolerances: Tolerances
 ) -> ComparedChannel:
     if name not in result.channels or name not in golden.channels:
         where = "the golden file" if name in result.channels else "the result"
@@ -222,7 +218,8 @@ def _compare_channel(
     if result.units[name] != golden.units[name]:
         note = f"unit {result.units[name]}, expected {golden.units[name]}"
         return ComparedChannel(name, note=note)
-    if _columns(result, name) != _columns(golden, name):
+    columns = _columns(golden, name)
+    if _columns(result, name) != columns:
         note = f"{_axis(result, name)}, expected {_axis(golden, name)}"
         return ComparedChannel(name, note=note)
     time = golden.channels["time"][common.golden]
@@ -232,32 +229,24 @@ def _compare_channel(
     # In blocks, as a long channel does not fit into memory.
     for start, stop in blocks_of(len(away), FLOAT_BYTES * int(np.prod(expected.shape[1:]))):
         part = away[start:stop]
-        samples = _ComparedSamples(
-            actual[common.result[part]], expected[common.golden[part]], time[part]
-        )
-        part_ratio, row = _worst_sample(name, samples, _columns(golden, name), tolerances)
+        both = actual[common.result[part]], expected[common.golden[part]]
+        part_ratio, row = _worst_sample(name, *both, time[part], tolerances, columns)
         if part_ratio >= ratio:
             worst, ratio = row, part_ratio
     return worst
 
 
-class _ComparedSamples(NamedTuple):
-    """Some samples of a channel in two results, and their times."""
-
-    actual: Any
-    expected: Any
-    time: Any
-
-
 def _worst_sample(
     name: str,
-    samples: _ComparedSamples,
-    columns: tuple[str, tuple[str, ...]],
+    actual: Any,
+    expected: Any,
+    time: Any,
     tolerances: Tolerances,
+    columns: tuple[str, tuple[str, ...]],
 ) -> tuple[tuple[float, float], ComparedChannel]:
     """Return the row of the largest difference, after its ratio to the tolerance and its size."""
     # Integers are compared as numbers: format version 1 has floats.
-    actual, expected = (np.asarray(v, dtype=np.float64) for v in (samples.actual, samples.expected))
+    actual, expected = (np.asarray(v, dtype=np.float64) for v in (actual, expected))
     allowed = tolerances.allowed(np.where(np.isfinite(expected), expected, 0.0))
     difference = _difference(actual, expected)
     # With a tolerance of zero the ratio is infinite, or zero if there is no difference.
@@ -268,7 +257,7 @@ def _worst_sample(
     ok = bool(difference[worst] <= allowed[worst])
     axis, names = columns
     note = f"{axis} {names[member[0]]}" if member else ""
-    size, limit, at = (float(v) for v in (difference[worst], allowed[worst], samples.time[sample]))
+    size, limit, at = (float(v) for v in (difference[worst], allowed[worst], time[sample]))
     return (float(ratio[worst]), size), ComparedChannel(name, size, limit, at, ok, note)
 
 
@@ -334,10 +323,7 @@ def _named_events(result: "Record") -> list[tuple[float, str, int, int]]:
 
 
 def _compare_sides(
-    result: "Record",
-    golden: "Record",
-    wanted: "Callable[[str], bool]",
-    tolerances: Tolerances,
+    result: "Record", golden: "Record", wanted: "Callable[[str], bool]", tolerances: Tolerances
 ) -> Iterator[ComparedChannel]:
     """Compare the channels immediately before and after the events, if both results have them.
 

@@ -10,8 +10,7 @@ from frictionsim.errors import InputError, OutputError
 from frictionsim.io import hdf5_writer
 from frictionsim.io.atomic_write import NotReplaced, PartFile, unused_name
 from frictionsim.io.replaceable import RESULT, check_replaceable, check_target
-from frictionsim.io.sample_segments import SampleSegments
-from frictionsim.io.segments import SegmentFiles
+from frictionsim.io.segments import SampleSegments, SegmentFiles
 from frictionsim.io.unfinished import check_names, partial_name, warn_of_name, whole_name
 
 if TYPE_CHECKING:

@@ -16,20 +16,14 @@ from frictionsim.io.child_answer import Checkpoint, LongChannel
 from frictionsim.io.hdf5_structure import (
     MAX_AXIS,
     NOT_HDF5,
-    Budget,
+    CheckedFile,
     check_version,
     checked_dataset,
     checked_group,
-    flags_of,
     integers_of,
-    members,
-    names_of,
     opened,
     rows_of,
-    text_of,
-    texts_of,
     type_of,
-    values_of,
 )
 from frictionsim.io.result_format import (
     ANSWER_BYTES,
@@ -43,15 +37,7 @@ from frictionsim.io.unfinished import unfinished_beside
 from frictionsim.results import MODES, Check, Quantities, Quantity, Record, SolverStatistics
 from frictionsim.version import __version__
 
-ATTRIBUTES = (
-    "backend",
-    "frictionsim_version",
-    "kind",
-    "reason",
-    "scenario",
-    "status",
-    "title",
-)
+ATTRIBUTES = ("backend", "frictionsim_version", "kind", "reason", "scenario", "status", "title")
 GROUPS = ("events", "quantities", "audit", "solver", "checkpoint")
 LONG_BYTES = 64 * 2**20  # of all channels together
 LONG_CHANNEL_BYTES = 4 * 2**20  # of a channel of a long result that is read by rows
@@ -62,13 +48,31 @@ KNOWN_MODES = [value for value, _ in MODES]
 def record(path: str) -> Record:
     """Return the content of a result file; long channels as shapes."""
     with _opened(path) as file:
-        return _Reader(file).record()
+        attributes = _attributes(file)
+        datasets, scales, groups = _top_level(file)
+        events, contacts = _events(file, groups.get("events"))
+        result = Record(
+            attributes=attributes,
+            channels=_channels(file, datasets),
+            units={n: file.text_of(item, "units") for n, item in datasets.items()},
+            long_names={n: file.text_of(item, "long_name") for n, item in datasets.items()},
+            axes={name: _axis_of(item, scales.keys()) for name, item in datasets.items()},
+            members={name: _members(file, scales[name]) for name in sorted(scales)},
+            events=events,
+            contacts=contacts,
+            flags={n: file.flags_of(item) for n, item in datasets.items() if _has_flags(item)},
+            quantities=_quantities(file, groups.get("quantities")),
+            checks=_checks(file, groups.get("audit")),
+            statistics=_statistics(file, groups.get("solver")),
+        )
+        _check_shapes(result)
+        return result
 
 
 def rows(path: str, name: str, start: str, stop: str) -> Any:
     """Return samples start to stop - 1 of a channel."""
     with _opened(path) as file:
-        datasets, _, _ = _top_level(file, Budget(file.id.get_filesize()))
+        datasets, _, _ = _top_level(file)
         return rows_of(datasets[name], slice(int(start), int(stop)))
 
 
@@ -81,34 +85,32 @@ def channels(names: str, *paths: str) -> list[dict[str, Any]]:
     free_bytes = ANSWER_BYTES
     for path in paths:
         with _opened(path) as file:
-            budget = Budget(file.id.get_filesize())
-            every, _, _ = _top_level(file, budget)
+            every, _, _ = _top_level(file)
             wanted = {name: every[name] for name in names.split(",")} if names else every
             free_bytes -= sum(item.nbytes for item in wanted.values())
             if contents and free_bytes < 0:
                 break
-            contents.append({name: values_of(item, budget) for name, item in wanted.items()})
+            contents.append({name: file.values_of(item) for name, item in wanted.items()})
     return contents
 
 
 def checkpoint(path: str) -> Checkpoint:
     """Return the checkpoint of a result file."""
     with _opened(path) as file:
-        budget = Budget(file.id.get_filesize())
-        attributes = _attributes(file, budget)
-        top = dict(members(file, budget))
+        attributes = _attributes(file)
+        top = dict(file.members(file.root))
         reason = _resume_obstacle(path, attributes, "checkpoint" in top)
         if reason:
             raise InputError(f"{path}: cannot resume this run: {reason}")
         group = checked_group(top["checkpoint"], "checkpoint")
         state = {}
-        for name, item in members(group, budget):
-            if not checked_dataset(item, name).is_scale:
+        for name, item in file.datasets(group):
+            if not item.is_scale:
                 if item.dtype.kind not in "fiubS":
                     raise TypeError(f"{name} does not hold numbers")
-                budget.claim(item.nbytes, name)
+                file.claim(item.nbytes, name)
                 state[name] = item[...].view(item.dtype.str)  # without notes of HDF5
-        if text_of(group, "digest", budget) != state_digest(attributes, state):
+        if file.text_of(group, "digest") != state_digest(attributes, state):
             raise InputError(f"{path}: cannot resume this run: its checkpoint is damaged")
     return Checkpoint(attributes, state)
 
@@ -127,7 +129,7 @@ def _resume_obstacle(path: str, attributes: dict[str, str], has_checkpoint: bool
 
 
 @contextmanager
-def _opened(path: str) -> Iterator[Any]:
+def _opened(path: str) -> Iterator[CheckedFile]:
     """Open a result file, as `opened`."""
     with opened(path, "result", _fault) as file:
         check_version(file, path, "result", "format_version", READABLE_VERSIONS)
@@ -138,9 +140,9 @@ def _fault(error: Exception) -> str:
     return NOT_HDF5 if isinstance(error, OSError) else NOT_OURS
 
 
-def _attributes(file: Any, budget: Budget) -> dict[str, str]:
+def _attributes(file: CheckedFile) -> dict[str, str]:
     """Return the root attributes; raise KeyError or ValueError if one is missing or wrong."""
-    attributes = texts_of(file, budget)
+    attributes = file.texts_of(file.root)
     missing = [name for name in ATTRIBUTES if name not in attributes]
     if missing:
         raise KeyError(*missing)
@@ -149,12 +151,12 @@ def _attributes(file: Any, budget: Budget) -> dict[str, str]:
     return attributes
 
 
-def _top_level(file: Any, budget: Budget) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+def _top_level(file: CheckedFile) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
     """Return the channels, the scales of their columns and the groups of a file, checked."""
     channels: dict[str, Any] = {}
     scales: dict[str, Any] = {}
     groups: dict[str, Any] = {}
-    for name, item in members(file, budget):
+    for name, item in file.members(file.root):
         if name in GROUPS:
             groups[name] = checked_group(item, name)
         else:
@@ -163,107 +165,68 @@ def _top_level(file: Any, budget: Budget) -> tuple[dict[str, Any], dict[str, Any
     return channels, scales, groups
 
 
-class _Reader:
-    """Reads the record of an open file, with one budget for all data."""
+def _channels(file: CheckedFile, datasets: dict[str, Any]) -> dict[str, Any]:
+    """Return the channels; the large ones of a long result as shapes."""
+    is_long = sum(item.nbytes for item in datasets.values()) > LONG_BYTES
+    return {
+        name: LongChannel(item.shape, type_of(item).str)
+        if is_long and name != "time" and item.nbytes > LONG_CHANNEL_BYTES
+        else file.values_of(item)
+        for name, item in datasets.items()
+    }
 
-    def __init__(self, file: Any) -> None:
-        self._file, self._budget = file, Budget(file.id.get_filesize())
 
-    def record(self) -> Record:
-        """Return the content of the file."""
-        budget = self._budget
-        attributes = _attributes(self._file, budget)
-        datasets, scales, groups = _top_level(self._file, budget)
-        events, contacts = self._events(groups.get("events"))
-        result = Record(
-            attributes=attributes,
-            channels=self._channels(datasets),
-            units={n: text_of(item, "units", budget) for n, item in datasets.items()},
-            long_names={n: text_of(item, "long_name", budget) for n, item in datasets.items()},
-            axes={name: _axis_of(item, scales.keys()) for name, item in datasets.items()},
-            members={name: self._members(scales[name]) for name in sorted(scales)},
-            events=events,
-            contacts=contacts,
-            flags={n: flags_of(item, budget) for n, item in datasets.items() if _has_flags(item)},
-            quantities=self._quantities(groups.get("quantities")),
-            checks=self._checks(groups.get("audit")),
-            statistics=self._statistics(groups.get("solver")),
-        )
-        _check_shapes(result)
-        return result
+def _events(file: CheckedFile, group: Any) -> tuple[dict[str, Any], list[str]]:
+    """Return the events and the names of their contacts; empty arrays without events."""
+    if group is None and integers_of(file.root, "format_version")[0] > 1:
+        types = {"time": "f8", "contact": "i4", "mode_from": "i1", "mode_to": "i1"}
+        return {name: np.zeros(0, dtype) for name, dtype in types.items()}, []
+    datasets = dict(file.datasets(group))
+    contacts = file.text_of(datasets["contact"], "flag_meanings").split()
+    return {n: file.values_of(item) for n, item in datasets.items() if n != "event"}, contacts
 
-    def _channels(self, datasets: dict[str, Any]) -> dict[str, Any]:
-        """Return the channels; the large ones of a long result as shapes."""
-        is_long = sum(item.nbytes for item in datasets.values()) > LONG_BYTES
-        return {
-            name: LongChannel(item.shape, type_of(item).str)
-            if is_long and name != "time" and item.nbytes > LONG_CHANNEL_BYTES
-            else values_of(item, self._budget)
-            for name, item in datasets.items()
-        }
 
-    def _events(self, group: Any) -> tuple[dict[str, Any], list[str]]:
-        """Return the events and the names of their contacts; empty arrays without events."""
-        if group is None and integers_of(self._file, "format_version")[0] > 1:
-            types = {"time": "f8", "contact": "i4", "mode_from": "i1", "mode_to": "i1"}
-            return {name: np.zeros(0, dtype) for name, dtype in types.items()}, []
-        events, contacts = {}, None
-        for name, item in self._datasets(group):
-            if name != "event":
-                events[name] = values_of(item, self._budget)
-            if name == "contact":
-                contacts = text_of(item, "flag_meanings", self._budget).split()
-        if contacts is None:
-            raise KeyError("contact")
-        return events, contacts
+def _quantities(file: CheckedFile, group: Any) -> Quantities:
+    quantities: Quantities = {}
+    for name, item in file.datasets(group):
+        value = float(file.values_of(item))
+        quantities[name] = Quantity(None if isnan(value) else value, file.text_of(item, "units"))
+    return quantities
 
-    def _datasets(self, group: Any) -> Iterator[tuple[str, Any]]:
-        """Yield the datasets of a group; none if it is None."""
-        if group is not None:
-            for name, item in members(group, self._budget):
-                yield name, checked_dataset(item, name)
 
-    def _number(self, item: Any) -> float:
-        return float(values_of(item, self._budget))
+def _checks(file: CheckedFile, group: Any) -> dict[str, Check]:
+    if group is None:
+        return {}
+    items = dict(file.datasets(group))
+    names = file.names_of(items["check"])
+    values, limits = (file.values_of(items[name]) for name in ("value", "limit"))
+    return {
+        name: Check(float(value), float(limit))
+        for name, value, limit in zip(names, values, limits, strict=True)
+    }
 
-    def _quantities(self, group: Any) -> Quantities:
-        quantities: Quantities = {}
-        for name, item in self._datasets(group):
-            value, unit = self._number(item), text_of(item, "units", self._budget)
-            quantities[name] = Quantity(None if isnan(value) else value, unit)
-        return quantities
 
-    def _checks(self, group: Any) -> dict[str, Check]:
-        if group is None:
-            return {}
-        items = dict(self._datasets(group))
-        names = names_of(items["check"], self._budget)
-        values, limits = (values_of(items[name], self._budget) for name in ("value", "limit"))
-        return {
-            name: Check(float(value), float(limit))
-            for name, value, limit in zip(names, values, limits, strict=True)
-        }
+def _statistics(file: CheckedFile, group: Any) -> SolverStatistics | None:
+    if group is None:
+        return None
+    items = dict(file.datasets(group))
+    counts = {name: int(file.values_of(items[name])) for name in COUNTS}
+    return SolverStatistics(**counts, wall_seconds=None, compile_seconds=None)
 
-    def _statistics(self, group: Any) -> SolverStatistics | None:
-        if group is None:
-            return None
-        items = dict(self._datasets(group))
-        counts = {name: int(self._number(items[name])) for name in COUNTS}
-        return SolverStatistics(**counts, wall_seconds=None, compile_seconds=None)
 
-    def _members(self, scale: Any) -> tuple[str, ...]:
-        """Return the names of the members of an axis; an attribute in version 1."""
-        if scale.dtype.kind == "O":
-            return names_of(scale, self._budget)
-        if scale.size > MAX_AXIS:
-            raise ValueError(f"{scale.name} has too many members")
-        if "names" in scale.attrs:
-            names = tuple(text_of(scale, "names", self._budget).split())
-        else:
-            names = numbered_members(scale.size)
-        if scale.shape != (len(names),):
-            raise ValueError(f"{scale.name} is not an axis")
-        return names
+def _members(file: CheckedFile, scale: Any) -> tuple[str, ...]:
+    """Return the names of the members of an axis; an attribute in version 1."""
+    if scale.dtype.kind == "O":
+        return file.names_of(scale)
+    if scale.size > MAX_AXIS:
+        raise ValueError(f"{scale.name} has too many members")
+    if "names" in scale.attrs:
+        names = tuple(file.text_of(scale, "names").split())
+    else:
+        names = numbered_members(scale.size)
+    if scale.shape != (len(names),):
+        raise ValueError(f"{scale.name} is not an axis")
+    return names
 
 
 def _has_flags(dataset: Any) -> bool:

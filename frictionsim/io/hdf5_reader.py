@@ -6,7 +6,6 @@ One changed byte can make HDF5 crash or hang. Therefore HDF5 reads in a child pr
 """
 
 import os
-from os.path import isdir, isfile
 from pathlib import Path
 from stat import S_ISREG
 from typing import TYPE_CHECKING, Any
@@ -146,11 +145,11 @@ def _check_is_hdf5(path: Path) -> None:
 
 
 def _open_problem(path: Path) -> str:
-    if isdir(path):  # false for a name that is too long, where Path.is_dir fails
+    if os.path.isdir(path):  # false for a name that is too long, where Path.is_dir fails
         return "this is a folder; give the name of a result file"
     if not os.path.exists(path):
         return "there is no such file" + near_files(path, SUFFIXES)
-    if not isfile(path):
+    if not os.path.isfile(path):
         return "this is a device or a pipe; give the name of a result file"
     if path.suffix == ".toml":
         return f"this is a scenario; 'frictionsim solve {path}' makes a result of it"

@@ -32,36 +32,111 @@ FILTERS = {h5py.h5z.FILTER_DEFLATE: "gzip", h5py.h5z.FILTER_SHUFFLE: "shuffle"}
 NUMBERS = (h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM)
 
 
-class Budget:
-    """The bytes that the data of a file may still claim."""
+class CheckedFile:
+    """An open file: what is read of it is checked first, and its data in memory are limited.
 
-    def __init__(self, file_bytes: int) -> None:
-        self.file_bytes = file_bytes
-        self.free_bytes = data_limit(file_bytes)
-        self.members = MAX_MEMBERS
+    Uncompressed data fill the file; channels of a long run stay in the file.
+
+    ValueError or TypeError is raised if no file of frictionsim has such objects or data.
+    """
+
+    def __init__(self, root: Any) -> None:
+        self.root = root
+        size = root.id.get_filesize()
+        self._free_bytes = min(MAX_GZIP_RATIO * size, FREE_BYTES + 2 * size)
+        self._free_members = MAX_MEMBERS
 
     def claim(self, count: int, name: str) -> None:
         """Claim some bytes; raise ValueError if there are fewer."""
-        self.free_bytes -= count
-        if self.free_bytes < 0:
+        self._free_bytes -= count
+        if self._free_bytes < 0:
             raise ValueError(f"{name}: the file claims more data than it can hold")
+
+    def members(self, group: Any) -> Iterator[tuple[str, Any]]:
+        """Yield the names and objects of a group, which must be hard links within the file."""
+        self._free_members -= len(group)
+        if self._free_members < 0:
+            raise ValueError("the file has too many datasets")
+        for name in group:
+            if len(name) > MAX_TEXT or not name.isprintable():  # false if it is not UTF-8
+                raise ValueError("a name is not printable")
+            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+                raise ValueError(f"{name} is a link to elsewhere")
+            yield name, group[name]
+
+    def datasets(self, group: Any) -> Iterator[tuple[str, Any]]:
+        """Yield the names and members of a group, which must be datasets; none if it is None."""
+        for name, item in self.members(group) if group is not None else ():
+            yield name, checked_dataset(item, name)
+
+    def texts_of(self, item: Any) -> dict[str, str]:
+        """Return the scalar attributes of an object as printable text."""
+        _check_attributes(item)
+        return {
+            name: self.text_of(item, name)
+            for name in item.attrs
+            if name.isprintable() and item.attrs.get_id(name).shape == ()
+        }
+
+    def text_of(self, item: Any, name: str) -> str:
+        """Return a short attribute as text; bytes that are not UTF-8 are replaced.
+
+        Labels are cut to one line of at most MAX_LABEL characters.
+        """
+        attribute = item.attrs.get_id(name)
+        if attribute.shape != () or not _is_plain(attribute.get_type()):
+            raise ValueError(f"{name} is not a text")
+        value = item.attrs[name]
+        text = str(value).encode("utf-8", "replace").decode()
+        if len(text) > (MAX_SCENARIO if name in LONG_TEXTS else MAX_TEXT):
+            raise ValueError(f"{name} is too long")
+        if name in LABELS:  # drawing thousands of lines would take seconds
+            text = " ".join(text[:MAX_LABEL].split())
+        self.claim(4 * len(text), name)
+        return text
+
+    def flags_of(self, dataset: Any) -> Flags:
+        """Return the meanings of the values of a dataset."""
+        meanings = self.text_of(dataset, "flag_meanings").split()
+        return tuple(zip(integers_of(dataset, "flag_values"), meanings, strict=True))
+
+    def values_of(self, dataset: Any) -> Any:
+        """Return the real numbers of a dataset as float64, or as integers of their type."""
+        self.claim(dataset.nbytes, dataset.name)
+        return rows_of(dataset, ...)
+
+    def names_of(self, dataset: Any) -> tuple[str, ...]:
+        """Return the texts of a dataset."""
+        if dataset.ndim != 1 or not holds_text(dataset):
+            raise ValueError(f"{dataset.name} does not hold names")
+        if dataset.size > MAX_NAMES:
+            raise ValueError(f"{dataset.name} has too many names")
+        self.claim(dataset.nbytes, dataset.name)
+        names = []
+        for start in range(0, dataset.size, 64):  # texts of any length may be in a file many times
+            for text in dataset.asstr(errors="replace")[start : start + 64]:
+                if len(text) > MAX_TEXT or not str(text).isprintable():
+                    raise ValueError(f"{dataset.name}: a name is not printable")
+                self.claim(4 * len(text), dataset.name)
+                names.append(str(text))
+        return tuple(names)
 
 
 @contextmanager
-def opened(path: str, what: str, why: Callable[[Exception], str]) -> Iterator[Any]:
+def opened(path: str, what: str, why: Callable[[Exception], str]) -> Iterator[CheckedFile]:
     """Open a file; errors within the context become InputError with its name and a reason."""
     try:
         with h5py.File(path, "r") as file:
-            yield file
+            yield CheckedFile(file)
     except (InputError, MemoryError):
         raise
     except Exception as error:  # any error of h5py about a malformed file
         raise InputError(f"{path}: cannot read this {what}: {why(error)}") from None
 
 
-def check_version(file: Any, path: str, what: str, name: str, known: Sequence[int]) -> None:
+def check_version(file: CheckedFile, path: str, what: str, name: str, known: Sequence[int]) -> None:
     """Check that the format version of a file is known."""
-    version = integers_of(file, name)[0]
+    version = integers_of(file.root, name)[0]
     if version not in known:
         versions = f"version {known[0]}"
         if len(known) > 1:
@@ -70,30 +145,6 @@ def check_version(file: Any, path: str, what: str, name: str, known: Sequence[in
             f"{path}: cannot read this {what}: its format version is {version}, this program reads"
             f" {versions}"
         )
-
-
-def data_limit(file_bytes: int) -> int:
-    """Return the limit in bytes of the data in memory of a result of this size.
-
-    Uncompressed data fill the file; channels of a long run stay in the file.
-    """
-    return min(MAX_GZIP_RATIO * file_bytes, FREE_BYTES + 2 * file_bytes)
-
-
-def members(group: Any, budget: Budget) -> Iterator[tuple[str, Any]]:
-    """Yield the names and objects of a group, which must be hard links within the file.
-
-    ValueError is raised if there are other links, or too many.
-    """
-    budget.members -= len(group)
-    if budget.members < 0:
-        raise ValueError("the file has too many datasets")
-    for name in group:
-        if len(name) > MAX_TEXT or not name.isprintable():  # false if it is not UTF-8
-            raise ValueError("a name is not printable")
-        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-            raise ValueError(f"{name} is a link to elsewhere")
-        yield name, group[name]
 
 
 def checked_group(item: Any, name: str) -> Any:
@@ -117,7 +168,7 @@ def checked_dataset(item: Any, name: str) -> Any:
         raise ValueError(f"{name} is a view of other data")
     if storage.get_external_count():
         raise ValueError(f"{name} is stored in other files")
-    if any(number not in FILTERS for number in _filters(storage)):
+    if any(storage.get_filter(i)[0] not in FILTERS for i in range(storage.get_nfilters())):
         raise ValueError(f"{name} is compressed in a way that no result is")
     return item
 
@@ -128,41 +179,9 @@ def _is_plain(kind: Any) -> bool:
     return kind.get_class() in NUMBERS and kind.get_size() <= 16
 
 
-def _filters(storage: Any) -> list[int]:
-    return [storage.get_filter(i)[0] for i in range(storage.get_nfilters())]
-
-
 def _check_attributes(item: Any) -> None:
     if len(item.attrs) > MAX_ATTRIBUTES:
         raise ValueError(f"{item.name} has too many attributes")
-
-
-def texts_of(item: Any, budget: Budget) -> dict[str, str]:
-    """Return the scalar attributes of an object as printable text."""
-    _check_attributes(item)
-    return {
-        name: text_of(item, name, budget)
-        for name in item.attrs
-        if name.isprintable() and item.attrs.get_id(name).shape == ()
-    }
-
-
-def text_of(item: Any, name: str, budget: Budget) -> str:
-    """Return a short attribute as text; bytes that are not UTF-8 are replaced.
-
-    Labels are cut to one line of at most MAX_LABEL characters.
-    """
-    attribute = item.attrs.get_id(name)
-    if attribute.shape != () or not _is_plain(attribute.get_type()):
-        raise ValueError(f"{name} is not a text")
-    value = item.attrs[name]
-    text = str(value).encode("utf-8", "replace").decode()
-    if len(text) > (MAX_SCENARIO if name in LONG_TEXTS else MAX_TEXT):
-        raise ValueError(f"{name} is too long")
-    if name in LABELS:  # drawing thousands of lines would take seconds
-        text = " ".join(text[:MAX_LABEL].split())
-    budget.claim(4 * len(text), name)
-    return text
 
 
 def integers_of(item: Any, name: str) -> list[int]:
@@ -173,40 +192,16 @@ def integers_of(item: Any, name: str) -> list[int]:
     return [int(value) for value in np.atleast_1d(item.attrs[name]).tolist()]
 
 
-def flags_of(dataset: Any, budget: Budget) -> Flags:
-    """Return the meanings of the values of a dataset."""
-    meanings = text_of(dataset, "flag_meanings", budget).split()
-    return tuple(zip(integers_of(dataset, "flag_values"), meanings, strict=True))
-
-
-def values_of(dataset: Any, budget: Budget) -> Any:
-    """Return the real numbers of a dataset as float64, or as integers of their type."""
-    budget.claim(dataset.nbytes, dataset.name)
-    return rows_of(dataset, ...)
-
-
 def rows_of(dataset: Any, rows: Any) -> Any:
-    """Return rows of a dataset of real numbers, as `values_of` does."""
+    """Return rows of a dataset of real numbers as `CheckedFile.values_of`."""
     if dataset.dtype.kind not in "fiub":
         raise TypeError(f"{dataset.name} does not hold real numbers")
     return np.asarray(dataset[rows]).astype(type_of(dataset), copy=False)
 
 
-def names_of(dataset: Any, budget: Budget) -> tuple[str, ...]:
-    """Return the texts of a dataset."""
-    if dataset.ndim != 1 or h5py.check_string_dtype(dataset.dtype) is None:
-        raise ValueError(f"{dataset.name} does not hold names")
-    if dataset.size > MAX_NAMES:
-        raise ValueError(f"{dataset.name} has too many names")
-    budget.claim(dataset.nbytes, dataset.name)
-    names = []
-    for start in range(0, dataset.size, 64):  # texts of any length may be in a file many times
-        for text in dataset.asstr(errors="replace")[start : start + 64]:
-            if len(text) > MAX_TEXT or not str(text).isprintable():
-                raise ValueError(f"{dataset.name}: a name is not printable")
-            budget.claim(4 * len(text), dataset.name)
-            names.append(str(text))
-    return tuple(names)
+def holds_text(dataset: Any) -> bool:
+    """Return whether a dataset holds text."""
+    return h5py.check_string_dtype(dataset.dtype) is not None
 
 
 def type_of(dataset: Any) -> Any:

@@ -32,7 +32,14 @@ import numpy as np
 from frictionsim.errors import OutputError
 from frictionsim.io.atomic_write import PartFile, write_atomically
 from frictionsim.io.checksum import LENGTH, append_trailer, checksum_trailer
-from frictionsim.io.replaceable import COSTS_IN_HDF5, RESULT, SEGMENT, Kind, check_replaceable
+from frictionsim.io.replaceable import (
+    COSTS_IN_HDF5,
+    RESULT,
+    SEGMENT,
+    Kind,
+    check_replaceable,
+    check_segment,
+)
 from frictionsim.io.result_format import (
     CONVENTIONS,
     COUNTS,
@@ -109,13 +116,6 @@ def write_segment(record: Record, path: Path) -> int:
     """Write a segment of a long run; return its checksum."""
     check_segment(path)
     return write_from_memory(lambda file: _fill(file, record, None, QUICK_LEVEL), path, SEGMENT)
-
-
-def check_segment(path: Path) -> None:
-    """Check that a segment may be written to a path."""
-    if path.is_symlink():
-        raise OutputError(f"{path}: cannot write the segment: this is a link; remove it")
-    check_replaceable(path, SEGMENT)
 
 
 def _write_on_disk(part: Path, record: Record, checkpoint: dict[str, Any] | None) -> None:
@@ -210,7 +210,9 @@ def _fill(
 ) -> None:
     """Add the content of a result to a new file; samples in blocks of `rows`, if given."""
     _add_attributes(file, record.attributes)
-    scales = {"": _add_time(file, record)}
+    time = _add(file, "time", record.channels["time"], Channel("s", "time"))
+    time.make_scale("time")
+    scales = {"": time}
     for axis, members in record.members.items():
         scales[axis] = _add_axis(file, axis, members)
     channels = {name: values for name, values in record.channels.items() if name != "time"}
@@ -222,7 +224,8 @@ def _fill(
         else:
             storage = _storage(values, level, rows)
             dataset = file.create_dataset(name, values.shape, values.dtype, **storage)
-        describe(dataset, _channel(record, name), *scale)
+        flags = record.flags.get(name, ())
+        describe(dataset, Channel(record.units[name], record.long_names[name], flags=flags), *scale)
     if rows is not None:  # all channels of a segment before the next, so that each is read once
         for start in range(0, len(record.time), rows):
             for name, values in channels.items():
@@ -242,16 +245,6 @@ def _add_attributes(file: Any, attributes: dict[str, str]) -> None:
     for name, text in texts.items():
         if name != "format_version":
             _set_text(file, name, text)
-
-
-def _channel(record: Record, name: str) -> Channel:
-    return Channel(record.units[name], record.long_names[name], flags=record.flags.get(name, ()))
-
-
-def _add_time(file: Any, record: Record) -> Any:
-    scale = _add(file, "time", record.channels["time"], Channel("s", "time"))
-    scale.make_scale("time")
-    return scale
 
 
 def _add_events(file: Any, record: Record) -> None:

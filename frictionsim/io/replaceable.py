@@ -96,6 +96,13 @@ def check_target(path: Path, kind: Kind) -> None:
     check_place(path, kind.word)
 
 
+def check_segment(path: Path) -> None:
+    """Check that a segment may be written to a path."""
+    if path.is_symlink():
+        raise OutputError(f"{path}: cannot write the segment: this is a link; remove it")
+    check_replaceable(path, SEGMENT)
+
+
 def check_apart(paths: dict[str, Path]) -> None:
     """Check that the files of one command, by option, are distinct."""
     options: dict[str, str] = {}

@@ -14,7 +14,6 @@ TEXTS = {
     "warnings": "warnings, one per line",
 }
 
-
 SOBOL_QUANTITY, SOBOL_KEY, SOBOL_BASIS = "sobol_quantity", "sobol_key", "sobol_basis"
 SOBOL = {
     "sobol_first": "first-order Sobol index",
@@ -24,7 +23,6 @@ SOBOL = {
     "sobol_total_low": "lower end of the 95 % interval of the total index",
     "sobol_total_high": "upper end of the 95 % interval of the total index",
 }
-
 
 SOBOL_NAMES = (SOBOL_QUANTITY, SOBOL_KEY, SOBOL_BASIS, *SOBOL)
 
@@ -86,6 +84,14 @@ class SweepTable(NamedTuple):
     def runs(self) -> int:
         """The number of runs, including those not run yet."""
         return len(self.status)
+
+    def places(self, runs: Any) -> dict[str, Any]:
+        """Return the indices of the values of each varied key in a run, or in an array of runs."""
+        if RUN in self.dimensions:
+            return dict.fromkeys(self.coordinates, runs)
+        import numpy as np
+
+        return dict(zip(self.dimensions, np.unravel_index(runs, self.shape), strict=True))
 
     def text_array(self, name: str) -> Any:
         """Return `failure`, `reason` or `warnings` of all runs in the shape of the sweep."""

@@ -54,7 +54,8 @@ def block_of(first: int, outcomes: Iterable[tuple[Any, RunOutcome]]) -> RunBlock
 
     Runs are counted from the first of the block; those of an outcome are in ascending order.
     """
-    parts = sorted(((np.atleast_1d(r), outcome) for r, outcome in outcomes), key=_first_run)
+    parts = [(np.atleast_1d(runs), outcome) for runs, outcome in outcomes]
+    parts.sort(key=lambda part: int(part[0][0]))
     units: dict[str, str] = {}
     for _, outcome in parts:
         for name, quantity in outcome.quantities.items():
@@ -74,7 +75,3 @@ def block_of(first: int, outcomes: Iterable[tuple[Any, RunOutcome]]) -> RunBlock
                 texts[name] |= dict.fromkeys((first + runs).tolist(), text)
     values[~np.isfinite(values)] = np.nan
     return RunBlock(first, status, units, values, texts)
-
-
-def _first_run(part: tuple[Any, RunOutcome]) -> int:
-    return int(part[0][0])

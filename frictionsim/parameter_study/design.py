@@ -89,13 +89,14 @@ def design_of(
             raise InputError("zip and sample exclude each other: leave out one of them")
         _check_sampling(vary, sampling)
         return Design(SAMPLE, keys, tuple(_sample(list(vary.values()), sampling)))
+    lengths: dict[str, int] = {}
     for key, values in vary.items():
         if isinstance(values, Distribution):
             raise InputError(
                 f"vary {key}: {values.text} is a distribution; give the number of runs of a sample"
                 " as 'sample'"
             )
-    lengths = {key: values.size for key, values in vary.items() if isinstance(values, Levels)}
+        lengths[key] = values.size
     count = prod(lengths.values())
     if together:
         if len(set(lengths.values())) > 1:
@@ -149,14 +150,10 @@ def _check_sampling(vary: Mapping[str, VariedValues], sampling: Sampling) -> Non
     if runs > MAX_RUNS:
         raise InputError(f"sample: {runs} runs are more than the limit of {MAX_RUNS}")
     if sampling.indices and sampling.runs & (sampling.runs - 1):
+        below = 1 << (sampling.runs.bit_length() - 1)
         raise InputError(
-            f"sample: Sobol indices need a power of 2, e.g. {_power_of_two_below(sampling.runs)},"
-            f" got {sampling.runs}"
+            f"sample: Sobol indices need a power of 2, e.g. {below}, got {sampling.runs}"
         )
-
-
-def _power_of_two_below(count: int) -> int:
-    return 1 << (count.bit_length() - 1)
 
 
 def _sample(distributions: "list[Any]", sampling: Sampling) -> "list[Array]":
@@ -164,17 +161,11 @@ def _sample(distributions: "list[Any]", sampling: Sampling) -> "list[Array]":
     import numpy as np
 
     width = len(distributions)
-    if not sampling.indices:
-        points = _points(width, sampling)
-        return [d.quantiles(points[:, i]) for i, d in enumerate(distributions)]
-    both = _points(2 * width, sampling)
-    a, b = both[:, :width], both[:, width:]
-    blocks = [a, b]
-    for i in range(width):
-        mixed = a.copy()
-        mixed[:, i] = b[:, i]
-        blocks.append(mixed)
-    points = np.concatenate(blocks)
+    points = _points(2 * width if sampling.indices else width, sampling)
+    if sampling.indices:
+        a, b = points[:, :width], points[:, width:]
+        mixed = [np.where(np.arange(width) == i, b, a) for i in range(width)]
+        points = np.concatenate([a, b, *mixed])
     return [d.quantiles(points[:, i]) for i, d in enumerate(distributions)]
 
 

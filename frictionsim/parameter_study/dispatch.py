@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, Protocol
 from frictionsim.errors import InputError, Interrupted
 from frictionsim.parameter_study.block import FAILED, RunBlock, RunOutcome, block_of
 from frictionsim.parameter_study.single_run import NO_MONITOR, Task, run_task
-from frictionsim.parameter_study.sweep import Assembly, SweepPlan
+from frictionsim.parameter_study.sweep import SweepPlan
 from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import RunMonitor
 
@@ -283,23 +283,6 @@ def _block(answer: _Answer) -> RunBlock:
         return answer.block
     reason = f"the worker process crashed in this run every time ({answer.crash})"
     return block_of(answer.job.first, [(0, RunOutcome(FAILED, {}, WORKER_DIED, reason))])
-
-
-def run_sweep(
-    plan: SweepPlan,
-    assembly: Assembly,
-    executor: Executor,
-    on_block: Callable[[RunBlock], Any],
-    monitor: RunMonitor,
-) -> None:
-    """Run the remaining runs of an assembly, as `run_blocks`.
-
-    `on_block` is called with each block before it is added; any exception of it ends the sweep.
-    """
-    monitor(0.0)
-    for block in run_blocks(executor, plan, assembly.remaining, monitor):
-        on_block(block)
-        assembly.add(block)
 
 
 def check_combinations(

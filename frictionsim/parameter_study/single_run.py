@@ -61,9 +61,7 @@ def run_task(
 
 
 def outcomes_together(
-    combinations: Combinations,
-    values: Sequence[tuple[Any, ...]],
-    monitor: RunMonitor = NO_MONITOR,
+    combinations: Combinations, values: Sequence[tuple[Any, ...]], monitor: RunMonitor = NO_MONITOR
 ) -> list[tuple[Any, RunOutcome]]:
     """Run many combinations at once; return their outcomes, without those that must run alone.
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.io.sweep_table import RUN, SweepTable
+from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
 from frictionsim.parameter_study.design import SAMPLE, Sampling
 from frictionsim.parameter_study.study_file import options_of
@@ -143,12 +143,7 @@ def extremes(table: SweepTable) -> dict[str, Extremes]:
 
 def varied_values(table: SweepTable, run: int) -> dict[str, Any]:
     """Return the values of the varied keys in a run, by key."""
-    if RUN in table.dimensions:
-        places = dict.fromkeys(table.coordinates, run)
-    else:
-        indices = np.unravel_index(run, table.shape)
-        places = {key: int(i) for key, i in zip(table.dimensions, indices, strict=True)}
-    return {key: table.coordinates[key].values[place] for key, place in places.items()}
+    return {key: table.coordinates[key].values[place] for key, place in table.places(run).items()}
 
 
 def grouped(texts: Mapping[int, str]) -> list[Group]:

@@ -163,10 +163,9 @@ def study_toml(study: SweepStudy) -> str:
 
 
 def _toml_values(values: VariedValues) -> Any:
-    if isinstance(values, Distribution):
+    if isinstance(values, Distribution) or values.text.startswith(("lin", "log")):
         return values.text
-    text = values.text
-    return text if text.startswith(("lin", "log")) else list(values.values)
+    return list(values.values)
 
 
 def _table(data: Mapping[str, Any], table: str, name: str) -> Mapping[str, Any]:

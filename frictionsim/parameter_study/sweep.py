@@ -81,10 +81,6 @@ class Assembly:
         for name, texts in table.texts.items():
             self.texts[name].update(texts)
 
-    def _order(self) -> dict[str, str]:
-        """Return the attribute that `restore` needs; empty for a complete sweep."""
-        return {ORDER: dumps(self._first)} if (self.status == NOT_RUN).any() else {}
-
     @property
     def runs_done(self) -> int:
         """The number of runs that have an outcome."""
@@ -94,12 +90,8 @@ class Assembly:
     def remaining(self) -> list[range]:
         """The runs that have no outcome yet."""
         missing = np.flatnonzero(self.status == NOT_RUN)
-        if not missing.size:
-            return []
-        ends = np.flatnonzero(np.diff(missing) > 1)
-        starts = missing[np.concatenate(([0], ends + 1))]
-        stops = missing[np.concatenate((ends, [missing.size - 1]))] + 1
-        return [range(int(a), int(b)) for a, b in zip(starts, stops, strict=True)]
+        parts = np.split(missing, np.flatnonzero(np.diff(missing) > 1) + 1)
+        return [range(int(part[0]), int(part[-1]) + 1) for part in parts if part.size]
 
     def table(
         self,
@@ -118,10 +110,12 @@ class Assembly:
         root.pop(ORDER, None)
         root["status"] = "interrupted" if unfinished else "done"
         root["reason"] = reason if unfinished else ""
+        if unfinished:
+            root[ORDER] = dumps(self._first)  # for `restore`
         # In the order of the runs, whatever the order of the blocks.
         names = sorted(self._columns, key=lambda name: self._first[name])
         table = SweepTable(
-            attributes=root | self._order(),
+            attributes=root,
             dimensions=dict(zip(plan.design.dimensions, plan.design.shape, strict=True)),
             coordinates=coordinates_of(plan),
             units={name: self._units[name] for name in names},

@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     from frictionsim.parameter_study.sweep import Assembly
 
 SERIES, STUDY = ".series", "study.toml"
+RUNS_AT_ONCE = 4096  # of a table in CSV
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
 class SweepFiles:
@@ -209,10 +211,6 @@ def digest_of(table: SweepTable) -> bytes:
     return digest.digest()
 
 
-RUNS_AT_ONCE = 4096
-FORMULA = ("=", "+", "-", "@", "\t", "\r")
-
-
 class Writable(Protocol):
     """A target for text."""
 
@@ -269,12 +267,7 @@ def _heading(key: str, coordinate: Coordinate) -> str:
 def _columns(table: SweepTable, runs: range) -> Iterator[list[Any]]:
     """Yield the cells of some runs, column by column."""
     yield list(runs)
-    numbers = np.arange(runs.start, runs.stop)
-    indices = (
-        dict.fromkeys(table.coordinates, numbers)
-        if RUN in table.dimensions
-        else dict(zip(table.dimensions, np.unravel_index(numbers, table.shape), strict=True))
-    )
+    indices = table.places(np.arange(runs.start, runs.stop))
     for key, coordinate in table.coordinates.items():
         if isinstance(coordinate.values, list):
             yield [_text(coordinate.values[i]) for i in indices[key].tolist()]

@@ -60,8 +60,11 @@ class Distribution(NamedTuple):
     def quantiles(self, probabilities: "Array") -> "Array":
         """Return the quantiles for numbers between 0 and 1."""
         import numpy as np
+        from scipy import stats
 
-        return _frozen(self).ppf(np.clip(probabilities, NEXT_TO_ZERO, NEXT_TO_ONE))
+        frozen = DISTRIBUTIONS[self.name].frozen(stats, *self.arguments)
+        quantiles: Array = frozen.ppf(np.clip(probabilities, NEXT_TO_ZERO, NEXT_TO_ONE))
+        return quantiles
 
 
 VariedValues = Levels | Distribution
@@ -92,16 +95,18 @@ def values_of(key: str, spec: Any) -> VariedValues:
     if isinstance(spec, Levels | Distribution):
         return spec
     if not isinstance(spec, str):
-        return _levels_from_python(key, spec)
+        values = plain(list(spec) if isinstance(spec, range) else spec, f"vary: {key}")
+        return _levels(key, values, toml_value(values))
     called = CALL.fullmatch(spec)
     if called:
         return _parse_call(key, spec.strip(), *called.groups())
-    return _levels(key, _parse_list(key, spec), spec.strip())
-
-
-def _levels_from_python(key: str, spec: Any) -> Levels:
-    values = plain(list(spec) if isinstance(spec, range) else spec, f"vary: {key}")
-    return _levels(key, values, toml_value(values))
+    try:
+        values = parsed_value(spec)
+    except ValueError:
+        raise InputError(
+            f'vary {key}: expected {EXPECTED}; words in quotes, e.g. ["a"]; got {spec!r}'
+        ) from None
+    return _levels(key, values, spec.strip())
 
 
 def _levels(key: str, values: Any, text: str) -> Levels:
@@ -110,15 +115,6 @@ def _levels(key: str, values: Any, text: str) -> Levels:
     if not values:
         raise InputError(f"vary {key}: the list is empty; give at least one value")
     return Levels(len(values), text, partial(tuple, values))
-
-
-def _parse_list(key: str, text: str) -> Any:
-    try:
-        return parsed_value(text)
-    except ValueError:
-        raise InputError(
-            f'vary {key}: expected {EXPECTED}; words in quotes, e.g. ["a"]; got {text!r}'
-        ) from None
 
 
 def _parse_call(key: str, text: str, name: str, arguments: str) -> VariedValues:
@@ -190,35 +186,33 @@ def _evenly(first: Fraction, last: Fraction, count: int) -> list[float]:
 
 
 class _Family(NamedTuple):
-    """A family of distributions: its arguments, and a function for their fault."""
+    """A family of distributions."""
 
     arguments: str
-    fault: Callable[..., str]
+    fault: Callable[..., str]  # of the arguments; empty if there is none
+    frozen: Callable[..., Any]  # the distribution of `scipy.stats` with these arguments
 
 
 RANGES = {"lin": "a, b, n", "log": "a, b, n"}
 DISTRIBUTIONS = {
-    "uniform": _Family("a, b", lambda a, b: "" if a < b else "expected a below b"),
-    "normal": _Family("m, s", lambda m, s: "" if s > 0.0 else "expected s above 0"),
-    "lognormal": _Family("m, s", lambda m, s: "" if s > 0.0 else "expected s above 0"),
+    "uniform": _Family(
+        "a, b",
+        lambda a, b: "" if a < b else "expected a below b",
+        lambda stats, a, b: stats.uniform(loc=a, scale=b - a),
+    ),
+    "normal": _Family(
+        "m, s",
+        lambda m, s: "" if s > 0.0 else "expected s above 0",
+        lambda stats, m, s: stats.norm(m, s),
+    ),
+    "lognormal": _Family(
+        "m, s",
+        lambda m, s: "" if s > 0.0 else "expected s above 0",
+        lambda stats, m, s: stats.lognorm(s, scale=exp(m)),
+    ),
     "triangular": _Family(
-        "a, c, b", lambda a, c, b: "" if a <= c <= b and a < b else "expected a <= c <= b, a < b"
+        "a, c, b",
+        lambda a, c, b: "" if a <= c <= b and a < b else "expected a <= c <= b, a < b",
+        lambda stats, a, c, b: stats.triang((c - a) / (b - a), loc=a, scale=b - a),
     ),
 }
-
-
-def _frozen(distribution: Distribution) -> Any:
-    """Return the distribution of SciPy."""
-    from scipy import stats
-
-    arguments = distribution.arguments
-    if distribution.name == "uniform":
-        a, b = arguments
-        return stats.uniform(loc=a, scale=b - a)
-    if distribution.name == "normal":
-        return stats.norm(*arguments)
-    if distribution.name == "lognormal":
-        mean, deviation = arguments
-        return stats.lognorm(deviation, scale=exp(mean))
-    a, c, b = arguments
-    return stats.triang((c - a) / (b - a), loc=a, scale=b - a)

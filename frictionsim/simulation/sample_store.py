@@ -2,7 +2,7 @@
 
 A run that has nowhere to put segments keeps all samples in memory. Else, whenever the recorded
 channels of the latest samples fill SEGMENT_BYTES, these samples become a segment: a file that is
-written once, whole or not at all, and never changed (`frictionsim.io.sample_segments`). Recorded
+written once, whole or not at all, and never changed (`frictionsim.io.segments`). Recorded
 channels with columns are then there alone; the few numbers of a sample that summary and audit need
 stay in memory too. What the state of a run says of segments is how many there are, so that a
 checkpoint takes the time of the samples since the last one, however long the run is. A run whose

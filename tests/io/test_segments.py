@@ -12,7 +12,7 @@ from frictionsim.errors import InputError, OutputError
 from frictionsim.io.child_answer import decoded
 from frictionsim.io.child_questions import answer
 from frictionsim.io.destination import Destination
-from frictionsim.io.sample_segments import SampleSegments
+from frictionsim.io.segments import SampleSegments
 from frictionsim.results import Record
 from tests.support.scenarios import pulley, simulate
 
