@@ -6,9 +6,9 @@ its class may have methods, which compiled code calls as Python does. `reason_ag
 anything is compiled what an argument has that cannot be.
 
 Compiled code is kept on the disk. numba compares the time stamp of one file only, so the folder of
-a build carries a digest of all sources: of the marked functions, of the classes of the arguments,
-and of all modules beside them. Belts, whose kernels are functions of arrays (`belt_drive.kernels`),
-keep theirs in the same way.
+a build carries a digest of all that goes into it: the sources of this package; those of a plug-in
+and of others whose marked functions it calls; and the constants that they import. Belts, whose
+kernels are functions of arrays (`belt_drive.kernels`), keep theirs in the same way.
 """
 
 import gc
@@ -25,7 +25,7 @@ from importlib import import_module
 from itertools import count
 from math import inf, ulp
 from pathlib import Path
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import Any, TypeVar
 
 Marked = TypeVar("Marked", bound=Callable[..., Any] | type)
@@ -38,8 +38,9 @@ OPTIONS: dict[str, Any] = {
     "_nrt": False,
     "no_cfunc_wrapper": True,
 }
-# Modules whose constants and methods go into compiled code, beside those of marked functions.
-SHARED = ("mechanisms/**/*.py", "solvers/*.py")
+# Modules whose functions and constants go into compiled code.
+SHARED = ("*.py", "mechanisms/**/*.py", "scenario/*.py", "solvers/*.py")
+PACKAGE = __package__.partition(".")[0]
 
 _marked: list[Any] = []
 _inlined: set[Any] = set()
@@ -330,18 +331,19 @@ def _compiler() -> tuple[Any, ...]:
     return ()
 
 
-def build_name(modules: Iterable[str]) -> str:
-    """Return the name of the build for code of some modules: another one when a source changes.
+def build_name(modules: Iterable[str] = ()) -> str:
+    """Return the name of the build with code of plug-ins: another one when a source changes.
 
-    Equations may call functions of the modules beside them.
+    Parameters
+    ----------
+    modules : iterable of str
+        Those of plug-ins, of which the values of constants count, too: they may be imported.
     """
-    package = Path(__file__).parents[1]
+    package, digest = Path(__file__).parents[1], sha256()
     files = {file for pattern in SHARED for file in package.glob(pattern)}
-    for name in modules:
-        if source := _source_of(name):
-            beside = Path(source).parent.glob("*.py") if sys.modules[name].__package__ else ()
-            files.update({Path(source), *beside})
-    digest = sha256()
+    for name in sorted(modules):
+        files.update(_sources_of(name))
+        digest.update(repr(_constants_of(sys.modules[name])).encode())
     for path in sorted(files):
         digest.update(str(path).encode() + path.read_bytes())
     return f"kernels-{digest.hexdigest()[:16]}"
@@ -352,13 +354,49 @@ def folder_of(classes: frozenset[type]) -> Path | None:
     """Return the folder that keeps the code for some classes; None if it cannot be kept."""
     from frictionsim.solvers.kernel_folder import usable_folder
 
-    modules = {one.__module__ for one in classes}
+    modules = plugin_modules(one.__module__ for one in classes)
     if not all(map(_source_of, modules)):
         return None  # no change of it would be noticed
-    # A plug-in may have marked functions in other folders.
-    plugins = {name.partition(".")[0] for name in modules} - {__package__.partition(".")[0]}
-    marked = {name for name in _modules if name.partition(".")[0] in plugins}
-    return usable_folder(build_name(modules | marked))
+    return usable_folder(build_name(modules))
+
+
+def plugin_modules(names: Iterable[str]) -> set[str]:
+    """Return modules outside of this package, with those of the marked functions that they name."""
+    reached, left = set[str](), [*names]
+    while left:
+        name = left.pop()
+        package = name.partition(".")[0]
+        if name not in reached and package != PACKAGE:
+            reached.add(name)
+            named = {getattr(value, "__module__", "") for value in vars(sys.modules[name]).values()}
+            # A module of the same package may name others in its place.
+            left += (one for one in _modules if one in named or one.partition(".")[0] == package)
+    return reached
+
+
+def _sources_of(module: str) -> Iterator[Path]:
+    """Yield the sources of a module, and of all others of its package."""
+    source, above = Path(_source_of(module) or ""), module.count(".")
+    if not sys.modules[module].__package__:
+        yield source
+        return
+    above -= source.name != "__init__.py"
+    yield from source.parents[above].rglob("*.py")
+
+
+def _constants_of(module: ModuleType, depth: int = 1) -> list[tuple[str, Any]]:
+    """Return the numbers that a module, and those that it imports, name."""
+    constants: list[tuple[str, Any]] = []
+    for name, value in sorted(vars(module).items()):
+        if name.startswith("__"):
+            continue
+        if isinstance(value, ModuleType):
+            constants += _constants_of(value, depth - 1) if depth else []
+        elif not reason_against(value):
+            constants.append((name, value))
+        elif hasattr(value, "tobytes") and not isinstance(value, type):
+            constants.append((name, value.tobytes()))
+    return constants
 
 
 def _source_of(module: str) -> str | None:

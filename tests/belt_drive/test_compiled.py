@@ -1,16 +1,20 @@
 """Kernels as plain Python: the same numbers as compiled, and two runs alike to the last bit."""
 
+import ast
 import sys
+from inspect import getsource as source_of
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
+from frictionsim import results
 from frictionsim.mechanisms.belt_drive.kernels import jit
 from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
-from frictionsim.solvers.compilation import build_name
+from frictionsim.solvers import compilation, multi_contact
+from frictionsim.solvers.compilation import build_name, plugin_modules
 from tests.support.belt_scenarios import COMPILED, STEPS, scenario_of
 from tests.support.scenarios import Scenario, run_anew
 
@@ -105,13 +109,21 @@ def test_two_runs_are_alike_to_the_last_bit(name: str) -> None:
     assert once.statistics[:4] == again.statistics[:4]
 
 
-def test_the_cache_is_distinguished_by_every_file_with_kernels(
+def test_the_cache_is_distinguished_by_every_file_with_kernels_and_constants(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    modules = [m for name, m in sys.modules.items() if name.startswith("frictionsim")]
-    kernels = [v for m in modules for v in vars(m).values() if hasattr(v, "py_func")]
+    modules = {name: m for name, m in sys.modules.items() if name.startswith("frictionsim")}
+    kernels = [v for m in modules.values() for v in vars(m).values() if hasattr(v, "py_func")]
     files = {Path(kernel.py_func.__code__.co_filename) for kernel in kernels}
     assert len(files) > 5
+    assert multi_contact.__name__ in modules  # whose constants of modes are of `results`
+    marked = {kernel.py_func.__module__ for kernel in kernels} | compilation._modules
+    for node in (node for name in marked for node in ast.walk(ast.parse(source_of(modules[name])))):
+        if isinstance(node, ast.ImportFrom) and node.module in modules:
+            values = (getattr(modules[node.module], alias.name, None) for alias in node.names)
+            if any(isinstance(value, float | int) for value in values):
+                files.add(Path(str(modules[node.module].__file__)))
+    assert Path(str(results.__file__)) in files
     read: list[Path] = []
 
     def recorded(path: Path) -> bytes:
@@ -119,7 +131,7 @@ def test_the_cache_is_distinguished_by_every_file_with_kernels(
         return b""
 
     monkeypatch.setattr(Path, "read_bytes", recorded)
-    build = build_name(())
+    build = build_name()
     assert files <= set(read)
     # A process that has imported other ones finds the same folder.
-    assert build_name({kernel.py_func.__module__ for kernel in kernels}) == build
+    assert build_name(plugin_modules(marked)) == build

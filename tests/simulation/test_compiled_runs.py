@@ -269,11 +269,16 @@ from frictionsim.solvers.compilation import compilable
 def signed(x: float) -> float:
     return {sign}x
 """
+OTHER_PACKAGE = LAWS.replace("signed", "mirrored")
+CONSTANT = "UNIT = {sign}1.0"
 EQUATION = """
 from typing import NamedTuple
 
+import constants
 from factors.laws import signed
 from frictionsim.solvers.compilation import compilable
+from mirrors import mirrored
+from units import UNIT
 
 
 class Factor(NamedTuple):
@@ -285,7 +290,7 @@ class Factor(NamedTuple):
 
 @compilable
 def product(factor: Factor, x: float) -> float:
-    return signed(factor.times(x))
+    return constants.UNIT * UNIT * mirrored(signed(factor.times(x)))
 """
 PROCESS = """
 from factors.kinds.equation import Factor, product
@@ -301,7 +306,7 @@ print(function(Factor(2.0), 1.5), before, hits)
 def test_another_process_finds_the_code_on_the_disk_but_not_of_another_source(
     tmp_path: Path,
 ) -> None:
-    """Of an equation, and of a function in another folder that it calls."""
+    """Of an equation, of a function in another folder or package that it calls, of a constant."""
 
     def process() -> str:
         environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
@@ -315,12 +320,19 @@ def test_another_process_finds_the_code_on_the_disk_but_not_of_another_source(
     (package / "kinds").mkdir(parents=True)
     for folder in (package, package / "kinds"):
         (folder / "__init__.py").touch()
-    sources = {package / "laws.py": LAWS, package / "kinds" / "equation.py": EQUATION}
+    sources = {
+        package / "laws.py": LAWS,
+        package / "kinds" / "equation.py": EQUATION,
+        tmp_path / "mirrors.py": OTHER_PACKAGE,
+        tmp_path / "units.py": CONSTANT,
+        tmp_path / "constants.py": CONSTANT,
+    }
     for path, text in sources.items():
         path.write_text(text.format(sign="+"))
     assert [process(), process()] == ["3.0 False 0", "3.0 True 1"]
-    for path, text, value in zip(sources, sources.values(), ["-3.0", "3.0"], strict=True):
+    for number, (path, text) in enumerate(sources.items()):
         times = path.stat()
         path.write_text(text.format(sign="-"))
         os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+        value = 3.0 if number % 2 else -3.0
         assert [process(), process()] == [f"{value} False 0", f"{value} True 1"]

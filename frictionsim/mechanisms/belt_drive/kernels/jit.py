@@ -17,6 +17,7 @@ from frictionsim.solvers.compilation import (
     build_name,
     compiler_of_parts,
     kept_in,
+    plugin_modules,
     without_collection,
 )
 
@@ -158,7 +159,7 @@ def _folder() -> Path | None:
     """Return the folder that numba keeps the kernels of this build in; None if in none."""
     from frictionsim.solvers.kernel_folder import usable_folder
 
-    folder = usable_folder(build_name(_modules_with_kernels))
+    folder = usable_folder(build_name(plugin_modules(_modules_with_kernels)))
     if folder is not None:
         LOG.info("folder of the compiled kernels: %s", folder)
     return folder
