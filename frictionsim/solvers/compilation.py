@@ -341,7 +341,7 @@ def build_name(modules: Iterable[str] = ()) -> str:
     """
     package, digest = Path(__file__).parents[1], sha256()
     files = {file for pattern in SHARED for file in package.glob(pattern)}
-    for name in sorted(modules):
+    for name in sorted(filter(_source_of, modules)):
         files.update(_sources_of(name))
         digest.update(repr(_constants_of(sys.modules[name])).encode())
     for path in sorted(files):
@@ -368,7 +368,8 @@ def plugin_modules(names: Iterable[str]) -> set[str]:
         package = name.partition(".")[0]
         if name not in reached and package != PACKAGE:
             reached.add(name)
-            named = {getattr(value, "__module__", "") for value in vars(sys.modules[name]).values()}
+            values = vars(sys.modules[name]).values() if name in sys.modules else ()
+            named = {getattr(value, "__module__", "") for value in values}
             # A module of the same package may name others in its place.
             left += (one for one in _modules if one in named or one.partition(".")[0] == package)
     return reached
@@ -394,7 +395,7 @@ def _constants_of(module: ModuleType, depth: int = 1) -> list[tuple[str, Any]]:
             constants += _constants_of(value, depth - 1) if depth else []
         elif not reason_against(value):
             constants.append((name, value))
-        elif hasattr(value, "tobytes") and not isinstance(value, type):
+        elif type(value).__name__ == "ndarray":
             constants.append((name, value.tobytes()))
     return constants
 

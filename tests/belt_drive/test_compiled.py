@@ -117,7 +117,8 @@ def test_the_cache_is_distinguished_by_every_file_with_kernels_and_constants(
     files = {Path(kernel.py_func.__code__.co_filename) for kernel in kernels}
     assert len(files) > 5
     assert multi_contact.__name__ in modules  # whose constants of modes are of `results`
-    marked = {kernel.py_func.__module__ for kernel in kernels} | compilation._modules
+    marked = {kernel.py_func.__module__ for kernel in kernels}
+    marked |= compilation._modules & modules.keys()
     for node in (node for name in marked for node in ast.walk(ast.parse(source_of(modules[name])))):
         if isinstance(node, ast.ImportFrom) and node.module in modules:
             values = (getattr(modules[node.module], alias.name, None) for alias in node.names)
