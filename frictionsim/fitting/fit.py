@@ -9,7 +9,7 @@ The bootstrap gives intervals from fits to resampled data, without linearisation
 the last runs, their derivatives, and residuals that are too large.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -61,8 +61,8 @@ NO_SCATTER = (
 def fit(problem: FitProblem, options: FitOptions) -> FitOutcome:
     """Fit the free keys of a problem."""
     _check(problem)
-    searches = options.starts + options.bootstrap
-    problem.expect(SCANNED * options.starts + searches * EVALUATIONS_OF_A_KEY * len(problem.keys))
+    of_searches = EVALUATIONS_OF_A_KEY * len(problem.keys) * (options.starts + options.bootstrap)
+    problem.expect(SCANNED * options.starts + of_searches)
     noise = Noise(problem.data.targets)
     best, starts = search(problem, 1.0 / noise.sigma, options.starts, options.seed)
     if noise.is_to_be_balanced:
@@ -231,17 +231,20 @@ def bootstrap(
     residuals = residuals_of(problem, best.x)
     measured = np.concatenate([t.values for t in problem.data.targets])
     fitted, values, failed = measured - residuals, [], 0
-    searches = []
-    for _ in range(fits):
-        drawn = noise.sigma * rng.normal(size=residuals.size)
-        for group in noise.groups:
-            pool = residuals[group] / noise.sigma[group]
-            pool = pool - np.mean(pool)
-            size = np.sqrt(np.mean(pool**2)) or 1.0
-            drawn[group] = noise.sigma[group] * rng.choice(pool / size, size=pool.size)
-        searches.append(Search(problem, 1.0 / noise.sigma, fitted + drawn))
+    weights = 1.0 / noise.sigma
+
+    def resampled() -> "Iterator[tuple[Search, Array]]":
+        for _ in range(fits):
+            drawn = noise.sigma * rng.normal(size=residuals.size)
+            for group in noise.groups:
+                pool = residuals[group] / noise.sigma[group]
+                pool = pool - np.mean(pool)
+                size = np.sqrt(np.mean(pool**2)) or 1.0
+                drawn[group] = noise.sigma[group] * rng.choice(pool / size, size=pool.size)
+            yield Search(problem, weights, fitted + drawn), best.x
+
     problem.compile(best.x)
-    for minimum in minima(searches, [best.x] * fits):
+    for minimum in minima(problem, resampled(), fits):
         if minimum.converged:
             values.append([key.value(x) for key, x in zip(problem.keys, minimum.x, strict=True)])
         else:

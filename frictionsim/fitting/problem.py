@@ -53,7 +53,7 @@ LIMITS: dict[str, tuple[Callable[[float, float], bool], str]] = {
 SAME_TIME = 1e-12  # relative to the time: a sample at an event
 NEAR_ZERO = 1e-3  # of the values that the runs gave
 EXACT, FIXED_ERROR = 1e-6, 1e-3  # of the data; the latter is the error of runs with fixed steps
-MAX_REMEMBERED, MAX_NUMBERS = 512, 20_000_000  # evaluations, and numbers in them
+MAX_REMEMBERED, MAX_NUMBERS = 100_000, 10_000_000  # evaluations, and numbers in them
 MAX_TOGETHER = 1_000_000  # samples of runs that are made together
 
 
@@ -291,6 +291,12 @@ class FitProblem:
         keys = (*(key.key for key in self.keys), *rows[0])
         self._expected = evaluations * len(rows)
         self._combinations = Combinations(self._base, keys, self._expected)
+
+    @property
+    def makes_runs_together(self) -> bool:
+        """Whether the runs of several places are made together, if nothing is wrong with them."""
+        starts = (key.start for key in self.keys)
+        return self._combinations.form((*starts, *self.data.runs[0].values())) is not None
 
     def compile(self, x: "Array") -> None:
         """Compile the runs, at a scaled place at which they succeed, if so many are expected."""

@@ -13,17 +13,12 @@ residuals differ in sign, Brent's method finds the place at which the scenario g
 jumps over it.
 """
 
-from collections import deque
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Future
-from contextlib import suppress
+from collections.abc import Iterable
 from contextvars import copy_context
 from copy import copy
 from functools import partial
 from itertools import pairwise
-from operator import itemgetter
-from queue import SimpleQueue
-from threading import Thread
+from threading import Condition, Lock, Thread
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -72,12 +67,6 @@ class Minimum(NamedTuple):
     converged: bool
     # Values of the scenario on both sides, if it jumps over a single value there.
     jump: tuple[float, float] | None = None
-
-
-class _Question(NamedTuple):
-    number: int  # of the search
-    x: "Array"
-    model: "Future[Model]"
 
 
 class _Failed(Exception):
@@ -219,98 +208,114 @@ class Search:
         return Minimum(x, self.cost(x), True, jump)
 
 
+class _SearchEnded(Exception):
+    """A search is ended, because the runs of all or another one failed."""
+
+
 class _Meeting:
     """Where searches of one problem, in threads, wait until the runs of all are made together.
 
     Parameters
     ----------
-    searches : sequence of Search
-    starts : sequence of (keys,)
+    problem : FitProblem
+    searches : iterable of Search and (keys,)
+        Each with its start; made when a thread takes it.
     """
 
-    def __init__(self, searches: Sequence[Search], starts: "Sequence[Array]") -> None:
-        self._problem, self._stopped = searches[0].problem, False
-        self._ends: list[Future[Minimum]] = [Future() for _ in searches]
-        # Those that no thread has begun.
-        self._left = deque(enumerate(zip(searches, starts, strict=True)))
-        self._asked: SimpleQueue[_Question | None] = SimpleQueue()  # None: a thread has ended
-        self._waiting: list[_Question] = []
+    def __init__(self, problem: FitProblem, searches: "Iterable[tuple[Search, Array]]") -> None:
+        self._problem, self._left = problem, enumerate(searches)
+        self._ends: dict[int, Minimum] = {}
+        self._running, self._failures = 0, list[Exception]()
+        # By the number of the search: where it waits for a model, and those that it is to take.
+        self._asked: dict[int, Array] = {}
+        self._given: dict[int, Model] = {}
+        lock = Lock()
+        self._all_wait, self._answered = Condition(lock), Condition(lock)
 
-    def minima(self) -> list[Minimum]:
+    def minima(self, threads: int) -> list[Minimum]:
         """Return the minima of all searches."""
-        threads = list(self._threads())
-        if not threads:  # the system has none left
-            return [search.minimum(start) for _, (search, start) in self._left]
+        started: list[Thread] = []
         try:
-            self._answer(len(threads))
+            while len(started) < threads:
+                # With the settings of numpy that hold here; a daemon does not keep the program.
+                thread = Thread(target=copy_context().run, args=(self._search,), daemon=True)
+                self._count(1)
+                try:
+                    thread.start()
+                except RuntimeError:  # the system has no more of them
+                    self._count(-1)
+                    break
+                started.append(thread)
+            if not started:
+                return [search.minimum(start) for _, (search, start) in self._left]
+            while self._answer():
+                pass
         finally:
-            self._stop()
-            for thread in threads:
+            with self._answered:
+                self._failures.append(_SearchEnded())
+                self._answered.notify_all()
+            for thread in started:
                 thread.join()
-        return [end.result() for end in self._ends]
+        return [self._ends[number] for number in range(len(self._ends))]
 
-    def _threads(self) -> Iterator[Thread]:
-        for _ in range(min(len(self._left), MAX_THREADS)):
-            # With the settings of numpy that hold here.
-            thread = Thread(target=copy_context().run, args=(self._search,))
-            try:
-                thread.start()
-            except RuntimeError:  # fewer go, too
-                return
-            yield thread
+    def _answer(self) -> bool:
+        """Answer when all threads wait; return whether there are any."""
+        with self._all_wait:
+            while len(self._asked) < self._running and not self._failures:
+                self._all_wait.wait()
+            if self._failures:
+                raise self._failures[0]
+            asked = dict(sorted(self._asked.items()))
+        models = self._problem.models(list(asked.values()))
+        with self._answered:
+            self._asked.clear()
+            self._given.update(zip(asked, models, strict=True))
+            self._answered.notify_all()
+        return bool(asked)
 
     def _search(self) -> None:
         """Make searches that are left, one after the other."""
-        while self._left and not self._stopped:
-            with suppress(IndexError):  # another thread has taken the last one
-                number, (search, start) = self._left.popleft()
-                one, end = copy(search), self._ends[number]
+        try:
+            while not self._failures:
+                with self._answered:
+                    number, (search, start) = next(self._left, (-1, (None, None)))
+                if search is None or start is None:
+                    break
+                one = copy(search)
                 one.model = partial(self._ask, number)
-                try:
-                    end.set_result(one.minimum(start))
-                except Exception as error:
-                    end.set_exception(error)
-        self._asked.put(None)
+                self._ends[number] = one.minimum(start)
+        except Exception as error:
+            self._failures.append(error)
+        finally:
+            self._count(-1)
+
+    def _count(self, threads: int) -> None:
+        with self._all_wait:
+            self._running += threads
+            self._all_wait.notify()
 
     def _ask(self, number: int, x: "Array") -> Model:
-        question = _Question(number, x, Future())
-        self._asked.put(question)
-        if self._stopped:
-            question.model.cancel()
-        return question.model.result()
-
-    def _answer(self, threads: int) -> None:
-        """Answer as soon as all threads wait, until they have ended."""
-        waiting = self._waiting
-        while threads:
-            question = self._asked.get()
-            if question is None:
-                threads -= 1
-            else:
-                waiting.append(question)
-            if waiting and len(waiting) == threads:
-                waiting.sort(key=itemgetter(0))  # the threads come in any order
-                models = self._problem.models([one.x for one in waiting])
-                for one, model in zip(waiting, models, strict=True):
-                    one.model.set_result(model)
-                waiting.clear()
-
-    def _stop(self) -> None:
-        """End all threads that wait, or will."""
-        self._stopped = True
-        while not self._asked.empty():
-            question = self._asked.get()
-            self._waiting += [] if question is None else [question]
-        for one in self._waiting:
-            one.model.cancel()
+        with self._answered:
+            self._asked[number] = x
+            if len(self._asked) == self._running:
+                self._all_wait.notify()
+            while number not in self._given:
+                if self._failures:
+                    raise _SearchEnded
+                self._answered.wait()
+            return self._given.pop(number)
 
 
-def minima(searches: Sequence[Search], starts: "Sequence[Array]") -> list[Minimum]:
-    """Return the minima of searches of one problem, each from its start.
+def minima(
+    problem: FitProblem, searches: "Iterable[tuple[Search, Array]]", count: int
+) -> list[Minimum]:
+    """Return the minima of a number of searches, each from its start.
 
-    They go side by side, because many runs made together take a fraction of the time.
+    Where runs can be made together, which takes a fraction of the time, they go side by side.
     """
-    return _Meeting(searches, starts).minima() if searches else []
+    if not problem.makes_runs_together:
+        return [search.minimum(start) for search, start in searches]
+    return _Meeting(problem, searches).minima(min(count, MAX_THREADS))
 
 
 def difference_step(problem: FitProblem) -> float:
@@ -348,7 +353,7 @@ def search(
         failure = "the run of the fit failed" if len(points) == 1 else all_failed
         raise SolverError(f"{failure}: {problem.model(points[0]).reason}")
     chosen = _choose(works, task, starts)
-    ends = minima([task] * len(chosen), chosen)
+    ends = minima(problem, ((task, first) for first in chosen), len(chosen))
     searches = [_local_search(task, *pair) for pair in zip(chosen, ends, strict=True)]
     if problem.data.size == 1 and not any(problem.is_exact(last.x) for last, _ in searches):
         searches = [*_bracketed_searches(task), *searches]

@@ -1,6 +1,7 @@
 """Runs of a fit that are made together have the bits of runs alone; searches side by side end."""
 
 import threading
+from time import monotonic, sleep
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,12 @@ CHANNELS = (
     *("energy_input", "energy_kinetic", "energy_potential"),
 )
 OF_FRICTION = ("friction_torque", "energy_friction")
+
+
+def noisy_fit() -> dict[str, Any]:
+    """Return the options of a fit to noisy data."""
+    data = series(pulley().replace({MU_S: 0.231, MU_K: 0.123}), angular_velocity=0.1)
+    return {"data": data, "channels": "angular_velocity", "free": FREE, "bootstrap": 5}
 
 
 def problem_of(
@@ -105,55 +112,81 @@ def test_quantities_of_a_table_have_the_bits_of_runs_alone(monkeypatch: pytest.M
 
 
 def test_a_fit_of_runs_together_is_that_of_runs_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    data = series(pulley().replace({MU_S: 0.231, MU_K: 0.123}), angular_velocity=0.1)
-    options: Any = {"data": data, "channels": "angular_velocity", "free": FREE, "bootstrap": 5}
+    options = noisy_fit()
     alone = fs.fit(pulley(), **options).to_json()
     together(monkeypatch)
     assert fs.fit(pulley(), **options).to_json() == alone
 
 
 @pytest.mark.parametrize("searches", [3, MAX_THREADS + 3])
-def test_searches_side_by_side_end_where_they_do_alone(searches: int) -> None:
+def test_searches_side_by_side_end_where_they_do_alone(
+    monkeypatch: pytest.MonkeyPatch, searches: int
+) -> None:
     data = series(pulley(), angular_velocity=0.1)
     problem = problem_of(pulley(), {MU_S: (0.13, 0.4)}, data=data, channels="angular_velocity")
     starts = list(np.linspace(0.1, 0.9, searches)[:, None])
     task = Search(problem, np.ones(problem.data.size))
-    ends = minima([task] * searches, starts)
+    together(monkeypatch)
+    problem.expect(1)
+    ends = minima(problem, ((task, start) for start in starts), searches)
     for number in (0, 1, -1):
         alone = task.minimum(starts[number])
         assert (ends[number].x.tobytes(), ends[number].cost) == (alone.x.tobytes(), alone.cost)
 
 
+@pytest.mark.parametrize("error", [Interrupted(2, 0.0), KeyboardInterrupt(), ValueError()])
 @pytest.mark.parametrize("runs", [1, 40, 60, 90])
-def test_an_interruption_ends_all_searches(runs: int) -> None:
+def test_what_ends_the_runs_ends_all_searches(
+    monkeypatch: pytest.MonkeyPatch, runs: int, error: BaseException
+) -> None:
     def interrupt(done: int) -> None:
         if done >= runs:
-            raise Interrupted(2, 0.0)
+            raise error
 
-    data, threads = series(pulley(), angular_velocity=0.1), threading.active_count()
-    options: Any = {"data": data, "channels": "angular_velocity", "free": FREE, "bootstrap": 3}
-    with pytest.raises(Interrupted):
+    together(monkeypatch)
+    threads, options = threading.active_count(), noisy_fit()
+    with pytest.raises(type(error)):
         fs.fit(pulley(), **options, progress=interrupt)
     assert threading.active_count() == threads
+
+
+def test_an_interruption_while_threads_start_ends_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    together(monkeypatch)
+    threads, options, start = threading.active_count(), noisy_fit(), threading.Thread.start
+
+    def interrupted(thread: threading.Thread) -> None:
+        start(thread)
+        if threading.active_count() == threads + 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(threading.Thread, "start", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        fs.fit(pulley(), **options)
+    deadline = monotonic() + 60.0
+    while threading.active_count() > threads:
+        assert monotonic() < deadline
+        sleep(0.01)
 
 
 def test_a_search_that_fails_ends_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(self: Search, x: Any) -> Any:
         raise RuntimeError("no derivatives")
 
+    together(monkeypatch)
     monkeypatch.setattr(Search, "jacobian", fails)
-    data = series(pulley(), angular_velocity=0.1)
+    threads, options = threading.active_count(), noisy_fit()
     with pytest.raises(RuntimeError, match="no derivatives"):
-        fs.fit(pulley(), data=data, channels="angular_velocity", free=FREE)
+        fs.fit(pulley(), **options)
+    assert threading.active_count() == threads
 
 
 @pytest.mark.parametrize("threads", [0, 1, 3])
 def test_where_the_system_has_few_threads_a_fit_has_the_same_result(
     monkeypatch: pytest.MonkeyPatch, threads: int
 ) -> None:
-    data = series(pulley(), angular_velocity=0.1)
-    options: Any = {"data": data, "channels": "angular_velocity", "free": FREE, "bootstrap": 5}
-    expected = fs.fit(pulley(), **options).values
+    together(monkeypatch)
+    options = noisy_fit()
+    expected = fs.fit(pulley(), **options).to_json()
     start, started = threading.Thread.start, list[threading.Thread]()
 
     def limited(thread: threading.Thread) -> None:
@@ -163,7 +196,7 @@ def test_where_the_system_has_few_threads_a_fit_has_the_same_result(
         started.append(thread)
 
     monkeypatch.setattr(threading.Thread, "start", limited)
-    assert fs.fit(pulley(), **options).values == expected
+    assert fs.fit(pulley(), **options).to_json() == expected
     assert bool(started) == bool(threads)
 
 
