@@ -54,10 +54,11 @@ def print_continuation(result: Any, has_checkpoint: bool) -> None:
     """
     from frictionsim.scenario.methods import METHODS
 
-    backend = result.scenario.solver.backend
+    backend = result.record.attributes["backend"]
+    method = METHODS.get(backend)
     if has_checkpoint:
         print_error(f"'frictionsim resume {result.path}' continues the run")
-    elif not METHODS[backend].resumable:
+    elif method is not None and not method.resumable:
         print_error(
             f"the run cannot be resumed: the backend {backend} is SciPy's and saves no state"
         )

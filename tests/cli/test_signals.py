@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import h5py
 import pytest
 
 import frictionsim as fs
@@ -19,6 +20,7 @@ from frictionsim.cli import job, monitor, study_commands
 from frictionsim.cli.job import Report
 from frictionsim.cli.monitor import CommandMonitor
 from frictionsim.errors import BudgetExceeded, Interrupted
+from frictionsim.io.checksum import append_trailer
 from frictionsim.io.destination import Destination
 from frictionsim.simulation.monitor import Monitors, WallTimeLimit
 from frictionsim.simulation.single_dof import RecordedSimulation
@@ -305,3 +307,8 @@ def test_a_signal_during_a_fit_says_that_nothing_was_written(
     assert left == [130]
     first = err.splitlines()[0]
     assert first == "frictionsim: interrupted by SIGINT while fitting; nothing was written"
+    # No more is told where the scenario in it is none.
+    with h5py.File("a.partial.h5", "r+") as file:
+        file.attrs["scenario"] = ""
+    append_trailer(Path("a.partial.h5"))
+    assert told("show", "a.partial.h5", code=0)[1] == err
