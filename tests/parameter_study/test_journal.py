@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
+from frictionsim.io import journal_content
 from frictionsim.parameter_study import journal
 from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, RunOutcome, block_of
 from frictionsim.parameter_study.journal import SweepJournal, journal_name
@@ -43,7 +44,7 @@ def path(tmp_path: Path) -> Path:
 def blocks(path: Path, digest: bytes = DIGEST) -> list[Any]:
     opened = SweepJournal(path)
     try:
-        return list(opened.blocks(digest))
+        return list(opened.blocks(digest, 100))
     finally:
         opened.close(remove=False)
 
@@ -85,7 +86,7 @@ def test_a_block_comes_back(path: Path) -> None:
 def test_a_record_that_does_not_fit_is_left_out(path: Path, changed: dict[str, Any]) -> None:
     record = tuple({**RECORD, **changed}.values())
     try:
-        checksum = journal._checksum(record)
+        checksum = journal_content.checksum_of(record)
     except (TypeError, AttributeError):  # a column of another type has none
         checksum = 0
     crafted(path, "DELETE FROM blocks")
