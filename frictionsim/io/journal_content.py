@@ -16,7 +16,6 @@ import numpy as np
 
 from frictionsim.errors import InputError
 from frictionsim.io.child_answer import JournalPart
-from frictionsim.io.result_format import ANSWER_BYTES
 from frictionsim.io.sweep_table import TEXTS
 from frictionsim.scenario.toml_data import json_value
 
@@ -29,6 +28,8 @@ TABLES = (
 DAMAGED = (sqlite3.Error, UnicodeError)  # the latter of a message about damaged names
 SAFE = ("trusted_schema = OFF", "cell_size_check = ON", "mmap_size = 0")
 MAX_RECORD = 64 * 2**20  # bytes; one of 4096 runs has less than 1 MB
+PART_BYTES = 32 * 2**20  # of the records of an answer, or one larger record
+NUMBERS = {name: number for number, name in enumerate(TEXTS)}
 MAX_TEXTS = 32 * 2**20  # characters of JSON in a record
 EMPTY, OURS, FOREIGN = "empty", "ours", "foreign"
 
@@ -71,18 +72,18 @@ def journal_part(
     Parameters
     ----------
     digest : str
-        Of the study; there are no blocks of another one.
+        Of the study, in hexadecimal digits; there are no blocks of another one.
     runs : str
         Number of runs of the sweep.
     statuses : str
-        Those that a run may have, separated by commas.
+        Those that a run may have, as bytes in hexadecimal digits.
     names : str
         Limit on the number of quantities.
     last, free : str
         First run of the last record that was read, and the bytes that those left may have.
     """
-    part = _Part(path, int(runs), [int(status) for status in statuses.split(",")], int(names))
-    unread = int(free) - ANSWER_BYTES
+    part = _Part(path, int(runs), bytes.fromhex(statuses), int(names))
+    unread = int(free) - PART_BYTES
     rest = None
     with suppress(*DAMAGED), closing(_opened(path)) as database:  # damaged blocks are run again
         if database.execute("SELECT digest FROM study").fetchmany(2) == [(bytes.fromhex(digest),)]:
@@ -110,17 +111,18 @@ def _records(
 class _Part:
     """The blocks of an answer."""
 
-    def __init__(self, path: str, runs: int, statuses: list[int], names: int) -> None:
+    def __init__(self, path: str, runs: int, statuses: bytes, names: int) -> None:
         self._path = path
         self._runs, self._statuses, self._max_names = runs, statuses, names
         self._units: dict[str, str] = {}
         self._numbers: dict[str, int] = {}  # of the quantities
         self._words: dict[str, int] = {}
-        self._blocks: list[tuple[int, ...]] = []
+        self._last_units, self._last_columns = "", list[int]()
+        self._blocks: list[int] = []
         self._columns: list[int] = []
-        self._texts: list[tuple[int, int, int]] = []
-        self._status: list[Any] = []
-        self._values: list[Any] = []
+        self._texts: list[int] = []
+        self._status: list[bytes] = []
+        self._values: list[bytes] = []
 
     def add(self, first: int, record: list[Any]) -> None:
         """Add the block of a record unless it is damaged."""
@@ -131,36 +133,44 @@ class _Part:
 
     def _add(self, first: int, status: bytes, units: str, numbers: bytes, texts: str) -> None:
         """Add a block; raise an error if its columns are inconsistent."""
-        statuses = np.frombuffer(status, np.int8)
-        pairs = json_value(units)
-        by_name = {_name(name): _label(unit) for name, unit in pairs}
+        columns = self._columns_of(units)
+        runs, stop = len(status), first + len(status)
         if (
-            len(by_name) != len(pairs)
-            or not 0 < statuses.size <= self._runs - first
-            or not np.isin(statuses, self._statuses).all()
+            not 0 < runs <= self._runs - first
+            or status.translate(None, self._statuses)
+            or len(numbers) != 8 * len(columns) * runs
         ):
             raise ValueError
-        values = np.frombuffer(numbers, "<f8")
-        if values.size != len(by_name) * statuses.size:
-            raise ValueError
-        words = {}
+        words: dict[tuple[int, int], str] = {}
         for name, run, text in json_value(texts, MAX_TEXTS):
-            if type(run) is not int or not first <= run < first + statuses.size:
+            if type(run) is not int or not first <= run < stop:
                 raise ValueError
-            words[list(TEXTS).index(name), run] = _text(text)
+            words[NUMBERS[name], run] = _text(text)
+        for (name, run), text in words.items():
+            self._texts += name, run, self._words.setdefault(text, len(self._words))
+        self._blocks += first, runs, len(columns), len(words)
+        self._columns += columns
+        self._status.append(status)
+        self._values.append(numbers)
+
+    def _columns_of(self, units: str) -> list[int]:
+        """Return the numbers of the quantities of a record."""
+        if units == self._last_units:  # as in most records
+            return self._last_columns
+        pairs = json_value(units)
+        by_name = {_name(name): _label(unit) for name, unit in pairs}
+        if len(by_name) != len(pairs):
+            raise ValueError
         for name, unit in by_name.items():
             self._units.setdefault(name, unit)
-            self._columns.append(self._numbers.setdefault(name, len(self._numbers)))
+            self._numbers.setdefault(name, len(self._numbers))
         if len(self._units) > self._max_names:
             raise InputError(
-                f"{self._path}: cannot resume this sweep: its journal has more than"
-                f" {self._max_names} quantities"
+                f"{self._path}: cannot resume this sweep: its journal has more than the"
+                f" {self._max_names} quantities that a sweep of {self._runs} runs may have"
             )
-        for place, text in words.items():
-            self._texts.append((*place, self._words.setdefault(text, len(self._words))))
-        self._blocks.append((first, statuses.size, len(by_name), len(words)))
-        self._status.append(statuses)
-        self._values.append(values)
+        self._last_units, self._last_columns = units, [self._numbers[name] for name in by_name]
+        return self._last_columns
 
     def answer(self, rest: tuple[int, int] | None) -> JournalPart:
         """Return them; `rest` is the position of the next part."""
@@ -170,8 +180,8 @@ class _Part:
             blocks=np.array(self._blocks, np.int64).reshape(-1, 4),
             columns=np.array(self._columns, np.int64),
             texts=np.array(self._texts, np.int64).reshape(-1, 3),
-            status=np.concatenate([np.zeros(0, np.int8), *self._status]),
-            values=np.concatenate([np.zeros(0), *self._values]),
+            status=np.frombuffer(b"".join(self._status), np.int8),
+            values=np.frombuffer(b"".join(self._values), "<f8"),
             rest=rest,
         )
 

@@ -33,6 +33,7 @@ from frictionsim.io.journal_content import (
     FOREIGN,
     MAX_RECORD,
     OURS,
+    PART_BYTES,
     SAFE,
     TABLES,
     checksum_of,
@@ -44,8 +45,8 @@ SUFFIX, LOG_SUFFIX = ".runs", "-wal"
 FOREIGN_SUFFIXES = ("-journal", "-shm")  # SQLite would use such files with the journal
 OLDER = b"frictionsim runs 1\n"
 MAX_QUANTITIES = 2000  # as a file may have
-# Columns of all runs are made, and a second time where a file is written, within MEMORY.
-MAX_VALUES = MEMORY // 3 // 8
+# Of all runs; writing their file takes three times the memory of its columns, and reading it, too.
+MAX_VALUES = MEMORY // 4 // 8
 SECONDS_BETWEEN_SYNCS = 1.0
 # The lock makes an index of the log in shared memory unnecessary.
 SETTINGS = (*SAFE, "locking_mode = EXCLUSIVE", "wal_autocheckpoint = 0")
@@ -147,7 +148,7 @@ class SweepJournal:
             database.execute(f"PRAGMA {setting}")
 
     def _answer(self, question: str, *arguments: str | int) -> Any:
-        size = min(self.path.stat().st_size, 2 * MAX_RECORD)
+        size = min(self.path.stat().st_size, MAX_RECORD + PART_BYTES)
         return child_process.answer_of(question, str(self.path), *arguments, size=size)
 
     def start(self, digest: bytes) -> None:
@@ -189,11 +190,10 @@ class SweepJournal:
         than a sweep may have.
         """
         most = max(1, min(MAX_QUANTITIES, MAX_VALUES // runs))
-        statuses = ",".join(map(str, OUTCOMES))
         names: set[str] = set()
         rest = (-1, self.path.stat().st_size) if self._begun else None
         while rest is not None:
-            arguments = digest.hex(), runs, statuses, most, *rest
+            arguments = digest.hex(), runs, bytes(OUTCOMES).hex(), most, *rest
             try:
                 part: JournalPart = self._answer("journal_part", *arguments)
             except ChildFailed as failed:
