@@ -82,7 +82,7 @@ def journal_part(
     last, free : str
         First run of the last record that was read, and the bytes that those left may have.
     """
-    part = _Part(path, int(runs), bytes.fromhex(statuses), int(names))
+    part = _BlockReader(path, int(runs), bytes.fromhex(statuses), int(names))
     unread = int(free) - PART_BYTES
     rest = None
     with suppress(*DAMAGED), closing(_opened(path)) as database:  # damaged blocks are run again
@@ -108,8 +108,8 @@ def _records(
         yield first, free, *record
 
 
-class _Part:
-    """The blocks of an answer."""
+class _BlockReader:
+    """Collects the undamaged blocks of records for an answer."""
 
     def __init__(self, path: str, runs: int, statuses: bytes, names: int) -> None:
         self._path = path
