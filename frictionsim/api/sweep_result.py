@@ -44,6 +44,11 @@ if TYPE_CHECKING:
 
     from frictionsim.parameter_study.sweep_files import Writable
 
+RUNNING = (
+    "killed, or still running; 'frictionsim resume' continues it, including the runs journalled"
+    " in FILE.h5.runs"
+)
+
 
 class Sweep(TableResult):
     """The result of a sweep, made by `sweep`, `resume_sweep` and `open_sweep`.
@@ -96,7 +101,8 @@ class Sweep(TableResult):
             return ""
         count = int((self.table.status == NOT_RUN).sum())
         reason = f": {self.reason}" if self.reason else ""
-        return f"sweep {self.status}: {count} of {self.table.runs} runs are left{reason}"
+        most = "at most " if self.reason == RUNNING else ""  # others are in its journal
+        return f"sweep {self.status}: {most}{count} of {self.table.runs} runs are left{reason}"
 
     def to_toml(self, name: str) -> str:
         """Return the varied `scenario`, or the `study`, in TOML."""

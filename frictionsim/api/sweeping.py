@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from frictionsim.api.scenarios import with_overrides
-from frictionsim.api.sweep_result import Sweep
+from frictionsim.api.sweep_result import RUNNING, Sweep
 from frictionsim.errors import (
     EXIT_BUDGET_EXCEEDED,
     ArgumentError,
@@ -60,11 +60,6 @@ from frictionsim.version import __version__
 
 if TYPE_CHECKING:
     from frictionsim.scenario.overrides import Overrides
-
-RUNNING = (
-    "killed, or still running; 'frictionsim resume' continues it, including the runs journalled"
-    " in FILE.h5.runs"
-)
 
 
 OnProgress = Callable[[SweepProgress], Any]

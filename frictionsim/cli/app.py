@@ -197,20 +197,19 @@ def load_scenario(
 
 
 def _standard_input() -> str:
-    from frictionsim.scenario.toml_data import MAX_BYTES
+    from frictionsim.scenario.toml_data import ExceedsLimit, read_text
 
     if sys.stdin is None:
         raise InputError("-: the standard input is closed; expected a scenario in TOML")
-    content = sys.stdin.buffer.read(MAX_BYTES + 1)
-    if len(content) > MAX_BYTES:
+    try:
+        return read_text(sys.stdin.buffer)
+    except ExceedsLimit as excess:
         raise ScenarioError(
             [
-                f"-: the standard input is larger than {MAX_BYTES >> 20} MiB; expected a"
-                " scenario in TOML; use CSV files for signals"
+                f"-: the standard input is {excess}; expected a scenario in TOML; use CSV"
+                " files for signals"
             ]
-        )
-    try:
-        return content.decode("utf-8-sig")
+        ) from None
     except UnicodeDecodeError as error:
         raise ScenarioError(
             [

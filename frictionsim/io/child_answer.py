@@ -16,6 +16,8 @@ from frictionsim.io.sweep_table import Coordinate, SobolIndices, SweepTable
 from frictionsim.results import Check, Column, Quantity, Record, SolverStatistics
 from frictionsim.scenario.toml_data import json_value
 
+MAX_TREE = 2**30  # bytes of `tree`, half of the memory of the child
+
 
 class Checkpoint(NamedTuple):
     """The data to resume a run: the attributes of its file and the state of its solver."""
@@ -31,6 +33,19 @@ class LongChannel(NamedTuple):
     dtype: str
 
 
+class JournalPart(NamedTuple):
+    """Blocks of runs of a journal, one after the other."""
+
+    units: dict[str, str]  # of the quantities, by name
+    words: list[str]  # the texts of runs, each once
+    blocks: Any  # (n, 4): first run, number of runs, of quantities and of texts
+    columns: Any  # of each block the numbers of its quantities in `units`
+    texts: Any  # (m, 3): number in TEXTS, run, number in `words`
+    status: Any  # of each block those of its runs
+    values: Any  # of each block (quantities, runs)
+    rest: tuple[int, int] | None  # `last` and `free` of the next part; None at the end
+
+
 class Refusal(NamedTuple):
     """The reason to refuse a file."""
 
@@ -41,7 +56,7 @@ CLASSES: dict[str, Any] = {
     cls.__name__: cls
     for cls in (
         *(Record, Check, Quantity, SolverStatistics, Checkpoint, LongChannel, Refusal),
-        *(SweepTable, Coordinate, SobolIndices, CostTable, Column),
+        *(JournalPart, SweepTable, Coordinate, SobolIndices, CostTable, Column),
     )
 }
 
@@ -83,7 +98,7 @@ def decoded(answer: bytes) -> Any:
         Of any type, if the bytes are not an answer.
     """
     with np.load(io.BytesIO(answer), allow_pickle=False) as arrays:
-        value = _value_of(json_value(arrays["tree"].tobytes()), arrays)
+        value = _value_of(json_value(arrays["tree"].tobytes(), MAX_TREE), arrays)
     if isinstance(value, Refusal):
         raise InputError(str(value.message))
     return value

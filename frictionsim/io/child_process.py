@@ -1,4 +1,6 @@
-"""Reading in a child process with limits on time and memory: HDF5 may crash or hang on a file.
+"""Reading files in a child process with limits on time and memory.
+
+HDF5 and SQLite may crash or hang on a file of someone else.
 
 The child is a new interpreter. It reads one question from stdin, see `child_questions`, and writes
 the answer to stdout, see `child_answer`. `start` makes it import its modules while this process
@@ -73,19 +75,19 @@ def answer_of(question: str, *arguments: str | int, size: int = 0) -> Any:
             answer, _ = process.communicate(text, timeout=seconds)
         except TimeoutExpired:
             raise ChildFailed(
-                f"HDF5 did not finish within {seconds:.0f} s: the file is corrupt or"
-                " malicious, or its disk does not answer"
+                f"{_library(question)} did not finish within {seconds:.0f} s: the file is corrupt"
+                " or malicious, or its disk does not answer"
             ) from None
         finally:
             process.kill()  # no effect on a child that has ended
     if process.returncode:
-        raise _failed(process.returncode)
+        raise _failed(process.returncode, question)
     try:
         return decoded(answer)
     except InputError:
         raise
     except Exception:  # any error of numpy: HDF5 may have damaged the child
-        raise _failed(1) from None
+        raise _failed(1, question) from None
 
 
 def _next() -> "subprocess.Popen[bytes]":
@@ -115,7 +117,11 @@ def _started() -> "subprocess.Popen[bytes]":
     )
 
 
-def _failed(code: int) -> ChildFailed:
+def _library(question: str) -> str:
+    return "SQLite" if question.startswith("journal") else "HDF5"
+
+
+def _failed(code: int, question: str) -> ChildFailed:
     """Return the error of a child that has not answered, by its exit code."""
     harmful = "the file is corrupt or malicious"
     if code == OUT_OF_MEMORY:
@@ -128,4 +134,5 @@ def _failed(code: int) -> ChildFailed:
             f"the process that reads it was ended from outside ({name}), as by a system that is"
             " short of memory; try again"
         )
-    return ChildFailed(f"HDF5 crashed on it{f' ({name})' if name else ''}: {harmful}")
+    crash = f"{_library(question)} crashed on it{f' ({name})' if name else ''}"
+    return ChildFailed(f"{crash}: {harmful}")

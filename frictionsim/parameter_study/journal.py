@@ -6,43 +6,50 @@ process that writes the sweep holds a lock on it.
 
 A record has plain numbers and texts: the number of the first run, the status of each run (bytes),
 names and units of the quantities (JSON), their values (doubles), texts (JSON), and a CRC-32 of all.
+
+SQLite may take forever to walk through a crafted journal. This process only locks a journal of
+unknown origin and copies its log into it; a child process reads it (`io.journal_content`).
 """
 
 import os
 import sqlite3
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import closing, suppress
 from json import dumps
 from pathlib import Path
 from stat import S_ISREG
 from time import monotonic
 from typing import Any
-from zlib import crc32
 
 import numpy as np
 
-from frictionsim.errors import OutputError
+from frictionsim.errors import InputError, OutputError
+from frictionsim.io import child_process
+from frictionsim.io.child_answer import JournalPart
+from frictionsim.io.child_process import MEMORY, ChildFailed
+from frictionsim.io.journal_content import (
+    APPLICATION,
+    DAMAGED,
+    FOREIGN,
+    MAX_RECORD,
+    OURS,
+    PART_BYTES,
+    SAFE,
+    TABLES,
+    checksum_of,
+)
 from frictionsim.io.sweep_table import TEXTS
 from frictionsim.parameter_study.block import OUTCOMES, RunBlock
-from frictionsim.scenario.toml_data import json_value
 
 SUFFIX, LOG_SUFFIX = ".runs", "-wal"
 FOREIGN_SUFFIXES = ("-journal", "-shm")  # SQLite would use such files with the journal
-APPLICATION = int.from_bytes(b"fric", "big")
-TABLES = (
-    "CREATE TABLE study (digest BLOB)",
-    "CREATE TABLE blocks (first INTEGER PRIMARY KEY,"
-    " status BLOB, units TEXT, numbers BLOB, texts TEXT, checksum INTEGER)",
-)
 OLDER = b"frictionsim runs 1\n"
-DAMAGED = (sqlite3.Error, UnicodeError)  # the latter of a message about damaged names
-MAX_RECORD = 64 * 2**20  # bytes; one of 4096 runs has less than 1 MB
+MAX_QUANTITIES = 2000  # as a file may have
+# Of all runs; writing their file takes three times the memory of its columns, and reading it, too.
+MAX_VALUES = MEMORY // 4 // 8
 SECONDS_BETWEEN_SYNCS = 1.0
-SETTINGS = (
-    *("trusted_schema = OFF", "cell_size_check = ON", "mmap_size = 0"),
-    # The lock makes an index of the log in shared memory unnecessary.
-    *("locking_mode = EXCLUSIVE", "synchronous = NORMAL", "wal_autocheckpoint = 0"),
-)
+# The lock makes an index of the log in shared memory unnecessary.
+SETTINGS = (*SAFE, "locking_mode = EXCLUSIVE", "wal_autocheckpoint = 0")
 
 
 def journal_name(path: Path) -> Path:
@@ -84,53 +91,87 @@ class SweepJournal:
                 )
 
     def _opened(self) -> sqlite3.Connection:
+        database = self._locked()
+        try:
+            if self._log_size():
+                database.close()  # this copies the log
+                database = self._locked()
+                if self._log_size():
+                    raise OutputError(
+                        f"{self._sweep}: cannot write the sweep: {self._log.name} cannot be copied"
+                        f" into {self.path.name}; make space"
+                    )
+            self._set_up(database)
+        except BaseException as error:
+            database.close()
+            if not isinstance(error, DAMAGED):
+                raise
+            raise self._refused(error) from None
+        return database
+
+    def _locked(self) -> sqlite3.Connection:
+        """Return the database, locked; nothing in it is read that may lead to other pages."""
         while True:
-            database = None
+            database = sqlite3.connect(self.path, timeout=0.0, isolation_level=None)
             try:
-                database = sqlite3.connect(self.path, timeout=0.0, isolation_level=None)
-                self._lock(database)
-            except BaseException as error:
-                if database is not None:
-                    database.close()
-                if not isinstance(error, DAMAGED):
-                    raise
+                database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_RECORD)
+                for setting in SETTINGS:
+                    database.execute(f"PRAGMA {setting}")
+                database.execute("BEGIN EXCLUSIVE")
+                database.execute("COMMIT")
+            except DAMAGED as error:
+                database.close()
                 raise self._refused(error) from None
             if self.path.exists():
                 return database
             database.close()  # another process has finished the sweep and removed it
 
-    def _lock(self, database: sqlite3.Connection) -> None:
-        database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_RECORD)
-        for setting in SETTINGS:
-            database.execute(f"PRAGMA {setting}")
-        tables = database.execute("SELECT sql FROM sqlite_schema").fetchmany(len(TABLES) + 1)
-        (application,) = database.execute("PRAGMA application_id").fetchone()
-        if tables and (application != APPLICATION or tables != [(sql,) for sql in TABLES]):
-            raise self._not_ours()
-        self._begun = bool(tables)
-        if not tables:  # a kill at this point leaves no -journal
+    def _log_size(self) -> int:
+        return self._log.stat().st_size if self._log.exists() else 0
+
+    def _set_up(self, database: sqlite3.Connection) -> None:
+        """Check the origin of the journal, and have it keep a log."""
+        if self.path.stat().st_size:
+            try:
+                origin = self._answer("journal_origin")
+            except ChildFailed as failed:
+                raise OutputError(
+                    f"{self.path}: the sweep needs this name, and the file is not one of a sweep"
+                    f" ({failed}); move it"
+                ) from None
+            if origin == FOREIGN:
+                raise self._not_ours()
+            self._begun = origin == OURS
+        else:  # a kill at this point leaves no -journal
             database.execute("PRAGMA journal_mode = MEMORY")
-        database.execute("PRAGMA journal_mode = WAL")
-        database.execute("BEGIN IMMEDIATE")
-        database.execute("COMMIT")
+        for setting in ("journal_mode = WAL", "synchronous = NORMAL"):
+            database.execute(f"PRAGMA {setting}")
+
+    def _answer(self, question: str, *arguments: str | int) -> Any:
+        size = min(self.path.stat().st_size, MAX_RECORD + PART_BYTES)
+        return child_process.answer_of(question, str(self.path), *arguments, size=size)
 
     def start(self, digest: bytes) -> None:
         """Begin again, for a study."""
+        assert self._database is not None
         self._begun = True
-        self._execute("BEGIN")
-        for table in ("study", "blocks"):
-            self._execute(f"DROP TABLE IF EXISTS {table}")
-        for sql in TABLES:
-            self._execute(sql)
-        self._execute(f"PRAGMA application_id = {APPLICATION}")
-        self._execute("INSERT INTO study VALUES (?)", digest)
-        self._execute("COMMIT")
+        try:
+            (page_size,) = self._database.execute("PRAGMA page_size").fetchone()
+            with closing(sqlite3.connect(":memory:", isolation_level=None)) as new:
+                settings = f"page_size = {page_size}", f"application_id = {APPLICATION}"
+                for sql in (*(f"PRAGMA {setting}" for setting in settings), *TABLES):
+                    new.execute(sql)
+                new.execute("INSERT INTO study VALUES (?)", (digest,))
+                # To drop the tables, SQLite would walk through them.
+                new.backup(self._database)
+        except sqlite3.Error as error:
+            raise self._failed(error) from None
         self._execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
     def append(self, block: RunBlock) -> None:
         """Append a block; it survives a kill of this process, and after a second a power cut."""
         record = _record(block)
-        self._execute("INSERT INTO blocks VALUES (?, ?, ?, ?, ?, ?)", *record, _checksum(record))
+        self._execute("INSERT INTO blocks VALUES (?, ?, ?, ?, ?, ?)", *record, checksum_of(record))
         if monotonic() - self._synced > SECONDS_BETWEEN_SYNCS:
             self._execute("PRAGMA wal_checkpoint(TRUNCATE)")
             self._synced = monotonic()
@@ -142,22 +183,29 @@ class SweepJournal:
         except sqlite3.Error as error:
             raise self._failed(error) from None
 
-    def blocks(self, digest: bytes) -> Iterator[RunBlock]:
-        """Yield the undamaged blocks of a study; none of another study."""
-        if not self._begun or self._database is None:
-            return
-        with suppress(*DAMAGED):  # damaged blocks are run again
-            if self._database.execute("SELECT digest FROM study").fetchmany(2) != [(digest,)]:
-                return
-            first = -1
-            for *record, checksum in self._database.execute("SELECT * FROM blocks ORDER BY first"):
-                block = _block(record, checksum)
-                if block is None:
-                    continue
-                if block.first <= first:
-                    return
-                first = block.first
-                yield block
+    def blocks(self, digest: bytes, runs: int) -> Iterator[RunBlock]:
+        """Yield the undamaged blocks of a study of some runs; none of another study.
+
+        Raises InputError if the journal cannot be read, and ValueError if it has more quantities
+        than a sweep may have.
+        """
+        most = max(1, min(MAX_QUANTITIES, MAX_VALUES // runs))
+        names: set[str] = set()
+        rest = (-1, self.path.stat().st_size) if self._begun else None
+        while rest is not None:
+            arguments = digest.hex(), runs, bytes(OUTCOMES).hex(), most, *rest
+            try:
+                part: JournalPart = self._answer("journal_part", *arguments)
+            except ChildFailed as failed:
+                raise InputError(
+                    f"{self._sweep}: cannot resume this sweep: its journal {self.path.name} cannot"
+                    f" be read: {failed}; without the journal, the runs in it are run again"
+                ) from None
+            names |= part.units.keys()
+            if len(names) > most:
+                raise ValueError
+            yield from _blocks_of(part)
+            rest = part.rest
 
     def close(self, remove: bool) -> None:
         """Release the lock, and remove the files if `remove` is set or they are empty."""
@@ -217,39 +265,16 @@ def _record(block: RunBlock) -> tuple[int, bytes, str, bytes, str]:
     return block.first, block.status.tobytes(), units, numbers, dumps(texts)
 
 
-def _checksum(record: Any) -> int:
-    first, status, units, numbers, texts = record
-    checksum = 0
-    for part in (b"%d" % first, status, units.encode(), numbers, texts.encode()):
-        checksum = crc32(part, checksum)
-    return checksum
-
-
-def _block(record: list[Any], checksum: Any) -> RunBlock | None:
-    """Return the block of a record, which may come from anyone; None if it is damaged."""
-    with suppress(ValueError, TypeError, KeyError, AttributeError, OverflowError):
-        first, status, units, numbers, texts = record
-        if checksum == _checksum(record):
-            return _parsed(first, status, json_value(units), numbers, json_value(texts))
-    return None
-
-
-def _parsed(first: int, status: bytes, units: Any, numbers: bytes, texts: Any) -> RunBlock:
-    """Return the block of the columns of a record; raise an error if they are inconsistent."""
-    statuses = np.frombuffer(status, np.int8)
-    names = {_text(name): _text(unit) for name, unit in units}
-    if not statuses.size or len(names) != len(units) or not np.isin(statuses, OUTCOMES).all():
-        raise ValueError
-    values = np.frombuffer(numbers, "<f8").reshape(len(names), statuses.size)
-    by_run: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
-    for name, number, text in texts:
-        if type(number) is not int or not first <= number < first + statuses.size:
-            raise ValueError
-        by_run[name][number] = _text(text)
-    return RunBlock(first, statuses, names, values.astype(np.float64, copy=False), by_run)
-
-
-def _text(value: Any) -> str:
-    if not isinstance(value, str):
-        raise TypeError
-    return value
+def _blocks_of(part: JournalPart) -> Iterator[RunBlock]:
+    units, names = list(part.units.items()), list(TEXTS)
+    run = column = value = text = 0
+    for first, runs, quantities, texts in part.blocks.tolist():
+        columns = part.columns[column : column + quantities].tolist()
+        values = part.values[value : value + quantities * runs].reshape(quantities, runs)
+        by_run: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
+        for name, number, word in part.texts[text : text + texts].tolist():
+            by_run[names[name]][number] = part.words[word]
+        status = part.status[run : run + runs]
+        yield RunBlock(first, status, dict(units[i] for i in columns), values, by_run)
+        run, column = run + runs, column + quantities
+        value, text = value + quantities * runs, text + texts

@@ -31,6 +31,7 @@ from frictionsim.io.sweep_table import (
     RUN,
     SOBOL,
     SOBOL_BASIS,
+    SOBOL_NAMES,
     STATUS,
     TEXTS,
     Coordinate,
@@ -88,7 +89,10 @@ class SweepFiles:
         assert journal is not None
         try:
             assembly.restore(table)
-            for block in journal.blocks(digest_of(table)):
+            taken = {RUN, STATUS, *TEXTS, *SOBOL_NAMES, *table.coordinates}
+            for block in journal.blocks(digest_of(table), table.runs):
+                if taken & block.units.keys():
+                    raise ValueError
                 assembly.add(block)
         except (ValueError, KeyError, TypeError):
             raise InputError(f"{self._resumed}: cannot resume this sweep: it is damaged") from None

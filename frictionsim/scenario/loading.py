@@ -19,12 +19,12 @@ from frictionsim.scenario.overrides import Overrides, apply_overrides, override_
 from frictionsim.scenario.settings import Origin, Scenario
 from frictionsim.scenario.shipped import near_shipped, scenario_file
 from frictionsim.scenario.toml_data import (
-    MAX_BYTES,
     ExceedsLimit,
     KeyPath,
     NoUsableText,
     key_lines,
     plain,
+    read_text,
     toml_tables,
 )
 
@@ -187,7 +187,14 @@ def _table_of(data: dict[str, Any], name: str, option: str) -> dict[str, Any]:
 def _read(path: Path) -> str:
     try:
         with path.open("rb") as file:
-            content = file.read(MAX_BYTES + 1)
+            if file.peek(len(HDF5_SIGNATURE)).startswith(HDF5_SIGNATURE):
+                raise ScenarioError(
+                    [
+                        f"{path}: this is a result, expected a scenario;"
+                        f" 'frictionsim show --scenario {path}' prints the scenario in it"
+                    ]
+                )
+            return read_text(file)
     except FileNotFoundError as error:
         near = near_files(path, (".toml",))
         if not near or not (path.suffix or "did you mean" in near):
@@ -200,23 +207,12 @@ def _read(path: Path) -> str:
         if isdir(path):
             reason = "this is a folder; 'frictionsim check' takes folders, expected a file"
         raise ScenarioError([f"{path}: cannot read this scenario: {reason}"]) from None
-    except ValueError as error:  # a NUL in the name
-        raise ScenarioError([f"{path!r}: cannot read this scenario: {error}"]) from None
-    if content.startswith(HDF5_SIGNATURE):
-        raise ScenarioError(
-            [
-                f"{path}: this is a result, expected a scenario;"
-                f" 'frictionsim show --scenario {path}' prints the scenario in it"
-            ]
-        )
-    if len(content) > MAX_BYTES:
-        raise ScenarioError(
-            [f"{path}: file is larger than {MAX_BYTES >> 20} MiB; use CSV files for signals"]
-        )
-    try:
-        return content.decode("utf-8-sig")
+    except ExceedsLimit as excess:
+        raise ScenarioError([f"{path}: file is {excess}; use CSV files for signals"]) from None
     except UnicodeDecodeError as error:
         raise ScenarioError([f"{path}: invalid UTF-8 at byte {error.start}"]) from None
+    except ValueError as error:  # a NUL in the name
+        raise ScenarioError([f"{path!r}: cannot read this scenario: {error}"]) from None
 
 
 def _parse(name: str, text: str) -> dict[str, Any]:

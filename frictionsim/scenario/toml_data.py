@@ -14,7 +14,7 @@ import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from os import PathLike, fsdecode
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
 from frictionsim.errors import InputError, ScenarioError
 
@@ -25,6 +25,7 @@ KeyPath = tuple[str | int, ...]
 
 # Scenarios are written by hand; long signals belong in a CSV file.
 MAX_BYTES = 1024 * 1024
+MAX_RECORDED = 64 * 2**20  # of a scenario with the data of its CSV files
 MAX_TABLES = 2000  # a belt has one for each pulley
 MAX_KEYS = 10_000
 MAX_DEPTH = 32  # scenarios are six deep
@@ -45,13 +46,24 @@ class ExceedsLimit(NoUsableText):
     """A text with more, larger or deeper tables than any scenario has."""
 
 
+def read_text(file: BinaryIO) -> str:
+    """Return the text of a file, of which no more than MAX_BYTES are read.
+
+    Raises ExceedsLimit if it has more, and UnicodeDecodeError if it is not UTF-8.
+    """
+    content = file.read(MAX_BYTES + 1)
+    if len(content) > MAX_BYTES:
+        raise ExceedsLimit(f"larger than {MAX_BYTES >> 20} MiB")
+    return content.decode("utf-8-sig")
+
+
 def toml_tables(text: str, parse_float: Callable[[str], Any] = float) -> dict[str, Any]:
     """Return the tables of a TOML text; `parse_float` as of `tomllib.loads`.
 
     Raises a TOMLDecodeError if it is not valid, and NoUsableText if it exceeds a limit or a value
     cannot be held: an integer of thousands of digits, a date that does not exist.
     """
-    if excess := _excess_of_text(text):
+    if excess := _excess_of_size(text, MAX_RECORDED) or _excess_of_text(text):
         raise ExceedsLimit(excess)
     try:
         data = tomllib.loads(text, parse_float=parse_float)
@@ -77,12 +89,21 @@ def parsed_value(text: str) -> Any:
     return data["value"]
 
 
-def json_value(text: str | bytes) -> Any:
-    """Return the value of a JSON text; raises a ValueError if it is invalid or too deep."""
+def json_value(text: str | bytes, limit: int = MAX_BYTES) -> Any:
+    """Return the value of a JSON text; raises a ValueError if it is invalid, too large or deep.
+
+    `limit` is that of its length.
+    """
+    if excess := _excess_of_size(text, limit):
+        raise ExceedsLimit(excess)
     try:
         return json.loads(text)
     except RecursionError:
         raise NoUsableText(TOO_DEEP) from None
+
+
+def _excess_of_size(text: str | bytes, limit: int) -> str:
+    return f"it is larger than {limit >> 20} MiB" if len(text) > limit else ""
 
 
 def _excess_of_text(text: str) -> str:

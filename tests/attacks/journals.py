@@ -2,15 +2,22 @@
 
 import random
 import sqlite3
+import struct
 import tempfile
+from collections.abc import Callable
+from contextlib import closing
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import frictionsim as fs
+from frictionsim.io.hdf5_reader import read_sweep
 from frictionsim.io.unfinished import partial_name
 from frictionsim.parameter_study import dispatch
+from frictionsim.parameter_study.block import DONE, RunOutcome, block_of
 from frictionsim.parameter_study.journal import SweepJournal, journal_name
+from frictionsim.parameter_study.sweep_files import digest_of
+from frictionsim.results import Quantity
 from tests.attacks.hdf5_bytes import damaged
 from tests.attacks.promise import BrokenPromise, outcome
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
@@ -75,7 +82,7 @@ def attack(rng: random.Random, folder: Path) -> str:
     part.write_bytes(original().file)
     journal.write_bytes(original().journal)
     log.write_bytes(original().log)
-    way = rng.choice([_bytes, _bytes, _statements, _files])(rng, journal, log)
+    way = rng.choice([_bytes, _bytes, _statements, _files, _crafted])(rng, journal, log)
     said = outcome(["resume", rng.choice((TARGET, PART)), "-q", "-j", "1"], way)
     if said == "exit 0" and target.read_bytes() != original().whole:
         raise BrokenPromise(f"the resumed sweep has other runs than a whole one\n{way}")
@@ -108,6 +115,60 @@ def _statements(rng: random.Random, journal: Path, log: Path) -> str:
             done.append(str(error))
     database.close()
     return "; ".join(done)
+
+
+def _crafted(rng: random.Random, journal: Path, log: Path) -> str:
+    name = rng.choice(list(CRAFTED))
+    CRAFTED[name](journal.with_name(PART))
+    return name
+
+
+def repeat_pages(part: Path, levels: int = 4, cells: int = 500) -> None:
+    """Have all cells of a page of the journal refer to one page below, on some levels.
+
+    In a whole record the ascending numbers show it; therefore their checksums are wrong.
+    """
+    _checkpoint(journal_name(part))
+    with closing(sqlite3.connect(journal_name(part), isolation_level=None)) as database:
+        database.execute("UPDATE blocks SET checksum = checksum + 1")
+        database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        (root,) = database.execute(
+            "SELECT rootpage FROM sqlite_schema WHERE name = 'blocks'"
+        ).fetchone()
+        (size,) = database.execute("PRAGMA page_size").fetchone()
+    content = bytearray(journal_name(part).read_bytes())
+    count, place = len(content) // size, slice((root - 1) * size, root * size)
+    content += content[place]
+    for child in range(count + 1, count + levels):
+        content += _interior_page(child, size, cells)
+    content[place] = _interior_page(count + levels, size, cells)
+    content[28:32] = struct.pack(">I", len(content) // size)
+    journal_name(part).write_bytes(content)
+
+
+def _interior_page(child: int, size: int, cells: int) -> bytes:
+    """Return an interior page of a table (SQLite file format, 1.6) with one child, many times."""
+    page, start = bytearray(size), size - 5 * cells
+    struct.pack_into(">BHHHBI", page, 0, 5, 0, cells, start, 0, child)
+    for cell in range(cells):
+        struct.pack_into(">H", page, 12 + 2 * cell, start + 5 * cell)
+        struct.pack_into(">IB", page, start + 5 * cell, child, 0)
+    return bytes(page)
+
+
+def invent_quantities(part: Path, count: int = 3000) -> None:
+    """Have the journal give a run many quantities, each of which takes a column of all runs."""
+    digest, journal = digest_of(read_sweep(part)), SweepJournal(part)
+    journal.start(digest)
+    quantities = {f"q{number}": Quantity(1.0, "m") for number in range(count)}
+    journal.append(block_of(0, [(0, RunOutcome(DONE, quantities))]))
+    journal.close(remove=False)
+
+
+CRAFTED: dict[str, Callable[[Path], None]] = {
+    "repeated pages": repeat_pages,
+    "invented quantities": invent_quantities,
+}
 
 
 def _files(rng: random.Random, journal: Path, log: Path) -> str:

@@ -78,7 +78,7 @@ def check(path: Path, whole: Any) -> int:
     assembly = Assembly(RUNS)
     assembly.restore(table)
     journal = SweepJournal(path)  # also: nobody else has it
-    for block in journal.blocks(digest_of(table)):
+    for block in journal.blocks(digest_of(table), table.runs):
         assembly.add(block)
     journal.close(remove=False)
     done = assembly.status != 0

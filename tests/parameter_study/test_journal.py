@@ -10,10 +10,13 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
+from frictionsim.io import journal_content
+from frictionsim.io.journal_content import checksum_of
 from frictionsim.parameter_study import journal
 from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, RunOutcome, block_of
 from frictionsim.parameter_study.journal import SweepJournal, journal_name
 from frictionsim.results import Quantity
+from tests.attacks.journals import repeat_pages
 
 DIGEST = b"d" * 32
 BLOCK = block_of(
@@ -27,6 +30,15 @@ BLOCK = block_of(
 RECORD = dict(
     zip(("first", "status", "units", "numbers", "texts"), journal._record(BLOCK), strict=True)
 )
+
+
+COUNTED = range(0, 60, 3)
+FORMS = [
+    RunOutcome(FAILED, {"b": Quantity(float(n), "s")}, "diverged", f"at {n}")
+    if n % 2
+    else RunOutcome(DONE, {"a": Quantity(float(n), "m"), "b": Quantity(0.5, "s")})
+    for n in COUNTED
+]
 
 
 @pytest.fixture
@@ -43,7 +55,7 @@ def path(tmp_path: Path) -> Path:
 def blocks(path: Path, digest: bytes = DIGEST) -> list[Any]:
     opened = SweepJournal(path)
     try:
-        return list(opened.blocks(digest))
+        return list(opened.blocks(digest, 100))
     finally:
         opened.close(remove=False)
 
@@ -76,6 +88,9 @@ def test_a_block_comes_back(path: Path) -> None:
             for value in (
                 *("", "[" * 100_000, "{}", '[["a", "m"]]', '[["a", 1], ["b", 2], ["c", 3]]'),
                 dumps([["a", "m"]] * 3),
+                *(dumps([[name, "m"], ["b", "s"], ["c", "1"]]) for name in ("", ".", "a/b", "a\n")),
+                dumps([["a", "m\n"], ["b", "s"], ["c", "1"]]),
+                dumps([["a", "m"], ["b", "s"], ["c", "1"]]) + " " * 2**20,
             )
         ),
         *({"texts": dumps([["failure", *more]])} for more in ((6, "x"), (10, "x"), (8, 9), ())),
@@ -85,7 +100,7 @@ def test_a_block_comes_back(path: Path) -> None:
 def test_a_record_that_does_not_fit_is_left_out(path: Path, changed: dict[str, Any]) -> None:
     record = tuple({**RECORD, **changed}.values())
     try:
-        checksum = journal._checksum(record)
+        checksum = checksum_of(record)
     except (TypeError, AttributeError):  # a column of another type has none
         checksum = 0
     crafted(path, "DELETE FROM blocks")
@@ -138,6 +153,57 @@ def test_damaged_pages_end_the_reading(path: Path) -> None:
         assert [block.values.tobytes() for block in read] in ([], [BLOCK.values.tobytes()])
         for name in os.listdir(path.parent):
             (path.parent / name).unlink()
+
+
+def test_the_reading_ends_where_records_do_not_ascend_whatever_their_checksums(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    repeat_pages(path, levels=2)
+    tried: list[Any] = []
+
+    def counted(record: Any) -> int:
+        tried.append(record)
+        assert len(tried) < 10
+        return checksum_of(record)
+
+    monkeypatch.setattr(journal_content, "checksum_of", counted)
+    assert blocks(path) == []
+    assert len(tried) == 1
+
+
+def test_the_quantities_of_a_sweep_are_limited_by_the_memory_of_their_columns(path: Path) -> None:
+    many = {f"q{number}": Quantity(1.0, "m") for number in range(2000)}
+    written = SweepJournal(path)
+    written.start(DIGEST)
+    written.append(block_of(0, [(0, RunOutcome(DONE, many))]))
+    written.close(remove=False)
+    (block,) = blocks(path)
+    assert block.values.shape == (2000, 1)
+    opened = SweepJournal(path)
+    with pytest.raises(fs.InputError, match=r"the 167 quantities that a sweep of 400000 runs may"):
+        list(opened.blocks(DIGEST, 400_000))
+    opened.close(remove=False)
+
+
+def test_a_journal_is_read_in_parts(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    written = SweepJournal(path)
+    written.start(DIGEST)
+    # Of two forms, and with a gap after each.
+    every = [block_of(first, [(0, outcome)]) for first, outcome in zip(COUNTED, FORMS, strict=True)]
+    for block in every:
+        written.append(block)
+    written.close(remove=False)
+    whole = blocks(path)
+    assert [(b.first, b.units, b.texts) for b in whole] == [
+        (b.first, b.units, b.texts) for b in every
+    ]
+    assert [b.values.tolist() for b in whole] == [b.values.tolist() for b in every]
+    monkeypatch.setattr(journal_content, "PART_BYTES", 200)
+    parts = blocks(path)
+    assert [(b.first, b.units, b.texts) for b in parts] == [
+        (b.first, b.units, b.texts) for b in every
+    ]
+    assert [b.values.tolist() for b in parts] == [b.values.tolist() for b in every]
 
 
 @pytest.mark.parametrize("suffix", ["", "-wal", "-journal", "-shm"])

@@ -164,6 +164,7 @@ def test_the_journal_of_a_killed_sweep_has_its_runs(
         "killed, or still running; 'frictionsim resume' continues it, including the runs journalled"
         " in FILE.h5.runs"
     )
+    assert step.missing_runs.startswith("sweep interrupted: at most 12 of 12 runs are left: killed")
     ran: list[int] = []
     fs.resume_sweep(path, workers=1, progress=lambda step: ran.append(step.done))
     assert min(ran) == 5

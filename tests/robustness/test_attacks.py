@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from frictionsim.cli.messages import ending_of
-from tests.attacks import campaign, checkpoints, extremes, promise
+from tests.attacks import campaign, checkpoints, extremes, journals, promise
 from tests.attacks.campaign import SHARES, Case, Tally, cases, run_campaign
 from tests.attacks.promise import BrokenPromise, outcome
 from tests.support.scenarios import SCENARIOS
@@ -73,6 +73,36 @@ def test_no_promise_is_broken(attack: str, monkeypatch: pytest.MonkeyPatch) -> N
 def test_no_promise_is_broken_by_belts_either(attack: str) -> None:
     """Kernels are compiled for many belts and guided strings."""
     assert_no_promise_is_broken(attack)
+
+
+@pytest.mark.parametrize(
+    ("craft", "code", "message"),
+    [
+        (journals.repeat_pages, 0, ""),
+        (
+            journals.invent_quantities,
+            2,
+            "frictionsim: sweep.partial.h5.runs: cannot resume this sweep: its journal has more"
+            " than the 2000 quantities that a sweep of 8 runs may have\n",
+        ),
+    ],
+)
+def test_a_crafted_journal_neither_hangs_a_command_nor_adds_quantities(
+    tmp_path: Path, craft: Any, code: int, message: str
+) -> None:
+    part = tmp_path / journals.PART
+    part.write_bytes(journals.original().file)
+    journals.journal_name(part).write_bytes(journals.original().journal)
+    Path(f"{journals.journal_name(part)}{journals.LOG}").write_bytes(journals.original().log)
+    craft(part)
+    arguments = [sys.executable, "-m", "frictionsim", "resume", part.name, "-q", "-j", "1"]
+    # Without an end, the read takes years.
+    done = subprocess.run(
+        arguments, cwd=tmp_path, check=False, capture_output=True, text=True, timeout=100
+    )
+    assert (done.returncode, done.stderr) == (code, message)
+    if not code:
+        assert (tmp_path / journals.TARGET).read_bytes() == journals.original().whole
 
 
 # A case knows its number by the first draw of its generator.
