@@ -153,7 +153,7 @@ def solve_with(
     """Simulate a scenario."""
     since = perf_counter()
     loaded = with_overrides(scenario, overrides)
-    destination = _destination(output, None, options.no_clobber)
+    destination = _destination(output, None)
     return _simulate(loaded, destination, options, since, None)
 
 
@@ -176,7 +176,7 @@ def resume_with(
     scenario, path = incomplete.scenario, incomplete.path
     if output is None and path is not None:
         output = whole_name(path)
-    destination = _destination(output, path, options.no_clobber)
+    destination = _destination(output, path)
     try:
         return _simulate(scenario, destination, options, since, state)
     except InputError as error:
@@ -184,17 +184,13 @@ def resume_with(
         raise InputError(f"{name}: cannot resume this run: {error}") from None
 
 
-def _destination(
-    output: str | PathLike[str] | None, resumed: Path | None, no_clobber: bool
-) -> "Destination | None":
+def _destination(output: str | PathLike[str] | None, resumed: Path | None) -> "Destination | None":
     if output is None:
         return None
     # Imported here because a run without a file does not need h5py.
     from frictionsim.io.destination import Destination
 
-    destination = Destination(as_path("output", output), resumed)
-    destination.check(no_clobber)
-    return destination
+    return Destination(as_path("output", output), resumed)
 
 
 def _simulate(
@@ -207,6 +203,8 @@ def _simulate(
     # Without a file an interrupted run cannot be saved: Ctrl-C raises at once.
     stop = None if destination is None else StopSignals()
     with _monitor(options, since, scenario, stop) as monitor, _closing(destination):
+        if destination is not None:
+            destination.check(options.no_clobber)
         try:
             segments = None if destination is None else destination.segments()
             write, steps = _checkpoint_writer(destination), options.max_steps

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from functools import partial
 from os.path import exists, isdir
 from pathlib import Path
@@ -198,7 +199,8 @@ def targets_of(sources: Sequence[str], output: str | None, no_clobber: bool) -> 
     targets = _targets_in(_folder(None if output is None else Path(output)), sources)
     if len(sources) > 1:
         for target in targets:
-            Destination(target).check(no_clobber)
+            with closing(Destination(target)) as destination:
+                destination.check(no_clobber)
     return targets
 
 

@@ -18,7 +18,7 @@ from frictionsim.errors import InputError
 from frictionsim.io.child_answer import Refusal, encoded
 from frictionsim.io.child_process import MEMORY, OUT_OF_MEMORY, SEPARATOR
 from frictionsim.io.cost_content import COST, costs
-from frictionsim.io.hdf5_content import channels, checkpoint, record, rows
+from frictionsim.io.hdf5_content import channels, checkpoint, record, rows, samples
 from frictionsim.io.journal_content import journal_origin, journal_part
 from frictionsim.io.sweep_content import sweep
 from frictionsim.io.sweep_table import VERSION_NAME as SWEEP_VERSION
@@ -39,6 +39,7 @@ QUESTIONS: dict[str, Callable[..., Any]] = {
     "content": content,
     "checkpoint": checkpoint,
     "rows": rows,
+    "samples": samples,
     "channels": channels,
     "journal_origin": journal_origin,
     "journal_part": journal_part,

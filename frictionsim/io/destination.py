@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io import hdf5_writer
 from frictionsim.io.atomic_write import NotReplaced, PartFile, unused_name
+from frictionsim.io.hdf5_reader import read
 from frictionsim.io.replaceable import RESULT, check_replaceable, check_target
 from frictionsim.io.segments import SampleSegments, SegmentFiles
 from frictionsim.io.unfinished import check_names, partial_name, warn_of_name, whole_name
@@ -34,20 +35,29 @@ class Destination:
         self._part: PartFile | None = None
 
     def check(self, no_clobber: bool = False) -> None:
-        """Check that results can be written, and that no other process is writing them.
+        """Check that results can be written, and lock them against other processes until `close`.
 
         With `no_clobber` only the resumed file is replaced.
         """
         check_names(self.whole, self._resumed, no_clobber)
+        try:
+            self._check_files()
+        except BaseException:
+            self.close()
+            raise
+
+    def _check_files(self) -> None:
         if self._resumed == self.whole and os.path.lexists(self.partial):
             raise OutputError(
                 f"{self.whole}: this unfinished result is of an earlier version, and {self.partial}"
                 " is one too; resume that, or move one of them"
             )
-        for path in (self.whole, self.partial):
-            check_target(path, RESULT)
+        check_replaceable(self.whole, RESULT)
+        self.lock()
+        check_target(self.partial, RESULT)
         warn_of_name(self.whole)
         if not self._is_resumed and os.path.lexists(self.partial):
+            self._check_unfinished()
             LOG.warning(
                 "%s, the unfinished result of an earlier run, is replaced by this run, at the"
                 " latest at its end; 'frictionsim resume %s' would continue it",
@@ -55,11 +65,25 @@ class Destination:
             )
 
     def lock(self) -> None:
-        """Lock these files against other processes until `close`.
+        """Lock these files against other processes until `close`, if they are not locked yet.
 
-        Not locked before the first unfinished result: a run killed earlier leaves no file.
+        A killed process leaves the empty part of the complete result, which the next writer takes.
         """
-        self._part = self._part or PartFile(self.whole)
+        if self._part is None:
+            self._part = PartFile(self.whole)
+            self._part.probe()
+
+    def _check_unfinished(self) -> None:
+        """Check that the result with the name of the unfinished one is not that of a done run.
+
+        A file that cannot be read is of no use: it may be replaced.
+        """
+        with suppress(InputError):
+            if read(self.partial).attributes["status"] == "done":
+                raise OutputError(
+                    f"{self.partial}: cannot write the result: this file has the name of an"
+                    " unfinished result, but its run is done; rename it, or give another name"
+                )
 
     def write(self, run: "Record") -> Path | None:
         """Write a result and return its file.
@@ -72,6 +96,8 @@ class Destination:
             LOG.info("result written: %s", self.whole)
             with suppress(OSError, OutputError):
                 check_replaceable(self.partial, RESULT)  # it may be another file by now
+                if self.partial.exists() and not (self._is_resumed or self._has_written):
+                    self._check_unfinished()
                 self.partial.unlink()
                 LOG.info("unfinished result removed: %s", self.partial)
             self.segments().remove()

@@ -76,6 +76,13 @@ def rows(path: str, name: str, start: str, stop: str) -> Any:
         return rows_of(datasets[name], slice(int(start), int(stop)))
 
 
+def samples(path: str, name: str, numbers: str) -> Any:
+    """Return some samples of a channel; their numbers are separated by commas."""
+    with _opened(path) as file:
+        datasets, _, _ = _top_level(file)
+        return np.stack([rows_of(datasets[name], int(number)) for number in numbers.split(",")])
+
+
 def channels(names: str, *paths: str) -> list[dict[str, Any]]:
     """Return channels of as many of the files as an answer holds, at least of the first.
 
@@ -168,12 +175,14 @@ def _top_level(file: CheckedFile) -> tuple[dict[str, Any], dict[str, Any], dict[
 def _channels(file: CheckedFile, datasets: dict[str, Any]) -> dict[str, Any]:
     """Return the channels; the large ones of a long result as shapes."""
     is_long = sum(item.nbytes for item in datasets.values()) > LONG_BYTES
-    return {
-        name: LongChannel(item.shape, type_of(item).str)
-        if is_long and name != "time" and item.nbytes > LONG_CHANNEL_BYTES
-        else file.values_of(item)
-        for name, item in datasets.items()
-    }
+    contents: dict[str, Any] = {}
+    for name, item in datasets.items():
+        if is_long and name != "time" and item.nbytes > LONG_CHANNEL_BYTES:
+            file.check_stored(item)
+            contents[name] = LongChannel(item.shape, type_of(item).str)
+        else:
+            contents[name] = file.values_of(item)
+    return contents
 
 
 def _events(file: CheckedFile, group: Any) -> tuple[dict[str, Any], list[str]]:

@@ -89,10 +89,19 @@ class RowsOfFile:
 
     def rows(self, name: str, start: int, stop: int) -> Any:
         """Return samples start to stop - 1 of a channel."""
+        return self._answer("rows", name, start, stop)
+
+    def samples(self, name: str, numbers: Any) -> Any:
+        """Return the samples of some numbers of a channel."""
+        return self._answer("samples", name, ",".join(map(str, numbers.tolist())))
+
+    def _answer(self, question: str, name: str, *arguments: str | int) -> Any:
         reason = "it has changed since it was opened; open it again"
         try:
             if _stamp_of(self._path) == self._stamp:
-                samples = child_process.answer_of("rows", str(self._path), name, start, stop)
+                samples = child_process.answer_of(
+                    question, str(self._path), name, *arguments, size=self._stamp[1]
+                )
                 if _stamp_of(self._path) == self._stamp:
                     return samples
         except OSError as error:

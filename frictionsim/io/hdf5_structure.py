@@ -7,6 +7,7 @@ storage), load code (filters that are not built in) or fill memory.
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from math import prod
 from typing import Any
 
 import h5py
@@ -35,7 +36,7 @@ NUMBERS = (h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM)
 class CheckedFile:
     """An open file: what is read of it is checked first, and its data in memory are limited.
 
-    Uncompressed data fill the file; channels of a long run stay in the file.
+    Uncompressed data fill the file; channels of a long run stay in the file, which has all of them.
 
     ValueError or TypeError is raised if no file of frictionsim has such objects or data.
     """
@@ -43,6 +44,7 @@ class CheckedFile:
     def __init__(self, root: Any) -> None:
         self.root = root
         size = root.id.get_filesize()
+        self._free_stored = size
         self._free_bytes = min(MAX_GZIP_RATIO * size, FREE_BYTES + 2 * size)
         self._free_members = MAX_MEMBERS
 
@@ -104,6 +106,23 @@ class CheckedFile:
         """Return the real numbers of a dataset as float64, or as integers of their type."""
         self.claim(dataset.nbytes, dataset.name)
         return rows_of(dataset, ...)
+
+    def check_stored(self, dataset: Any) -> None:
+        """Check that all samples of a channel that is read by rows are in the file.
+
+        Samples that were never written take no space, and as long to read as others.
+        """
+        stored = dataset.id.get_storage_size()
+        self._free_stored -= stored
+        ratio = 1 if dataset.chunks is None else MAX_GZIP_RATIO
+        is_whole = dataset.nbytes <= ratio * stored
+        if dataset.chunks is not None:
+            counts = (
+                -(-size // chunk) for size, chunk in zip(dataset.shape, dataset.chunks, strict=True)
+            )
+            is_whole &= dataset.id.get_num_chunks() == prod(counts)
+        if not is_whole or self._free_stored < 0:
+            raise ValueError(f"{dataset.name}: not all samples are in the file")
 
     def names_of(self, dataset: Any) -> tuple[str, ...]:
         """Return the texts of a dataset."""

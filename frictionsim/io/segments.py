@@ -14,6 +14,7 @@ complete unfinished result and at least the segments that it lists. Later segmen
 again when the run is resumed. No file is open for writing during the run, so none can be damaged.
 """
 
+import logging
 import os
 import re
 import shutil
@@ -34,6 +35,8 @@ from frictionsim.io.result_format import ANSWER_BYTES
 from frictionsim.io.unfinished import whole_name
 from frictionsim.results import Record
 from frictionsim.simulation.stored_channel import StoredChannel
+
+LOG = logging.getLogger(__name__)
 
 MAX_SEGMENTS = 10**6
 FILES_AT_ONCE = 64
@@ -171,6 +174,8 @@ class SampleSegments(SegmentFiles):
             ) from None
         self._latest = {}
         self._checksums = [*self._checksums[:number], checksum]
+        if number == 0:
+            LOG.info("samples are stored in %s, ... during the run", self.place)
 
     def restore(self, count: int, checksum: int) -> bool:
         """Restore the first segments and remove later ones; return whether the checksum matches.

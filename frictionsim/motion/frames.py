@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 MAX_FRAMES = 601  # more make a file large, and a second has 30 to 60 of them
 MAX_EVENTS = 300  # of a motion; one with more chatters, which no eye sees
-BYTES_AT_ONCE = 64 * 2**20  # of a channel in its file; of a larger one single samples are read
 MAX_SHOWN = 1e100  # a larger number overflows a scale
 
 
@@ -56,15 +55,8 @@ def frames_of(result: "Record", count: int = MAX_FRAMES) -> "Numbers":
 
 
 def channel_at(result: "Record", name: str, frames: "Numbers") -> Any:
-    """Return a channel at frames, (frames,) or (frames, members of its axis).
-
-    Of a channel that is large and left in its file, only these samples are read.
-    """
-    channel = required(result, name)
-    if channel.nbytes > BYTES_AT_ONCE and not isinstance(channel, np.ndarray):
-        values = np.stack([channel[int(frame)] for frame in frames])
-    else:
-        values = np.asarray(channel[frames])
+    """Return a channel at frames, (frames,) or (frames, members of its axis)."""
+    values = np.asarray(required(result, name)[frames])
     if values.dtype.kind == "f" and not np.all(np.abs(values) <= MAX_SHOWN):
         raise InputError(
             f"cannot show this result in motion: '{name}' has numbers that are not finite or above"

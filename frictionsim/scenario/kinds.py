@@ -8,7 +8,7 @@ leave it out, with a warning.
 """
 
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
@@ -165,24 +165,29 @@ def _check_unique(kind: str, providers: list[Provider]) -> None:
 
 
 def _imported(kind: str, provider: Provider) -> ModuleType:
-    try:
+    with _reported(
+        f"the plug-in of the kind '{kind}', {provider}, cannot be imported",
+        f'{provider.package} (python -c "import {provider.module}" shows where it fails)',
+    ):
         module = import_module(provider.module)
+    incomplete = f"the plug-in of the kind '{kind}', {provider}, is not complete"
+    with _reported(incomplete, provider.package):
+        faults = "; ".join(_faults(kind, module))
+    if faults:
+        raise InputError(f"{incomplete}: {faults}; repair or uninstall {provider.package}")
+    return module
+
+
+@contextmanager
+def _reported(fault: str, package: str) -> Iterator[None]:
+    """Raise any error of a plug-in as InputError: its module may raise anything, also exit."""
+    try:
+        yield
     except KeyboardInterrupt:
         raise
-    # A module may raise anything, also exit: this is reported as a fault of the plug-in.
     except BaseException as error:
-        raise InputError(
-            f"the plug-in of the kind '{kind}', {provider}, cannot be imported:"
-            f" {_text_of(error)}; repair or uninstall {provider.package}"
-            f' (python -c "import {provider.module}" shows where it fails)'
-        ) from error
-    faults = "; ".join(_faults(kind, module))
-    if faults:
-        raise InputError(
-            f"the plug-in of the kind '{kind}', {provider}, is not complete: {faults};"
-            f" repair or uninstall {provider.package}"
-        )
-    return module
+        text = f"{fault}: {_text_of(error)}; repair or uninstall {package}"
+        raise InputError(text) from error
 
 
 def _faults(kind: str, module: ModuleType) -> Iterator[str]:
@@ -223,5 +228,12 @@ def _shown(value: Any) -> str:
 
 
 def _text_of(error: BaseException) -> str:
-    """Return type and text of an exception on one line."""
-    return f"{type(error).__name__}: {' '.join(str(error).split())}".removesuffix(": ")
+    """Return type and text of an exception on one line; the type alone if the text fails."""
+    text = ""
+    try:
+        text = " ".join(str(error).split())
+    except KeyboardInterrupt:
+        raise
+    except BaseException:  # of the class of a plug-in
+        pass
+    return f"{type(error).__name__}: {text}".removesuffix(": ")

@@ -344,10 +344,8 @@ def check_space(
         )
     if needed.recorded >= LARGE:
         LOG.warning(
-            "%s; they are stored in %s during the run; a longer output.interval or fewer"
-            " output.channels reduce them",
+            "%s; a longer output.interval or fewer output.channels reduce them",
             _described(needed),
-            segments.place,
         )
 
 

@@ -1,11 +1,12 @@
 """Channels whose values stay in a file until they are needed."""
 
 from collections.abc import Iterator
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 BLOCK_BYTES = 16 * 2**20  # of values that are worked on at once
+SPARSE = 16  # samples, of which at most one is wanted, are not worth reading in full
 
 
 class ChannelSource(Protocol):
@@ -13,6 +14,14 @@ class ChannelSource(Protocol):
 
     def rows(self, name: str, start: int, stop: int) -> Any:
         """Return the values of samples start to stop - 1."""
+
+
+@runtime_checkable
+class SampledSource(Protocol):
+    """A source that returns scattered samples without all those between them."""
+
+    def samples(self, name: str, numbers: Any) -> Any:
+        """Return the samples of some numbers."""
 
 
 class StoredChannel(np.lib.mixins.NDArrayOperatorsMixin):
@@ -99,7 +108,12 @@ class StoredChannel(np.lib.mixins.NDArrayOperatorsMixin):
         """Return the samples of given numbers, in their order."""
         order = np.argsort(places, kind="stable")
         placed, parts = places[order], []
-        for start, stop in self.blocks():
+        is_sparse = len(placed) > 1 and placed[-1] - placed[0] >= SPARSE * len(placed)
+        if is_sparse and isinstance(self.source, SampledSource):
+            for a, b in blocks_of(len(placed), self.nbytes // len(self)):
+                values = self.source.samples(self.name, placed[a:b])
+                parts.append(values.astype(self.dtype, copy=False)[(slice(None), *columns)])
+        for start, stop in self.blocks() if not parts else ():
             a, b = np.searchsorted(placed, (start, stop))
             if b > a:
                 low, high = int(placed[a]), int(placed[b - 1]) + 1

@@ -11,6 +11,8 @@ from tests.support.scenarios import ROOT
 MODULES = (
     *("", "x = (", "raise RuntimeError('odd')", "import sys; sys.exit(3)", "raise SystemExit"),
     *("import nowhere", "SCENARIO = 1", "raise BaseException", "raise MemoryError"),
+    "def __getattr__(name): raise SystemExit(3)",
+    "class Odd(Exception):\n    def __str__(self): raise SystemExit(3)\nraise Odd",
 )
 POINTS = (
     "pulley = odd",

@@ -1,4 +1,4 @@
-"""Two processes that write one file: each ends or reports it, and the file is whole."""
+"""Two processes that write one file: the second is told, and the file of the first is whole."""
 
 import os
 import random
@@ -14,9 +14,14 @@ LOADS = (2000.0, 2100.0)
 SECONDS = 60.0
 
 
+# A run takes several times as long as two processes may start apart: they overlap.
+LONG = ("--backend", "rkf45", "--set", "solver.max_step=2e-4")
+
+
 def _command(load: float, checkpoints: bool) -> list[str]:
     often = ["--set", "output.checkpoint=1e-3"] if checkpoints else []
-    return ["solve", str(PULLEY), "-q", "-o", "a.h5", "--set", f"mechanism.load={load}", *often]
+    changed = ["--set", f"mechanism.load={load}", *often]
+    return ["solve", str(PULLEY), "-q", "-o", "a.h5", *LONG, *changed]
 
 
 @cache
@@ -40,7 +45,7 @@ def attack(rng: random.Random, folder: Path) -> str:
     said = [process.communicate(timeout=SECONDS)[1].decode() for process in processes]
     codes = sorted(process.returncode for process in processes)
     case = f"{commands}: {codes}, {said}"
-    if codes not in ([0, 0], [0, 4]) or any("Traceback" in text for text in said):
+    if codes != [0, 4] or any("Traceback" in text for text in said):
         raise BrokenPromise(case)
     if (folder / "a.h5").read_bytes() not in originals():
         raise BrokenPromise(f"a.h5 is not whole: {case}")

@@ -134,6 +134,25 @@ def test_what_was_put_in_the_place_of_the_unfinished_result_stays() -> None:
     assert Path("a.partial.h5").read_bytes() == b"precious"
 
 
+def test_a_done_result_with_the_name_of_an_unfinished_one_stays(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    place = Destination(Path("a.h5"))
+    place.check()
+    assert solve("-o", "b.h5") == 0
+    done = Path("b.h5").rename("a.partial.h5").read_bytes()  # while the run goes on
+    assert place.write(simulate(pulley())) == Path("a.h5")
+    place.close()
+    capsys.readouterr()
+    assert solve("-o", "a.h5") == 4
+    assert capsys.readouterr().err == (
+        "frictionsim: a.partial.h5: cannot write the result: this file has the name of an"
+        " unfinished result, but its run is done; rename it, or give another name\n"
+    )
+    assert Path("a.partial.h5").read_bytes() == done
+    assert files() == {"a.h5", "a.partial.h5"}
+
+
 def test_a_run_without_samples_replaces_no_samples() -> None:
     """An earlier unfinished result, which has samples, is kept."""
     place = Destination(Path("a.h5"))
@@ -150,6 +169,9 @@ def test_another_process_is_told_of_a_run_that_writes_here(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     place = Destination(Path("a.h5"))
+    place.check()
+    assert solve("-o", "a.h5") == 4  # before there is anything to read
+    assert "another process is writing it now" in capsys.readouterr().err
     place.write(stopping(30, spent))
     for command in (["solve", PULLEY, "-o", "a.h5"], ["resume", "a.partial.h5"]):
         assert run_command_line([*command, "-q"]) == 4

@@ -5,14 +5,16 @@ import pickle
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 
 import frictionsim as fs
 from frictionsim.api.result import write_channels
 from frictionsim.errors import InputError
-from frictionsim.io import hdf5_content, hdf5_writer
+from frictionsim.io import checksum, hdf5_content, hdf5_reader, hdf5_writer
 from frictionsim.plots import draw, save
+from frictionsim.results import Channel
 from frictionsim.simulation import sample_store, stored_channel
 from frictionsim.simulation.stored_channel import StoredChannel
 from tests.support.belt_results import belt_run
@@ -50,6 +52,8 @@ INDICES = [
     (-1, 3),
     (slice(4, 9), slice(2, 4)),
     ([3, 1], 5),
+    [200, 3, 3],
+    ([0, 150], 5),
     Ellipsis,
 ]
 
@@ -99,6 +103,35 @@ def test_everything_made_of_a_long_result_is_that_of_a_short_one(
     for result, picture in zip(pair, pictures, strict=True):
         save(draw(result.record, "tension"), picture, dpi=50)
     assert pictures[0].read_bytes() == pictures[1].read_bytes()
+
+
+@pytest.mark.parametrize(("name", "written"), [("tension", 0), ("tension", 1), ("angle", 0)])
+def test_samples_that_were_never_written_are_refused(
+    name: str, written: int, pair: tuple[fs.Result, fs.Result], tmp_path: Path
+) -> None:
+    """They take no space: a small file would take minutes to read."""
+    path = tmp_path / "long.h5"
+    path.write_bytes(path.read_bytes()[: -checksum.LENGTH])
+    with h5py.File(path, "r+") as file:
+        item = file[name]
+        values, scales = item[...], [file["time"], file[item.dims[1].keys()[0]]]
+        described = Channel(item.attrs["units"], item.attrs["long_name"])
+        del file[name]
+        chunks = (100, values.shape[1]) if name == "tension" else None
+        item = file.create_dataset(name, values.shape, values.dtype, chunks=chunks)
+        hdf5_writer.describe(item, described, *scales)
+        item[: 100 * written] = values[: 100 * written]
+    checksum.append_trailer(path, checksum.RESULT)
+    with pytest.raises(InputError, match="it is HDF5, but not a frictionsim result"):
+        fs.open(path)
+
+
+def test_scattered_samples_are_read_alone(
+    pair: tuple[fs.Result, fs.Result], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    short, long = (result.record.channels["x"] for result in pair)
+    monkeypatch.setattr(hdf5_reader.RowsOfFile, "rows", None)
+    assert np.array_equal(long[[190, 3, 90]], short[[190, 3, 90]])
 
 
 def test_a_dataset_reads_what_is_selected(pair: tuple[fs.Result, fs.Result]) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from frictionsim.errors import InputError
-from frictionsim.motion import frames, motion_of
+from frictionsim.motion import motion_of
 from frictionsim.motion.frames import channel_at, frames_of, rounded
 from frictionsim.results import Record
 from tests.support.motions import record_of
@@ -68,8 +68,7 @@ class InItsFile:
         return part
 
 
-def test_of_a_large_channel_only_the_frames_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(frames, "BYTES_AT_ONCE", 1000)
+def test_of_a_large_channel_only_the_frames_are_read() -> None:
     times, channel = np.arange(2000.0), InItsFile(np.random.default_rng(1).random((2000, 3)))
     result = record_of("belt_drive", {"time": times, "x": channel})
     chosen = frames_of(result, 20)

@@ -99,7 +99,34 @@ def test_a_plugin_that_cannot_be_imported(
     assert run_command_line(["check", str(PULLEY)]) == 0
 
 
-@pytest.mark.parametrize("source", ["import no_such_module", "raise BaseException", ""])
+EXITS = "def __getattr__(name): raise SystemExit(3)"
+WITHOUT_TEXT = """
+class Odd(Exception):
+    def __str__(self):
+        raise SystemExit(3)
+
+raise Odd
+"""
+
+
+@pytest.mark.parametrize(
+    ("source", "fault"),
+    [
+        (EXITS, "is not complete: SystemExit: 3; repair"),
+        (f"{COMPLETE}\n{EXITS}", "is not complete: SystemExit: 3; repair"),
+        (WITHOUT_TEXT, "cannot be imported: Odd; repair"),
+    ],
+)
+def test_a_plugin_whose_names_or_errors_raise(
+    source: str, fault: str, add: Add, complaint: Complain
+) -> None:
+    add("frictionsim-winch", source)
+    assert fault in complaint()
+
+
+@pytest.mark.parametrize(
+    "source", ["import no_such_module", "raise BaseException", "", EXITS, WITHOUT_TEXT]
+)
 def test_the_schema_of_all_kinds_leaves_a_faulty_one_out(
     source: str, add: Add, caplog: pytest.LogCaptureFixture
 ) -> None:

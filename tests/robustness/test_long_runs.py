@@ -248,7 +248,7 @@ def test_refuses_a_run_that_the_disk_does_not_hold_and_says_of_others_what_they_
 ) -> None:
     fs.solve(LONG, HUGE, output=tmp_path / "a.h5", progress=stopping(0.0))
     assert "1000001 samples of all recorded channels take" in caplog.text
-    assert "they are stored in" in caplog.text
+    assert "stored in" not in caplog.text  # the run has ended before its first segment
     partial_name(tmp_path / "a.h5").unlink(missing_ok=True)
     free = shutil.disk_usage(tmp_path)._replace(free=10**8)
     monkeypatch.setattr(shutil, "disk_usage", lambda path: free)
