@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable
 from contextlib import AbstractContextManager, closing, nullcontext
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from time import perf_counter
@@ -203,12 +204,14 @@ def _simulate(
     # Without a file an interrupted run cannot be saved: Ctrl-C raises at once.
     stop = None if destination is None else StopSignals()
     with _monitor(options, since, scenario, stop) as monitor, _closing(destination):
+        watched = monitor
         if destination is not None:
             destination.check(options.no_clobber)
+            watched = Monitors(monitor, partial(_lock, destination))
         try:
             segments = None if destination is None else destination.segments()
             write, steps = _checkpoint_writer(destination), options.max_steps
-            done = run(scenario, monitor, write, state, segments, steps)
+            done = run(scenario, watched, write, state, segments, steps)
         except _ProgressFailed as failed:
             raise failed.__cause__ or failed from None
         path = None if destination is None else destination.write_last(done)
@@ -221,6 +224,11 @@ def _simulate(
         raise KeyboardInterrupt(f"run {done.status}; its samples are in {path}")
     result = Result(done, path, scenario, estimate)
     return result.check() if options.check else result
+
+
+def _lock(destination: "Destination", t: float) -> None:
+    """Lock the files of a run at a time of it, s: from its first step on they are its own."""
+    destination.lock()
 
 
 def _closing(destination: "Destination | None") -> AbstractContextManager[Any]:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from frictionsim.cli.app import Process
 from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_SIGNAL
+from frictionsim.io.atomic_write import discard_parts
 from frictionsim.io.terminal import is_terminal, print_on_stderr, visible, write_on_stderr
 from frictionsim.simulation.monitor import (
     Monitor,
@@ -41,6 +42,12 @@ SECONDS_AFTER_LIMIT = 0.1
 SECONDS_OF_A_WAIT = 1e6  # threads cannot wait for years
 
 
+def _end_process(code: int) -> None:
+    """End the process at once, without the parts of files that are not whole."""
+    discard_parts()
+    os._exit(code)
+
+
 class CommandSignals(StopSignals):
     """Stops a command at a stop signal that the process does not ignore; a second ends it."""
 
@@ -64,7 +71,7 @@ class CommandSignals(StopSignals):
 
     def on_second(self, number: int) -> None:
         if monotonic() - self._first > SECONDS_FOR_ONE_SIGNAL:
-            os._exit(EXIT_SIGNAL + number)
+            _end_process(EXIT_SIGNAL + number)
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
         if not self.received:
@@ -105,7 +112,7 @@ class EndingSignals(CommandSignals):
         )
         if self._before_exit is not None:
             self._before_exit()
-        os._exit(EXIT_SIGNAL + number)
+        _end_process(EXIT_SIGNAL + number)
 
 
 class CompilationMonitor(Monitor[Progress]):
@@ -176,7 +183,7 @@ class CompilationMonitor(Monitor[Progress]):
         """End the process during a compilation; there are no new samples to keep."""
         name = signal.Signals(number).name
         print_on_stderr(f"frictionsim: interrupted by {name} while compiling kernels; {self._kept}")
-        os._exit(EXIT_SIGNAL + number)
+        _end_process(EXIT_SIGNAL + number)
 
     @property
     def _kept(self) -> str:
@@ -268,7 +275,7 @@ class CommandMonitor(CompilationMonitor[float], Monitors[float]):
             f"frictionsim: wall-time limit of {seconds:g} s reached {where}; {self._kept}; {help_}"
         )
         before_exit()
-        os._exit(EXIT_BUDGET_EXCEEDED)
+        _end_process(EXIT_BUDGET_EXCEEDED)
 
 
 class SweepMonitor(CompilationMonitor[SweepProgress]):

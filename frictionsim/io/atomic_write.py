@@ -55,6 +55,7 @@ class PartFile:
             self._name = self._target.with_name(f".{self._target.name}{END}")
             is_new = not self._target.exists()
             self._descriptor = _locked(self._name, NEW if is_new else PRIVATE)
+            _parts.append(self)
 
     @contextmanager
     def _reported(self) -> Iterator[None]:
@@ -161,7 +162,17 @@ class PartFile:
     def _release(self) -> None:
         if self._descriptor is not None:
             os.close(self._descriptor)
+            _parts.remove(self)
         self._descriptor = None
+
+
+_parts: list[PartFile] = []  # those that this process has locked
+
+
+def discard_parts() -> None:
+    """Remove all parts, before the process ends at once."""
+    for part in [*_parts]:
+        part.discard()
 
 
 def _locked(path: Path, mode: int) -> int:

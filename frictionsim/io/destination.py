@@ -35,26 +35,18 @@ class Destination:
         self._part: PartFile | None = None
 
     def check(self, no_clobber: bool = False) -> None:
-        """Check that results can be written, and lock them against other processes until `close`.
+        """Check that results can be written, and that no other process is writing them.
 
         With `no_clobber` only the resumed file is replaced.
         """
         check_names(self.whole, self._resumed, no_clobber)
-        try:
-            self._check_files()
-        except BaseException:
-            self.close()
-            raise
-
-    def _check_files(self) -> None:
         if self._resumed == self.whole and os.path.lexists(self.partial):
             raise OutputError(
                 f"{self.whole}: this unfinished result is of an earlier version, and {self.partial}"
                 " is one too; resume that, or move one of them"
             )
-        check_replaceable(self.whole, RESULT)
-        self.lock()
-        check_target(self.partial, RESULT)
+        for path in (self.whole, self.partial):
+            check_target(path, RESULT)
         warn_of_name(self.whole)
         if not self._is_resumed and os.path.lexists(self.partial):
             self._check_unfinished()
@@ -67,11 +59,10 @@ class Destination:
     def lock(self) -> None:
         """Lock these files against other processes until `close`, if they are not locked yet.
 
-        A killed process leaves the empty part of the complete result, which the next writer takes.
+        Not before the first step: a run that a signal ends before leaves no file. One that is
+        killed later leaves the empty part of the complete result, which the next writer takes.
         """
-        if self._part is None:
-            self._part = PartFile(self.whole)
-            self._part.probe()
+        self._part = self._part or PartFile(self.whole)
 
     def _check_unfinished(self) -> None:
         """Check that the result with the name of the unfinished one is not that of a done run.

@@ -334,7 +334,9 @@ def _passes(runs: Prepared, chosen: Any, mechanism: Mechanism, trajectory: Traje
 
 
 def _rests(trajectory: Trajectory) -> Any:
-    """Return which runs do not move, (runs,) of bool."""
+    """Return which runs do not move, (runs,) of bool; none is known to from one sample."""
+    if len(trajectory.time) < 2:
+        return np.zeros(trajectory.velocity.shape[1:], dtype=bool)
     moves = trajectory.velocity.any(axis=0) | (np.ptp(trajectory.position, axis=0) > 0.0)
     return ~moves
 

@@ -19,7 +19,7 @@ LONG = ("--backend", "rkf45", "--set", "solver.max_step=2e-4")
 
 
 def _command(load: float, checkpoints: bool) -> list[str]:
-    often = ["--set", "output.checkpoint=1e-3"] if checkpoints else []
+    often = ["--set", "output.checkpoint=0.1"] if checkpoints else []
     changed = ["--set", f"mechanism.load={load}", *often]
     return ["solve", str(PULLEY), "-q", "-o", "a.h5", *LONG, *changed]
 

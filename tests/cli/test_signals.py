@@ -268,6 +268,11 @@ def test_an_unfinished_run_of_a_method_of_scipy_says_that_it_cannot_be_resumed(t
     assert err.splitlines()[-1] == cannot
     _, err = told("show", "a.partial.h5", code=0)
     assert err.splitlines()[-1] == cannot
+    # No more is told where the scenario in it is none.
+    with h5py.File("a.partial.h5", "r+") as file:
+        file.attrs["scenario"] = ""
+    append_trailer(Path("a.partial.h5"))
+    assert told("show", "a.partial.h5", code=0)[1] == err
 
 
 def test_max_wall_counts_from_the_call(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -307,8 +312,3 @@ def test_a_signal_during_a_fit_says_that_nothing_was_written(
     assert left == [130]
     first = err.splitlines()[0]
     assert first == "frictionsim: interrupted by SIGINT while fitting; nothing was written"
-    # No more is told where the scenario in it is none.
-    with h5py.File("a.partial.h5", "r+") as file:
-        file.attrs["scenario"] = ""
-    append_trailer(Path("a.partial.h5"))
-    assert told("show", "a.partial.h5", code=0)[1] == err

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 import tomli_w
 
+import frictionsim as fs
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import BudgetExceeded, Interrupted, OutputError
 from frictionsim.io import hdf5_reader, hdf5_writer
@@ -168,10 +169,18 @@ def test_a_run_without_samples_replaces_no_samples() -> None:
 def test_another_process_is_told_of_a_run_that_writes_here(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
+    codes = list[int]()
+
+    def another(t: float) -> None:
+        if 0.1 < t < 0.2 and not codes:  # before there is anything to read
+            codes.append(solve("-o", "a.h5"))
+
+    fs.solve(PULLEY, output="a.h5", progress=another)
+    assert codes == [4]
+    assert "another process is writing it now" in capsys.readouterr().err
+    Path("a.h5").unlink()
     place = Destination(Path("a.h5"))
     place.check()
-    assert solve("-o", "a.h5") == 4  # before there is anything to read
-    assert "another process is writing it now" in capsys.readouterr().err
     place.write(stopping(30, spent))
     for command in (["solve", PULLEY, "-o", "a.h5"], ["resume", "a.partial.h5"]):
         assert run_command_line([*command, "-q"]) == 4
