@@ -70,7 +70,7 @@ class SweepJournal:
     def __init__(self, path: Path) -> None:
         self.path, self._sweep = journal_name(path), path
         self._log = self.path.with_name(self.path.name + LOG_SUFFIX)
-        self._synced, self._begun = monotonic(), False
+        self._synced, self._begun, self._is_new = monotonic(), False, True
         self._check_files()
         self._database: sqlite3.Connection | None = self._opened()
 
@@ -112,13 +112,18 @@ class SweepJournal:
     def _locked(self) -> sqlite3.Connection:
         """Return the database, locked; nothing in it is read that may lead to other pages."""
         while True:
+            is_new = not self.path.exists() or not self.path.stat().st_size
+            # A kill in the first transaction, which writes the first page, leaves no -journal.
+            settings = (*SETTINGS, "journal_mode = MEMORY") if is_new else SETTINGS
             database = sqlite3.connect(self.path, timeout=0.0, isolation_level=None)
             try:
                 database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_RECORD)
-                for setting in SETTINGS:
+                for setting in settings:
                     database.execute(f"PRAGMA {setting}")
                 database.execute("BEGIN EXCLUSIVE")
                 database.execute("COMMIT")
+                (pages,) = database.execute("PRAGMA page_count").fetchone()
+                self._is_new = is_new and pages <= 1  # no other process was faster
             except DAMAGED as error:
                 database.close()
                 raise self._refused(error) from None
@@ -131,7 +136,7 @@ class SweepJournal:
 
     def _set_up(self, database: sqlite3.Connection) -> None:
         """Check the origin of the journal, and have it keep a log."""
-        if self.path.stat().st_size:
+        if not self._is_new:
             try:
                 origin = self._answer("journal_origin")
             except ChildFailed as failed:
@@ -142,8 +147,6 @@ class SweepJournal:
             if origin == FOREIGN:
                 raise self._not_ours()
             self._begun = origin == OURS
-        else:  # a kill at this point leaves no -journal
-            database.execute("PRAGMA journal_mode = MEMORY")
         for setting in ("journal_mode = WAL", "synchronous = NORMAL"):
             database.execute(f"PRAGMA {setting}")
 

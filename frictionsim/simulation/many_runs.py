@@ -334,9 +334,7 @@ def _passes(runs: Prepared, chosen: Any, mechanism: Mechanism, trajectory: Traje
 
 
 def _rests(trajectory: Trajectory) -> Any:
-    """Return which runs do not move, (runs,) of bool; none is known to from one sample."""
-    if len(trajectory.time) < 2:
-        return np.zeros(trajectory.velocity.shape[1:], dtype=bool)
+    """Return which runs do not move, (runs,) of bool."""
     moves = trajectory.velocity.any(axis=0) | (np.ptp(trajectory.position, axis=0) > 0.0)
     return ~moves
 
@@ -346,6 +344,8 @@ def _warnings_of_one(scenario: "Scenario", trajectory: Trajectory, i: int) -> tu
     mechanism = mechanism_module(scenario.kind).build(scenario)
     columns: list[Any] = [*trajectory[:ROW_COLUMNS]]
     run_trajectory = Trajectory(*[column[:, i] for column in columns], {}, {}, [])  # type: ignore[call-arg]
+    if run_trajectory.time[-1] < scenario.solver.duration:  # no sample is at the end
+        return tuple(scenario.warnings())
     return (*scenario.warnings(), *nothing_moves(mechanism, run_trajectory))
 
 

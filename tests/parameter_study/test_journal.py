@@ -2,6 +2,7 @@
 
 import os
 import sqlite3
+from functools import partial
 from json import dumps
 from pathlib import Path
 from typing import Any
@@ -236,3 +237,19 @@ def test_a_journal_of_an_earlier_version_is_refused_with_the_way_out(path: Path)
         " resume the sweep with that version, or remove s.h5.runs: the runs in it are then run"
         " again"
     )
+
+
+def test_a_kill_while_a_journal_is_made_leaves_no_other_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen, connect = set[str](), sqlite3.connect
+
+    class Watched(sqlite3.Connection):
+        def execute(self, *arguments: Any) -> sqlite3.Cursor:
+            done = super().execute(*arguments)
+            seen.update(os.listdir(tmp_path))
+            return done
+
+    monkeypatch.setattr(sqlite3, "connect", partial(connect, factory=Watched))
+    SweepJournal(tmp_path / "s.h5").close(remove=True)
+    assert seen == {"s.h5.runs"}
