@@ -266,7 +266,7 @@ class FitProblem:
         # Of a single value: scaled places and the values of the scenario; None if it fails.
         self.evaluations: list[tuple[Array, float | None]] = []
         self._times, self._sampled = self._sample_times()
-        self._base, self._expected = scenario, 0
+        self._base = scenario
         only_channels = all(target.kind == "channel" for target in data.targets)
         if only_channels and 0.0 < self._times[-1] < scenario.solver.duration:
             self._base = scenario.replace({"solver.duration": float(self._times[-1])})
