@@ -18,6 +18,7 @@ def main() -> None:
     _open_closed_streams()
     from frictionsim.io import child_process
 
+    child_process.Parts.are_limited = True
     # The child that reads imports its modules while this process imports others.
     if count := READERS.get(sys.argv[1] if len(sys.argv) > 1 else ""):
         child_process.start(count)

@@ -77,8 +77,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 # Where results are read as users read them; elsewhere an interpreter for each would take minutes.
 READ_IN_A_CHILD = (
     *("tests/io/test_child_process.py", "tests/io/test_files_of_others.py"),
-    *("tests/io/test_sample_segments.py", "tests/robustness/test_crash_safety.py"),
-    "tests/api/test_parallel.py",
+    *("tests/robustness/test_crash_safety.py", "tests/api/test_parallel.py"),
 )
 
 
@@ -116,7 +115,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 ANSWER_OF = child_process.answer_of
 
 
-def answered_here(question: str, *arguments: str | int, size: int = 0) -> Any:
+def answered_here(question: str, *arguments: str | int, **_limits: float) -> Any:
     """Answer a question in this process."""
     return decoded(answer(question, *map(str, arguments)))
 

@@ -8,6 +8,7 @@ imports others. It contains crashes and endless loops, but is no sandbox: it has
 user.
 """
 
+import math
 import os
 import signal
 import sys
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 SECONDS = 7.0  # limit for a small file, which takes some hundredths
 BYTES_PER_SECOND = 20e6  # of a large file, on a busy machine
+BYTES_PER_SECOND_IN_PARTS = 2e6  # of a file whose samples are read in parts, all parts together
 MEMORY = 2 << 30  # bytes of address space, if the system can limit them
 OUT_OF_MEMORY = 3  # exit code
 SEPARATOR = b"\0"
@@ -52,14 +54,25 @@ class EndedFromOutside(ChildFailed):
     """Another process or the system has ended the child, whatever the file."""
 
 
+class Parts:
+    """Whether the time of all parts of a file together is limited, as in a process of one command.
+
+    A session in Python may read a file again and again, and its user can end it.
+    """
+
+    are_limited = False
+
+
 def start(count: int) -> None:
     """Start children ahead of the first questions."""
     with suppress(OSError):  # `_next` reports it at the first question
         _waiting.extend(_started() for _ in range(count))
 
 
-def answer_of(question: str, *arguments: str | int, size: int = 0) -> Any:
-    """Return the answer to a question about a file of some size in bytes.
+def answer_of(
+    question: str, *arguments: str | int, size: int = 0, seconds: float = math.inf
+) -> Any:
+    """Return the answer to a question about a file of some size in bytes, within some time.
 
     Raises InputError as the child does, and ChildFailed if it crashed, exceeded its time or memory,
     or was ended.
@@ -68,7 +81,7 @@ def answer_of(question: str, *arguments: str | int, size: int = 0) -> Any:
 
     from frictionsim.io.child_answer import decoded
 
-    seconds = SECONDS + size / BYTES_PER_SECOND
+    seconds = min(seconds, SECONDS + size / BYTES_PER_SECOND)
     text = SEPARATOR.join(os.fsencode(str(part)) for part in (seconds, question, *arguments))
     with _next() as process:
         try:

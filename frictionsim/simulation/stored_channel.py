@@ -5,7 +5,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-BLOCK_BYTES = 16 * 2**20  # of values that are worked on at once
+BLOCK_BYTES = 64 * 2**20  # of values that are worked on at once
 SPARSE = 16  # samples, of which at most one is wanted, are not worth reading in full
 
 

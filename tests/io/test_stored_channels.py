@@ -2,6 +2,8 @@
 
 import io
 import pickle
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -184,3 +186,11 @@ def test_a_long_channel_without_columns_stays_in_its_file(tmp_path: Path) -> Non
     assert isinstance(stored["angle"], StoredChannel)
     assert isinstance(stored["time"], np.ndarray)
     np.testing.assert_array_equal(stored["angle"][70_000:300_000:7], np.sin(time[70_000:300_000:7]))
+    impatient = (
+        "from frictionsim.io import hdf5_reader; hdf5_reader.SECONDS = -1e9;"
+        " from frictionsim.__main__ import main; main()"
+    )
+    command = [sys.executable, "-c", impatient, "compare", "long.h5", "long.h5"]
+    ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert ended.returncode == 2
+    assert "long.h5: cannot read the channel 'angle': all samples of the file take" in ended.stderr
