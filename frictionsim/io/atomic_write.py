@@ -160,10 +160,11 @@ class PartFile:
         self._release()
 
     def _release(self) -> None:
-        if self._descriptor is not None:
-            os.close(self._descriptor)
+        # Forgotten first: a signal may have the part discarded once more at any step.
+        descriptor, self._descriptor = self._descriptor, None
+        if descriptor is not None:
             _parts.remove(self)
-        self._descriptor = None
+            os.close(descriptor)
 
 
 _parts: list[PartFile] = []  # those that this process has locked

@@ -5,6 +5,7 @@ import random
 import signal
 import subprocess
 import time
+from collections.abc import Callable
 from contextlib import chdir
 from functools import cache
 from pathlib import Path
@@ -66,7 +67,17 @@ def _whole() -> dict[str, bytes]:
 
 
 def attack(rng: random.Random, folder: Path) -> str:
-    """Kill a command; the file is old or whole, and the next command leaves nothing else."""
+    """Kill a command."""
+    return trial(rng, folder, _killed)
+
+
+def trial(
+    rng: random.Random, folder: Path, stop: Callable[[random.Random, list[str], Path], str]
+) -> str:
+    """Stop a command; the file is old or whole, and the next command leaves nothing else.
+
+    The function starts the command, stops it, and returns when.
+    """
     name = rng.choice([*COMMANDS])
     target, arguments = _target(name)[1], _arguments(name)
     for source in SOURCES:
@@ -74,33 +85,48 @@ def attack(rng: random.Random, folder: Path) -> str:
     old = OLD.get(target) if rng.random() < 0.5 else None
     if old is not None:
         (folder / target).write_bytes(old)
-    when = _killed(rng, arguments, folder)
-    state = _state(name, folder / target, old, f"{arguments}, killed {when}")
+    when = stop(rng, arguments, folder)
+    state = _state(name, folder / target, old, f"{arguments}, stopped {when}")
     if (folder / "a.partial.h5").exists() and rng.random() < 0.7:
         state, arguments = "interrupted", ["resume", "a.partial.h5", "-q"]
     if not (state == "done" and target == "a.toml"):  # which is not replaced
-        outcome(arguments, f"again after a kill {when}, {state}")
+        outcome(arguments, f"again, stopped {when}, {state}")
+    if any((folder / source).read_bytes() != _whole()[source] for source in SOURCES):
+        raise BrokenPromise(f"an input was changed, stopped {when}, {state}: {arguments}")
     left = {*os.listdir(folder)} - {target, *SOURCES}
     if left or not (folder / target).exists():
-        raise BrokenPromise(f"{left} are left over after a kill {when}, {state}: {arguments}")
+        raise BrokenPromise(f"{left} are left over, stopped {when}, {state}: {arguments}")
     if name != "costs" and (folder / target).read_bytes() != _whole()[name]:
-        raise BrokenPromise(f"{target} has other bytes after a kill {when}, {state}: {arguments}")
+        raise BrokenPromise(f"{target} has other bytes, stopped {when}, {state}: {arguments}")
     return f"{name} {state}"
 
 
 def _killed(rng: random.Random, arguments: list[str], folder: Path) -> str:
     """Start a command, kill it, and return when."""
-    at_file = rng.random() < 0.8
-    count, pause = rng.choice((1, 1, 2, 3, 5)), rng.choice((0.0, 1e-4, 1e-3, 1e-2)) * rng.random()
-    late = rng.uniform(0.0, 1.5)
     with started(arguments, folder) as process:
-        if at_file:
-            _wait_for_files(process, folder, count)
-            time.sleep(pause)
-        else:
-            time.sleep(late)
+        when = wait(rng, process, folder, 0.8, 1.5)
         process.send_signal(signal.SIGKILL)
-    return f"{pause:.2g} s after {count} new names" if at_file else f"after {late:.3g} s"
+    return when
+
+
+def wait(
+    rng: random.Random,
+    process: "subprocess.Popen[bytes]",
+    folder: Path,
+    at_file: float,
+    latest: float,
+) -> str:
+    """Wait until files appear, with a probability, or for a time, s; return how long."""
+    waits_for_files = rng.random() < at_file
+    count = rng.choice((1, 1, 2, 3, 5))
+    pause = rng.choice((0.0, 1e-4, 1e-3, 1e-2, 2.0)) * rng.random()
+    late = rng.uniform(0.0, latest)
+    if not waits_for_files:
+        time.sleep(late)
+        return f"after {late:.3g} s"
+    _wait_for_files(process, folder, count)
+    time.sleep(pause)
+    return f"{pause:.2g} s after {count} new names"
 
 
 def _wait_for_files(process: "subprocess.Popen[bytes]", folder: Path, count: int) -> None:

@@ -10,6 +10,7 @@ import os
 import random
 import signal
 import time
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -41,23 +42,35 @@ def attack(rng: random.Random, folder: Path) -> str:
     return f"{len(trial(rng, folder, *warm_up()))} kills"
 
 
-def trial(rng: random.Random, folder: Path, whole: bytes, table: Any) -> dict[str, int]:
-    """Kill and resume a sweep; return how many runs were there after each kill."""
+def _killed(rng: random.Random, arguments: list[str], folder: Path) -> str:
+    """Start a sweep, and kill it with or without its workers."""
+    process = started(arguments, folder)
+    time.sleep(rng.uniform(0.3, MAX_WAIT))
+    if rng.random() < 0.5 and process.poll() is None:
+        os.killpg(process.pid, signal.SIGKILL)  # and its workers
+    else:
+        process.kill()
+    process.communicate()
+    return "by SIGKILL"
+
+
+def trial(
+    rng: random.Random,
+    folder: Path,
+    whole: bytes,
+    table: Any,
+    stop: Callable[[random.Random, list[str], Path], str] = _killed,
+) -> dict[str, int]:
+    """Stop and resume a sweep; return how many runs were there after each stop."""
     path, part = folder / "s.h5", folder / "s.partial.h5"
-    arguments, kept = [*command(RUNS, "s.h5", "-q", *ALONE)], {}
-    for kill in range(rng.choice((1, 1, 2, 3))):
-        process = started(arguments, folder)
-        time.sleep(rng.uniform(0.3, MAX_WAIT))
-        if rng.random() < 0.5 and process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)  # and its workers
-        else:
-            process.kill()
-        process.communicate()
+    arguments, kept = [*command(RUNS, "s.h5", "-q", "-j", rng.choice("12"), *ALONE)], {}
+    for number in range(rng.choice((1, 1, 2, 3))):
+        stopped = f"{number}: {stop(rng, arguments, folder)}"
         time.sleep(0.2)  # for workers to see that they are alone
         if not part.exists():
-            kept[f"kill {kill}"] = RUNS if path.exists() else 0
+            kept[stopped] = RUNS if path.exists() else 0
             break
-        kept[f"kill {kill}"] = check(part, table)
+        kept[stopped] = check(part, table)
         arguments = ["resume", part.name, "-q"]
     if not path.exists() or part.exists():
         process = started(arguments, folder)

@@ -10,7 +10,13 @@ from typing import Any
 import pytest
 
 from frictionsim.errors import OutputError
-from frictionsim.io.atomic_write import PartFile, check_place, replaced_atomically, write_atomically
+from frictionsim.io.atomic_write import (
+    PartFile,
+    check_place,
+    discard_parts,
+    replaced_atomically,
+    write_atomically,
+)
 from tests.support.old_results import old_result
 from tests.support.stopped_runs import stopped_at
 
@@ -41,6 +47,21 @@ def test_the_part_of_a_killed_process_is_emptied_by_the_next_writer() -> None:
     assert contents() == {".a.h5.part": b"half" * 100}
     write_atomically(b"whole", Path("a.h5"))
     assert contents() == {"a.h5": b"whole"}
+
+
+def test_a_signal_that_comes_while_a_part_is_discarded_discards_it_without_an_error(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The handler, which ends the process, runs between any two steps: here after `close`."""
+    close = os.close
+
+    def signalled(descriptor: int) -> None:
+        close(descriptor)
+        discard_parts()
+
+    monkeypatch.setattr(os, "close", signalled)
+    check_place(Path("a.h5"))
+    assert contents() == {}
 
 
 def test_a_second_writer_is_told() -> None:
