@@ -15,6 +15,7 @@ from zlib import crc32
 import numpy as np
 
 from frictionsim.io.child_answer import JournalPart
+from frictionsim.io.result_format import MAX_LABEL, MAX_TEXT
 from frictionsim.io.sweep_table import MAX_QUANTITIES, TEXTS
 from frictionsim.scenario.toml_data import json_value
 
@@ -182,13 +183,16 @@ class _BlockReader:
 
 
 def _text(value: Any) -> str:
+    """Return a text that HDF5 can hold."""
     if not isinstance(value, str):
         raise TypeError
+    if len(value.encode()) > MAX_TEXT or "\0" in value:  # no surrogates, which JSON may have
+        raise ValueError
     return value
 
 
 def _label(value: Any) -> str:
-    if not _text(value).isprintable():
+    if len(_text(value)) > MAX_LABEL or not value.isprintable():
         raise ValueError
     return str(value)
 

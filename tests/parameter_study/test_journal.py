@@ -90,12 +90,14 @@ def test_a_block_comes_back(path: Path) -> None:
             for value in (
                 *("", "[" * 100_000, "{}", '[["a", "m"]]', '[["a", 1], ["b", 2], ["c", 3]]'),
                 dumps([["a", "m"]] * 3),
+                dumps([["a", "m" * 201], ["b", "s"], ["c", "1"]]),
                 *(dumps([[name, "m"], ["b", "s"], ["c", "1"]]) for name in ("", ".", "a/b", "a\n")),
                 dumps([["a", "m\n"], ["b", "s"], ["c", "1"]]),
                 dumps([["a", "m"], ["b", "s"], ["c", "1"]]) + " " * 2**20,
             )
         ),
         *({"texts": dumps([["failure", *more]])} for more in ((6, "x"), (10, "x"), (8, 9), ())),
+        *({"texts": dumps([["reason", 8, text]])} for text in ("\0", "\ud800", "x" * 65_537)),
         *({"texts": value} for value in ('[["elsewhere", 8, "x"]]', "5", "[[1]]", b"\xff", 5)),
     ],
 )

@@ -5,6 +5,7 @@ import signal
 import time
 import tomllib
 from functools import partial
+from json import dumps
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,9 @@ import frictionsim as fs
 from frictionsim.api import sweeping
 from frictionsim.api.sweeping import SweepInterrupted
 from frictionsim.io.checksum import LENGTH, SWEEP, append_trailer
-from frictionsim.io.sweep_table import MAX_QUANTITIES
+from frictionsim.io.hdf5_reader import read_sweep
+from frictionsim.io.sweep_file import write_sweep
+from frictionsim.io.sweep_table import MAX_QUANTITIES, ORDER
 from frictionsim.io.unfinished import partial_name
 from frictionsim.parameter_study import dispatch, executors, sweep_files
 from frictionsim.parameter_study import sweep as assembling
@@ -109,6 +112,17 @@ def test_quantities_are_limited_so_that_the_file_can_be_read_again(
     many = {f"q{number}": Quantity(1.0, "m") for number in range(MAX_QUANTITIES + 1)}
     with pytest.raises(fs.InputError, match="a file of 1 runs can have 1900 quantities"):
         assembling.Assembly(1, filed=True).add(block_of(0, [(0, RunOutcome(DONE, many))]))
+
+
+def test_an_unfinished_file_has_the_order_of_as_many_quantities_as_a_file_can_have(
+    tmp_path: Path,
+) -> None:
+    interrupted(tmp_path / "s.h5")
+    path = partial_name(tmp_path / "s.h5")
+    table = read_sweep(path)
+    order = dumps({f"a_quantity_with_a_long_name_{n}": (0, n) for n in range(MAX_QUANTITIES)})
+    write_sweep(table._replace(attributes=table.attributes | {ORDER: order}), path)
+    assert read_sweep(path).attributes[ORDER] == order
 
 
 def test_a_sample_is_not_drawn_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
