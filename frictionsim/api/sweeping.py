@@ -300,7 +300,9 @@ def run_study(
             check_series_folder(series, text)
     design = design_of(options.vary, options.zip, options.sampling)
     plan = SweepPlan(study.scenario, design, series)
-    return _SweepRun(plan, text, Assembly(plan.design.runs), files).run(execution)
+    return _SweepRun(plan, text, Assembly(plan.design.runs, target is not None), files).run(
+        execution
+    )
 
 
 def resume_study(
@@ -340,7 +342,7 @@ def resume_study(
         plan = _plan_of_file(path, table, files.whole)
         if plan.series is not None:
             check_series_folder(plan.series, table.attributes["study"])
-        assembly = Assembly(plan.design.runs)
+        assembly = Assembly(plan.design.runs, filed=True)
         files.restore(assembly, table)
     except BaseException:
         files.close()
@@ -488,11 +490,11 @@ class _SweepRun:
     def _run_remaining(self, executor: Executor, monitor: RunMonitor) -> None:
         monitor(0.0)
         for block in run_blocks(executor, self._plan, self._assembly.remaining, monitor):
-            if self._files is not None:
-                self._files.keep(block)
+            self._assembly.add(block)
             self._done += block.runs
             self._failed += int(np.count_nonzero(block.status == FAILED))
-            self._assembly.add(block)
+            if self._files is not None:
+                self._files.keep(block)
 
     def _write_unfinished(self, files: SweepFiles, error: BaseException) -> None:
         how = f"stopped by an error ({type(error).__name__})"

@@ -38,8 +38,8 @@ class JournalPart(NamedTuple):
 
     units: dict[str, str]  # of the quantities, by name
     words: list[str]  # the texts of runs, each once
-    blocks: Any  # (n, 4): first run, number of runs, of quantities and of texts
-    columns: Any  # of each block the numbers of its quantities in `units`
+    columns: list[list[int]]  # numbers in `units` of the quantities that blocks have
+    blocks: Any  # (n, 4): first run, the one after the last, number in `columns`, number of texts
     texts: Any  # (m, 3): number in TEXTS, run, number in `words`
     status: Any  # of each block those of its runs
     values: Any  # of each block (quantities, runs)

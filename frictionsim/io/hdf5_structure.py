@@ -14,6 +14,7 @@ import h5py
 import numpy as np
 
 from frictionsim.errors import InputError
+from frictionsim.io.result_format import MAX_LABEL, MAX_TEXT
 from frictionsim.results import Flags
 
 NOT_HDF5 = "it is not a readable HDF5 file"
@@ -21,11 +22,9 @@ NOT_HDF5 = "it is not a readable HDF5 file"
 MAX_GZIP_RATIO = 1032
 MAX_MEMBERS = 2000  # of all groups; a belt's checkpoint has some hundred
 MAX_ATTRIBUTES = 64  # of one object
-MAX_TEXT = 64 * 1024  # bytes of an attribute or a name
 MAX_SCENARIO = 64 * 2**20  # it holds the data of CSV signals
-LONG_TEXTS = ("scenario", "study", "segments")
+LONG_TEXTS = ("scenario", "study", "segments", "order")
 LABELS = ("units", "long_name")  # printed with numbers and drawn at axes
-MAX_LABEL = 200
 MAX_NAMES = 100_000
 MAX_AXIS = 10**6
 FREE_BYTES = 256 * 2**20  # that any file may claim, however small it is

@@ -14,9 +14,9 @@ from zlib import crc32
 
 import numpy as np
 
-from frictionsim.errors import InputError
 from frictionsim.io.child_answer import JournalPart
-from frictionsim.io.sweep_table import TEXTS
+from frictionsim.io.result_format import MAX_LABEL, MAX_TEXT
+from frictionsim.io.sweep_table import MAX_QUANTITIES, TEXTS
 from frictionsim.scenario.toml_data import json_value
 
 APPLICATION = int.from_bytes(b"fric", "big")
@@ -31,16 +31,14 @@ MAX_RECORD = 64 * 2**20  # bytes; one of 4096 runs has less than 1 MB
 PART_BYTES = 32 * 2**20  # of the records of an answer, or one larger record
 NUMBERS = {name: number for number, name in enumerate(TEXTS)}
 MAX_TEXTS = 32 * 2**20  # characters of JSON in a record
+NO_TEXTS = "[]"  # as in most records
 EMPTY, OURS, FOREIGN = "empty", "ours", "foreign"
 
 
 def checksum_of(record: Any) -> int:
     """Return the CRC-32 of the columns of a record."""
     first, status, units, numbers, texts = record
-    checksum = 0
-    for part in (b"%d" % first, status, units.encode(), numbers, texts.encode()):
-        checksum = crc32(part, checksum)
-    return checksum
+    return crc32(b"".join((b"%d" % first, status, units.encode(), numbers, texts.encode())))
 
 
 def journal_origin(path: str) -> str:
@@ -65,7 +63,7 @@ def _opened(path: str) -> sqlite3.Connection:
 
 
 def journal_part(
-    path: str, digest: str, runs: str, statuses: str, names: str, last: str, free: str
+    path: str, digest: str, runs: str, statuses: str, last: str, free: str
 ) -> JournalPart:
     """Return undamaged blocks of a study, as many as an answer holds.
 
@@ -77,18 +75,19 @@ def journal_part(
         Number of runs of the sweep.
     statuses : str
         Those that a run may have, as bytes in hexadecimal digits.
-    names : str
-        Limit on the number of quantities.
     last, free : str
         First run of the last record that was read, and the bytes that those left may have.
     """
-    part = _BlockReader(path, int(runs), bytes.fromhex(statuses), int(names))
+    part = _BlockReader(int(runs), bytes.fromhex(statuses))
     unread = int(free) - PART_BYTES
     rest = None
+    inconsistent = suppress(ValueError, TypeError, KeyError, AttributeError, OverflowError)
     with suppress(*DAMAGED), closing(_opened(path)) as database:  # damaged blocks are run again
         if database.execute("SELECT digest FROM study").fetchmany(2) == [(bytes.fromhex(digest),)]:
-            for first, left, *record in _records(database, int(last), int(runs), int(free)):
-                part.add(first, record)
+            for left, record in _records(database, int(last), int(runs), int(free)):
+                with inconsistent:
+                    part.add(*record)
+                first = record[0]
                 if left < unread:
                     rest = first, left
                     break
@@ -98,102 +97,102 @@ def journal_part(
 def _records(
     database: sqlite3.Connection, last: int, runs: int, free: int
 ) -> Iterator[tuple[Any, ...]]:
-    """Yield records: first run, number of bytes that are left, the other columns."""
-    rows = database.execute("SELECT * FROM blocks WHERE first > ? ORDER BY first", (last,))
-    for first, *record in rows:
-        free -= sum(len(column) for column in record if isinstance(column, bytes | str))
+    """Yield the number of bytes that are left after a record, and its columns."""
+    for record in database.execute("SELECT * FROM blocks WHERE first > ? ORDER BY first", (last,)):
+        first = record[0]
+        free -= sum([len(column) for column in record if isinstance(column, bytes | str)])
         if not last < first < runs or free < 0:
             return
         last = first
-        yield first, free, *record
+        yield free, record
 
 
 class _BlockReader:
-    """Collects the undamaged blocks of records for an answer."""
+    """Collects the undamaged blocks of records for an answer.
 
-    def __init__(self, path: str, runs: int, statuses: bytes, names: int) -> None:
-        self._path = path
-        self._runs, self._statuses, self._max_names = runs, statuses, names
+    Consecutive runs with the same quantities become one block, as slow runs have a record each.
+    """
+
+    def __init__(self, runs: int, statuses: bytes) -> None:
+        self._runs, self._statuses = runs, statuses
         self._units: dict[str, str] = {}
         self._numbers: dict[str, int] = {}  # of the quantities
+        self._columns: list[list[int]] = []
+        self._forms: dict[str, int] = {}  # numbers in `columns`, by names and units in JSON
         self._words: dict[str, int] = {}
-        self._last_units, self._last_columns = "", list[int]()
-        self._blocks: list[int] = []
-        self._columns: list[int] = []
+        self._blocks: list[list[int]] = []
         self._texts: list[int] = []
         self._status: list[bytes] = []
-        self._values: list[bytes] = []
+        self._values: list[list[Any]] = []  # of the records of each block
 
-    def add(self, first: int, record: list[Any]) -> None:
-        """Add the block of a record unless it is damaged."""
-        *columns, checksum = record
-        with suppress(ValueError, TypeError, KeyError, AttributeError, OverflowError):
-            if checksum == checksum_of((first, *columns)):
-                self._add(first, *columns)
-
-    def _add(self, first: int, status: bytes, units: str, numbers: bytes, texts: str) -> None:
-        """Add a block; raise an error if its columns are inconsistent."""
-        columns = self._columns_of(units)
-        runs, stop = len(status), first + len(status)
-        if (
-            not 0 < runs <= self._runs - first
-            or status.translate(None, self._statuses)
-            or len(numbers) != 8 * len(columns) * runs
-        ):
+    def add(
+        self, first: int, status: bytes, units: str, numbers: bytes, texts: str, checksum: int
+    ) -> None:
+        """Add the block of a record; raise an error if its columns are inconsistent."""
+        if checksum != checksum_of((first, status, units, numbers, texts)):
             raise ValueError
+        form = self._form_of(units)
+        runs, stop = len(status), first + len(status)
+        if not 0 < runs <= self._runs - first or status.translate(None, self._statuses):
+            raise ValueError
+        values = np.frombuffer(numbers, "<f8").reshape(len(self._columns[form]), runs)
         words: dict[tuple[int, int], str] = {}
-        for name, run, text in json_value(texts, MAX_TEXTS):
+        for name, run, text in json_value(texts, MAX_TEXTS) if texts != NO_TEXTS else ():
             if type(run) is not int or not first <= run < stop:
                 raise ValueError
             words[NUMBERS[name], run] = _text(text)
+        if not self._blocks or self._blocks[-1][1:3] != [first, form]:
+            self._blocks.append([first, first, form, 0])
+            self._values.append([])
+        self._blocks[-1][1] = stop
+        self._blocks[-1][3] += len(words)
         for (name, run), text in words.items():
             self._texts += name, run, self._words.setdefault(text, len(self._words))
-        self._blocks += first, runs, len(columns), len(words)
-        self._columns += columns
         self._status.append(status)
-        self._values.append(numbers)
+        self._values[-1].append(values)
 
-    def _columns_of(self, units: str) -> list[int]:
-        """Return the numbers of the quantities of a record."""
-        if units == self._last_units:  # as in most records
-            return self._last_columns
+    def _form_of(self, units: str) -> int:
+        """Return the number in `columns` of the names and units of a record."""
+        if units in self._forms:
+            return self._forms[units]
         pairs = json_value(units)
         by_name = {_name(name): _label(unit) for name, unit in pairs}
         if len(by_name) != len(pairs):
             raise ValueError
+        if len(by_name.keys() - self._units.keys()) + len(self._units) > MAX_QUANTITIES:
+            raise ValueError
         for name, unit in by_name.items():
             self._units.setdefault(name, unit)
             self._numbers.setdefault(name, len(self._numbers))
-        if len(self._units) > self._max_names:
-            raise InputError(
-                f"{self._path}: cannot resume this sweep: its journal has more than the"
-                f" {self._max_names} quantities that a sweep of {self._runs} runs may have"
-            )
-        self._last_units, self._last_columns = units, [self._numbers[name] for name in by_name]
-        return self._last_columns
+        self._columns.append([self._numbers[name] for name in by_name])
+        return self._forms.setdefault(units, len(self._forms))
 
     def answer(self, rest: tuple[int, int] | None) -> JournalPart:
         """Return them; `rest` is the position of the next part."""
+        values = [np.concatenate(records, axis=1).ravel() for records in self._values]
         return JournalPart(
             units=self._units,
+            columns=self._columns,
             words=list(self._words),
             blocks=np.array(self._blocks, np.int64).reshape(-1, 4),
-            columns=np.array(self._columns, np.int64),
             texts=np.array(self._texts, np.int64).reshape(-1, 3),
             status=np.frombuffer(b"".join(self._status), np.int8),
-            values=np.frombuffer(b"".join(self._values), "<f8"),
+            values=np.concatenate([np.empty(0), *values]),
             rest=rest,
         )
 
 
 def _text(value: Any) -> str:
+    """Return a text that HDF5 can hold."""
     if not isinstance(value, str):
         raise TypeError
+    if len(value.encode()) > MAX_TEXT or "\0" in value:  # no surrogates, which JSON may have
+        raise ValueError
     return value
 
 
 def _label(value: Any) -> str:
-    if not _text(value).isprintable():
+    if len(_text(value)) > MAX_LABEL or not value.isprintable():
         raise ValueError
     return str(value)
 

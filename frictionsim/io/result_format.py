@@ -8,6 +8,8 @@ READABLE_VERSIONS = (1, 2, 3)
 SEGMENTS = "segments"  # the attribute that lists them
 STATUSES = ("done", "failed", "interrupted")
 CONVENTIONS = "CF-1.11"
+MAX_TEXT = 64 * 1024  # characters of an attribute, a name or a text of a run
+MAX_LABEL = 200  # of a unit or description
 ANSWER_BYTES = 64 * 2**20  # of segments read together; a larger one is read alone
 # The datasets of /solver.
 COUNTS = {

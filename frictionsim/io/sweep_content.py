@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from frictionsim.io.hdf5_structure import MAX_TEXT, CheckedFile, check_version, holds_text, opened
+from frictionsim.io.hdf5_structure import CheckedFile, check_version, holds_text, opened
+from frictionsim.io.result_format import MAX_TEXT
 from frictionsim.io.sweep_table import (
     ORDER,
     RUN,

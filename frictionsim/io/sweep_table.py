@@ -6,6 +6,7 @@ if TYPE_CHECKING:
     from frictionsim.results import Array, Flags
 
 VERSION_NAME, VERSION = "sweep_version", 1
+MAX_QUANTITIES = 1900  # a file has no more than 2000 datasets
 RUN, STATUS = "run", "status"
 ORDER = "order"  # of an interrupted sweep: first appearance of each quantity, by name
 TEXTS = {

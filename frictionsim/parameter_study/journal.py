@@ -26,7 +26,7 @@ import numpy as np
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io import child_process
 from frictionsim.io.child_answer import JournalPart
-from frictionsim.io.child_process import MEMORY, ChildFailed
+from frictionsim.io.child_process import ChildFailed
 from frictionsim.io.journal_content import (
     APPLICATION,
     DAMAGED,
@@ -44,9 +44,6 @@ from frictionsim.parameter_study.block import OUTCOMES, RunBlock
 SUFFIX, LOG_SUFFIX = ".runs", "-wal"
 FOREIGN_SUFFIXES = ("-journal", "-shm")  # SQLite would use such files with the journal
 OLDER = b"frictionsim runs 1\n"
-MAX_QUANTITIES = 2000  # as a file may have
-# Of all runs; writing their file takes three times the memory of its columns, and reading it, too.
-MAX_VALUES = MEMORY // 4 // 8
 SECONDS_BETWEEN_SYNCS = 1.0
 # The lock makes an index of the log in shared memory unnecessary.
 SETTINGS = (*SAFE, "locking_mode = EXCLUSIVE", "wal_autocheckpoint = 0")
@@ -189,14 +186,11 @@ class SweepJournal:
     def blocks(self, digest: bytes, runs: int) -> Iterator[RunBlock]:
         """Yield the undamaged blocks of a study of some runs; none of another study.
 
-        Raises InputError if the journal cannot be read, and ValueError if it has more quantities
-        than a sweep may have.
+        Raises InputError if the journal cannot be read.
         """
-        most = max(1, min(MAX_QUANTITIES, MAX_VALUES // runs))
-        names: set[str] = set()
         rest = (-1, self.path.stat().st_size) if self._begun else None
         while rest is not None:
-            arguments = digest.hex(), runs, bytes(OUTCOMES).hex(), most, *rest
+            arguments = digest.hex(), runs, bytes(OUTCOMES).hex(), *rest
             try:
                 part: JournalPart = self._answer("journal_part", *arguments)
             except ChildFailed as failed:
@@ -204,9 +198,6 @@ class SweepJournal:
                     f"{self._sweep}: cannot resume this sweep: its journal {self.path.name} cannot"
                     f" be read: {failed}; without the journal, the runs in it are run again"
                 ) from None
-            names |= part.units.keys()
-            if len(names) > most:
-                raise ValueError
             yield from _blocks_of(part)
             rest = part.rest
 
@@ -270,14 +261,14 @@ def _record(block: RunBlock) -> tuple[int, bytes, str, bytes, str]:
 
 def _blocks_of(part: JournalPart) -> Iterator[RunBlock]:
     units, names = list(part.units.items()), list(TEXTS)
-    run = column = value = text = 0
-    for first, runs, quantities, texts in part.blocks.tolist():
-        columns = part.columns[column : column + quantities].tolist()
-        values = part.values[value : value + quantities * runs].reshape(quantities, runs)
+    run = value = text = 0
+    for first, stop, number, texts in part.blocks.tolist():
+        columns, runs = part.columns[number], stop - first
+        count = len(columns) * runs
+        values = part.values[value : value + count].reshape(len(columns), runs)
         by_run: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
-        for name, number, word in part.texts[text : text + texts].tolist():
-            by_run[names[name]][number] = part.words[word]
+        for name, of_run, word in part.texts[text : text + texts].tolist():
+            by_run[names[name]][of_run] = part.words[word]
         status = part.status[run : run + runs]
         yield RunBlock(first, status, dict(units[i] for i in columns), values, by_run)
-        run, column = run + runs, column + quantities
-        value, text = value + quantities * runs, text + texts
+        run, value, text = run + runs, value + count, text + texts

@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.io.sweep_table import ORDER, RUN, TEXTS, Coordinate, SweepTable
+from frictionsim.errors import InputError
+from frictionsim.io.child_process import MEMORY
+from frictionsim.io.sweep_table import (
+    MAX_QUANTITIES,
+    ORDER,
+    RUN,
+    TEXTS,
+    Coordinate,
+    SweepTable,
+)
 from frictionsim.parameter_study.block import NOT_RUN, STATUSES, RunBlock
 from frictionsim.parameter_study.design import GRID, Design
 from frictionsim.parameter_study.sensitivity import sobol_indices_of
@@ -19,6 +28,9 @@ from frictionsim.version import __version__
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
+
+# Of a file; writing it takes three times the memory of its columns, and reading it, too.
+MAX_VALUES = MEMORY // 4 // 8
 
 
 class SweepPlan(NamedTuple):
@@ -43,9 +55,13 @@ class SweepPlan(NamedTuple):
 
 
 class Assembly:
-    """The outcomes of a sweep, assembled from its blocks in any order."""
+    """The outcomes of a sweep, assembled from its blocks in any order.
 
-    def __init__(self, count: int) -> None:
+    If they are `filed`, blocks with more quantities than a file can have are refused.
+    """
+
+    def __init__(self, count: int, filed: bool = False) -> None:
+        self._most = min(MAX_QUANTITIES, max(1, MAX_VALUES // count)) if filed else None
         self.status = np.full(count, NOT_RUN, dtype=np.int8)
         self._columns: dict[str, Array] = {}
         self._units: dict[str, str] = {}
@@ -53,10 +69,18 @@ class Assembly:
         self.texts: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
 
     def add(self, block: RunBlock) -> None:
-        """Add the outcomes of some runs; raise ValueError if the sweep has no such runs."""
+        """Add the outcomes of some runs; raise ValueError if the sweep has no such runs.
+
+        Raises InputError, and adds nothing, if the file of the sweep could not be read again.
+        """
         runs = slice(block.first, block.first + block.runs)
         if block.first < 0 or runs.stop > len(self.status):
             raise ValueError("runs that the sweep does not have")
+        if self._most is not None and len(block.units.keys() | self._columns) > self._most:
+            raise InputError(
+                f"a file of {len(self.status)} runs can have {self._most} quantities, and this"
+                " sweep has more; vary fewer values, split it, or run it without a file"
+            )
         self.status[runs] = block.status
         for position, (name, unit) in enumerate(block.units.items()):
             if name not in self._columns:

@@ -13,6 +13,7 @@ import pytest
 import frictionsim as fs
 from frictionsim.io import journal_content
 from frictionsim.io.journal_content import checksum_of
+from frictionsim.io.sweep_table import MAX_QUANTITIES
 from frictionsim.parameter_study import journal
 from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, RunOutcome, block_of
 from frictionsim.parameter_study.journal import SweepJournal, journal_name
@@ -89,12 +90,14 @@ def test_a_block_comes_back(path: Path) -> None:
             for value in (
                 *("", "[" * 100_000, "{}", '[["a", "m"]]', '[["a", 1], ["b", 2], ["c", 3]]'),
                 dumps([["a", "m"]] * 3),
+                dumps([["a", "m" * 201], ["b", "s"], ["c", "1"]]),
                 *(dumps([[name, "m"], ["b", "s"], ["c", "1"]]) for name in ("", ".", "a/b", "a\n")),
                 dumps([["a", "m\n"], ["b", "s"], ["c", "1"]]),
                 dumps([["a", "m"], ["b", "s"], ["c", "1"]]) + " " * 2**20,
             )
         ),
         *({"texts": dumps([["failure", *more]])} for more in ((6, "x"), (10, "x"), (8, 9), ())),
+        *({"texts": dumps([["reason", 8, text]])} for text in ("\0", "\ud800", "x" * 65_537)),
         *({"texts": value} for value in ('[["elsewhere", 8, "x"]]', "5", "[[1]]", b"\xff", 5)),
     ],
 )
@@ -172,18 +175,37 @@ def test_the_reading_ends_where_records_do_not_ascend_whatever_their_checksums(
     assert len(tried) == 1
 
 
-def test_the_quantities_of_a_sweep_are_limited_by_the_memory_of_their_columns(path: Path) -> None:
-    many = {f"q{number}": Quantity(1.0, "m") for number in range(2000)}
+@pytest.mark.parametrize("count", [MAX_QUANTITIES, MAX_QUANTITIES + 1])
+def test_a_record_with_more_quantities_than_a_file_can_have_is_left_out(
+    path: Path, count: int
+) -> None:
+    many = {f"q{number}": Quantity(1.0, "m") for number in range(count)}
     written = SweepJournal(path)
     written.start(DIGEST)
     written.append(block_of(0, [(0, RunOutcome(DONE, many))]))
     written.close(remove=False)
-    (block,) = blocks(path)
-    assert block.values.shape == (2000, 1)
-    opened = SweepJournal(path)
-    with pytest.raises(fs.InputError, match=r"the 167 quantities that a sweep of 400000 runs may"):
-        list(opened.blocks(DIGEST, 400_000))
-    opened.close(remove=False)
+    shapes = [block.values.shape for block in blocks(path)]
+    assert shapes == ([(MAX_QUANTITIES, 1)] if count == MAX_QUANTITIES else [])
+
+
+def test_consecutive_runs_with_the_same_quantities_come_back_as_one_block(path: Path) -> None:
+    written = SweepJournal(path)
+    written.start(DIGEST)
+    sizes = {0: 1, 1: 2, 3: 1, 5: 1, 6: 1}  # run 4 is missing
+    for first, runs in sizes.items():
+        written.append(block_of(first, [(run, FORMS[0]) for run in range(runs)]))
+    for first in (7, 8):
+        written.append(block_of(first, [(0, FORMS[first - 6])]))
+    written.close(remove=False)
+    read = blocks(path)
+    assert [(b.first, b.runs, list(b.units)) for b in read] == [
+        (0, 4, ["a", "b"]),
+        (5, 2, ["a", "b"]),
+        (7, 1, ["b"]),
+        (8, 1, ["a", "b"]),
+    ]
+    assert read[0].values.tolist() == [[0.0] * 4, [0.5] * 4]
+    assert read[2].texts["failure"] == {7: "diverged"}
 
 
 def test_a_journal_is_read_in_parts(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

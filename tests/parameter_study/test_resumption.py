@@ -4,6 +4,8 @@ import os
 import signal
 import time
 import tomllib
+from functools import partial
+from json import dumps
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +18,16 @@ import frictionsim as fs
 from frictionsim.api import sweeping
 from frictionsim.api.sweeping import SweepInterrupted
 from frictionsim.io.checksum import LENGTH, SWEEP, append_trailer
+from frictionsim.io.hdf5_reader import read_sweep
+from frictionsim.io.sweep_file import write_sweep
+from frictionsim.io.sweep_table import MAX_QUANTITIES, ORDER
 from frictionsim.io.unfinished import partial_name
 from frictionsim.parameter_study import dispatch, executors, sweep_files
+from frictionsim.parameter_study import sweep as assembling
+from frictionsim.parameter_study.block import DONE, RunOutcome, block_of
 from frictionsim.parameter_study.journal import SweepJournal, journal_name
 from frictionsim.parameter_study.sweep_files import SweepFiles
+from frictionsim.results import Quantity
 from frictionsim.simulation.monitor import SweepProgress
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
 
@@ -84,6 +92,37 @@ def test_an_interrupted_sweep_is_resumed_to_the_same_bytes(whole: bytes, tmp_pat
     fs.resume_sweep(path, workers=2)
     assert path.read_bytes() == whole
     assert os.listdir(tmp_path) == ["s.h5"]
+
+
+def test_quantities_are_limited_so_that_the_file_can_be_read_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    quantities = len(fs.sweep(PULLEY, VARY, LOOSE, workers=1).table.values)
+    monkeypatch.setattr(assembling, "MAX_VALUES", 12 * quantities)
+    interrupted(tmp_path / "s.h5")
+    sweep(tmp_path / "t.h5")
+    monkeypatch.setattr(assembling, "MAX_VALUES", 12 * quantities - 1)
+    said = f"a file of 12 runs can have {quantities - 1} quantities, and this sweep has more"
+    for run in (partial(sweep, tmp_path / "u.h5"), partial(fs.resume_sweep, tmp_path / "s.h5")):
+        with pytest.raises(fs.InputError, match=said):
+            run(workers=1)
+    assert not fs.open_sweep(tmp_path / "u.h5")["status"].any()  # refused at the first block
+    fs.sweep(PULLEY, VARY, LOOSE, workers=1)  # without a file
+    monkeypatch.undo()
+    many = {f"q{number}": Quantity(1.0, "m") for number in range(MAX_QUANTITIES + 1)}
+    with pytest.raises(fs.InputError, match="a file of 1 runs can have 1900 quantities"):
+        assembling.Assembly(1, filed=True).add(block_of(0, [(0, RunOutcome(DONE, many))]))
+
+
+def test_an_unfinished_file_has_the_order_of_as_many_quantities_as_a_file_can_have(
+    tmp_path: Path,
+) -> None:
+    interrupted(tmp_path / "s.h5")
+    path = partial_name(tmp_path / "s.h5")
+    table = read_sweep(path)
+    order = dumps({f"a_quantity_with_a_long_name_{n}": (0, n) for n in range(MAX_QUANTITIES)})
+    write_sweep(table._replace(attributes=table.attributes | {ORDER: order}), path)
+    assert read_sweep(path).attributes[ORDER] == order
 
 
 def test_a_sample_is_not_drawn_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

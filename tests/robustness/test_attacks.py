@@ -75,20 +75,9 @@ def test_no_promise_is_broken_by_belts_either(attack: str) -> None:
     assert_no_promise_is_broken(attack)
 
 
-@pytest.mark.parametrize(
-    ("craft", "code", "message"),
-    [
-        (journals.repeat_pages, 0, ""),
-        (
-            journals.invent_quantities,
-            2,
-            "frictionsim: sweep.partial.h5.runs: cannot resume this sweep: its journal has more"
-            " than the 2000 quantities that a sweep of 8 runs may have\n",
-        ),
-    ],
-)
+@pytest.mark.parametrize("craft", [journals.repeat_pages, journals.invent_quantities])
 def test_a_crafted_journal_neither_hangs_a_command_nor_adds_quantities(
-    tmp_path: Path, craft: Any, code: int, message: str
+    tmp_path: Path, craft: Any
 ) -> None:
     part = tmp_path / journals.PART
     part.write_bytes(journals.original().file)
@@ -100,9 +89,8 @@ def test_a_crafted_journal_neither_hangs_a_command_nor_adds_quantities(
     done = subprocess.run(
         arguments, cwd=tmp_path, check=False, capture_output=True, text=True, timeout=100
     )
-    assert (done.returncode, done.stderr) == (code, message)
-    if not code:
-        assert (tmp_path / journals.TARGET).read_bytes() == journals.original().whole
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / journals.TARGET).read_bytes() == journals.original().whole
 
 
 # A case knows its number by the first draw of its generator.
