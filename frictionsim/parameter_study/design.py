@@ -102,6 +102,12 @@ def design_of(
         if len(set(lengths.values())) > 1:
             counts = ", ".join(f"{key} has {n}" for key, n in lengths.items())
             raise InputError(f"zip: expected as many values of each key: {counts}")
+        total = sum(lengths.values())
+        if total > MAX_RUNS:
+            raise InputError(
+                f"zip: {len(vary)} keys x {total // len(vary)} runs = {total:.3g} values are more"
+                f" than the limit of {MAX_RUNS}; give fewer values"
+            )
         return Design(TOGETHER, keys, _values_of_levels(vary))
     if count > MAX_RUNS:
         product = " x ".join(map(str, lengths.values()))

@@ -22,7 +22,7 @@ from frictionsim.io.hdf5_reader import read_sweep
 from frictionsim.io.sweep_file import write_sweep
 from frictionsim.io.sweep_table import MAX_QUANTITIES, ORDER
 from frictionsim.io.unfinished import partial_name
-from frictionsim.parameter_study import dispatch, executors, sweep_files
+from frictionsim.parameter_study import dispatch, executors, sweep_files, values
 from frictionsim.parameter_study import sweep as assembling
 from frictionsim.parameter_study.block import DONE, RunOutcome, block_of
 from frictionsim.parameter_study.journal import SweepJournal, journal_name
@@ -324,6 +324,40 @@ def test_a_sweep_made_by_others_has_no_other_file_read(
         fs.resume_sweep(path, workers=1)
     assert said in str(refused.value)
     assert "password" not in str(refused.value)
+
+
+def replace_in(path: Path, name: str, old: str, new: str) -> None:
+    """Replace a text in an attribute of a sweep."""
+    table = read_sweep(path)
+    text = table.attributes[name]
+    assert old in text, text
+    write_sweep(
+        table._replace(attributes=table.attributes | {name: text.replace(old, new)}), path
+    )
+
+
+@pytest.mark.parametrize("together", [False, True])
+@pytest.mark.parametrize("spec", ["lin(2000, 2400, 10000000)", "uniform(2000, 2400)"])
+def test_values_of_a_study_that_are_not_those_of_its_file_are_not_made(
+    together: bool, spec: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupted(tmp_path / "s.h5", zip=together)
+    path = tmp_path / "s.partial.h5"
+    replace_in(path, "study", VARY[LOAD], spec)
+    monkeypatch.delattr(values, "_evenly")
+    with pytest.raises(fs.InputError, match="its study is not that of its values"):
+        fs.resume_sweep(path, workers=1)
+
+
+def test_a_sample_that_varies_nothing_is_refused(tmp_path: Path) -> None:
+    interrupted(tmp_path / "s.h5", 2, vary={LOAD: "uniform(2000.0, 2100.0)"}, sample=4)
+    path = tmp_path / "s.partial.h5"
+    table = read_sweep(path)
+    study = tomllib.loads(table.attributes["study"]) | {"vary": {}}
+    attributes = table.attributes | {"study": tomli_w.dumps(study)}
+    write_sweep(table._replace(coordinates={}, attributes=attributes), path)
+    with pytest.raises(fs.InputError, match="its study is not that of its values"):
+        fs.resume_sweep(path, workers=1)
 
 
 def test_a_sweep_without_the_results_of_its_runs_makes_no_folder(tmp_path: Path) -> None:
