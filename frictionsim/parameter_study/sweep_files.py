@@ -94,7 +94,7 @@ class SweepFiles:
                 if taken & block.units.keys():
                     raise ValueError
                 assembly.add(block)
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, OverflowError):  # of an order that is infinite
             raise InputError(f"{self._resumed}: cannot resume this sweep: it is damaged") from None
 
     def begin(self, table: SweepTable) -> None:

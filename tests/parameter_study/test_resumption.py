@@ -277,11 +277,14 @@ def test_what_cannot_be_resumed_is_refused(whole: bytes, tmp_path: Path) -> None
         fs.resume_sweep(path)
     assert not journal_name(partial_name(path)).exists()
     interrupted(tmp_path / "t.h5")
+    order = read_sweep(tmp_path / "t.partial.h5").attributes[ORDER]
+    assert "[0, 0]" in order
     for name, value, message in (
         ("frictionsim_version", "0.0.9", "it was started with frictionsim 0.0.9, this is"),
         ("study", "vary = 1", "study"),
         ("order", "[" * 30_000, "it is damaged"),
         ("order", "{}", "it is damaged"),
+        ("order", order.replace("[0, 0]", "[1e999, 0]"), "it is damaged"),
     ):
         edited = tmp_path / "u.partial.h5"
         edited.write_bytes((tmp_path / "t.partial.h5").read_bytes()[:-LENGTH])
@@ -326,14 +329,12 @@ def test_a_sweep_made_by_others_has_no_other_file_read(
     assert "password" not in str(refused.value)
 
 
-def replace_in(path: Path, name: str, old: str, new: str) -> None:
-    """Replace a text in an attribute of a sweep."""
+def vary_instead(path: Path, vary: dict[str, str], **more: Any) -> None:
+    """Have the study of an interrupted sweep vary other values than those of its file."""
     table = read_sweep(path)
-    text = table.attributes[name]
-    assert old in text, text
-    write_sweep(
-        table._replace(attributes=table.attributes | {name: text.replace(old, new)}), path
-    )
+    study = tomllib.loads(table.attributes["study"]) | {"vary": vary}
+    attributes = table.attributes | {"study": tomli_w.dumps(study)}
+    write_sweep(table._replace(attributes=attributes, **more), path)
 
 
 @pytest.mark.parametrize("together", [False, True])
@@ -343,8 +344,30 @@ def test_values_of_a_study_that_are_not_those_of_its_file_are_not_made(
 ) -> None:
     interrupted(tmp_path / "s.h5", zip=together)
     path = tmp_path / "s.partial.h5"
-    replace_in(path, "study", VARY[LOAD], spec)
+    vary_instead(path, {LOAD: spec})
     monkeypatch.delattr(values, "_evenly")
+    with pytest.raises(fs.InputError, match="its study is not that of its values"):
+        fs.resume_sweep(path, workers=1)
+
+
+def test_a_sweep_over_integers_that_no_array_holds_is_resumed(tmp_path: Path) -> None:
+    steps, huge = "solver.max_steps", 10**400
+    sweep(tmp_path / "s.h5", vary={steps: [huge, 10_000_000]})
+    swept = fs.open_sweep(tmp_path / "s.h5")[steps]
+    assert swept.values.tolist() == [str(huge), "10000000"]
+    interrupted(tmp_path / "t.h5", 1, vary={steps: [huge, 10_000_000]})
+    fs.resume_sweep(tmp_path / "t.h5", workers=1)
+    assert (tmp_path / "t.h5").read_bytes() == (tmp_path / "s.h5").read_bytes()
+
+
+@pytest.mark.parametrize("number", ["9" * 30, "9" * 400])
+@pytest.mark.parametrize(("key", "given"), [(LOAD, "[2000, 2400]"), ("title", '["a", "b"]')])
+def test_integers_in_a_study_that_no_array_holds_are_not_those_of_its_file(
+    key: str, given: str, number: str, tmp_path: Path
+) -> None:
+    interrupted(tmp_path / "s.h5", 1, vary={key: given})
+    path = tmp_path / "s.partial.h5"
+    vary_instead(path, {key: f"[{number}, 1]"})
     with pytest.raises(fs.InputError, match="its study is not that of its values"):
         fs.resume_sweep(path, workers=1)
 
@@ -352,10 +375,7 @@ def test_values_of_a_study_that_are_not_those_of_its_file_are_not_made(
 def test_a_sample_that_varies_nothing_is_refused(tmp_path: Path) -> None:
     interrupted(tmp_path / "s.h5", 2, vary={LOAD: "uniform(2000.0, 2100.0)"}, sample=4)
     path = tmp_path / "s.partial.h5"
-    table = read_sweep(path)
-    study = tomllib.loads(table.attributes["study"]) | {"vary": {}}
-    attributes = table.attributes | {"study": tomli_w.dumps(study)}
-    write_sweep(table._replace(coordinates={}, attributes=attributes), path)
+    vary_instead(path, {}, coordinates={})
     with pytest.raises(fs.InputError, match="its study is not that of its values"):
         fs.resume_sweep(path, workers=1)
 
