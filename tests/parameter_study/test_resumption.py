@@ -503,6 +503,33 @@ def test_series_are_kept_and_resumed(tmp_path: Path) -> None:
     assert path.exists()
 
 
+def test_no_result_of_a_run_is_written_through_a_link(tmp_path: Path) -> None:
+    path, folder = tmp_path / "s.h5", tmp_path / "s.series"
+    interrupted(path, 1, keep_series=True, vary={LOAD: [2000.0, 2100.0]})
+    other, content = tmp_path / "other.h5", (folder / "run-0000000.h5").read_bytes()
+    other.write_bytes(content)  # any other file than a result is not replaced
+    (folder / "run-0000001.h5").symlink_to(other)
+    with pytest.raises(fs.OutputError) as refused:
+        fs.resume_sweep(path, workers=1)
+    assert str(refused.value).startswith(
+        f"{folder / 'run-0000001.h5'}: cannot write the result: this is a link; remove it. sweep"
+        " interrupted: 1 of 2 runs are saved in"
+    )
+    assert other.read_bytes() == content
+    (folder / "run-0000001.h5").unlink()
+    elsewhere = folder.rename(tmp_path / "elsewhere")
+    folder.symlink_to(elsewhere)
+    for run in (fs.resume_sweep, partial(sweep, keep_series=True)):
+        with pytest.raises(fs.OutputError) as refused:
+            run(path, workers=1)
+        assert str(refused.value) == (
+            f"{folder}: the results of the runs would be written here, and this is a link; remove"
+            " it, or give another name with -o"
+        )
+        partial_name(path).unlink(missing_ok=True)
+    assert sorted(os.listdir(elsewhere)) == ["run-0000000.h5", "study.toml"]
+
+
 def test_a_series_that_cannot_be_written_ends_the_sweep(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
