@@ -86,7 +86,8 @@ def samples(path: str, name: str, numbers: str) -> Any:
 def channels(names: str, *paths: str) -> list[dict[str, Any]]:
     """Return channels of as many of the files as an answer holds, at least of the first.
 
-    The names are separated by commas; without any, all channels are returned.
+    The names are separated by commas; without any, all channels are returned. A channel without
+    columns has as many bytes in the file as in memory, so that those of many small files are small.
     """
     contents: list[dict[str, Any]] = []
     free_bytes = ANSWER_BYTES
@@ -94,6 +95,11 @@ def channels(names: str, *paths: str) -> list[dict[str, Any]]:
         with _opened(path) as file:
             every, _, _ = _top_level(file)
             wanted = {name: every[name] for name in names.split(",")} if names else every
+            for name, item in wanted.items():
+                file.check_stored(item)
+                size = item.size * type_of(item).itemsize
+                if item.ndim < 2 and size > item.id.get_storage_size():
+                    raise ValueError(f"{name}: no segment has its samples compressed")
             free_bytes -= sum(item.nbytes for item in wanted.values())
             if contents and free_bytes < 0:
                 break

@@ -18,7 +18,7 @@ import logging
 import os
 import re
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -91,13 +91,17 @@ class SegmentFiles:
             stop += 1
         return range(first, stop)
 
-    def channels(self, names: list[str], count: int) -> list[dict[str, Any]]:
-        """Return some channels of each of the first segments, already checked."""
-        parts: list[dict[str, Any]] = []
-        while (first := len(parts)) < count:
+    def channels(self, names: list[str], count: int) -> Iterator[dict[str, Any]]:
+        """Yield some channels of each of the first segments, already checked.
+
+        The next ones are read when they are wanted: not if these have another shape than they must.
+        """
+        first = 0
+        while first < count:
             numbers = range(first, min(first + FILES_AT_ONCE, count))
-            parts += self._channels(",".join(names), numbers)
-        return parts
+            parts = self._channels(",".join(names), numbers)
+            yield from parts
+            first += len(parts)
 
     def _channels(self, names: str, numbers: range) -> list[dict[str, Any]]:
         """Return channels of as many of the segments as an answer holds."""
@@ -263,9 +267,11 @@ def with_segments(tail: Record, path: Path, listing: str) -> Record:
     for index in range(number):
         segments.check(index)
     flat = [name for name, values in tail.channels.items() if len(values.shape) == 1]
-    before = segments.channels(flat, number)
-    if any(part[name].shape != (size,) for part in before for name in flat):
-        raise damaged
+    before: list[dict[str, Any]] = []
+    for part in segments.channels(flat, number):
+        if any(part[name].shape != (size,) for name in flat):
+            raise damaged
+        before.append(part)
     source = _SegmentsAndTail(segments, number, size, tail.channels)
     count = number * size
     channels = {

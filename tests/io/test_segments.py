@@ -76,7 +76,7 @@ def test_segments_that_fit_into_one_answer_are_read_together(
                 assert np.array_equal(segments.rows(number, name, 1, 4), values[1:4])
         assert len(asked) == together
         asked.clear()
-        assert len(segments.channels(["time", "angle"], 3)) == 3
+        assert len(list(segments.channels(["time", "angle"], 3))) == 3
         assert len(asked) == (3 if limit == 1 else 1)
 
 
