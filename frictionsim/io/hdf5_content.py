@@ -76,11 +76,19 @@ def rows(path: str, name: str, start: str, stop: str) -> Any:
         return rows_of(datasets[name], slice(int(start), int(stop)))
 
 
-def samples(path: str, name: str, numbers: str) -> Any:
-    """Return some samples of a channel; their numbers are separated by commas."""
-    with _opened(path) as file:
-        datasets, _, _ = _top_level(file)
-        return np.stack([rows_of(datasets[name], int(number)) for number in numbers.split(",")])
+def samples(name: str, *places: str) -> list[Any]:
+    """Return some samples of a channel of each of some files.
+
+    The places are the path of a file and the numbers of samples, separated by commas, by turns.
+    """
+    contents = []
+    for path, numbers in zip(places[::2], places[1::2], strict=True):
+        with _opened(path) as file:
+            datasets, _, _ = _top_level(file)
+            item, wanted = datasets[name], numbers.split(",")
+            file.claim(len(wanted) * item.nbytes // max(len(item), 1), name)
+            contents.append(np.stack([rows_of(item, int(number)) for number in wanted]))
+    return contents
 
 
 def channels(names: str, *paths: str) -> list[dict[str, Any]]:

@@ -173,6 +173,20 @@ def test_no_segment_is_read_after_one_of_another_shape(
     assert sum(name in names.split(",") for names in asked) == 1
 
 
+def test_scattered_samples_of_a_stopped_run_are_read_alone(
+    stopped: Path, in_memory: fs.Result, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else a chart of a long run takes the time to read all of it."""
+    monkeypatch.setattr(segments.SegmentFiles, "rows", None)
+    channels = fs.open(stopped).record.channels
+    last = len(channels["time"]) - 1
+    assert last > 2 * ROWS
+    for numbers in ([last, 3, ROWS + 2, 4], [2 * ROWS - 1, 0]):
+        for name in ("x", "pulley_index"):
+            expected = in_memory.record.channels[name][numbers]
+            assert np.array_equal(channels[name][numbers], expected)
+
+
 def test_a_run_that_is_resumed_into_another_file_leaves_the_first_as_it_is(
     whole: Path, stopped: Path
 ) -> None:
