@@ -43,7 +43,8 @@ FILES_AT_ONCE = 64
 # The least size, in bytes, that limits the time of an answer about what this run has written
 # itself: a slow one means a busy machine.
 PATIENCE = 2**31
-LINE = re.compile(r"[^/\\\0]+ (\d{1,9}) ([0-9a-f]{8})")  # name, samples, checksum
+# Name, samples, checksum. The name is for other readers: renamed together, all files stay readable.
+LINE = re.compile(r"[^/\\\0]+ (\d{1,9}) ([0-9a-f]{8})")
 
 
 class SegmentFiles:
