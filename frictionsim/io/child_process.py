@@ -69,11 +69,11 @@ class Parts:
         self._allowed = SECONDS + size / BYTES_PER_SECOND_IN_PARTS
         self._free = self._allowed if self.are_limited else math.inf  # s
 
-    def answer_of(self, *question: str | int, size: int) -> Any:
+    def answer_of(self, question: str, *arguments: str | int, size: int) -> Any:
         """Return the answer to a question about a part, as the function of this name."""
         start = monotonic()
         try:
-            return answer_of(*question, size=size, seconds=self._free)
+            return answer_of(question, *arguments, size=size, seconds=self._free)
         except ChildFailed:
             if monotonic() - start < self._free:
                 raise

@@ -97,11 +97,11 @@ class RowsOfFile:
         places = str(self._path), ",".join(map(str, numbers.tolist()))
         return self._answer(name, "samples", name, *places)[0]
 
-    def _answer(self, name: str, *question: str | int) -> Any:
+    def _answer(self, name: str, question: str, *arguments: str | int) -> Any:
         reason = "it has changed since it was opened; open it again"
         try:
             if _stamp_of(self._path) == self._stamp:
-                samples = self._parts.answer_of(*question, size=self._stamp[1])
+                samples = self._parts.answer_of(question, *arguments, size=self._stamp[1])
                 if _stamp_of(self._path) == self._stamp:
                     return samples
         except OSError as error:
