@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 GRID, TOGETHER, SAMPLE = "grid", "zip", "sample"
 METHODS = ("sobol", "lhs", "random")
-LARGEST = sys.float_info.max  # of integers that have a float
+MAX_FLOAT = sys.float_info.max  # of integers that have a float
 
 
 class Sampling(NamedTuple):
@@ -138,7 +138,7 @@ def _first_repeated(values: Sequence[Any]) -> Any:
         return None
     seen = set()
     for value in values:
-        is_number = type(value) in (int, float) and abs(value) <= LARGEST
+        is_number = type(value) in (int, float) and abs(value) <= MAX_FLOAT
         text = repr(float(value)) if is_number else toml_value(value)
         if text in seen:
             return value
