@@ -5,6 +5,7 @@ import subprocess
 import sys
 from contextlib import AbstractContextManager, nullcontext
 from errno import ENOSPC
+from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,18 +14,17 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.cli.commands import run_command_line
-from frictionsim.errors import BudgetExceeded
-from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.errors import SolverError
 from frictionsim.scenario.loading import load, validate
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.simulate import run
-from frictionsim.simulation.single_dof import RecordedSimulation
 from frictionsim.solvers import compilation, event_driven
 from frictionsim.solvers.compilation import Kernel, compilable
+from tests.support.compiled_runs import as_compiled, as_python, recorded, simulation_of
 from tests.support.drawn_lifts import FAMILIES
 from tests.support.many_runs import interpret
 from tests.support.problems import LOAD
-from tests.support.scenarios import SCENARIOS, pulley
+from tests.support.scenarios import ROOT, SCENARIOS, changed, pulley
 
 SINE = {"sine": {"mean": LOAD, "amplitude": 1000.0, "frequency_hz": 1.0}}
 # One form, which the tests that are not slow compile as well.
@@ -32,38 +32,6 @@ SWINGS = pulley(drive__force=SINE, solver={"duration": 4.0, "rtol": 1e-6})
 SHIPPED = ["marble_machine", "epicyclic", "pulley_horizontal", "hard/motor_runs_back"]
 SHIPPED += ["hard/no_static_friction", "hard/decay", "shaft", "hoist_drum", "swing_door"]
 SHIPPED += ["lift", "hard/lift_slack_rope", "hard/lift_moment_of_slack"]
-
-
-def simulation_of(scenario: fs.Scenario) -> RecordedSimulation:
-    simulation = mechanism_module(scenario.kind).simulation(scenario)
-    assert isinstance(simulation, RecordedSimulation)
-    return simulation
-
-
-def recorded(simulation: RecordedSimulation) -> Any:
-    """Return all that a run leaves."""
-    recording = simulation._recording
-    transitions = list(recording.transitions)
-    state = simulation.state()
-    assert state is not None
-    state = {name: values.tolist() for name, values in state.items()}
-    return recording.rows.tobytes(), recording.sides.tobytes(), transitions, state
-
-
-def as_python(scenario: fs.Scenario) -> Any:
-    simulation = simulation_of(scenario)
-    simulation._solver._patience = -1  # type: ignore[attr-defined]  # it stays Python
-    assert simulation.solve(lambda t: None) is False
-    return recorded(simulation)
-
-
-def as_compiled(scenario: fs.Scenario) -> Any:
-    simulation = simulation_of(scenario)
-    solver: Any = simulation._solver
-    solver.compile()
-    assert simulation.solve(lambda t: None) is False
-    assert solver._compiled is not None  # Python took no step in its place
-    return recorded(simulation)
 
 
 @pytest.mark.slow
@@ -158,19 +126,66 @@ def test_a_long_run_is_compiled_once_it_took_as_long_in_earlier_processes(
     assert pays[-1]
 
 
-def test_a_run_that_fails_says_why_and_keeps_what_python_keeps() -> None:
-    scenario = validate({**SWINGS, "solver": {**SWINGS["solver"], "max_steps": 100}}, Path())
+FINE = {"shaft_radius": 1e-3, "mu_s": 0.1, "mu_k": 0.1}
+CHATTERING = {  # the force on the fine pulley changes its side every 5 ns
+    "time": [0.0, *(0.5 + 5e-9 * k for k in range(301))],
+    "value": [LOAD, LOAD, *[0.0, 2.0 * LOAD] * 150],
+}
+HUGE = {"mechanism__cord_radius": 1e50, "effects__viscous_damping__coefficient": 1e50}
+FAILURES: dict[str, tuple[dict[str, Any], str]] = {
+    "budget_exceeded": (changed(SWINGS, solver__max_steps=100), "limit of 100 steps reached"),
+    "chattering": (
+        changed(
+            SWINGS,
+            mechanism__inertia=1e-3,
+            effects__shaft_friction=FINE,
+            drive__force=CHATTERING,
+        ),
+        "chattering at t = 0.5",
+    ),
+    "step_underflow": (
+        pulley(solver=SWINGS["solver"], mechanism__inertia=1e-50, **HUGE),
+        "at t = ",
+    ),
+    "non_finite": (
+        changed(SWINGS, mechanism__inertia=1e-50, mechanism__load=1e50, **HUGE),
+        "after t = 0 s",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FAILURES)
+@pytest.mark.parametrize(
+    ("first_call", "seconds"),
+    [(event_driven.FIRST_CALL, event_driven.SECONDS_OF_A_CALL), (7.0, inf), (1.0, 0.0)],
+)
+def test_a_run_that_fails_says_why_and_keeps_what_python_keeps(
+    name: str,
+    first_call: float,
+    seconds: float,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """In its first call, in the third after 7 and 70 steps, and in one of many of one step each."""
+    monkeypatch.setattr(event_driven, "FIRST_CALL", first_call)
+    monkeypatch.setattr(event_driven, "SECONDS_OF_A_CALL", seconds)
+    caplog.set_level("INFO", event_driven.LOG.name)
+    data, message = FAILURES[name]
+    scenario = validate({**data, "output": {"interval": 0.01}}, Path())
     outcomes = []
     for compiled in (False, True):
         simulation = simulation_of(scenario)
         solver: Any = simulation._solver
         if compiled:
             solver.compile()
+            assert solver._compiled is not None
         else:
             solver._patience = -1
-        with pytest.raises(BudgetExceeded, match="limit of 100 steps reached at t = ") as failed:
+        with pytest.raises(SolverError, match=message) as failed:
             simulation.solve(lambda t: None)
+        assert failed.value.failure == name
         outcomes.append((str(failed.value), recorded(simulation)))
+    assert "compiled code failed at t = " in caplog.text
     assert outcomes[0] == outcomes[1]
 
 
@@ -303,18 +318,33 @@ print(function(Factor(2.0), 1.5), before, hits)
 """
 
 
+def new_process(program: str, folder: Path) -> str:
+    """Return the output of a Python that searches a folder first, and keeps its cache there."""
+    environment = {**os.environ, "XDG_CACHE_HOME": str(folder / "cache")}
+    environment["PYTHONPATH"] = os.pathsep.join([str(folder), str(ROOT)])
+    environment["PYTHONDONTWRITEBYTECODE"] = "1"  # else Python's own cache has the old source
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=folder, env=environment, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    return done.stdout.strip()
+
+
+def replace_text(path: Path, text: str) -> None:
+    """Replace the text of a file by one of the same length, at the same time to all appearances."""
+    times, size = path.stat(), path.stat().st_size
+    path.write_text(text)
+    os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+    assert path.stat().st_size == size
+
+
 def test_another_process_finds_the_code_on_the_disk_but_not_of_another_source(
     tmp_path: Path,
 ) -> None:
     """Of an equation, of a function in another folder or package that it calls, of a constant."""
 
     def process() -> str:
-        environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
-        environment["PYTHONPATH"] = os.pathsep.join([str(tmp_path), str(SCENARIOS.parent)])
-        environment["PYTHONDONTWRITEBYTECODE"] = "1"  # else Python's own cache has the old source
-        command = [sys.executable, "-c", PROCESS]
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-        return done.stdout.strip()
+        return new_process(PROCESS, tmp_path)
 
     package = tmp_path / "factors"
     (package / "kinds").mkdir(parents=True)
@@ -331,8 +361,6 @@ def test_another_process_finds_the_code_on_the_disk_but_not_of_another_source(
         path.write_text(text.format(sign="+"))
     assert [process(), process()] == ["3.0 False 0", "3.0 True 1"]
     for number, (path, text) in enumerate(sources.items()):
-        times = path.stat()
-        path.write_text(text.format(sign="-"))
-        os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+        replace_text(path, text.format(sign="-"))
         value = 3.0 if number % 2 else -3.0
         assert [process(), process()] == [f"{value} False 0", f"{value} True 1"]
