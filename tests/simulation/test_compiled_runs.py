@@ -1,6 +1,7 @@
 """Compiled code has the bits of Python, wherever it starts, pauses and fails."""
 
 import os
+import shutil
 import subprocess
 import sys
 from contextlib import AbstractContextManager, nullcontext
@@ -364,3 +365,29 @@ def test_another_process_finds_the_code_on_the_disk_but_not_of_another_source(
         replace_text(path, text.format(sign="-"))
         value = 3.0 if number % 2 else -3.0
         assert [process(), process()] == [f"{value} False 0", f"{value} True 1"]
+
+
+OF_THE_PACKAGE = """
+from frictionsim.solvers.compilation import Kernel
+from frictionsim.solvers.multi_contact_modes import direction_of
+kernel = Kernel(direction_of, ())
+before = kernel.is_at_hand
+function = kernel.compiled(lambda function: function(0.0))
+print(function(3.0), function(4.0), before, sum(function.stats.cache_hits.values()))
+"""
+
+
+def test_another_process_finds_no_code_of_another_source_of_this_package(tmp_path: Path) -> None:
+    """Of the function itself, and of the constants TAUT, 3, and SLACK, 4, of another module."""
+    package = tmp_path / "frictionsim"
+    shutil.copytree(ROOT / "frictionsim", package, ignore=shutil.ignore_patterns("__pycache__"))
+    assert new_process(OF_THE_PACKAGE, tmp_path) == "0.0 1.0 False 0"
+    assert new_process(OF_THE_PACKAGE, tmp_path) == "0.0 1.0 True 1"
+    for name, old, new, printed in (
+        ("solvers/multi_contact_modes.py", "return 0.0 if", "return 0.5 if", "0.5 1.0 False 0"),
+        ("results.py", "TAUT, SLACK = 2, 3, 4", "TAUT, SLACK = 2, 5, 3", "1.0 4.0 False 0"),
+    ):
+        text = (package / name).read_text()
+        assert text.count(old) == 1
+        replace_text(package / name, text.replace(old, new))
+        assert new_process(OF_THE_PACKAGE, tmp_path) == printed
