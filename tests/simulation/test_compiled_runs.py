@@ -16,11 +16,14 @@ import pytest
 import frictionsim as fs
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import SolverError
+from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import load, validate
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.simulate import run
+from frictionsim.simulation.single_dof import SingleDofSimulation
 from frictionsim.solvers import compilation, event_driven
 from frictionsim.solvers.compilation import Kernel, compilable
+from frictionsim.solvers.system import FunctionSystem
 from tests.support.compiled_runs import as_compiled, as_python, recorded, simulation_of
 from tests.support.drawn_lifts import FAMILIES
 from tests.support.many_runs import interpret
@@ -199,6 +202,24 @@ def test_what_cannot_be_compiled_is_said_before() -> None:
     assert reason(system._replace(inertia=lambda: 1.0)) == "a value of type function"
     assert reason(system._replace(load=system)) == "Pulley is nested in itself"
     assert reason(system._replace(damping=np.zeros(1))) == "a value of type ndarray"
+
+
+@pytest.mark.parametrize("name", ["pulley", "marble_machine", "hoist_drum", "hard/bouncing_body"])
+def test_a_mechanism_of_functions_has_the_bits_of_its_named_tuple(
+    name: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Python integrates it; where compiling would pay, the reason is said."""
+    monkeypatch.setattr(event_driven, "PATIENCE", 20)
+    monkeypatch.setattr(event_driven, "STEPS_THAT_PAY", 0.0)
+    caplog.set_level("INFO", event_driven.LOG.name)
+    scenario = fs.load(SCENARIOS / f"{name}.toml", {"solver.rtol": 1e-6})
+    mechanism = mechanism_module(scenario.kind).build(scenario)
+    simulation = SingleDofSimulation(scenario, mechanism._replace(system=None))
+    assert isinstance(simulation._solver._problem.system, FunctionSystem)  # type: ignore[attr-defined]
+    assert simulation.solve(lambda t: None) is False
+    assert recorded(simulation) == as_python(scenario)
+    said = "the rest of the run is not compiled: a value of type "
+    assert [text.startswith(said) for text in caplog.messages] == [True]
 
 
 def test_a_broken_compiler_is_one_warning(
