@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 from contextlib import AbstractContextManager, nullcontext
 from errno import ENOSPC
 from math import inf
@@ -12,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+import tomli_w
 
 import frictionsim as fs
 from frictionsim.cli.commands import run_command_line
@@ -23,6 +25,7 @@ from frictionsim.simulation.simulate import run
 from frictionsim.simulation.single_dof import SingleDofSimulation
 from frictionsim.solvers import compilation, event_driven
 from frictionsim.solvers.compilation import Kernel, compilable
+from frictionsim.solvers.problems import Problem
 from frictionsim.solvers.system import FunctionSystem
 from tests.support.compiled_runs import as_compiled, as_python, recorded, simulation_of
 from tests.support.drawn_lifts import FAMILIES
@@ -191,6 +194,56 @@ def test_a_run_that_fails_says_why_and_keeps_what_python_keeps(
         outcomes.append((str(failed.value), recorded(simulation)))
     assert "compiled code failed at t = " in caplog.text
     assert outcomes[0] == outcomes[1]
+
+
+AS_COMPILED = """
+from frictionsim.__main__ import main
+from frictionsim.solvers import event_driven
+from frictionsim.solvers.problems import Problem
+integrate, calls = Problem.integrate, iter(range(event_driven.PATIENCE))
+def at_the_start(*arguments):
+    next(calls)  # ends the command where Python does not leave the run to compiled code
+    return integrate(*arguments)
+Problem.integrate = staticmethod(at_the_start)
+main()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs signals of POSIX")
+def test_a_compiled_run_is_ended_by_a_signal_and_by_max_wall_and_resumed(
+    told: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of 8 10^6 steps, which would take minutes as Python: it takes none but the first 2000."""
+    data = changed(SWINGS, solver__max_step=5e-7, output={"interval": 0.5, "checkpoint": 0.05})
+    simulation: Any = simulation_of(validate(data, Path()))
+    simulation._solver.compile()  # also for the disk, where the other process finds it
+    Path("long.toml").write_text(tomli_w.dumps(data))
+    process = subprocess.Popen(
+        [sys.executable, "-c", AS_COMPILED, "solve", "long.toml", "-o", "a.h5"],
+        env={**os.environ, "PYTHONPATH": str(ROOT)}, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+    def steps() -> int:
+        statistics = fs.open("a.partial.h5").statistics
+        assert statistics is not None
+        return statistics.steps
+
+    part = Path("a.partial.h5")
+    while process.poll() is None and not (part.exists() and steps() > 2 * event_driven.PATIENCE):
+        time.sleep(0.01)
+    process.terminate()
+    _, said = process.communicate(timeout=60.0)
+    assert process.returncode == 143, said
+    assert "run interrupted: by SIGTERM at t = " in said
+    assert fs.open(part).status == "interrupted"
+    monkeypatch.setattr(Problem, "integrate", None)  # here it is compiled from the first step
+    before = steps()
+    _, said = told("resume", "a.h5", "--max-wall", "0.3", code=5)
+    assert "wall-time limit of 0.3 s reached at t = " in said
+    assert steps() > before
+    told("resume", "a.h5")
+    told("solve", "long.toml", "-o", "whole.h5")
+    assert Path("a.h5").read_bytes() == Path("whole.h5").read_bytes()
 
 
 def test_what_cannot_be_compiled_is_said_before() -> None:
