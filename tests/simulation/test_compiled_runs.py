@@ -31,7 +31,7 @@ from tests.support.compiled_runs import as_compiled, as_python, recorded, simula
 from tests.support.drawn_lifts import FAMILIES
 from tests.support.many_runs import interpret
 from tests.support.problems import LOAD
-from tests.support.scenarios import ROOT, SCENARIOS, changed, pulley
+from tests.support.scenarios import ROOT, SCENARIOS, changed, pulley, python
 
 SINE = {"sine": {"mean": LOAD, "amplitude": 1000.0, "frequency_hz": 1.0}}
 # One form, which the tests that are not slow compile as well.
@@ -244,6 +244,50 @@ def test_a_compiled_run_is_ended_by_a_signal_and_by_max_wall_and_resumed(
     told("resume", "a.h5")
     told("solve", "long.toml", "-o", "whole.h5")
     assert Path("a.h5").read_bytes() == Path("whole.h5").read_bytes()
+
+
+@pytest.fixture
+def without_numba(tmp_path: Path) -> str:
+    """A path of Python on which the import of numba fails."""
+    package = tmp_path / "broken" / "numba"
+    package.mkdir(parents=True)
+    (package / "__init__.py").write_text("raise ImportError('no LLVM for this machine')")
+    return os.pathsep.join([str(package.parent), str(ROOT)])
+
+
+def test_without_numba_a_long_run_is_one_warning_and_the_result_of_python(
+    without_numba: str, told: Any
+) -> None:
+    data = changed(
+        SWINGS,
+        mechanism__initial_angular_velocity=5.0,
+        solver__max_step=8e-5,
+        output__interval=0.01,
+    )
+    simulation: Any = simulation_of(validate(data, Path()))
+    simulation._solver.compile()  # with code on the disk the run is long enough to load it
+    Path("long.toml").write_text(tomli_w.dumps(data))
+    told("solve", "long.toml", "-o", "whole.h5")
+    command = ["-m", "frictionsim", "solve", "long.toml", "-o", "a.h5", "--quiet"]
+    done = python(*command, cwd=Path(), PYTHONPATH=without_numba)
+    assert (done.returncode, done.stderr) == (
+        0,
+        "frictionsim: warning: the equation of motion is not compiled, so that long runs and sweeps"
+        " take the time of Python (ImportError: no LLVM for this machine)\n",
+    )
+    assert Path("a.h5").read_bytes() == Path("whole.h5").read_bytes()
+
+
+def test_without_numba_a_belt_is_an_error(without_numba: str, here: Path) -> None:
+    command = ["-m", "frictionsim", "solve", SCENARIOS / "belt_drive.toml", "-o", "a.h5"]
+    done = python(*command, cwd=here, PYTHONPATH=without_numba)
+    first, *_ = done.stderr.splitlines()
+    assert (done.returncode, first) == (
+        70,
+        "frictionsim: internal error: ImportError: no LLVM for this machine",
+    )
+    assert "Traceback" not in done.stderr
+    assert not (here / "a.h5").exists()
 
 
 def test_what_cannot_be_compiled_is_said_before() -> None:
