@@ -17,7 +17,7 @@ from frictionsim.errors import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     import numpy as np
     import numpy.typing as npt
@@ -286,7 +286,7 @@ class Segments(Protocol):
     def rows(self, number: int, name: str, start: int, stop: int) -> Any:
         """Return rows of a channel of a segment."""
 
-    def channels(self, names: list[str], count: int) -> list[dict[str, Any]]:
+    def channels(self, names: list[str], count: int) -> "Iterable[dict[str, Any]]":
         """Return some channels of each of the first segments."""
 
     def restore(self, count: int, checksum: int) -> bool:

@@ -44,6 +44,7 @@ from frictionsim.parameter_study.sweep_files import (
     make_series_folder,
     series_folder,
 )
+from frictionsim.parameter_study.values import Levels, VariedValues
 from frictionsim.scenario.loading import ScenarioSource, read_toml
 from frictionsim.scenario.options import Options, as_path, function_of
 from frictionsim.scenario.settings import Scenario
@@ -376,22 +377,29 @@ def _plan_of_file(path: Path, table: SweepTable, whole: Path) -> SweepPlan:
     if study.options.keep_series:
         series = series_folder(whole)
         check_is_series_folder(series_folder(whole_name(path)), table.attributes["study"])
+    if not vary or vary.keys() != table.coordinates.keys():
+        raise damaged
+    levels = tuple(table.coordinates[key].values for key in vary)
     if study.options.sampling is None:
+        # Before the values exist, as a crafted study may give any number of them.
+        if [_size_of(values) for values in vary.values()] != list(map(len, levels)):
+            raise damaged
         design = design_of(vary, study.options.zip)
     else:
-        given = {key: table.coordinates.get(key) for key in vary}
-        if any(c is None or not _are_numbers(c.values) for c in given.values()):
+        if not all(map(_are_numbers, levels)):
             raise damaged
-        levels = tuple(c.values for c in given.values() if c is not None)
         design = Design(SAMPLE, tuple(vary), levels)
     plan = SweepPlan(study.scenario, design, series)
     made = coordinates_of(plan)
-    same = made.keys() == table.coordinates.keys() and all(
-        np.array_equal(made[key].values, table.coordinates[key].values) for key in made
-    )
+    same = all(np.array_equal(made[key].values, table.coordinates[key].values) for key in made)
     if not same or plan.design.runs != len(table.status):
         raise damaged
     return plan
+
+
+def _size_of(values: VariedValues) -> int | None:
+    """Return the number of values; a distribution has none."""
+    return values.size if isinstance(values, Levels) else None
 
 
 def _are_numbers(values: Any) -> bool:

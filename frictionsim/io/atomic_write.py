@@ -32,6 +32,8 @@ PERMISSIONS, GROUP_PERMISSIONS = 0o777, 0o070
 PROBE = bytes(4096)
 MAX_NAME_LENGTH = 255  # bytes
 OPENED = Path("/proc/self/fd")  # of Linux
+LOCKING_OF_HDF5 = "HDF5_USE_FILE_LOCKING"  # in the environment, which h5py's `locking` is not above
+LOCKED_BY_HDF5 = ("TRUE", "1", "BEST_EFFORT")
 
 
 class NotReplaced(OutputError):
@@ -93,9 +95,9 @@ class PartFile:
 
     @contextmanager
     def unlocked(self) -> Iterator[None]:
-        """Return the context in which HDF5 may lock the part itself."""
+        """Return the context in which HDF5 locks the part itself, if the environment has it so."""
         assert self._descriptor is not None, "the part is locked"
-        if HAS_LOCKS:
+        if HAS_LOCKS and os.environ.get(LOCKING_OF_HDF5) in LOCKED_BY_HDF5:
             with suppress(OSError):
                 fcntl.flock(self._descriptor, fcntl.LOCK_UN)
         yield
@@ -106,6 +108,8 @@ class PartFile:
         """Flush the part and rename it to its target, or to an unused name in the same folder."""
         assert self._descriptor is not None, "the part is locked"
         with self._reported():
+            if not self._is_in_place():
+                raise OSError("another process has replaced the new content; write it again")
             _take_over_mode(self._descriptor, self._target)
             os.fsync(self._descriptor)
             if HAS_LOCKS:  # a shared lock lets HDF5 read
@@ -153,11 +157,24 @@ class PartFile:
         """Remove the part, unless it was renamed."""
         if self._descriptor is None:
             return
+        is_in_place = self._is_in_place()
         if os.name == "nt":
             self._release()
-        with suppress(OSError):
-            self._name.unlink()
+        if is_in_place:
+            with suppress(OSError):
+                self._name.unlink()
         self._release()
+
+    def _is_in_place(self) -> bool:
+        """Return whether the name is still that of this part: where there are no locks, it may not.
+
+        Another process may have renamed or removed it, and have another part of this name.
+        """
+        assert self._descriptor is not None, "the part is locked"
+        try:
+            return os.path.samestat(self._name.lstat(), os.fstat(self._descriptor))
+        except OSError:
+            return False
 
     def _release(self) -> None:
         # Forgotten first: a signal may have the part discarded once more at any step.

@@ -14,6 +14,7 @@ import signal
 import sys
 from contextlib import suppress
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.errors import InputError
@@ -55,12 +56,33 @@ class EndedFromOutside(ChildFailed):
 
 
 class Parts:
-    """Whether the time of all parts of a file together is limited, as in a process of one command.
+    """The parts of a result of some size in bytes, which are read one by one.
 
-    A session in Python may read a file again and again, and its user can end it.
+    The time for all of them is limited if `are_limited`, as in a process of one command: a file of
+    1 MB can hold 1 GB of samples. A session in Python may read a file again and again, and its user
+    can end it.
     """
 
     are_limited = False
+
+    def __init__(self, size: int) -> None:
+        self._allowed = SECONDS + size / BYTES_PER_SECOND_IN_PARTS
+        self._free = self._allowed if self.are_limited else math.inf  # s
+
+    def answer_of(self, question: str, *arguments: str | int, size: int) -> Any:
+        """Return the answer to a question about a part, as the function of this name."""
+        start = monotonic()
+        try:
+            return answer_of(question, *arguments, size=size, seconds=self._free)
+        except ChildFailed:
+            if monotonic() - start < self._free:
+                raise
+            raise ChildFailed(
+                f"all samples of the result take longer than {self._allowed:.0f} s, the limit of a"
+                " command for its size; `fs.open` in Python reads them without one"
+            ) from None
+        finally:
+            self._free -= monotonic() - start
 
 
 def start(count: int) -> None:

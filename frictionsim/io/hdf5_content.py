@@ -76,17 +76,26 @@ def rows(path: str, name: str, start: str, stop: str) -> Any:
         return rows_of(datasets[name], slice(int(start), int(stop)))
 
 
-def samples(path: str, name: str, numbers: str) -> Any:
-    """Return some samples of a channel; their numbers are separated by commas."""
-    with _opened(path) as file:
-        datasets, _, _ = _top_level(file)
-        return np.stack([rows_of(datasets[name], int(number)) for number in numbers.split(",")])
+def samples(name: str, *places: str) -> list[Any]:
+    """Return some samples of a channel of each of some files.
+
+    The places are the path of a file and the numbers of samples, separated by commas, by turns.
+    """
+    contents = []
+    for path, numbers in zip(places[::2], places[1::2], strict=True):
+        with _opened(path) as file:
+            datasets, _, _ = _top_level(file)
+            item, wanted = datasets[name], numbers.split(",")
+            file.claim(len(wanted) * item.nbytes // max(len(item), 1), name)
+            contents.append(np.stack([rows_of(item, int(number)) for number in wanted]))
+    return contents
 
 
 def channels(names: str, *paths: str) -> list[dict[str, Any]]:
     """Return channels of as many of the files as an answer holds, at least of the first.
 
-    The names are separated by commas; without any, all channels are returned.
+    The names are separated by commas; without any, all channels are returned. A channel without
+    columns has as many bytes in the file as in memory, so that those of many small files are small.
     """
     contents: list[dict[str, Any]] = []
     free_bytes = ANSWER_BYTES
@@ -94,6 +103,11 @@ def channels(names: str, *paths: str) -> list[dict[str, Any]]:
         with _opened(path) as file:
             every, _, _ = _top_level(file)
             wanted = {name: every[name] for name in names.split(",")} if names else every
+            for name, item in wanted.items():
+                file.check_stored(item)
+                size = item.size * type_of(item).itemsize
+                if item.ndim < 2 and size > item.id.get_storage_size():
+                    raise ValueError(f"{name}: no segment has its samples compressed")
             free_bytes -= sum(item.nbytes for item in wanted.values())
             if contents and free_bytes < 0:
                 break

@@ -5,11 +5,9 @@ One changed byte can make HDF5 crash or hang. Therefore HDF5 reads in a child pr
 (`child_process`), and this process neither calls nor imports it to read.
 """
 
-import math
 import os
 from pathlib import Path
 from stat import S_ISREG
-from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.errors import InputError, near_files
@@ -17,13 +15,7 @@ from frictionsim.io import child_process
 from frictionsim.io.atomic_write import SUFFIXES
 from frictionsim.io.checksum import is_damaged
 from frictionsim.io.child_answer import Checkpoint, LongChannel
-from frictionsim.io.child_process import (
-    BYTES_PER_SECOND_IN_PARTS,
-    SECONDS,
-    ChildFailed,
-    EndedFromOutside,
-    Parts,
-)
+from frictionsim.io.child_process import ChildFailed, EndedFromOutside, Parts
 from frictionsim.io.cost_table import CostTable
 from frictionsim.io.result_format import SEGMENTS
 from frictionsim.io.segments import with_segments
@@ -90,46 +82,32 @@ def read_checkpoint(path: Path) -> Checkpoint:
 
 
 class RowsOfFile:
-    """The long channels of a file, whose rows are read on demand.
-
-    The time for all of them is limited if `Parts.are_limited`, as a file of 1 MB can hold 1 GB of
-    samples.
-    """
+    """The long channels of a file, whose rows are read on demand."""
 
     def __init__(self, path: Path) -> None:
         self._path, self._stamp = Path(os.path.abspath(path)), _stamp_of(path)
-        self._allowed = SECONDS + self._stamp[1] / BYTES_PER_SECOND_IN_PARTS
-        self._free = self._allowed if Parts.are_limited else math.inf  # s
+        self._parts = Parts(self._stamp[1])
 
     def rows(self, name: str, start: int, stop: int) -> Any:
         """Return samples start to stop - 1 of a channel."""
-        return self._answer("rows", name, start, stop)
+        return self._answer(name, "rows", str(self._path), name, start, stop)
 
     def samples(self, name: str, numbers: Any) -> Any:
         """Return the samples of some numbers of a channel."""
-        return self._answer("samples", name, ",".join(map(str, numbers.tolist())))
+        places = str(self._path), ",".join(map(str, numbers.tolist()))
+        return self._answer(name, "samples", name, *places)[0]
 
-    def _answer(self, question: str, name: str, *arguments: str | int) -> Any:
+    def _answer(self, name: str, question: str, *arguments: str | int) -> Any:
         reason = "it has changed since it was opened; open it again"
-        start = monotonic()
         try:
             if _stamp_of(self._path) == self._stamp:
-                which = str(self._path), name, *arguments
-                samples = child_process.answer_of(
-                    question, *which, size=self._stamp[1], seconds=self._free
-                )
-                self._free -= monotonic() - start
+                samples = self._parts.answer_of(question, *arguments, size=self._stamp[1])
                 if _stamp_of(self._path) == self._stamp:
                     return samples
         except OSError as error:
             reason = f"it could be opened before, and cannot be now ({error.strerror or error})"
         except ChildFailed as failed:
             reason = str(failed)
-            if monotonic() - start >= self._free:
-                reason = (
-                    f"all samples of the file take longer than {self._allowed:.0f} s, the limit of"
-                    " a command for its size; `fs.open` in Python reads them without one"
-                )
         raise InputError(f"{self._path}: cannot read the channel '{name}': {reason}")
 
 

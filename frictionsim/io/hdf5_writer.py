@@ -127,7 +127,7 @@ def _write_on_disk(part: Path, record: Record, checkpoint: dict[str, Any] | None
     least = sum(values.nbytes for values in record.channels.values() if values.ndim < 2)
     if disk_usage(part).free < least:
         raise OSError(ENOSPC, strerror(ENOSPC))
-    file = h5py.File(part, "w", track_order=True)
+    file = h5py.File(part, "w", track_order=True, locking=False)  # this process has locked it
     try:
         _fill(file, record, checkpoint, rows=segment_rows(record.channels))
         file.flush()

@@ -98,9 +98,14 @@ def check_target(path: Path, kind: Kind) -> None:
 
 def check_segment(path: Path) -> None:
     """Check that a segment may be written to a path."""
-    if path.is_symlink():
-        raise OutputError(f"{path}: cannot write the segment: this is a link; remove it")
+    check_no_link(path, SEGMENT)
     check_replaceable(path, SEGMENT)
+
+
+def check_no_link(path: Path, kind: Kind) -> None:
+    """Check that a file whose name another file determines is not written through a link."""
+    if path.is_symlink():
+        raise OutputError(f"{path}: cannot write the {kind.word}: this is a link; remove it")
 
 
 def check_apart(paths: dict[str, Path]) -> None:

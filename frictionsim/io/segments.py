@@ -18,7 +18,7 @@ import logging
 import os
 import re
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,7 @@ import numpy as np
 
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io.checksum import SEGMENT, is_damaged, mark_of, stated_checksum
-from frictionsim.io.child_process import ChildFailed, answer_of
+from frictionsim.io.child_process import ChildFailed, Parts, answer_of
 from frictionsim.io.regular_file import open_regular
 from frictionsim.io.replaceable import check_segment
 from frictionsim.io.result_format import ANSWER_BYTES
@@ -40,7 +40,11 @@ LOG = logging.getLogger(__name__)
 
 MAX_SEGMENTS = 10**6
 FILES_AT_ONCE = 64
-LINE = re.compile(r"[^/\\\0]+ (\d{1,9}) ([0-9a-f]{8})")  # name, samples, checksum
+# The least size, in bytes, that limits the time of an answer about what this run has written
+# itself: a slow one means a busy machine.
+PATIENCE = 2**31
+# Name, samples, checksum. The name is for other readers: renamed together, all files stay readable.
+LINE = re.compile(r"[^/\\\0]+ (\d{1,9}) ([0-9a-f]{8})")
 
 
 class SegmentFiles:
@@ -49,13 +53,11 @@ class SegmentFiles:
     The checksums are those of the segments to be read.
     """
 
-    # The least size, in bytes, from which `answer_of` derives the time limit of an answer.
-    patience = 0
-
     def __init__(self, whole: Path, checksums: Sequence[int] = ()) -> None:
         self._whole = Path(os.path.realpath(whole))
         self._checksums = list(checksums)
         self._latest: dict[int, dict[str, Any]] = {}  # all channels of some consecutive segments
+        self._parts: Parts | None = None
 
     def path(self, number: int) -> Path:
         """Return the file of a segment."""
@@ -82,6 +84,15 @@ class SegmentFiles:
             raise self.missing(number)
         return values[start:stop]
 
+    def samples(self, name: str, places: Mapping[int, Any]) -> list[Any]:
+        """Return some rows of a channel of each of some segments."""
+        question = ["samples", name]
+        for number, rows in places.items():
+            self.check(number)
+            question += str(self.path(number)), ",".join(map(str, rows.tolist()))
+        samples: list[Any] = self._answer(*question, numbers=[*places])
+        return samples
+
     def _read_ahead(self, first: int) -> range:
         """Check a segment and the next ones, which are read with it; return their numbers."""
         stop, size = first, 0
@@ -91,27 +102,42 @@ class SegmentFiles:
             stop += 1
         return range(first, stop)
 
-    def channels(self, names: list[str], count: int) -> list[dict[str, Any]]:
-        """Return some channels of each of the first segments, already checked."""
-        parts: list[dict[str, Any]] = []
-        while (first := len(parts)) < count:
+    def channels(self, names: list[str], count: int) -> Iterator[dict[str, Any]]:
+        """Yield some channels of each of the first segments, already checked.
+
+        The next ones are read when they are wanted: not if these have another shape than they must.
+        """
+        first = 0
+        while first < count:
             numbers = range(first, min(first + FILES_AT_ONCE, count))
-            parts += self._channels(",".join(names), numbers)
-        return parts
+            parts = self._channels(",".join(names), numbers)
+            yield from parts
+            first += len(parts)
 
     def _channels(self, names: str, numbers: range) -> list[dict[str, Any]]:
         """Return channels of as many of the segments as an answer holds."""
-        first, paths = numbers[0], [str(self.path(number)) for number in numbers]
+        paths = [str(self.path(number)) for number in numbers]
+        channels: list[dict[str, Any]] = self._answer("channels", names, *paths, numbers=numbers)
+        return channels
+
+    def _answer(self, *question: str, numbers: Sequence[int]) -> Any:
+        """Return the answer to a question about some segments."""
+        first = numbers[0]
         try:
-            size = sum(map(os.path.getsize, paths))
-            channels: list[dict[str, Any]] = answer_of(
-                "channels", names, *paths, size=max(size, self.patience)
-            )
-            return channels
+            return self._answer_within(self._bytes_of(numbers), first, *question)
         except (InputError, OSError):
             raise self.missing(first) from None
         except ChildFailed as failed:
             raise InputError(f"{self.path(first)}: cannot read these samples: {failed}") from None
+
+    def _answer_within(self, size: int, first: int, *question: str) -> Any:
+        """Return the answer about segments of some size, within the time of all."""
+        if self._parts is None:
+            self._parts = Parts(self._bytes_of(range(len(self._checksums))))
+        return self._parts.answer_of(*question, size=size)
+
+    def _bytes_of(self, numbers: Sequence[int]) -> int:
+        return sum(self.path(number).stat().st_size for number in numbers)
 
     def listing(self, rows: int) -> str:
         """Return the list of segments in a result; `rows` are the samples of each."""
@@ -134,13 +160,12 @@ class SampleSegments(SegmentFiles):
     inherited segments.
     """
 
-    patience = 2**31  # the run has written them itself, so a slow answer means a busy machine
-
     def __init__(
         self, whole: Path, on_begin: Callable[[], object], inherited: SegmentFiles | None = None
     ) -> None:
         super().__init__(whole)
         self._on_begin, self._inherited = on_begin, inherited
+        self._restored = 0  # segments
 
     @property
     def checksum(self) -> int:
@@ -184,6 +209,7 @@ class SampleSegments(SegmentFiles):
         """
         source = self._inherited or self
         checksums = [source.checksum_of(number) for number in range(count)]
+        self._restored = count
         if combined(checksums) != checksum:
             return False
         self._on_begin()
@@ -193,6 +219,10 @@ class SampleSegments(SegmentFiles):
         self._checksums = checksums
         self.remove(count)
         return True
+
+    def _answer_within(self, size: int, first: int, *question: str) -> Any:
+        """Return the answer about segments; the time for all together is that of the run."""
+        return answer_of(*question, size=size if first < self._restored else max(size, PATIENCE))
 
     def _copy(self, source: Path, target: Path) -> None:
         try:
@@ -263,9 +293,11 @@ def with_segments(tail: Record, path: Path, listing: str) -> Record:
     for index in range(number):
         segments.check(index)
     flat = [name for name, values in tail.channels.items() if len(values.shape) == 1]
-    before = segments.channels(flat, number)
-    if any(part[name].shape != (size,) for part in before for name in flat):
-        raise damaged
+    before: list[dict[str, Any]] = []
+    for part in segments.channels(flat, number):
+        if any(part[name].shape != (size,) for name in flat):
+            raise damaged
+        before.append(part)
     source = _SegmentsAndTail(segments, number, size, tail.channels)
     count = number * size
     channels = {
@@ -291,9 +323,27 @@ class _SegmentsAndTail:
         for number in range(start // size, min(self._count, (stop - 1) // size + 1)):
             a, b = max(start - number * size, 0), min(stop - number * size, size)
             parts.append(self._segments.rows(number, name, a, b))
-            if parts[-1].shape[1:] != self._tail[name].shape[1:]:
-                raise self._segments.missing(number)
+            self._check_columns(number, name, parts[-1])
         before = self._count * size
         if stop > before:
             parts.append(self._tail[name][max(start - before, 0) : stop - before])
         return np.concatenate(parts)
+
+    def samples(self, name: str, numbers: Any) -> Any:
+        """Return the samples of some ascending numbers of a channel."""
+        size, before = self._size, self._count * self._size
+        owners = numbers[numbers < before] // size
+        places = {
+            number: numbers[: len(owners)][owners == number] - number * size
+            for number in np.unique(owners).tolist()
+        }
+        parts = self._segments.samples(name, places) if places else []
+        for number, part in zip(places, parts, strict=True):
+            self._check_columns(number, name, part)
+        if len(owners) < len(numbers):
+            parts.append(self._tail[name][numbers[len(owners) :] - before])
+        return np.concatenate(parts)
+
+    def _check_columns(self, number: int, name: str, samples: Any) -> None:
+        if samples.shape[1:] != self._tail[name].shape[1:]:
+            raise self._segments.missing(number)

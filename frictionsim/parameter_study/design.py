@@ -1,5 +1,6 @@
 """The design of a sweep: the combinations of values and their order."""
 
+import sys
 from collections.abc import Mapping, Sequence
 from math import prod
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
 GRID, TOGETHER, SAMPLE = "grid", "zip", "sample"
 METHODS = ("sobol", "lhs", "random")
+MAX_FLOAT = sys.float_info.max  # of integers that have a float
 
 
 class Sampling(NamedTuple):
@@ -102,6 +104,12 @@ def design_of(
         if len(set(lengths.values())) > 1:
             counts = ", ".join(f"{key} has {n}" for key, n in lengths.items())
             raise InputError(f"zip: expected as many values of each key: {counts}")
+        total = sum(lengths.values())
+        if total > MAX_RUNS:
+            raise InputError(
+                f"zip: {len(vary)} keys x {total // len(vary)} runs = {total:.3g} values are more"
+                f" than the limit of {MAX_RUNS}; give fewer values"
+            )
         return Design(TOGETHER, keys, _values_of_levels(vary))
     if count > MAX_RUNS:
         product = " x ".join(map(str, lengths.values()))
@@ -130,7 +138,8 @@ def _first_repeated(values: Sequence[Any]) -> Any:
         return None
     seen = set()
     for value in values:
-        text = repr(float(value)) if type(value) in (int, float) else toml_value(value)
+        is_number = type(value) in (int, float) and abs(value) <= MAX_FLOAT
+        text = repr(float(value)) if is_number else toml_value(value)
         if text in seen:
             return value
         seen.add(text)

@@ -7,8 +7,9 @@ process that writes the sweep holds a lock on it.
 A record has plain numbers and texts: the number of the first run, the status of each run (bytes),
 names and units of the quantities (JSON), their values (doubles), texts (JSON), and a CRC-32 of all.
 
-SQLite may take forever to walk through a crafted journal. This process only locks a journal of
-unknown origin and copies its log into it; a child process reads it (`io.journal_content`).
+SQLite may take forever to walk through a crafted journal, its schema included. This process only
+locks a journal of unknown origin and copies its log into it; a child process reads it
+(`io.journal_content`), and no statement here that needs the schema comes before its answer.
 """
 
 import os
@@ -119,8 +120,10 @@ class SweepJournal:
                     database.execute(f"PRAGMA {setting}")
                 database.execute("BEGIN EXCLUSIVE")
                 database.execute("COMMIT")
-                (pages,) = database.execute("PRAGMA page_count").fetchone()
-                self._is_new = is_new and pages <= 1  # no other process was faster
+                if is_new:  # only then: to count the pages, SQLite reads the schema
+                    (pages,) = database.execute("PRAGMA page_count").fetchone()
+                    is_new = pages <= 1  # no other process was faster
+                self._is_new = is_new
             except DAMAGED as error:
                 database.close()
                 raise self._refused(error) from None

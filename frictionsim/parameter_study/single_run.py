@@ -118,9 +118,12 @@ def outcome_of(
             done = run(scenario, monitor)  # with the samples up to the failure
         if target is not None:
             from frictionsim.io.hdf5_writer import write
+            from frictionsim.io.replaceable import RESULT, check_no_link
             from frictionsim.io.unfinished import partial_name
 
-            write(done, target if done.status == "done" else partial_name(target))
+            path = target if done.status == "done" else partial_name(target)
+            check_no_link(path, RESULT)
+            write(done, path)
     except OutputError:
         raise
     except FrictionsimError as error:

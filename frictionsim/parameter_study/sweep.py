@@ -1,6 +1,7 @@
 """A sweep: its plan, its runs, and their table."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -185,5 +186,6 @@ def typed_values(values: Any, unit: str) -> Any:
     if kinds == {bool}:
         return np.array(values, dtype=np.bool_)
     if kinds <= {int, float}:
-        return np.array(values, dtype=np.int64 if kinds == {int} and not unit else np.float64)
+        with suppress(OverflowError):  # larger integers are text
+            return np.array(values, dtype=np.int64 if kinds == {int} and not unit else np.float64)
     return [value if isinstance(value, str) else toml_value(value) for value in values]

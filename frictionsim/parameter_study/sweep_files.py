@@ -94,7 +94,7 @@ class SweepFiles:
                 if taken & block.units.keys():
                     raise ValueError
                 assembly.add(block)
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, OverflowError):  # of an order that is infinite
             raise InputError(f"{self._resumed}: cannot resume this sweep: it is damaged") from None
 
     def begin(self, table: SweepTable) -> None:
@@ -164,6 +164,11 @@ def series_folder(whole: Path) -> Path:
 
 def check_series_folder(folder: Path, study: str) -> None:
     """Check that a folder can take the results of a study's runs."""
+    if folder.is_symlink():
+        raise OutputError(
+            f"{folder}: the results of the runs would be written here, and this is a link; remove"
+            " it, or give another name with -o"
+        )
     if os.path.lexists(folder) and not _is_of_study(folder, study):
         raise OutputError(
             f"{folder}: the results of the runs would be written here, and it is not a folder of"
@@ -196,6 +201,8 @@ def _is_of_study(folder: Path, study: str) -> bool:
 
 def make_series_folder(folder: Path, study: str) -> None:
     """Make the folder for the results of a study's runs, and write the study into it."""
+    if _is_of_study(folder, study):
+        return
     try:
         folder.mkdir(exist_ok=True)
         (folder / STUDY).write_bytes(study.encode())

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from frictionsim.results import Array
 
 MAX_RUNS = 10_000_000
+MAX_DIGITS = 50  # of a number that is taken exactly; a double has 17
 CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*", re.DOTALL)
 # The largest double below 1 and its distance from 1: no quantile of a distribution is infinite.
 NEXT_TO_ZERO, NEXT_TO_ONE = 2.0**-53, 1.0 - 2.0**-53
@@ -166,12 +167,20 @@ def _values_of_range(name: str, parts: list[str], numbers: list[float]) -> tuple
         values = np.geomspace(first, last, int(count)).tolist()
         values[-1] = last
     else:
-        values = _evenly(Fraction(parts[0]), Fraction(parts[1]), int(count))
+        values = _evenly(_exact(parts[0], first), _exact(parts[1], last), int(count))
     # Integer keys, such as the number of bodies, take no floats.
     whole = not any(set(part) & set(".eE") for part in parts[:2])
     if whole and all(value % 1.0 == 0.0 for value in values):
         return tuple(map(int, values))
     return tuple(values)
+
+
+def _exact(text: str, number: float) -> Fraction:
+    """Return a decimal number exactly; below all doubles, or with many digits, as its double.
+
+    The fraction of 1e-1000000000 has a denominator of as many digits.
+    """
+    return Fraction(text) if number and len(text) <= MAX_DIGITS else Fraction(number)
 
 
 def _evenly(first: Fraction, last: Fraction, count: int) -> list[float]:

@@ -15,6 +15,7 @@ import gc
 import os
 import platform
 import sys
+import threading
 from array import array
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator
@@ -40,6 +41,8 @@ OPTIONS: dict[str, Any] = {
 }
 # Modules whose functions and constants go into compiled code.
 SHARED = ("*.py", "mechanisms/**/*.py", "scenario/*.py", "solvers/*.py")
+# Lines about a processor on Linux that say for which one code is.
+PROCESSOR = ("model name", "flags", "CPU implementer", "CPU part", "Features")
 PACKAGE = __package__.partition(".")[0]
 
 _marked: list[Any] = []
@@ -49,6 +52,7 @@ _modules: set[str] = set()  # with marked functions
 _alive: list[Any] = []  # numba knows a marked function by its dispatcher, as long as that lives
 _methods: dict[str, int] = {}  # the number of parameters by name
 _registered: set[str] = set()
+_lock = threading.RLock()  # around what numba is told and asked: any thread may be the first
 # In this process; a form that failed once is not tried again, none without a compiler.
 _compiled_forms: set[tuple[Any, ...]] = set()
 _failed_forms: set[tuple[Any, ...]] = set()
@@ -286,10 +290,11 @@ class Kernel:
             log.info("not compiled: %s", self.reason or "it failed before")
             return None
         try:
-            function = _dispatcher(self._function, self._classes)
-            if self.form not in _compiled_forms:
-                with without_collection():
-                    function = self._called(call, function)
+            with _lock:
+                function = _dispatcher(self._function, self._classes)
+                if self.form not in _compiled_forms:
+                    with without_collection():
+                        function = self._called(call, function)
         except Exception as error:  # whatever is wrong with a compiler, the run takes its time
             _failed_forms.add(ANY_FORM if isinstance(error, ImportError) else self.form)
             log.warning(
@@ -327,8 +332,17 @@ def _compiler() -> tuple[Any, ...]:
 
     with suppress(ImportError):
         numba = version("numba")
-        return numba, sys.version, platform.node(), os.environ.get("NUMBA_CPU_NAME")
+        return numba, sys.version, _processor(), os.environ.get("NUMBA_CPU_NAME")
     return ()
+
+
+def _processor() -> str:
+    """Return model and instructions of the processor; where they are unknown, the machine."""
+    with suppress(OSError):
+        first, *_ = Path("/proc/cpuinfo").read_text().split("\n\n")  # of one core
+        lines = [line for line in first.splitlines() if line.startswith(PROCESSOR)]
+        return "\n".join(lines)
+    return platform.node()
 
 
 def build_name(modules: Iterable[str] = ()) -> str:

@@ -98,7 +98,7 @@ def integrate(system: Any, run: Run, s: Any, rows: Any, events: Any, steps: floa
     s : (LENGTH,)
         The state; changed.
     rows, events : (n,)
-        Buffers for samples and events, filled from their begin; room for one each at least.
+        Buffers for samples and events, filled from their begin.
     steps : float
         The call ends after so many steps or rests.
 
@@ -110,6 +110,8 @@ def integrate(system: Any, run: Run, s: Any, rows: Any, events: Any, steps: floa
     event_width = EVENT_COLUMNS + 2 * run.columns
     s[ROWS] = s[EVENTS] = s[TURNS] = 0.0
     if s[STARTED] == 0.0:
+        if event_width > len(events):
+            return FULL
         _start(system, run, s, events)
         s[STARTED] = 1.0
     while True:

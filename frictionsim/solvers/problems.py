@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 # Of a contact in a table of several.
 MODE = Values(low=BACKWARD, high=SLACK, whole=True)
 
+# Contacts: with 3^10 combinations of modes a search takes a second compiled, a minute as Python.
+MAX_SEARCHED = 10
+
 
 class Field(NamedTuple):
     """A field of a checkpoint.
@@ -155,10 +158,11 @@ class MultiContactProblem(Problem):
     ) -> None:
         self._mechanism, self.contacts = mechanism, len(mechanism.contacts)
         states, terms = len(mechanism.initial_state), mechanism.system.contacts.terms
-        if max(states, terms, 2 * self.contacts) > MAX_STATES:
+        if max(states, terms) > MAX_STATES or self.contacts > MAX_SEARCHED:
             raise ValueError(
-                f"at most {MAX_STATES} states and forces and {MAX_STATES // 2} contacts have room;"
-                f" found {states} states, {terms - 2} forces, {self.contacts} contacts"
+                f"at most {MAX_STATES} states and forces have room, and of {MAX_SEARCHED} contacts"
+                " the modes are searched, for all of their combinations are; found"
+                f" {states} states, {terms - 2} forces, {self.contacts} contacts"
             )
         self.event_names, self.system = event_names(mechanism), mechanism.system
         self.subject = _subject(self.event_names)

@@ -6,6 +6,7 @@ import signal
 import subprocess
 from pathlib import Path
 
+import frictionsim as fs
 from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import FrictionsimError
 from frictionsim.io import hdf5_reader
@@ -18,7 +19,11 @@ from tests.support.sweep_files import started
 NUMBERS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 LINES = tuple(line for line, _ in COMMANDS if " - " not in line)
 LATEST = 4.0  # s
-LONG = "solve pulley.toml -o a.h5 --json --backend rkf45 --set solver.max_step=5e-5"
+# Some seconds each, the second compiled.
+LONG = (
+    "solve pulley.toml -o a.h5 --json --backend rkf45 --set solver.max_step=5e-5",
+    "solve pulley.toml -o a.h5 --json --backend events --set solver.max_step=4e-7",
+)
 
 
 def attack(rng: random.Random, folder: Path) -> str:
@@ -29,7 +34,7 @@ def attack(rng: random.Random, folder: Path) -> str:
         return f"sweep with {sum(0 < runs < sweep_kills.RUNS for runs in kept.values())} parts"
     if kind == "study or belt":
         return kills.trial(rng, folder, interrupted)
-    line, code = LONG, 0
+    line, code = rng.choice(LONG), 0
     if rng.random() < 0.5:
         line = rng.choice(LINES)
         code = undisturbed(line).code
@@ -96,3 +101,4 @@ def warm_up() -> None:
     for number in NUMBERS:
         signal.signal(number, signal.SIG_DFL)
     originals()
+    fs.warm_up("pulley")

@@ -123,8 +123,12 @@ def _crafted(rng: random.Random, journal: Path, log: Path) -> str:
     return name
 
 
-def repeat_pages(part: Path, levels: int = 4, cells: int = 500) -> None:
-    """Have all cells of a page of the journal refer to one page below, on some levels.
+SCHEMA = "sqlite_schema"  # its root is the first page, after the header of the file
+HEADER = 100  # bytes
+
+
+def repeat_pages(part: Path, levels: int = 4, cells: int = 500, table: str = "blocks") -> None:
+    """Have all cells of the root of a table of the journal refer to one page below, on some levels.
 
     In a whole record the ascending numbers show it; therefore their checksums are wrong.
     """
@@ -132,26 +136,32 @@ def repeat_pages(part: Path, levels: int = 4, cells: int = 500) -> None:
     with closing(sqlite3.connect(journal_name(part), isolation_level=None)) as database:
         database.execute("UPDATE blocks SET checksum = checksum + 1")
         database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-        (root,) = database.execute(
-            "SELECT rootpage FROM sqlite_schema WHERE name = 'blocks'"
-        ).fetchone()
+        roots = dict(database.execute("SELECT name, rootpage FROM sqlite_schema"))
         (size,) = database.execute("PRAGMA page_size").fetchone()
+    root = roots.get(table, 1)
     content = bytearray(journal_name(part).read_bytes())
     count, place = len(content) // size, slice((root - 1) * size, root * size)
-    content += content[place]
+    page, header = content[place], HEADER if root == 1 else 0
+    (records,) = struct.unpack_from(">H", page, header + 5)  # where they start in the page
+    content += page[header:records] + bytes(header) + page[records:]
     for child in range(count + 1, count + levels):
         content += _interior_page(child, size, cells)
-    content[place] = _interior_page(count + levels, size, cells)
+    content[place] = _interior_page(count + levels, size, cells, page[:header])
     content[28:32] = struct.pack(">I", len(content) // size)
     journal_name(part).write_bytes(content)
 
 
-def _interior_page(child: int, size: int, cells: int) -> bytes:
+def repeat_pages_of_schema(part: Path) -> None:
+    """Do the same to the table of all tables, which SQLite reads before any other."""
+    repeat_pages(part, table=SCHEMA)
+
+
+def _interior_page(child: int, size: int, cells: int, header: bytes = b"") -> bytes:
     """Return an interior page of a table (SQLite file format, 1.6) with one child, many times."""
-    page, start = bytearray(size), size - 5 * cells
-    struct.pack_into(">BHHHBI", page, 0, 5, 0, cells, start, 0, child)
+    page, start = bytearray(header.ljust(size, b"\0")), size - 5 * cells
+    struct.pack_into(">BHHHBI", page, len(header), 5, 0, cells, start, 0, child)
     for cell in range(cells):
-        struct.pack_into(">H", page, 12 + 2 * cell, start + 5 * cell)
+        struct.pack_into(">H", page, len(header) + 12 + 2 * cell, start + 5 * cell)
         struct.pack_into(">IB", page, start + 5 * cell, child, 0)
     return bytes(page)
 
@@ -167,6 +177,7 @@ def invent_quantities(part: Path, count: int = 3000) -> None:
 
 CRAFTED: dict[str, Callable[[Path], None]] = {
     "repeated pages": repeat_pages,
+    "repeated pages of the schema": repeat_pages_of_schema,
     "invented quantities": invent_quantities,
 }
 

@@ -5,7 +5,15 @@ import random
 from pathlib import Path
 
 from frictionsim.scenario.kinds import GROUP
-from tests.attacks.disturbed import COMMANDS, check_undisturbed, originals, prepare, run
+from tests.attacks.disturbed import (
+    COMMANDS,
+    check_undisturbed,
+    originals,
+    prepare,
+    run,
+    undisturbed,
+)
+from tests.attacks.promise import BrokenPromise
 from tests.support.scenarios import ROOT
 
 MODULES = (
@@ -22,7 +30,12 @@ POINTS = (
     "belt_drive = odd",
     "x y = odd",
 )
-LINES = tuple(line for line, _ in COMMANDS if line.startswith(("solve p", "show", "check", "plot")))
+# A kind of a faulty plug-in is refused as one that there is not, and does not disturb another.
+PRINTING = ("schema pulley", "schema odd")
+LINES = (
+    *(line for line, _ in COMMANDS if line.startswith(("solve p", "show", "check", "plot", "new"))),
+    *("new --list", *PRINTING),
+)
 
 
 def attack(rng: random.Random, folder: Path) -> str:
@@ -32,6 +45,8 @@ def attack(rng: random.Random, folder: Path) -> str:
     module, points = rng.choice(MODULES), rng.sample(POINTS, k=rng.randint(1, 2))
     _install(folder / "site", module, points)
     outcome = run(line, folder, environment={"PYTHONPATH": f"{ROOT}{os.pathsep}{folder / 'site'}"})
+    if line in PRINTING and outcome.out != undisturbed(line).out:
+        raise BrokenPromise(f"{module!r}, {points}: {line} prints {outcome.out}")
     return check_undisturbed(line, outcome, f"{module!r}, {points}: {line}")
 
 

@@ -1,6 +1,7 @@
 """Sweeps: values and studies that are damaged, files and journals that others have changed."""
 
 import random
+import re
 import tempfile
 from contextlib import suppress
 from functools import cache
@@ -106,6 +107,7 @@ TEXTS = [
     *("", "x", "{}", "[]", "[" * 30_000, '{"a": 1e999}', "done", "interrupted", "grid", "sample"),
     *("\x1b[2J", "x=" + "[" * 30_000, "9" * 5000, "a" * 70_000, '[study]\nscenario = "secret"\n'),
 ]
+HUGE = ["1e999", "9" * 30, "9" * 400]
 NUMBERS = [float("nan"), float("inf"), -1.0, 0.0, 1e300, 127.0]
 
 
@@ -131,7 +133,8 @@ def _changed(rng: random.Random, file: Any) -> str:
     name = rng.choice([*file.attrs, *file])
     if name in file.attrs:
         text = str(file.attrs[name])
-        new = rng.choice([rng.choice(TEXTS), edited(rng, text, PIECES), text.replace("0.2", "nan")])
+        changed = edited(rng, text, PIECES), text.replace("0.2", "nan"), _with_huge(rng, text)
+        new = rng.choice([rng.choice(TEXTS), *changed])
         with suppress(ValueError):  # HDF5 takes no such text
             file.attrs[name] = new.replace("\0", "").encode("utf-8", "replace").decode()
         return f"{name} = {new[:200]!r}"
@@ -143,6 +146,15 @@ def _changed(rng: random.Random, file: Any) -> str:
         return f"{name}: {values}"
     del file[name]
     return f"{name} is missing"
+
+
+def _with_huge(rng: random.Random, text: str) -> str:
+    """Return a text in which one of the numbers is huge."""
+    numbers = [*re.finditer(r"\d+(\.\d+)?", text)]
+    if not numbers:
+        return text
+    start, end = rng.choice(numbers).span()
+    return text[:start] + rng.choice(HUGE) + text[end:]
 
 
 def warm_up() -> None:

@@ -2,42 +2,55 @@
 
 import os
 import random
+import shutil
 import time
 from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
 
 from tests.attacks.promise import BrokenPromise
-from tests.support.sweep_files import PULLEY, started
+from tests.support.sweep_files import LOAD, PULLEY, started
 
 LOADS = (2000.0, 2100.0)
 SECONDS = 60.0
-
-
 # A run takes several times as long as two processes may start apart: they overlap.
-LONG = ("--backend", "rkf45", "--set", "solver.max_step=2e-4")
+LONG = ("--set", "solver.backend=rkf45", "--set", "solver.max_step=2e-4")
+TARGET, PART = "a.h5", "part.partial.h5"
+RESUME = ["resume", PART, "-q", "-o", TARGET]
 
 
-def _command(load: float, checkpoints: bool) -> list[str]:
+def _solve(load: float, checkpoints: bool, target: str = TARGET) -> list[str]:
     often = ["--set", "output.checkpoint=0.1"] if checkpoints else []
-    changed = ["--set", f"mechanism.load={load}", *often]
-    return ["solve", str(PULLEY), "-q", "-o", "a.h5", *LONG, *changed]
+    changed = ["--set", f"{LOAD}={load}", *often]
+    return ["solve", str(PULLEY), "-q", "-o", target, *LONG, *changed]
+
+
+def _sweep(load: float) -> list[str]:
+    vary = ["--vary", f"{LOAD}=[{load}]"]
+    return ["sweep", str(PULLEY), "-q", "-j", "1", "-o", TARGET, *LONG, *vary]
 
 
 @cache
-def originals() -> tuple[bytes, ...]:
-    """Return the files that the commands write alone, without and with checkpoints."""
+def _originals() -> tuple[Path, tuple[bytes, ...]]:
+    """Return an unfinished result, and the files that the commands write alone."""
     folder, contents = Path(mkdtemp(prefix="attack-")), []
-    for checkpoints in (False, True):
-        for load in LOADS:
-            started(_command(load, checkpoints), folder).communicate(timeout=SECONDS)
-            contents.append((folder / "a.h5").read_bytes())
-    return tuple(contents)
+    part = _solve(LOADS[0], True, "part.h5")
+    started([*part, "--max-steps", "100"], folder).communicate(timeout=SECONDS)
+    solved = [_solve(load, checkpoints) for checkpoints in (False, True) for load in LOADS]
+    for command in (*solved, *map(_sweep, LOADS), RESUME):
+        started(command, folder).communicate(timeout=SECONDS)
+        contents.append((folder / TARGET).read_bytes())
+        (folder / TARGET).unlink()
+    return folder / PART, tuple(contents)
 
 
 def attack(rng: random.Random, folder: Path) -> str:
     """Have two processes write one file at about the same time."""
-    commands = [_command(load, rng.random() < 0.5) for load in LOADS]
+    part, contents = _originals()
+    shutil.copy(part, folder)
+    solved = [_solve(load, rng.random() < 0.5) for load in LOADS]
+    resumed = rng.sample([RESUME, solved[0]], k=2)
+    commands = rng.choice([solved, [*map(_sweep, LOADS)], resumed])
     processes = []
     for command in commands:
         processes.append(started(command, folder))
@@ -47,12 +60,12 @@ def attack(rng: random.Random, folder: Path) -> str:
     case = f"{commands}: {codes}, {said}"
     if codes != [0, 4] or any("Traceback" in text for text in said):
         raise BrokenPromise(case)
-    if (folder / "a.h5").read_bytes() not in originals():
-        raise BrokenPromise(f"a.h5 is not whole: {case}")
-    left = set(os.listdir(folder)) - {"a.h5", "a.new.h5"}
+    if (folder / TARGET).read_bytes() not in contents:
+        raise BrokenPromise(f"{TARGET} is not whole: {case}")
+    left = set(os.listdir(folder)) - {TARGET, "a.new.h5", PART}
     if left:
         raise BrokenPromise(f"{left} are left over: {case}")
     return f"exit {codes[1]}"
 
 
-warm_up = originals
+warm_up = _originals

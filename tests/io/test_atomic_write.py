@@ -4,6 +4,8 @@ import errno
 import os
 import resource
 import signal
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,7 @@ from frictionsim.io.atomic_write import (
     write_atomically,
 )
 from tests.support.old_results import old_result
+from tests.support.scenarios import ROOT
 from tests.support.stopped_runs import stopped_at
 
 pytestmark = pytest.mark.usefixtures("here")
@@ -73,6 +76,51 @@ def test_a_second_writer_is_told() -> None:
             check_place(Path("a.h5"))
         write_atomically(b"other", Path("b.h5"))
     assert contents() == {"a.h5": b"first", "b.h5": b"other"}
+
+
+# Tries to write a long result a second time while HDF5 writes it; only a new process reads the
+# environment anew.
+TWO_WRITERS = """
+from pathlib import Path
+from frictionsim.errors import OutputError
+from frictionsim.io import hdf5_writer
+from frictionsim.io.atomic_write import check_place
+from frictionsim.simulation import sample_store
+from tests.support.belt_results import belt_run
+sample_store.SEGMENT_BYTES = 50_000
+fill = hdf5_writer._fill
+def _fill(*arguments, **options):
+    fill(*arguments, **options)
+    try:
+        check_place(Path("a.h5"))
+    except OutputError as error:
+        print(error)
+hdf5_writer._fill = _fill
+hdf5_writer.write(belt_run(bodies=40, samples=201), Path("a.h5"))
+"""
+
+
+@pytest.mark.parametrize("locking", [None, "FALSE", "TRUE", "BEST_EFFORT"])
+def test_a_second_writer_of_a_long_result_is_told_whatever_hdf5_locks(locking: str | None) -> None:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    environment.pop("HDF5_USE_FILE_LOCKING", None)
+    if locking is not None:
+        environment["HDF5_USE_FILE_LOCKING"] = locking
+    command = [sys.executable, "-c", TWO_WRITERS]
+    ended = subprocess.run(command, env=environment, capture_output=True, text=True)
+    busy = "another process is writing it now; wait for its end, or give another name"
+    assert (ended.stdout, ended.stderr) == (f"{CANNOT}{busy}\n", "")
+    assert list(contents()) == ["a.h5"]
+
+
+def test_a_part_of_another_process_is_neither_renamed_nor_removed() -> None:
+    """Where a file system has no locks, it may take the name."""
+    part = PartFile(Path("a.h5"))
+    Path(".a.h5.part").unlink()
+    Path(".a.h5.part").write_bytes(b"half")
+    with pytest.raises(OutputError, match="another process has replaced the new content"):
+        part.rename()
+    assert contents() == {".a.h5.part": b"half"}
 
 
 @pytest.mark.parametrize("what", ["symlink", "hard link", "pipe", "folder"])

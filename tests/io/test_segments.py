@@ -1,5 +1,6 @@
 """Segments of long runs: no link leads elsewhere, and only marked segments are removed."""
 
+import math
 import os
 from pathlib import Path
 from typing import Any
@@ -9,10 +10,12 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import InputError, OutputError
+from frictionsim.io import child_process
 from frictionsim.io.child_answer import decoded
+from frictionsim.io.child_process import ChildFailed
 from frictionsim.io.child_questions import answer
 from frictionsim.io.destination import Destination
-from frictionsim.io.segments import SampleSegments
+from frictionsim.io.segments import PATIENCE, SampleSegments, SegmentFiles
 from frictionsim.results import Record
 from tests.support.scenarios import pulley, simulate
 
@@ -76,8 +79,43 @@ def test_segments_that_fit_into_one_answer_are_read_together(
                 assert np.array_equal(segments.rows(number, name, 1, 4), values[1:4])
         assert len(asked) == together
         asked.clear()
-        assert len(segments.channels(["time", "angle"], 3)) == 3
+        assert len(list(segments.channels(["time", "angle"], 3))) == 3
         assert len(asked) == (3 if limit == 1 else 1)
+
+
+def test_the_time_to_read_segments_is_limited(
+    segments: SampleSegments, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """That of those that the run has written itself only where a process does not answer."""
+    given: list[tuple[int, float]] = []
+
+    def answer_of(*question: str, size: int, seconds: float = math.inf) -> Any:
+        given.append((size, seconds))
+        if seconds < 0.0:
+            raise ChildFailed("it did not finish")
+        return decoded(answer(*question))
+
+    monkeypatch.setattr("frictionsim.io.segments.answer_of", answer_of)
+    monkeypatch.setattr(child_process, "answer_of", answer_of)
+    monkeypatch.setattr(child_process.Parts, "are_limited", True)
+    monkeypatch.setattr("frictionsim.io.hdf5_content.ANSWER_BYTES", 1)
+    sizes = [segments.path(number).stat().st_size for number in range(2)]
+    list(segments.channels(["time"], 1))
+    assert given.pop() == (PATIENCE, math.inf)
+    resumed = again()
+    resumed.restore(2, segments.checksum)
+    list(resumed.channels(["time"], 2))
+    assert given == [(sum(sizes), math.inf), (sizes[1], math.inf)]
+    given.clear()
+    checksums = [segments.checksum_of(number) for number in range(2)]
+    list(SegmentFiles(Path("a.h5"), checksums).channels(["time"], 2))
+    assert [size for size, _ in given] == [sum(sizes), sizes[1]]
+    assert given[0][1] == 7.0 + sum(sizes) / 2e6
+    assert given[1][1] < given[0][1]
+    monkeypatch.setattr(child_process, "BYTES_PER_SECOND_IN_PARTS", -1.0)
+    slow = SegmentFiles(Path("a.h5"), checksums)
+    with pytest.raises(InputError, match="these samples: all samples of the result take longer"):
+        slow.rows(1, "time", 0, 1)
 
 
 def test_segments_are_taken_over_and_later_ones_removed(segments: SampleSegments) -> None:

@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
+from frictionsim.errors import InputError
+from frictionsim.parameter_study import design as designs
+from frictionsim.parameter_study import values
 from frictionsim.parameter_study.design import Design, Sampling, design_of
 from frictionsim.parameter_study.values import values_of
 
@@ -30,6 +33,16 @@ def test_keys_are_walked_together() -> None:
     plan = design({"a": "[1, 2]", "b": "[3, 4]"}, together=True)
     assert (plan.runs, plan.dimensions) == (2, ("run",))
     assert plan.combinations(0, 2) == [(1, 3), (2, 4)]
+
+
+def test_the_values_of_keys_that_are_walked_together_are_limited(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(designs, "MAX_RUNS", 6)
+    assert design({"a": "lin(1, 3, 3)", "b": "lin(1, 3, 3)"}, together=True).runs == 3
+    monkeypatch.delattr(values, "_evenly")  # they are not made
+    with pytest.raises(InputError, match=r"zip: 2 keys x 4 runs = 8 values are more than"):
+        design({"a": "lin(1, 4, 4)", "b": "lin(1, 4, 4)"}, together=True)
 
 
 @pytest.mark.parametrize("method", ["sobol", "lhs", "random"])

@@ -22,7 +22,7 @@ from frictionsim.io.hdf5_reader import read_sweep
 from frictionsim.io.sweep_file import write_sweep
 from frictionsim.io.sweep_table import MAX_QUANTITIES, ORDER
 from frictionsim.io.unfinished import partial_name
-from frictionsim.parameter_study import dispatch, executors, sweep_files
+from frictionsim.parameter_study import dispatch, executors, sweep_files, values
 from frictionsim.parameter_study import sweep as assembling
 from frictionsim.parameter_study.block import DONE, RunOutcome, block_of
 from frictionsim.parameter_study.journal import SweepJournal, journal_name
@@ -277,11 +277,14 @@ def test_what_cannot_be_resumed_is_refused(whole: bytes, tmp_path: Path) -> None
         fs.resume_sweep(path)
     assert not journal_name(partial_name(path)).exists()
     interrupted(tmp_path / "t.h5")
+    order = read_sweep(tmp_path / "t.partial.h5").attributes[ORDER]
+    assert "[0, 0]" in order
     for name, value, message in (
         ("frictionsim_version", "0.0.9", "it was started with frictionsim 0.0.9, this is"),
         ("study", "vary = 1", "study"),
         ("order", "[" * 30_000, "it is damaged"),
         ("order", "{}", "it is damaged"),
+        ("order", order.replace("[0, 0]", "[1e999, 0]"), "it is damaged"),
     ):
         edited = tmp_path / "u.partial.h5"
         edited.write_bytes((tmp_path / "t.partial.h5").read_bytes()[:-LENGTH])
@@ -324,6 +327,57 @@ def test_a_sweep_made_by_others_has_no_other_file_read(
         fs.resume_sweep(path, workers=1)
     assert said in str(refused.value)
     assert "password" not in str(refused.value)
+
+
+def vary_instead(path: Path, vary: dict[str, str], **more: Any) -> None:
+    """Have the study of an interrupted sweep vary other values than those of its file."""
+    table = read_sweep(path)
+    study = tomllib.loads(table.attributes["study"]) | {"vary": vary}
+    attributes = table.attributes | {"study": tomli_w.dumps(study)}
+    write_sweep(table._replace(attributes=attributes, **more), path)
+
+
+@pytest.mark.parametrize("together", [False, True])
+@pytest.mark.parametrize("spec", ["lin(2000, 2400, 10000000)", "uniform(2000, 2400)"])
+def test_values_of_a_study_that_are_not_those_of_its_file_are_not_made(
+    together: bool, spec: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupted(tmp_path / "s.h5", zip=together)
+    path = tmp_path / "s.partial.h5"
+    vary_instead(path, {LOAD: spec})
+    monkeypatch.delattr(values, "_evenly")
+    with pytest.raises(fs.InputError, match="its study is not that of its values"):
+        fs.resume_sweep(path, workers=1)
+
+
+def test_a_sweep_over_integers_that_no_array_holds_is_resumed(tmp_path: Path) -> None:
+    steps, huge = "solver.max_steps", 10**400
+    sweep(tmp_path / "s.h5", vary={steps: [huge, 10_000_000]})
+    swept = fs.open_sweep(tmp_path / "s.h5")[steps]
+    assert swept.values.tolist() == [str(huge), "10000000"]
+    interrupted(tmp_path / "t.h5", 1, vary={steps: [huge, 10_000_000]})
+    fs.resume_sweep(tmp_path / "t.h5", workers=1)
+    assert (tmp_path / "t.h5").read_bytes() == (tmp_path / "s.h5").read_bytes()
+
+
+@pytest.mark.parametrize("number", ["9" * 30, "9" * 400])
+@pytest.mark.parametrize(("key", "given"), [(LOAD, "[2000, 2400]"), ("title", '["a", "b"]')])
+def test_integers_in_a_study_that_no_array_holds_are_not_those_of_its_file(
+    key: str, given: str, number: str, tmp_path: Path
+) -> None:
+    interrupted(tmp_path / "s.h5", 1, vary={key: given})
+    path = tmp_path / "s.partial.h5"
+    vary_instead(path, {key: f"[{number}, 1]"})
+    with pytest.raises(fs.InputError, match="its study is not that of its values"):
+        fs.resume_sweep(path, workers=1)
+
+
+def test_a_sample_that_varies_nothing_is_refused(tmp_path: Path) -> None:
+    interrupted(tmp_path / "s.h5", 2, vary={LOAD: "uniform(2000.0, 2100.0)"}, sample=4)
+    path = tmp_path / "s.partial.h5"
+    vary_instead(path, {}, coordinates={})
+    with pytest.raises(fs.InputError, match="its study is not that of its values"):
+        fs.resume_sweep(path, workers=1)
 
 
 def test_a_sweep_without_the_results_of_its_runs_makes_no_folder(tmp_path: Path) -> None:
@@ -447,6 +501,33 @@ def test_series_are_kept_and_resumed(tmp_path: Path) -> None:
     with pytest.raises(fs.OutputError, match="it is not a folder of the same study; move it"):
         sweep(path, keep_series=True)
     assert path.exists()
+
+
+def test_no_result_of_a_run_is_written_through_a_link(tmp_path: Path) -> None:
+    path, folder = tmp_path / "s.h5", tmp_path / "s.series"
+    interrupted(path, 1, keep_series=True, vary={LOAD: [2000.0, 2100.0]})
+    other, content = tmp_path / "other.h5", (folder / "run-0000000.h5").read_bytes()
+    other.write_bytes(content)  # any other file than a result is not replaced
+    (folder / "run-0000001.h5").symlink_to(other)
+    with pytest.raises(fs.OutputError) as refused:
+        fs.resume_sweep(path, workers=1)
+    assert str(refused.value).startswith(
+        f"{folder / 'run-0000001.h5'}: cannot write the result: this is a link; remove it. sweep"
+        " interrupted: 1 of 2 runs are saved in"
+    )
+    assert other.read_bytes() == content
+    (folder / "run-0000001.h5").unlink()
+    elsewhere = folder.rename(tmp_path / "elsewhere")
+    folder.symlink_to(elsewhere)
+    for run in (fs.resume_sweep, partial(sweep, keep_series=True)):
+        with pytest.raises(fs.OutputError) as refused:
+            run(path, workers=1)
+        assert str(refused.value) == (
+            f"{folder}: the results of the runs would be written here, and this is a link; remove"
+            " it, or give another name with -o"
+        )
+        partial_name(path).unlink(missing_ok=True)
+    assert sorted(os.listdir(elsewhere)) == ["run-0000000.h5", "study.toml"]
 
 
 def test_a_series_that_cannot_be_written_ends_the_sweep(

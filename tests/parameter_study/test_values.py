@@ -1,5 +1,7 @@
 """Values of a key: lists, ranges and distributions, and refusals."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from hypothesis import example, given
@@ -47,6 +49,22 @@ def test_a_range_begins_and_ends_with_the_given_numbers(a: float, b: float, n: i
     # Each step is a difference of numbers of this size, rounded; tiny ones to the least number.
     rounding = np.finfo(float).eps * max(abs(a), abs(b)) + np.finfo(float).smallest_subnormal
     assert np.ptp(steps) <= 8 * rounding
+
+
+@pytest.mark.parametrize(
+    "zero", ["1e-1000000000", "-1e-1000000000", "0e1000000000", "0e-1000000000", f"0.{'0' * 5000}"]
+)
+def test_a_range_ends_at_a_number_that_has_no_fraction_of_a_usable_size(zero: str) -> None:
+    assert levels(f"lin({zero}, 1, 5)") == (0.0, 0.25, 0.5, 0.75, 1.0)
+    assert levels(f"lin(1, {zero}, 2)") == (1.0, 0.0)
+
+
+def test_the_numbers_of_a_range_are_nearest_to_its_decimal_numbers() -> None:
+    assert levels("lin(0.1, 0.4, 31)")[1] == 0.11
+    for text in ("0.12345678901234567", "0.12345678901234561", "1.000000000000000099e-3"):
+        exact = (Fraction(text) + Fraction(1, 5)) / 2
+        assert levels(f"lin({text}, 0.2, 3)")[1] == float(exact)
+    assert levels(f"lin(1.{'1' * 5000}, 2, 2)") == (float(f"1.{'1' * 20}"), 2.0)
 
 
 # Closed forms of mean, variance and cumulated probability.

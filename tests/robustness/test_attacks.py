@@ -75,22 +75,35 @@ def test_no_promise_is_broken_by_belts_either(attack: str) -> None:
     assert_no_promise_is_broken(attack)
 
 
-@pytest.mark.parametrize("craft", [journals.repeat_pages, journals.invent_quantities])
-def test_a_crafted_journal_neither_hangs_a_command_nor_adds_quantities(
-    tmp_path: Path, craft: Any
-) -> None:
-    part = tmp_path / journals.PART
+def resumed_with(craft: Any, folder: Path) -> "subprocess.CompletedProcess[str]":
+    """Resume a sweep with a crafted journal."""
+    part = folder / journals.PART
     part.write_bytes(journals.original().file)
     journals.journal_name(part).write_bytes(journals.original().journal)
     Path(f"{journals.journal_name(part)}{journals.LOG}").write_bytes(journals.original().log)
     craft(part)
     arguments = [sys.executable, "-m", "frictionsim", "resume", part.name, "-q", "-j", "1"]
     # Without an end, the read takes years.
-    done = subprocess.run(
-        arguments, cwd=tmp_path, check=False, capture_output=True, text=True, timeout=100
+    return subprocess.run(
+        arguments, cwd=folder, check=False, capture_output=True, text=True, timeout=100
     )
+
+
+@pytest.mark.parametrize("craft", [journals.repeat_pages, journals.invent_quantities])
+def test_a_crafted_journal_neither_hangs_a_command_nor_adds_quantities(
+    tmp_path: Path, craft: Any
+) -> None:
+    done = resumed_with(craft, tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert (tmp_path / journals.TARGET).read_bytes() == journals.original().whole
+
+
+@pytest.mark.slow  # the time that a child process has
+def test_a_journal_with_an_endless_schema_is_refused(tmp_path: Path) -> None:
+    done = resumed_with(journals.repeat_pages_of_schema, tmp_path)
+    assert done.returncode == 4
+    assert "the file is not one of a sweep (SQLite did not finish within 7 s" in done.stderr
+    assert not (tmp_path / journals.TARGET).exists()
 
 
 # A case knows its number by the first draw of its generator.

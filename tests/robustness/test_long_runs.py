@@ -1,6 +1,7 @@
 """Long runs of belts: their samples go to the disk while they run, and survive what may happen."""
 
 import os
+import random
 import shutil
 import signal
 from pathlib import Path
@@ -12,11 +13,13 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import InputError, Interrupted, OutputError
-from frictionsim.io import hdf5_writer, segments
+from frictionsim.io import child_process, hdf5_content, hdf5_writer, segments
 from frictionsim.io.checksum import append_trailer
 from frictionsim.io.child_process import ChildFailed
 from frictionsim.io.unfinished import partial_name
 from frictionsim.simulation import sample_store
+from tests.attacks.segments import WAYS, craft
+from tests.conftest import answered_here
 from tests.support.belt_scenarios import pair
 from tests.support.stopped_runs import stopped_at
 
@@ -134,6 +137,54 @@ def test_segments_that_are_not_those_of_the_result_are_not_shown(
     append_trailer(path)
     with pytest.raises(fs.InputError):
         fs.open(path)
+
+
+# Of the first only the resumed run needs the samples.
+@pytest.mark.parametrize("name", ["_mean_tension", "energy_input"])
+@pytest.mark.parametrize("way", WAYS)
+def test_crafted_segments_are_refused(way: str, name: str, stopped: Path) -> None:
+    path = partial_name(stopped)
+    craft(path, 1, lambda file: WAYS[way](random.Random(1), file, name))
+    if not name.startswith("_"):
+        with pytest.raises(InputError, match="cannot read th"):
+            fs.open(path)
+    with pytest.raises(InputError, match="cannot re"):
+        fs.resume(path)
+    assert not stopped.exists()
+
+
+@pytest.mark.parametrize("name", ["_mean_tension", "energy_input"])
+def test_no_segment_is_read_after_one_of_another_shape(
+    name: str, stopped: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A hundred small ones may claim more than the memory holds."""
+    craft(partial_name(stopped), 0, lambda file: WAYS["shorter"](random.Random(1), file, name))
+    asked: list[str] = []
+
+    def answer_of(question: str, *arguments: Any, **limits: float) -> Any:
+        asked.append(arguments[0] if question == "channels" else "")
+        return answered_here(question, *arguments, **limits)
+
+    monkeypatch.setattr(hdf5_content, "ANSWER_BYTES", 1)
+    monkeypatch.setattr(child_process, "answer_of", answer_of)
+    monkeypatch.setattr(segments, "answer_of", answer_of)
+    with pytest.raises(InputError):
+        fs.resume(stopped)
+    assert sum(name in names.split(",") for names in asked) == 1
+
+
+def test_scattered_samples_of_a_stopped_run_are_read_alone(
+    stopped: Path, in_memory: fs.Result, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else a chart of a long run takes the time to read all of it."""
+    monkeypatch.setattr(segments.SegmentFiles, "rows", None)
+    channels = fs.open(stopped).record.channels
+    last = len(channels["time"]) - 1
+    assert last > 2 * ROWS
+    for numbers in ([last, 3, ROWS + 2, 4], [2 * ROWS - 1, 0]):
+        for name in ("x", "pulley_index"):
+            expected = in_memory.record.channels[name][numbers]
+            assert np.array_equal(channels[name][numbers], expected)
 
 
 def test_a_run_that_is_resumed_into_another_file_leaves_the_first_as_it_is(

@@ -1,30 +1,37 @@
 """Compiled code has the bits of Python, wherever it starts, pauses and fails."""
 
 import os
+import shutil
 import subprocess
 import sys
+import time
 from contextlib import AbstractContextManager, nullcontext
 from errno import ENOSPC
+from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+import tomli_w
 
 import frictionsim as fs
 from frictionsim.cli.commands import run_command_line
-from frictionsim.errors import BudgetExceeded
+from frictionsim.errors import SolverError
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import load, validate
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.simulate import run
-from frictionsim.simulation.single_dof import RecordedSimulation
+from frictionsim.simulation.single_dof import SingleDofSimulation
 from frictionsim.solvers import compilation, event_driven
 from frictionsim.solvers.compilation import Kernel, compilable
+from frictionsim.solvers.problems import Problem
+from frictionsim.solvers.system import FunctionSystem
+from tests.support.compiled_runs import as_compiled, as_python, recorded, simulation_of
 from tests.support.drawn_lifts import FAMILIES
 from tests.support.many_runs import interpret
 from tests.support.problems import LOAD
-from tests.support.scenarios import SCENARIOS, pulley
+from tests.support.scenarios import ROOT, SCENARIOS, changed, pulley, python
 
 SINE = {"sine": {"mean": LOAD, "amplitude": 1000.0, "frequency_hz": 1.0}}
 # One form, which the tests that are not slow compile as well.
@@ -32,38 +39,6 @@ SWINGS = pulley(drive__force=SINE, solver={"duration": 4.0, "rtol": 1e-6})
 SHIPPED = ["marble_machine", "epicyclic", "pulley_horizontal", "hard/motor_runs_back"]
 SHIPPED += ["hard/no_static_friction", "hard/decay", "shaft", "hoist_drum", "swing_door"]
 SHIPPED += ["lift", "hard/lift_slack_rope", "hard/lift_moment_of_slack"]
-
-
-def simulation_of(scenario: fs.Scenario) -> RecordedSimulation:
-    simulation = mechanism_module(scenario.kind).simulation(scenario)
-    assert isinstance(simulation, RecordedSimulation)
-    return simulation
-
-
-def recorded(simulation: RecordedSimulation) -> Any:
-    """Return all that a run leaves."""
-    recording = simulation._recording
-    transitions = list(recording.transitions)
-    state = simulation.state()
-    assert state is not None
-    state = {name: values.tolist() for name, values in state.items()}
-    return recording.rows.tobytes(), recording.sides.tobytes(), transitions, state
-
-
-def as_python(scenario: fs.Scenario) -> Any:
-    simulation = simulation_of(scenario)
-    simulation._solver._patience = -1  # type: ignore[attr-defined]  # it stays Python
-    assert simulation.solve(lambda t: None) is False
-    return recorded(simulation)
-
-
-def as_compiled(scenario: fs.Scenario) -> Any:
-    simulation = simulation_of(scenario)
-    solver: Any = simulation._solver
-    solver.compile()
-    assert simulation.solve(lambda t: None) is False
-    assert solver._compiled is not None  # Python took no step in its place
-    return recorded(simulation)
 
 
 @pytest.mark.slow
@@ -158,20 +133,161 @@ def test_a_long_run_is_compiled_once_it_took_as_long_in_earlier_processes(
     assert pays[-1]
 
 
-def test_a_run_that_fails_says_why_and_keeps_what_python_keeps() -> None:
-    scenario = validate({**SWINGS, "solver": {**SWINGS["solver"], "max_steps": 100}}, Path())
+FINE = {"shaft_radius": 1e-3, "mu_s": 0.1, "mu_k": 0.1}
+CHATTERING = {  # the force on the fine pulley changes its side every 5 ns
+    "time": [0.0, *(0.5 + 5e-9 * k for k in range(301))],
+    "value": [LOAD, LOAD, *[0.0, 2.0 * LOAD] * 150],
+}
+HUGE = {"mechanism__cord_radius": 1e50, "effects__viscous_damping__coefficient": 1e50}
+FAILURES: dict[str, tuple[dict[str, Any], str]] = {
+    "budget_exceeded": (changed(SWINGS, solver__max_steps=100), "limit of 100 steps reached"),
+    "chattering": (
+        changed(
+            SWINGS,
+            mechanism__inertia=1e-3,
+            effects__shaft_friction=FINE,
+            drive__force=CHATTERING,
+        ),
+        "chattering at t = 0.5",
+    ),
+    "step_underflow": (
+        pulley(solver=SWINGS["solver"], mechanism__inertia=1e-50, **HUGE),
+        "at t = ",
+    ),
+    "non_finite": (
+        changed(SWINGS, mechanism__inertia=1e-50, mechanism__load=1e50, **HUGE),
+        "after t = 0 s",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FAILURES)
+@pytest.mark.parametrize(
+    ("first_call", "seconds"),
+    [(event_driven.FIRST_CALL, event_driven.SECONDS_OF_A_CALL), (7.0, inf), (1.0, 0.0)],
+)
+def test_a_run_that_fails_says_why_and_keeps_what_python_keeps(
+    name: str,
+    first_call: float,
+    seconds: float,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """In its first call, in the third after 7 and 70 steps, and in one of many of one step each."""
+    monkeypatch.setattr(event_driven, "FIRST_CALL", first_call)
+    monkeypatch.setattr(event_driven, "SECONDS_OF_A_CALL", seconds)
+    caplog.set_level("INFO", event_driven.LOG.name)
+    data, message = FAILURES[name]
+    scenario = validate({**data, "output": {"interval": 0.01}}, Path())
     outcomes = []
     for compiled in (False, True):
         simulation = simulation_of(scenario)
         solver: Any = simulation._solver
         if compiled:
             solver.compile()
+            assert solver._compiled is not None
         else:
             solver._patience = -1
-        with pytest.raises(BudgetExceeded, match="limit of 100 steps reached at t = ") as failed:
+        with pytest.raises(SolverError, match=message) as failed:
             simulation.solve(lambda t: None)
+        assert failed.value.failure == name
         outcomes.append((str(failed.value), recorded(simulation)))
+    assert "compiled code failed at t = " in caplog.text
     assert outcomes[0] == outcomes[1]
+
+
+AS_COMPILED = """
+from frictionsim.__main__ import main
+from frictionsim.solvers import event_driven
+from frictionsim.solvers.problems import Problem
+integrate, calls = Problem.integrate, iter(range(event_driven.PATIENCE))
+def at_the_start(*arguments):
+    next(calls)  # ends the command where Python does not leave the run to compiled code
+    return integrate(*arguments)
+Problem.integrate = staticmethod(at_the_start)
+main()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs signals of POSIX")
+def test_a_compiled_run_is_ended_by_a_signal_and_by_max_wall_and_resumed(
+    told: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of 4 10^6 steps, more than a minute as Python, which takes the first 2000 alone."""
+    data = changed(SWINGS, solver__max_step=1e-6, output={"interval": 0.5, "checkpoint": 0.05})
+    simulation: Any = simulation_of(validate(data, Path()))
+    simulation._solver.compile()  # also for the disk, where the other process finds it
+    Path("long.toml").write_text(tomli_w.dumps(data))
+    process = subprocess.Popen(
+        [sys.executable, "-c", AS_COMPILED, "solve", "long.toml", "-o", "a.h5"],
+        env={**os.environ, "PYTHONPATH": str(ROOT)}, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+    def steps() -> int:
+        statistics = fs.open("a.partial.h5").statistics
+        assert statistics is not None
+        return statistics.steps
+
+    part = Path("a.partial.h5")
+    while process.poll() is None and not (part.exists() and steps() > 2 * event_driven.PATIENCE):
+        time.sleep(0.01)
+    process.terminate()
+    _, said = process.communicate(timeout=60.0)
+    assert process.returncode == 143, said
+    assert "run interrupted: by SIGTERM at t = " in said
+    assert fs.open(part).status == "interrupted"
+    monkeypatch.setattr(Problem, "integrate", None)  # here it is compiled from the first step
+    before = steps()
+    _, said = told("resume", "a.h5", "--max-wall", "0.3", code=5)
+    assert "wall-time limit of 0.3 s reached at t = " in said
+    assert steps() > before
+    told("resume", "a.h5")
+    told("solve", "long.toml", "-o", "whole.h5")
+    assert Path("a.h5").read_bytes() == Path("whole.h5").read_bytes()
+
+
+@pytest.fixture
+def without_numba(tmp_path: Path) -> str:
+    """A path of Python on which the import of numba fails."""
+    package = tmp_path / "broken" / "numba"
+    package.mkdir(parents=True)
+    (package / "__init__.py").write_text("raise ImportError('no LLVM for this machine')")
+    return os.pathsep.join([str(package.parent), str(ROOT)])
+
+
+def test_without_numba_a_long_run_is_one_warning_and_the_result_of_python(
+    without_numba: str, told: Any
+) -> None:
+    data = changed(
+        SWINGS,
+        mechanism__initial_angular_velocity=5.0,
+        solver__max_step=8e-5,
+        output__interval=0.01,
+    )
+    simulation: Any = simulation_of(validate(data, Path()))
+    simulation._solver.compile()  # with code on the disk the run is long enough to load it
+    Path("long.toml").write_text(tomli_w.dumps(data))
+    told("solve", "long.toml", "-o", "whole.h5")
+    command = ["-m", "frictionsim", "solve", "long.toml", "-o", "a.h5", "--quiet"]
+    done = python(*command, cwd=Path(), PYTHONPATH=without_numba)
+    assert (done.returncode, done.stderr) == (
+        0,
+        "frictionsim: warning: the equation of motion is not compiled, so that long runs and sweeps"
+        " take the time of Python (ImportError: no LLVM for this machine)\n",
+    )
+    assert Path("a.h5").read_bytes() == Path("whole.h5").read_bytes()
+
+
+def test_without_numba_a_belt_is_an_error(without_numba: str, here: Path) -> None:
+    command = ["-m", "frictionsim", "solve", SCENARIOS / "belt_drive.toml", "-o", "a.h5"]
+    done = python(*command, cwd=here, PYTHONPATH=without_numba)
+    first, *_ = done.stderr.splitlines()
+    assert (done.returncode, first) == (
+        70,
+        "frictionsim: internal error: ImportError: no LLVM for this machine",
+    )
+    assert "Traceback" not in done.stderr
+    assert not (here / "a.h5").exists()
 
 
 def test_what_cannot_be_compiled_is_said_before() -> None:
@@ -183,6 +299,24 @@ def test_what_cannot_be_compiled_is_said_before() -> None:
     assert reason(system._replace(inertia=lambda: 1.0)) == "a value of type function"
     assert reason(system._replace(load=system)) == "Pulley is nested in itself"
     assert reason(system._replace(damping=np.zeros(1))) == "a value of type ndarray"
+
+
+@pytest.mark.parametrize("name", ["pulley", "marble_machine", "hoist_drum", "hard/bouncing_body"])
+def test_a_mechanism_of_functions_has_the_bits_of_its_named_tuple(
+    name: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Python integrates it; where compiling would pay, the reason is said."""
+    monkeypatch.setattr(event_driven, "PATIENCE", 20)
+    monkeypatch.setattr(event_driven, "STEPS_THAT_PAY", 0.0)
+    caplog.set_level("INFO", event_driven.LOG.name)
+    scenario = fs.load(SCENARIOS / f"{name}.toml", {"solver.rtol": 1e-6})
+    mechanism = mechanism_module(scenario.kind).build(scenario)
+    simulation = SingleDofSimulation(scenario, mechanism._replace(system=None))
+    assert isinstance(simulation._solver._problem.system, FunctionSystem)  # type: ignore[attr-defined]
+    assert simulation.solve(lambda t: None) is False
+    assert recorded(simulation) == as_python(scenario)
+    said = "the rest of the run is not compiled: a value of type "
+    assert [text.startswith(said) for text in caplog.messages] == [True]
 
 
 def test_a_broken_compiler_is_one_warning(
@@ -303,18 +437,33 @@ print(function(Factor(2.0), 1.5), before, hits)
 """
 
 
+def new_process(program: str, folder: Path) -> str:
+    """Return the output of a Python that searches a folder first, and keeps its cache there."""
+    environment = {**os.environ, "XDG_CACHE_HOME": str(folder / "cache")}
+    environment["PYTHONPATH"] = os.pathsep.join([str(folder), str(ROOT)])
+    environment["PYTHONDONTWRITEBYTECODE"] = "1"  # else Python's own cache has the old source
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=folder, env=environment, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    return done.stdout.strip()
+
+
+def replace_text(path: Path, text: str) -> None:
+    """Replace the text of a file by one of the same length, at the same time to all appearances."""
+    times, size = path.stat(), path.stat().st_size
+    path.write_text(text)
+    os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+    assert path.stat().st_size == size
+
+
 def test_another_process_finds_the_code_on_the_disk_but_not_of_another_source(
     tmp_path: Path,
 ) -> None:
     """Of an equation, of a function in another folder or package that it calls, of a constant."""
 
     def process() -> str:
-        environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
-        environment["PYTHONPATH"] = os.pathsep.join([str(tmp_path), str(SCENARIOS.parent)])
-        environment["PYTHONDONTWRITEBYTECODE"] = "1"  # else Python's own cache has the old source
-        command = [sys.executable, "-c", PROCESS]
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-        return done.stdout.strip()
+        return new_process(PROCESS, tmp_path)
 
     package = tmp_path / "factors"
     (package / "kinds").mkdir(parents=True)
@@ -331,8 +480,32 @@ def test_another_process_finds_the_code_on_the_disk_but_not_of_another_source(
         path.write_text(text.format(sign="+"))
     assert [process(), process()] == ["3.0 False 0", "3.0 True 1"]
     for number, (path, text) in enumerate(sources.items()):
-        times = path.stat()
-        path.write_text(text.format(sign="-"))
-        os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+        replace_text(path, text.format(sign="-"))
         value = 3.0 if number % 2 else -3.0
         assert [process(), process()] == [f"{value} False 0", f"{value} True 1"]
+
+
+OF_THE_PACKAGE = """
+from frictionsim.solvers.compilation import Kernel
+from frictionsim.solvers.multi_contact_modes import direction_of
+kernel = Kernel(direction_of, ())
+before = kernel.is_at_hand
+function = kernel.compiled(lambda function: function(0.0))
+print(function(3.0), function(4.0), before, sum(function.stats.cache_hits.values()))
+"""
+
+
+def test_another_process_finds_no_code_of_another_source_of_this_package(tmp_path: Path) -> None:
+    """Of the function itself, and of the constants TAUT, 3, and SLACK, 4, of another module."""
+    package = tmp_path / "frictionsim"
+    shutil.copytree(ROOT / "frictionsim", package, ignore=shutil.ignore_patterns("__pycache__"))
+    assert new_process(OF_THE_PACKAGE, tmp_path) == "0.0 1.0 False 0"
+    assert new_process(OF_THE_PACKAGE, tmp_path) == "0.0 1.0 True 1"
+    for name, old, new, printed in (
+        ("solvers/multi_contact_modes.py", "return 0.0 if", "return 0.5 if", "0.5 1.0 False 0"),
+        ("results.py", "TAUT, SLACK = 2, 3, 4", "TAUT, SLACK = 2, 5, 3", "1.0 4.0 False 0"),
+    ):
+        text = (package / name).read_text()
+        assert text.count(old) == 1
+        replace_text(package / name, text.replace(old, new))
+        assert new_process(OF_THE_PACKAGE, tmp_path) == printed

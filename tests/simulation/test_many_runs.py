@@ -190,6 +190,18 @@ def test_runs_of_several_buffers_and_calls_have_the_same_bits(
     assert content(block_together(scenario, vary)) == expected
 
 
+def test_a_buffer_filled_by_an_event_at_the_end_has_no_room_for_one_at_the_next_start(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The first run breaks away as the force jumps at its end, the second at once."""
+    times = [0.0, float(np.nextafter(1.0, 0.0)), 1.0]
+    force = {"time": times, "value": [1832.6, 1832.6, 3113.75]}
+    data = pulley(drive__force=force, solver={"backend": "events", "duration": 1.0, "rtol": 1e-6})
+    scenario, vary = scenario_of(data), {"mechanism.load": [LOAD, 1000.0]}
+    monkeypatch.setattr(many_runs, "EVENTS_OF_A_CALL", 1)
+    assert content(block_together(scenario, vary)) == content(block_alone(scenario, vary))
+
+
 @pytest.mark.parametrize(
     ("data", "vary", "fewest"),
     [

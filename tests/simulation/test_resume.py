@@ -1,5 +1,6 @@
 """Checkpoints and resuming: a resumed run is bit-identical to an uninterrupted one."""
 
+import gzip
 import itertools
 import json
 from collections.abc import Callable
@@ -16,7 +17,7 @@ from frictionsim.results import Record
 from frictionsim.scenario.loading import load, scenario_from_result, validate
 from frictionsim.simulation.simulate import run
 from frictionsim.simulation.single_dof import SingleDofSimulation
-from tests.support.scenarios import SCENARIOS, Scenario, pulley, simulate
+from tests.support.scenarios import ROOT, SCENARIOS, Scenario, pulley, simulate
 
 SINE = {"sine": {"mean": 2224.1, "amplitude": 1000.0, "frequency_hz": 1.0}}
 PULLEY = SCENARIOS / "pulley.toml"
@@ -192,6 +193,29 @@ def test_resume_refuses_an_invalid_scenario(stopped: Path, monkeypatch: pytest.M
     monkeypatch.setattr(hdf5_reader, "read_checkpoint", lambda path: changed_file)
     with pytest.raises(InputError, match=r"a\.h5: its scenario is not valid: mechanism\.inertia"):
         resumed(stopped)
+
+
+CHECKPOINTS = sorted((ROOT / "tests" / "data" / "checkpoints").iterdir())
+
+
+@pytest.mark.parametrize("path", CHECKPOINTS, ids=lambda path: path.name)
+def test_checkpoints_of_earlier_sources_of_this_version_are_resumed(
+    path: Path, tmp_path: Path
+) -> None:
+    """To the bytes of a whole run of these sources, but for the number of evaluations.
+
+    Where there are several contacts, earlier sources counted others.
+    """
+    part, whole_path = tmp_path / "part.h5", tmp_path / "whole.h5"
+    part.write_bytes(gzip.decompress(path.read_bytes()))
+    scenario = scenario_from_result(part, hdf5_reader.read(part).attributes)
+    whole, result = run(scenario, lambda t: None), resumed(part)
+    assert whole.statistics is not None
+    assert result.statistics is not None
+    assert result.statistics[:2] == whole.statistics[:2]
+    hdf5_writer.write(whole, whole_path)
+    hdf5_writer.write(result._replace(statistics=whole.statistics), part)
+    assert part.read_bytes() == whole_path.read_bytes()
 
 
 def test_resume_needs_neither_scenario_nor_csv_file(tmp_path: Path) -> None:

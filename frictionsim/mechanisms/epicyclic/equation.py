@@ -15,11 +15,9 @@ from frictionsim.mechanisms.epicyclic.tracer_point import (
 from frictionsim.mechanisms.single_dof import (
     MultiplesOf,
     cos,
-    kinetic_energy,
     kinetic_energy_of,
     set_up,
     sin,
-    total,
 )
 from frictionsim.results import Quantities, Quantity
 from frictionsim.scenario.signal_tables import signal_from
@@ -59,23 +57,23 @@ class EquationTerms:
 def build(scenario: EpicyclicScenario) -> Mechanism:
     """Return the mechanism, composed of the effects in the scenario."""
     terms, geometry = EquationTerms(scenario), scenario.mechanism
-    published, prescribed = geometry.formulation == "published", scenario.drive.speed is not None
+    prescribed = scenario.drive.speed is not None
     table = scenario.drive.speed if prescribed else scenario.drive.torque
     signal = signal_from(table)  # type: ignore[arg-type]
-    gear = gear_of(terms, scenario, signal)
     stored = ("energy_kinetic", "energy_potential")[: 2 if scenario.effects.gravity else 1]
-    has_friction = terms.hinge is not None or terms.rolls
-    if published:
-        equation, contact = published_equation(terms, scenario), None
-        resistance = published_resistance(terms)
+    gear: Any
+    if geometry.formulation == "published":
+        gear, contact = published_gear_of(terms, scenario), None
+        flows = ("energy_input", "energy_friction")[: 2 if gear.is_dissipative else 1]
+        equation = equation_of(gear, flows, stored) | {"system": None}
     else:
+        gear = gear_of(terms, scenario, signal)
         equation = equation_of(gear, ("energy_input",), stored)
         contact = contact_of(terms, gear, scenario.law_of_contact.law_of_contact())
-    applied_torque = equation["applied_torque"]
 
     def uniform_torque(angle: Value, velocity: Value) -> Value:
         opposed = contact.kinetic_limit(0.0, angle, velocity, 1) if contact else 0.0
-        return opposed - applied_torque(0.0, angle, velocity)
+        return opposed - gear.applied_torque(0.0, angle, velocity)
 
     def channels(trajectory: Trajectory) -> dict[str, Value]:
         angle, velocity = trajectory.position, trajectory.velocity
@@ -85,8 +83,8 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
         }
         if terms.rolling is not None:
             values["normal_load"] = terms.mesh.normal_load(angle, velocity)
-        if published and has_friction:
-            values["friction_torque"] = -resistance(angle)
+        if isinstance(gear, PublishedGear) and gear.is_dissipative:
+            values["friction_torque"] = -gear.resistance(angle)
         if scenario.effects.tracer_point is not None:
             values["tracer_x"], values["tracer_y"] = tracer_position(
                 terms.length, terms.planet_speed_ratio, scenario.effects.tracer_point, angle
@@ -335,36 +333,69 @@ def gear_of(terms: EquationTerms, scenario: EpicyclicScenario, signal: Signal) -
     )
 
 
-def published_equation(terms: EquationTerms, scenario: EpicyclicScenario) -> dict[str, Any]:
-    """Return the arguments of `Mechanism` for eq 26."""
-    resistance, gravity = published_resistance(terms), scenario.effects.gravity
-    inertia = scenario.mechanism.inertia
-    flows: dict[str, Any] = {"energy_input": lambda torque, angle, velocity: torque * velocity}
-    if terms.hinge is not None or terms.rolls:
-        flows["energy_friction"] = lambda torque, angle, velocity: resistance(angle) * velocity
-    k = terms.gravity_moment + terms.planet_weight * terms.length
-    stored: dict[str, Any] = {"energy_kinetic": kinetic_energy(inertia)}
-    if gravity is not None:
-        stored["energy_potential"] = lambda angle, velocity: k * sin(angle)
-    return {
-        "inertia": inertia,
-        "applied_torque": total(
-            lambda torque, angle, velocity: torque,
-            (lambda torque, angle, velocity: -k * cos(angle)) if gravity else None,
-            lambda torque, angle, velocity: -resistance(angle),
-        ),
-        "power_flows": flows,
-        "stored_energies": stored,
-    }
+class ConstantCouple(NamedTuple):
+    """M_A lambda, N m."""
+
+    couple: float
+
+    def at(self, angle: Value) -> Value:
+        """Return it."""
+        return self.couple
 
 
-def published_resistance(terms: EquationTerms) -> Any:
-    """Return M_A lambda + f G_2 sin phi lambda of eq 26, a function of phi, N m."""
+class PublishedRolling(NamedTuple):
+    """f G_2 sin phi lambda, N m, with the largest one."""
+
+    largest: float
+
+    def at(self, angle: Value) -> Value:
+        """Return it at an angle."""
+        return self.largest * sin(angle)
+
+
+class PublishedGear(NamedTuple):
+    """Eq 26: I phi'' = torque - k cos phi - M_A lambda - f G_2 sin phi lambda, in any direction."""
+
+    inertia: float
+    gravity: tuple[Weight, ...]
+    resistances: tuple[ConstantCouple | PublishedRolling, ...]
+    is_dissipative: bool
+    surfaces: tuple[Any, ...] = ()
+
+    def resistance(self, angle: Value) -> Value:
+        """Return M_A lambda + f G_2 sin phi lambda, as far as they are there, N m."""
+        first, *others = [part.at(angle) for part in self.resistances]
+        return first + others[0] if others else first
+
+    def applied_torque(self, torque: Value, angle: Value, velocity: Value) -> Value:
+        """Return the torque on the crank, N m."""
+        driving: Value = _less_weight(self.gravity, torque, angle)
+        return driving - self.resistance(angle)
+
+    def powers(self, torque: Value, angle: Value, velocity: Value) -> tuple[Value, ...]:
+        """Return the power of the torque and, with friction, of the resistance, W."""
+        if not self.is_dissipative:
+            return (torque * velocity,)
+        return torque * velocity, self.resistance(angle) * velocity
+
+    def stored_energies(self, angle: Value, velocity: Value) -> tuple[Value, ...]:
+        """Return the kinetic energy, and the potential one with gravity, J."""
+        kinetic = kinetic_energy_of(self.inertia, velocity)
+        energies: tuple[Value, ...] = _with_weight(self.gravity, (kinetic,), angle)
+        return energies
+
+
+def published_gear_of(terms: EquationTerms, scenario: EpicyclicScenario) -> PublishedGear:
+    """Return the equation as published with the terms of the effects."""
     couple = terms.kinetic_couple * terms.planet_speed_ratio
     rolling = terms.arm * terms.planet_weight * terms.planet_speed_ratio
-    return total(
-        (lambda angle: couple) if terms.hinge or not terms.rolls else None,
-        (lambda angle: rolling * sin(angle)) if terms.rolls else None,
+    k = terms.gravity_moment + terms.planet_weight * terms.length
+    constant = (ConstantCouple(couple),) if terms.hinge or not terms.rolls else ()
+    return PublishedGear(
+        scenario.mechanism.inertia,
+        gravity=(Weight(k),) if scenario.effects.gravity else (),
+        resistances=(*constant, *((PublishedRolling(rolling),) if terms.rolls else ())),
+        is_dissipative=terms.hinge is not None or terms.rolls,
     )
 
 
