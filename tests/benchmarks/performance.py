@@ -30,6 +30,7 @@ from frictionsim.parameter_study.single_run import Task
 from frictionsim.parameter_study.sweep import SweepPlan
 from frictionsim.parameter_study.values import values_of
 from frictionsim.results import Record
+from frictionsim.simulation.monitor import RunMonitor
 from tests.benchmarks.results_common import SCENARIOS, say, solve
 
 PULLEY, BELT = str(SCENARIOS / "pulley.toml"), str(SCENARIOS / "belt_drive.toml")
@@ -225,7 +226,6 @@ COMPILE = """
 import sys, time
 import frictionsim as fs
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.simulation.monitor import RunMonitor
 scenario, least = fs.load(sys.argv[1]), float(sys.argv[2])  # so many steps at least, if not 0
 if least:
     duration = scenario.solver.duration
@@ -303,16 +303,13 @@ def plan(runs: int, rtol: float, alone: bool = False) -> SweepPlan:
 
 def seconds_of(executor: Executor, what: SweepPlan) -> float:
     """Return the time of running a sweep, without that of checking and of starting workers."""
-    executor.start(what, _nothing)
+    monitor = RunMonitor()
+    executor.start(what, monitor)
     executor.submit(CHECK, Task(0, ())).result()
     started = time.perf_counter()
-    blocks = run_blocks(executor, what, [range(what.design.runs)], _nothing)
+    blocks = run_blocks(executor, what, [range(what.design.runs)], monitor)
     assert sum(block.runs for block in blocks) == what.design.runs
     return time.perf_counter() - started
-
-
-def _nothing(*_: Any) -> None:
-    pass
 
 
 def sweep(turns: float = 3, runs: float = 40_000) -> None:
@@ -338,7 +335,7 @@ import numpy as np
 import frictionsim as fs
 from pathlib import Path
 from frictionsim.io.sweep_file import write_sweep
-from frictionsim.parameter_study.block import Block
+from frictionsim.parameter_study.block import RunBlock
 from frictionsim.parameter_study.design import design_of
 from frictionsim.parameter_study.study_file import SweepOptions, SweepStudy, study_toml
 from frictionsim.parameter_study.sweep import Assembly, SweepPlan
@@ -356,7 +353,7 @@ units = {f"quantity_{n}": "1" for n in range(15)}
 for first in range(0, runs, size):
     texts = {"failure": {first: "diverged"}, "reason": {first: "it left" * 10},
              "warnings": {first + 1: "a warning"}}
-    assembly.add(Block(first, np.ones(size, np.int8), units, rng.random((15, size)), texts))
+    assembly.add(RunBlock(first, np.ones(size, np.int8), units, rng.random((15, size)), texts))
 added = peak()
 write_sweep(assembly.table(plan, study_toml(study)), path)
 print(json.dumps([before, added, peak(), time.process_time() - started]))
