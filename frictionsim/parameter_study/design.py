@@ -95,8 +95,8 @@ def design_of(
     for key, values in vary.items():
         if isinstance(values, Distribution):
             raise InputError(
-                f"vary {key}: {values.text} is a distribution; give the number of runs of a sample"
-                " as 'sample'"
+                f"vary {key}: {values.text} is a distribution; give the number of runs of a"
+                " sample, --sample N or 'sample'"
             )
         lengths[key] = values.size
     count = prod(lengths.values())

@@ -209,8 +209,11 @@ def panel_heights(count: int) -> float:
 
 def _draw_channel(ax: Any, result: "Record", name: str) -> list[Any]:
     """Draw a channel; return the legend handles of its columns, if it has any."""
-    time, values = with_jumps(result, name)
     axis = result.axes[name]
+    if not axis and name in result.flags:
+        _draw_flags(ax, result, name)
+        return []
+    time, values = with_jumps(result, name)
     if not axis:
         ax.plot(time, values, color=BLUE, linewidth=1.5)
         return []
@@ -223,6 +226,20 @@ def _draw_channel(ax: Any, result: "Record", name: str) -> list[Any]:
         )[0]
         for i, column in enumerate(values.T)
     ]
+
+
+def _draw_flags(ax: Any, result: "Record", name: str) -> None:
+    """Draw a channel of flags, such as a mode, as steps at the events between its samples."""
+    time, values = (np.asarray(result.channels[channel]) for channel in ("time", name))
+    at, mode_from, mode_to = (result.events[of] for of in ("time", "mode_from", "mode_to"))
+    after = np.searchsorted(time, at, side="right")  # a sample at an event may have either mode
+    padded = np.concatenate([[np.nan], values, [np.nan]])
+    changes = (padded[after] == mode_from) & (padded[after + 1] == mode_to)
+    time = np.insert(time, after[changes], at[changes])
+    values = np.insert(values, after[changes], mode_to[changes])
+    ax.plot(time, values, color=BLUE, linewidth=1.5, drawstyle="steps-post")
+    ticks = [(value, words.replace("_", " ")) for value, words in result.flags[name]]
+    ax.set_yticks(*map(list, zip(*ticks, strict=True)))
 
 
 def mark_modes(result: "Record", axes: Sequence[Any]) -> list[Any]:

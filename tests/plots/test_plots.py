@@ -11,6 +11,7 @@ from frictionsim.io import hdf5_writer
 from frictionsim.plots import draw
 from frictionsim.plots.picture_file import png
 from frictionsim.plots.time_history import EVENT_LINES, label_rows, line_widths
+from frictionsim.plots.view import Extent
 from tests.support.records import DRAWN, shown, views_of_record, with_scenario, words_of
 from tests.support.scenarios import frictionsim, pulley, shipped, simulate, with_method
 
@@ -51,6 +52,24 @@ def test_one_sample_is_enough_and_none_is_refused(name: str) -> None:
         draw(one, view).draw_without_rendering()
         with pytest.raises(InputError, match="it has no samples"):
             draw(none, view)
+
+
+@pytest.mark.parametrize(
+    ("name", "channel", "contact"),
+    [("pulley_return", "mode", "shaft"), ("lift", "mode", "shaft"), ("lift", "cord_mode", "cord")],
+)
+def test_a_mode_is_a_step_at_each_event_of_its_contact(
+    name: str, channel: str, contact: str
+) -> None:
+    record = shown(name)
+    (ax,) = draw(record, shown=Extent(channels=(channel,))).axes
+    line = next(line for line in ax.lines if line.get_drawstyle() == "steps-post")
+    time, mode = (np.asarray(values, dtype=float) for values in line.get_data())
+    events = record.events
+    mine = events["contact"] == record.contacts.index(contact)
+    mine &= events["mode_from"] != events["mode_to"]
+    assert time[1:][np.diff(mode) != 0.0].tolist() == events["time"][mine].tolist()
+    assert "stick" in [text.get_text() for text in ax.get_yticklabels()]
 
 
 def test_sticking_and_events_are_labelled() -> None:
