@@ -30,6 +30,7 @@ from frictionsim.plots.time_history import (
     MAX_MARKS,
     MAX_PANELS,
     channels_of,
+    label_flags,
     panel_heights,
     panels_over_time,
 )
@@ -104,6 +105,8 @@ def overlay(
     for ax, panel in zip(axes, panels, strict=True):
         for number, one in enumerate(results):
             _draw(ax, one.record, panel, number)
+        if panel.member is None and panel.channel in first.flags:
+            label_flags(ax, first, panel.channel)
     names = labels_of(results)
     marks = _mark(axes[0], results)
     handles = [

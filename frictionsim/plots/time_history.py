@@ -209,13 +209,12 @@ def panel_heights(count: int) -> float:
 
 def _draw_channel(ax: Any, result: "Record", name: str) -> list[Any]:
     """Draw a channel; return the legend handles of its columns, if it has any."""
-    axis = result.axes[name]
-    if not axis and name in result.flags:
-        _draw_flags(ax, result, name)
-        return []
     time, values = with_jumps(result, name)
+    axis = result.axes[name]
     if not axis:
         ax.plot(time, values, color=BLUE, linewidth=1.5)
+        if name in result.flags:
+            label_flags(ax, result, name)
         return []
     return [
         ax.plot(
@@ -228,16 +227,8 @@ def _draw_channel(ax: Any, result: "Record", name: str) -> list[Any]:
     ]
 
 
-def _draw_flags(ax: Any, result: "Record", name: str) -> None:
-    """Draw a channel of flags, such as a mode, as steps at the events between its samples."""
-    time, values = (np.asarray(result.channels[channel]) for channel in ("time", name))
-    at, mode_from, mode_to = (result.events[of] for of in ("time", "mode_from", "mode_to"))
-    after = np.searchsorted(time, at, side="right")  # a sample at an event may have either mode
-    padded = np.concatenate([[np.nan], values, [np.nan]])
-    changes = (padded[after] == mode_from) & (padded[after + 1] == mode_to)
-    time = np.insert(time, after[changes], at[changes])
-    values = np.insert(values, after[changes], mode_to[changes])
-    ax.plot(time, values, color=BLUE, linewidth=1.5, drawstyle="steps-post")
+def label_flags(ax: Any, result: "Record", name: str) -> None:
+    """Write the meanings of the values of a channel, such as a mode, at the axis."""
     ticks = [(value, words.replace("_", " ")) for value, words in result.flags[name]]
     ax.set_yticks(*map(list, zip(*ticks, strict=True)))
 

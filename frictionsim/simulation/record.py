@@ -148,10 +148,32 @@ def with_jumps(result: Record, name: str) -> tuple[Any, Any]:
     -------
     time, values : (n,)
         With both sides of each jump, and NaN between them; and the recorded value at each other
-        event that has no sample.
+        event that has no sample. A channel of flags, such as a mode, with both values where it
+        changes.
     """
     values = np.asarray(result.channels[name], dtype=float)
+    if name in result.flags and values.ndim == 1:
+        return _with_steps(result, result.channels["time"], values)
     return insert_jumps(result, name, result.channels["time"], values)
+
+
+def _with_steps(result: Record, time: Any, values: Any) -> tuple[Any, Any]:
+    """Return the samples of flags with both values at each change.
+
+    It is at the event that goes with it, or else at the sample after it.
+    """
+    before = np.flatnonzero(np.diff(values))
+    old, new, at = values[before], values[before + 1], np.array(time[before + 1], dtype=float)
+    at_event, mode_from, mode_to = (result.events[of] for of in ("time", "mode_from", "mode_to"))
+    # A sample at an event may have either mode.
+    sample = np.clip(np.searchsorted(time, at_event, side="right") - 1, 0, len(time) - 1)
+    fits = (values[sample] == mode_from) & (mode_from != mode_to)
+    fits &= values[np.minimum(sample + 1, len(time) - 1)] == mode_to
+    # Of several events the first.
+    at[np.searchsorted(before, sample[fits][::-1])] = at_event[fits][::-1]
+    places = np.repeat(before + 1, 2)
+    time = np.insert(np.asarray(time, dtype=float), places, np.repeat(at, 2))
+    return time, np.insert(values, places, np.column_stack([old, new]).ravel())
 
 
 def insert_jumps(result: Record, name: str, time: Any, values: Any) -> tuple[Any, Any]:
