@@ -39,7 +39,6 @@ class DaskCluster:
     """
 
     seconds_of_a_block, ahead = 0.8, 2  # the scheduler needs some hundredths for each
-    deaths = 2  # the scheduler has tried a job on several workers
 
     def __init__(self, address: str) -> None:
         self._address = address

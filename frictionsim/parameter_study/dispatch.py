@@ -1,8 +1,8 @@
 """Gives the runs of a sweep to an executor in blocks, and repeats those whose worker died.
 
 Blocks take some tenths of a second. When a worker dies, the block that caused it is unknown: all
-blocks in progress are run again, and if they are lost again, their runs one by one. A run that is
-lost once more is run last, without other jobs; if its worker dies then, it has failed.
+blocks in progress are run again at the end, each without other jobs. One that is lost then, too, is
+halved, down to the run that kills its workers, which has failed.
 """
 
 from collections import deque
@@ -25,7 +25,6 @@ MIN_CHECKED = 64  # combinations, which take some milliseconds
 SECONDS_OF_LOCAL_CHECKS = 0.1  # in this process, before workers are started
 SECONDS_BETWEEN_TICKS = 0.1
 SECONDS_FOR_THE_LAST = 1.0  # for blocks in progress when a sweep is interrupted
-MAX_DEATHS = 3  # of workers: in a block, in its repetition, alone
 WORKER_DIED = "worker_died"
 
 MAX_RUNS_OF_A_BLOCK = 4096
@@ -43,7 +42,6 @@ class Executor(Protocol):
 
     seconds_of_a_block: float  # target length; 0 for single runs
     ahead: int  # jobs for each worker while blocks are short: one in progress, the others queued
-    deaths: int  # deaths of workers that one `crash` counts for
 
     @property
     def count(self) -> int:
@@ -143,11 +141,10 @@ class Ticker:
 
 
 class _RunRange(NamedTuple):
-    """Runs from `first` up to `stop`, and the number of workers that have died in them."""
+    """Runs from `first` up to `stop`."""
 
     first: int
     stop: int
-    deaths: int = 0
     alone: bool = False
     """Whether no other job is in progress that could have killed its worker."""
 
@@ -175,14 +172,13 @@ class _Dispatch:
         self._executor, self._plan, self._kind = executor, plan, kind
         self._ranges = deque(remaining)
         self._sizes = BlockSizes(executor.seconds_of_a_block, sum(map(len, self._ranges)), together)
-        self._retries: deque[_RunRange] = deque()
-        self._last: deque[_RunRange] = deque()
+        self._lost: deque[_RunRange] = deque()  # whose workers died
         self._pending: dict[Future[JobResult], _RunRange] = {}
 
     def stop(self) -> None:
         """Give out no more jobs."""
-        for jobs in (self._ranges, self._retries, self._last):
-            jobs.clear()
+        self._ranges.clear()
+        self._lost.clear()
 
     def answers(self, ticker: Ticker) -> Iterator[_Answer]:
         """Yield the answers to all jobs, in any order."""
@@ -213,7 +209,7 @@ class _Dispatch:
         return bool(self._pending)
 
     def _next(self) -> _RunRange | None:
-        """Return the next job; None if there is none now. The last ones run one at a time."""
+        """Return the next job; None if there is none now. Those lost run last, one at a time."""
         if self._ranges:
             runs = self._ranges.popleft()
             stop = min(runs.start + self._sizes.next(self._executor.count), runs.stop)
@@ -221,10 +217,8 @@ class _Dispatch:
                 self._ranges.appendleft(range(stop, runs.stop))
             self._sizes.dispatch(stop - runs.start)
             return _RunRange(runs.start, stop)
-        if self._retries:
-            return self._retries.popleft()
-        if self._last and not self._pending:
-            return self._last.popleft()._replace(alone=True)
+        if self._lost and not self._pending:
+            return self._lost.popleft()._replace(alone=True)
         return None
 
     def _collected(self) -> Iterator[_Answer]:
@@ -238,24 +232,19 @@ class _Dispatch:
                     crash = self._executor.crash(error)
                     if not crash:
                         yield _Answer(job, error=error)
-                    elif not self._retry(job):
+                    elif job.alone and job.stop - job.first == 1:
                         yield _Answer(job, crash=crash)
+                    else:
+                        self._run_again(job)
                 else:
                     self._sizes.learn(job.stop - job.first, seconds)
                     yield _Answer(job, block)
 
-    def _retry(self, job: _RunRange) -> bool:
-        """Queue a job whose worker died once more; return False if it has failed."""
-        deaths = job.deaths + self._executor.deaths
-        if deaths < 2:
-            self._retries.append(job._replace(deaths=deaths))
-        elif job.stop - job.first > 1:
-            self._retries += [_RunRange(n, n + 1, deaths) for n in range(job.first, job.stop)]
-        elif job.alone and deaths >= MAX_DEATHS:
-            return False
-        else:
-            self._last.append(job._replace(deaths=deaths))
-        return True
+    def _run_again(self, job: _RunRange) -> None:
+        """Queue a job whose worker died; one that killed it is halved."""
+        middle = (job.first + job.stop) // 2 if job.alone else job.stop
+        parts = (job.first, middle), (middle, job.stop)
+        self._lost += [_RunRange(first, stop) for first, stop in parts if first < stop]
 
 
 def run_blocks(

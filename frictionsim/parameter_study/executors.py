@@ -55,7 +55,7 @@ def local_executor(workers: int, runs: int) -> Executor:
 class InProcess:
     """An `Executor` without other processes: a job is done when it is submitted."""
 
-    count, ahead, deaths = 1, 1, 1
+    count, ahead = 1, 1
 
     def __init__(self) -> None:
         self.seconds_of_a_block = 0.0
@@ -119,7 +119,7 @@ class _RunsMonitor(RunMonitor):
 class ProcessPool:
     """An `Executor` with worker processes, started on demand."""
 
-    seconds_of_a_block, ahead, deaths = SECONDS_OF_A_BLOCK, 2, 1
+    seconds_of_a_block, ahead = SECONDS_OF_A_BLOCK, 2
 
     def __init__(self, count: int) -> None:
         self.count = count

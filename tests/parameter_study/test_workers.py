@@ -66,7 +66,7 @@ def test_a_run_whose_worker_dies_is_run_again(
     serial: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     times = tmp_path / "times"
-    times.write_text("xxx")  # in its block, in the same block again, and alone
+    times.write_text("xxx")  # in its block, in the same block alone, and in a half of it
     monkeypatch.setattr(dispatch, "run_task", die_in(17, times))
     fs.sweep(PULLEY, VARY, LOOSE, output=tmp_path / "s.h5", workers=2)
     assert times.read_text() == ""
@@ -77,7 +77,7 @@ def test_a_run_that_kills_its_workers_fails(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     times = tmp_path / "times"
-    times.write_text("xxxx")  # alone for a second time, too
+    times.write_text("x" * 20)
     monkeypatch.setattr(dispatch, "run_task", die_in(17, times))
     sweep = fs.sweep(PULLEY, VARY, LOOSE, workers=2)
     assert sweep["status"].values.tolist() == [1] * 17 + [2] + [1] * 22
@@ -86,7 +86,8 @@ def test_a_run_that_kills_its_workers_fails(
         "the worker process crashed in this run every time (SIGKILL)"
     )
     assert np.isnan(sweep["final_angle"][17])
-    assert times.read_text() == ""
+    # In its block of at most 40 runs, in that alone, and in each half of a half down to itself.
+    assert len(times.read_text()) >= 20 - 2 - 6
 
 
 def test_workers_that_cannot_start_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
