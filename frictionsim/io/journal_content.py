@@ -25,6 +25,11 @@ TABLES = (
     "CREATE TABLE blocks (first INTEGER PRIMARY KEY,"
     " status BLOB, units TEXT, numbers BLOB, texts TEXT, checksum INTEGER)",
 )
+HEADER = (
+    "SELECT application_id, user_version, page_count"
+    " FROM pragma_application_id, pragma_user_version, pragma_page_count"
+)
+NEW = (0, 0, 1)  # of a process that was killed before it wrote the tables
 DAMAGED = (sqlite3.Error, UnicodeError)  # the latter of a message about damaged names
 SAFE = ("trusted_schema = OFF", "cell_size_check = ON", "mmap_size = 0")
 MAX_RECORD = 64 * 2**20  # bytes; one of 4096 runs has less than 1 MB
@@ -45,10 +50,10 @@ def journal_origin(path: str) -> str:
     """Return whether a journal is EMPTY, OURS or FOREIGN."""
     with suppress(*DAMAGED), closing(_opened(path)) as database:
         tables = database.execute("SELECT sql FROM sqlite_schema").fetchmany(len(TABLES) + 1)
-        (application,) = database.execute("PRAGMA application_id").fetchone()
-        if not tables:
+        header = database.execute(HEADER).fetchone()
+        if not tables and header == NEW:
             return EMPTY
-        if application == APPLICATION and tables == [(sql,) for sql in TABLES]:
+        if header[0] == APPLICATION and tables == [(sql,) for sql in TABLES]:
             return OURS
     return FOREIGN
 

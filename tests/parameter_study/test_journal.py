@@ -142,6 +142,33 @@ def test_a_database_with_something_else_is_not_touched(path: Path, statement: st
     assert journal_name(path).read_bytes() == before
 
 
+@pytest.mark.parametrize(
+    "statements",
+    [
+        ["CREATE TABLE other (a)", "DROP TABLE other"],
+        ["PRAGMA user_version = 7"],
+        ["PRAGMA application_id = 7"],
+    ],
+)
+def test_a_database_of_another_program_without_tables_is_not_touched(
+    tmp_path: Path, statements: list[str]
+) -> None:
+    path = tmp_path / "s.h5"
+    crafted(path, *statements)
+    before = journal_name(path).read_bytes()
+    with pytest.raises(fs.OutputError, match="the file is not one of a sweep; move it"):
+        SweepJournal(path)
+    assert journal_name(path).read_bytes() == before
+
+
+def test_a_journal_of_a_process_killed_before_it_began_is_taken(tmp_path: Path) -> None:
+    path = tmp_path / "s.h5"
+    crafted(path, "PRAGMA journal_mode = WAL")  # writes the first page, as SweepJournal does
+    assert journal_name(path).stat().st_size
+    assert blocks(path) == []
+    assert not journal_name(path).exists()
+
+
 def test_damaged_pages_end_the_reading(path: Path) -> None:
     whole = journal_name(path).read_bytes()
     rng = np.random.default_rng(1)
