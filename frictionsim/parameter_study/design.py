@@ -104,12 +104,7 @@ def design_of(
         if len(set(lengths.values())) > 1:
             counts = ", ".join(f"{key} has {n}" for key, n in lengths.items())
             raise InputError(f"zip: expected as many values of each key: {counts}")
-        total = sum(lengths.values())
-        if total > MAX_RUNS:
-            raise InputError(
-                f"zip: {len(vary)} keys x {total // len(vary)} runs = {total:.3g} values are more"
-                f" than the limit of {MAX_RUNS}; give fewer values"
-            )
+        _check_total("zip", len(vary), next(iter(lengths.values())), fewer="values")
         return Design(TOGETHER, keys, _values_of_levels(vary))
     if count > MAX_RUNS:
         product = " x ".join(map(str, lengths.values()))
@@ -156,12 +151,20 @@ def _check_sampling(vary: Mapping[str, VariedValues], sampling: Sampling) -> Non
     if sampling.method not in METHODS:
         raise InputError(unknown("method", sampling.method, list(METHODS)))
     runs = sampling.runs * ((len(vary) + 2) if sampling.indices else 1)
-    if runs > MAX_RUNS:
-        raise InputError(f"sample: {runs} runs are more than the limit of {MAX_RUNS}")
+    _check_total("sample", len(vary), runs, fewer="runs")
     if sampling.indices and sampling.runs & (sampling.runs - 1):
         below = 1 << (sampling.runs.bit_length() - 1)
         raise InputError(
             f"sample: Sobol indices need a power of 2, e.g. {below}, got {sampling.runs}"
+        )
+
+
+def _check_total(what: str, keys: int, runs: int, fewer: str) -> None:
+    """Check the number of values of a design that has one of each key in each run."""
+    if keys * runs > MAX_RUNS:
+        product = f"{keys} key{'s' * (keys > 1)} x {runs} runs = {keys * runs:.3g} values"
+        raise InputError(
+            f"{what}: {product} are more than the limit of {MAX_RUNS}; give fewer {fewer}"
         )
 
 

@@ -45,6 +45,20 @@ def test_the_values_of_keys_that_are_walked_together_are_limited(
         design({"a": "lin(1, 4, 4)", "b": "lin(1, 4, 4)"}, together=True)
 
 
+@pytest.mark.parametrize(("sampling", "runs"), [(Sampling(5), 5), (Sampling(2, indices=True), 8)])
+def test_the_values_of_a_sample_are_limited_before_they_are_drawn(
+    monkeypatch: pytest.MonkeyPatch, sampling: Sampling, runs: int
+) -> None:
+    vary = {"a": "uniform(2, 4)", "b": "normal(1, 3)"}
+    monkeypatch.setattr(designs, "MAX_RUNS", 2 * runs)
+    assert design(vary, sampling=sampling).runs == runs
+    monkeypatch.setattr(designs, "MAX_RUNS", 2 * runs - 1)
+    monkeypatch.delattr(designs, "_points")
+    message = rf"sample: 2 keys x {runs} runs = {2 * runs} values are more than the limit"
+    with pytest.raises(InputError, match=message):
+        design(vary, sampling=sampling)
+
+
 @pytest.mark.parametrize("method", ["sobol", "lhs", "random"])
 def test_a_sample_has_the_distributions_and_no_correlation(method: str) -> None:
     vary = {"a": "uniform(2, 4)", "b": "normal(1, 3)"}
