@@ -24,7 +24,7 @@ from frictionsim.io.sweep_table import SweepTable
 from frictionsim.io.unfinished import existing_name, partial_name, unfinished_beside, whole_name
 from frictionsim.parameter_study.block import FAILED
 from frictionsim.parameter_study.design import METHODS as METHODS
-from frictionsim.parameter_study.design import SAMPLE, Design, design_of
+from frictionsim.parameter_study.design import SAMPLE, Design, check_sampling, design_of
 from frictionsim.parameter_study.dispatch import Executor, check_combinations, run_blocks
 from frictionsim.parameter_study.executors import available_cores, local_executor
 from frictionsim.parameter_study.journal import remove_left_over
@@ -380,19 +380,24 @@ def _plan_of_file(path: Path, table: SweepTable, whole: Path) -> SweepPlan:
     if not vary or vary.keys() != table.coordinates.keys():
         raise damaged
     levels = tuple(table.coordinates[key].values for key in vary)
-    if study.options.sampling is None:
+    sampling = study.options.sampling
+    if sampling is None:
         # Before the values exist, as a crafted study may give any number of them.
         if [_size_of(values) for values in vary.values()] != list(map(len, levels)):
             raise damaged
         design = design_of(vary, study.options.zip)
     else:
-        if not all(map(_are_numbers, levels)):
+        try:
+            check_sampling(vary, sampling)
+        except InputError:
+            raise damaged from None
+        if sampling.total(len(vary)) != table.runs or not all(map(_are_numbers, levels)):
             raise damaged
         design = Design(SAMPLE, tuple(vary), levels)
     plan = SweepPlan(study.scenario, design, series)
     made = coordinates_of(plan)
     same = all(np.array_equal(made[key].values, table.coordinates[key].values) for key in made)
-    if not same or plan.design.runs != len(table.status):
+    if not same or (design.kind, design.runs) != (table.attributes["design"], table.runs):
         raise damaged
     return plan
 

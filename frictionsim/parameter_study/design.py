@@ -30,6 +30,10 @@ class Sampling(NamedTuple):
     seed: int = 0
     indices: bool = False
 
+    def total(self, keys: int) -> int:
+        """Return the number of runs in all."""
+        return self.runs * (keys + 2 if self.indices else 1)
+
 
 class Design(NamedTuple):
     """The combinations of values of a sweep; a run is one of them, counted from 0."""
@@ -89,7 +93,7 @@ def design_of(
     if sampling is not None:
         if together:
             raise InputError("zip and sample exclude each other: leave out one of them")
-        _check_sampling(vary, sampling)
+        check_sampling(vary, sampling)
         return Design(SAMPLE, keys, tuple(_sample(list(vary.values()), sampling)))
     lengths: dict[str, int] = {}
     for key, values in vary.items():
@@ -141,7 +145,8 @@ def _first_repeated(values: Sequence[Any]) -> Any:
     return None
 
 
-def _check_sampling(vary: Mapping[str, VariedValues], sampling: Sampling) -> None:
+def check_sampling(vary: Mapping[str, VariedValues], sampling: Sampling) -> None:
+    """Check the settings of a sample, before it is drawn."""
     for key, values in vary.items():
         if isinstance(values, Levels):
             raise InputError(
@@ -150,8 +155,7 @@ def _check_sampling(vary: Mapping[str, VariedValues], sampling: Sampling) -> Non
             )
     if sampling.method not in METHODS:
         raise InputError(unknown("method", sampling.method, list(METHODS)))
-    runs = sampling.runs * ((len(vary) + 2) if sampling.indices else 1)
-    _check_total("sample", len(vary), runs, fewer="runs")
+    _check_total("sample", len(vary), sampling.total(len(vary)), fewer="runs")
     if sampling.indices and sampling.runs & (sampling.runs - 1):
         below = 1 << (sampling.runs.bit_length() - 1)
         raise InputError(

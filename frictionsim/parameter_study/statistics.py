@@ -94,7 +94,7 @@ def variation(table: SweepTable) -> tuple[Mapping[str, Distribution], Sampling |
     }
     if sampling is None or list(distributions) != list(table.coordinates):
         raise InputError("the study in this sweep does not describe its runs")
-    runs = sampling.runs * ((len(distributions) + 2) if sampling.indices else 1)
+    runs = sampling.total(len(distributions))
     if runs != table.runs:
         raise InputError(
             f"the study in this sweep describes {runs} runs, but it has {table.runs}; expected all"

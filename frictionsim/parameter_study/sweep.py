@@ -1,6 +1,6 @@
 """A sweep: its plan, its runs, and their table."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from json import dumps
 from pathlib import Path
@@ -77,11 +77,7 @@ class Assembly:
         runs = slice(block.first, block.first + block.runs)
         if block.first < 0 or runs.stop > len(self.status):
             raise ValueError("runs that the sweep does not have")
-        if self._most is not None and len(block.units.keys() | self._columns) > self._most:
-            raise InputError(
-                f"a file of {len(self.status)} runs can have {self._most} quantities, and this"
-                " sweep has more; vary fewer values, split it, or run it without a file"
-            )
+        self._check_quantities(block.units.keys() | self._columns)
         self.status[runs] = block.status
         for position, (name, unit) in enumerate(block.units.items()):
             if name not in self._columns:
@@ -93,10 +89,18 @@ class Assembly:
         for name, texts in block.texts.items():
             self.texts[name].update(texts)
 
+    def _check_quantities(self, names: Collection[str]) -> None:
+        if self._most is not None and len(names) > self._most:
+            raise InputError(
+                f"a file of {len(self.status)} runs can have {self._most} quantities, and this"
+                " sweep has more; vary fewer values, split it, or run it without a file"
+            )
+
     def restore(self, table: SweepTable) -> None:
-        """Add the content of the file of an interrupted sweep; raise ValueError if not of this."""
+        """Add the content of the file of an interrupted sweep; raise errors as `add`."""
         if len(table.status) != len(self.status):
             raise ValueError("another number of runs")
+        self._check_quantities(table.values)
         places = json_value(table.attributes.get(ORDER, "{}"))
         for name, values in table.values.items():
             first, position = places[name]

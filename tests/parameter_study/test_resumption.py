@@ -100,6 +100,7 @@ def test_quantities_are_limited_so_that_the_file_can_be_read_again(
     quantities = len(fs.sweep(PULLEY, VARY, LOOSE, workers=1).table.values)
     monkeypatch.setattr(assembling, "MAX_VALUES", 12 * quantities)
     interrupted(tmp_path / "s.h5")
+    before = partial_name(tmp_path / "s.h5").read_bytes()
     sweep(tmp_path / "t.h5")
     monkeypatch.setattr(assembling, "MAX_VALUES", 12 * quantities - 1)
     said = f"a file of 12 runs can have {quantities - 1} quantities, and this sweep has more"
@@ -107,6 +108,7 @@ def test_quantities_are_limited_so_that_the_file_can_be_read_again(
         with pytest.raises(fs.InputError, match=said):
             run(workers=1)
     assert not fs.open_sweep(tmp_path / "u.h5")["status"].any()  # refused at the first block
+    assert partial_name(tmp_path / "s.h5").read_bytes() == before  # refused before any
     fs.sweep(PULLEY, VARY, LOOSE, workers=1)  # without a file
     monkeypatch.undo()
     many = {f"q{number}": Quantity(1.0, "m") for number in range(MAX_QUANTITIES + 1)}
@@ -282,6 +284,7 @@ def test_what_cannot_be_resumed_is_refused(whole: bytes, tmp_path: Path) -> None
     for name, value, message in (
         ("frictionsim_version", "0.0.9", "it was started with frictionsim 0.0.9, this is"),
         ("study", "vary = 1", "study"),
+        ("design", "sample", "its study is not that of its values"),
         ("order", "[" * 30_000, "it is damaged"),
         ("order", "{}", "it is damaged"),
         ("order", order.replace("[0, 0]", "[1e999, 0]"), "it is damaged"),
@@ -368,6 +371,37 @@ def test_integers_in_a_study_that_no_array_holds_are_not_those_of_its_file(
     interrupted(tmp_path / "s.h5", 1, vary={key: given})
     path = tmp_path / "s.partial.h5"
     vary_instead(path, {key: f"[{number}, 1]"})
+    with pytest.raises(fs.InputError, match="its study is not that of its values"):
+        fs.resume_sweep(path, workers=1)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [("sample", 5), ("sample", 8), ("indices", True), ("method", "soboll")]
+)
+def test_a_study_with_other_runs_than_its_file_is_refused_before_a_run(
+    key: str, value: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupted(tmp_path / "s.h5", 2, vary=SAMPLE, sample=4)
+    path = tmp_path / "s.partial.h5"
+    table = read_sweep(path)
+    study = tomllib.loads(table.attributes["study"])
+    study["study"][key] = value
+    write_sweep(table._replace(attributes=table.attributes | {"study": tomli_w.dumps(study)}), path)
+    before = path.read_bytes()
+    monkeypatch.delattr(sweeping, "run_blocks")
+    with pytest.raises(fs.InputError, match="its study is not that of its values"):
+        fs.resume_sweep(path, workers=1)
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize("spec", ["[2000, 2100]", "lin(2000, 2100, 4)"])
+def test_a_sample_without_distributions_is_refused_before_a_run(
+    spec: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupted(tmp_path / "s.h5", 2, vary={LOAD: "uniform(2000.0, 2100.0)"}, sample=4)
+    path = tmp_path / "s.partial.h5"
+    vary_instead(path, {LOAD: spec})
+    monkeypatch.delattr(sweeping, "run_blocks")
     with pytest.raises(fs.InputError, match="its study is not that of its values"):
         fs.resume_sweep(path, workers=1)
 
