@@ -124,7 +124,7 @@ def log_on_stderr(verbose: int) -> None:
 PACKAGE = "frictionsim"
 
 
-def defect_message(error: Exception) -> str:
+def defect_message(error: BaseException) -> str:
     """Return the message for an internal error, which names the plug-in that it comes from."""
     plugin = _plugin_of(error)
     whose = f"error in the plug-in {plugin}" if plugin else "internal error"
@@ -135,7 +135,7 @@ def defect_message(error: Exception) -> str:
     )
 
 
-def _plugin_of(error: Exception) -> str:
+def _plugin_of(error: BaseException) -> str:
     """Return the installed package whose call failed; empty if it was ours."""
     from importlib.metadata import entry_points
 
@@ -277,15 +277,13 @@ def ending_of(error: BaseException, arguments: Sequence[str]) -> tuple[str, int]
         return usage_message(error, arguments), EXIT_BAD_INPUT
     if isinstance(error, KeyboardInterrupt | typer.Abort):
         return "", EXIT_SIGNAL + SIGINT
-    if isinstance(error, SystemExit):
+    if isinstance(error, SystemExit) and not _plugin_of(error):
         return "", error.code if isinstance(error.code, int) else EXIT_DEFECT
     if is_lack_of_memory(error):
         return _memory_message(error, arguments), EXIT_SOLVER_FAILED
     if isinstance(error, OSError):
         where = f"{error.filename}: " if error.filename else ""
         return f"{where}{error.strerror or error or type(error).__name__}", EXIT_NOT_WRITTEN
-    if not isinstance(error, Exception):
-        raise error
     return defect_message(error), EXIT_DEFECT
 
 

@@ -138,6 +138,17 @@ def test_the_schema_of_all_kinds_leaves_a_faulty_one_out(
         schema("winch")
 
 
+@pytest.mark.parametrize("raised", ["SystemExit(3)", "BaseException(3)"])
+def test_a_plugin_that_would_end_the_program_is_named(
+    raised: str, add: Add, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    exits = EXITS.replace("SystemExit(3)", raised)
+    add("frictionsim-winch", f"{COMPLETE}\nladders = references = 1\n{exits}")
+    assert run_command_line(["new", "winch"]) == 70
+    name = raised.partition("(")[0]
+    assert f"error in the plug-in frictionsim-winch: {name}: 3\n" in capsys.readouterr().err
+
+
 def test_an_entry_point_without_a_module(add: Add, complaint: Complain, tmp_path: Path) -> None:
     write_metadata(tmp_path / "site", "frictionsim-winch", {"winch": "winch:Kind"})
     assert "frictionsim-winch 1.0 (module winch:Kind), cannot be imported: Mod" in complaint()
