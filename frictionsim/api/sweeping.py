@@ -479,6 +479,9 @@ class _SweepRun:
             self._run_remaining(executor, monitor)
         except BaseException as error:
             executor.close()
+            if isinstance(error, InputError) and not self._done and self._attributes is None:
+                files.discard()
+                raise
             with files.resumable():
                 if not self._assembly.remaining:  # the last ones came after the signal
                     files.write_whole(self._table())

@@ -145,8 +145,12 @@ class SweepFiles:
 
     def write_whole(self, table: SweepTable) -> None:
         """Write the file of a completed sweep, and remove all others."""
-        assert self._journal is not None
         write_sweep(table, self.whole)
+        self.discard()
+
+    def discard(self) -> None:
+        """Remove the unfinished file and the journal."""
+        assert self._journal is not None
         self.partial.unlink(missing_ok=True)
         self._journal.close(remove=True)
 
