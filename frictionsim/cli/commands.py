@@ -46,7 +46,7 @@ from frictionsim.errors import (
     EXIT_BAD_INPUT,
     EXIT_DEFECT,
     EXIT_DONE,
-    InputError,
+    ArgumentError,
     ScenarioError,
 )
 
@@ -209,20 +209,23 @@ def resume(
         from frictionsim.api.sweeping import ExecutionOptions, resume_study
         from frictionsim.cli.study_commands import SweepPrinting, run_with
 
-        if max_wall is not None or max_steps is not None:
-            raise InputError(
-                f"{result}: this is a sweep; --max-wall and --max-steps apply to a run"
-            )
+        limits = f"{result} is a sweep, whose runs have the limits of its scenario"
+        _check_absent(f"it applies to a run, and {limits}", max_wall=max_wall, max_steps=max_steps)
         execution = ExecutionOptions.among(locals())
         printing = SweepPrinting(str(result), None, as_json, quiet, verbose)
         unfinished = incomplete.path or result
         return run_with(partial(resume_study, unfinished, output), execution, printing)
-    if workers is not None or dask is not None:
-        raise InputError(f"{result}: expected a sweep with -j or --dask; this is the file of a run")
+    _check_absent(f"it applies to a sweep, and {result} is a run", workers=workers, dask=dask)
     report = Report(as_json, quiet, verbose)
     resume_job(incomplete, output, options, report)
     report.close()
     return report.exit_code
+
+
+def _check_absent(reason: str, **options: Any) -> None:
+    for name, value in options.items():
+        if value is not None:
+            raise ArgumentError(name, f"{reason}; leave it out")
 
 
 @app.command()
