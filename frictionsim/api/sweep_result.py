@@ -44,10 +44,7 @@ if TYPE_CHECKING:
 
     from frictionsim.parameter_study.sweep_files import Writable
 
-RUNNING = (
-    "killed, or still running; 'frictionsim resume' continues it, including the runs journalled"
-    " in FILE.h5.runs"
-)
+RUNNING = "killed, or still running"
 
 
 class Sweep(TableResult):
@@ -101,7 +98,7 @@ class Sweep(TableResult):
             return ""
         count = int((self.table.status == NOT_RUN).sum())
         reason = f": {self.reason}" if self.reason else ""
-        most = "at most " if self.reason == RUNNING else ""  # others are in its journal
+        most = "at most " if self.reason.startswith(RUNNING) else ""  # others are in its journal
         return f"sweep {self.status}: {most}{count} of {self.table.runs} runs are left{reason}"
 
     def to_toml(self, name: str) -> str:

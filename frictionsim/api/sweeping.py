@@ -27,7 +27,7 @@ from frictionsim.parameter_study.design import METHODS as METHODS
 from frictionsim.parameter_study.design import SAMPLE, Design, check_sampling, design_of
 from frictionsim.parameter_study.dispatch import Executor, check_combinations, run_blocks
 from frictionsim.parameter_study.executors import available_cores, local_executor
-from frictionsim.parameter_study.journal import remove_left_over
+from frictionsim.parameter_study.journal import journal_name, remove_left_over
 from frictionsim.parameter_study.study_file import SweepOptions as SweepOptions
 from frictionsim.parameter_study.study_file import (
     SweepStudy,
@@ -466,7 +466,12 @@ class _SweepRun:
                     return Sweep(self._table(), None)
                 if self._plan.series is not None:
                     make_series_folder(self._plan.series, self._study)
-                files.begin(self._table(RUNNING))
+                files.begin(
+                    self._table(
+                        f"{RUNNING}; 'frictionsim resume' continues it, including the runs"
+                        f" journalled in {journal_name(files.partial).name}"
+                    )
+                )
                 self._run_and_keep(executor, files, monitor)
             return Sweep(self._table(), files.whole)
         finally:
