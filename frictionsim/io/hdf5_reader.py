@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     Content = Record | SweepTable | CostTable
     Stamp = tuple[int, ...]
 
+A_TABLE = "this is a table of `frictionsim cost`"
 # Failures to read files, by name and stamp, as each further try takes as long.
 _failures: "dict[tuple[str, Stamp], ChildFailed]" = {}
 
@@ -61,18 +62,20 @@ def result_of(content: "Content", path: Path) -> Record:
             " and fs.open_sweep reads it"
         )
     if isinstance(content, CostTable):
-        raise InputError(f"{path}: this is a table of `frictionsim cost`, not the result of a run")
+        raise InputError(
+            f"{path}: {A_TABLE}, not the result of a run; 'frictionsim report {path}' shows it"
+        )
     return content
 
 
 def read_sweep(path: Path) -> SweepTable:
     """Read the file of a sweep."""
     content = read_any(path)
-    if not isinstance(content, SweepTable):
-        raise InputError(
-            f"{path}: cannot read this sweep: it is HDF5, but not a sweep of frictionsim"
-        )
-    return content
+    if isinstance(content, SweepTable):
+        return content
+    if isinstance(content, CostTable):
+        raise InputError(f"{path}: {A_TABLE}, not a sweep; 'frictionsim report {path}' shows it")
+    raise InputError(f"{path}: this is the result of a run, not a sweep; fs.open reads it")
 
 
 def read_checkpoint(path: Path) -> Checkpoint:

@@ -40,7 +40,9 @@ def test_two_sweeps_of_one_study_have_the_same_bytes(files: Path, tmp_path: Path
 def test_a_result_and_a_sweep_are_distinguished(files: Path) -> None:
     with pytest.raises(InputError, match=r"this is a sweep, not the result of a run"):
         fs.open(files / "grid.h5")
-    with pytest.raises(InputError, match=r"it is HDF5, but not a sweep of frictionsim"):
+    with pytest.raises(
+        InputError, match=r"this is the result of a run, not a sweep; fs.open reads it"
+    ):
         fs.open_sweep(files / "result.h5")
     with pytest.raises(InputError, match=r"there is no such file"):
         fs.open_sweep(files / "none.h5")
