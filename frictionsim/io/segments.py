@@ -57,6 +57,7 @@ class SegmentFiles:
         self._whole = Path(os.path.realpath(whole))
         self._checksums = list(checksums)
         self._latest: dict[int, dict[str, Any]] = {}  # all channels of some consecutive segments
+        self._checked: dict[int, Any] = {}  # status of the files, by number
         self._parts: Parts | None = None
 
     def path(self, number: int) -> Path:
@@ -71,9 +72,16 @@ class SegmentFiles:
         raise self.missing(number)
 
     def check(self, number: int) -> None:
-        """Check that a segment has its listed checksum."""
-        if self.checksum_of(number) != self._checksums[number]:
-            raise self.missing(number)
+        """Check that a segment has its listed checksum; again only if the file has changed."""
+        stamp = None
+        with suppress(OSError):
+            status = self.path(number).lstat()
+            # Whoever sets the time of writing changes that of the last change.
+            stamp = status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
+        if stamp is None or self._checked.get(number) != stamp:
+            if self.checksum_of(number) != self._checksums[number]:
+                raise self.missing(number)
+            self._checked[number] = stamp
 
     def rows(self, number: int, name: str, start: int, stop: int) -> Any:
         """Return rows of a channel of a segment."""

@@ -11,6 +11,7 @@ import pytest
 import frictionsim as fs
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io import child_process
+from frictionsim.io.checksum import is_damaged
 from frictionsim.io.child_answer import decoded
 from frictionsim.io.child_process import ChildFailed
 from frictionsim.io.child_questions import answer
@@ -116,6 +117,36 @@ def test_the_time_to_read_segments_is_limited(
     slow = SegmentFiles(Path("a.h5"), checksums)
     with pytest.raises(InputError, match="these samples: all samples of the result take longer"):
         slow.rows(1, "time", 0, 1)
+
+
+def test_a_segment_is_checked_once_and_again_when_it_has_changed(
+    segments: SampleSegments, record: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    checksums = [segments.checksum_of(number) for number in range(2)]
+    opened = SegmentFiles(Path("a.h5"), checksums)
+    computed = []
+
+    def counted(file: Any) -> bool:
+        computed.append(file)
+        return is_damaged(file)
+
+    monkeypatch.setattr("frictionsim.io.segments.is_damaged", counted)
+    places = {number: np.array([1, 3]) for number in range(2)}
+    for name in ("angle", "angular_velocity"):
+        for part in opened.samples(name, places):
+            assert np.array_equal(part, record.channels[name][[1, 3]])
+        assert np.array_equal(opened.rows(1, name, 1, 4), record.channels[name][1:4])
+    assert len(computed) == 2
+    path = segments.path(1)
+    status, content = path.stat(), bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))
+    with pytest.raises(InputError, match=DAMAGED):
+        opened.samples("angle", places)
+    replace_by_link(path, segments.path(0).resolve())
+    with pytest.raises(InputError, match=DAMAGED):
+        opened.samples("angle", places)
 
 
 def test_segments_are_taken_over_and_later_ones_removed(segments: SampleSegments) -> None:
