@@ -18,7 +18,7 @@ from frictionsim.cli.messages import (
     print_text,
     warn,
 )
-from frictionsim.cli.monitor import CommandMonitor
+from frictionsim.cli.monitor import CommandMonitor, EndingSignals
 from frictionsim.errors import EXIT_DIFFERENT, EXIT_DONE, InputError
 from frictionsim.io.terminal import ReaderGone, Stdout
 
@@ -52,7 +52,8 @@ def report(
     log_on_stderr(0)
     # A path without a name, e.g. '/', is refused when it is read.
     target = output or result[0].parent / f"{result[0].stem or 'report'}.html"
-    written = fs.report(list(result), target, no_clobber=no_clobber)
+    with EndingSignals("files already written are kept", activity="writing the report"):
+        written = fs.report(list(result), target, no_clobber=no_clobber)
     if not quiet:
         print_beside_files(str(written))
 

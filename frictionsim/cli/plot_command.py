@@ -9,7 +9,7 @@ import frictionsim as fs
 from frictionsim.cli.app import AsJson, NoClobber, app, named_by_option
 from frictionsim.cli.completion import styles, views
 from frictionsim.cli.messages import log_on_stderr, print_beside_files, print_error
-from frictionsim.cli.monitor import StatusLine
+from frictionsim.cli.monitor import EndingSignals, StatusLine
 from frictionsim.errors import ArgumentError
 
 if TYPE_CHECKING:
@@ -109,9 +109,12 @@ def plot(
 ) -> None:
     """Draw views of a result or sweep. Named views are written to FILE-<view>.png."""
     log_on_stderr(0)
-    from frictionsim.api.pictures import PlotOptions, SavedPictures, save_pictures
+    with (
+        named_by_option({"window": "from and --to", "title": "no-title"}),
+        EndingSignals("files already written are kept", activity="drawing"),
+    ):
+        from frictionsim.api.pictures import PlotOptions, SavedPictures, save_pictures
 
-    with named_by_option({"window": "from and --to", "title": "no-title"}):
         options = PlotOptions.among(locals(), window=(start, stop), title=not no_title)
         if animate is None:
             done = save_pictures(result, output, options, no_clobber=no_clobber)

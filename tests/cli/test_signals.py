@@ -20,6 +20,7 @@ from frictionsim.cli import job, monitor, study_commands
 from frictionsim.cli.job import Report
 from frictionsim.cli.monitor import CommandMonitor
 from frictionsim.errors import BudgetExceeded, Interrupted
+from frictionsim.io.atomic_write import PartFile
 from frictionsim.io.checksum import append_trailer
 from frictionsim.io.destination import Destination
 from frictionsim.simulation.monitor import Monitors, WallTimeLimit
@@ -312,3 +313,33 @@ def test_a_signal_during_a_fit_says_that_nothing_was_written(
     assert left == [130]
     first = err.splitlines()[0]
     assert first == "frictionsim: interrupted by SIGINT while fitting; nothing was written"
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+@pytest.mark.parametrize(
+    ("command", "activity"),
+    [
+        ("plot a.h5", "drawing"),
+        ("plot a.h5 --animate b.gif --fps 2", "drawing"),
+        ("report a.h5", "writing the report"),
+    ],
+)
+def test_a_signal_during_a_picture_or_report_is_told_and_leaves_no_part(
+    command: str, activity: str, number: signal.Signals, told: Run, defaults: None,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    signal.signal(number, signal.SIG_DFL)
+    told("solve", PULLEY, "-o", "a.h5", "--set", "solver.duration=1.0", code=0)
+
+    def interrupted(*_: Any) -> None:
+        assert [*Path().glob(".*.part")]
+        signal.raise_signal(number)
+
+    monkeypatch.setattr(PartFile, "rename", interrupted)
+    monkeypatch.setattr("os._exit", sys.exit)
+    _, err = told(*command.split(), code=128 + number)
+    assert err == (
+        f"frictionsim: interrupted by {number.name} while {activity}; files already written are"
+        " kept\n"
+    )
+    assert os.listdir() == ["a.h5"]
