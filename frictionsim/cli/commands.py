@@ -8,7 +8,7 @@ from copy import copy
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -49,6 +49,9 @@ from frictionsim.errors import (
     ArgumentError,
     ScenarioError,
 )
+
+if TYPE_CHECKING:
+    from frictionsim.scenario.settings import Scenario
 
 MODULES = {
     "solve": "commands",
@@ -166,9 +169,8 @@ def solve(
     from frictionsim.api.solving import RunOptions
 
     options = RunOptions.among(locals())  # before anything is read
-    # All are read before the first is solved, so that an error in the last is reported at once.
     check_read_once(scenarios)
-    loaded = [load_scenario(source, overrides, backend) for source in scenarios]
+    loaded = _load_all(scenarios, overrides, backend)
 
     from frictionsim.cli.job import Job, Report, run_jobs, targets_of
 
@@ -176,6 +178,24 @@ def solve(
     report = Report(as_json, quiet, verbose, several=len(scenarios) > 1)
     run_jobs(list(map(Job, loaded, scenarios, targets)), options, report)
     return report.exit_code
+
+
+def _load_all(
+    sources: list[str], overrides: list[str] | None, backend: str | None
+) -> "list[Scenario]":
+    """Read all scenarios before the first is solved; raise all their faults, each with its file."""
+    if len(sources) == 1:
+        return [load_scenario(sources[0], overrides, backend)]
+    loaded, faults = [], []
+    for source in sources:
+        try:
+            loaded.append(load_scenario(source, overrides, backend))
+        except ScenarioError as error:
+            # Those of options name no file.
+            faults += [f"{source}: {f}" if f[:2] == "--" else f for f in error.faults]
+    if faults:
+        raise ScenarioError(faults)
+    return loaded
 
 
 @app.command()

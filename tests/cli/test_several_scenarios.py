@@ -159,3 +159,16 @@ def test_ctrl_c_between_and_in_runs_ends_the_command(here: Path) -> None:
     assert "run interrupted: by SIGINT" in err
     assert "b.toml" not in out + err
     assert run_command_line(["show", "results/a.h5"]) == 0
+
+
+def test_all_faults_of_all_scenarios_are_told_and_none_is_solved(told: Run) -> None:
+    Path("a.toml").write_text(tomli_w.dumps(pulley(solver={"max_steps": 0, "rtol": -1.0})))
+    Path("b.toml").write_text("kind = 3\n")
+    out, err = told("solve", PULLEY, "a.toml", "none.toml", "b.toml", code=2)
+    assert out == ""
+    places = [line.removeprefix("frictionsim: ").split(": ")[0] for line in err.splitlines()]
+    assert [place.split(":")[0] for place in places] == ["a.toml", "a.toml", "none.toml", "b.toml"]
+    assert not Path("results").exists()
+    _, err = told("solve", PULLEY, RETURN, "--set", "solver.rtoll=1", code=2)
+    fault = "--set: solver.rtoll: unknown key 'rtoll' (did you mean 'rtol'?)"
+    assert err == f"frictionsim: {PULLEY}: {fault}\n{RETURN}: {fault}\n"
