@@ -184,15 +184,13 @@ def _load_all(
     sources: list[str], overrides: list[str] | None, backend: str | None
 ) -> "list[Scenario]":
     """Read all scenarios before the first is solved; raise all their faults, each with its file."""
-    if len(sources) == 1:
-        return [load_scenario(sources[0], overrides, backend)]
-    loaded, faults = [], []
+    loaded, faults, several = [], [], len(sources) > 1
     for source in sources:
         try:
             loaded.append(load_scenario(source, overrides, backend))
         except ScenarioError as error:
             # Those of options name no file.
-            faults += [f"{source}: {f}" if f[:2] == "--" else f for f in error.faults]
+            faults += [f"{source}: {f}" if several and f[:2] == "--" else f for f in error.faults]
     if faults:
         raise ScenarioError(faults)
     return loaded
