@@ -14,6 +14,7 @@ kernels are functions of arrays (`belt_drive.kernels`), keep theirs in the same 
 import gc
 import os
 import platform
+import re
 import sys
 import threading
 from array import array
@@ -43,6 +44,10 @@ OPTIONS: dict[str, Any] = {
 SHARED = ("*.py", "mechanisms/**/*.py", "scenario/*.py", "solvers/*.py")
 # Lines about a processor on Linux that say for which one code is.
 PROCESSOR = ("model name", "flags", "CPU implementer", "CPU part", "Features")
+# In an error of numba, the first place that is not in its own sources.
+PLACE_OF_CAUSE = re.compile(
+    r"^( *)During: .* at (?!.*[\\/]numba[\\/])(.*) \((\d+)\)$", re.MULTILINE
+)
 PACKAGE = __package__.partition(".")[0]
 
 _marked: list[Any] = []
@@ -283,11 +288,12 @@ class Kernel:
         call : callable
             Calls the function that it is given, which compiles it, and evaluates no equation.
         """
-        import logging  # imported here: commands that only check a scenario do without
-
-        log = logging.getLogger(__name__)
         if self.reason or _failed_forms & {self.form, ANY_FORM}:
-            log.info("not compiled: %s", self.reason or "it failed before")
+            _log().info("not compiled: %s", self.reason or "it failed before")
+            return None
+        failed = self._file("failed")
+        if failed is not None and failed.exists():  # in an earlier process
+            self._warn_of(failed.read_text(), self.form)
             return None
         try:
             with _lock:
@@ -296,13 +302,11 @@ class Kernel:
                     with without_collection():
                         function = self._called(call, function)
         except Exception as error:  # whatever is wrong with a compiler, the run takes its time
-            _failed_forms.add(ANY_FORM if isinstance(error, ImportError) else self.form)
-            log.warning(
-                "the equation of motion is not compiled, so that long runs and sweeps take the time"
-                " of Python (%s: %s)",
-                type(error).__name__,
-                str(error).partition("\n")[0],
-            )
+            said = f"{type(error).__name__}: {_cause_in(str(error))}"
+            if failed is not None and type(error).__module__ == "numba.core.errors":
+                with suppress(OSError):
+                    failed.write_text(said)
+            self._warn_of(said, ANY_FORM if isinstance(error, ImportError) else self.form)
             return None
         if self.form not in _compiled_forms:
             _compiled_forms.add(self.form)
@@ -312,17 +316,42 @@ class Kernel:
                     mark.touch()
         return function
 
+    @staticmethod
+    def _warn_of(failure: str, form: tuple[Any, ...]) -> None:
+        _failed_forms.add(form)  # for which this process warns once
+        _log().warning(
+            "the equation of motion is not compiled, so that long runs and sweeps take the time of"
+            " Python (%s)",
+            failure,
+        )
+
     def _called(self, call: Callable[[Any], Any], function: Any) -> Any:
         """Return a function that `call` has called, and so compiled."""
-        import logging
-
         try:
             call(function)
         except OSError as error:  # a full disk: compiled for this process alone
-            logging.getLogger(__name__).warning("the compiled code cannot be kept: %s", error)
+            _log().warning("the compiled code cannot be kept: %s", error)
             function = _dispatcher(self._function, self._classes, is_kept=False)
             call(function)
         return function
+
+
+def _log() -> Any:
+    import logging  # imported here: commands that only check a scenario do without
+
+    return logging.getLogger(__name__)
+
+
+def _cause_in(message: str) -> str:
+    """Return the line of an error of numba that says what it cannot compile, and where.
+
+    Inside of the message on a call is that on what is called, indented; a place is behind each.
+    """
+    place = PLACE_OF_CAUSE.search(message)
+    causes = place and re.findall(rf"pipeline .*\n{place[1]}(\S.*)", message[: place.start()])
+    return (
+        f"{causes[-1]} ({place[2]}:{place[3]})" if place and causes else message.partition("\n")[0]
+    )
 
 
 @cache

@@ -12,6 +12,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+from frictionsim.errors import InputError
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.solvers.compilation import (
     build_name,
@@ -149,8 +150,13 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 @cache
 def _numba() -> Any:
-    import numba
-
+    try:
+        import numba
+    except ImportError as error:
+        raise InputError(
+            "belts are integrated by compiled code, for which the package numba cannot be imported"
+            f" ({error}); install it with pip install numba"
+        ) from None
     return numba
 
 
