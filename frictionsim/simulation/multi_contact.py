@@ -311,7 +311,6 @@ class MultiContactSimulation(RecordedSimulation):
     """
 
     MODE: ClassVar["Values"] = MODE
-    SEVERAL: ClassVar[bool] = True
 
     def __init__(self, scenario: "Scenario", mechanism: MultiContactMechanism) -> None:
         first = 3 * len(mechanism.position) + mechanism.system.contacts.terms

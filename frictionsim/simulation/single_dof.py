@@ -57,19 +57,8 @@ class Samples(NamedTuple):
     non_finite_tail: bool
 
 
-def samples_of(buffer: "SampleBuffer", width: int, at_events: bool, several: bool) -> Samples:
-    """Return the finite samples of a run.
-
-    Parameters
-    ----------
-    buffer : SampleBuffer
-    width : int
-        Number of columns of a sample.
-    at_events : bool
-        Add a sample at each event to the regular ones.
-    several : bool
-        The columns are those of several coordinates and contacts.
-    """
+def samples_of(buffer: "SampleBuffer", width: int) -> Samples:
+    """Return the finite samples of a run; `width` is the number of columns of a sample."""
     rows = np.array(buffer.rows).reshape(-1, width)
     sides = np.array(buffer.sides).reshape(-1, 2, width)
     # A step records the event at its end before a stop within it.
@@ -83,34 +72,7 @@ def samples_of(buffer: "SampleBuffer", width: int, at_events: bool, several: boo
     rows = rows[: np.argmin(finite)] if not finite.all() else rows
     kept = events_finite & (event_times < end)
     sides, transitions = sides[kept], [e for e, keep in zip(transitions, kept, strict=True) if keep]
-    before, after = sides[:, 0], sides[:, 1]
-    if at_events and transitions:
-        chosen = _sides_of_several if several else _sides_that_stick
-        rows = _merged(rows, chosen(before, after, transitions))
-    return Samples(rows, transitions, before, after, non_finite_tail)
-
-
-def _sides_that_stick(before: Any, after: Any, transitions: list[Transition]) -> Any:
-    """Return one sample for each event: its sticking side, else the side after it.
-
-    Of several events at one time the last that sticks, else the last.
-    """
-    breaks_away = np.array([e.mode_from == STICK for e in transitions])
-    # No sticking side: the run starts beyond the limit, or the contact has moved within the step.
-    holds = (before[:, MODE_COLUMN] == STICK) & (
-        before[:, VELOCITY_COLUMN] == after[:, VELOCITY_COLUMN]
-    )
-    at_events = np.where((breaks_away & holds)[:, None], before, after)
-    return at_events[np.lexsort((at_events[:, MODE_COLUMN] == STICK, at_events[:, TIME_COLUMN]))]
-
-
-def _sides_of_several(before: Any, after: Any, transitions: list[Transition]) -> Any:
-    """Return one sample for each event: the side before a breakaway, else the side after it.
-
-    Of several events at one time the last.
-    """
-    breaks_away = np.array([e.mode_from == STICK for e in transitions])
-    return np.where(breaks_away[:, None], before, after)
+    return Samples(rows, transitions, sides[:, 0], sides[:, 1], non_finite_tail)
 
 
 def _merged(rows: Any, at_events: Any) -> Any:
@@ -138,7 +100,6 @@ class RecordedSimulation:
     """
 
     MODE: ClassVar[Values] = DIRECTION
-    SEVERAL: ClassVar[bool] = False
     samples = None  # all are in the memory
     mode_columns = slice(MODE_COLUMN, MODE_COLUMN + 1)
 
@@ -155,7 +116,7 @@ class RecordedSimulation:
         self._at_events, self._interval = scenario.output.at_events, scenario.interval
         self._resumable = methods.METHODS[scenario.solver.backend].resumable
         self._recording = SampleBuffer(SampleTimes(scenario.solver.duration, scenario.interval))
-        self._solver = solver(self._recording)
+        self._solver: Any = solver(self._recording)
         self._width = width
         self.axes: Mapping[str, tuple[str, ...]] = {}
 
@@ -165,17 +126,15 @@ class RecordedSimulation:
 
     def prepare(self, monitor: RunMonitor) -> float:
         """Compile the rest of a long run if that pays; return how long it took, s."""
-        pays = getattr(self._solver, "is_to_be_compiled", False)
-        return (self.compile(monitor) or 0.0) if pays else 0.0
+        return (self.compile(monitor) or 0.0) if self._solver.is_to_be_compiled else 0.0
 
     def compile(self, monitor: RunMonitor) -> float | None:
         """Compile the loop of the run; None for a method that is Python alone."""
-        solver: Any = self._solver
-        if not hasattr(solver, "compile"):
+        started, expected = perf_counter(), self._solver.compile_seconds
+        if expected is None:
             return None
-        started, expected = perf_counter(), solver.compile_seconds
         with monitor.compiling(expected) if expected else nullcontext():
-            solver.compile()
+            self._solver.compile()
         return perf_counter() - started if expected else 0.0
 
     def solve(self, on_step: Callable[[float], Any]) -> bool:
@@ -253,7 +212,19 @@ class RecordedSimulation:
         return self._trajectory_of_samples(self._samples())
 
     def _samples(self) -> Samples:
-        return samples_of(self._recording, self._width, self._at_events, self.SEVERAL)
+        samples = samples_of(self._recording, self._width)
+        if not (self._at_events and samples.transitions):
+            return samples
+        breaks_away = np.array([e.mode_from == STICK for e in samples.transitions])
+        at_events = self._sides_at_events(samples.before, samples.after, breaks_away)
+        return samples._replace(rows=_merged(samples.rows, at_events))
+
+    def _sides_at_events(self, before: Any, after: Any, breaks_away: Any) -> Any:
+        """Return one sample for each event: the side before a breakaway, else the side after it.
+
+        Of several events at one time the last is taken.
+        """
+        return np.where(breaks_away[:, None], before, after)
 
     def _trajectory_of_samples(self, samples: Samples) -> Any:
         return self._trajectory_of(samples.rows, samples.transitions)
@@ -365,6 +336,18 @@ class SingleDofSimulation(RecordedSimulation):
         regularised = law == methods.REGULARISED and not mechanism.prescribed
         self._set_valued = None if regularised else contact
         self._locates_events = methods.METHODS[scenario.solver.backend].locates_events
+
+    def _sides_at_events(self, before: Any, after: Any, breaks_away: Any) -> Any:
+        """Return one sample for each event: its sticking side, else the side after it.
+
+        Of several events at one time the last that sticks is taken, else the last.
+        """
+        # No sticking side: the run starts beyond the limit, or the contact has moved in the step.
+        holds = (before[:, MODE_COLUMN] == STICK) & (
+            before[:, VELOCITY_COLUMN] == after[:, VELOCITY_COLUMN]
+        )
+        sides = super()._sides_at_events(before, after, breaks_away & holds)
+        return sides[np.lexsort((sides[:, MODE_COLUMN] == STICK, sides[:, TIME_COLUMN]))]
 
     @property
     def _contact_names(self) -> tuple[str, ...]:

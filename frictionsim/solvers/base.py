@@ -99,6 +99,9 @@ class Solver:
     # Across a jump of the friction no step meets the tolerance. A step of this number of units in
     # the last place of the time is accepted.
     JUMP_ULPS: ClassVar[float] = 0.0
+    # As of `EventDrivenSolver`; this loop is Python alone.
+    is_to_be_compiled: ClassVar[bool] = False
+    compile_seconds: ClassVar[float | None] = None
     mode: int = STICK
     segment_end: float = 0.0
 
