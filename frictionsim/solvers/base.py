@@ -4,6 +4,7 @@ A law gives the friction of a state, whatever the direction of motion, so that n
 ends a step. Integrator, state and equation are those of the loop for located events, `one_contact`.
 """
 
+from array import array
 from collections.abc import Callable, Mapping
 from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
@@ -15,8 +16,8 @@ from frictionsim.solvers.common import SampleBuffer, SampleRow
 from frictionsim.solvers.end_stops import first_departure, first_impact
 from frictionsim.solvers.event_driven import StepperPart, named_failures
 from frictionsim.solvers.law_stepper import LawStepper
-from frictionsim.solvers.one_contact import check_energy, is_hit, rebound
-from frictionsim.solvers.one_contact_location import against_load
+from frictionsim.solvers.one_contact import check_energy, is_hit, monotone_segment_end, rebound
+from frictionsim.solvers.one_contact_location import against_load, beyond_surface
 from frictionsim.solvers.one_contact_step import derivatives
 from frictionsim.solvers.problems import Problem, stepper_fields
 from frictionsim.solvers.root_finding import bracket_root
@@ -54,13 +55,6 @@ class Law(NamedTuple):
         direction = FORWARD if v > 0.0 else BACKWARD
         applied, kinetic, powers = self.system.torques_and_powers(u, q, v, direction)
         return applied, -s * self.friction(u, q, v, applied, kinetic), powers
-
-
-class Crossing(NamedTuple):
-    """An event at the end of a step: its name, and the state immediately before it."""
-
-    event: str
-    before: StateList
 
 
 class Solver:
@@ -186,6 +180,17 @@ class Solver:
         """Take one step, within which samples can be taken afterwards."""
         raise NotImplementedError
 
+    def end_of_segment(self) -> float:
+        """Return the end of the present segment, s, which begins where the last one ended."""
+        if self.t >= self.segment_end:
+            self.segment_end = self.next_segment_end()
+        return self.segment_end
+
+    def next_segment_end(self) -> float:
+        """Return a time up to which drive and friction limits are smooth and monotone, s."""
+        problem = self._problem
+        return monotone_segment_end(self.system, problem.run, problem.state, self.t)
+
     def sample(self, t: float, y: StateList) -> SampleRow:
         """Return the sample of a state within the last step."""
         return self.row(t, y, self.mode)
@@ -205,17 +210,15 @@ class Solver:
         friction = self.friction_in(mode, u, q, v, applied)
         return (t, u, q, v, (applied + friction) / system.inertia, friction, mode, *y[2:])
 
-    def advance(self, limit: float) -> Crossing | None:
+    def advance(self, limit: float) -> None:
         """Take a step that ends at `limit`, s, at the latest, or at the first switching surface.
 
-        The energy of the state is checked. Returned is the crossing of a surface that is an event.
+        The energy of the state is checked. The state has the surface, if it is an event.
         """
         stepper, system, s = self.stepper, self.system, self._problem.state
         stepper.advance(limit)
-        crossing, of_table = self._cut_at_surfaces()
-        while of_table and stepper.repeat_shorter():
+        while self._cut_at_surfaces() and stepper.repeat_shorter():
             stepper.advance(limit)
-            crossing, of_table = self._cut_at_surfaces()
         if system.reversing_load:
 
             def against(t: float) -> float:
@@ -226,10 +229,9 @@ class Solver:
                 reversal = bracket_root(against, stepper.t_old, stepper.t)[1]
                 if reversal < stepper.t:
                     stepper.truncate(reversal)
-                    crossing = None
+                    s[layout.SURFACE_EVENT] = layout.NO_EVENT
         self.check_energy()
         self.t = stepper.t
-        return crossing
 
     def check_energy(self) -> None:
         """End a run whose kinetic energy far exceeds the energy input."""
@@ -240,44 +242,43 @@ class Solver:
             gained = max(0.0, -problem.state[at])
         check_energy(self.system, problem.run, problem.state, gained)
 
-    def _cut_at_surfaces(self) -> tuple[Crossing | None, bool]:
-        """End the last step at the first switching surface that it crosses.
+    def _cut_at_surfaces(self) -> bool:
+        """End the last step at the first surface that it crosses; return whether it is a table's.
 
-        Return the crossing if it is an event, and whether the surface is of a table.
+        As `one_contact._cut_at_surfaces`, within steps that SciPy's methods interpolate, too.
         """
-        stepper, crossing, of_table = self.stepper, None, False
-        for i, surface in enumerate(self.system.surfaces):
-            y = stepper.y
-            start = *stepper.y_old[:2], y[0]
-            if surface.beyond(*start, y[0], y[1]) > 0.0:
+        stepper, s, surfaces = self.stepper, self._problem.state, self.system.surfaces
+        s[layout.SURFACE_EVENT], of_table = layout.NO_EVENT, False
+        for i, surface in enumerate(surfaces):
 
-                def beyond(t: float, surface: Any = surface, start: Any = start) -> float:
-                    past: float = surface.beyond(*start, *stepper.interpolate(t)[:2])
-                    return past
+            def beyond(t: float, i: int = i) -> float:
+                q, v, *_ = stepper.interpolate(t)
+                return beyond_surface(surfaces, s, i, q, v)
 
+            if beyond(stepper.t) > 0.0:
                 before, after = bracket_root(beyond, stepper.t_old, stepper.t)
-                crossing = None
+                s[layout.SURFACE_EVENT] = layout.NO_EVENT
                 if surface.is_event:
-                    name = self._problem.event_names[int(layout.FIRST_SURFACE_EVENT) + i]
-                    crossing = Crossing(name, stepper.interpolate(before))
+                    y = array("d", stepper.interpolate(before))
+                    s[layout.BEFORE : layout.BEFORE + len(y)] = y
+                    s[layout.SURFACE_EVENT] = i
                 stepper.truncate(after)
                 of_table = surface.is_of_table
-        return crossing, of_table
+        return of_table
 
-    def end_at_impact(self, crossing: Crossing | None) -> Crossing | None:
-        """End the last step at its first impact on a stop; return the event at its end."""
+    def end_at_impact(self) -> None:
+        """End the last step at its first impact on a stop, if there is one."""
         if self.stops is None:
-            return crossing
+            return
 
         def acceleration(t: float, y: StateList) -> float:
             return derivatives(self.law, t, y[0], y[1], 1.0)[1]
 
         t = first_impact(self.stepper, self.stops, acceleration)
-        if t == inf:
-            return crossing
-        self.stepper.truncate(t)
-        self.t = t
-        return None
+        if t < inf:
+            self.stepper.truncate(t)
+            self.t = t
+            self._problem.state[layout.SURFACE_EVENT] = layout.NO_EVENT
 
     def impact(self) -> tuple[StateList, StateList] | None:
         """Return the states before and after the impact at the end of the last step, if any."""
@@ -292,9 +293,7 @@ class Solver:
     def record_impact(self, before: StateList, after: StateList, modes: tuple[int, int]) -> None:
         """Record an impact at the present time, and start again from the state after it."""
         t = self.t
-        transition = Transition(t, self._problem.event_names[1], *modes, after[0])
-        rows = self.row(t, before, modes[0]), self.row(t, after, modes[1])
-        self.buffer.record_event(transition, *rows)
+        self.record(layout.STOP_EVENT, self.row(t, before, modes[0]), self.row(t, after, modes[1]))
         self.stepper.start(t, after)
 
     def end_of_rest_on_stop(self, limit: float) -> float:
@@ -317,16 +316,20 @@ class Solver:
     def leave_stop(self, t: float, y: StateList, direction: int) -> None:
         """Record at t, s, that the body leaves a stop, if that is not a change of a contact."""
 
-    def record_crossing(self, crossing: Crossing | None) -> None:
+    def record_crossing(self) -> None:
         """Record the event at the end of the last step, if there is one; the mode is unchanged."""
-        if crossing is None:
+        s = self._problem.state
+        if s[layout.SURFACE_EVENT] == layout.NO_EVENT:
             return
         t, y = self.stepper.t, self.stepper.y
         direction = FORWARD if y[1] > 0.0 else BACKWARD
-        transition = Transition(t, crossing.event, direction, direction, y[0])
         mode = self.mode_in_motion(direction)
-        self.buffer.record_event(
-            transition, self.row(t, crossing.before, mode), self.row(t, y, mode)
+        before = s[layout.BEFORE : layout.BEFORE + len(y)].tolist()
+        self.record(
+            layout.FIRST_SURFACE_EVENT + s[layout.SURFACE_EVENT],
+            self.row(t, before, mode),
+            self.row(t, y, mode),
+            (direction, direction),
         )
 
     def mode_in_motion(self, direction: int) -> int:
@@ -352,8 +355,23 @@ class Solver:
         sample_before = sample_after
         if held >= 0.0:
             sample_before = (t, *self.row(min(held, t), y, before)[1:])
-        transition = Transition(t, self._problem.event_names[0], before, after, y[0])
-        self.buffer.record_event(transition, sample_before, sample_after)
+        self.record(layout.CONTACT_EVENT, sample_before, sample_after, (before, after))
+
+    def record(
+        self,
+        number: float,
+        before: SampleRow,
+        after: SampleRow,
+        modes: tuple[int, int] | None = None,
+    ) -> None:
+        """Record an event by its number, with the samples before and after it.
+
+        Its modes are those of the samples if they are not given.
+        """
+        name, mode = self._problem.event_names[int(number)], layout.ROW_COLUMNS - 1
+        mode_from, mode_to = modes or (int(before[mode]), int(after[mode]))
+        transition = Transition(after[0], name, mode_from, mode_to, after[2])
+        self.buffer.record_event(transition, before, after)
 
 
 def _new_stepper(law: Any, problem: Problem, settings: "SolverSettings") -> LawStepper:

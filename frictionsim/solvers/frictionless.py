@@ -2,10 +2,10 @@
 
 from typing import Any, ClassVar, NamedTuple
 
-from frictionsim.results import STICK, Transition
+from frictionsim.results import STICK
+from frictionsim.solvers import one_contact_state as layout
 from frictionsim.solvers.base import Solver, StateList
 from frictionsim.solvers.common import direction_of
-from frictionsim.solvers.end_stops import EVENT
 from frictionsim.solvers.state_values import FLAG, TIME
 
 
@@ -36,14 +36,12 @@ class FrictionlessSolver(Solver):
 
     def step(self) -> None:
         limit = min(self.end, self.mechanism.drive.next_discontinuity(self.t))
-        limit = self.end_of_rest_on_stop(limit)
-        self.record_crossing(self.end_at_impact(self.advance(limit)))
+        self.advance(self.end_of_rest_on_stop(limit))
+        self.end_at_impact()
+        self.record_crossing()
 
     def leave_stop(self, t: float, y: StateList, direction: int) -> None:
-        at_rest = self.row(t, y, STICK)
-        self.buffer.record_event(
-            Transition(t, EVENT, STICK, direction, y[0]), at_rest, (*at_rest[:6], direction, *y[2:])
-        )
+        self.record(layout.STOP_EVENT, self.row(t, y, STICK), self.row(t, y, direction))
 
     def process_step(self) -> None:
         if sides := self.impact():

@@ -12,7 +12,8 @@ static limit; it is taken as zero.
 from math import inf, nextafter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.results import STICK, Transition
+from frictionsim.results import STICK
+from frictionsim.solvers import one_contact_state as layout
 from frictionsim.solvers.base import Solver, StateList
 from frictionsim.solvers.common import SampleRow, direction_of
 from frictionsim.solvers.root_finding import bracket_root
@@ -75,9 +76,7 @@ class PrescribedMotionSolver(Solver):
         self.mode = self.next_direction(t)
         self.stepper.start(t, y)
         if self.mode != before:
-            name = self._problem.event_names[0]
-            transition = Transition(t, name, before, self.mode, y[0])
-            self.buffer.record_event(transition, sample_before, self.row(t, y, self.mode))
+            self.record(layout.CONTACT_EVENT, sample_before, self.row(t, y, self.mode))
 
     def step(self) -> None:
         stepper = self.stepper
@@ -85,7 +84,8 @@ class PrescribedMotionSolver(Solver):
             # The velocity is the given one, without the errors of its integral.
             q, _, *energies = stepper.y
             self.switch_mode(stepper.t, [q, self.mechanism.drive(stepper.t), *energies])
-        self.record_crossing(self.advance(self.segment_end))
+        self.advance(self.segment_end)
+        self.record_crossing()
 
     def check_energy(self) -> None:
         """Accept any: a prescribed motion cannot diverge."""

@@ -15,10 +15,10 @@ References
 
 from typing import TYPE_CHECKING
 
-from frictionsim.results import STICK, Transition
+from frictionsim.results import STICK
+from frictionsim.solvers import one_contact_state as layout
 from frictionsim.solvers.base import Solver, StateList
 from frictionsim.solvers.common import ChatteringDetector, SampleBuffer, SampleRow
-from frictionsim.solvers.one_contact import monotone_segment_end
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
@@ -80,12 +80,9 @@ class PublishedSolver(Solver):
         return -mode * self.system.kinetic_limit(u, q, v, mode)
 
     def step(self) -> None:
-        stepper, problem = self.stepper, self._problem
-        if stepper.t >= self.segment_end:
-            self.segment_end = monotone_segment_end(
-                self.system, problem.run, problem.state, stepper.t
-            )
-        self.record_crossing(self.advance(self.segment_end))
+        stepper = self.stepper
+        self.advance(self.end_of_segment())
+        self.record_crossing()
         direction = sign(stepper.y[1])
         if direction != self.mode:
             self.record_reversal(direction)
@@ -104,11 +101,8 @@ class PublishedSolver(Solver):
         stepper, before = self.stepper, self.mode
         t, y = stepper.t, stepper.y
         q, _, *energies = stepper.y_old if before == STICK else y
-        self.buffer.record_event(
-            Transition(t, self.contact.name, before, direction, y[0]),
-            self.row(t, [q, 0.0, *energies], before),
-            self.row(t, y, direction),
-        )
+        at_rest = self.row(t, [q, 0.0, *energies], before)
+        self.record(layout.CONTACT_EVENT, at_rest, self.row(t, y, direction))
 
     def sample(self, t: float, y: StateList) -> SampleRow:
         return self.row(t, y, sign(y[1]))

@@ -8,46 +8,38 @@ the error of the motion is of the order of v_t. `rkf45` steps it with our own in
 other methods with SciPy's. What counts as stick is |v| < v_t.
 """
 
-from typing import TYPE_CHECKING
-
 from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.solvers.base import Solver, StateList
-from frictionsim.solvers.common import SampleBuffer, SampleRow, direction_of
+from frictionsim.solvers.common import SampleRow, direction_of
 from frictionsim.solvers.friction_curve import KINETIC_FROM, friction_curve
 from frictionsim.solvers.root_finding import bracket_root
-
-if TYPE_CHECKING:
-    from frictionsim.scenario.settings import SolverSettings
-    from frictionsim.solvers.mechanism import Mechanism
 
 
 class RegularisedSolver(Solver):
     """Solver with regularised friction; speeds below the transition speed count as sticking."""
 
-    def __init__(
-        self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
-    ) -> None:
-        super().__init__(mechanism, settings, buffer)
-        self.speed = self.contact.transition_speed
-        self.mode = self.mode_at(mechanism.velocity)
+    def start(self) -> None:
+        self.mode = self.mode_at(self.mechanism.velocity)
+        super().start()
 
     def friction(self, u: float, q: float, v: float, applied: float, kinetic: float) -> float:
         s = FORWARD if v > 0.0 else BACKWARD
-        x = s * v / self.speed
+        x = s * v / self.contact.transition_speed
         static = self.system.static_limit(u, q) if x < KINETIC_FROM else 0.0
         return -s * friction_curve(x, static, kinetic if x > 1.0 else 0.0)
 
     def mode_at(self, v: float) -> int:
         """Return the mode that a velocity counts as."""
-        return STICK if abs(v) < self.speed else direction_of(v)
+        return STICK if abs(v) < self.contact.transition_speed else direction_of(v)
 
     def step(self) -> None:
-        if self.t >= self.segment_end:
-            self.segment_end = min(self.end, self.mechanism.drive.next_discontinuity(self.t))
-        limit = self.end_of_rest_on_stop(self.segment_end)
-        crossing = self.end_at_impact(self.advance(limit))
+        self.advance(self.end_of_rest_on_stop(self.end_of_segment()))
+        self.end_at_impact()
         self.record_mode_change()
-        self.record_crossing(crossing)
+        self.record_crossing()
+
+    def next_segment_end(self) -> float:
+        return min(self.end, self.mechanism.drive.next_discontinuity(self.t))
 
     def process_step(self) -> None:
         if sides := self.impact():
@@ -64,7 +56,7 @@ class RegularisedSolver(Solver):
         if mode == before:
             return
         # The transition is where the velocity passes the transition speed.
-        threshold = (mode or before) * self.speed
+        threshold = (mode or before) * self.contact.transition_speed
         direction = 1.0 if threshold > stepper.y_old[1] else -1.0
         t = stepper.t
         if direction * (stepper.y_old[1] - threshold) < 0.0:

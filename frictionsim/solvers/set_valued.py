@@ -7,20 +7,16 @@ the kinetic limit applies.
 """
 
 from math import inf
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.solvers import one_contact_state as layout
 from frictionsim.solvers.base import Solver, StateList
-from frictionsim.solvers.common import SampleBuffer, SampleRow, direction_of
-from frictionsim.solvers.one_contact import breakaway, monotone_segment_end
+from frictionsim.solvers.common import SampleRow, direction_of
+from frictionsim.solvers.one_contact import breakaway
 from frictionsim.solvers.one_contact_location import excess
 from frictionsim.solvers.root_finding import bracket_root
 from frictionsim.solvers.state_values import FLAG
-
-if TYPE_CHECKING:
-    from frictionsim.scenario.settings import SolverSettings
-    from frictionsim.solvers.mechanism import Mechanism
 
 
 class SetValuedSolver(Solver):
@@ -29,13 +25,7 @@ class SetValuedSolver(Solver):
     CHECKPOINT_FIELDS: ClassVar = {**Solver.CHECKPOINT_FIELDS, "is_new": FLAG}
     # Such a step leaves an error of the order of the roundoff.
     JUMP_ULPS: ClassVar[float] = 16.0
-
-    def __init__(
-        self, mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuffer
-    ) -> None:
-        super().__init__(mechanism, settings, buffer)
-        self.mode = direction_of(mechanism.velocity)
-        self.is_new = False  # the mode is not yet updated after the last step
+    is_new: bool = False  # the mode is not yet updated after the last step
 
     def friction(self, u: float, q: float, v: float, applied: float, kinetic: float) -> float:
         mode = self.mode_at(u, q, v, applied)
@@ -61,32 +51,29 @@ class SetValuedSolver(Solver):
         return FORWARD if applied_torque > 0.0 else BACKWARD
 
     def start(self) -> None:
+        self.mode = direction_of(self.mechanism.velocity)
         self.stepper.start(0.0, self.mechanism.initial_state)
         if not self.hit_stop() and self.mode == STICK:
             self.switch_mode(self.mode_from_rest(0.0, self.stepper.y), 0.0, layout.NEVER)
 
     def step(self) -> None:
         stepper = self.stepper
-        if stepper.t >= self.segment_end:
-            # The drive is monotone on the segment, so that no breakaway is missed within a step.
-            self.segment_end = self.next_segment_end()
-        crossing = self.advance(self.segment_end)
+        # The drive is monotone on the segment, so that no breakaway is missed within a step.
+        self.advance(self.end_of_segment())
         slowest = self.time_of_possible_rest()
         if slowest < inf:
             # Take the step again, to there: a rest between its stages would go unnoticed.
             stepper.start(stepper.t_old, stepper.y_old)
-            crossing = self.advance(slowest)
+            self.advance(slowest)
         if self.mode != STICK:  # from rest on a stop the body only leaves it
-            crossing = self.end_at_impact(crossing)
-        self.record_crossing(crossing)
+            self.end_at_impact()
+        self.record_crossing()
         self.is_new = True
 
     def next_segment_end(self) -> float:
-        """Return the end of the segment that starts at the present time, s."""
-        stepper, problem = self.stepper, self._problem
-        end = monotone_segment_end(self.system, problem.run, problem.state, stepper.t)
+        end = super().next_segment_end()
         if self.mode == STICK:
-            return self.system.first_excess(stepper.y[0], stepper.t, end)
+            return self.system.first_excess(self.stepper.y[0], self.t, end)
         return end
 
     def time_of_possible_rest(self) -> float:
