@@ -30,11 +30,11 @@ from frictionsim.simulation.run_warnings import nothing_moves
 from frictionsim.simulation.single_dof import (
     MODE_COLUMN,
     TIME_COLUMN,
-    VELOCITY_COLUMN,
     channels_of,
     energy_scale,
     filled,
     final_quantities,
+    sticking_sides,
     trajectory_of,
 )
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
@@ -389,13 +389,10 @@ def selected(mechanism: Mechanism, runs: Any) -> Mechanism:
 def with_events(samples: Any, sample_runs: Any, events: _Events) -> tuple[Any, Any]:
     """Return the samples of all runs with those at events, (columns, n), and the run of each.
 
-    As `samples_of` of one run: an event replaces a regular sample at its time, by
-    its sticking side if there is one; of several at one time take the last that sticks, else the
-    last.
+    As of one run: an event replaces a regular sample at its time, by its sticking side if there is
+    one; of several at one time take the last that sticks, else the last.
     """
-    before, after = events.before, events.after
-    holds = (before[MODE_COLUMN] == STICK) & (before[VELOCITY_COLUMN] == after[VELOCITY_COLUMN])
-    at_events = np.where((events.mode_from == STICK) & holds, before, after)
+    at_events = sticking_sides(events.before, events.after, events.mode_from == STICK)
     rows, run = np.concatenate((samples, at_events), axis=1), np.append(sample_runs, events.run)
     is_event = np.repeat((False, True), (len(sample_runs), len(events.run)))
     order = np.lexsort((is_event & (rows[MODE_COLUMN] == STICK), is_event, rows[TIME_COLUMN], run))

@@ -342,11 +342,7 @@ class SingleDofSimulation(RecordedSimulation):
 
         Of several events at one time the last that sticks is taken, else the last.
         """
-        # No sticking side: the run starts beyond the limit, or the contact has moved in the step.
-        holds = (before[:, MODE_COLUMN] == STICK) & (
-            before[:, VELOCITY_COLUMN] == after[:, VELOCITY_COLUMN]
-        )
-        sides = super()._sides_at_events(before, after, breaks_away & holds)
+        sides = sticking_sides(before.T, after.T, breaks_away).T
         return sides[np.lexsort((sides[:, MODE_COLUMN] == STICK, sides[:, TIME_COLUMN]))]
 
     @property
@@ -428,6 +424,13 @@ def trajectory_of(mechanism: Mechanism, columns: Any, transitions: list[Transiti
         },
         transitions=transitions,
     )
+
+
+def sticking_sides(before: Any, after: Any, breaks_away: Any) -> Any:
+    """Return columns (width, n) of events: the sticking side of each, else the side after it."""
+    # No sticking side: the run starts beyond the limit, or the contact has moved in the step.
+    holds = (before[MODE_COLUMN] == STICK) & (before[VELOCITY_COLUMN] == after[VELOCITY_COLUMN])
+    return np.where(breaks_away & holds, before, after)
 
 
 def filled(values: Any, shape: tuple[int, ...]) -> Any:

@@ -10,7 +10,7 @@ where one is small on the solution itself.
 """
 
 from math import inf, ulp
-from typing import Any
+from typing import Any, NamedTuple
 
 from frictionsim.solvers.common import SAME_TIME_ULPS
 from frictionsim.solvers.compilation import compilable
@@ -32,9 +32,9 @@ from frictionsim.solvers.multi_contact_state import (
     roundoff_of,
 )
 from frictionsim.solvers.multi_contact_step import write_cubic, write_inside
+from frictionsim.solvers.one_contact_location import bracket
 from frictionsim.solvers.one_contact_state import (
     HELD,
-    HIDDEN_EVENT,
     INSIDE,
     SAMPLED_UNTIL,
     T_NEW,
@@ -43,9 +43,7 @@ from frictionsim.solvers.one_contact_state import (
     Run,
     Y,
     copy,
-    fail,
 )
-from frictionsim.solvers.root_finding import Bracket, is_narrow, narrowed, next_point
 
 # Where the margins are evaluated, in parts of a step; near its ends for the sign of their slopes.
 PLACES = (0.0, 1e-3, 1 / 6, 1 / 3, 1 / 2, 2 / 3, 5 / 6, 1.0 - 1e-3, 1.0)
@@ -92,6 +90,22 @@ def value(system: Any, run: Run, s: Any, k: int, which: int, t: float) -> float:
     """Return the margin number k at a time, s."""
     write_at(system, run, s, t)
     return margin(system, s, k, which)
+
+
+@compilable
+class UsedUp(NamedTuple):
+    """A function of time whose root is where the margin number k is used up.
+
+    A force may be zero, so that it is the negative of its margin that becomes positive.
+    """
+
+    k: int
+    which: int
+
+    def value_at(self, system: Any, run: Run, s: Any, t: float) -> float:
+        """Return the value at a time, s."""
+        sign = -1.0 if is_of_force(s, self.k) else 1.0
+        return sign * value(system, run, s, self.k, self.which, t)
 
 
 @compilable
@@ -210,7 +224,7 @@ def _locate(system: Any, run: Run, s: Any, k: int, a: float, b: float) -> None:
         tie = roundoff_of(system, s, int(s[CONTACT + k]))
         if not at_a >= 0.0:
             at_a, which = at_a + tie, BEYOND_ROUNDOFF
-        held, time = _bracket(system, run, s, k, which, a, b, 0.0)
+        held, time = bracket(UsedUp(k, which), system, run, s, a, b, 0.0)
         if time - a <= SAME_TIME_ULPS * ulp(run.end) and at_a <= tie:
             held = time = a
         s[EVENT_HELD + k], s[EVENT_TIME + k] = held, time
@@ -226,25 +240,5 @@ def _locate(system: Any, run: Run, s: Any, k: int, a: float, b: float) -> None:
         if a >= b or (width <= resolution and not value(system, run, s, k, BARE, a) > 0.0):
             s[EVENT_HELD + k] = s[EVENT_TIME + k] = a
             return
-    time = _bracket(system, run, s, k, BARE, a, b, resolution)[1]
+    time = bracket(UsedUp(k, BARE), system, run, s, a, b, resolution)[1]
     s[EVENT_HELD + k] = s[EVENT_TIME + k] = time
-
-
-@compilable
-def _bracket(
-    system: Any, run: Run, s: Any, k: int, which: int, a: float, b: float, resolution: float
-) -> tuple[float, float]:
-    """Return a bracket of the time in [a, b] at which a margin is used up.
-
-    A force may be zero, so that it is the negative of its margin that becomes positive.
-    """
-    sign = -1.0 if is_of_force(s, k) else 1.0
-    f_a = sign * value(system, run, s, k, which, a)
-    f_b = sign * value(system, run, s, k, which, b)
-    if (f_a > 0.0) == (f_b > 0.0):
-        fail(HIDDEN_EVENT, a, b, f_a, f_b)
-    root = Bracket(a, f_a, b, f_b, 0.5)
-    while not is_narrow(root, resolution):
-        x = next_point(root, resolution)
-        root = narrowed(root, x, sign * value(system, run, s, k, which, x))
-    return min(root.x, root.y), max(root.x, root.y)

@@ -63,6 +63,7 @@ def against_load(loads: Any, system: Any, s: Any, t: float, q: float, v: float) 
     return -(x * x_old + y * y_old)
 
 
+@compilable
 class EventFunction(NamedTuple):
     """A function of time within the last step, whose root is located.
 
@@ -80,42 +81,43 @@ class EventFunction(NamedTuple):
     direction: float
     parameter: float
 
-
-@compilable
-def value(function: EventFunction, system: Any, run: Run, s: Any, t: float) -> float:
-    """Return the value of a function at a time, s."""
-    which, direction, x = function
-    if which == EXCESS:
-        return excess(system, s, t, direction)
-    if which == EXCESS_BEYOND_ROUNDOFF:
-        return excess_beyond_roundoff(system, s, t, direction)
-    if which == DRIVE:
-        return system.drive.at(t) - x
-    sliding = s[MODE]
-    write_inside(system, run, s, sliding, t)
-    q, v = s[INSIDE], s[INSIDE + 1]
-    if which == VELOCITY:
-        return direction * v
-    if which == POSITION:
-        return direction * (q - x)
-    if which == ACCELERATION:
-        return direction * derivatives(system, t, q, v, sliding)[1]
-    if which == SURFACE:
-        return beyond_surface(system.surfaces, s, x, q, v)
-    return against_load(system.reversing_load, system, s, t, q, v)
+    def value_at(self, system: Any, run: Run, s: Any, t: float) -> float:
+        """Return the value at a time, s."""
+        which, direction, x = self
+        if which == EXCESS:
+            return excess(system, s, t, direction)
+        if which == EXCESS_BEYOND_ROUNDOFF:
+            return excess_beyond_roundoff(system, s, t, direction)
+        if which == DRIVE:
+            return system.drive.at(t) - x
+        sliding = s[MODE]
+        write_inside(system, run, s, sliding, t)
+        q, v = s[INSIDE], s[INSIDE + 1]
+        if which == VELOCITY:
+            return direction * v
+        if which == POSITION:
+            return direction * (q - x)
+        if which == ACCELERATION:
+            return direction * derivatives(system, t, q, v, sliding)[1]
+        if which == SURFACE:
+            return beyond_surface(system.surfaces, s, x, q, v)
+        return against_load(system.reversing_load, system, s, t, q, v)
 
 
 @compilable
 def bracket(
-    function: EventFunction, system: Any, run: Run, s: Any, a: float, b: float, resolution: float
+    function: Any, system: Any, run: Run, s: Any, a: float, b: float, resolution: float
 ) -> tuple[float, float]:
-    """Return a bracket (lo, hi) of a root in [a, b]; see `root_finding.bracket_root`."""
-    f_a = value(function, system, run, s, a)
-    f_b = value(function, system, run, s, b)
+    """Return a bracket (lo, hi) of a root in [a, b]; see `root_finding.bracket_root`.
+
+    The function is an `EventFunction`, or another named tuple with its method.
+    """
+    f_a = function.value_at(system, run, s, a)
+    f_b = function.value_at(system, run, s, b)
     if (f_a > 0.0) == (f_b > 0.0):
         fail(HIDDEN_EVENT, a, b, f_a, f_b)
     root = Bracket(a, f_a, b, f_b, 0.5)
     while not is_narrow(root, resolution):
         x = next_point(root, resolution)
-        root = narrowed(root, x, value(function, system, run, s, x))
+        root = narrowed(root, x, function.value_at(system, run, s, x))
     return min(root.x, root.y), max(root.x, root.y)
