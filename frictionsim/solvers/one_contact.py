@@ -277,9 +277,8 @@ def _step(system: Any, run: Run, s: Any, direction: float) -> None:
         advance(system, run, s, direction, s[SEGMENT_END])
     loads, q, v = system.reversing_load, s[Y_NEW], s[Y_NEW + 1]
     if against_load(loads, system, s, s[T_NEW], q, v) > 0.0:
-        turned = bracket(
-            EventFunction(LOAD, direction, 0.0), system, run, s, s[T_OLD], s[T_NEW], 0.0
-        )[1]
+        reversal = EventFunction(LOAD, direction, 0.0)
+        turned = bracket(reversal, system, run, s, s[T_OLD], s[T_NEW], 0.0)[1]
         if turned < s[T_NEW]:
             truncate(system, run, s, direction, turned)
             s[SURFACE_EVENT] = NO_EVENT
@@ -338,30 +337,22 @@ def _rest_within_step(system: Any, run: Run, s: Any, direction: float) -> float:
 
     The zero velocity at the start of a phase after a breakaway does not count.
     """
-    t_old, t1 = s[T_OLD], s[T_NEW]
+    t_old, t1, velocity = s[T_OLD], s[T_NEW], EventFunction(VELOCITY, direction, 0.0)
     if direction * s[Y_NEW + 1] > 0.0:
         t1 = _time_of_min_velocity(system, run, s, direction)
-        if t1 == inf or _velocity(system, run, s, direction, t1) > 0.0:
+        if t1 == inf or velocity.value_at(system, run, s, t1) > 0.0:
             return inf
     resolution = RESOLUTION * (t1 - t_old)
     if direction * s[Y_OLD + 1] <= 0.0:
         width = t1 - t_old
-        while _velocity(system, run, s, direction, t_old + width) <= 0.0:
+        while velocity.value_at(system, run, s, t_old + width) <= 0.0:
             width *= 0.1
             if width <= resolution:
                 return t_old
         t_old += width
         if t_old >= t1:
             return t1
-    return bracket(EventFunction(VELOCITY, direction, 0.0), system, run, s, t_old, t1, resolution)[
-        1
-    ]
-
-
-@compilable
-def _velocity(system: Any, run: Run, s: Any, direction: float, t: float) -> float:
-    write_inside(system, run, s, direction, t)
-    return direction * s[INSIDE + 1]
+    return bracket(velocity, system, run, s, t_old, t1, resolution)[1]
 
 
 @compilable
@@ -449,12 +440,10 @@ def _impact_within_step(
     if len(stops) == 0:
         return inf
     stop = stops[0].highest if direction > 0.0 else stops[0].lowest
-    write_inside(system, run, s, direction, until)
-    if direction * (s[INSIDE] - stop) <= 0.0:
+    beyond = EventFunction(POSITION, direction, stop)
+    if beyond.value_at(system, run, s, until) <= 0.0:
         return inf
-    return bracket(EventFunction(POSITION, direction, stop), system, run, s, s[T_OLD], until, 0.0)[
-        1
-    ]
+    return bracket(beyond, system, run, s, s[T_OLD], until, 0.0)[1]
 
 
 @compilable
