@@ -5,6 +5,7 @@ import json
 import os
 import signal
 import subprocess
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -58,8 +59,20 @@ def pytest_configure(config: pytest.Config) -> None:
         _compile_once(config)
 
 
+@pytest.hookimpl(tryfirst=True)  # before markers choose tests
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Skip what only root can run; keep one part of the tests, the same on every machine."""
+    """Skip what only root can run; keep one part of the tests, the same on every machine.
+
+    Of a test with the marker `every(n)` all cases but every n-th are slow ones.
+    """
+    number: Counter[str] = Counter()
+    for item in items:
+        every = item.get_closest_marker("every")
+        if every is not None:
+            name = item.nodeid.partition("[")[0]
+            if number[name] % every.args[0]:
+                item.add_marker(pytest.mark.slow)
+            number[name] += 1
     if not hasattr(os, "geteuid") or os.geteuid() != 0:
         for item in items:
             if item.get_closest_marker("root"):

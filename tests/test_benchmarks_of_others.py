@@ -22,6 +22,7 @@ LOOSER = "solver.rtol=1e-9", "solver.atol=1e-11", "solver.duration=40.0"
 CLOSE = 1e-6
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize("ratio", RATIOS)
 def test_amplitudes_are_those_of_den_hartog(ratio: float) -> None:
     assert den_hartog_goes_on(ratio)

@@ -102,10 +102,9 @@ def retired_names(path: str, hits: Iterator[Hit]) -> list[str]:
 
 def retired_words(path: str, source: str) -> list[str]:
     return [
-        f"{path}:{number}: {match[0]}: use {use}"
-        for number, line in enumerate(source.splitlines(), start=1)
+        f"{path}:{source.count(chr(10), 0, match.start()) + 1}: {match[0]}: use {use}"
         for pattern, use in WORDS.items()
-        if (match := re.search(rf"(?<![\w.]){pattern}(?!\w)", line, re.IGNORECASE))
+        for match in re.finditer(rf"(?<![\w.])(?:{pattern})(?!\w)", source, re.IGNORECASE)
     ]
 
 

@@ -188,6 +188,7 @@ def test_the_page_on_guided_belts_has_the_measured_errors_of_creep() -> None:
         assert cells == [points, *(f"{float(value):.2g}" for value in values)]
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("drive", [2, 5])
 def test_errors_of_creep_are_within_those_of_the_table(drive: int) -> None:
     row = measured_rows("guided_creep")[0]

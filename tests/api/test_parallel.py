@@ -1,7 +1,7 @@
 """Threads and processes: results are bit-identical to those of one thread."""
 
 import multiprocessing
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from io import BytesIO
 from pathlib import Path
@@ -58,9 +58,8 @@ def state_of(result: fs.Result) -> dict[str, bytes]:
     return {k: values.tobytes() for k, values in state.items() if not k.startswith("clock.")}
 
 
-def in_pool(pool: Executor, names: Iterable[str] = JOBS) -> dict[str, fs.Result]:
-    names = list(names)
-    return dict(zip(names, pool.map(solved, names), strict=True))
+def in_pool(pool: Executor) -> dict[str, fs.Result]:
+    return dict(zip(JOBS, pool.map(solved, JOBS), strict=True))
 
 
 def test_threads_give_the_results_of_one(serial: dict[str, bytes], tmp_path: Path) -> None:
@@ -68,15 +67,11 @@ def test_threads_give_the_results_of_one(serial: dict[str, bytes], tmp_path: Pat
         assert_same(in_pool(pool), serial, tmp_path)
 
 
-@pytest.mark.parametrize(
-    "names", [("return", "stopped", "csv"), pytest.param(tuple(JOBS), marks=pytest.mark.slow)]
-)
-def test_processes_give_the_results_of_one(
-    names: tuple[str, ...], serial: dict[str, bytes], tmp_path: Path
-) -> None:
+@pytest.mark.slow
+def test_processes_give_the_results_of_one(serial: dict[str, bytes], tmp_path: Path) -> None:
     """A process that solves a belt imports numba, and loads its kernels, for seconds."""
     with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
-        assert_same(in_pool(pool, names), serial, tmp_path)
+        assert_same(in_pool(pool), serial, tmp_path)
         # A scenario goes there as it is, and an exception comes back as it is.
         scenario = fs.load(SCENARIOS / "pulley_return.toml")
         result = pool.submit(fs.solve, scenario).result()
@@ -162,6 +157,7 @@ def drawn(result: fs.Result) -> bytes:
     return picture.getvalue()
 
 
+@pytest.mark.slow
 def test_threads_draw_the_pictures_of_one() -> None:
     results = [solved(name) for name in ("pulley", "epicyclic")]
     expected = [drawn(result) for result in results]

@@ -151,6 +151,7 @@ def speed_error(done: Record, reference: Record) -> float:
     return float(np.max(np.abs(done.channels["pulley_speed"] - reference.channels["pulley_speed"])))
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("bodies", [60, 150])
 def test_the_default_closes_the_energy_and_beats_fixed_steps(bodies: int) -> None:
     changes = {"mechanism__belt__bodies": bodies, "solver__duration": 0.15}

@@ -19,7 +19,8 @@ def arcs(done: Record) -> list[float]:
     return [float(arc) for arc in values if arc is not None]
 
 
-@pytest.mark.parametrize("seed", [0, 1, pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1, 3])
 def test_arcs_of_drawn_drives_are_of_second_order(seed: int) -> None:
     """Unlike radii and coefficients; the drives run one way and the other."""
     drive = drawn_drive(seed)

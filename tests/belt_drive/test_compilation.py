@@ -175,6 +175,7 @@ def test_one_kernel_is_compiled_for_all_forms_of_signals(
         assert len(seen) == 1, form
 
 
+@pytest.mark.every(3)
 @pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("name", COMPILED)
 def test_to_prepare_changes_no_bit_of_a_run(name: str) -> None:

@@ -266,6 +266,7 @@ REFUSED: dict[str, tuple[Drive, dict[str, Any], str]] = {
 }
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_has_no_rest_position_is_refused(name: str) -> None:
     drive, changes, message = REFUSED[name]

@@ -52,6 +52,7 @@ def value(done: Record, name: str) -> float:
 # --- closed forms ---------------------------------------------------------------------------------
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("bodies", [60, 150])
 def test_tensions_and_slip_are_those_of_the_closed_forms(bodies: int) -> None:
     done = loaded(bodies)
@@ -121,6 +122,7 @@ def belt_speed(done: Record) -> float:
     return float(np.sqrt((2.0 * value(done, "energy_kinetic") - inertia) / mass))
 
 
+@pytest.mark.slow
 def test_two_pulleys_swing_against_each_other_as_the_closed_form_has_it() -> None:
     data = string(
         mechanism__belt__bodies=200,
@@ -161,6 +163,7 @@ def test_the_belt_at_rest_is_exact() -> None:
 # --- an independent program, and two methods ------------------------------------------------------
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("seed", [1, 3, 6])
 def test_an_independent_program_comes_to_the_same_end(seed: int) -> None:
     smoothed = {"law": "regularised", "transition_speed": 0.05}

@@ -5,6 +5,7 @@ from math import asin, atan2, cos, hypot, pi, sin
 from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
@@ -146,6 +147,7 @@ def fine_interval(data: Scenario) -> float:
     return float(0.5 * length / (SAMPLES * (RIGIDITY / DENSITY) ** 0.5))
 
 
+@pytest.mark.slow
 @examples(8)
 @given(data=drives(bodies=st.integers(60, 100)))
 def test_quantities_at_fixed_steps_are_those_of_a_second_way(data: Scenario) -> None:
@@ -165,6 +167,7 @@ def assert_second_way(data: Scenario) -> None:
     assert disagreements(done, belt_drive(record)) == {}
 
 
+@pytest.mark.slow
 @examples(4)
 @given(data=drives(bodies=st.just(150), most=4, idle=False))
 def test_spans_differ_by_the_torque_of_their_pulley(data: Scenario) -> None:

@@ -114,6 +114,7 @@ def test_energy_that_the_steps_put_in_is_warned_of() -> None:
     assert warned(done, "the steps have put")
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(("wrap", "divisor"), [("polygon", 12.0), ("corrected", 72.0)])
 @pytest.mark.parametrize("bodies", [14, 24, 48, 96])
 def test_slip_that_corners_make_is_warned_of(bodies: int, wrap: str, divisor: float) -> None:

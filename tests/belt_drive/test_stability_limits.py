@@ -22,6 +22,7 @@ BELTS = {
 }
 
 
+@pytest.mark.every(2)
 @pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize("name", BELTS)
 def test_the_fastest_frequency_is_a_close_bound(name: str) -> None:

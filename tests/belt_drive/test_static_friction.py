@@ -20,6 +20,7 @@ def belt(backend: str, mu_k: float, **changes: Any) -> Record:
     return sound(shipped("belt_drive", **settings, **times | changes))
 
 
+@pytest.mark.every(3)
 @by_both
 @pytest.mark.parametrize("torque", [STEP, RAMP], ids=["step", "ramp"])
 @pytest.mark.parametrize("mu_k", [0.0, 1e-4])

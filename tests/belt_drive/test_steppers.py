@@ -22,6 +22,7 @@ from tests.support.belt_scenarios import (
 from tests.support.scenarios import sound
 
 
+@pytest.mark.slow
 def test_a_short_way_is_that_of_the_reference() -> None:
     """Twelve bodies that are kicked: contacts open and close, bodies stick, slide and turn back."""
     data = pair(

@@ -133,6 +133,7 @@ def test_the_default_step_is_that_of_the_waves_alone(points: int, most: int) -> 
     assert 3.0 * inverse_steps[1] < most
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("coefficient", [0.2, 20.0, 2e4, 1e6])
 def test_it_is_stable_for_any_damping(coefficient: float) -> None:
     done = sound(

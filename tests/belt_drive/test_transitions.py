@@ -294,6 +294,7 @@ def test_transitions_do_not_depend_on_the_recorded_channels() -> None:
     assert events(done) == whole != []
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("part", [0.029, 0.05, 0.12])
 def test_an_interrupted_run_has_its_own_transitions_and_resumed_those_of_all(part: float) -> None:
     def stop(t: float) -> None:

@@ -132,6 +132,7 @@ def test_the_overrides_of_a_run_are_in_its_json_and_in_its_file(told: Run) -> No
     assert strict_json(told("solve", "pulley", "--json")[0])["overrides"] == {}
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "command",
     [

@@ -40,6 +40,7 @@ def told(
     return run
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     ("options", "files"),
     [

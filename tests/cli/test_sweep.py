@@ -145,6 +145,7 @@ def test_a_signal_keeps_what_is_done(name: str, told: Run, here: Path) -> None:
     assert os.listdir() == ["s.partial.h5"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="kills groups of processes")
 def test_a_sweep_that_is_killed_is_resumed_to_the_same_bytes(
     here: Path, monkeypatch: pytest.MonkeyPatch

@@ -65,6 +65,7 @@ def test_a_quantity_beside_channels() -> None:
     assert [part.name for part in fit.data.residuals] == ["angle", "breakaway_time"]
 
 
+@pytest.mark.slow
 def test_friction_of_a_belt_from_its_slip_and_a_speed() -> None:
     """A short run of a belt of 20 bodies without motion across itself: 0.07 s each."""
     coarse = {"mechanism.belt.bodies": 20, "solver.duration": 0.2, "output.interval": 0.005}

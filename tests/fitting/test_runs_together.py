@@ -118,6 +118,7 @@ def test_a_fit_of_runs_together_is_that_of_runs_alone(monkeypatch: pytest.Monkey
     assert fs.fit(pulley(), **options).to_json() == alone
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("searches", [3, MAX_THREADS + 3])
 def test_searches_side_by_side_end_where_they_do_alone(
     monkeypatch: pytest.MonkeyPatch, searches: int
@@ -180,6 +181,7 @@ def test_a_search_that_fails_ends_the_others(monkeypatch: pytest.MonkeyPatch) ->
     assert threading.active_count() == threads
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("threads", [0, 1, 3])
 def test_where_the_system_has_few_threads_a_fit_has_the_same_result(
     monkeypatch: pytest.MonkeyPatch, threads: int

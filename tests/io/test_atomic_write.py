@@ -100,6 +100,7 @@ hdf5_writer.write(belt_run(bodies=40, samples=201), Path("a.h5"))
 """
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("locking", [None, "FALSE", "TRUE", "BEST_EFFORT"])
 def test_a_second_writer_of_a_long_result_is_told_whatever_hdf5_locks(locking: str | None) -> None:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}

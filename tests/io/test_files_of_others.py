@@ -321,6 +321,7 @@ def test_only_files_that_are_called_after_a_result_are_its_segments(result: Path
     assert Path("a.000000.h5").read_text() == "mine"
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("what", ["a result", "a sweep", "link", "pipe", "text", "other columns"])
 def test_what_is_no_segment_of_a_result_is_not_shown(what: str, result: Path) -> None:
     mark = RESULT if what == "a result" else SWEEP if what == "a sweep" else SEGMENT

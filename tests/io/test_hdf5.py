@@ -271,6 +271,7 @@ def test_symbolic_links_are_followed(done: Record, tmp_path: Path) -> None:
     assert os.listdir(tmp_path / "there") == ["old.h5"]
 
 
+@pytest.mark.slow
 def test_hdf5_survives_a_long_result_that_it_cannot_write(here: Path) -> None:
     # More samples than one segment has; a limit of the size of files stands for a full disk.
     run, path = simulate(pulley(output__interval=4e-5)), Path("old.h5")

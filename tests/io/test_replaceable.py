@@ -115,6 +115,7 @@ def full_disk() -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
 def test_a_picture_is_whole_or_the_old_one(suffix: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert solve("-o", "r.h5") == 0

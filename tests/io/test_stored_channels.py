@@ -173,6 +173,7 @@ def test_a_file_that_has_changed_is_not_mixed_with_what_was_read(
         pair[1].record.channels["x"][0]
 
 
+@pytest.mark.slow
 def test_a_long_channel_without_columns_stays_in_its_file(tmp_path: Path) -> None:
     count, names = 9_000_000, ("time", "angle", "mode")
     record = fs.solve(SCENARIOS / "pulley.toml", {"solver.rtol": 1e-6}).record

@@ -47,9 +47,8 @@ def test_ramp_follows_the_closed_form(backend: str) -> None:
 
 # Its steps are a thousandth of its time constant: they take ten seconds, those of rkf45 30.
 TINY_INERTIA = "inertia_1e-6_ramp"
-DEAR_FOR_EVENTS = (TINY_INERTIA, "inertia_1e-4_sine")
 # Hundreds of cycles, or short steps; the drawn cases have the same transitions.
-DEAR_FOR_RKF45 = {
+DEAR = {
     *("inertia_1e-4_sine", "sine_20Hz_400cycles", "sine_5Hz_300cycles"),
     "sine_10Hz_two_way_200cycles",
 }
@@ -63,7 +62,7 @@ def references(marks: dict[str, pytest.MarkDecorator]) -> list[Any]:
     ]
 
 
-@pytest.mark.parametrize("case", references(dict.fromkeys(DEAR_FOR_EVENTS, pytest.mark.slow)))
+@pytest.mark.parametrize("case", references(dict.fromkeys((TINY_INERTIA, *DEAR), pytest.mark.slow)))
 def test_events_agrees_with_the_reference(case: dict[str, Any]) -> None:
     data = case["scenario"]
     data["solver"] |= {"backend": "events", "rtol": 1e-10}
@@ -82,9 +81,7 @@ def test_events_agrees_with_the_reference(case: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize(
     "case",
-    references(
-        dict.fromkeys(DEAR_FOR_RKF45, pytest.mark.slow) | {TINY_INERTIA: pytest.mark.nightly}
-    ),
+    references(dict.fromkeys(DEAR, pytest.mark.slow) | {TINY_INERTIA: pytest.mark.nightly}),
 )
 def test_rkf45_agrees_with_the_reference_to_its_tolerance(case: dict[str, Any]) -> None:
     data = case["scenario"]

@@ -113,6 +113,7 @@ def test_a_size_of_which_no_digits_are_left_is_none(size: float, friction: bool)
         assert abs(result.channels["angle"][-1]) < 1e-300
 
 
+@pytest.mark.slow
 def test_two_thousand_loads_are_summed() -> None:
     """The sum is a loop: a sum of functions of two would be nested too deep to be called."""
     data = shaft_scenario([force(size=sine(0.1, 0.01, 1.0))] * 1000, [sine(0.1, 0.01, 1.0)] * 1000)

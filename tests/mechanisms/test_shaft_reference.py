@@ -129,6 +129,7 @@ def test_the_published_law_agrees_while_it_slides_one_way() -> None:
 VIEWED = ["any_loads_0", "equal_coefficients_14", "tables_16", "many_turns_8", "narrow_peak_15"]
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", VIEWED)
 def test_the_unit_of_mass_and_length_does_not_matter(name: str) -> None:
     """Powers of two change no digit: with the same unit of energy, every step is the same."""

@@ -65,6 +65,7 @@ def assert_no_root_is_missed(data: Scenario) -> None:
                 )
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("seed", range(14))
 def test_the_worst_over_a_turn_is_that_of_a_dense_scan(seed: int) -> None:
     assert_no_root_is_missed(shaft_turn.drawn(seed))

@@ -25,6 +25,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_a_commit_does_not_differ_from_itself(written: Path) -> None:
     lines, same = compare(written, written, PARTS, whole=False)
     assert same

@@ -35,6 +35,7 @@ def cluster() -> Iterator[Any]:
         yield address
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kills a worker")
 def test_a_worker_that_is_killed_costs_nothing(
     cluster: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: Any

@@ -182,6 +182,7 @@ def test_a_sample_has_mean_and_spread_of_a_linear_model() -> None:
     assert float(forces.std(ddof=1)) == pytest.approx(50.0 * ratio, rel=0.02)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", ["pulley", "pulley_return", "pulley_horizontal"])
 def test_runs_together_are_those_alone(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     together(monkeypatch)

@@ -45,6 +45,7 @@ def test_pulleys_are_named_and_a_belt_without_friction_has_no_word_of_it(view: s
     assert "friction" not in words
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     ("view", "bodies"), list(zip(VIEWS["belt_drive"], [400, 1500] * 2, strict=True))
 )

@@ -67,6 +67,7 @@ def test_without_failed_runs_there_is_no_strip() -> None:
         assert ax.get_ylim()[1] == pytest.approx(10.0)
 
 
+@pytest.mark.every(5)
 @pytest.mark.parametrize("ratio", [1.02, 1.3, 3.0, 10.0, 70.0, 1e3])
 @pytest.mark.parametrize("mesh", [None, Mesh("corrected", 50)])
 def test_labels_of_work_are_several_and_apart(ratio: float, mesh: Mesh | None) -> None:

@@ -65,6 +65,7 @@ def content_of(name: str, view: str) -> list[Any]:
     return content(picture(name, view))
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(("name", "view"), drawn_views())
 def test_every_view_is_a_small_file_and_can_be_pickled(name: str, view: str) -> None:
     figure = pickle.loads(pickle.dumps(picture(name, view)))
@@ -96,6 +97,7 @@ def test_axes_of_subfigures_are_replaced_too() -> None:
 PLACED = [job for job in drawn_views() if job[0] != "two pulleys"][1:12:2]
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(("layout", "jobs"), [("none", PLACED[:3]), ("constrained", PLACED[3:])])
 def test_views_take_the_place_of_axes(layout: str, jobs: list[tuple[str, str]]) -> None:
     """Neither panels with title and legend, nor labels of panels, nor views next to each other."""

@@ -58,6 +58,7 @@ def check_texts(figure: Figure) -> None:
         assert min(wide, high) < 1.5, (text, other)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     ("name", "view", "style"),
     [
@@ -75,6 +76,7 @@ def test_texts_of_a_narrow_picture_are_apart_and_inside(
     assert {round(size, 1) for size in sizes} == {8.3 if style is None else 6.7}
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     ("name", "view", "appearance"),
     [
@@ -104,6 +106,7 @@ def points_on(lines: LineCollection) -> np.ndarray:
     return np.asarray(lines.get_transform().transform(np.concatenate(segments)))
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("appearance", [{}, {"width": "84mm", "style": "paper"}, {"style": "talk"}])
 def test_names_of_pulleys_are_within_the_frame_beside_the_belt(appearance: dict[str, Any]) -> None:
     figure = draw(belt_run(FIVE), "drive", appearance=Appearance.of(**appearance))
@@ -147,6 +150,7 @@ def test_a_png_has_its_width_and_resolution(tmp_path: Path) -> None:
     assert np.frombuffer(usual[16:20], ">u4")[0] == int(84 / MM * 100)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("style", [None, "talk"])
 def test_fonts_are_truetype_and_text_is_text(style: str | None, tmp_path: Path) -> None:
     appearance = Appearance.of(style=style)

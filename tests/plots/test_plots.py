@@ -36,6 +36,7 @@ def test_view_all_draws_each_view_that_has_channels_into_its_own_file(
     assert not (here / "gear.png").exists()
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "name", [name for name in DRAWN if name != "four pulleys"] + ["shaft", "hoist_drum"]
 )
@@ -106,6 +107,7 @@ def test_a_pulley_is_drawn_with_its_static_limits() -> None:
     assert "to lift" not in words_of(draw(with_scenario(shown("pulley"), scenario)))
 
 
+@pytest.mark.slow
 def test_many_events_are_not_marked() -> None:
     sine = {"sine": {"mean": 2200.0, "amplitude": 600.0, "frequency_hz": 1.0}}
     figure = draw(simulate(pulley(drive__force=sine, solver__duration=60.0)))

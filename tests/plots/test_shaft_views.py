@@ -39,6 +39,7 @@ FORCES = {
 }
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     ("ends", "part"), [*((ends, False) for ends in FORCES), ("both at the lower edge", True)]
 )

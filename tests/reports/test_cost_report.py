@@ -81,6 +81,7 @@ def drawn(figure: Figure) -> dict[str, list[tuple[float, float]]]:
     }
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("suffix", [".h5", ".csv"])
 def test_the_picture_is_that_of_the_study_and_holds_the_numbers_of_the_table(
     suffix: str, study: fs.Study, files: dict[str, Path], reports: dict[str, Path]

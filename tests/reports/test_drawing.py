@@ -63,6 +63,7 @@ def times_of(file: Any) -> list[float]:
     return [float(time[0]), float(time[len(time) // 3]), float(time[-1])]
 
 
+@pytest.mark.every(3)
 def test_the_pose_is_that_of_the_file(drawn: tuple[str, Any, Any]) -> None:
     kind, page, file = drawn
     times = times_of(file)
@@ -142,6 +143,7 @@ def beside(page: Any, time: float) -> dict[str, str]:
     return dict(page.evaluate(BESIDE))
 
 
+@pytest.mark.slow
 def test_without_samples_at_events_a_page_agrees_with_its_events(
     browser: Any, tmp_path: Path
 ) -> None:
@@ -165,6 +167,7 @@ def test_without_samples_at_events_a_page_agrees_with_its_events(
             assert float(values["angular velocity"].split()[0]) == 0.0
 
 
+@pytest.mark.slow
 def test_a_marble_is_delivered_at_its_transfer_without_a_sample(
     browser: Any, tmp_path: Path
 ) -> None:

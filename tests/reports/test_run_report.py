@@ -140,6 +140,7 @@ def test_zooming_one_chart_zooms_all_and_curves_stay_where_the_axes_say(page: An
     zoomed([0, 12])
 
 
+@pytest.mark.slow
 def test_on_a_touch_screen_buttons_are_over_a_chart_only_under_a_pointer_and_events_fit(
     browser: Any, files: Path
 ) -> None:

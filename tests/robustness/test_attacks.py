@@ -37,9 +37,9 @@ COUNTS = {
     "segments": 1,
     "plugins": 1,
 }
-# A case of these takes two seconds and more; tests of reports, of killed sweeps, of two runs
-# into one file and of a full disk are about the same.
-DEAR = ("reports", "sweep_kills", "writers", "segments")
+# A case of these takes two seconds and more; other tests of reports, kills, signals, plug-ins, of
+# two runs into one file and of a full disk are about the same.
+DEAR = ("reports", "kills", "sweep_kills", "interruptions", "plugins", "writers", "segments")
 
 
 @pytest.fixture(autouse=True)
@@ -89,6 +89,7 @@ def resumed_with(craft: Any, folder: Path) -> "subprocess.CompletedProcess[str]"
     )
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("craft", [journals.repeat_pages, journals.invent_quantities])
 def test_a_crafted_journal_neither_hangs_a_command_nor_adds_quantities(
     tmp_path: Path, craft: Any

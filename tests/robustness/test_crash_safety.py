@@ -61,7 +61,7 @@ def state_of(target: Path, whole: bytes, before: bytes | None) -> str:
         ),
         # Other signals are heard between two steps, wherever they come; after the last, never.
         pytest.param(SHORT, signal.SIGTERM, (1, 4, 10), id="terminated", marks=pytest.mark.slow),
-        pytest.param(SHORT, signal.SIGINT, (1, 4, 10), id="interrupted"),
+        pytest.param(SHORT, signal.SIGINT, (1, 4, 10), id="interrupted", marks=pytest.mark.slow),
     ],
 )
 @pytest.mark.parametrize("before", [None, OLD], ids=["new", "old"])

@@ -20,8 +20,7 @@ from tests.support.belt_closed_forms import capstan_with_bending
 from tests.support.scenarios import SCENARIOS
 
 HARD = SCENARIOS / "hard"
-by_both = pytest.mark.parametrize("backend", ["moreau", "rkf45"])
-by_both_in_turn = pytest.mark.parametrize(
+by_both = pytest.mark.parametrize(
     "backend", ["moreau", pytest.param("rkf45", marks=pytest.mark.slow)]
 )
 Mask = NDArray[np.bool_]
@@ -76,7 +75,7 @@ def test_every_hard_belt_has_a_test() -> None:
     assert [p.stem for p in HARD.glob("belt_*.toml") if f'"{p.stem}"' not in tested] == []
 
 
-@by_both_in_turn
+@by_both
 def test_stiff_damping_does_not_limit_the_step(backend: str) -> None:
     done = outcome("belt_stiff_damping", backend)
     # The methods differ by 2e-4; the slip equals that of the weaker damping to 1 %.
@@ -85,7 +84,7 @@ def test_stiff_damping_does_not_limit_the_step(backend: str) -> None:
         assert done.statistics.steps < 35_000
 
 
-@by_both_in_turn
+@by_both
 def test_a_reversed_torque_reverses_the_drive(backend: str) -> None:
     done = outcome("belt_reversal", backend)
     speed = done.channels["pulley_speed"]
@@ -96,7 +95,7 @@ def test_a_reversed_torque_reverses_the_drive(backend: str) -> None:
     assert quantity(done, "tension_tight") == pytest.approx(785.71, rel=1e-4)
 
 
-@by_both_in_turn
+@by_both
 def test_an_overloaded_belt_obeys_the_capstan_equation_with_bending(backend: str) -> None:
     ratios = []
     for bodies in (150, 300):
@@ -128,7 +127,7 @@ def bending_capstan(both: float) -> float:
     return ratio(tight)
 
 
-@by_both_in_turn
+@by_both
 def test_warns_of_a_slack_belt(backend: str) -> None:
     done = outcome("belt_slack", backend)
     assert "goes slack at t = " in done.warnings[0]
@@ -197,7 +196,7 @@ def test_a_coarse_belt_of_twelve_bodies_conserves_energy(backend: str) -> None:
     )  # a polygon of 60 degrees
 
 
-@by_both_in_turn
+@by_both
 def test_a_fine_mesh_removes_the_polygon_effect(backend: str) -> None:
     fine = Steady(outcome("belt_fine", backend))
     coarse = Steady(outcome("belt_fine", "moreau", *AS_PUBLISHED))
@@ -231,7 +230,7 @@ class Steady:
         self.creep = (1.0 - turned[1] / turned[0]) / ((self.tight - self.slack) / 1.52e5)
 
 
-@by_both_in_turn
+@by_both
 def test_a_stiff_contact_has_the_tensions_of_the_soft_one(backend: str) -> None:
     stiff = outcome("belt_stiff_contact", backend)
     soft = outcome(
@@ -293,7 +292,7 @@ def test_the_belt_lifts_off_a_roller_and_touches_it_again(backend: str) -> None:
     assert not touching.all()
 
 
-@by_both_in_turn
+@by_both
 def test_an_oil_patch_makes_the_belt_slip_temporarily(backend: str) -> None:
     done = outcome("belt_oil_passes", backend, "solver.duration=1.0")
     rim = np.abs(done.channels["pulley_speed"])

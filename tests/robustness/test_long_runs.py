@@ -140,6 +140,7 @@ def test_segments_that_are_not_those_of_the_result_are_not_shown(
 
 
 # Of the first only the resumed run needs the samples.
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", ["_mean_tension", "energy_input"])
 @pytest.mark.parametrize("way", WAYS)
 def test_crafted_segments_are_refused(way: str, name: str, stopped: Path) -> None:
@@ -253,6 +254,7 @@ def test_a_checkpoint_writes_what_is_new_and_says_what_it_leaves_out(
     assert max(sizes) < 1.05 * min(sizes)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("change", [4, 13, 20, 34, 48, 60])  # the last when it is done
 def test_a_long_run_killed_at_a_change_of_a_file_is_resumed_to_the_same_bytes(
     change: int, whole: Path, tmp_path: Path

@@ -180,6 +180,7 @@ FLYWHEEL = {
 }
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-10, 1e-12])
 @pytest.mark.parametrize("mu_k", [None, 0.05])
 def test_a_flywheel_of_many_turns_passes_the_audit(rtol: float, mu_k: float | None) -> None:

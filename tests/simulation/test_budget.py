@@ -43,6 +43,7 @@ PARTS = [
 ]
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("name", PARTS)
 def test_a_run_in_parts_of_few_steps_gives_the_bytes_of_a_whole_one(
     name: str, tmp_path: Path

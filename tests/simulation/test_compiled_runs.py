@@ -456,6 +456,7 @@ def replace_text(path: Path, text: str) -> None:
     assert path.stat().st_size == size
 
 
+@pytest.mark.slow
 def test_another_process_finds_the_code_on_the_disk_but_not_of_another_source(
     tmp_path: Path,
 ) -> None:

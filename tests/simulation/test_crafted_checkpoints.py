@@ -46,6 +46,7 @@ def refusal(original: str, change: Callable[[State], None], folder: Path) -> str
     return str(refused.value)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_not_changed_is_resumed(name: str, tmp_path: Path) -> None:
     path = write_original(name, tmp_path)
@@ -78,6 +79,7 @@ OUT_OF_RANGE: list[tuple[list[str], str, Any, tuple[float, ...], str]] = [
 ]
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(("names", "array", "at", "values", "message"), OUT_OF_RANGE)
 def test_numbers_of_belts_stay_in_their_ranges(
     names: list[str], array: str, at: Any, values: tuple[float, ...], message: str, tmp_path: Path

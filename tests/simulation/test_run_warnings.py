@@ -79,6 +79,7 @@ def test_period_of_a_table_with_plateaus() -> None:
     assert period_of(5.0, 10.0) is None
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(
     ("seed", "backend"),
     [*((seed, "events") for seed in range(15)), *((seed, "rkf45") for seed in range(4))],

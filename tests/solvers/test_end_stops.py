@@ -282,6 +282,7 @@ CASES: list[tuple[str, str, dict[str, Any]]] = [
 ]
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(("law", "backend", "keys"), CASES)
 def test_resumed_runs_give_identical_results(law: str, backend: str, keys: dict[str, Any]) -> None:
     """Interrupted anywhere: in flight, before an impact is processed, at rest on a stop."""

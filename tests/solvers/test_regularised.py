@@ -43,8 +43,11 @@ def test_the_curve_passes_the_static_and_the_kinetic_limit() -> None:
 
 
 @pytest.mark.parametrize(
-    "backend",  # "rk45" takes the most steps, by the lines of "dop853"
-    [pytest.param(name, marks=pytest.mark.slow) if name == "rk45" else name for name in SMOOTHING],
+    "backend",  # explicit methods of high order take the most steps
+    [
+        pytest.param(name, marks=pytest.mark.slow) if name in ("rk45", "dop853") else name
+        for name in SMOOTHING
+    ],
 )
 def test_the_regularised_ramp_approximates_the_exact_one(backend: str) -> None:
     run = smoothed(backend, 1e-4, solver__duration=2.0)

@@ -72,7 +72,8 @@ def limit_of(model: str, most: int, overrides: dict[str, Any]) -> dict[str, floa
     return {name: (4.0 * fine[name] - coarse[name]) / 3.0 for name in QUANTITIES}
 
 
-@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
 def test_errors_and_recommendations_are_those_of_separate_runs(seed: int) -> None:
     drawn = random.Random(seed)
     own, other = drawn.sample([24, 30, 36], 2)
@@ -301,6 +302,7 @@ def test_the_command_writes_models_and_bodies(told: Callable[..., tuple[str, str
         assert f">{label}</text>" in drawn
 
 
+@pytest.mark.slow
 def test_without_bodies_a_study_is_over_time_alone(told: Callable[..., tuple[str, str]]) -> None:
     document = costs(told, "--bodies", "none")
     assert [s["setting"][:4] for s in document["settings"]] == ["step"] * 3

@@ -403,6 +403,7 @@ def test_the_command_writes_table_json_csv_hdf5_and_picture(
     assert "this is a table of `frictionsim cost`, not the result of a run" in refused.stderr
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("suffix", [".pdf", ".svg"])
 def test_a_study_with_failures_can_be_drawn(
     suffix: str, failing: WorkPrecision, tmp_path: Path
@@ -419,6 +420,7 @@ def test_a_study_with_failures_can_be_drawn(
 # --- a kind with ladders of its own ----------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_belt_compares_tolerances_steps_and_friction_laws() -> None:
     scenario = load(SCENARIOS / "belt_drive.toml", ["solver.duration=0.002"])
     kind = mechanism_module("belt_drive")
