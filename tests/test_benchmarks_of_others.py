@@ -77,6 +77,7 @@ def test_drawn_friction_oscillators_come_to_rest_when_and_where_they_must(
     assert quantity_of(done, "final_angle") == pytest.approx(sense * place, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_the_flat_belt_creeps_by_the_closed_form() -> None:
     speed, tight, slack = flat_belt()
     assert (speed, tight, slack) == pytest.approx((11.30848, 663.02, 186.85), abs=5e-3)

@@ -165,6 +165,7 @@ def test_threads_draw_the_pictures_of_one() -> None:
         assert list(pool.map(drawn, results * 2)) == expected * 2
 
 
+@pytest.mark.slow
 @pytest.mark.quick
 def test_threads_write_results_at_once(tmp_path: Path) -> None:
     whole, source = tmp_path / "whole.h5", SCENARIOS / "pulley.toml"

@@ -66,6 +66,7 @@ def test_the_longest_step_of_an_oscillator(eigenvalues: list[complex], limit: fl
     assert step == pytest.approx(limit, abs=0.03)  # steps of 0.02 are tried
 
 
+@pytest.mark.every(2)
 @pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize(
     "changes",
@@ -165,6 +166,7 @@ def test_the_default_closes_the_energy_and_beats_fixed_steps(bodies: int) -> Non
         assert own.statistics.steps + own.statistics.rejected <= 1.1 * longest_steps(data)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("bodies", [40, 60, 150])
 def test_the_default_beats_fixed_steps_on_a_guided_belt(bodies: int) -> None:
     """A relaxation of half the time made points circle about their limit: 70 times the error."""

@@ -73,6 +73,7 @@ def test_tensions_and_slip_are_those_of_the_closed_forms(bodies: int) -> None:
     assert both / (2.0 * (span + pi * R)) == pytest.approx(555.0, rel=1e-3)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(("bodies", "limit"), [(60, 5e-3), (150, 1e-3)])
 @pytest.mark.parametrize("speed", [1.0, 30.0])
 def test_full_slip_is_the_equation_of_euler_and_eytelwein(
@@ -189,6 +190,7 @@ def test_an_independent_program_comes_to_the_same_end(seed: int) -> None:
     assert np.max(np.abs(off)) < 1e-5
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("seed", range(6))
 def test_fixed_and_adaptive_steps_agree(seed: int) -> None:
     channels = {"output__channels": ["pulley_speed", "pulley_angle"]}

@@ -113,6 +113,7 @@ STICKING_BODY = pair(
 )
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_what_friction_holds_does_not_creep(backend: str) -> None:
     """8 N m of the 23 N m at which the driver would slip: it swings, comes to rest and stays."""
@@ -179,6 +180,7 @@ def test_a_mirror_image_moves_as_a_mirror_image(backend: str) -> None:
             assert np.max(np.abs(actual - expected)) <= CLOSE[backend] * size, name
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("data", [pair(), trio()], ids=["pair", "trio"])
 @pytest.mark.parametrize("solver", [{"backend": "rkf45"}, {"backend": "moreau", "step": 5e-5}])
 def test_samples_do_not_change_a_run(data: Scenario, solver: dict[str, Any]) -> None:

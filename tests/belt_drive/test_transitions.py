@@ -61,6 +61,7 @@ def overloaded(seed: int) -> tuple[Scenario, float, int]:
     return data, most, int(sense)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(("seed", "mirror"), [(seed, seed % 2 == 1) for seed in range(8)])
 def test_a_driven_pulley_slips_at_the_limit_of_the_capstan(seed: int, mirror: bool) -> None:
     """The driven pulley falls behind the belt: in the direction of the drive the belt is ahead."""
@@ -94,6 +95,7 @@ THREE: dict[str, Scenario] = {
 }
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", THREE)
 def test_transitions_of_three_pulleys_are_those_of_the_channels(name: str) -> None:
     """Its patch is removed: the reader knows one coefficient for each pulley."""
@@ -122,6 +124,7 @@ def pulse(most: float, duration: float = 0.16) -> Scenario:
     )
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("over", [1.25, 1.6, 3.0])
 def test_a_pulley_grips_again_when_its_load_is_gone(over: float) -> None:
     most = limit(0.08, 0.2, pi)

@@ -58,6 +58,7 @@ def stalled(place: str, arguments: list[str], folder: Path) -> "subprocess.Popen
     )  # fmt: skip
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("number", NUMBERS)
 def test_a_signal_ends_an_assembly_in_c(number: signal.Signals, tmp_path: Path) -> None:
     with stalled("pulley.simulation", ["solve", PULLEY, "-o", "a.h5"], tmp_path) as process:

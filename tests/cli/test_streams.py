@@ -82,6 +82,7 @@ def test_a_full_stdout_matters_to_those_who_only_print(
     assert (tmp_path / "a.h5").exists() == (code == 0)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "redirection", ["2>&-", pytest.param("2>/dev/full", marks=needs_full), "2> >(exit)"]
 )

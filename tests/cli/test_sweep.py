@@ -125,6 +125,7 @@ def test_a_study_in_a_file_is_run(told: Run, here: Path) -> None:
     assert sweep["effects.shaft_friction.mu_s"].values.tolist() == [0.2, 0.3]
 
 
+@pytest.mark.every(2)
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="signals of POSIX")
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
 def test_a_signal_keeps_what_is_done(name: str, told: Run, here: Path) -> None:

@@ -17,6 +17,7 @@ def test_half_of_sixty_faults_are_drawn() -> None:
     assert 2 * sum(fault.origin.startswith("drawn") for fault in faults()) >= len(faults())
 
 
+@pytest.mark.slow
 def test_a_drawn_fault_can_be_set_and_is_the_same_again() -> None:
     fault = draw(7)
     assert fault == draw(7)

@@ -108,6 +108,7 @@ def test_a_value_that_is_jumped_over_is_out_of_reach() -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_value_that_noise_explains_is_not_out_of_reach() -> None:
     # The nearest is 0.0412 away, 2.06 sigma; with half of it, it is out of reach (test_quantities).
     fit = fit_one(pulley(), BOUNDS, breakaway_time=0.5, sigma={"breakaway_time": 0.02})

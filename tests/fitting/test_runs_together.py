@@ -16,6 +16,7 @@ from frictionsim.fitting.problem import FitProblem, free_keys
 from frictionsim.fitting.search import MAX_THREADS, Search, minima
 from tests.fitting.measurements import LOAD, MU_K, MU_S, pulley, series
 from tests.support.drawn_scenarios import pulleys
+from tests.support.examples import examples
 from tests.support.many_runs import together
 
 INERTIA = "mechanism.inertia"
@@ -64,6 +65,7 @@ def alone_and_together(monkeypatch: pytest.MonkeyPatch, problem: FitProblem, pla
     return len(places) - len(evaluated)
 
 
+@examples(8)
 @given(data=st.data())
 def test_channels_have_the_bits_of_runs_alone(data: st.DataObject) -> None:
     scenario = fs.load({**data.draw(pulleys()), "solver": {"duration": 2.0, "rtol": 1e-7}})
@@ -135,6 +137,7 @@ def test_searches_side_by_side_end_where_they_do_alone(
         assert (ends[number].x.tobytes(), ends[number].cost) == (alone.x.tobytes(), alone.cost)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("error", [Interrupted(2, 0.0), KeyboardInterrupt(), ValueError()])
 @pytest.mark.parametrize("runs", [1, 40, 60, 90])
 def test_what_ends_the_runs_ends_all_searches(

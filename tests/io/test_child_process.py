@@ -180,6 +180,7 @@ def test_a_command_that_reads_does_not_import_hdf5(result: str) -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("closed", ["<&- >&- 2>&-", ">&-"])
 def test_closed_streams_do_not_matter(closed: str, result: str) -> None:
     code = (

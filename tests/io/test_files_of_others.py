@@ -234,6 +234,7 @@ CHANGES: dict[str, Change] = {
 IN_A_CHILD = ("link to a pipe", "circle", "claims in many datasets", "external link")
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("what", [*CHANGES, "external link, sealed", "infinite mode, sealed"])
 def test_what_no_result_has_is_refused(
     what: str, result: Path, monkeypatch: pytest.MonkeyPatch

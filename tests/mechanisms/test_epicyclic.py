@@ -28,6 +28,7 @@ def gear(**changes: Any) -> Scenario:
     return shipped("epicyclic", **plain | changes)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
 @pytest.mark.parametrize("case", cases("epicyclic"), ids=lambda case: case["name"])
 def test_motion_agrees_with_the_reference(case: dict[str, Any], backend: str) -> None:

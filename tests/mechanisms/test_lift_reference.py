@@ -123,6 +123,7 @@ def test_energies_of_a_drawn_lift_are_those_of_the_reference(family: str, seed: 
         assert energy[-1] - first == pytest.approx(expected, abs=1e-8 * size), name
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     ("family", "seed"),
     [("taut", 7), ("thrown", 3), ("pushed", 13), ("gripped", 13), ("loose", 433)],

@@ -79,6 +79,7 @@ def test_events_agrees_with_the_reference(case: dict[str, Any]) -> None:
     assert energies == pytest.approx(case["energy"], abs=1e-8 * largest)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "case",
     references(dict.fromkeys(DEAR, pytest.mark.slow) | {TINY_INERTIA: pytest.mark.nightly}),

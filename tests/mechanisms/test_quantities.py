@@ -202,6 +202,7 @@ def bent() -> Any:
     )
 
 
+@examples(10)
 @given(bodies())
 def test_quantities_of_bodies_on_a_shaft(data: Scenario) -> None:
     assert_second_way(data)
@@ -216,6 +217,7 @@ def test_quantities_of_pulleys(data: Scenario) -> None:
         assert first_breakaway(record).agrees(first)
 
 
+@examples(10)
 @given(scenarios(marble_machines(), 0.02))
 def test_quantities_of_marble_machines(data: Scenario) -> None:
     assert_second_way(data)

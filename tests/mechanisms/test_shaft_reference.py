@@ -36,11 +36,8 @@ def assert_same(
     assert final[1] == pytest.approx(wanted_final[1], rel=angle, abs=10.0 * angle * size)
 
 
-# Five of the ten draws of each family are compared every time.
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(n, marks=pytest.mark.slow if i // 10 % 2 else ()) for i, n in enumerate(CASES)],
-)
+@pytest.mark.every(3)
+@pytest.mark.parametrize("name", CASES)
 def test_a_drawn_scenario_gives_the_reference(name: str) -> None:
     case = CASES[name]
     assert case["event_count"] == len(case["events"])
@@ -80,6 +77,7 @@ CLOSED_FORMS = {
 }  # fmt: skip
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", CLOSED_FORMS)
 def test_loads_linear_in_time_give_the_closed_form(name: str) -> None:
     expected = closed_form(CLOSED_FORMS[name])
@@ -147,6 +145,7 @@ def test_the_unit_of_time_does_not_matter(name: str, unit: float) -> None:
     assert_same(actual, expected, 1e-9 * unit, 1e-8, size=1.0 / unit)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", VIEWED)
 def test_the_directions_of_the_picture_do_not_matter(name: str) -> None:
     data = changed(CASES[name]["scenario"], effects__gravity=None)

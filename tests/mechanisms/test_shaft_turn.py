@@ -152,6 +152,7 @@ def test_an_extremum_at_the_end_of_the_turn_is_found() -> None:
     assert abs(angle or 0.0) % radians(360.0) == pytest.approx(0.0, abs=1e-6)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("angle", [0.0, 30.0, 90.0000001, 200.0])
 @pytest.mark.parametrize("turning", ["point_turns", "direction_turns"])
 def test_an_unknown_that_drops_out_at_an_angle_is_no_root_there(angle: float, turning: str) -> None:
@@ -240,6 +241,7 @@ def angles_at_zero_moments(data: Scenario) -> list[Any]:
     return angles
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("mu", [1e-6, 1e-9])
 @pytest.mark.parametrize(
     ("seed", "unknown"),

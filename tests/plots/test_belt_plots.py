@@ -35,6 +35,7 @@ def test_each_view_requires_its_channels_only(view: str) -> None:
             draw(without(record, name), view)
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("view", VIEWS["belt_drive"])
 def test_pulleys_are_named_and_a_belt_without_friction_has_no_word_of_it(view: str) -> None:
     words = words_of(draw(shown("four pulleys"), view))

@@ -218,6 +218,7 @@ def with_engagements(count: int) -> Record:
     return shown("two pulleys")._replace(events=events, contacts=["driver", "driver_driven"])
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("count", [12, 500])
 def test_events_of_pulleys_and_spans_leave_the_views_of_belts(count: int) -> None:
     for view in VIEWS["belt_drive"]:

@@ -266,6 +266,7 @@ def test_an_end_stop_is_a_couple_and_a_missing_channel_is_named() -> None:
     assert not [t for t in key_of(draw(record, VIEW, shown=Extent(time=0.5))) if "end stop" in t]
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("appearance", [{}, {"width": "84mm", "style": "paper", "title": False}])
 @pytest.mark.parametrize("name", ["shaft", "hoist_drum", "swing_door"])
 def test_texts_of_shipped_scenarios_are_apart(name: str, appearance: dict[str, Any]) -> None:

@@ -178,6 +178,7 @@ def test_a_figure_that_the_user_saves_has_such_fonts_too(tmp_path: Path) -> None
 OF_USER = {"font.family": ["serif"], "font.size": 13.0, "axes.facecolor": "#ffeeee"}
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("style", [None, "user"])
 def test_only_the_style_user_takes_the_settings_of_the_user(style: str | None) -> None:
     def drawn() -> Figure:

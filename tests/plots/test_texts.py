@@ -79,6 +79,7 @@ def pictures() -> Iterator[Any]:
     yield pytest.param(partial(cost_of, costs), id="cost")
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("drawn", list(pictures()))
 def test_no_text_of_a_file_is_read_as_a_formula(drawn: Callable[[], Figure]) -> None:
     formulas = [text for text in texts_of(drawn()) if r"\frac" in text.get_text()]

@@ -103,6 +103,7 @@ def test_the_pose_is_that_of_the_file(drawn: tuple[str, Any, Any]) -> None:
         assert np.hypot(planet["x"], planet["y"]) == pytest.approx(0.18, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_belt_with_few_frames_and_markup_in_a_name_has_all_samples_and_text_beside_it(
     browser: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -182,6 +183,7 @@ def test_a_marble_is_delivered_at_its_transfer_without_a_sample(
                 assert beside(page, at)["marbles delivered"] == str(delivered)
 
 
+@pytest.mark.every(3)
 def test_the_clock_moves_the_pixels(drawn: tuple[str, Any, Any]) -> None:
     _, page, file = drawn
     seen = []

@@ -99,6 +99,7 @@ def clock(page: Any) -> Callable[[], float]:
     return time
 
 
+@pytest.mark.every(2)
 def test_charts_hold_the_numbers_of_the_file(page: Any, files: Path) -> None:
     assert page.title() == "Pulley on a dry shaft, up and back to rest"
     with h5py.File(files / "pulley.h5") as file:
@@ -275,6 +276,7 @@ def test_lines_can_be_hidden_and_more_charts_opened(page: Any) -> None:
     assert first.get_attribute("aria-pressed") == "false"
 
 
+@pytest.mark.slow
 def test_a_comparison_overlays_its_results_and_follows_system_and_button(
     browser: Any, files: Path
 ) -> None:

@@ -72,6 +72,7 @@ def pictures_of(path: Path) -> list[tuple[str, bytes]]:
     return [(title, b64decode(image)) for title, image in pairs]
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("name", ["grid", "sample"])
 def test_the_pictures_of_a_report_are_those_of_plot(
     name: str, request: pytest.FixtureRequest, reports: dict[str, Path], tmp_path: Path
@@ -131,6 +132,7 @@ def hostile(dataset: Any) -> Any:
     return renamed
 
 
+@pytest.mark.slow
 def test_markup_in_a_sweep_stays_text(browser: Any, grid: Path, tmp_path: Path) -> None:
     with fs.open_sweep(grid) as dataset:
         report = fs.report(hostile(dataset.load()), tmp_path / "a.html")

@@ -39,7 +39,10 @@ COUNTS = {
 }
 # A case of these takes two seconds and more; other tests of reports, kills, signals, plug-ins, of
 # two runs into one file and of a full disk are about the same.
-DEAR = ("reports", "kills", "sweep_kills", "interruptions", "plugins", "writers", "segments")
+DEAR = (
+    *("reports", "kills", "sweep_kills", "interruptions", "plugins", "writers", "segments"),
+    *("streams", "environments"),
+)
 
 
 @pytest.fixture(autouse=True)

@@ -130,6 +130,7 @@ def test_many_runs_stopped_at_random_times_leave_an_old_or_a_valid_file(
         tally[name] = tally.get(name, 0) + 1
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("checkpoint", [[], ["--set", "output.checkpoint=0.001"]])
 @pytest.mark.parametrize("limit", [0, 4096, 20_000])
 def test_a_file_size_limit_keeps_the_old_file(

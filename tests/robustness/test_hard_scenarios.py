@@ -35,7 +35,7 @@ KNOWN = {
 }
 
 
-@pytest.fixture(params=["events", "rkf45"])
+@pytest.fixture(params=["events", pytest.param("rkf45", marks=pytest.mark.slow)])
 def backend(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 

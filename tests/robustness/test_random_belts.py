@@ -99,6 +99,7 @@ def test_an_interruption_where_dampers_begin_to_be_solved_for_changes_nothing() 
     assert _differing(data, "moreau", np.linspace(0.35, 0.6, 20)) == []
 
 
+@pytest.mark.every(2)
 @by_both
 @examples(8)
 @given(data=belts(), fraction=st.floats(0.0, 1.0))

@@ -32,7 +32,7 @@ def test_results_of_random_scenarios_are_sound(folder: Path, data: Scenario) -> 
     assert_sound(data, folder)
 
 
-@examples(10)
+@examples(5)
 @given(scenarios(), st.floats(0.0, 1.0))
 def test_interrupting_random_runs_changes_nothing(
     folder: Path, data: Scenario, fraction: float
@@ -50,6 +50,7 @@ def test_a_machine_without_gravity_is_symmetric(data: Scenario, backend: str) ->
     assert [-e.mode_to for e in mirrored.transitions] == [e.mode_to for e in done.transitions]
 
 
+@examples(10)
 @given(bodies())
 def test_a_body_on_a_shaft_in_a_mirror_moves_as_in_a_mirror(data: Scenario) -> None:
     data = data | {"solver": {"duration": 0.5, "rtol": 1e-10, "max_steps": 20_000}}
@@ -60,6 +61,7 @@ def test_a_body_on_a_shaft_in_a_mirror_moves_as_in_a_mirror(data: Scenario) -> N
     assert other.channels["angle"][-1] == pytest.approx(-angle, rel=1e-8, abs=1e-8)
 
 
+@examples(10)
 @given(
     st.lists(st.floats(-20.0, 20.0), min_size=2, max_size=4),
     st.lists(st.floats(-30.0, 30.0), min_size=2, max_size=4),

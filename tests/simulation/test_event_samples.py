@@ -47,6 +47,7 @@ def solved(name: str, law: str, backend: str, **changes: Any) -> Record:
     return simulate(data)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(("name", "law", "backend"), SETTINGS)
 def test_the_time_axis_is_the_union_of_regular_samples_and_events(
     name: str, law: str, backend: str

@@ -61,6 +61,7 @@ def assert_same_when_interrupted(data: Scenario, folder: Path, *stops: list[int]
         assert part.read_bytes() == whole.read_bytes()
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(("backend", "first"), [("events", 0), ("rkf45", 1)])
 def test_interruption_at_any_step_gives_identical_bytes(
     backend: str, first: int, tmp_path: Path

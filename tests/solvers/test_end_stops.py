@@ -60,6 +60,7 @@ def test_under_a_constant_torque_the_times_of_impact_are_a_geometric_series(back
     assert done.quantities["energy_impact"].value == pytest.approx(0.5 * HIGHEST, rel=accuracy)
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize("backend", EXACT)
 @pytest.mark.parametrize("seed", range(25))
 def test_drawn_bodies_move_as_in_the_independent_program(seed: int, backend: str) -> None:
@@ -141,6 +142,7 @@ def test_a_body_rests_on_a_stop_until_the_torque_turns(
         assert np.array_equal(channels["friction_torque"][held], -channels["applied_torque"][held])
 
 
+@pytest.mark.every(5)
 @pytest.mark.parametrize("start", [60.0, 59.9])
 @pytest.mark.parametrize(
     ("law", "backend"),
@@ -249,6 +251,7 @@ def test_a_body_may_start_at_its_stop(backend: str, is_dry: bool) -> None:
     assert away.transitions[0].time > 0.1
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize(("law", "backend"), [("", "events"), *[("dry", name) for name in EXACT]])
 @pytest.mark.parametrize("stop", [0.0, 60.0])
 def test_a_tiny_capture_speed_does_not_make_flights_without_end(

@@ -149,6 +149,7 @@ def test_scipy_is_not_imported_by_our_own_backends() -> None:
     assert done.stdout.splitlines()[-1].split() == ["False", "False"]
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("backend", SCIPY)
 def test_a_run_with_scipy_leaves_nothing_to_resume(backend: str) -> None:
     """So that the user is not told to; `test_budget` resumes one with our own integrator."""

@@ -222,6 +222,7 @@ def test_the_limit_is_of_the_scenario_s_own_model() -> None:
     assert second.fine.mesh.model == "corrected"
 
 
+@pytest.mark.slow
 def test_a_mesh_that_is_refused_is_a_row_with_the_reason() -> None:
     study = fs.cost(BELT, WIDE | {"mechanism.belt.bodies": 30}, bodies=[5, 24], **CHOSEN)
     refused = [row for row in study.data.rows if row.status == "failed"]
