@@ -117,7 +117,12 @@ def files(*patterns: str) -> dict[str, str]:
 
 def test_no_retired_names_in_code() -> None:
     texts = files("frictionsim/**/*.py", "tests/**/*.py", "docs/_ext/*.py")
-    assert [hit for path in texts for hit in retired_names(path, names(texts[path]))] == []
+    hits = []
+    for path, text in texts.items():
+        # Names of strings and comments are none, but telling them apart takes long.
+        if any(map(_retired, {*re.findall(r"[A-Za-z_]\w*", text)})):
+            hits += retired_names(path, names(text))
+    assert hits == []
 
 
 def test_no_retired_keys_in_the_scenarios() -> None:
