@@ -164,7 +164,7 @@ def test_the_belt_at_rest_is_exact() -> None:
 # --- an independent program, and two methods ------------------------------------------------------
 
 
-@pytest.mark.every(3)
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 3, 6])
 def test_an_independent_program_comes_to_the_same_end(seed: int) -> None:
     smoothed = {"law": "regularised", "transition_speed": 0.05}
