@@ -14,27 +14,24 @@ import frictionsim as fs
 from frictionsim.api.dataset import sweep_table
 from frictionsim.api.result_base import ResultBase
 from frictionsim.io.hdf5_reader import read_sweep
-from tests.support.scenarios import SCENARIOS
+from tests.support.sweep_files import LOAD, LOOSE, MU_S, PULLEY
 
 pytestmark = pytest.mark.quick
 
-LOOSE = {"solver.rtol": 1e-4}
-LOAD = "mechanism.load"
-MU_S, WAY = "effects.shaft_friction.mu_s", "drive.direction"
+WAY = "drive.direction"
 
 
 @pytest.fixture(scope="module")
 def swept() -> fs.Sweep:
-    return fs.sweep(SCENARIOS / "pulley.toml", {LOAD: [1900.0, 2000.0, 2100.0]}, LOOSE, workers=1)
+    return fs.sweep(PULLEY, {LOAD: [1900.0, 2000.0, 2100.0]}, LOOSE, workers=1)
 
 
 def results() -> list[Any]:
-    scenario = SCENARIOS / "pulley.toml"
-    study = fs.cost(scenario, LOOSE, backends="events", tolerances=[1e-3], repeats=1)
+    study = fs.cost(PULLEY, LOOSE, backends="events", tolerances=[1e-3], repeats=1)
     fitted = fs.fit(
-        scenario, LOOSE, quantities={"force_to_lift": 2800.0}, free={LOAD: (1e3, 3e3)}, starts=1
+        PULLEY, LOOSE, quantities={"force_to_lift": 2800.0}, free={LOAD: (1e3, 3e3)}, starts=1
     )
-    return [fs.solve(scenario, LOOSE), study, fitted]
+    return [fs.solve(PULLEY, LOOSE), study, fitted]
 
 
 def test_results_are_summarised_drawn_and_saved_alike(swept: fs.Sweep, tmp_path: Path) -> None:
@@ -75,13 +72,13 @@ def test_a_sweep_is_read_as_its_dataset(swept: fs.Sweep, tmp_path: Path) -> None
 def grid(tmp_path_factory: pytest.TempPathFactory) -> tuple[xarray.Dataset, Path]:
     path = tmp_path_factory.mktemp("sweep") / "s.h5"
     vary = {MU_S: [0.1, 0.2, 0.3], WAY: ["vertical", "horizontal"]}
-    return fs.sweep(
-        SCENARIOS / "pulley.toml", vary, {"solver.rtol": 1e-4}, output=path, workers=1
-    ).dataset, path
+    return fs.sweep(PULLEY, vary, LOOSE, output=path, workers=1).dataset, path
 
 
 def test_the_table_of_a_dataset_is_that_of_its_file(grid: tuple[xarray.Dataset, Path]) -> None:
     dataset, path = grid
+    with xarray.open_dataset(path, engine="h5netcdf") as of_file:
+        xarray.testing.assert_equal(of_file.load(), dataset)
     table, read = sweep_table(dataset), read_sweep(path)
     assert table.dimensions == read.dimensions
     assert table.units == read.units

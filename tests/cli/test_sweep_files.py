@@ -14,12 +14,10 @@ from frictionsim.io.sweep_file import write_sweep
 from frictionsim.parameter_study.block import FAILED, NOT_RUN
 from frictionsim.parameter_study.sweep_files import write_csv
 from tests.cli.conftest import Run, strict_json
-from tests.support.scenarios import ROOT, SCENARIOS
+from tests.support.scenarios import ROOT
+from tests.support.sweep_files import LOAD, LOOSE, MU_S, PULLEY
 from tests.support.sweeps import grid_of, with_outcomes
 
-PULLEY = SCENARIOS / "pulley.toml"
-MU_S, LOAD = "effects.shaft_friction.mu_s", "mechanism.load"
-LOOSE = {"solver.rtol": 1e-4}
 RESULT = ROOT / "tests" / "io" / "format_1.h5"
 
 

@@ -10,14 +10,10 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.errors import InputError, OutputError
+from frictionsim.errors import InputError
 from frictionsim.io.hdf5_reader import read_sweep
-from frictionsim.io.replaceable import RESULT, SWEEP, check_replaceable
-from tests.support.scenarios import SCENARIOS
+from tests.support.sweep_files import LOOSE, MU_S, PULLEY
 
-PULLEY = SCENARIOS / "pulley.toml"
-MU_S = "effects.shaft_friction.mu_s"
-LOOSE = {"solver.rtol": 1e-4}
 Change = Callable[[Any], object]
 
 
@@ -28,28 +24,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     fs.sweep(
         PULLEY, {MU_S: "uniform(0.2, 0.4)"}, LOOSE, sample=4, output=folder / "sample.h5", workers=1
     )
-    fs.solve(PULLEY, LOOSE, output=folder / "result.h5")
     return folder
-
-
-def test_two_sweeps_of_one_study_have_the_same_bytes(files: Path, tmp_path: Path) -> None:
-    fs.sweep(PULLEY, {MU_S: [0.2, 0.3, 0.4]}, LOOSE, output=tmp_path / "again.h5")
-    assert (tmp_path / "again.h5").read_bytes() == (files / "grid.h5").read_bytes()
-
-
-def test_a_result_and_a_sweep_are_distinguished(files: Path) -> None:
-    with pytest.raises(InputError, match=r"this is a sweep, not the result of a run"):
-        fs.open(files / "grid.h5")
-    with pytest.raises(
-        InputError, match=r"this is the result of a run, not a sweep; fs.open reads it"
-    ):
-        fs.open_sweep(files / "result.h5")
-    with pytest.raises(InputError, match=r"there is no such file"):
-        fs.open_sweep(files / "none.h5")
-    for kind, other in ((SWEEP, "result.h5"), (RESULT, "grid.h5")):
-        with pytest.raises(OutputError, match=f"is not {kind.described} and is not overwritten"):
-            check_replaceable(files / other, kind)
-    check_replaceable(files / "grid.h5", SWEEP)
 
 
 @pytest.mark.parametrize("name", ["grid.h5", "sample.h5"])

@@ -29,10 +29,10 @@ def test_a_grid_has_all_combinations_with_the_last_key_fastest() -> None:
     assert plan.combinations(5, 7) == [(1, 5, 7), (2, 3, 6)]
 
 
-def test_keys_are_walked_together() -> None:
-    plan = design({"a": "[1, 2]", "b": "[3, 4]"}, together=True)
-    assert (plan.runs, plan.dimensions) == (2, ("run",))
-    assert plan.combinations(0, 2) == [(1, 3), (2, 4)]
+def test_keys_are_walked_together_and_may_repeat_values() -> None:
+    plan = design({"a": "[1, 2, 1]", "b": "[3, 4, 5]"}, together=True)
+    assert (plan.runs, plan.dimensions) == (3, ("run",))
+    assert plan.combinations(0, 3) == [(1, 3), (2, 4), (1, 5)]
 
 
 def test_the_values_of_keys_that_are_walked_together_are_limited(

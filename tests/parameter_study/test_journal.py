@@ -2,20 +2,31 @@
 
 import os
 import sqlite3
+from collections.abc import Iterable
 from functools import partial
+from itertools import pairwise
 from json import dumps
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import frictionsim as fs
 from frictionsim.io import journal_content
-from frictionsim.io.journal_content import checksum_of
+from frictionsim.io.journal_content import PART_BYTES, checksum_of
 from frictionsim.io.sweep_table import MAX_QUANTITIES
 from frictionsim.parameter_study import journal
-from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, RunOutcome, block_of
+from frictionsim.parameter_study.block import (
+    AUDIT_FAILED,
+    DONE,
+    FAILED,
+    RunBlock,
+    RunOutcome,
+    block_of,
+)
 from frictionsim.parameter_study.journal import SweepJournal, journal_name
 from frictionsim.results import Quantity
 from tests.attacks.journals import repeat_pages
@@ -34,13 +45,11 @@ RECORD = dict(
 )
 
 
-COUNTED = range(0, 60, 3)
-FORMS = [
-    RunOutcome(FAILED, {"b": Quantity(float(n), "s")}, "diverged", f"at {n}")
-    if n % 2
-    else RunOutcome(DONE, {"a": Quantity(float(n), "m"), "b": Quantity(0.5, "s")})
-    for n in COUNTED
-]
+FORMS = (
+    RunOutcome(FAILED, {"b": Quantity(2.5, "s")}, "diverged", "it left"),
+    RunOutcome(DONE, {"a": Quantity(1.5, "m"), "b": Quantity(0.5, "s")}),
+    RunOutcome(AUDIT_FAILED, {"a": Quantity(0.1, "m"), "b": Quantity(None, "s")}, warnings="odd"),
+)
 
 
 @pytest.fixture
@@ -62,6 +71,18 @@ def blocks(path: Path, digest: bytes = DIGEST) -> list[Any]:
         opened.close(remove=False)
 
 
+def by_run(blocks: Iterable[RunBlock]) -> dict[int, Any]:
+    """Return status, units, values and texts of each run."""
+    return {
+        block.first + i: (
+            *(int(status), list(block.units.items()), block.values[:, i].tobytes()),
+            {name: texts.get(block.first + i) for name, texts in block.texts.items()},
+        )
+        for block in blocks
+        for i, status in enumerate(block.status)
+    }
+
+
 def crafted(path: Path, *statements: str, values: Any = ()) -> None:
     """Change a journal as another program would."""
     database = sqlite3.connect(journal_name(path), isolation_level=None)
@@ -70,13 +91,32 @@ def crafted(path: Path, *statements: str, values: Any = ()) -> None:
     database.close()
 
 
-def test_a_block_comes_back(path: Path) -> None:
-    (block,) = blocks(path)
-    assert (block.first, block.units, block.texts) == (7, BLOCK.units, BLOCK.texts)
-    assert list(block.units) == list(BLOCK.units)
-    assert block.texts["failure"] == {8: "diverged"}
-    assert np.array_equal(block.status, BLOCK.status)
-    assert block.values.tobytes() == BLOCK.values.tobytes()
+@pytest.mark.parametrize("part_bytes", [200, PART_BYTES])
+@given(
+    drawn=st.lists(
+        st.tuples(st.integers(0, 1), st.lists(st.sampled_from(FORMS), min_size=1, max_size=3)),
+        max_size=20,
+    )
+)
+def test_blocks_come_back_and_those_that_continue_others_with_them(
+    part_bytes: int, drawn: list[Any], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    path, first = tmp_path_factory.mktemp("journal") / "s.h5", 0
+    written, every = SweepJournal(path), []
+    written.start(DIGEST)
+    for left_out, outcomes in drawn:
+        every.append(block_of(first + left_out, list(enumerate(outcomes))))
+        written.append(every[-1])
+        first = every[-1].first + every[-1].runs
+    written.close(remove=False)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(journal_content, "PART_BYTES", part_bytes)
+        read = blocks(path)
+    assert by_run(read) == by_run(every)
+    assert [block.first for block in read] == sorted(block.first for block in read)
+    if part_bytes == PART_BYTES:  # consecutive runs with the same quantities are one block
+        for one, other in pairwise(read):
+            assert one.first + one.runs < other.first or list(one.units) != list(other.units)
     assert blocks(path, b"e" * 32) == []
 
 
@@ -123,37 +163,30 @@ def test_a_changed_bit_is_found(path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "statement",
+    ("name", "statements"),
     [
-        "CREATE TABLE more (a)",
-        "CREATE VIEW more AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i FROM n)"
-        " SELECT * FROM n",
-        "CREATE TRIGGER more INSERT ON blocks BEGIN DELETE FROM study; END",
-        "ALTER TABLE blocks ADD COLUMN more INTEGER DEFAULT 1",
-        "DROP TABLE study",
-        "PRAGMA application_id = 7",
+        ("s.h5", ["CREATE TABLE more (a)"]),
+        (
+            "s.h5",
+            [
+                "CREATE VIEW more AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i FROM n)"
+                " SELECT * FROM n"
+            ],
+        ),
+        ("s.h5", ["CREATE TRIGGER more INSERT ON blocks BEGIN DELETE FROM study; END"]),
+        ("s.h5", ["ALTER TABLE blocks ADD COLUMN more INTEGER DEFAULT 1"]),
+        ("s.h5", ["DROP TABLE study"]),
+        ("s.h5", ["PRAGMA application_id = 7"]),
+        # New ones, without tables.
+        ("other.h5", ["CREATE TABLE other (a)", "DROP TABLE other"]),
+        ("other.h5", ["PRAGMA user_version = 7"]),
+        ("other.h5", ["PRAGMA application_id = 7"]),
     ],
 )
-def test_a_database_with_something_else_is_not_touched(path: Path, statement: str) -> None:
-    crafted(path, statement)
-    before = journal_name(path).read_bytes()
-    with pytest.raises(fs.OutputError, match="the file is not one of a sweep; move it"):
-        SweepJournal(path)
-    assert journal_name(path).read_bytes() == before
-
-
-@pytest.mark.parametrize(
-    "statements",
-    [
-        ["CREATE TABLE other (a)", "DROP TABLE other"],
-        ["PRAGMA user_version = 7"],
-        ["PRAGMA application_id = 7"],
-    ],
-)
-def test_a_database_of_another_program_without_tables_is_not_touched(
-    tmp_path: Path, statements: list[str]
+def test_a_database_of_another_program_is_not_touched(
+    path: Path, name: str, statements: list[str]
 ) -> None:
-    path = tmp_path / "s.h5"
+    path = path.with_name(name)
     crafted(path, *statements)
     before = journal_name(path).read_bytes()
     with pytest.raises(fs.OutputError, match="the file is not one of a sweep; move it"):
@@ -215,77 +248,26 @@ def test_a_record_with_more_quantities_than_a_file_can_have_is_left_out(
     assert shapes == ([(MAX_QUANTITIES, 1)] if count == MAX_QUANTITIES else [])
 
 
-def test_consecutive_runs_with_the_same_quantities_come_back_as_one_block(path: Path) -> None:
-    written = SweepJournal(path)
-    written.start(DIGEST)
-    sizes = {0: 1, 1: 2, 3: 1, 5: 1, 6: 1}  # run 4 is missing
-    for first, runs in sizes.items():
-        written.append(block_of(first, [(run, FORMS[0]) for run in range(runs)]))
-    for first in (7, 8):
-        written.append(block_of(first, [(0, FORMS[first - 6])]))
-    written.close(remove=False)
-    read = blocks(path)
-    assert [(b.first, b.runs, list(b.units)) for b in read] == [
-        (0, 4, ["a", "b"]),
-        (5, 2, ["a", "b"]),
-        (7, 1, ["b"]),
-        (8, 1, ["a", "b"]),
-    ]
-    assert read[0].values.tolist() == [[0.0] * 4, [0.5] * 4]
-    assert read[2].texts["failure"] == {7: "diverged"}
-
-
-def test_a_journal_is_read_in_parts(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    written = SweepJournal(path)
-    written.start(DIGEST)
-    # Of two forms, and with a gap after each.
-    every = [block_of(first, [(0, outcome)]) for first, outcome in zip(COUNTED, FORMS, strict=True)]
-    for block in every:
-        written.append(block)
-    written.close(remove=False)
-    whole = blocks(path)
-    assert [(b.first, b.units, b.texts) for b in whole] == [
-        (b.first, b.units, b.texts) for b in every
-    ]
-    assert [b.values.tolist() for b in whole] == [b.values.tolist() for b in every]
-    monkeypatch.setattr(journal_content, "PART_BYTES", 200)
-    parts = blocks(path)
-    assert [(b.first, b.units, b.texts) for b in parts] == [
-        (b.first, b.units, b.texts) for b in every
-    ]
-    assert [b.values.tolist() for b in parts] == [b.values.tolist() for b in every]
-
-
-@pytest.mark.parametrize("suffix", ["", "-wal", "-journal", "-shm"])
-def test_no_link_is_followed(path: Path, suffix: str) -> None:
-    other = path.parent / "other"
+@pytest.mark.parametrize(
+    ("suffix", "said"),
+    [
+        *((suffix, "and it is no file") for suffix in ("", "-wal", "-journal", "-shm")),
+        *((suffix, "and the file is not one of a sweep") for suffix in ("-journal", "-shm")),
+    ],
+)
+def test_no_link_is_followed_and_no_file_played_back_by_sqlite(
+    path: Path, suffix: str, said: str
+) -> None:
+    name, other = Path(f"{journal_name(path)}{suffix}"), path.parent / "other"
     other.write_text("precious")
-    name = path.parent / (journal_name(path).name + suffix)
     name.unlink(missing_ok=True)
-    name.symlink_to(other)
-    with pytest.raises(fs.OutputError, match="the sweep needs this name, and it is no file"):
+    if said == "and it is no file":
+        name.symlink_to(other)
+    else:
+        other.rename(name)
+    with pytest.raises(fs.OutputError, match=f"{suffix}: the sweep needs this name, {said}"):
         SweepJournal(path)
-    assert other.read_text() == "precious"
-
-
-@pytest.mark.parametrize("suffix", ["-journal", "-shm"])
-def test_files_that_sqlite_would_play_back_are_not_taken(path: Path, suffix: str) -> None:
-    name = path.parent / (journal_name(path).name + suffix)
-    name.write_bytes(b"from elsewhere")
-    with pytest.raises(fs.OutputError, match=f"{suffix}: the sweep needs this name"):
-        SweepJournal(path)
-    assert name.read_bytes() == b"from elsewhere"
-
-
-def test_a_journal_of_an_earlier_version_is_refused_with_the_way_out(path: Path) -> None:
-    journal_name(path).write_bytes(b"frictionsim runs 1\n" + DIGEST + b"\0" * 100)
-    with pytest.raises(fs.OutputError) as refused:
-        SweepJournal(path)
-    assert str(refused.value) == (
-        f"{journal_name(path)}: this journal was written by an earlier version of frictionsim;"
-        " resume the sweep with that version, or remove s.h5.runs: the runs in it are then run"
-        " again"
-    )
+    assert name.read_text() == "precious"
 
 
 def test_a_kill_while_a_journal_is_made_leaves_no_other_file(

@@ -12,13 +12,10 @@ from frictionsim.io.hdf5_reader import read_sweep
 from frictionsim.io.replaceable import COSTS, SWEEP_IN_CSV, check_replaceable
 from frictionsim.parameter_study.block import FAILED
 from frictionsim.parameter_study.sweep_files import write_csv
-from tests.support.scenarios import SCENARIOS
+from tests.support.sweep_files import LOOSE, MU_S, PULLEY
 from tests.support.sweeps import grid_of, with_outcomes
 
 pytestmark = pytest.mark.quick
-
-PULLEY = SCENARIOS / "pulley.toml"
-MU_S = "effects.shaft_friction.mu_s"
 
 
 def rows_of(path: Path) -> list[list[str]]:
@@ -28,7 +25,7 @@ def rows_of(path: Path) -> list[list[str]]:
 
 def test_each_run_is_a_line_with_all_digits(tmp_path: Path) -> None:
     vary = {MU_S: "lin(0.1, 0.4, 4)", "drive.direction": ["vertical", "horizontal"]}
-    sweep = fs.sweep(PULLEY, vary, {"solver.rtol": 1e-4}, output=tmp_path / "s.h5", workers=1)
+    sweep = fs.sweep(PULLEY, vary, LOOSE, output=tmp_path / "s.h5", workers=1)
     table = read_sweep(tmp_path / "s.h5")
     write_csv(table, tmp_path / "s.csv")
     heading, *rows = rows_of(tmp_path / "s.csv")
@@ -83,16 +80,12 @@ def test_it_replaces_such_a_table_only(tmp_path: Path) -> None:
     assert path.read_bytes() == before
     with pytest.raises(OutputError, match="is not a table of costs and is not overwritten"):
         check_replaceable(path, COSTS)
-    for other in ("time,angle\n0,1\n", "run [1],a\n1,2\n", "law,backend,setting,error\n"):
-        path.write_text(other)
-        with pytest.raises(OutputError, match="the existing file is not a sweep in CSV and is not"):
-            write_csv(table, path)
-        assert path.read_text() == other
+    path.write_text("run [1],a\n1,2\n")  # while the runs go on
+    with pytest.raises(OutputError, match="is not a sweep in CSV and is not overwritten"):
+        write_csv(table, path)
+    assert path.read_text() == "run [1],a\n1,2\n"
     path.write_text("")
     check_replaceable(path, SWEEP_IN_CSV)
-    with pytest.raises(OutputError, match="cannot write the table"):
-        write_csv(table, tmp_path / "none" / "s.csv")
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["s.csv"]
 
 
 def test_many_runs_are_written_in_parts(tmp_path: Path) -> None:

@@ -9,7 +9,6 @@ from json import dumps
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 import pytest
 import tomli_w
@@ -17,7 +16,7 @@ import tomli_w
 import frictionsim as fs
 from frictionsim.api import sweeping
 from frictionsim.api.sweeping import SweepInterrupted
-from frictionsim.io.checksum import LENGTH, SWEEP, append_trailer
+from frictionsim.io.checksum import LENGTH
 from frictionsim.io.hdf5_reader import read_sweep
 from frictionsim.io.sweep_file import write_sweep
 from frictionsim.io.sweep_table import MAX_QUANTITIES, ORDER
@@ -63,6 +62,13 @@ def interrupted(path: Path, runs: int = 5, **options: Any) -> str:
         sweep(path, progress=after(runs), **options)
     assert stopped.value.exit_code == 143
     return str(stopped.value)
+
+
+def altered(path: Path, attributes: dict[str, str], **more: Any) -> bytes:
+    """Give the file of a sweep other attributes; return its content."""
+    table = read_sweep(path)
+    write_sweep(table._replace(attributes=table.attributes | attributes, **more), path)
+    return path.read_bytes()
 
 
 @pytest.fixture(scope="module")
@@ -123,9 +129,8 @@ def test_an_unfinished_file_has_the_order_of_as_many_quantities_as_a_file_can_ha
 ) -> None:
     interrupted(tmp_path / "s.h5")
     path = partial_name(tmp_path / "s.h5")
-    table = read_sweep(path)
     order = dumps({f"a_quantity_with_a_long_name_{n}": (0, n) for n in range(MAX_QUANTITIES)})
-    write_sweep(table._replace(attributes=table.attributes | {ORDER: order}), path)
+    altered(path, {ORDER: order})
     assert read_sweep(path).attributes[ORDER] == order
 
 
@@ -139,29 +144,24 @@ def test_a_sample_is_not_drawn_again(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert path.read_bytes() == again.read_bytes()
 
 
-def test_a_complete_sweep_stays_until_the_next_is_complete(whole: bytes, tmp_path: Path) -> None:
-    path, part = tmp_path / "s.h5", tmp_path / "s.partial.h5"
-    path.write_bytes(whole)
-    assert f"saved in {part};" in interrupted(path)
-    assert path.read_bytes() == whole
-    assert sorted(os.listdir(tmp_path)) == ["s.h5", "s.partial.h5"]
-    fs.resume_sweep(part, workers=1)
-    assert path.read_bytes() == whole
-    assert os.listdir(tmp_path) == ["s.h5"]
-
-
-def test_a_sweep_is_resumed_into_another_file(whole: bytes, tmp_path: Path) -> None:
+def test_a_complete_sweep_and_an_unfinished_one_stay_until_the_next_is_complete(
+    whole: bytes, tmp_path: Path
+) -> None:
     path, other = tmp_path / "s.h5", tmp_path / "a" / "longer.h5"
     other.parent.mkdir()
-    interrupted(path)
+    path.write_bytes(whole)
     part = partial_name(path)
+    assert f"saved in {part};" in interrupted(path)
     before = part.read_bytes()
     with pytest.raises(SweepInterrupted, match=r"saved in .*longer\.partial\.h5;"):
         fs.resume_sweep(part, workers=1, output=other, progress=after(7))
     fs.resume_sweep(partial_name(other), workers=1)
-    assert other.read_bytes() == whole
+    assert other.read_bytes() == path.read_bytes() == whole
     assert os.listdir(other.parent) == ["longer.h5"]
     assert part.read_bytes() == before
+    fs.resume_sweep(part, workers=1)
+    assert path.read_bytes() == whole
+    assert sorted(os.listdir(tmp_path)) == ["a", "s.h5"]
 
 
 def test_an_unfinished_sweep_of_an_earlier_version_is_resumed(
@@ -196,7 +196,7 @@ def killed(path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return journal
 
 
-def test_the_journal_of_a_killed_sweep_has_its_runs(
+def test_the_runs_in_the_journal_of_a_killed_sweep_are_kept_up_to_a_torn_or_damaged_end(
     whole: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "s.h5"
@@ -207,25 +207,13 @@ def test_the_journal_of_a_killed_sweep_has_its_runs(
         "killed, or still running; 'frictionsim resume' continues it, including the runs journalled"
         " in s.partial.h5.runs"
     )
-    assert (tmp_path / "s.partial.h5.runs").exists()
     assert step.missing_runs.startswith("sweep interrupted: at most 12 of 12 runs are left: killed")
-    ran: list[int] = []
-    fs.resume_sweep(path, workers=1, progress=lambda step: ran.append(step.done))
-    assert min(ran) == 5
-    assert path.read_bytes() == whole
-    assert not journal.exists()
-
-
-def test_a_torn_or_damaged_end_of_a_journal_is_run_again(
-    whole: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "s.h5"
-    journal = killed(path, monkeypatch)
     log, incomplete = Path(f"{journal}-wal"), partial_name(path).read_bytes()
     content, records = journal.read_bytes(), log.read_bytes()
     flipped = bytearray(records)
     flipped[-100] ^= 1
     for bad, last, kept in (
+        (content, records, 5),
         (content, records[:-1], 4),
         (content, bytes(flipped), 4),
         (content, records + b"\0" * 100, 5),
@@ -240,21 +228,8 @@ def test_a_torn_or_damaged_end_of_a_journal_is_run_again(
         fs.resume_sweep(path, workers=1, progress=lambda step, ran=ran: ran.append(step.done))
         assert min(ran) == kept
         assert path.read_bytes() == whole
+        assert os.listdir(tmp_path) == ["s.h5"]
         path.unlink()
-
-
-def test_a_file_that_is_no_journal_is_not_touched(tmp_path: Path) -> None:
-    path = tmp_path / "s.h5"
-    beside = journal_name(partial_name(path))
-    beside.write_text("my notes")
-    with pytest.raises(fs.OutputError, match="the file is not one of a sweep; move it"):
-        sweep(path)
-    assert beside.read_text() == "my notes"
-    beside.unlink()
-    beside.mkdir()
-    with pytest.raises(fs.OutputError, match="the sweep needs this name, and it is no file"):
-        sweep(path)
-    assert os.listdir(tmp_path) == ["s.partial.h5.runs"]
 
 
 def test_two_sweeps_do_not_write_one_file(tmp_path: Path) -> None:
@@ -282,78 +257,91 @@ def test_what_cannot_be_resumed_is_refused(whole: bytes, tmp_path: Path) -> None
         fs.resume_sweep(path)
     assert not journal_name(partial_name(path)).exists()
     interrupted(tmp_path / "t.h5")
-    order = read_sweep(tmp_path / "t.partial.h5").attributes[ORDER]
+    edited = tmp_path / "t.partial.h5"
+    attributes = read_sweep(edited).attributes
+    order = attributes[ORDER]
     assert "[0, 0]" in order
     for name, value, message in (
         ("frictionsim_version", "0.0.9", "it was started with frictionsim 0.0.9, this is"),
         ("study", "vary = 1", "study"),
+        ("study", "x=" + "[" * 30_000, "its study is not that of its values"),
         ("design", "sample", "its study is not that of its values"),
-        ("order", "[" * 30_000, "it is damaged"),
-        ("order", "{}", "it is damaged"),
-        ("order", order.replace("[0, 0]", "[1e999, 0]"), "it is damaged"),
+        (ORDER, "[" * 30_000, "it is damaged"),
+        (ORDER, "{}", "it is damaged"),
+        (ORDER, order.replace("[0, 0]", "[1e999, 0]"), "it is damaged"),
     ):
-        edited = tmp_path / "u.partial.h5"
-        edited.write_bytes((tmp_path / "t.partial.h5").read_bytes()[:-LENGTH])
-        with h5py.File(edited, "r+") as file:
-            file.attrs[name] = value
-        append_trailer(edited, SWEEP)
-        before = edited.read_bytes()
+        before = altered(edited, attributes | {name: value})
         with pytest.raises(fs.InputError, match=message):
             fs.resume_sweep(edited, workers=1)
         assert edited.read_bytes() == before
         assert not journal_name(edited).exists()
 
 
-@pytest.mark.parametrize(
-    ("changed", "said"),
-    [
-        ("scenario.toml", "expected the tables of a scenario"),
-        ({"drive": {"force": {"csv": "secret.csv"}}}, "csv"),
-        ("x=" + "[" * 30_000, "its study is not that of its values"),
-    ],
-)
 def test_a_sweep_made_by_others_has_no_other_file_read(
-    changed: Any, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     interrupted(tmp_path / "s.h5")
     path = tmp_path / "s.partial.h5"
     for name in ("scenario.toml", "secret.csv"):
         (tmp_path / name).write_text("password")
-    with h5py.File(path, "r+") as file:
-        study = tomllib.loads(file.attrs["study"])
-        if isinstance(changed, dict):
-            study["study"]["scenario"]["drive"]["force"] = changed
-        else:
-            study["study"]["scenario"] = changed
-        deep = isinstance(changed, str) and changed.startswith("x=")
-        file.attrs["study"] = changed if deep else tomli_w.dumps(study)
-    append_trailer(path, SWEEP)
-    with pytest.raises(fs.InputError) as refused:
-        fs.resume_sweep(path, workers=1)
-    assert said in str(refused.value)
-    assert "password" not in str(refused.value)
+    study = tomllib.loads(read_sweep(path).attributes["study"])
+    scenario = study["study"]["scenario"]
+    from_a_file = scenario | {"drive": {"force": {"csv": "secret.csv"}}}
+    for given, said in (
+        ("scenario.toml", "expected the tables of a scenario"),
+        (from_a_file, "csv"),
+    ):
+        study["study"]["scenario"] = given
+        altered(path, {"study": tomli_w.dumps(study)})
+        with pytest.raises(fs.InputError) as refused:
+            fs.resume_sweep(path, workers=1)
+        assert said in str(refused.value)
+        assert "password" not in str(refused.value)
 
 
-def vary_instead(path: Path, vary: dict[str, str], **more: Any) -> None:
-    """Have the study of an interrupted sweep vary other values than those of its file."""
-    table = read_sweep(path)
-    study = tomllib.loads(table.attributes["study"]) | {"vary": vary}
-    attributes = table.attributes | {"study": tomli_w.dumps(study)}
-    write_sweep(table._replace(attributes=attributes, **more), path)
+ONE_KEY = {LOAD: "uniform(2000.0, 2100.0)"}
 
 
-@pytest.mark.parametrize("together", [False, True])
-@pytest.mark.parametrize("spec", ["lin(2000, 2400, 10000000)", "uniform(2000, 2400)"])
-def test_values_of_a_study_that_are_not_those_of_its_file_are_not_made(
-    together: bool, spec: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("options", "changes"),
+    [
+        *(
+            ({"zip": together}, {"vary": {LOAD: spec}})
+            for spec in ("lin(2000, 2400, 10000000)", "uniform(2000, 2400)")
+            for together in (False, True)
+        ),
+        *(
+            ({"vary": {key: given}}, {"vary": {key: f"[{number}, 1]"}})
+            for number in ("9" * 30, "9" * 400)  # which no array holds
+            for key, given in ((LOAD, "[2000, 2400]"), ("title", '["a", "b"]'))
+        ),
+        *(
+            ({"vary": SAMPLE, "sample": 4}, {"study": change})
+            for change in ({"sample": 5}, {"sample": 8}, {"indices": True}, {"method": "soboll"})
+        ),
+        *(
+            ({"vary": ONE_KEY, "sample": 4}, {"vary": vary})
+            for vary in ({LOAD: "[2000, 2100]"}, {LOAD: "lin(2000, 2100, 4)"}, {})
+        ),
+    ],
+)
+def test_a_study_that_is_not_that_of_its_file_is_refused_before_its_values_are_made(
+    options: Any, changes: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    interrupted(tmp_path / "s.h5", zip=together)
+    interrupted(tmp_path / "s.h5", 1, **options)
     path = tmp_path / "s.partial.h5"
-    vary_instead(path, {LOAD: spec})
+    table = read_sweep(path)
+    study = tomllib.loads(table.attributes["study"])
+    study["study"] |= changes.get("study", {})
+    study["vary"] = changes.get("vary", study["vary"])
+    coordinates = table.coordinates if study["vary"] else {}
+    before = altered(path, {"study": tomli_w.dumps(study)}, coordinates=coordinates)
+    monkeypatch.delattr(sweeping, "run_blocks")
     monkeypatch.delattr(values, "_evenly")
     with pytest.raises(fs.InputError, match="its study is not that of its values"):
         fs.resume_sweep(path, workers=1)
+    assert path.read_bytes() == before
 
 
 def test_a_sweep_over_integers_that_no_array_holds_is_resumed(tmp_path: Path) -> None:
@@ -364,66 +352,6 @@ def test_a_sweep_over_integers_that_no_array_holds_is_resumed(tmp_path: Path) ->
     interrupted(tmp_path / "t.h5", 1, vary={steps: [huge, 10_000_000]})
     fs.resume_sweep(tmp_path / "t.h5", workers=1)
     assert (tmp_path / "t.h5").read_bytes() == (tmp_path / "s.h5").read_bytes()
-
-
-@pytest.mark.parametrize("number", ["9" * 30, "9" * 400])
-@pytest.mark.parametrize(("key", "given"), [(LOAD, "[2000, 2400]"), ("title", '["a", "b"]')])
-def test_integers_in_a_study_that_no_array_holds_are_not_those_of_its_file(
-    key: str, given: str, number: str, tmp_path: Path
-) -> None:
-    interrupted(tmp_path / "s.h5", 1, vary={key: given})
-    path = tmp_path / "s.partial.h5"
-    vary_instead(path, {key: f"[{number}, 1]"})
-    with pytest.raises(fs.InputError, match="its study is not that of its values"):
-        fs.resume_sweep(path, workers=1)
-
-
-@pytest.mark.parametrize(
-    ("key", "value"), [("sample", 5), ("sample", 8), ("indices", True), ("method", "soboll")]
-)
-def test_a_study_with_other_runs_than_its_file_is_refused_before_a_run(
-    key: str, value: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    interrupted(tmp_path / "s.h5", 2, vary=SAMPLE, sample=4)
-    path = tmp_path / "s.partial.h5"
-    table = read_sweep(path)
-    study = tomllib.loads(table.attributes["study"])
-    study["study"][key] = value
-    write_sweep(table._replace(attributes=table.attributes | {"study": tomli_w.dumps(study)}), path)
-    before = path.read_bytes()
-    monkeypatch.delattr(sweeping, "run_blocks")
-    with pytest.raises(fs.InputError, match="its study is not that of its values"):
-        fs.resume_sweep(path, workers=1)
-    assert path.read_bytes() == before
-
-
-@pytest.mark.parametrize("spec", ["[2000, 2100]", "lin(2000, 2100, 4)"])
-def test_a_sample_without_distributions_is_refused_before_a_run(
-    spec: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    interrupted(tmp_path / "s.h5", 2, vary={LOAD: "uniform(2000.0, 2100.0)"}, sample=4)
-    path = tmp_path / "s.partial.h5"
-    vary_instead(path, {LOAD: spec})
-    monkeypatch.delattr(sweeping, "run_blocks")
-    with pytest.raises(fs.InputError, match="its study is not that of its values"):
-        fs.resume_sweep(path, workers=1)
-
-
-def test_a_sample_that_varies_nothing_is_refused(tmp_path: Path) -> None:
-    interrupted(tmp_path / "s.h5", 2, vary={LOAD: "uniform(2000.0, 2100.0)"}, sample=4)
-    path = tmp_path / "s.partial.h5"
-    vary_instead(path, {}, coordinates={})
-    with pytest.raises(fs.InputError, match="its study is not that of its values"):
-        fs.resume_sweep(path, workers=1)
-
-
-def test_a_sweep_without_the_results_of_its_runs_makes_no_folder(tmp_path: Path) -> None:
-    path = tmp_path / "s.h5"
-    interrupted(path, keep_series=True)
-    (tmp_path / "s.series").rename(tmp_path / "elsewhere")
-    with pytest.raises(fs.InputError, match="put it back beside the sweep"):
-        fs.resume_sweep(path, workers=1)
-    assert not (tmp_path / "s.series").exists()
 
 
 def test_a_full_disk_keeps_what_is_done_and_says_how_to_continue(
@@ -491,6 +419,7 @@ def test_a_sweep_that_another_program_has_changed_is_resumed_elsewhere(
     )
     fs.resume_sweep(path, workers=1, output=tmp_path / "t.h5")
     assert (tmp_path / "t.h5").read_bytes() == whole
+    assert path.exists()
 
 
 def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
@@ -527,6 +456,11 @@ def test_series_are_kept_and_resumed(tmp_path: Path) -> None:
     path, folder = tmp_path / "s.h5", tmp_path / "s.series"
     interrupted(path, 2, keep_series=True, vary={LOAD: [2000.0, 2100.0, 2200.0]})
     assert sorted(os.listdir(folder)) == ["run-0000000.h5", "run-0000001.h5", "study.toml"]
+    elsewhere = folder.rename(tmp_path / "elsewhere")
+    with pytest.raises(fs.InputError, match="put it back beside the sweep"):
+        fs.resume_sweep(path, workers=1)
+    assert not folder.exists()
+    elsewhere.rename(folder)
     stamp = (folder / "run-0000000.h5").stat().st_mtime_ns
     swept = fs.resume_sweep(path, workers=1)
     assert (folder / "run-0000000.h5").stat().st_mtime_ns == stamp

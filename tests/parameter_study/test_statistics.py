@@ -34,19 +34,6 @@ def test_statistics_are_those_of_scipy() -> None:
     assert (summary.low, summary.median, summary.high) == pytest.approx(tuple(quantiles), rel=1e-14)
 
 
-def test_statistics_of_a_sample_are_those_of_its_distribution() -> None:
-    table = sample_of(VARY, {"sum": lambda a, b: a + 0.0 * b}, Sampling(4096))
-    summary = sample_statistics(table)["sum"]
-    assert summary.runs == 4096
-    # A sequence of Sobol is nearly as even as can be.
-    assert summary.mean == pytest.approx(3.0, abs=1e-3)
-    assert summary.deviation == pytest.approx(0.5, rel=2e-3)
-    low, median, high = stats.norm(3.0, 0.5).ppf((0.05, 0.5, 0.95))
-    assert (summary.low, summary.median, summary.high) == pytest.approx(
-        (low, median, high), abs=2e-3
-    )
-
-
 def test_only_independent_runs_count_in_a_sample_with_indices() -> None:
     table = sample_of(VARY, {"a": lambda a, b: a}, Sampling(64, indices=True))
     assert table.runs == 256

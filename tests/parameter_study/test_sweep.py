@@ -74,15 +74,6 @@ def test_several_keys_have_one_value_together_and_along_the_runs(
     assert sweep.isel(run=[0])[BOTH].values.tolist() == [0.1]
 
 
-def test_the_file_opens_in_xarray_with_the_same_data(tmp_path: Path) -> None:
-    vary = {MU_S: "lin(0.1, 0.3, 3)", "drive.direction": ["vertical", "horizontal"]}
-    sweep = fs.sweep(PULLEY, vary, LOOSE, output=tmp_path / "s.h5")
-    assert fs.open_sweep(tmp_path / "s.h5").identical(sweep)
-    with xarray.open_dataset(tmp_path / "s.h5", engine="h5netcdf") as read:
-        xarray.testing.assert_equal(read.load(), sweep.dataset)
-        assert read["drive.direction"].values.tolist() == ["vertical", "horizontal"]
-
-
 @pytest.mark.parametrize(
     ("kind", "steps"), [("pulley", [20, 60]), ("marble_machine", [5, 200]), ("epicyclic", [5, 100])]
 )
@@ -163,13 +154,6 @@ def test_quantities_that_some_runs_lack_are_undefined_there() -> None:
     assert sweep[friction].values.tolist()[1] == "none"
 
 
-def test_an_invalid_combination_is_refused_before_any_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("frictionsim.parameter_study.single_run.run", None)
-    with pytest.raises(fs.InputError) as caught:
-        fs.sweep(PULLEY, {MU_S: [0.3, 0.05], LOAD: [1.0, 2.0]})
-    assert str(caught.value).startswith(f"vary: {MU_S}=0.05, {LOAD}=1.0 is not valid: ")
-
-
 def test_a_sample_has_mean_and_spread_of_a_linear_model() -> None:
     # force_to_lift = W (r_e + r_s)/(r_e - r_s) is linear in the load W.
     sweep = fs.sweep(PULLEY, {LOAD: "normal(2000.0, 50.0)"}, LOOSE, sample=256)
@@ -180,18 +164,6 @@ def test_a_sample_has_mean_and_spread_of_a_linear_model() -> None:
     # Of 256 points of a Sobol sequence the mean is within a hundredth of the spread.
     assert float(forces.mean()) == pytest.approx(2000.0 * ratio, abs=0.01 * 50.0 * ratio)
     assert float(forces.std(ddof=1)) == pytest.approx(50.0 * ratio, rel=0.02)
-
-
-@pytest.mark.every(2)
-@pytest.mark.parametrize("name", ["pulley", "pulley_return", "pulley_horizontal"])
-def test_runs_together_are_those_alone(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    together(monkeypatch)
-    vary = {MU_S: "uniform(0.11, 0.5)", LOAD: "uniform(2000.0, 2400.0)"}
-    sweep = fs.sweep(SCENARIOS / f"{name}.toml", vary, LOOSE, sample=100)
-    monkeypatch.setattr("frictionsim.simulation.combinations.MIN_TOGETHER", 10**9)
-    alone = fs.sweep(SCENARIOS / f"{name}.toml", vary, LOOSE, sample=100)
-    assert sweep.identical(alone)
-    assert len(set(sweep["breakaway_time"].values)) > 20
 
 
 def test_runs_go_together_where_they_can(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -216,8 +188,3 @@ def test_runs_go_together_where_they_can(monkeypatch: pytest.MonkeyPatch) -> Non
     for more in ({"output.channels": ["angle"]}, {"solver.backend": "rkf45"}):
         fs.sweep(PULLEY, many, {**LOOSE, **more})
     assert sum(seen) == 59
-
-
-def test_keys_that_are_walked_together_may_repeat_values() -> None:
-    sweep = fs.sweep(PULLEY, {MU_S: [0.2, 0.2], LOAD: [2000.0, 2100.0]}, LOOSE, zip=True)
-    assert sweep["status"].values.tolist() == [1, 1]

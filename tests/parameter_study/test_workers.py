@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
+from frictionsim.api import sweeping
 from frictionsim.parameter_study import dispatch, executors
 from frictionsim.parameter_study.executors import (
     InProcess,
@@ -97,10 +98,11 @@ def test_workers_that_cannot_start_are_reported(monkeypatch: pytest.MonkeyPatch)
 
 
 @pytest.mark.parametrize("seconds_here", [-1.0, 60.0])
-def test_the_first_invalid_combination_is_named(
+def test_the_first_invalid_combination_is_named_before_any_run(
     seconds_here: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dispatch, "SECONDS_OF_LOCAL_CHECKS", seconds_here)
+    monkeypatch.delattr(sweeping, "run_blocks")  # no run begins
     loads = [*range(2000, 2070), -1.0, *range(2100, 2130), -2.0]
     with pytest.raises(fs.InputError, match=r"vary: mechanism.load=-1.0 is not valid"):
         fs.sweep(PULLEY, {LOAD: loads}, LOOSE, workers=2)

@@ -11,7 +11,7 @@ from typing import Any
 from tests.support.scenarios import SCENARIOS
 
 PULLEY = SCENARIOS / "pulley.toml"
-LOAD = "mechanism.load"
+MU_S, LOAD = "effects.shaft_friction.mu_s", "mechanism.load"
 LOOSE = {"solver.rtol": 1e-4}
 
 
