@@ -85,31 +85,19 @@ def rows(line: str, header: str = "") -> str:
             rows("{t},{w}\n", "t,w (motor)\n"),
             {"channels": {"angular_velocity": "w"}, "units": {"angular_velocity": "rad/s"}},
         ),
+        (rows("{t}e3,{w}\n", "time [ms],angular_velocity [rad/s]\n"), {}),
+        (
+            rows("{t},{w}\n", "time [ms],angular_velocity [deg/s]\n"),
+            {"time_unit": "s", "units": {"angular_velocity": "rad/s"}},
+        ),
     ],
 )
-def test_data_in_csv_are_read_by_name_or_number(
+def test_data_in_csv_are_read_by_name_or_number_in_their_units_or_given_ones(
     text: str, options: dict[str, Any], tmp_path: Path
 ) -> None:
     path = tmp_path / "log.csv"
     path.write_text(text)
     assert force_of(str(path), **options) == pytest.approx(300.0, rel=1e-6)
-
-
-def test_a_unit_in_a_heading_is_used_unless_another_is_given(tmp_path: Path) -> None:
-    path = tmp_path / "log.csv"
-    path.write_text(rows("{t},{w}\n", "time [ms],angular_velocity [deg/s]\n"))
-    units = {"angular_velocity": "rad/s"}
-    assert force_of(path, time_unit="s", units=units) == pytest.approx(300.0, rel=1e-6)
-    assert force_of(path) != pytest.approx(300.0, rel=0.1)
-
-
-@pytest.mark.parametrize("value", [1e200, -1.7e308])
-def test_numbers_that_no_scenario_has_are_refused(value: float) -> None:
-    data = {"time": [0.0, 0.5], "angle": [0.0, value]}
-    with pytest.raises(fs.InputError, match=r"row 1: .* is too large; the magnitude must not"):
-        fs.fit(frictionless(), data=data, channels="angle", free=FREE)
-    with pytest.raises(fs.InputError, match=r"final_angle: .* is too large"):
-        fs.fit(frictionless(), quantities={"final_angle": value}, free=FREE)
 
 
 def test_gaps_of_a_file_are_not_data(tmp_path: Path) -> None:

@@ -73,12 +73,10 @@ def test_noisy_data_give_them_within_the_errors_they_have() -> None:
 
 @pytest.mark.filterwarnings("error")  # SciPy divides by a slope that there is not
 def test_a_scan_finds_what_a_start_without_slope_does_not() -> None:
-    """With mu_s = 0.39 the pulley never breaks away, and no residual changes with mu_s there."""
+    """With mu_s = 0.39 the pulley never breaks away: one start stays there (test_findings)."""
     free = {MU_S: (0.1, 0.4, 0.39)}
     data = series(pulley().replace({MU_S: 0.231}), angular_velocity=0.0)
-    one, several = (fit_velocity(pulley(), data, free, starts=starts) for starts in (1, 3))
-    assert one.values[MU_S] == 0.39
-    assert one.not_identified == {MU_S: "the data do not change with it"}
+    several = fit_velocity(pulley(), data, free, starts=3)
     assert several.values[MU_S] == pytest.approx(0.231, rel=1e-6)
     assert len(several.starts) == 3
     assert several.starts[0]["cost"] <= several.starts[-1]["cost"]
@@ -90,23 +88,6 @@ def test_failing_runs_turn_the_search_back() -> None:
     data = series(pulley().replace({MU_K: 0.115, MU_S: 0.12}), angular_velocity=0.0)
     fit = fit_velocity(pulley().replace({MU_S: 0.12}), data, free)
     assert fit.values[MU_K] == pytest.approx(0.115, rel=1e-6)
-
-
-def test_a_fit_of_which_all_runs_fail_says_why() -> None:
-    scenario = pulley().replace({"solver.max_steps": 3, "mechanism.initial_angular_velocity": 1.0})
-    with pytest.raises(fs.SolverError) as caught:
-        fit_velocity(scenario, measured_velocity(), FREE)
-    assert str(caught.value).startswith(
-        "all 37 runs of the fit failed; that of the start: limit of 3 steps reached at t = "
-    )
-
-
-def test_the_same_seed_gives_the_same_fit() -> None:
-    data = measured_velocity(0.1)
-    first, second = (
-        fit_velocity(pulley(), data, FREE, bootstrap=2, seed=4, starts=2) for _ in range(2)
-    )
-    assert first.to_json() == second.to_json()
 
 
 def test_a_key_over_decades_is_scaled_by_its_logarithm() -> None:
