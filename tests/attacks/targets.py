@@ -2,7 +2,7 @@
 
 import os
 import random
-import resource
+from contextlib import nullcontext
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 import h5py
 
 from tests.attacks.promise import BrokenPromise, outcome
+from tests.support.file_sizes import limited_files
 from tests.support.scenarios import SCENARIOS
 
 PULLEY = SCENARIOS / "pulley.toml"
@@ -111,14 +112,8 @@ def attack(rng: random.Random, folder: Path) -> str:
     before = {path.name: _state(path) for path in folder.iterdir()}
     arguments, is_full = _command(rng, name), rng.random() < 0.2
     described = f"{kind} at {name}, disk {'full' if is_full else 'free'}"
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    if is_full:
-        limit = rng.choice((0, 1000, 5000, 30_000))
-        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limits[1]))
-    try:
+    with limited_files(rng.choice((0, 1000, 5000, 30_000))) if is_full else nullcontext():
         code = outcome(arguments, described)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     _check(before, folder, kind, code, f"{arguments}: {code}, {described}")
     return f"{arguments[0]} {code}"
 

@@ -2,7 +2,6 @@
 
 import errno
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -241,17 +240,6 @@ def test_what_cannot_be_written_is_seen_before_the_run(path: str, reason: str, h
     with pytest.raises(OutputError) as refused:
         check_place(Path(path))
     assert str(refused.value) == f"{path}: cannot write the result: {reason.format(here=here)}"
-
-
-def test_a_full_disk_is_seen_before_the_run() -> None:
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1024, limits[1]))
-    try:
-        with pytest.raises(OutputError, match=r"a\.h5: cannot write the result: File too large"):
-            check_place(Path("a.h5"))
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    assert contents() == {}
 
 
 HELD = (

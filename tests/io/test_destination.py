@@ -126,24 +126,20 @@ def test_an_unfinished_result_replaces_an_unfinished_one_and_goes_when_the_run_i
     assert files() == {"a.h5"}
 
 
-def test_what_was_put_in_the_place_of_the_unfinished_result_stays() -> None:
-    place = Destination(Path("a.h5"))
-    place.check()
-    Path("a.partial.h5").write_bytes(b"precious")
-    assert place.write(simulate(pulley())) == Path("a.h5")
-    place.close()
-    assert Path("a.partial.h5").read_bytes() == b"precious"
-
-
-def test_a_done_result_with_the_name_of_an_unfinished_one_stays(
+def test_what_was_put_in_the_place_of_the_unfinished_result_stays(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    place = Destination(Path("a.h5"))
-    place.check()
     assert solve("-o", "b.h5") == 0
-    done = Path("b.h5").rename("a.partial.h5").read_bytes()  # while the run goes on
-    assert place.write(simulate(pulley())) == Path("a.h5")
-    place.close()
+    done = Path("b.h5").read_bytes()
+    for content in (b"precious", done):
+        place = Destination(Path("a.h5"))
+        place.check()
+        Path("a.partial.h5").write_bytes(content)  # while the run goes on
+        assert place.write(simulate(pulley())) == Path("a.h5")
+        place.close()
+        assert Path("a.partial.h5").read_bytes() == content
+        Path("a.partial.h5").unlink()
+    Path("b.h5").rename("a.partial.h5")
     capsys.readouterr()
     assert solve("-o", "a.h5") == 4
     assert capsys.readouterr().err == (

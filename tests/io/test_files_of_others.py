@@ -21,12 +21,8 @@ from frictionsim.errors import InputError
 from frictionsim.io import child_process, hdf5_reader, hdf5_writer
 from frictionsim.io.checksum import (
     LENGTH,
-    RESULT,
-    SEGMENT,
-    SWEEP,
     append_trailer,
     checksum_trailer,
-    stated_checksum,
 )
 from frictionsim.io.child_process import EndedFromOutside
 from frictionsim.io.hdf5_structure import MAX_MEMBERS
@@ -299,17 +295,6 @@ def segmented(path: Path, listing: str) -> None:
     append_trailer(path)
 
 
-def segment_of(result: Path, name: str, change: Change, mark: bytes = SEGMENT) -> int:
-    """Write a segment as others may have made it; return its checksum."""
-    path = Path(name)
-    path.write_bytes(original())
-    with h5py.File(path, "r+") as file:
-        change(file)
-    append_trailer(path, mark)
-    with path.open("rb") as file:
-        return stated_checksum(file)
-
-
 def test_only_files_that_are_called_after_a_result_are_its_segments(result: Path) -> None:
     for name in ("thesis.h5", "b.000000.h5", "../a.000000.h5", "a.000001.h5", ".."):
         result.write_bytes(original())
@@ -320,30 +305,6 @@ def test_only_files_that_are_called_after_a_result_are_its_segments(result: Path
     Path("a.000000.h5").write_text("mine")
     fs.solve("s.toml", output=result)
     assert Path("a.000000.h5").read_text() == "mine"
-
-
-@pytest.mark.every(2)
-@pytest.mark.parametrize("what", ["a result", "a sweep", "link", "pipe", "text", "other columns"])
-def test_what_is_no_segment_of_a_result_is_not_shown(what: str, result: Path) -> None:
-    mark = RESULT if what == "a result" else SWEEP if what == "a sweep" else SEGMENT
-    change = put("angle", 0, 7.0)
-    if what == "other columns":
-        change = replaced("angle", lambda f, n: f.update({n: np.zeros((len(f["time"]), 2))}))
-    checksum = segment_of(result, "a.000000.h5", change, mark)
-    path = Path("a.000000.h5")
-    if what == "link":
-        path.symlink_to(path.rename("elsewhere.h5"))
-    elif what == "pipe":
-        path.unlink()
-        os.mkfifo(path)
-    elif what == "text":
-        path.write_text("mine")
-    with h5py.File(result) as file:
-        count = len(file["time"])
-    segmented(result, f"a.000000.h5 {count} {checksum:08x}")
-    assert "its segments are not those" in message(result) or "a.000000.h5: cannot read" in message(
-        result
-    )
 
 
 def test_numbers_that_no_picture_can_show_are_refused(result: Path) -> None:

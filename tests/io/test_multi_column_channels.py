@@ -186,16 +186,6 @@ def test_different_members_of_an_axis_differ(run: Record, path: Path) -> None:
     assert (row.ok, row.difference) == (False, None)
 
 
-def test_samples_near_an_event_are_not_compared(run: Record, path: Path) -> None:
-    values = run.channels["tension"].copy()
-    event = int(np.searchsorted(run.time, 1.5))
-    values[event - 1 : event + 1] += 0.5
-    other = path.with_name("other.h5")
-    hdf5_writer.write(run._replace(channels=run.channels | {"tension": values}), other)
-    assert compare(other, path, time_atol=0.01).same
-    assert not compare(other, path).same
-
-
 def test_transitions_without_position_have_no_angle_in_json_and_table(run: Record) -> None:
     result = Result(run)
     (event,) = result.to_json()["events"]

@@ -1,10 +1,8 @@
 """Foreign files stay: a file replaces only one of its own kind."""
 
+import itertools
 import os
-import resource
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +15,7 @@ from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.io.destination import Destination
 from frictionsim.results import Column, Record
 from frictionsim.work_precision import table
+from tests.support.file_sizes import limited_files
 from tests.support.scenarios import SCENARIOS
 
 PULLEY = str(SCENARIOS / "pulley.toml")
@@ -82,12 +81,25 @@ def test_a_result_is_replaced_also_if_it_was_damaged(damage: str) -> None:
     assert Path("a.h5").read_bytes() == whole
 
 
-def test_a_result_and_a_sweep_do_not_replace_each_other() -> None:
-    sweep = ["sweep", PULLEY, "--vary", "mechanism.load=[2000, 2100]", "--workers", "1", "-q", "-o"]
-    assert solve("-o", "a.h5") == run_command_line([*sweep, "b.h5"]) == 0
-    before = [Path(name).read_bytes() for name in ("a.h5", "b.h5")]
-    assert solve("-o", "b.h5") == run_command_line([*sweep, "a.h5"]) == 4
-    assert [Path(name).read_bytes() for name in ("a.h5", "b.h5")] == before
+def test_a_result_a_sweep_and_a_table_of_costs_replace_only_their_like(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    vary = ["--vary", "mechanism.load=[2000, 2100]", "--workers", "1"]
+    commands = {
+        "result": ["solve", PULLEY, "-q", "-o"],
+        "sweep": ["sweep", PULLEY, *vary, "-q", "-o"],
+        "table of costs": [*COST, "-o"],
+    }
+    for kind, command in commands.items():
+        assert run_command_line([*command, f"{kind}.h5"]) == 0
+    for (kind, command), other in itertools.product(commands.items(), commands):
+        before = Path(f"{other}.h5").read_bytes()
+        capsys.readouterr()
+        assert run_command_line([*command, f"{other}.h5"]) == (0 if other == kind else 4)
+        if other != kind:
+            said = f"the existing file is not a {kind} {GIVE}"
+            assert capsys.readouterr().err.endswith(said)
+            assert Path(f"{other}.h5").read_bytes() == before
 
 
 def test_xml_that_is_no_picture_stays() -> None:
@@ -104,15 +116,7 @@ def test_a_link_to_the_other_file_of_a_command_is_that_file() -> None:
     assert os.listdir() == ["link"]
 
 
-@contextmanager
-def full_disk() -> Iterator[None]:
-    """Let no file grow beyond the block that is tried before a run."""
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+BLOCK = 4096  # bytes, which are tried before a run
 
 
 @pytest.mark.every(2)
@@ -123,7 +127,7 @@ def test_a_picture_is_whole_or_the_old_one(suffix: str, capsys: pytest.CaptureFi
     picture = Path(f"a{suffix}")
     picture.write_bytes(old)
     capsys.readouterr()
-    with full_disk():
+    with limited_files(BLOCK):
         assert run_command_line(["plot", "r.h5", "-o", picture.name]) == 4
     message = f"frictionsim: {picture}: cannot write the picture: File too large\n"
     assert capsys.readouterr().err == message
@@ -143,7 +147,7 @@ def test_tables_are_whole_or_the_old_ones(
         return [column._replace(values=[*column.values] * 20) for column in columns_of(study)]
 
     monkeypatch.setattr(table, "_columns", of_many_rows)
-    with full_disk():
+    with limited_files(BLOCK):
         assert run_command_line([*COST, "--csv", "a.csv", "-o", "a.h5"]) == 4
     assert capsys.readouterr().err.splitlines() == [
         "frictionsim: a.h5: cannot write the table: File too large",
@@ -205,20 +209,3 @@ def test_what_was_put_there_during_the_run_stays(
     )
     assert Path("a.h5").read_bytes() == b"precious\n"
     assert hdf5_reader.read(Path("a.new.h5")).attributes["status"] == "done"
-
-
-def test_a_table_of_costs_and_a_result_do_not_replace_each_other(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    assert solve("-o", "a.h5") == 0
-    assert run_command_line([*COST, "-o", "b.h5"]) == 0
-    before = Path("a.h5").read_bytes(), Path("b.h5").read_bytes()
-    capsys.readouterr()
-    assert run_command_line([*COST, "-o", "a.h5"]) == solve("-o", "b.h5") == 4
-    assert (Path("a.h5").read_bytes(), Path("b.h5").read_bytes()) == before
-    assert capsys.readouterr().err == (
-        "frictionsim: a.h5: cannot write the table: the existing file is not a table of costs"
-        f" {GIVE}frictionsim: b.h5: cannot write the result: the existing file is not a result"
-        f" {GIVE}"
-    )
-    assert run_command_line([*COST, "-o", "b.h5"]) == 0

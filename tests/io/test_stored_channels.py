@@ -10,6 +10,8 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 import frictionsim as fs
 from frictionsim.api.result import write_channels
@@ -41,28 +43,24 @@ def pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[fs.Result, fs
     return short, long
 
 
-INDICES = [
-    3,
-    -1,
-    slice(None),
-    slice(5, 190, 7),
-    slice(None, None, -1),
-    slice(9, 4),
-    np.array([5, 3, 190, 3, -2]),
-    np.arange(SAMPLES) % 3 == 0,
-    (slice(None), 5),
-    (-1, 3),
-    (slice(4, 9), slice(2, 4)),
-    ([3, 1], 5),
-    [200, 3, 3],
-    ([0, 150], 5),
-    Ellipsis,
-]
+# Lists need a sorting, a mask none; the samples of a tuple are followed by columns.
+ROWS = (
+    st.integers(-SAMPLES, SAMPLES - 1)
+    | st.slices(SAMPLES)
+    | st.lists(st.integers(-SAMPLES, SAMPLES - 1), min_size=1)
+    | st.just(Ellipsis)
+)
+MASKS = st.integers(1, SAMPLES).map(lambda n: np.arange(SAMPLES) % n == 0)
 
 
-@pytest.mark.parametrize("index", INDICES, ids=str)
+@given(ROWS | MASKS | st.tuples(ROWS, st.integers(-BODIES, BODIES - 1) | st.slices(BODIES)))
+@example([200, 3, 3])
+@example(([3, 1], 5))
+@example([-1])
+@example(slice(5, 190, 7))
+@example((slice(9, 4), 5))
 def test_an_index_gives_what_it_gives_of_an_array(
-    index: Any, pair: tuple[fs.Result, fs.Result]
+    pair: tuple[fs.Result, fs.Result], index: Any
 ) -> None:
     for name in ("x", "pulley_index"):
         array, stored = (result.record.channels[name] for result in pair)

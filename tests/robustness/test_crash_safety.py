@@ -3,7 +3,6 @@
 import multiprocessing
 import os
 import random
-import resource
 import shutil
 import signal
 import subprocess
@@ -17,6 +16,7 @@ import tomli_w
 
 from frictionsim.cli.commands import run_command_line
 from frictionsim.io import hdf5_reader
+from tests.support.file_sizes import limited_files
 from tests.support.old_results import old_result
 from tests.support.scenarios import SCENARIOS, frictionsim, pulley
 from tests.support.stopped_runs import stopped_at
@@ -131,18 +131,14 @@ def test_many_runs_stopped_at_random_times_leave_an_old_or_a_valid_file(
 
 
 @pytest.mark.every(2)
+@pytest.mark.parametrize("limit", [4096, 0, 20_000])
 @pytest.mark.parametrize("checkpoint", [[], ["--set", "output.checkpoint=0.001"]])
-@pytest.mark.parametrize("limit", [0, 4096, 20_000])
 def test_a_file_size_limit_keeps_the_old_file(
     limit: int, checkpoint: list[str], here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     Path("a.h5").write_bytes(OLD)
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limits[1]))
-    try:
+    with limited_files(limit):
         assert run_command_line(["solve", PULLEY, "-q", "-o", "a.h5", *checkpoint]) == 4
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     captured = capsys.readouterr().err
     assert "a.h5: cannot write the result: File too large" in captured
     tried = bool(checkpoint and limit)  # with no room at all the run does not begin

@@ -207,7 +207,7 @@ def test_a_new_run_replaces_an_incomplete_one_with_its_segments(whole: Path, sto
 
 
 @pytest.mark.parametrize("damage", ["missing", "changed", "other", "link"])
-def test_refuses_to_resume_from_damaged_segments(damage: str, stopped: Path) -> None:
+def test_damaged_segments_are_neither_shown_nor_resumed_from(damage: str, stopped: Path) -> None:
     first, second = (stopped.with_name(f"a.00000{number}.h5") for number in (0, 1))
     if damage == "missing":
         second.unlink()
@@ -219,10 +219,11 @@ def test_refuses_to_resume_from_damaged_segments(damage: str, stopped: Path) -> 
         second.symlink_to(second.rename(stopped.with_name("elsewhere")))
     else:
         shutil.copy(first, second)
-    with pytest.raises(InputError) as refused:
-        fs.resume(stopped)
-    assert f"{second}: cannot read these samples of an unfinished result" in str(refused.value)
-    assert "keep a.000001.h5 and the other segments beside the result" in str(refused.value)
+    for use in (fs.open, fs.resume):
+        with pytest.raises(InputError) as refused:
+            use(stopped)
+        assert f"{second}: cannot read these samples of an unfinished result" in str(refused.value)
+        assert "keep a.000001.h5 and the other segments beside the result" in str(refused.value)
     assert partial_name(stopped).exists()
 
 
