@@ -19,10 +19,14 @@ VELOCITY = SLOPE * 200.0 * TIME  # of a force of 300 N
 FREE = {FORCE: (0.0, 1000.0)}
 
 
+def fit_of(data: Any, channels: Any = "angular_velocity", **options: Any) -> fs.Fit:
+    """Return the fit of a force to data."""
+    return fs.fit(frictionless(), data=data, channels=channels, free=FREE, starts=1, **options)
+
+
 def force_of(data: Any, channels: Any = "angular_velocity", **options: Any) -> float:
     """Return the force that a fit to data finds; 300 N if they are read as they are meant."""
-    fit = fs.fit(frictionless(), data=data, channels=channels, free=FREE, starts=1, **options)
-    return fit.values[FORCE]
+    return fit_of(data, channels, **options).values[FORCE]
 
 
 class Frame:
@@ -108,9 +112,7 @@ def test_gaps_of_a_file_are_not_data(tmp_path: Path) -> None:
         lines.append(f"{t},{VELOCITY[i]}," if i % 2 else f"{t},,{angle[i]}")
     path = tmp_path / "log.csv"
     path.write_text("\n".join(lines))
-    fit = fs.fit(
-        frictionless(), data=path, channels=["angular_velocity", "angle"], free=FREE, starts=1
-    )
+    fit = fit_of(path, ["angular_velocity", "angle"])
     assert fit.values[FORCE] == pytest.approx(300.0, rel=1e-6)
     assert [part.values.size for part in fit.data.residuals] == [4, 5]
 
@@ -125,15 +127,7 @@ def test_sigma_may_be_a_column() -> None:
 
 def test_sigma_is_in_the_unit_of_the_data() -> None:
     data = {"time": TIME, "angular_velocity": np.degrees(VELOCITY)}
-    fit = fs.fit(
-        frictionless(),
-        data=data,
-        channels="angular_velocity",
-        free=FREE,
-        starts=1,
-        units={"angular_velocity": "deg/s"},
-        sigma={"angular_velocity": 1.0},
-    )
+    fit = fit_of(data, units={"angular_velocity": "deg/s"}, sigma={"angular_velocity": 1.0})
     error = np.radians(1.0) / (SLOPE * np.sqrt(TIME @ TIME))
     assert fit.standard_errors[FORCE] == pytest.approx(error, rel=1e-5)
 
@@ -168,9 +162,7 @@ def test_part_of_the_bounds_may_be_what_another_key_forbids() -> None:
 def test_a_unit_in_round_brackets(column: str | int, tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_text(rows("{t},{w}\n", "t (s),w (deg/s)\n"))
-    fit = fs.fit(
-        frictionless(), data=path, channels={"angular_velocity": column}, free=FREE, starts=1
-    )
+    fit = fit_of(path, {"angular_velocity": column})
     assert fit.values[FORCE] == pytest.approx(100.0 + 200.0 * np.pi / 180.0, rel=1e-6)
     name = "column 2" if column == 2 else f"'{column}'"
     assert f"\ndata: angular_velocity from {name} in deg/s\n" in fit.summary()

@@ -10,8 +10,6 @@ import frictionsim as fs
 from tests.fitting.measurements import FORCE, LOAD, MU_S, SLOPE, frictionless, pulley
 from tests.support.scenarios import SCENARIOS
 
-FREE = {MU_S: (0.1, 0.4)}
-
 
 def breakaway(**overrides: float) -> float:
     keys = {"mu_s": MU_S, "load": LOAD}
@@ -21,9 +19,14 @@ def breakaway(**overrides: float) -> float:
     return time
 
 
+def fit_friction(**options: Any) -> fs.Fit:
+    """Return the fit of static friction, from one start."""
+    return fs.fit(pulley(), free={MU_S: (0.1, 0.4)}, starts=1, **options)
+
+
 def test_a_quantity_of_one_run() -> None:
     wanted, sigma = {"breakaway_time": breakaway(mu_s=0.27)}, {"breakaway_time": 0.01}
-    fit = fs.fit(pulley(), quantities=wanted, sigma=sigma, free=FREE, starts=1)
+    fit = fit_friction(quantities=wanted, sigma=sigma)
     assert fit.values[MU_S] == pytest.approx(0.27, rel=1e-6)
     assert fit.data.residuals[0].unit == "s"
     # By a difference of two runs: dt/dmu of the standard error.
@@ -34,14 +37,11 @@ def test_a_quantity_of_one_run() -> None:
 def test_a_table_of_runs() -> None:
     loads = np.array([1900.0, 2000.0, 2100.0, 2200.0])
     times = [1e3 * breakaway(mu_s=0.27, load=load) for load in loads]
-    fit = fs.fit(
-        pulley(),
+    fit = fit_friction(
         data={"W": loads, "t": times},
         quantities={"breakaway_time": "t"},
         units={"breakaway_time": "ms"},
         over={LOAD: "W"},
-        free=FREE,
-        starts=1,
     )
     assert fit.values[MU_S] == pytest.approx(0.27, rel=1e-6)
     (part,) = fit.data.residuals
@@ -52,14 +52,11 @@ def test_a_table_of_runs() -> None:
 
 def test_a_quantity_beside_channels() -> None:
     made = fs.solve(pulley(), {MU_S: 0.27, "output.interval": 0.1})
-    fit = fs.fit(
-        pulley(),
+    fit = fit_friction(
         data=made.dataset.isel(time=[0, 3, 8, 12]),
         channels="angle",
         quantities={"breakaway_time": breakaway(mu_s=0.27)},
         sigma={"breakaway_time": 1e-3, "angle": 1e-3},
-        free=FREE,
-        starts=1,
     )
     assert fit.values[MU_S] == pytest.approx(0.27, rel=1e-6)
     assert [part.name for part in fit.data.residuals] == ["angle", "breakaway_time"]

@@ -172,11 +172,16 @@ def test_an_unfinished_sweep_of_an_earlier_version_is_resumed(
     for suffix in ("", "-wal"):  # as the files were called
         Path(f"{journal}{suffix}").rename(f"{journal_name(path)}{suffix}")
     partial_name(path).rename(path)
-    ran: list[int] = []
-    fs.resume_sweep(path, workers=1, progress=lambda step: ran.append(step.done))
-    assert min(ran) == 5
+    assert runs_kept(path) == 5
     assert path.read_bytes() == whole
     assert os.listdir(tmp_path) == ["s.h5"]
+
+
+def runs_kept(path: Path) -> int:
+    """Resume a sweep; return how many runs it did not repeat."""
+    ran: list[int] = []
+    fs.resume_sweep(path, workers=1, progress=lambda step: ran.append(step.done))
+    return min(ran)
 
 
 def killed(path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -210,6 +215,10 @@ def test_the_runs_in_the_journal_of_a_killed_sweep_are_kept_up_to_a_torn_or_dama
     assert step.missing_runs.startswith("sweep interrupted: at most 12 of 12 runs are left: killed")
     log, incomplete = Path(f"{journal}-wal"), partial_name(path).read_bytes()
     content, records = journal.read_bytes(), log.read_bytes()
+    with pytest.raises(fs.OutputError, match="this is an interrupted sweep: 'frictionsim resume"):
+        sweep(path, vary={LOAD: [2000.0]})
+    assert partial_name(path).read_bytes() == incomplete
+    assert journal.exists()
     flipped = bytearray(records)
     flipped[-100] ^= 1
     for bad, last, kept in (
@@ -224,9 +233,7 @@ def test_the_runs_in_the_journal_of_a_killed_sweep_are_kept_up_to_a_torn_or_dama
         partial_name(path).write_bytes(incomplete)
         journal.write_bytes(bad)
         log.write_bytes(last)
-        ran: list[int] = []
-        fs.resume_sweep(path, workers=1, progress=lambda step, ran=ran: ran.append(step.done))
-        assert min(ran) == kept
+        assert runs_kept(path) == kept
         assert path.read_bytes() == whole
         assert os.listdir(tmp_path) == ["s.h5"]
         path.unlink()
@@ -514,18 +521,3 @@ def test_a_series_that_cannot_be_written_ends_the_sweep(
         sweep(path, keep_series=True)
     assert not fs.open_sweep(path)["status"].any()
     assert "killed" not in fs.open_sweep(path).attrs["reason"]
-
-
-def test_an_interrupted_sweep_is_not_replaced(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "s.h5"
-    journal = killed(path, monkeypatch)
-    before = partial_name(path).read_bytes()
-    with pytest.raises(fs.OutputError, match="this is an interrupted sweep: 'frictionsim resume"):
-        sweep(path, vary={LOAD: [2000.0]})
-    assert partial_name(path).read_bytes() == before
-    assert journal.exists()
-    fs.resume_sweep(path, workers=1)
-    sweep(path, vary={LOAD: [2000.0]})
-    assert fs.open_sweep(path).sizes == {LOAD: 1}
