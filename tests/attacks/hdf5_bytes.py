@@ -5,34 +5,22 @@ One changed byte is enough to have HDF5 crash or never return, so that the progr
 
 import random
 import tempfile
-from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from signal import SIGINT
 from typing import Any
 from unittest import mock
 
 import frictionsim as fs
-from frictionsim.errors import Interrupted
 from frictionsim.io.checksum import LENGTH, checksum_trailer
 from frictionsim.simulation import sample_store
 from tests.attacks.promise import outcome
 from tests.support.belt_scenarios import pair
 from tests.support.scenarios import SCENARIOS, changed, pulley
+from tests.support.stopped_runs import interrupted_at
 
 TARGET, SOUND = "a.h5", "sound.h5"
 SMALL_SEGMENT = 50_000  # bytes, so that a short run of a belt is a long one
 Files = dict[str, bytes]
-
-
-def stopping(at: float) -> Callable[[float], None]:
-    """Return the progress of a run that is interrupted at a time."""
-
-    def on_step(t: float) -> None:
-        if t >= at:
-            raise Interrupted(SIGINT, t)
-
-    return on_step
 
 
 @cache
@@ -42,11 +30,11 @@ def originals() -> list[Files]:
     belt = pair(solver__backend="moreau", solver__duration=0.15)
     runs: list[tuple[Any, Any, int]] = [
         (short, False, 0),
-        (short, stopping(0.6), 0),
+        (short, interrupted_at(0.6), 0),
         (belt, False, 0),
-        (belt, stopping(0.1), 0),
+        (belt, interrupted_at(0.1), 0),
         (belt, False, SMALL_SEGMENT),
-        (belt, stopping(0.1), SMALL_SEGMENT),
+        (belt, interrupted_at(0.1), SMALL_SEGMENT),
     ]
     return [_files_of(*run) for run in runs]
 

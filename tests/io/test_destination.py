@@ -10,7 +10,7 @@ import tomli_w
 
 import frictionsim as fs
 from frictionsim.cli.commands import run_command_line
-from frictionsim.errors import BudgetExceeded, Interrupted, OutputError
+from frictionsim.errors import Interrupted, OutputError
 from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.io.destination import Destination
 from frictionsim.io.unfinished import partial_name, whole_name
@@ -18,6 +18,7 @@ from frictionsim.results import Record
 from frictionsim.scenario.loading import validate
 from frictionsim.simulation.simulate import run
 from tests.support.scenarios import SCENARIOS, pulley, simulate
+from tests.support.stopped_runs import spent, stopping
 
 PULLEY = str(SCENARIOS / "pulley.toml")
 # The limit is reached at the first step: the run has one sample and can be resumed.
@@ -39,19 +40,9 @@ def status(path: str) -> str:
     return hdf5_reader.read(Path(path)).attributes["status"]
 
 
-def stopping(after: int, error: Callable[[float], Exception]) -> Record:
+def stopped(after: int, error: Callable[[float], Exception] = spent) -> Record:
     """Return a run of the pulley that stops after some calls of `on_step`."""
-    calls = iter(range(after))
-
-    def on_step(t: float) -> None:
-        if next(calls, None) is None:
-            raise error(t)
-
-    return run(validate(pulley(), SCENARIOS), on_step)
-
-
-def spent(t: float) -> BudgetExceeded:
-    return BudgetExceeded(f"stopped at t = {t} s")
+    return run(validate(pulley(), SCENARIOS), stopping(after, error))
 
 
 ERRORS: list[Callable[[float], Exception]] = [
@@ -119,7 +110,7 @@ def test_an_unfinished_result_replaces_an_unfinished_one_and_goes_when_the_run_i
     Path("a.partial.h5").touch()  # empty, as mktemp makes it
     place = Destination(Path("a.h5"))
     for after in (20, 30):
-        assert place.write(stopping(after, spent)) == Path("a.partial.h5")
+        assert place.write(stopped(after)) == Path("a.partial.h5")
     place.close()
     assert files() == {"a.partial.h5"}
     assert solve("-o", "a.h5") == 0
@@ -154,11 +145,11 @@ def test_a_run_without_samples_replaces_no_samples() -> None:
     """An earlier unfinished result, which has samples, is kept."""
     place = Destination(Path("a.h5"))
     part = Path("a.partial.h5")
-    assert place.write(stopping(0, lambda t: Interrupted(15, t))) == part  # no file yet
-    assert place.write(stopping(30, spent)) == part
+    assert place.write(stopped(0, lambda t: Interrupted(15, t))) == part  # no file yet
+    assert place.write(stopped(30)) == part
     before = part.read_bytes()
     for error in ERRORS:
-        assert place.write(stopping(0, error)) is None
+        assert place.write(stopped(0, error)) is None
         assert part.read_bytes() == before
 
 
@@ -176,7 +167,7 @@ def test_another_process_is_told_of_a_run_that_writes_here(
     Path("a.h5").unlink()
     place = Destination(Path("a.h5"))
     place.check()
-    place.write(stopping(30, spent))
+    place.write(stopped(30))
     for command in (["solve", PULLEY, "-o", "a.h5"], ["resume", "a.partial.h5"]):
         assert run_command_line([*command, "-q"]) == 4
         assert capsys.readouterr().err == (
@@ -213,7 +204,7 @@ def test_solve_says_that_nothing_was_written(
     assert solve("-o", "a.h5", *NO_TIME) == 5
     before = Path("a.partial.h5").read_bytes()
     capsys.readouterr()
-    empty = stopping(0, lambda t: Interrupted(15, t))
+    empty = stopped(0, lambda t: Interrupted(15, t))
     monkeypatch.setattr("frictionsim.api.solving.run", lambda *_: empty)
     assert run_command_line(["solve", PULLEY, "--json", "-o", "a.h5"]) == 143
     captured = capsys.readouterr()

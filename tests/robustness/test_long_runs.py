@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.errors import InputError, Interrupted, OutputError
+from frictionsim.errors import InputError, OutputError
 from frictionsim.io import child_process, hdf5_content, hdf5_writer, segments
 from frictionsim.io.checksum import append_trailer
 from frictionsim.io.child_process import ChildFailed
@@ -21,7 +21,7 @@ from frictionsim.simulation import sample_store
 from tests.attacks.segments import WAYS, craft
 from tests.conftest import answered_here
 from tests.support.belt_scenarios import pair
-from tests.support.stopped_runs import stopped_at
+from tests.support.stopped_runs import interrupted_at, stopped_at
 
 SEGMENT_BYTES = 50_000
 ROWS = 32  # of 24 bodies, in a segment
@@ -49,25 +49,13 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def stopping(*times: float) -> Any:
-    """Return an `on_step` that stops the run when one of these times is past."""
-    left = list(times)
-
-    def on_step(t: float) -> None:
-        if left and t >= left[0]:
-            left.pop(0)
-            raise Interrupted(signal.SIGINT, t)
-
-    return on_step
-
-
 @pytest.fixture(scope="module")
 def stopped_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a run that was stopped after some segments."""
     path = tmp_path_factory.mktemp("stopped")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sample_store, "SEGMENT_BYTES", SEGMENT_BYTES)
-        fs.solve(LONG, output=path / "a.h5", progress=stopping(0.1))
+        fs.solve(LONG, output=path / "a.h5", progress=interrupted_at(0.1))
     return path
 
 
@@ -104,7 +92,7 @@ def test_a_stopped_run_counts_its_segments_and_resumes_to_the_same_bytes(
     whole: Path, in_memory: fs.Result, tmp_path: Path
 ) -> None:
     path = tmp_path / "a.h5"
-    stopped = fs.solve(LONG, output=path, progress=stopping(0.04))
+    stopped = fs.solve(LONG, output=path, progress=interrupted_at(0.04))
     n = len(stopped.record.channels["time"])
     before = (n - 1) // ROWS
     assert before > 0
@@ -120,7 +108,7 @@ def test_a_stopped_run_counts_its_segments_and_resumes_to_the_same_bytes(
             [f"a.{number:06d}.h5", str(ROWS)] for number in range(before)
         ]
         assert len(file["time"]) == n - before * ROWS
-    again = fs.resume(path, progress=stopping(0.125))
+    again = fs.resume(path, progress=interrupted_at(0.125))
     assert len(again.record.channels["time"]) > n
     assert fs.resume(path).status == "done"
     assert path.read_bytes() == whole.read_bytes()
@@ -300,7 +288,7 @@ def test_refuses_a_run_that_the_memory_does_not_hold(monkeypatch: pytest.MonkeyP
 def test_refuses_a_run_that_the_disk_does_not_hold_and_says_of_others_what_they_take(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    fs.solve(LONG, HUGE, output=tmp_path / "a.h5", progress=stopping(0.0))
+    fs.solve(LONG, HUGE, output=tmp_path / "a.h5", progress=interrupted_at(0.0))
     assert "1000001 samples of all recorded channels take" in caplog.text
     assert "stored in" not in caplog.text  # the run has ended before its first segment
     partial_name(tmp_path / "a.h5").unlink(missing_ok=True)

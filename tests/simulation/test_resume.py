@@ -11,27 +11,17 @@ import h5py
 import pytest
 import tomli_w
 
-from frictionsim.errors import BudgetExceeded, InputError
+from frictionsim.errors import InputError
 from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.results import Record
 from frictionsim.scenario.loading import load, scenario_from_result, validate
 from frictionsim.simulation.simulate import run
 from frictionsim.simulation.single_dof import SingleDofSimulation
 from tests.support.scenarios import ROOT, SCENARIOS, Scenario, pulley, simulate
+from tests.support.stopped_runs import stopping
 
 SINE = {"sine": {"mean": 2224.1, "amplitude": 1000.0, "frequency_hz": 1.0}}
 PULLEY = SCENARIOS / "pulley.toml"
-
-
-def stopping(after: int) -> Callable[[float], None]:
-    """Return an `on_step` that stops the run after some calls."""
-    calls = iter(range(after))
-
-    def on_step(t: float) -> None:
-        if next(calls, None) is None:
-            raise BudgetExceeded(f"stopped at t = {t} s")
-
-    return on_step
 
 
 def calls_of(data: Scenario) -> int:

@@ -1,4 +1,4 @@
-"""Work in a copy of this process that is killed, or told to stop, at a change of its files."""
+"""Runs that stop at a step, and work that is killed, or told to stop, at a change of its files."""
 
 import os
 import signal
@@ -8,8 +8,35 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from frictionsim.errors import BudgetExceeded, Interrupted
+
 WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC
 CHANGES = ("os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.link", "os.truncate", "os.chmod")
+
+
+def interrupted_at(time: float) -> Callable[[float], None]:
+    """Return an `on_step` that interrupts a run at a time, s."""
+
+    def on_step(t: float) -> None:
+        if t >= time:
+            raise Interrupted(signal.SIGINT, t)
+
+    return on_step
+
+
+def spent(t: float) -> BudgetExceeded:
+    return BudgetExceeded(f"stopped at t = {t} s")
+
+
+def stopping(after: int, error: Callable[[float], Exception] = spent) -> Callable[[float], None]:
+    """Return an `on_step` that stops a run after some calls."""
+    calls = iter(range(after))
+
+    def on_step(t: float) -> None:
+        if next(calls, None) is None:
+            raise error(t)
+
+    return on_step
 
 
 def stopped_at(
