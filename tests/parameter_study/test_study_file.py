@@ -35,14 +35,8 @@ effects.shaft_friction.mu_s = "uniform(0.1, 0.4)"
 """
 
 
-def written(folder: Path, text: str) -> Path:
-    path = folder / "study.toml"
-    path.write_text(text)
-    return path
-
-
 def read(folder: Path, text: str) -> SweepStudy:
-    return study_of(tomllib.loads(written(folder, text).read_text()), folder, "study")
+    return study_of(tomllib.loads(text), folder, "study")
 
 
 def test_a_study_reads_no_pipe(tmp_path: Path) -> None:
