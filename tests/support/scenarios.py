@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import tomllib
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -17,7 +18,7 @@ import pytest
 from frictionsim.cli.commands import run_command_line
 from frictionsim.results import Record, SimulationResult, SolverStatistics, failures
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.loading import scenario_from_result, validate
+from frictionsim.scenario.loading import load, scenario_from_result, validate
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.record import recorded
 from frictionsim.simulation.simulate import run
@@ -84,7 +85,15 @@ def simulate(data: Scenario) -> Record:
 
 def sound(data: Scenario) -> Record:
     """Return the result of a run that is done and passes its audit."""
-    done = simulate(data)
+    return _sound(simulate(data))
+
+
+def sound_file(path: Path, overrides: Sequence[str] = (), backend: str | None = None) -> Record:
+    """Return the result of a run of a file that is done and passes its audit."""
+    return _sound(run(load(path, list(overrides), backend), lambda t: None))
+
+
+def _sound(done: Record) -> Record:
     assert (done.status, done.reason) == ("done", "")
     assert failures(done.checks) == ""
     return done
