@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import frictionsim as fs
 from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.mechanisms.single_dof import MultiplesOf
 from frictionsim.scenario import methods
@@ -14,8 +15,14 @@ from frictionsim.scenario.settings import SolverSettings
 from frictionsim.scenario.signals import Constant
 from frictionsim.solvers import new_solver
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
-from frictionsim.solvers.mechanism import DryFriction, Mechanism, SwitchingSurface
-from tests.support.scenarios import pulley, simulate
+from frictionsim.solvers.mechanism import (
+    DryFriction,
+    Mechanism,
+    SwitchingSurface,
+    equation_of,
+    friction_of,
+)
+from tests.support.scenarios import SCENARIOS, pulley, simulate
 
 pytestmark = pytest.mark.quick
 
@@ -104,3 +111,13 @@ def test_output_channels_are_the_only_channels(tmp_path: Path) -> None:
         assert content.channels.keys() == run.channels.keys()
         assert len(content.events["time"]) == 1
     assert "channels = []" in content.attributes["scenario"]
+
+
+def test_what_a_system_lacks_is_named() -> None:
+    whole = mechanism_module("pulley").build(fs.load(SCENARIOS / "pulley.toml")).system
+    with pytest.raises(TypeError, match=r"^dict lacks inertia, .*, reversing_load: see"):
+        equation_of({}, ["energy_input"], [])
+    with pytest.raises(TypeError, match=r"^dict lacks static_limit, .*, first_excess: see"):
+        friction_of({}, "hub", {})
+    with pytest.raises(TypeError, match="lack 'energy_input'"):
+        equation_of(whole, ["energy_damping"], [])

@@ -6,9 +6,9 @@ its class may have methods, which compiled code calls as Python does. `reason_ag
 anything is compiled what an argument has that cannot be.
 
 Compiled code is kept on the disk. numba compares the time stamp of one file only, so the folder of
-a build carries a digest of all that goes into it: the sources of this package; those of a plug-in
-and of others whose marked functions it calls; and the constants that they import. Belts, whose
-kernels are functions of arrays (`belt_drive.kernels`), keep theirs in the same way.
+a build carries a digest of all that goes into it: the sources of this package, and the code of a
+plug-in with what it takes from elsewhere (`code_digest`). Belts, whose kernels are functions of
+arrays (`belt_drive.kernels`), keep theirs in the same way.
 """
 
 import gc
@@ -27,8 +27,11 @@ from importlib import import_module
 from itertools import count
 from math import inf, ulp
 from pathlib import Path
-from types import FunctionType, ModuleType
+from time import time
+from types import FunctionType
 from typing import Any, TypeVar
+
+from frictionsim.solvers.code_digest import code_digest, is_known
 
 Marked = TypeVar("Marked", bound=Callable[..., Any] | type)
 
@@ -48,12 +51,12 @@ PROCESSOR = ("model name", "flags", "CPU implementer", "CPU part", "Features")
 PLACE_OF_CAUSE = re.compile(
     r"^( *)During: .* at (?!.*[\\/]numba[\\/])(.*) \((\d+)\)$", re.MULTILINE
 )
-PACKAGE = __package__.partition(".")[0]
+IMPORTED = time()  # s
 
 _marked: list[Any] = []
 _inlined: set[Any] = set()
 _replaced: list[tuple[Any, Callable[..., Any], int]] = []
-_modules: set[str] = set()  # with marked functions
+_choices: dict[Any, Callable[..., Any]] = {}  # what is in the place of functions
 _alive: list[Any] = []  # numba knows a marked function by its dispatcher, as long as that lives
 _methods: dict[str, int] = {}  # the number of parameters by name
 _registered: set[str] = set()
@@ -70,7 +73,6 @@ def compilable(function: Marked) -> Marked:
     A function takes and returns numbers and tuples of them.
     """
     _marked.append(function)
-    _modules.add(function.__module__)
     return function
 
 
@@ -94,7 +96,7 @@ def compiled_by_type(choice: Callable[..., Any], parameters: int) -> Callable[[M
 
     def marked(function: Marked) -> Marked:
         _replaced.append((function, choice, parameters))
-        _modules.add(choice.__module__)
+        _choices[function] = choice
         return function
 
     return marked
@@ -246,6 +248,10 @@ class Kernel:
         return frozenset(classes_of(self._arguments))
 
     @property
+    def _roots(self) -> frozenset[Any]:
+        return self._classes | {self._function}
+
+    @property
     def is_loaded(self) -> bool:
         """Whether it is compiled in this process."""
         return not self.reason and self.form in _compiled_forms
@@ -276,7 +282,7 @@ class Kernel:
 
     def _file(self, suffix: str) -> Path | None:
         """Return what is kept of the form on the disk; None if nothing can be."""
-        folder = folder_of(self._classes) if not self.reason else None
+        folder = folder_of(self._roots) if not self.reason else None
         text = f"{self._function.__qualname__}{form_of(self._arguments)}{_compiler()}"
         return folder and folder / f"{sha256(text.encode()).hexdigest()[:16]}.{suffix}"
 
@@ -374,77 +380,39 @@ def _processor() -> str:
     return platform.node()
 
 
-def build_name(modules: Iterable[str] = ()) -> str:
-    """Return the name of the build with code of plug-ins: another one when a source changes.
+def build_name(roots: Iterable[Any] = ()) -> str:
+    """Return the name of the build: another one when a source changes.
+
+    It is empty if a source of this package was edited since this process began: its code may not be
+    that of its source.
 
     Parameters
     ----------
-    modules : iterable of str
-        Those of plug-ins, of which the values of constants count, too: they may be imported.
+    roots : iterable
+        Functions and classes of plug-ins.
     """
-    package, digest = Path(__file__).parents[1], sha256()
-    files = {file for pattern in SHARED for file in package.glob(pattern)}
-    for name in sorted(filter(_source_of, modules)):
-        files.update(_sources_of(name))
-        digest.update(repr(_constants_of(sys.modules[name])).encode())
-    for path in sorted(files):
+    package, digest, now = Path(__file__).parents[1], sha256(), time()
+    for path in sorted({file for pattern in SHARED for file in package.glob(pattern)}):
+        if IMPORTED < path.stat().st_mtime < now:
+            return ""
         digest.update(str(path).encode() + path.read_bytes())
+    digest.update(code_digest(roots, _choices).encode())
     return f"kernels-{digest.hexdigest()[:16]}"
 
 
 @cache
-def folder_of(classes: frozenset[type]) -> Path | None:
-    """Return the folder that keeps the code for some classes; None if it cannot be kept."""
+def folder_of(roots: frozenset[Any]) -> Path | None:
+    """Return the folder that keeps the code of functions and classes; None if none can be kept.
+
+    All of this package is kept together.
+    """
     from frictionsim.solvers.kernel_folder import usable_folder
 
-    modules = plugin_modules(one.__module__ for one in classes)
-    if not all(map(_source_of, modules)):
-        return None  # no change of it would be noticed
-    return usable_folder(build_name(modules))
-
-
-def plugin_modules(names: Iterable[str]) -> set[str]:
-    """Return modules outside of this package, with those of the marked functions that they name."""
-    reached, left = set[str](), [*names]
-    while left:
-        name = left.pop()
-        package = name.partition(".")[0]
-        if name not in reached and package != PACKAGE:
-            reached.add(name)
-            values = vars(sys.modules[name]).values() if name in sys.modules else ()
-            named = {getattr(value, "__module__", "") for value in values}
-            # A module of the same package may name others in its place.
-            left += (one for one in _modules if one in named or one.partition(".")[0] == package)
-    return reached
-
-
-def _sources_of(module: str) -> Iterator[Path]:
-    """Yield the sources of a module, and of all others of its package."""
-    source, above = Path(_source_of(module) or ""), module.count(".")
-    if not sys.modules[module].__package__:
-        yield source
-        return
-    above -= source.name != "__init__.py"
-    yield from source.parents[above].rglob("*.py")
-
-
-def _constants_of(module: ModuleType, depth: int = 1) -> list[tuple[str, Any]]:
-    """Return the numbers that a module, and those that it imports, name."""
-    constants: list[tuple[str, Any]] = []
-    for name, value in sorted(vars(module).items()):
-        if name.startswith("__"):
-            continue
-        if isinstance(value, ModuleType):
-            constants += _constants_of(value, depth - 1) if depth else []
-        elif not reason_against(value):
-            constants.append((name, value))
-        elif type(value).__name__ == "ndarray":
-            constants.append((name, value.tobytes()))
-    return constants
-
-
-def _source_of(module: str) -> str | None:
-    return getattr(sys.modules.get(module), "__file__", None)
+    others = [root for root in roots if not is_known(root.__module__)]
+    if not all(hasattr(sys.modules.get(root.__module__), "__file__") for root in others):
+        return None  # of a notebook, whose classes no other process finds
+    name = build_name(sorted(others, key=lambda root: (root.__module__, root.__qualname__)))
+    return usable_folder(name) if name else None
 
 
 def kept_in(folder: Path | None) -> dict[str, Any]:
@@ -468,7 +436,7 @@ def _dispatcher(
     numba = _prepare()
     for one in classes:
         _register_methods(one)
-    kept = kept_in(folder_of(classes)) if is_kept else {}
+    kept = kept_in(folder_of(classes | {function})) if is_kept else {}
     return numba.njit(function, **OPTIONS, **kept)
 
 

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from frictionsim.scenario.signals import Signal
 
 Value = Any  # float in a step, array in post-processing
+OF_EQUATIONS = ("inertia", "applied_torque", "powers", "stored_energies", "surfaces")
+OF_SYSTEMS = (*OF_EQUATIONS, "drive", "torques_and_powers", "breaks", "stops", "reversing_load")
+OF_FRICTION = ("static_limit", "kinetic_limit", "roundoff", "first_excess")
 
 
 class DryFriction(NamedTuple):
@@ -288,7 +291,9 @@ class Mechanism(NamedTuple):
         return sum(energy(self.position, self.velocity) for energy in self.stored_energies.values())
 
 
-def equation_of(system: Any, flows: Sequence[str], stored: Sequence[str]) -> dict[str, Any]:
+def equation_of(
+    system: Any, flows: Sequence[str], stored: Sequence[str], is_compiled: bool = True
+) -> dict[str, Any]:
     """Return the arguments of `Mechanism` taken from a system.
 
     Parameters
@@ -297,9 +302,19 @@ def equation_of(system: Any, flows: Sequence[str], stored: Sequence[str]) -> dic
         See `frictionsim.solvers.system`.
     flows, stored : sequence of str
         The names of its powers and of its stored energies.
+    is_compiled : bool
+        False of a system that lacks what compiled loops call.
+
+    Raises
+    ------
+    TypeError
+        If the system lacks a member, or no flow is the energy input.
     """
+    _check_members(system, OF_SYSTEMS if is_compiled else OF_EQUATIONS)
+    if "energy_input" not in flows:
+        raise TypeError(f"the flows of {type(system).__name__} lack 'energy_input'")
     return {
-        "system": system,
+        "system": system if is_compiled else None,
         "switching_surfaces": system.surfaces,
         "inertia": system.inertia,
         "applied_torque": system.applied_torque,
@@ -308,6 +323,14 @@ def equation_of(system: Any, flows: Sequence[str], stored: Sequence[str]) -> dic
             name: _member(system.stored_energies, i) for i, name in enumerate(stored)
         },
     }
+
+
+def _check_members(system: Any, names: Sequence[str]) -> None:
+    lacking = [name for name in names if not hasattr(system, name)]
+    if lacking:
+        raise TypeError(
+            f"{type(system).__name__} lacks {', '.join(lacking)}: see frictionsim.solvers.system"
+        )
 
 
 def _member(function: Callable[..., Any], number: int) -> Callable[..., Value]:
@@ -323,7 +346,13 @@ def friction_of(system: Any, name: str, law: dict[str, Any]) -> DryFriction:
     name : str
     law : dict
         Law and transition speed, `FrictionLaw.law_of_contact`.
+
+    Raises
+    ------
+    TypeError
+        If the system lacks a member.
     """
+    _check_members(system, OF_FRICTION)
     return DryFriction(
         name,
         system.static_limit,

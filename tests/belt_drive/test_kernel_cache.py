@@ -203,8 +203,9 @@ def test_without_a_private_folder_nothing_is_kept_which_is_said(
 @pytest.fixture
 def fresh(monkeypatch: pytest.MonkeyPatch) -> None:
     """No folder is known yet; a kernel of a test does not change the name of the tests' own."""
-    monkeypatch.setattr(jit, "_modules_with_kernels", jit._modules_with_kernels.copy())
+    monkeypatch.setattr(jit, "_functions", jit._functions.copy())
     monkeypatch.setattr(jit, "_folder", jit._folder.__wrapped__)
+    monkeypatch.setattr(jit, "folder_of", jit.folder_of.__wrapped__)
 
 
 def doubled(x: float) -> float:

@@ -408,22 +408,32 @@ EQUATION = """
 from typing import NamedTuple
 
 import constants
+import mirrors
+from bodies import Body
 from factors.laws import signed
 from frictionsim.solvers.compilation import compilable
-from mirrors import mirrored
 from units import UNIT
 
 
-class Factor(NamedTuple):
-    factor: float
+class Factor(Body):
 
     def times(self, x):
-        return {sign}self.factor * x
+        return {sign}self.own(x)
 
 
 @compilable
 def product(factor: Factor, x: float) -> float:
-    return constants.UNIT * UNIT * mirrored(signed(factor.times(x)))
+    return constants.UNIT * UNIT * mirrors.mirrored(signed(factor.times(x)))
+"""
+BASE = """
+from typing import NamedTuple
+
+
+class Body(NamedTuple):
+    factor: float
+
+    def own(self, x):
+        return {sign}self.factor * x
 """
 PROCESS = """
 from factors.kinds.equation import Factor, product
@@ -460,7 +470,7 @@ def replace_text(path: Path, text: str) -> None:
 def test_another_process_finds_the_code_on_the_disk_but_not_of_another_source(
     tmp_path: Path,
 ) -> None:
-    """Of an equation, of a function in another folder or package that it calls, of a constant."""
+    """Of an equation, its base class, functions in other folders and packages, of constants."""
 
     def process() -> str:
         return new_process(PROCESS, tmp_path)
@@ -473,6 +483,7 @@ def test_another_process_finds_the_code_on_the_disk_but_not_of_another_source(
         package / "laws.py": LAWS,
         package / "kinds" / "equation.py": EQUATION,
         tmp_path / "mirrors.py": OTHER_PACKAGE,
+        tmp_path / "bodies.py": BASE,
         tmp_path / "units.py": CONSTANT,
         tmp_path / "constants.py": CONSTANT,
     }
@@ -538,24 +549,37 @@ def test_an_equation_that_numba_refuses_is_tried_once_and_the_place_is_said(tmp_
 OF_THE_PACKAGE = """
 from frictionsim.solvers.compilation import Kernel
 from frictionsim.solvers.multi_contact_modes import direction_of
+{edit}
 kernel = Kernel(direction_of, ())
 before = kernel.is_at_hand
 function = kernel.compiled(lambda function: function(0.0))
 print(function(3.0), function(4.0), before, sum(function.stats.cache_hits.values()))
 """
+EDIT = """
+import pathlib
+path = pathlib.Path(direction_of.__code__.co_filename)
+path.write_text(path.read_text().replace("return 0.0 if", "return 0.2 if"))
+"""
 
 
 def test_another_process_finds_no_code_of_another_source_of_this_package(tmp_path: Path) -> None:
-    """Of the function itself, and of the constants TAUT, 3, and SLACK, 4, of another module."""
+    """Of the function itself, and of the constants TAUT, 3, and SLACK, 4, of another module.
+
+    A process whose sources are edited while it runs keeps nothing: it compiles what it imported.
+    """
     package = tmp_path / "frictionsim"
     shutil.copytree(ROOT / "frictionsim", package, ignore=shutil.ignore_patterns("__pycache__"))
-    assert new_process(OF_THE_PACKAGE, tmp_path) == "0.0 1.0 False 0"
-    assert new_process(OF_THE_PACKAGE, tmp_path) == "0.0 1.0 True 1"
-    for name, old, new, printed in (
-        ("solvers/multi_contact_modes.py", "return 0.0 if", "return 0.5 if", "0.5 1.0 False 0"),
+
+    def printed(edit: str = "") -> str:
+        return new_process(OF_THE_PACKAGE.format(edit=edit), tmp_path)
+
+    assert [printed(), printed()] == ["0.0 1.0 False 0", "0.0 1.0 True 1"]
+    assert [printed(EDIT), printed()] == ["0.0 1.0 False 0", "0.2 1.0 False 0"]
+    for name, old, new, expected in (
+        ("solvers/multi_contact_modes.py", "return 0.2 if", "return 0.5 if", "0.5 1.0 False 0"),
         ("results.py", "TAUT, SLACK = 2, 3, 4", "TAUT, SLACK = 2, 5, 3", "1.0 4.0 False 0"),
     ):
         text = (package / name).read_text()
         assert text.count(old) == 1
         replace_text(package / name, text.replace(old, new))
-        assert new_process(OF_THE_PACKAGE, tmp_path) == printed
+        assert printed() == expected

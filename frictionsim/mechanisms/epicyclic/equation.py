@@ -65,7 +65,7 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
     if geometry.formulation == "published":
         gear, contact = published_gear_of(terms, scenario), None
         flows = ("energy_input", "energy_friction")[: 2 if gear.is_dissipative else 1]
-        equation = equation_of(gear, flows, stored) | {"system": None}
+        equation = equation_of(gear, flows, stored, is_compiled=False)
     else:
         gear = gear_of(terms, scenario, signal)
         equation = equation_of(gear, ("energy_input",), stored)

@@ -15,10 +15,9 @@ from typing import Any
 from frictionsim.errors import InputError
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.solvers.compilation import (
-    build_name,
     compiler_of_parts,
+    folder_of,
     kept_in,
-    plugin_modules,
     without_collection,
 )
 
@@ -38,7 +37,7 @@ OPTIONS: dict[str, Any] = {
 PART: dict[str, Any] = {"no_cpython_wrapper": True}
 COPIED: dict[str, Any] = {"forceinline": True, **PART}
 
-_modules_with_kernels: set[str] = set()
+_functions: set[Any] = set()  # of all kernels
 
 
 class BeltKernel:
@@ -57,7 +56,7 @@ class BeltKernel:
         self.py_func = function
         self._compiler, self._part_options = compiler, part_options
         update_wrapper(self, function)
-        _modules_with_kernels.add(function.__module__)
+        _functions.add(function)
 
     def __call__(self, *arguments: Any) -> Any:
         return self.compiled(*arguments)
@@ -163,9 +162,7 @@ def _numba() -> Any:
 @cache
 def _folder() -> Path | None:
     """Return the folder that numba keeps the kernels of this build in; None if in none."""
-    from frictionsim.solvers.kernel_folder import usable_folder
-
-    folder = usable_folder(build_name(plugin_modules(_modules_with_kernels)))
+    folder = folder_of(frozenset(_functions))
     if folder is not None:
         LOG.info("folder of the compiled kernels: %s", folder)
     return folder
