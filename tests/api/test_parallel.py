@@ -62,6 +62,7 @@ def in_pool(pool: Executor) -> dict[str, fs.Result]:
     return dict(zip(JOBS, pool.map(solved, JOBS), strict=True))
 
 
+@pytest.mark.every(2)
 def test_threads_give_the_results_of_one(serial: dict[str, bytes], tmp_path: Path) -> None:
     with ThreadPoolExecutor(8) as pool:
         assert_same(in_pool(pool), serial, tmp_path)

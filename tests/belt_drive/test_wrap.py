@@ -71,6 +71,7 @@ def test_spans_balance_the_torque(bending: str) -> None:
     assert transmitted(paper(bending, True)) == pytest.approx(1.0, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bending", LIMIT_OF_MESH)
 def test_the_slip_is_near_that_of_fine_meshes(bending: str) -> None:
     """A polygon of 150 bodies slips by half as much again."""

@@ -316,6 +316,7 @@ def test_a_signal_during_a_fit_says_that_nothing_was_written(
     assert first == "frictionsim: interrupted by SIGINT while fitting; nothing was written"
 
 
+@pytest.mark.every(5)
 @pytest.mark.parametrize("number", NUMBERS)
 @pytest.mark.parametrize(
     ("command", "activity"),

@@ -84,6 +84,7 @@ def test_a_stored_channel_is_an_array_where_one_is_needed(
         getattr(stored, "tension_of")  # noqa: B009
 
 
+@pytest.mark.slow
 def test_everything_made_of_a_long_result_is_that_of_a_short_one(
     pair: tuple[fs.Result, fs.Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

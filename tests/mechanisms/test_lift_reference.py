@@ -50,6 +50,7 @@ def outcome(family: str, seed: int) -> Record:
     return simulate(FAMILIES[family](seed))
 
 
+@pytest.mark.slow
 def test_the_draws_have_every_transition() -> None:
     """No contact without each of its changes, no drive signal and no law of impact left out."""
     seen = {

@@ -35,6 +35,7 @@ def test_a_commit_does_not_differ_from_itself(written: Path) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_a_difference_is_named_with_its_size(written: Path, tmp_path: Path) -> None:
     changed = shutil.copytree(written, tmp_path / "changed")
     edit(changed / "channels.json", move_the_end)

@@ -189,6 +189,7 @@ def with_integers(result: Record) -> Record:
     )
 
 
+@pytest.mark.every(4)
 @pytest.mark.parametrize(("name", "view"), drawn_views())
 def test_integer_channels_give_the_same_pictures(name: str, view: str) -> None:
     result = with_integers(shown(name))

@@ -153,6 +153,7 @@ def test_the_title_names_another_law_than_the_set_valued() -> None:
     assert "law" not in words_of(draw(shown("pulley")))
 
 
+@pytest.mark.every(2)
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="a folder that nobody can write to")
 def test_without_a_home_only_the_name_of_the_picture_is_said(
     here: Path, monkeypatch: pytest.MonkeyPatch

@@ -196,6 +196,7 @@ def test_the_clock_moves_the_pixels(drawn: tuple[str, Any, Any]) -> None:
     assert seen[3] == seen[1]
 
 
+@pytest.mark.every(3)
 def test_a_drawing_has_its_content_as_text(drawn: tuple[str, Any, Any]) -> None:
     kind, page, file = drawn
     set_time(page, times_of(file)[-1])

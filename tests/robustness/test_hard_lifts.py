@@ -31,6 +31,7 @@ def test_every_hard_lift_has_a_test() -> None:
     assert sorted(f"hard/{path.stem}" for path in HARD.glob("lift*.toml")) == list(NAMES[1:])
 
 
+@pytest.mark.every(2)
 @pytest.mark.parametrize(
     ("rtol", "time", "angle"), [(1e-11, 1e-9, 1e-8), (1e-9, 1e-6, 1e-5), (1e-4, 0.03, 0.1)]
 )

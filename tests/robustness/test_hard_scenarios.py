@@ -194,6 +194,7 @@ def test_a_body_leaves_its_stop_when_the_load_passes_through_zero(backend: str) 
         assert abs(leaving.position) == radians(60.0)
 
 
+@pytest.mark.slow
 def test_hundreds_of_stick_slip_cycles_are_equal(backend: str) -> None:
     # Sampled once per period, all samples of the force are equal, and a warning is expected.
     cycles = 1000 if backend == "events" else 300

@@ -91,6 +91,7 @@ def test_a_reversed_torque_reverses_the_drive(backend: str) -> None:
     assert quantity(done, "tension_tight") == pytest.approx(785.71, rel=1e-4)
 
 
+@pytest.mark.slow
 @by_both
 def test_an_overloaded_belt_obeys_the_capstan_equation_with_bending(backend: str) -> None:
     ratios = []
@@ -192,6 +193,7 @@ def test_a_coarse_belt_of_twelve_bodies_conserves_energy(backend: str) -> None:
     )  # a polygon of 60 degrees
 
 
+@pytest.mark.slow
 @by_both
 def test_a_fine_mesh_removes_the_polygon_effect(backend: str) -> None:
     fine = Steady(outcome("belt_fine", backend))
@@ -288,6 +290,7 @@ def test_the_belt_lifts_off_a_roller_and_touches_it_again(backend: str) -> None:
     assert not touching.all()
 
 
+@pytest.mark.slow
 @by_both
 def test_an_oil_patch_makes_the_belt_slip_temporarily(backend: str) -> None:
     done = outcome("belt_oil_passes", backend, "solver.duration=1.0")

@@ -261,6 +261,7 @@ def machine_run(seed: int) -> Record:
     return simulate(drawn_machine(seed)[0])
 
 
+@pytest.mark.every(3)
 @pytest.mark.parametrize("seed", range(60))
 def test_warns_of_a_machine_that_stalls_or_runs_back(seed: int) -> None:
     data, least = drawn_machine(seed)
