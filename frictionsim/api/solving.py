@@ -165,7 +165,8 @@ def resume_with(
 ) -> Result:
     """Resume an interrupted run."""
     from frictionsim.api.sweep_result import result_or_sweep  # a run needs none of it
-    from frictionsim.io.unfinished import whole_name
+    from frictionsim.io.replaceable import RESULT
+    from frictionsim.io.unfinished import whole_name_beside
 
     since = perf_counter()
     incomplete = (
@@ -176,7 +177,7 @@ def resume_with(
     state = incomplete.load_checkpoint()
     scenario, path = incomplete.scenario, incomplete.path
     if output is None and path is not None:
-        output = whole_name(path)
+        output = whole_name_beside(path, RESULT)
     destination = _destination(output, path)
     try:
         return _simulate(scenario, destination, options, since, state)

@@ -20,8 +20,15 @@ from frictionsim.errors import (
     OutputError,
     SolverError,
 )
+from frictionsim.io.replaceable import SWEEP
 from frictionsim.io.sweep_table import SweepTable
-from frictionsim.io.unfinished import existing_name, partial_name, unfinished_beside, whole_name
+from frictionsim.io.unfinished import (
+    existing_name,
+    partial_name,
+    unfinished_beside,
+    whole_name,
+    whole_name_beside,
+)
 from frictionsim.parameter_study.block import FAILED
 from frictionsim.parameter_study.design import METHODS as METHODS
 from frictionsim.parameter_study.design import SAMPLE, Design, check_sampling, design_of
@@ -333,7 +340,7 @@ def resume_study(
 
     path = existing_name(path)
     _check_unfinished(path, read_sweep(path))
-    files = SweepFiles(whole_name(path) if output is None else output, path)
+    files = SweepFiles(whole_name_beside(path, SWEEP) if output is None else output, path)
     files.check(execution.no_clobber)
     files.lock()
     try:

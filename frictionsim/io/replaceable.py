@@ -105,7 +105,9 @@ def check_segment(path: Path) -> None:
 def check_no_link(path: Path, kind: Kind) -> None:
     """Check that a file whose name another file determines is not written through a link."""
     if path.is_symlink():
-        raise OutputError(f"{path}: cannot write the {kind.word}: this is a link; remove it")
+        raise OutputError(
+            f"{path}: cannot write the {kind.word}: this is a link; remove it, or give another name"
+        )
 
 
 def check_apart(paths: dict[str, Path]) -> None:

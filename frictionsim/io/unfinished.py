@@ -6,6 +6,7 @@ from pathlib import Path
 
 from frictionsim.errors import OutputError
 from frictionsim.io.atomic_write import SUFFIXES, check_no_clobber
+from frictionsim.io.replaceable import Kind, check_no_link
 
 LOG = logging.getLogger(__name__)
 
@@ -27,6 +28,17 @@ def whole_name(path: Path) -> Path:
     if name.endswith(PARTIAL) and name != PARTIAL:
         return path.with_name(name.removesuffix(PARTIAL) + path.suffix)
     return path
+
+
+def whole_name_beside(resumed: Path, kind: Kind) -> Path:
+    """Return the name of the complete result of a resumed file, for which no user gave a name.
+
+    OutputError is raised if a link is at this name or at that of the unfinished result.
+    """
+    whole = whole_name(resumed)
+    for path in {whole, partial_name(whole)} - {resumed}:
+        check_no_link(path, kind)
+    return whole
 
 
 def unfinished_beside(path: Path) -> str:

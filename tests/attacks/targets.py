@@ -16,7 +16,20 @@ from tests.support.scenarios import SCENARIOS
 PULLEY = SCENARIOS / "pulley.toml"
 COST = ("--backends", "events", "--tolerances", "1e-3", "--repeats", "1")
 SWEEP = ("--vary", "mechanism.load=[2000.0, 2100.0]", "-j", "1", "-q")
-NAMES = ("a.h5", "a.nc", "a", "a.png", "a.svg", "a.csv", "s.toml", "a.partial.h5", "a.html")
+RESUMED = "source.partial.h5"
+DERIVED = "source.h5"  # where the resumed run is written if no other name is given
+NAMES = (
+    DERIVED,
+    "a.h5",
+    "a.nc",
+    "a",
+    "a.png",
+    "a.svg",
+    "a.csv",
+    "s.toml",
+    "a.partial.h5",
+    "a.html",
+)
 KINDS = (
     *("none", "empty", "text", "foreign", "scenario", "result", "damaged", "incomplete"),
     *("picture", "table", "report", "folder", "dangling", "loop", "fifo", "device"),
@@ -67,13 +80,15 @@ def _place(rng: random.Random, path: Path, kind: str) -> None:
 
 
 def _command(rng: random.Random, target: str) -> list[str]:
+    if target == DERIVED:
+        return ["resume", RESUMED, "-q"]
     whole = ["solve", str(PULLEY), "-q", "-o", target]
     return rng.choice(
         [
             whole,
             [*whole, "--set", "output.checkpoint=1e-3"],
             [*whole, "--max-steps", "60"],
-            ["resume", "source.partial.h5", "-q", "-o", target],
+            ["resume", RESUMED, "-q", "-o", target],
             ["plot", "source.h5", "-o", target],
             ["report", "source.h5", "-o", target],
             ["sweep", str(PULLEY), *SWEEP, "-o", target],
@@ -98,10 +113,11 @@ def _state(path: Path) -> tuple[str, int, bytes]:
 def attack(rng: random.Random, folder: Path) -> str:
     """Write to a target where something lies already; nothing of others may be lost."""
     originals = _originals()
-    Path("source.h5").write_bytes(originals["result"])
-    Path("source.partial.h5").write_bytes(originals["incomplete"])
     name = rng.choice(NAMES)
-    if rng.random() < 0.2:
+    if name != DERIVED:
+        Path(DERIVED).write_bytes(originals["result"])
+    Path(RESUMED).write_bytes(originals["incomplete"])
+    if name != DERIVED and rng.random() < 0.2:
         length = rng.choice((200, 230, 247, 248, 254, 255, 256, 300)) - len(Path(name).suffix)
         name = rng.choice(("a" * length, "ä" * (length // 2))) + Path(name).suffix
     kind = rng.choice(KINDS)
@@ -114,6 +130,8 @@ def attack(rng: random.Random, folder: Path) -> str:
     described = f"{kind} at {name}, disk {'full' if is_full else 'free'}"
     with limited_files(rng.choice((0, 1000, 5000, 30_000))) if is_full else nullcontext():
         code = outcome(arguments, described)
+    if name == DERIVED and Path(name).is_symlink() and code != "exit 4":
+        raise BrokenPromise(f"{code} at a link that nobody named: {described}")
     _check(before, folder, kind, code, f"{arguments}: {code}, {described}")
     return f"{arguments[0]} {code}"
 

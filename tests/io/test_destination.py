@@ -117,6 +117,24 @@ def test_an_unfinished_result_replaces_an_unfinished_one_and_goes_when_the_run_i
     assert files() == {"a.h5"}
 
 
+def test_a_resumed_run_is_not_written_through_a_link_that_nobody_named(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert solve("-o", "precious.h5", *OTHER) == 0
+    assert solve("-o", "a.h5", *NO_TIME) == 5
+    precious = Path("precious.h5").read_bytes()
+    Path("a.h5").symlink_to("precious.h5")
+    capsys.readouterr()
+    assert resume("a.partial.h5") == 4
+    refused = "a.h5: cannot write the result: this is a link; remove it, or give another name\n"
+    assert capsys.readouterr().err == f"frictionsim: {refused}"
+    assert Path("precious.h5").read_bytes() == precious
+    # One that the user names is followed.
+    assert resume("a.partial.h5", "-o", "a.h5") == 0
+    assert Path("precious.h5").read_bytes() != precious
+    assert Path("a.h5").is_symlink()
+
+
 def test_what_was_put_in_the_place_of_the_unfinished_result_stays(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

@@ -164,6 +164,35 @@ def test_a_complete_sweep_and_an_unfinished_one_stay_until_the_next_is_complete(
     assert sorted(os.listdir(tmp_path)) == ["a", "s.h5"]
 
 
+def test_a_resumed_sweep_is_not_written_through_a_link_that_nobody_named(
+    whole: bytes, tmp_path: Path
+) -> None:
+    path, precious = tmp_path / "s.h5", tmp_path / "precious.h5"
+    sweep(precious, vary={LOAD: [2000.0]})
+    before = precious.read_bytes()
+    interrupted(path)
+    path.symlink_to(precious)
+    part = partial_name(path)
+    with pytest.raises(fs.OutputError) as refused:
+        fs.resume_sweep(part, workers=1)
+    assert str(refused.value) == (
+        f"{path}: cannot write the sweep: this is a link; remove it, or give another name"
+    )
+    assert precious.read_bytes() == before
+    # One that the user names is followed.
+    fs.resume_sweep(part, workers=1, output=path)
+    assert precious.read_bytes() == whole
+    # The unfinished name of a sweep of an earlier version is not one that the user named.
+    path.unlink()
+    interrupted(path)
+    part.rename(path)
+    part.symlink_to(tmp_path / "new.h5")
+    with pytest.raises(
+        fs.OutputError, match=r"s\.partial\.h5: cannot write the sweep: this is a l"
+    ):
+        fs.resume_sweep(path, workers=1)
+
+
 def test_an_unfinished_sweep_of_an_earlier_version_is_resumed(
     whole: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -490,8 +519,8 @@ def test_no_result_of_a_run_is_written_through_a_link(tmp_path: Path) -> None:
     with pytest.raises(fs.OutputError) as refused:
         fs.resume_sweep(path, workers=1)
     assert str(refused.value).startswith(
-        f"{folder / 'run-0000001.h5'}: cannot write the result: this is a link; remove it. sweep"
-        " interrupted: 1 of 2 runs are saved in"
+        f"{folder / 'run-0000001.h5'}: cannot write the result: this is a link; remove it,"
+        " or give another name. sweep interrupted: 1 of 2 runs are saved in"
     )
     assert other.read_bytes() == content
     (folder / "run-0000001.h5").unlink()
