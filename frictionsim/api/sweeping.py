@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from frictionsim.api.scenarios import with_overrides
-from frictionsim.api.sweep_result import RUNNING, Sweep
+from frictionsim.api.sweep_result import RUNNING, Sweep, open_sweep
 from frictionsim.errors import (
     EXIT_BUDGET_EXCEEDED,
     ArgumentError,
@@ -23,7 +23,6 @@ from frictionsim.errors import (
 from frictionsim.io.replaceable import SWEEP
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.io.unfinished import (
-    existing_name,
     partial_name,
     unfinished_beside,
     whole_name,
@@ -217,7 +216,7 @@ def resume_sweep(
     """
     target = None if output is None else as_path("output", output)
     execution = ExecutionOptions.among(locals())
-    return resume_study(as_path("path", path), target, execution)
+    return resume_study(open_sweep(as_path("path", path)), target, execution)
 
 
 @contextmanager
@@ -314,7 +313,7 @@ def run_study(
 
 
 def resume_study(
-    path: Path,
+    incomplete: Sweep,
     output: Path | None = None,
     execution: ExecutionOptions = LOCAL,
 ) -> Sweep:
@@ -322,8 +321,8 @@ def resume_study(
 
     Parameters
     ----------
-    path : Path
-        The incomplete file.
+    incomplete : Sweep
+        That of a file.
     output : Path, optional
         The file for the complete sweep.
     execution
@@ -338,8 +337,9 @@ def resume_study(
     """
     from frictionsim.io.hdf5_reader import read_sweep
 
-    path = existing_name(path)
-    _check_unfinished(path, read_sweep(path))
+    path = incomplete.path
+    assert path is not None, "it is of a file"
+    _check_unfinished(path, incomplete.table)
     files = SweepFiles(whole_name_beside(path, SWEEP) if output is None else output, path)
     files.check(execution.no_clobber)
     files.lock()

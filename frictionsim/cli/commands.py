@@ -231,8 +231,7 @@ def resume(
         _check_absent(f"it applies to a run, and {limits}", max_wall=max_wall, max_steps=max_steps)
         execution = ExecutionOptions.among(locals())
         printing = SweepPrinting(str(result), None, as_json, quiet, verbose)
-        unfinished = incomplete.path or result
-        return run_with(partial(resume_study, unfinished, output), execution, printing)
+        return run_with(partial(resume_study, incomplete, output), execution, printing)
     _check_absent(f"it applies to a sweep, and {result} is a run", workers=workers, dask=dask)
     report = Report(as_json, quiet, verbose)
     resume_job(incomplete, output, options, report)

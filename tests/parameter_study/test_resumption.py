@@ -16,6 +16,8 @@ import tomli_w
 import frictionsim as fs
 from frictionsim.api import sweeping
 from frictionsim.api.sweeping import SweepInterrupted
+from frictionsim.cli.commands import run_command_line
+from frictionsim.io import hdf5_reader
 from frictionsim.io.checksum import LENGTH
 from frictionsim.io.hdf5_reader import read_sweep
 from frictionsim.io.sweep_file import write_sweep
@@ -191,6 +193,23 @@ def test_a_resumed_sweep_is_not_written_through_a_link_that_nobody_named(
         fs.OutputError, match=r"s\.partial\.h5: cannot write the sweep: this is a l"
     ):
         fs.resume_sweep(path, workers=1)
+
+
+def test_a_resumed_sweep_is_read_once_and_once_more_when_it_is_locked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    interrupted(tmp_path / "s.h5")
+    read: list[Path] = []
+    read_any = hdf5_reader.read_any
+
+    def noted(path: Path) -> Any:
+        read.append(path)
+        return read_any(path)
+
+    monkeypatch.setattr(hdf5_reader, "read_any", noted)
+    part = partial_name(tmp_path / "s.h5")
+    assert run_command_line(["resume", str(part), "-q", "-j", "1"]) == 0
+    assert read == [part, part]
 
 
 def test_an_unfinished_sweep_of_an_earlier_version_is_resumed(
