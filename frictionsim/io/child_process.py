@@ -56,7 +56,7 @@ class EndedFromOutside(ChildFailed):
 
 
 class Parts:
-    """The parts of a result of some size in bytes, which are read one by one.
+    """The parts of a result or journal of some size in bytes, which are read one by one.
 
     The time for all of them is limited if `are_limited`, as in a process of one command: a file of
     1 MB can hold 1 GB of samples. A session in Python may read a file again and again, and its user
@@ -78,8 +78,8 @@ class Parts:
             if monotonic() - start < self._free:
                 raise
             raise ChildFailed(
-                f"all samples of the result take longer than {self._allowed:.0f} s, the limit of a"
-                " command for its size; `fs.open` in Python reads them without one"
+                f"all parts of it take longer than {self._allowed:.0f} s, the limit of a command"
+                " for a file of this size; the functions of Python have none"
             ) from None
         finally:
             self._free -= monotonic() - start

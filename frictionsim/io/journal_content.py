@@ -161,6 +161,8 @@ class _BlockReader:
         if units in self._forms:
             return self._forms[units]
         pairs = json_value(units)
+        if len(pairs) > MAX_QUANTITIES:
+            raise ValueError  # at once: other records may have as many
         by_name = {_name(name): _label(unit) for name, unit in pairs}
         if len(by_name) != len(pairs):
             raise ValueError

@@ -14,7 +14,7 @@ locks a journal of unknown origin and copies its log into it; a child process re
 
 import os
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, suppress
 from json import dumps
 from pathlib import Path
@@ -138,7 +138,7 @@ class SweepJournal:
         """Check the origin of the journal, and have it keep a log."""
         if not self._is_new:
             try:
-                origin = self._answer("journal_origin")
+                origin = self._answer(child_process.answer_of, "journal_origin")
             except ChildFailed as failed:
                 raise OutputError(
                     f"{self.path}: the sweep needs this name, and the file is not one of a sweep"
@@ -150,9 +150,9 @@ class SweepJournal:
         for setting in ("journal_mode = WAL", "synchronous = NORMAL"):
             database.execute(f"PRAGMA {setting}")
 
-    def _answer(self, question: str, *arguments: str | int) -> Any:
+    def _answer(self, answer_of: Callable[..., Any], question: str, *arguments: str | int) -> Any:
         size = min(self.path.stat().st_size, MAX_RECORD + PART_BYTES)
-        return child_process.answer_of(question, str(self.path), *arguments, size=size)
+        return answer_of(question, str(self.path), *arguments, size=size)
 
     def start(self, digest: bytes) -> None:
         """Begin again, for a study."""
@@ -191,11 +191,12 @@ class SweepJournal:
 
         Raises InputError if the journal cannot be read.
         """
-        rest = (-1, self.path.stat().st_size) if self._begun else None
+        size = self.path.stat().st_size
+        parts, rest = child_process.Parts(size), (-1, size) if self._begun else None
         while rest is not None:
             arguments = digest.hex(), runs, bytes(OUTCOMES).hex(), *rest
             try:
-                part: JournalPart = self._answer("journal_part", *arguments)
+                part: JournalPart = self._answer(parts.answer_of, "journal_part", *arguments)
             except ChildFailed as failed:
                 raise InputError(
                     f"{self._sweep}: cannot resume this sweep: its journal {self.path.name} cannot"

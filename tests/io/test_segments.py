@@ -115,7 +115,7 @@ def test_the_time_to_read_segments_is_limited(
     assert given[1][1] < given[0][1]
     monkeypatch.setattr(child_process, "BYTES_PER_SECOND_IN_PARTS", -1.0)
     slow = SegmentFiles(Path("a.h5"), checksums)
-    with pytest.raises(InputError, match="these samples: all samples of the result take longer"):
+    with pytest.raises(InputError, match="these samples: all parts of it take longer"):
         slow.rows(1, "time", 0, 1)
 
 
