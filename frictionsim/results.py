@@ -274,6 +274,13 @@ class Segments(Protocol):
     def place(self) -> Any:
         """Where they are, for messages."""
 
+    @property
+    def failure(self) -> Exception | None:
+        """The error of a segment that could not be written, the last one; None without any."""
+
+    def check_places(self, count: int) -> None:
+        """Check that the first segments can be written, before the run."""
+
     def free_bytes(self) -> int:
         """Return how much there may still be written."""
 
@@ -281,7 +288,7 @@ class Segments(Protocol):
         """Return the list of the segments, of so many samples each."""
 
     def write(self, number: int, record: "Record") -> None:
-        """Write a segment."""
+        """Write a segment; if that fails, the error becomes `failure`."""
 
     def rows(self, number: int, name: str, start: int, stop: int) -> Any:
         """Return rows of a channel of a segment."""

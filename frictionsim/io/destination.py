@@ -115,9 +115,12 @@ class Destination:
             raise
 
     def write_last(self, run: "Record") -> Path | None:
-        """Write the result of a stopped run as `write`; if that fails, somewhere else."""
+        """Write the result of a stopped run as `write`; if that fails, somewhere else.
+
+        OutputError is raised, too, if the run has stopped because a segment could not be written.
+        """
         try:
-            return self.write(run)
+            path = self.write(run)
         except NotReplaced:
             raise
         except InputError as error:  # of a segment
@@ -125,6 +128,10 @@ class Destination:
             raise OutputError(text) from None
         except OutputError as error:
             raise OutputError(f"{error}{self._rescued(run)}{self._resumable()}") from None
+        failure = self.segments().failure
+        if failure is not None and run.reason == str(failure):
+            raise OutputError(f"{failure}{self._resumable()}")
+        return path
 
     def _rescued(self, run: "Record") -> str:
         """Write a result that could not be written elsewhere, and return its place as a sentence.

@@ -100,7 +100,7 @@ def write_record(
     try:
         check_replaceable(path, RESULT)
         with part.opened() as opened:
-            if _is_long(record.channels):
+            if _is_long(record, checkpoint):
                 with _reported(path), part.unlocked():
                     _write_on_disk(part.content, record, checkpoint)
                 append_trailer(part.content)
@@ -373,9 +373,9 @@ def _storage(values: Any, level: int = LEVEL, segment: int | None = None) -> dic
     return {"chunks": chunks, "shuffle": True, "compression": "gzip", "compression_opts": level}
 
 
-def _is_long(channels: dict[str, Any]) -> bool:
-    """Return whether channels fill more than one segment."""
-    return len(channels["time"]) > segment_rows(channels)
+def _is_long(record: Record, checkpoint: dict[str, Any] | None) -> bool:
+    """Return whether samples fill more than one segment; two if a segment could not be written."""
+    return len(record.time) > segment_rows(record.channels) * (1 if checkpoint is None else 2)
 
 
 def segment_rows(channels: dict[str, Any]) -> int:

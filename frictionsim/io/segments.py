@@ -165,7 +165,7 @@ class SampleSegments(SegmentFiles):
     """The segments of a run, as it writes and resumes them.
 
     `on_begin` is called before the first is written. A run that is resumed into another file has
-    inherited segments.
+    inherited segments. `failure` is the error of a segment that could not be written, the last one.
     """
 
     def __init__(
@@ -174,6 +174,7 @@ class SampleSegments(SegmentFiles):
         super().__init__(whole)
         self._on_begin, self._inherited = on_begin, inherited
         self._restored = 0  # segments
+        self.failure: OutputError | None = None
 
     @property
     def checksum(self) -> int:
@@ -193,18 +194,21 @@ class SampleSegments(SegmentFiles):
             number += 1
         return shutil.disk_usage(self._whole.parent).free + size
 
+    def check_places(self, count: int) -> None:
+        """Check that the first segments can be written, before the run."""
+        for number in range(count):
+            check_segment(self.path(number))
+
     def write(self, number: int, record: Record) -> None:
-        """Write a segment."""
+        """Write a segment; if that fails, the error becomes `failure`."""
         self._on_begin()
         from frictionsim.io.hdf5_writer import write_segment  # imports HDF5
 
         try:
             checksum = write_segment(record, self.path(number))
         except OutputError as error:
-            raise OutputError(
-                f"{error}. The samples before these are kept: make space, or give another place"
-                " with -o, and resume the run if there is an unfinished result"
-            ) from None
+            self.failure = error
+            return
         self._latest = {}
         self._checksums = [*self._checksums[:number], checksum]
         if number == 0:

@@ -95,6 +95,11 @@ class SampleStore:
             return None
         return StoredSamples(self.segments, self._stored, self._rows_of_segment)
 
+    @property
+    def failure(self) -> Exception | None:
+        """The error of a segment that could not be written: its samples stay in memory."""
+        return None if self.segments is None else self.segments.failure
+
     def _fitting_rows(self) -> int:
         """Return how many samples of these arrays become one segment."""
         recorded = sum(
@@ -114,8 +119,9 @@ class SampleStore:
             self._rows_of_segment = self._fitting_rows()
         if not self._first:
             self._first = {name: np.array(v, dtype=np.float64) for name, v in values.items()}
-        while self.segments is not None and self._count >= self._rows_of_segment:
-            self._store()
+        if self.segments is not None:
+            while self._count >= self._rows_of_segment and self.failure is None:
+                self._store()
         self._make_room()
         for name, value in values.items():
             self._latest[name][self._count] = value
@@ -143,6 +149,8 @@ class SampleStore:
         with np.errstate(invalid="ignore"):  # integers of what is not finite
             typed = {n: v.astype(self._type(n), copy=False) for n, v in full.items()}
         self.segments.write(self._stored, self._as_record(typed))
+        if self.failure is not None:
+            return
         self._remember(full)
         for values in self._latest.values():
             values[: self._count - rows] = values[rows : self._count].copy()
@@ -316,7 +324,7 @@ def sample_bytes(scenario: "Scenario", simulation: "Simulation") -> SampleBytes:
 def check_space(
     scenario: "Scenario", simulation: "Simulation", segments: "Segments | None"
 ) -> None:
-    """Check before a run that memory and disk suffice for its samples.
+    """Check before a run that its segments can be written, and that memory and disk suffice.
 
     Parameters
     ----------
@@ -326,9 +334,12 @@ def check_space(
         Where samples can be put on the disk; None if the run has no file.
     """
     needed = sample_bytes(scenario, simulation)
+    streams = simulation.samples is not None
+    if segments is not None and streams:
+        rows = rows_per_segment(needed.recorded // needed.samples)
+        segments.check_places((needed.samples - 1) // rows)
     if needed.in_memory <= SMALL:
         return
-    streams = simulation.samples is not None
     if segments is None or not streams:
         _check_memory(needed, needed.in_memory, streams)
         return

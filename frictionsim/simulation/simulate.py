@@ -14,6 +14,7 @@ from frictionsim.errors import (
     InputError,
     Interrupted,
     NonFinite,
+    OutputError,
     SolverError,
     overflow_refused,
 )
@@ -133,7 +134,7 @@ def run(
         State of an earlier run of the scenario to resume from.
     segments : Segments, optional
         Where samples are put that are too many for the memory; without it they all stay there. At
-        each segment there is also a checkpoint.
+        each segment there is also a checkpoint. One that cannot be written interrupts the run.
     max_steps : int, optional
         Limit of steps of this part of the run, in the place of `solver.max_steps`. Like a limit of
         the wall time it is not recorded: the resumed run has the result of an unlimited one.
@@ -248,12 +249,14 @@ def _solve(
     keep: "Callable[[float], bool]",
     clock: _Clock,
 ) -> _Termination:
-    latest = 0.0
+    latest, samples = 0.0, simulation.samples
 
     def step(t: float) -> None:
         nonlocal latest
         latest = t
         on_step(t)
+        if samples is not None and samples.failure is not None:
+            raise samples.failure
 
     try:
         unprepared: bool | None = True
@@ -273,6 +276,10 @@ def _solve(
     except SolverError as error:
         resumable = isinstance(error, BudgetExceeded)
         return _Termination("failed", str(error), error.failure, resumable)
+    except OutputError as error:
+        if samples is None or error is not samples.failure:
+            raise
+        return _Termination("interrupted", str(error), resumable=True)
     except ArithmeticError:
         return _Termination("failed", OUT_OF_RANGE, NonFinite.failure)
     return _Termination()

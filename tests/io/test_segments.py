@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.errors import InputError, OutputError
+from frictionsim.errors import InputError
 from frictionsim.io import child_process
 from frictionsim.io.checksum import is_damaged
 from frictionsim.io.child_answer import decoded
@@ -208,8 +208,8 @@ def test_what_lies_in_the_place_of_a_segment_stays(
         path.write_text("mine")
     else:
         fs.Result(record).save(path)
-    with pytest.raises(OutputError, match=r"a\.000002\.h5: cannot write the segment: "):
-        segments.write(2, record)
+    segments.write(2, record)
+    assert "a.000002.h5: cannot write the segment: " in str(segments.failure)
     segments.remove()
     assert sorted(os.listdir()) == ["a.000002.h5", "victim.txt"]
     assert Path("victim.txt").read_text() == "precious"

@@ -318,13 +318,62 @@ def test_a_full_disk_keeps_the_samples_so_far(
 
     with monkeypatch.context() as patch:
         patch.setattr(hdf5_writer, "write_segment", full)
-        with pytest.raises(
-            OutputError, match=r"No space left on device\. The samples before these"
-        ):
+        with pytest.raises(OutputError, match=r"No space left on device\. The last checkpoint is"):
             fs.solve(LONG, output=path)
-    assert len(fs.open(path).record.channels["time"]) > ROWS
+    assert len(fs.open(path).record.channels["time"]) > 3 * ROWS  # those of this segment, too
     fs.resume(path)
     assert path.read_bytes() == whole.read_bytes()
+
+
+@pytest.mark.parametrize("number", [0, 3])
+def test_a_foreign_file_at_the_name_of_a_segment_is_refused_before_the_run(
+    number: int, tmp_path: Path
+) -> None:
+    foreign, started = tmp_path / f"a.{number:06d}.h5", []
+    foreign.write_text("precious")
+    with pytest.raises(OutputError) as refused:
+        fs.solve(LONG, output=tmp_path / "a.h5", progress=started.append)
+    assert str(refused.value) == (
+        f"{foreign}: cannot write the segment: the existing file is not a segment of a run and is"
+        " not overwritten; give another name"
+    )
+    assert started == []
+    assert os.listdir(tmp_path) == [foreign.name]
+    # A run that has no such segment.
+    fs.solve(LONG, {"solver.duration": 1e-3}, output=tmp_path / "a.h5")
+    assert foreign.read_text() == "precious"
+
+
+@pytest.mark.parametrize("number", [0, 2])
+def test_a_foreign_file_that_comes_during_a_run_loses_no_sample(
+    number: int, whole: Path, tmp_path: Path
+) -> None:
+    path, foreign = tmp_path / "a.h5", tmp_path / f"a.{number:06d}.h5"
+    part = partial_name(path)
+    latest = 0.0
+
+    def on_step(t: float) -> None:
+        nonlocal latest
+        latest = t
+        foreign.write_text("precious")
+
+    with pytest.raises(OutputError) as refused:
+        fs.solve(LONG, output=path, progress=on_step)
+    assert str(refused.value) == (
+        f"{foreign}: cannot write the segment: the existing file is not a segment of a run and is"
+        f" not overwritten; give another name. The last checkpoint is in {part}: 'frictionsim"
+        f" resume {part}' continues the run"
+    )
+    kept = fs.open(part)
+    assert kept.status == "interrupted"
+    assert 0.0 <= latest - kept.record.channels["time"][-1] < kept.scenario.interval
+    with pytest.raises(OutputError, match="is not overwritten"):
+        fs.resume(part)
+    assert foreign.read_text() == "precious"
+    foreign.unlink()
+    fs.resume(part)
+    assert path.read_bytes() == whole.read_bytes()
+    assert os.listdir(tmp_path) == ["a.h5"]
 
 
 def test_a_segment_that_cannot_be_read_at_the_end_leaves_a_run_that_can_be_resumed(
