@@ -97,7 +97,8 @@ class SweepJournal:
                 if self._log_size():
                     raise OutputError(
                         f"{self._sweep}: cannot write the sweep: {self._log.name} cannot be copied"
-                        f" into {self.path.name}; make space"
+                        f" into {self.path.name}; make space, or if there is enough, remove the"
+                        " log, which is damaged: its runs are run again"
                     )
             self._set_up(database)
         except BaseException as error:

@@ -132,7 +132,7 @@ class SweepFiles:
             yield
         except OutputError as error:
             raise OutputError(
-                f"{error}. The runs that are done are kept in {self.partial} and"
+                f"{error}. The runs written before are kept in {self.partial} and"
                 f" {journal_name(self.partial).name} beside it: make space, then"
                 f" 'frictionsim resume {self.partial}' continues the sweep"
             ) from None

@@ -282,6 +282,18 @@ def test_the_time_to_read_all_parts_of_a_journal_is_limited(
         blocks(path)
 
 
+def test_a_log_that_cannot_be_copied_is_refused_with_the_ways_out(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(SweepJournal, "_log_size", lambda self: 1)  # SQLite left it as it was
+    with pytest.raises(fs.OutputError) as refused:
+        SweepJournal(path)
+    assert str(refused.value) == (
+        f"{path}: cannot write the sweep: s.h5.runs-wal cannot be copied into s.h5.runs; make"
+        " space, or if there is enough, remove the log, which is damaged: its runs are run again"
+    )
+
+
 @pytest.mark.parametrize(
     ("suffix", "said"),
     [
