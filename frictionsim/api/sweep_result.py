@@ -12,7 +12,12 @@ from frictionsim.api.result import Result
 from frictionsim.api.result_base import Ending, TableResult
 from frictionsim.display import ratio_text, study_text
 from frictionsim.document import Data, Document, Table
-from frictionsim.errors import EXIT_DONE, EXIT_SOLVER_FAILED, exit_code_of_interruption
+from frictionsim.errors import (
+    EXIT_AUDIT_FAILED,
+    EXIT_DONE,
+    EXIT_SOLVER_FAILED,
+    exit_code_of_interruption,
+)
 from frictionsim.io.sweep_table import SOBOL, SobolIndices, SweepTable
 from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
 from frictionsim.parameter_study.design import SAMPLE, Sampling
@@ -77,7 +82,10 @@ class Sweep(TableResult):
     @property
     def _ending(self) -> Ending:
         status, reason = (self.table.attributes[name] for name in ("status", "reason"))
-        code = EXIT_SOLVER_FAILED if bool((self.table.status == FAILED).all()) else EXIT_DONE
+        outcomes = {*self.table.status.tolist()}
+        code = EXIT_DONE
+        if DONE not in outcomes:
+            code = EXIT_AUDIT_FAILED if AUDIT_FAILED in outcomes else EXIT_SOLVER_FAILED
         if status != "done":
             code = exit_code_of_interruption(reason)
         return Ending(status, reason, code)

@@ -14,6 +14,7 @@ import frictionsim as fs
 from frictionsim.api.dataset import sweep_table
 from frictionsim.api.result_base import ResultBase
 from frictionsim.io.hdf5_reader import read_sweep
+from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED
 from tests.support.sweep_files import LOAD, LOOSE, MU_S, PULLEY
 
 pytestmark = pytest.mark.quick
@@ -32,6 +33,22 @@ def results() -> list[Any]:
         PULLEY, LOOSE, quantities={"force_to_lift": 2800.0}, free={LOAD: (1e3, 3e3)}, starts=1
     )
     return [fs.solve(PULLEY, LOOSE), study, fitted]
+
+
+@pytest.mark.parametrize(
+    ("statuses", "code"),
+    [
+        ((DONE, FAILED, AUDIT_FAILED), 0),
+        ((FAILED, FAILED, FAILED), 1),
+        ((FAILED, AUDIT_FAILED, FAILED), 3),
+        ((AUDIT_FAILED, AUDIT_FAILED, AUDIT_FAILED), 3),
+    ],
+)
+def test_a_sweep_without_a_sound_run_has_another_exit_code(
+    statuses: tuple[int, ...], code: int, swept: fs.Sweep
+) -> None:
+    table = swept.table._replace(status=np.array(statuses, dtype=np.int8))
+    assert fs.Sweep(table, None).exit_code == code
 
 
 def test_results_are_summarised_drawn_and_saved_alike(swept: fs.Sweep, tmp_path: Path) -> None:
