@@ -1,15 +1,16 @@
 """Comparison of results from Python."""
 
 from collections.abc import Iterable
+from math import ceil, inf, log10
 from os import PathLike
 from typing import TYPE_CHECKING
 
 from pydantic import Field
 
 from frictionsim.api import result as results
-from frictionsim.display import short_text, time_text
+from frictionsim.display import STUDY_DIGITS, number_text, short_text, time_text, unit_text
 from frictionsim.document import Data, Document, Table
-from frictionsim.io.comparison import Comparison, Tolerances, compare_records
+from frictionsim.io.comparison import ComparedChannel, Comparison, Tolerances, compare_records
 from frictionsim.results import finite
 from frictionsim.scenario.options import Names, Options, as_path
 
@@ -18,10 +19,15 @@ if TYPE_CHECKING:
 
 
 RTOL, ATOL, TIME_ATOL = 1e-6, 1e-9, 1e-6
+MAX_DIGITS = 17  # tell any two floats apart
+HEADINGS = (
+    *("channel or quantity", ">value", ">expected", "unit"),
+    *(">difference", ">allowed", ">time, s", ""),
+)
 
 
 class CompareOptions(Options):
-    """The tolerances of a comparison, and the channels to ignore."""
+    """The tolerances of a comparison, and what to ignore."""
 
     rtol: float = Field(RTOL, ge=0, allow_inf_nan=True)
     atol: float = Field(ATOL, ge=0, allow_inf_nan=True)
@@ -38,27 +44,36 @@ def compare(
     time_atol: float = TIME_ATOL,
     ignore: str | Iterable[str] = (),
 ) -> Comparison:
-    """Compare a result with a golden (reference) result, channel by channel and event by event.
+    """Compare a result with a golden (reference) result: channels, events, quantities and status.
 
     A channel agrees if |result - golden| <= atol + rtol |golden| at every sample. Samples within
     time_atol of an event of the golden result are skipped, because a channel may jump there. Events
     agree if their number, contacts and modes are equal and their times within time_atol.
 
+    A quantity agrees if |result - golden| <= atol + rtol * scale, a time if it is within time_atol.
+    The scale is the largest energy of the golden run for an energy, 1 for a share (100 for one in
+    %), and otherwise the largest value of the channel that the quantity is named after, or of all
+    channels of its unit, for an arc at most a turn; it is at least the size of the quantity. None
+    equals none. Quantities are compared where both runs ended at the same time; else `status`
+    differs, and says so.
+
     Parameters
     ----------
     result, golden : results.Result or path
     rtol, atol : float
-        Tolerances; atol in the unit of each channel.
+        Tolerances; atol in the unit of each channel or quantity.
     time_atol : float, s
-        Tolerance of event times.
+        Tolerance of the times of events, and of quantities that are times.
     ignore : str or iterable of str
-        Names or patterns (``energy_*``) of channels to ignore; ``events`` for the events.
+        Names or patterns (``energy_*``) of channels and quantities to ignore, of quantities alone
+        ``quantities/NAME``; ``events`` for the events.
 
     Returns
     -------
     Comparison
-        `same` is the verdict, `rows` has the difference of each channel that is largest relative to
-        what is allowed.
+        `same` is the verdict. `rows` has the difference of each quantity, and that of each channel
+        which is largest relative to what is allowed; `value` and `expected` are those of result and
+        golden. What differs stands first, the worst first, quantities before channels.
 
     Raises
     ------
@@ -101,6 +116,8 @@ def comparison_parts(comparison: Comparison) -> Document:
     rows = [
         (
             row.name,
+            *_both_values(row),
+            unit_text(row.unit),
             short_text(row.difference),
             short_text(row.allowed),
             time_text(row.time),
@@ -111,6 +128,9 @@ def comparison_parts(comparison: Comparison) -> Document:
     data = [
         {
             "channel": row.name,
+            "value": finite(row.value),
+            "expected": finite(row.expected),
+            "unit": row.unit,
             "difference": finite(row.difference),
             "allowed": finite(row.allowed),
             "time": finite(row.time),
@@ -120,9 +140,20 @@ def comparison_parts(comparison: Comparison) -> Document:
         for row in comparison.rows
     ]
     yield Data({"same": comparison.same, "rows": data, "notes": list(comparison.notes)})
-    yield Table(("channel", ">difference", ">allowed", ">time, s", ""), rows)
+    yield Table(HEADINGS, rows)
     yield from comparison.notes
     differing = sum(not row.ok for row in comparison.rows)
     if differing:
-        yield "note: each difference is that of the sample that is furthest above what is allowed"
+        yield "note: of a channel, that sample is shown which is furthest above what is allowed"
     yield f"{differing} of {len(comparison.rows)} differ" if differing else "the files agree"
+
+
+def _both_values(row: ComparedChannel) -> tuple[str, str]:
+    """Return the values of result and golden, in as many digits as show what differs."""
+    if not row.unit:
+        return "", ""
+    digits = STUDY_DIGITS
+    size = max(abs(row.value or 0.0), abs(row.expected or 0.0))
+    if not row.ok and row.difference and 0.0 < size / row.difference < inf:
+        digits = min(max(digits, ceil(log10(size / row.difference)) + 2), MAX_DIGITS)
+    return number_text(row.value, digits), number_text(row.expected, digits)

@@ -178,16 +178,14 @@ def compare(
     ] = None,
     atol: Annotated[
         float | None,
-        typer.Option(
-            metavar="NUMBER", help="Absolute tolerance, in the unit of each channel. [1e-9]"
-        ),
+        typer.Option(metavar="NUMBER", help="Absolute tolerance, in the unit of each row. [1e-9]"),
     ] = None,
     time_atol: Annotated[
-        float | None, typer.Option(metavar="NUMBER", help="Tolerance of event times, s. [1e-6]")
+        float | None, typer.Option(metavar="NUMBER", help="Tolerance of times, s. [1e-6]")
     ] = None,
     ignore: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="Channel or pattern (energy_*) to ignore."),
+        typer.Option(metavar="NAME", help="Channel, quantity or pattern (energy_*) to ignore."),
     ] = None,
     as_json: AsJson = False,
 ) -> int:

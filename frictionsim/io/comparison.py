@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatch
+from functools import lru_cache
+from math import inf, isclose, isfinite, pi
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -16,15 +18,20 @@ if TYPE_CHECKING:
 
     from frictionsim.results import Record
 
+QUANTITIES = "quantities/"  # what the rows of quantities begin with
+SHARES = {"1": 1.0, "%": 100.0}  # scales of quantities without a dimension, by unit
+TURN = 2.0 * pi  # rad: scale of an angle that is not one of the motion, such as an arc
 FLOAT_BYTES = 8
+EQUAL_TIMES = 1e-9  # relative difference of times that are the same but for rounding
 MAX_KEYS = 20  # differing keys of the scenarios in the notes
 MAX_VALUE = 60  # characters of the value of a key
 
 
 class ComparedChannel(NamedTuple):
-    """The largest difference of one channel, relative to its tolerance.
+    """The largest difference of one channel, relative to its tolerance, or that of a quantity.
 
-    Difference, tolerance and time are those of the sample with the largest ratio of the two.
+    Difference, tolerance, time and values are those of the sample with the largest ratio of the
+    first two. A quantity has no time; its value is None where it is not defined.
     """
 
     name: str
@@ -33,11 +40,18 @@ class ComparedChannel(NamedTuple):
     time: float | None = None  # s
     ok: bool = False
     note: str = ""  # any other mismatch, or the member of the channel's axis
+    value: float | None = None  # of the result
+    expected: float | None = None  # of the golden result
+    unit: str = ""  # of the values; empty where there are none
 
 
 @dataclass
 class Comparison:
-    """The rows of a comparison, the largest ratio first, and notes outside the verdict."""
+    """The rows of a comparison, and notes outside the verdict.
+
+    What differs stands first, and quantities before events and channels; of these, what is furthest
+    above its tolerance.
+    """
 
     rows: list[ComparedChannel] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
@@ -49,7 +63,7 @@ class Comparison:
 
 
 class Tolerances(NamedTuple):
-    """The tolerances of a comparison; `atol` in the unit of each channel, `time` in s."""
+    """The tolerances of a comparison; `atol` in the unit of each row, `time` in s."""
 
     rtol: float
     atol: float
@@ -74,16 +88,20 @@ def compare_records(
         raise InputError(
             f"cannot compare: {result_path} is of kind '{kinds[0]}', {golden_path} of '{kinds[1]}'"
         )
-    _check_patterns(ignore, {*result.channels, *golden.channels, "events"})
+    _check_patterns(ignore, _names(result) | _names(golden))
     comparison = Comparison()
-    _compare_status(result, golden, comparison)
+    ends = [float(r.time[-1]) if r.time.size else 0.0 for r in (result, golden)]
+    ended_together = isclose(*ends, rel_tol=EQUAL_TIMES)
+    comparison.rows += _compare_status(result, golden, [] if ended_together else ends)
     common = _common_samples(result, golden)
     _compare_times(result, golden, common, comparison, f"{result_path} and {golden_path}")
     comparison.notes += [f"note: {text}" for text in _differing_origins(result, golden)]
 
     def is_compared(name: str) -> bool:
-        return not any(fnmatch(name, pattern) for pattern in ignore)
+        return not _is_ignored(name, ignore)
 
+    if ended_together:
+        comparison.rows += _compare_quantities(result, golden, is_compared, tolerances)
     for name in sorted((result.channels.keys() | golden.channels.keys()) - {"time"}):
         if is_compared(name):
             row = _compare_channel(name, result, golden, common, tolerances)
@@ -93,7 +111,7 @@ def compare_records(
         comparison.rows.append(events)
         if events.ok:  # the sides can only be compared of equal events
             comparison.rows += _compare_sides(result, golden, is_compared, tolerances)
-    comparison.rows.sort(key=_tolerance_ratio, reverse=True)
+    comparison.rows.sort(key=_place)
     return comparison
 
 
@@ -130,27 +148,122 @@ def _shortened(value: Any, other: Any) -> str:
     return f"{text[:MAX_VALUE]}..."
 
 
+def _names(record: "Record") -> set[str]:
+    """Return the names of all rows that a result may have."""
+    sides = (name.removesuffix("_before") for name in record.events if name.endswith("_before"))
+    return (
+        {*record.channels, "events", *(f"events/{name}" for name in sides)}
+        | {QUANTITIES + name for name in record.quantities}
+    ) - {"time"}
+
+
+def _is_ignored(name: str, patterns: Sequence[str]) -> bool:
+    """Return whether a pattern matches the name of a row, or what stands behind its slash."""
+    names = name, name.rpartition("/")[2]
+    return any(fnmatch(one, pattern) for one in names for pattern in patterns)
+
+
 def _check_patterns(ignore: Sequence[str], names: set[str]) -> None:
-    """Raise InputError if a pattern matches no channel, or if the patterns match all of them."""
-    names = names - {"time"}
+    """Raise ArgumentError if a pattern matches no row, or if the patterns match all of them."""
     for pattern in ignore:
-        if not any(fnmatch(name, pattern) for name in names):
-            raise ArgumentError("ignore", unknown("channel", pattern, sorted(names)))
-    if all(any(fnmatch(name, pattern) for pattern in ignore) for name in names):
+        if not any(_is_ignored(name, [pattern]) for name in names):
+            known = names if "/" in pattern else {name.rpartition("/")[2] for name in names}
+            raise ArgumentError("ignore", unknown("channel or quantity", pattern, sorted(known)))
+    if all(_is_ignored(name, ignore) for name in names):
         raise ArgumentError("ignore", "nothing is left to compare")
 
 
-def _tolerance_ratio(row: ComparedChannel) -> tuple[bool, float]:
-    if row.difference is None or not row.allowed:
-        return not row.ok, 0.0
-    return not row.ok, row.difference / row.allowed
+def _place(row: ComparedChannel) -> tuple[bool, int, float, float]:
+    """Return what rows are sorted by: see `Comparison`. What has no number is worst."""
+    _, ratio, difference = _tolerance_ratio(row)
+    # Status and times say why others differ.
+    groups = row.name in ("status", "time"), row.name.startswith(QUANTITIES), True
+    return row.ok, groups.index(True), -ratio, -difference
 
 
-def _compare_status(result: "Record", golden: "Record", comparison: Comparison) -> None:
-    statuses = result.attributes["status"], golden.attributes["status"]
-    if statuses[0] != statuses[1]:
-        note = f"'{statuses[0]}', expected '{statuses[1]}'"
-        comparison.rows.append(ComparedChannel("status", note=note))
+def _tolerance_ratio(row: ComparedChannel) -> tuple[bool, float, float]:
+    """Return what is largest of the worst row: whether it differs, by how much, absolutely."""
+    if row.difference is None or not isfinite(row.difference):
+        return not row.ok, inf, inf
+    if not row.allowed:
+        return not row.ok, inf if row.difference else 0.0, row.difference
+    return not row.ok, row.difference / row.allowed, row.difference
+
+
+def _compare_status(
+    result: "Record", golden: "Record", ends: Sequence[float]
+) -> Iterator[ComparedChannel]:
+    """Yield a row if the runs differ in their status, or in `ends`, s, where these are given."""
+    status, expected = result.status, golden.status
+    note = f"'{status}', expected '{expected}'" if status != expected else f"both '{status}'"
+    if ends:
+        end, expected_end = (f"{time:.9g} s" for time in ends)
+        note += f"; quantities are not compared: ended at {end}, expected {expected_end}"
+    if ends or status != expected:
+        yield ComparedChannel("status", note=note)
+
+
+def _compare_quantities(
+    result: "Record", golden: "Record", wanted: "Callable[[str], bool]", tolerances: Tolerances
+) -> Iterator[ComparedChannel]:
+    """Compare the quantities of two runs that ended at the same time.
+
+    Those of a run that is not done may be missing.
+    """
+    largest = lru_cache(maxsize=None)(lambda name: _largest(golden.channels[name]))
+    for name, either in (result.quantities | golden.quantities).items():
+        actual, expected = (r.quantities.get(name) for r in (result, golden))
+        row = ComparedChannel(
+            QUANTITIES + name,
+            value=actual.value if actual else None,
+            expected=expected.value if expected else None,
+            unit=either.unit,
+        )
+        if not wanted(row.name):
+            continue
+        if actual is None or expected is None:
+            if result.status == golden.status == "done":
+                where = "the golden file" if expected is None else "the result"
+                yield row._replace(note=f"missing in {where}")
+            continue
+        if actual.unit != expected.unit:
+            note = f"unit {actual.unit}, expected {expected.unit}"
+            yield row._replace(unit="", note=note)
+            continue
+        allowed = tolerances.time
+        if expected.unit != "s":
+            allowed = float(tolerances.allowed(_scale(name, golden, largest)))
+        difference = float(_difference(float(actual), float(expected)))
+        yield row._replace(difference=difference, allowed=allowed, ok=difference <= allowed)
+
+
+def _scale(name: str, golden: "Record", largest: "Callable[[str], float]") -> float:
+    """Return what the relative tolerance of a quantity is relative to, at least its own size.
+
+    A quantity may be a small difference of large numbers, and has the rounding of these: those of
+    the channel that its name has in it, else of all channels of its unit; energies have that of the
+    largest energy of the run.
+    """
+    value, unit = golden.quantities[name]
+    size = abs(value) if value is not None and isfinite(value) else 0.0
+    if unit in SHARES:
+        return max(SHARES[unit], size)
+    alike = [channel for channel in golden.channels if golden.units[channel] == unit]
+    if unit == "J":
+        energies = (abs(q.value) for q in golden.quantities.values() if q.unit == "J" and q.value)
+        return max(*map(largest, alike), *filter(isfinite, energies), size, 0.0)
+    named = [channel for channel in alike if f"_{channel}_" in f"_{name}_"]
+    scale = max(map(largest, [max(named, key=len)] if named else alike), default=0.0)
+    return max(size, min(scale, TURN) if unit == "rad" and not named else scale)
+
+
+def _largest(channel: Any) -> float:
+    """Return the largest finite size of the values of a channel."""
+    largest = 0.0
+    for start, stop in blocks_of(len(channel), FLOAT_BYTES * int(np.prod(channel.shape[1:]))):
+        sizes = np.abs(np.asarray(channel[start:stop], dtype=np.float64))
+        largest = float(np.max(sizes, initial=largest, where=np.isfinite(sizes)))
+    return largest
 
 
 class _CommonSamples(NamedTuple):
@@ -184,7 +297,7 @@ def _nearest(times: Any, others: Any) -> tuple[Any, Any]:
         near = np.clip(np.searchsorted(others, times) + shift, 0, others.size - 1)
         closer = np.abs(others[near] - times) <= np.abs(others[places] - times)
         places = np.where(closer, near, places)
-    return places, np.isclose(times, others[places], rtol=1e-9, atol=0.0)
+    return places, np.isclose(times, others[places], rtol=EQUAL_TIMES, atol=0.0)
 
 
 def _compare_times(
@@ -233,7 +346,7 @@ def _compare_channel(
         part_ratio, row = _worst_sample(name, *both, time[part], tolerances, columns)
         if part_ratio >= ratio:
             worst, ratio = row, part_ratio
-    return worst
+    return worst._replace(unit=golden.units[name])
 
 
 def _worst_sample(
@@ -258,7 +371,8 @@ def _worst_sample(
     axis, names = columns
     note = f"{axis} {names[member[0]]}" if member else ""
     size, limit, at = (float(v) for v in (difference[worst], allowed[worst], time[sample]))
-    return (float(ratio[worst]), size), ComparedChannel(name, size, limit, at, ok, note)
+    values = float(actual[worst]), float(expected[worst])
+    return (float(ratio[worst]), size), ComparedChannel(name, size, limit, at, ok, note, *values)
 
 
 def _difference(actual: Any, expected: Any) -> Any:
@@ -302,13 +416,13 @@ def _compare_events(result: "Record", golden: "Record", time_atol: float) -> Com
     worst = ComparedChannel("events", 0.0, time_atol, None, True)
     for (time, *what), (expected_time, *expected_what) in zip(actual, expected, strict=True):
         difference = abs(time - expected_time)
+        row = ComparedChannel(
+            "events", difference, time_atol, expected_time, False, "", time, expected_time, "s"
+        )
         if what != expected_what:
             note = f"{what} at {time:.9g} s, expected {expected_what}"
-            return ComparedChannel("events", difference, time_atol, expected_time, False, note)
-        if not difference <= (worst.difference or 0.0):  # also true if it is NaN
-            worst = ComparedChannel(
-                "events", difference, time_atol, expected_time, difference <= time_atol
-            )
+            return row._replace(note=note)
+        worst = max(row._replace(ok=difference <= time_atol), worst, key=_tolerance_ratio)
     return worst
 
 
@@ -334,18 +448,20 @@ def _compare_sides(
         sides = [f"{name}_{side}" for side in ("before", "after")]
         if not (wanted(name) and all(s in r.events for s in sides for r in (result, golden))):
             continue
-        worst = ComparedChannel(f"events/{name}", 0.0, tolerances.atol, None, True)
+        rows = [ComparedChannel(f"events/{name}", 0.0, tolerances.atol, None, True)]
         for side, step in zip(sides, (-1, 1), strict=True):
-            expected = golden.events[side]
-            difference = _difference(result.events[side], expected)
+            actual, expected = result.events[side], golden.events[side]
+            difference = _difference(actual, expected)
             rate = _event_rate(golden, name, expected, step)
             allowed = tolerances.allowed(expected) + rate * tolerances.time
-            for value, limit, at in zip(difference, allowed, golden.events["time"], strict=True):
+            columns = difference, allowed, golden.events["time"], actual, expected
+            for numbers in zip(*columns, strict=True):
+                size, limit, at, value, other = map(float, numbers)
                 row = ComparedChannel(
-                    worst.name, float(value), float(limit), float(at), bool(value <= limit)
+                    rows[0].name, size, limit, at, size <= limit, "", value, other
                 )
-                worst = max(worst, row, key=_tolerance_ratio)
-        yield worst
+                rows.append(row._replace(unit=golden.units[name]))
+        yield max(reversed(rows), key=_tolerance_ratio)
 
 
 def _event_rate(golden: "Record", name: str, values: Any, step: int) -> Any:

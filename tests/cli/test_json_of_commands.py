@@ -62,7 +62,10 @@ def test_compare_as_json_has_only_finite_numbers(told: Run) -> None:
         document = strict_json(told("compare", *pair, "--json", code=1)[0])
         assert document["same"] is False
         (angle,) = (row for row in document["rows"] if row["channel"] == "angle")
-        assert angle.keys() == {"channel", "difference", "allowed", "time", "ok", "note"}
+        assert angle.keys() == {
+            *("channel", "value", "expected", "unit", "difference", "allowed", "time", "ok"),
+            "note",
+        }
         assert angle["ok"] is False
         return angle  # type: ignore[no-any-return]
 

@@ -1,5 +1,6 @@
 """Comparison of two result files: tolerances, events, and files that cannot be compared."""
 
+import json
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -108,7 +109,7 @@ FOREIGN = "it is HDF5, but not a frictionsim result"
 # An edit, options, the exit code, and a pattern of what is printed.
 CASES: dict[str, tuple[Edit, str, int, str]] = {
     "no tolerances": (nothing, "--rtol 0 --atol 0 --time-atol 0", 0, ""),
-    "a value": (FAR, "", 1, r"\nangle +0\.01 "),
+    "a value": (FAR, "", 1, r"\nangle +\S+ +\S+ +rad +0\.01 "),
     "within a wider rtol": (FAR, "--rtol 1e-3", 0, ""),
     "within a wider atol": (FAR, "--atol 0.1", 0, ""),
     "left out": (FAR, "--ignore angle", 0, ""),
@@ -151,15 +152,17 @@ def test_a_difference_beyond_the_tolerances_is_found(
 def test_equal_files_agree_in_every_channel_and_in_the_events(
     compare: Compare, golden: Path
 ) -> None:
-    code, table = compare(nothing)
+    code, printed = compare(nothing, "--json")
     assert code == 0
-    lines = rows(table)
-    channels = hdf5_reader.read(golden).channels.keys() - {"time"}
+    lines = json.loads(printed)["rows"]
+    record = hdf5_reader.read(golden)
+    channels = record.channels.keys() - {"time"}
+    quantities = {f"quantities/{name}" for name in record.quantities}
     beside = {f"events/{name}" for name in channels - OF_EVENTS if not name.startswith("energy_")}
-    assert {row[0] for row in lines} == channels | beside | {"events"}
-    assert all((row[1], row[-1]) == ("0", "ok") for row in lines)
+    assert {row["channel"] for row in lines} == channels | beside | quantities | {"events"}
+    assert all((row["difference"], row["ok"]) == (0.0, True) for row in lines)
     _, table = compare(nothing, "--ignore", "energy_*", "--ignore", "events")
-    assert not [row for row in rows(table) if row[0].startswith(("energy_", "events"))]
+    assert not [row for row in rows(table) if re.match("(quantities/)?energy_|events", row[0])]
 
 
 @pytest.mark.parametrize(("factor", "code"), [(0.9, 0), (1.1, 1), (-0.9, 0), (-1.1, 1)])
@@ -186,11 +189,12 @@ def test_differences_are_listed_by_size_with_their_times(compare: Compare) -> No
 
     code, table = compare(edit)
     assert code == 1
-    worst, second, third, *others = rows(table)
-    assert [worst[0], worst[1], *worst[3:]] == ["energy_input", "1e+03", "1.99", "different"]
-    assert [second[0], second[1], *second[3:]] == ["drive_force", "0.5", "0.99", "different"]
-    assert (*third[:2], third[-1]) == ("shaft_reaction", "1e-06", "ok")
-    assert {(row[1], row[-1]) for row in others} == {("0", "ok")}
+    # The name of each, and from the end what it differs by, is allowed, when, and the verdict.
+    worst, second, third, *others = [row for row in rows(table) if "/" not in row[0]]
+    assert [worst[0], worst[-4], *worst[-2:]] == ["energy_input", "1e+03", "1.99", "different"]
+    assert [second[0], second[-4], *second[-2:]] == ["drive_force", "0.5", "0.99", "different"]
+    assert (third[0], third[-4], third[-1]) == ("shaft_reaction", "1e-06", "ok")
+    assert {(row[-4], row[-1]) for row in others} == {("0", "ok")}
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])

@@ -1,0 +1,429 @@
+"""The quantities of two results, as `compare` judges them: of all kinds, by the scale of each."""
+
+import json
+import shutil
+import subprocess
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import frictionsim as fs
+from tests.support.scenarios import SCENARIOS
+
+Cli = Callable[..., "subprocess.CompletedProcess[str]"]
+
+RTOL, ATOL, TIME_ATOL = 1e-6, 1e-9, 1e-6  # the defaults
+# With few samples, which is quicker.
+RUNS: dict[str, tuple[str, dict[str, Any]]] = {
+    "pulley": ("pulley", {}),
+    "lift": ("lift", {"output.interval": 0.1}),
+    "shaft": ("shaft", {"output.interval": 0.05}),
+    "door": ("swing_door", {"output.interval": 0.1}),
+    "gear": ("epicyclic", {"output.interval": 0.05}),
+    "marbles": ("marble_machine", {"output.interval": 0.05}),
+    "belt": (
+        "belt_drive",
+        {
+            "solver.backend": "moreau",
+            "mechanism.belt.bodies": 40,
+            "solver.duration": 0.002,
+            "output.interval": 0.0005,
+        },
+    ),
+}
+
+
+@cache
+def golden(name: str) -> Path:
+    """The file of a run, made once."""
+    scenario, changes = RUNS[name]
+    path = Path(mkdtemp()) / f"{name}.h5"
+    fs.solve(SCENARIOS / f"{scenario}.toml", changes, output=path)
+    return path
+
+
+@cache
+def opened(name: str) -> fs.Result:
+    return fs.open(golden(name))
+
+
+def edited(path: Path, copy: Path, **values: float | None) -> Path:
+    """Copy a result and set quantities of it; None removes one, nan leaves it undefined."""
+    shutil.copy(path, copy)
+    with h5py.File(copy, "r+") as file:  # h5py drops the checksum
+        for name, value in values.items():
+            if value is None:
+                del file[f"quantities/{name}"]
+            else:
+                file[f"quantities/{name}"][()] = value
+    return copy
+
+
+def value_of(path: Path, name: str) -> float:
+    return float(fs.open(path).quantities[name])
+
+
+def differing(comparison: fs.Comparison) -> list[str]:
+    return [row.name for row in comparison.rows if not row.ok]
+
+
+def largest(*channels: str) -> Callable[[fs.Result], float]:
+    """Return a function of a result: the largest value of some channels."""
+    return lambda result: max(float(abs(result.dataset[name]).max()) for name in channels)
+
+
+def energies(result: fs.Result) -> float:
+    """Return the largest energy of a run, from its start to its end."""
+    of_channels = [float(abs(c).max()) for c in result.dataset.values() if c.units == "J"]
+    return max(*of_channels, *(abs(float(q)) for q in result.quantities.values() if q.unit == "J"))
+
+
+# Of each run: quantities, and by hand what their relative tolerance is relative to; None: a time.
+SCALES: dict[str, dict[str, Callable[[fs.Result], float] | float | None]] = {
+    "pulley": {
+        "force_to_lift": largest("drive_force", "shaft_reaction"),
+        "final_angle": largest("angle"),
+        "breakaway_time": None,
+        "energy_friction": energies,
+        "initial_energy": energies,
+    },
+    "lift": {
+        "torque_to_lift": largest("drive_torque", "friction_torque"),
+        "rope_tension_car_min": largest("rope_tension_car"),
+        "final_angular_velocity": largest("angular_velocity"),
+        "tension_ratio_at_rest": lambda r: float(r.quantities["tension_ratio_at_rest"]),
+        "cord_slip_time": None,
+        "energy_kinetic": energies,
+    },
+    "shaft": {
+        "shaft_reaction_peak": largest("shaft_reaction"),
+        "final_angle": largest("angle"),
+        "last_rest_time": None,
+        "energy_damping": energies,
+    },
+    "door": {"impacts": 1.0, "impact_speed_max": largest("angular_velocity")},
+    "gear": {
+        "uniform_torque_mean": largest("drive_torque", "uniform_torque", "friction_torque"),
+        "tracer_cusps": lambda r: float(r.quantities["tracer_cusps"]),
+        "tracer_dwell_time": None,
+        "energy_potential": energies,
+    },
+    "marbles": {
+        "torque_to_hold": largest("motor_torque", "load_torque", "friction_torque"),
+        # No channel has their units.
+        "motor_power_mean": lambda r: float(r.quantities["motor_power_mean"]),
+        "torque_to_lift_in_gf_cm": lambda r: float(r.quantities["torque_to_lift_in_gf_cm"]),
+        "self_locking": 1.0,
+    },
+    "belt": {
+        "efficiency": 1.0,
+        "stick_fraction": 1.0,
+        "slip_percent": 100.0,
+        "tension_driver_to_driven": largest("tension"),
+        "driven_speed": largest("pulley_speed"),
+        "energy_friction": energies,
+    },
+}
+CASES = [(run, name) for run, scales in SCALES.items() for name in scales]
+
+
+@given(
+    st.sampled_from(CASES),
+    st.sampled_from([1e-6, 1e-4, 3e-3]),
+    st.sampled_from([0.0, 1e-9, 1e-5]),
+    st.sampled_from([1e-6, 1e-3]),
+    # A tenth on either side of what is allowed, and more.
+    st.floats(0.0, 0.9) | st.floats(1.1, 100.0),
+    st.sampled_from([-1.0, 1.0]),
+)
+def test_a_quantity_may_differ_by_its_own_scale_times_rtol(
+    case: tuple[str, str], rtol: float, atol: float, time_atol: float, part: float, sign: float
+) -> None:
+    run, name = case
+    expected = opened(run)
+    scale, value = SCALES[run][name], float(expected.quantities[name])
+    if np.isnan(value):  # the belt's slip is not defined while nothing moves
+        return
+    allowed = time_atol
+    if scale is not None:
+        allowed = atol + rtol * (scale if isinstance(scale, float) else scale(expected))
+    copy = golden(run).with_name("copy.h5")
+    edited(golden(run), copy, **{name: value + sign * part * allowed})
+    comparison = fs.compare(copy, expected, rtol=rtol, atol=atol, time_atol=time_atol)
+    assert differing(comparison) == ([] if part < 1.0 else [f"quantities/{name}"])
+    (row,) = (row for row in comparison.rows if row.name == f"quantities/{name}")
+    assert row.allowed == pytest.approx(allowed, rel=1e-9)  # sums of two floats
+    assert (row.expected, row.unit) == expected.quantities[name]
+    assert part < 1.0 or comparison.rows[0] == row
+
+
+@pytest.mark.parametrize("run", RUNS)
+def test_every_quantity_is_compared(run: str, tmp_path: Path) -> None:
+    quantities = opened(run).quantities
+    rows = {row.name: row for row in fs.compare(golden(run), opened(run)).rows}
+    assert all(rows[f"quantities/{name}"].ok for name in quantities)
+    others = {  # beyond 1e-6 of any scale
+        name: 7.0 if quantity.value is None else 1.001 * quantity.value + 2.0
+        for name, quantity in quantities.items()
+    }
+    copy = edited(golden(run), tmp_path / "a.h5", **others)
+    assert set(differing(fs.compare(copy, opened(run)))) == {f"quantities/{n}" for n in others}
+
+
+@pytest.mark.parametrize(
+    ("scenario", "rest", "key", "pair", "quantities"),
+    [
+        # At rest the channels do not show the static coefficient.
+        ("pulley", {"drive.force": 2224.0}, "effects.shaft_friction.mu_s", (0.3, 0.2),
+         {"force_to_lift", "force_to_hold"}),
+        ("pulley", {"drive.force": 2300.0}, "effects.shaft_friction.mu_s", (0.2, 0.20001),
+         {"force_to_lift", "force_to_hold"}),
+        ("pulley_horizontal", {"drive.force": 2224.0}, "effects.shaft_friction.mu_s", (0.15, 0.2),
+         {"force_to_lift", "force_to_hold"}),
+        ("lift", {"drive.torque": -600.0}, "effects.shaft_friction.mu_s", (0.2, 0.25),
+         {"torque_to_lift", "torque_to_hold"}),
+        ("lift", {"drive.torque": -600.0}, "effects.cord_friction.mu_s", (0.2, 0.127),
+         {"tension_ratio_allowed", "traction_margin"}),
+    ],
+)  # fmt: skip
+def test_runs_at_rest_of_other_friction_differ_in_their_limits(
+    scenario: str, rest: dict[str, Any], key: str, pair: tuple[float, float], quantities: set[str]
+) -> None:
+    path = SCENARIOS / f"{scenario}.toml"
+    near = {"output.interval": 0.1, **rest}
+    results = [fs.solve(path, {**near, key: value}) for value in pair]
+    comparison = fs.compare(*results)
+    rows = [row for row in comparison.rows if not row.ok]
+    assert {row.name for row in rows} >= {f"quantities/{name}" for name in quantities}
+    assert all(row.name.startswith("quantities/") for row in rows)
+    for row in rows:
+        name = row.name.removeprefix("quantities/")
+        assert [(row.value, row.unit), (row.expected, row.unit)] == [
+            result.quantities[name] for result in results
+        ]
+
+
+def test_the_command_prints_both_values_with_unit_and_tolerance(cli: Cli) -> None:
+    pulley = ["solve", SCENARIOS / "pulley.toml", "-q", "--set", "drive.force=2224.0"]
+    cli(*pulley, "-o", "a.h5")
+    cli(*pulley, "-o", "b.h5", "--set", "effects.shaft_friction.mu_s=0.3")
+    done = cli("compare", "b.h5", "a.h5")
+    assert done.returncode == 1
+    # By hand: 2224.1 (0.0508 + r)/(0.0508 - r), r = 0.0254 sin(atan(mu_s)); 1e-6 of the largest
+    # force of the run, the 4448.1 N on the shaft.
+    heading, worst, second, *_ = done.stdout.splitlines()
+    assert heading.split() == [
+        *("channel", "or", "quantity", "value", "expected", "unit", "difference", "allowed"),
+        *("time,", "s"),
+    ]
+    assert worst.split() == [
+        *("quantities/force_to_lift", "2970.42", "2707.7", "N", "263", "0.00445", "different")
+    ]
+    assert second.split()[0] == "quantities/force_to_hold"
+    assert done.stdout.endswith("differ\n")
+    assert max(map(len, done.stdout.splitlines())) <= 105
+    for ignored in (["force_*"], ["quantities/*"], ["force_to_lift", "quantities/force_to_hold"]):
+        options = [word for name in ignored for word in ("--ignore", name)]
+        agree = cli("compare", "b.h5", "a.h5", *options)
+        assert (agree.returncode, agree.stdout.splitlines()[-1]) == (0, "the files agree")
+
+
+def test_values_that_differ_are_not_printed_alike(cli: Cli) -> None:
+    source = golden("pulley")
+    angle = value_of(source, "final_angle")
+    edited(source, Path("b.h5"), final_angle=angle * (1.0 + 3e-12))
+    told = cli("compare", "b.h5", source, "--rtol", "1e-14", "--atol", "0")
+    assert told.returncode == 1
+    name, value, expected, *_ = told.stdout.splitlines()[1].split()
+    assert name == "quantities/final_angle"
+    assert float(expected) == pytest.approx(angle, rel=1e-13)  # digits of a hundredth of it
+    assert float(value) - float(expected) == pytest.approx(3e-12 * angle, rel=0.1)
+
+
+def test_json_has_values_units_and_tolerances_of_all_rows(cli: Cli) -> None:
+    source = golden("lift")
+    torque = value_of(source, "torque_to_lift")
+    edited(source, Path("b.h5"), torque_to_lift=torque + 2.0)
+    with h5py.File("b.h5", "r+") as file:
+        file["angle"][50] += 0.25
+        time = float(file["time"][50])
+    done = cli("compare", "b.h5", source, "--json")
+    document = json.loads(done.stdout)
+    assert (done.returncode, document["same"]) == (1, False)
+    worst, angle, *others = document["rows"]
+    assert worst == {
+        "channel": "quantities/torque_to_lift", "value": torque + 2.0, "expected": torque,
+        "unit": "N m", "difference": pytest.approx(2.0), "allowed": pytest.approx(1150e-6),
+        "time": None, "ok": False, "note": "",
+    }  # fmt: skip
+    assert (angle["channel"], angle["time"], angle["unit"]) == ("angle", time, "rad")
+    assert angle["value"] - angle["expected"] == pytest.approx(0.25)
+    assert all(row["ok"] for row in others)
+    assert all(None not in (row["value"], row["expected"]) for row in others)
+    units = {row["channel"]: row["unit"] for row in others}
+    assert units["events"] == "s"
+    assert units["events/angular_acceleration"] == "rad/s^2"
+    assert units["quantities/car_travel"] == "m"
+    assert units["mode"] == "1"
+
+
+def test_what_differs_stands_first_quantities_before_channels(tmp_path: Path) -> None:
+    source = golden("shaft")
+    copy = edited(
+        source, tmp_path / "b.h5",
+        final_angle=value_of(source, "final_angle") + 1e-6,  # some 3 times what is allowed
+        last_rest_time=value_of(source, "last_rest_time") + 0.5,
+    )  # fmt: skip
+    with h5py.File(copy, "r+") as file:
+        file["angle"][10] += 10.0
+        file["angular_velocity"][10] += 1e-3
+    comparison = fs.compare(copy, source)
+    assert differing(comparison) == [
+        *("quantities/last_rest_time", "quantities/final_angle"),
+        *("angle", "angular_velocity"),
+    ]
+    assert [row.ok for row in comparison.rows[:5]] == [False] * 4 + [True]
+    agreeing = [row.name.startswith("quantities/") for row in comparison.rows[4:]]
+    assert agreeing == sorted(agreeing, reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("ignore", "left"),
+    [
+        ("energy_input", set()),  # the channel and the quantity
+        ("quantities/energy_input", {"energy_input"}),
+        ("quantities/*", {"energy_input"}),
+        ("energy_*", set()),
+        ("final_angle", {"energy_input", "quantities/energy_input"}),
+    ],
+)
+def test_a_bare_name_is_that_of_a_channel_and_a_quantity(
+    ignore: str, left: set[str], tmp_path: Path
+) -> None:
+    for run in ("pulley", "lift", "belt"):
+        source = golden(run)
+        copy = edited(source, tmp_path / "b.h5", energy_input=7e5)
+        with h5py.File(copy, "r+") as file:
+            file["energy_input"][1] = 7e5
+        pattern = "driven_speed" if (run, ignore) == ("belt", "final_angle") else ignore
+        comparison = fs.compare(copy, source, ignore=pattern)
+        assert set(differing(comparison)) == left
+        assert not {row.name for row in comparison.rows} & {pattern, f"quantities/{pattern}"}
+
+
+def test_an_unknown_quantity_is_named_with_the_closest_one() -> None:
+    for given_name, meant in (
+        ("force_to_lft", "force_to_lift"),
+        ("quantities/force_to_lft", "quantities/force_to_lift"),
+    ):
+        with pytest.raises(fs.ArgumentError) as error:
+            fs.compare(golden("pulley"), golden("pulley"), ignore=given_name)
+        assert str(error.value) == (
+            f"ignore: unknown channel or quantity '{given_name}' (did you mean '{meant}'?)"
+        )
+
+
+@pytest.mark.parametrize(
+    ("run", "name"),
+    [("pulley", "force_to_lift"), ("gear", "tracer_cusps"), ("belt", "stick_fraction")],
+)
+def test_a_quantity_that_one_of_two_finished_runs_lacks_is_a_difference(
+    run: str, name: str, tmp_path: Path, cli: Cli
+) -> None:
+    source, row = golden(run), f"quantities/{name}"
+    copy = edited(source, tmp_path / "b.h5", **{name: None})
+    for pair, where in (((copy, source), "the result"), ((source, copy), "the golden file")):
+        told = cli("compare", *pair)
+        assert told.returncode == 1
+        first = told.stdout.splitlines()[1]
+        assert first.split()[0] == row
+        assert first.endswith(f"missing in {where}")
+        assert cli("compare", *pair, "--ignore", row).returncode == 0
+    with h5py.File(edited(source, copy), "r+") as file:
+        file[row].attrs["units"] = "lbf"
+    (other,) = (r for r in fs.compare(copy, source).rows if not r.ok)
+    assert (other.name, other.note[:8]) == (row, "unit lbf")
+
+
+@pytest.mark.parametrize(
+    ("run", "name"),
+    [("pulley", "last_rest_time"), ("lift", "torque_to_lift"), ("belt", "slip_percent")],
+)
+def test_none_equals_none_and_no_number(run: str, name: str, tmp_path: Path) -> None:
+    source = golden(run)
+    nowhere = edited(source, tmp_path / "a.h5", **{name: np.nan})
+    somewhere = edited(source, tmp_path / "b.h5", **{name: 1.0})
+    # No tolerance makes a number of none.
+    for tolerances in ({}, {"rtol": 0.0, "atol": 0.0}, {"rtol": 1e3, "time_atol": 1e3}):
+        assert fs.compare(nowhere, nowhere, **tolerances).same
+        for pair in ((nowhere, somewhere), (somewhere, nowhere)):
+            comparison = fs.compare(*pair, **tolerances)
+            assert differing(comparison) == [f"quantities/{name}"]
+            assert {comparison.rows[0].value, comparison.rows[0].expected} == {None, 1.0}
+
+
+@pytest.mark.parametrize("run", ["pulley", "shaft", "gear", "belt"])
+def test_roundoff_of_energies_and_of_what_is_at_rest_is_no_difference(
+    run: str, tmp_path: Path
+) -> None:
+    source = golden(run)
+    result = fs.open(source)
+    # Rounding of the largest energy and of the largest value of each channel; 3e-16 J of a belt's
+    # 4 J are 3e-16 of a friction energy of 3e-16 J. Without atol, so that the scale alone counts.
+    noise = {
+        name: float(quantity) + 1e-13 * energies(result)
+        for name, quantity in result.quantities.items()
+        if quantity.unit == "J"
+    }
+    for name, channel in (("final_angular_velocity", "angular_velocity"), ("final_angle", "angle")):
+        if name in result.quantities:
+            noise[name] = float(result.quantities[name]) + 1e-13 * largest(channel)(result)
+    assert fs.compare(edited(source, tmp_path / "b.h5", **noise), source, atol=0.0).same
+
+
+def test_the_scale_of_an_arc_is_at_most_a_turn(tmp_path: Path) -> None:
+    turned = edited(golden("belt"), tmp_path / "golden.h5")
+    with h5py.File(turned, "r+") as file:
+        file["pulley_angle"][:] += 1e5  # as after a long run
+    arc = value_of(turned, "contact_arc_driver")
+    for part, same in ((0.9, True), (1.1, False)):
+        other = arc + part * (ATOL + RTOL * 2.0 * np.pi)
+        copy = edited(turned, tmp_path / "b.h5", contact_arc_driver=other)
+        assert fs.compare(copy, turned).same is same
+
+
+def test_quantities_of_runs_that_end_at_other_times_are_not_compared(cli: Cli) -> None:
+    def partial(steps: int, name: str) -> Path:
+        changed = ["--set", f"solver.max_steps={steps}"]
+        assert cli("solve", SCENARIOS / "pulley.toml", *changed, "-o", name, "-q").returncode == 5
+        return Path(name).with_suffix(".partial.h5")
+
+    early, late = partial(20, "a.h5"), partial(60, "b.h5")
+    ends = [float(fs.open(path).dataset["time"][-1]) for path in (early, late)]
+    said = f"quantities are not compared: ended at {ends[0]:.9g} s, expected "
+    for other, status, end in (
+        (golden("pulley"), "'failed', expected 'done'", 3.0),
+        (late, "both 'failed'", ends[1]),
+    ):
+        comparison = fs.compare(early, other)
+        assert comparison.rows[0].name == "status"
+        assert comparison.rows[0].note == f"{status}; {said}{end:.9g} s"
+        assert not comparison.same
+        assert not [row for row in comparison.rows if row.name.startswith("quantities/")]
+        assert f"{said}{end:.9g} s" in cli("compare", early, other).stdout
+    # Two that ended at the same time are compared, whatever their status.
+    final_angle = value_of(early, "final_angle")
+    assert fs.compare(early, early).same
+    other = edited(early, Path("c.h5"), final_angle=final_angle + 1.0, breakaway_time=None)
+    assert differing(fs.compare(other, early)) == ["quantities/final_angle"]
+    with h5py.File(other, "r+") as file:
+        file.attrs["status"] = "done"
+    assert differing(fs.compare(other, early)) == ["status", "quantities/final_angle"]
