@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pydantic import Field
 
 from frictionsim.api import result as results
-from frictionsim.display import STUDY_DIGITS, number_text, short_text, time_text, unit_text
+from frictionsim.display import STUDY_DIGITS, number_text, short_text, time_text
 from frictionsim.document import Data, Document, Table
 from frictionsim.io.comparison import ComparedChannel, Comparison, Tolerances, compare_records
 from frictionsim.results import finite
@@ -117,7 +117,7 @@ def comparison_parts(comparison: Comparison) -> Document:
         (
             row.name,
             *_both_values(row),
-            unit_text(row.unit),
+            row.unit,
             short_text(row.difference),
             short_text(row.allowed),
             time_text(row.time),
