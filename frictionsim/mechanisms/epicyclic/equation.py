@@ -9,7 +9,6 @@ from frictionsim.mechanisms.epicyclic.schema import EpicyclicScenario
 from frictionsim.mechanisms.epicyclic.tracer_point import (
     count_cusps,
     longest_dwell,
-    pace,
     tracer_position,
 )
 from frictionsim.mechanisms.single_dof import (
@@ -98,25 +97,12 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
             values["uniform_torque_mean_at_final_speed"] = Quantity(torque, "N m")
         if scenario.effects.tracer_point is not None:
             point = scenario.effects.tracer_point
-            x, y = tracer_position(
-                terms.length, terms.planet_speed_ratio, point, trajectory.position
-            )
-            paces = pace(
-                terms.length,
-                terms.planet_speed_ratio,
-                point,
-                trajectory.position,
-                trajectory.velocity,
-            )
-            values["tracer_cusps"] = Quantity(
-                count_cusps(
-                    geometry.sun_radius, geometry.planet_radius, point, trajectory.position
-                ),
-                "1",
-            )
-            values["tracer_dwell_time"] = Quantity(
-                longest_dwell(trajectory.time, paces, x, y, point.dwell_distance), "s"
-            )
+            radii = geometry.sun_radius, geometry.planet_radius
+            cusps = count_cusps(*radii, point, trajectory.position)
+            motion = trajectory.time, trajectory.position, trajectory.velocity
+            dwell = longest_dwell(*radii, point, motion)
+            values["tracer_cusps"] = Quantity(cusps, "1")
+            values["tracer_dwell_time"] = Quantity(dwell and dwell.time, "s")
         return values
 
     def run_warnings(trajectory: Trajectory) -> list[str]:
