@@ -106,8 +106,9 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
         return values
 
     def run_warnings(trajectory: Trajectory) -> list[str]:
-        from frictionsim.simulation.run_warnings import (
-            against_drive,  # imports numpy, not needed by `check`
+        from frictionsim.simulation.run_warnings import (  # imports numpy, not needed by `check`
+            against_drive,
+            hidden_turns,
         )
 
         back = (
@@ -115,7 +116,9 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
             if prescribed
             else against_drive(trajectory.time, trajectory.drive, trajectory.position)
         )
-        return [f"the crank {back}: weight or initial velocity prevailed"] if back else []
+        warnings = [f"the crank {back}: weight or initial velocity prevailed"] if back else []
+        duration, interval = scenario.solver.duration, scenario.interval
+        return warnings + hidden_turns(trajectory.position, trajectory.velocity, interval, duration)
 
     return Mechanism(
         drive=signal,
