@@ -366,7 +366,7 @@ class SingleDofSimulation(RecordedSimulation):
             trajectory,
             self._set_valued,
             allowed_residual(settings.rtol, self.statistics()[0]),
-            settings.atol,
+            settings.atol * mechanism.tolerance_share,
             float(energy_scale(mechanism, trajectory)),
             mechanism.stops,
         ) | self._release_check(samples)
