@@ -61,6 +61,7 @@ ShaftScenario.CHECKS = (check_unknown,)
 MANY_IMPACTS = 1000
 # rad: to smaller motions an absolute tolerance is not small. They are sought at LOOKS + 1 times.
 SMALL_MOTION, LOOKS = 1e-3, 8
+LEAST_SHARE = 1e-100  # energies of smaller motions have no digits
 
 
 def build(scenario: ShaftScenario) -> Mechanism:
@@ -146,7 +147,7 @@ def tolerance_share(scenario: ShaftScenario, shaft: Any, drive: Elapsed) -> floa
         limit = shaft.static_limit(u, q) if effects.shaft_friction else 0.0
         torque = abs(shaft.applied_torque(u, q, 0.0)) + limit
         size = max(size, torque / (shaft.inertia * fastest * fastest))
-    return size if 0.0 < size < SMALL_MOTION else 1.0
+    return max(size, LEAST_SHARE) if 0.0 < size < SMALL_MOTION else 1.0
 
 
 def impact_quantities(trajectory: Trajectory) -> Quantities:
