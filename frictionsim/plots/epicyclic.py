@@ -29,11 +29,11 @@ from frictionsim.display import (
 )
 from frictionsim.errors import InputError, counted
 from frictionsim.mechanisms.epicyclic.tracer_point import (
+    Cubic,
     TracerPoint,
     count_cusps,
     cusp_angles,
-    pace,
-    place_of_longest_dwell,
+    longest_dwell,
     tracer_position,
 )
 from frictionsim.plots import time_history
@@ -82,7 +82,7 @@ def draw_marks(plane: Any, result: "Record", sun_radius: float, radius: float) -
     """Mark the cusps of a path, and the part of it where its point dwells longest.
 
     Both are as the summary counts them: only the path of a point of the rim has cusps, where it
-    touches the sun; a point dwells within `dwell_distance` of a position of least speed.
+    touches the sun; a point dwells within `dwell_distance` of a place nearest to the sun.
 
     Parameters
     ----------
@@ -102,26 +102,21 @@ def draw_marks(plane: Any, result: "Record", sun_radius: float, radius: float) -
         label = counted(angles.size, "cusp")
         handles += plane.plot(x[first], y[first], **CUSP, zorder=3.5, label=label)
     if "angular_velocity" in channels:
-        handles += _draw_dwell(plane, result, length, radius, point)
+        handles += _draw_dwell(plane, result, (sun_radius, radius), point)
     return handles
 
 
-def _draw_dwell(
-    plane: Any, result: "Record", length: float, radius: float, point: TracerPoint
-) -> list[Any]:
-    channels, turns = result.channels, length / radius
-    time, angle = channels["time"], channels["angle"]
-    speed = pace(length, turns, point, angle, channels["angular_velocity"])
-    x, y = channels["tracer_x"], channels["tracer_y"]
-    dwell = place_of_longest_dwell(time, speed, x, y, point.dwell_distance)
-    if dwell is None or dwell.stop <= dwell.start:
+def _draw_dwell(plane: Any, result: "Record", radii: tuple[float, float], point: Any) -> list[Any]:
+    channels, (length, turns) = result.channels, (sum(radii), sum(radii) / radii[1])
+    motion = channels["time"], channels["angle"], channels["angular_velocity"]
+    dwell = longest_dwell(*radii, point, motion)
+    if dwell is None:
         return []
-    turned = np.interp(np.linspace(dwell.start, dwell.stop, FINE), time, angle)
-    path = tracer_position(length, turns, point, turned)
-    words = f"longest dwell, {picture_text(dwell.stop - dwell.start)} s"
-    plane.plot(*path, **DWELL, zorder=2.5)
-    at = x[dwell.sample], y[dwell.sample]
-    return list(plane.plot(*at, **PLACE, zorder=4.5, label=words))
+    turned = np.linspace(dwell.angle - dwell.half, dwell.angle + dwell.half, FINE)
+    plane.plot(*tracer_position(length, turns, point, turned), **DWELL, zorder=2.5)
+    place = tracer_position(length, turns, point, dwell.angle)
+    words = f"longest dwell, {picture_text(dwell.time)} s"
+    return list(plane.plot(*place, **PLACE, zorder=4.5, label=words))
 
 
 FAR = 0.06  # rad, between two samples: there are finer ones in between
@@ -208,17 +203,10 @@ def _hermite(
 ) -> tuple["Array", "Array"]:
     """Return angle and velocity at fine times, by the cubic polynomial between two samples."""
     first = np.minimum(interval, time.size - 2)
-    step = np.diff(time)[first]
-    u = np.divide(fine - time[first], step, out=np.zeros_like(fine), where=step > 0.0)
-    start, stop = angle[first], angle[first + 1]
-    rise, end_rise = step * velocity[first], step * velocity[first + 1]
-    rest = 3.0 * (stop - start) - 2.0 * rise - end_rise
-    cubic = rise + end_rise - 2.0 * (stop - start)
-    values = start + u * (rise + u * (rest + u * cubic))
-    slope = np.divide(
-        rise + u * (2.0 * rest + 3.0 * u * cubic), step, out=velocity[first] * 1.0, where=step > 0.0
-    )
-    return values, slope
+    cubic = Cubic(*(part[first] for part in Cubic.of(time, angle, velocity)))
+    u = (fine - time[first]) / cubic.step
+    slope = cubic.rise + u * (2.0 * cubic.rest + 3.0 * u * cubic.cubic)
+    return cubic.at(u), slope / cubic.step
 
 
 def _torques(mechanism: Mechanism, angle: "Array", velocity: "Array", mode: Any) -> dict[str, Any]:

@@ -82,26 +82,27 @@ def nothing_moves(mechanism: "Mechanism", trajectory: "Trajectory") -> list[str]
 def hidden_turns(
     position: "Array", velocity: "Array", interval: float, duration: float
 ) -> list[str]:
-    """Warn if the sampling interval does not resolve the turns of a body whose loads turn.
+    """Warn if the sampling interval does not resolve the turns of what depends on an angle.
 
     Motion within a tenth of a turn does not count, however fast.
 
     Parameters
     ----------
-    position : (n,), rad
-    velocity : (n,), rad/s
+    position : (n,) or (n, pulleys), rad
+    velocity : of the same shape, rad/s
     interval, duration : float, s
     """
-    fastest = float(np.max(np.abs(velocity), initial=0.0))
-    if np.ptp(position) * SAMPLES_PER_PERIOD <= 2.0 * pi or interval * fastest == 0.0:
+    turns = np.ptp(position, axis=0) * SAMPLES_PER_PERIOD > 2.0 * pi
+    fastest = float(np.max(np.abs(velocity) * turns, initial=0.0))
+    if interval * fastest == 0.0:
         return []
     turn = 2.0 * pi / fastest
     if not too_long(interval, turn):
         return []
     return [
         f"output.interval = {interval:g} s is longer than a tenth of a turn, which takes"
-        f" {turn:.3g} s at the largest speed: the samples do not resolve forces that depend on the"
-        f" angle; {shorter(turn, duration, MAX_SAMPLES)}"
+        f" {turn:.3g} s at the largest speed: the samples do not resolve what depends on the angle;"
+        f" {shorter(turn, duration, MAX_SAMPLES)}"
     ]
 
 

@@ -21,6 +21,7 @@ from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.run_warnings import hidden_stick_slip, nothing_moves
 from frictionsim.solvers import new_solver
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
+from frictionsim.solvers.end_stops import EVENT
 from frictionsim.solvers.mechanism import Mechanism, Trajectory
 from frictionsim.solvers.one_contact_state import ROW_COLUMNS
 from frictionsim.solvers.problems import event_names
@@ -347,7 +348,9 @@ class SingleDofSimulation(RecordedSimulation):
 
     @property
     def _contact_names(self) -> tuple[str, ...]:
-        return () if self._mechanism.contact is None else event_names(self._mechanism)
+        if self._mechanism.contact is None:  # a rest on a stop is one
+            return () if self._mechanism.stops is None else (EVENT,)
+        return event_names(self._mechanism)
 
     def _trajectory_of_samples(self, samples: Samples) -> Trajectory:
         trajectory = self._trajectory_of(samples.rows, samples.transitions)
@@ -363,7 +366,7 @@ class SingleDofSimulation(RecordedSimulation):
             trajectory,
             self._set_valued,
             allowed_residual(settings.rtol, self.statistics()[0]),
-            settings.atol,
+            settings.atol * mechanism.tolerance_share,
             float(energy_scale(mechanism, trajectory)),
             mechanism.stops,
         ) | self._release_check(samples)

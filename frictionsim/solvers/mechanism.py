@@ -251,6 +251,8 @@ class Mechanism(NamedTuple):
         run_warnings(trajectory) returns warnings about a complete run.
     effects : tuple of str
         The effects that are simulated.
+    tolerance_share : float
+        Of the absolute tolerance: 1, less of a motion that is far below a radian.
     system : named tuple or None
         The same equation as data with methods (`frictionsim.solvers.system`), which can be
         compiled; None if there are only the functions above.
@@ -272,6 +274,7 @@ class Mechanism(NamedTuple):
     switching_surfaces: tuple[Any, ...] = ()
     stops: EndStops | None = None
     prescribed: bool = False
+    tolerance_share: float = 1.0
     system: Any = None
 
     @property

@@ -223,14 +223,15 @@ def run_of(mechanism: "Mechanism", settings: "SolverSettings", buffer: SampleBuf
     stored = [energy(*start) for energy in mechanism.stored_energies.values()]
     names = mechanism.energy_integrals
     states = len(mechanism.initial_state)
+    atol = settings.atol * mechanism.tolerance_share
     return Run(
         states=states,
         columns=ROW_COLUMNS + states - 2,
         stored=tuple(1.0 * energy for energy in stored),
-        energy_floor=stored[0] + settings.atol / settings.rtol,
+        energy_floor=stored[0] + atol / settings.rtol,
         input=2 + names.index("energy_input"),
         heats=2 + names.index(ENERGY) if ENERGY in names else 0,
-        **_settings_of(settings, buffer),
+        **(_settings_of(settings, buffer) | {"atol": atol}),
     )
 
 

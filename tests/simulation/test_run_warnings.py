@@ -147,7 +147,7 @@ def test_warns_of_an_interval_too_long_for_loads_that_turn(
     turn = 2.0 * pi / np.max(np.abs(record.channels["angular_velocity"]))
     assert warnings == [
         f"output.interval = 0.02 s {TURN}, which takes {turn:.3g} s at the largest speed: the"
-        " samples do not resolve forces that depend on the angle; give 0.015 s or less"
+        " samples do not resolve what depends on the angle; give 0.015 s or less"
     ]
     assert not warnings_with(simulate(changed(data, output__interval=0.015)), TURN)
 

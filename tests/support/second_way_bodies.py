@@ -274,8 +274,9 @@ def body(record: Recorded) -> dict[str, Seen]:
             stored.append(0.5 * spring["stiffness"] * twist**2)
         rounding = ROUNDING * (weight * abs(arm) + sum(map(abs, stored)))
         seen["energy_potential"] = Seen(sum(stored), rounding)
-    if "shaft_friction" in effects:
+    if "shaft_friction" in effects or "end_stops" in effects:
         seen |= of_stick_and_slip(record)
+    if "shaft_friction" in effects:
         r_k = shaft_of(scenario)[1]
         seen["energy_friction"] = integral(record.time, r_k * force * np.abs(at.velocity))
     return seen

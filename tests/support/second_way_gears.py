@@ -150,32 +150,40 @@ def _cusps(gear: Gear, point: Table, angle: Array) -> Seen:
     touches = lowest & (distance <= near)
     for end in (0, -1):
         touches[end] &= bool(distance[end] <= gear.sun * (1.0 + ROUNDING))
+    x, y = gear.position(fine, point)
+    closed = touches[0] and touches[-1] and np.hypot(x[-1] - x[0], y[-1] - y[0]) < 1e-9 * gear.sun
+    if high - low > pi and closed:  # the last cusp is the first
+        touches[-1] = False
     return Seen(float(np.count_nonzero(touches)))
 
 
 def _dwell(gear: Gear, point: Table, record: Recorded) -> Seen:
-    """Return the longest dwell near the slowest positions, from the samples.
+    """Return the longest passage of a place nearest to the sun, from the samples.
 
-    Speeds are those of the planet's point, so that a place is a sample, off the slowest by half
-    an interval; the ends of a stay lie between samples, each an interval off at most.
+    Times are linear between samples: each end of a passage is an interval off at most.
     """
     time, angle = record.time, record.channels["angle"]
-    if time.size < 3:
+    near = pi - radians(point["angle_deg"])  # what (lambda - 1) phi is at such a place, and 2 pi k
+    away = np.linspace(0.0, 2.0 * pi, 400_001)
+    passages = []
+    for way in (1.0, -1.0):
+        grows = np.concatenate([[False], np.diff(way * angle) > 0.0, [False]])
+        edges = np.flatnonzero(grows[1:] != grows[:-1])
+        for first, last in zip(edges[::2], edges[1::2], strict=True):
+            run, when = way * angle[first : last + 1], time[first : last + 1]
+            low, high = sorted((way * run[0], way * run[-1]))
+            number = np.array([low, high]) * gear.relative - near
+            k = np.arange(np.floor(number[0] / (2.0 * pi)), np.ceil(number[1] / (2.0 * pi)) + 1.0)
+            for place in (near + 2.0 * pi * k) / gear.relative:
+                x, y = gear.position(place, point)
+                ends = []
+                for side in (-1.0, 1.0):
+                    path = gear.position(place + side * away, point)
+                    outside = np.hypot(path[0] - x, path[1] - y) > point["dwell_distance"]
+                    ends.append(side * away[int(np.argmax(outside))] if outside.any() else np.inf)
+                start, stop = sorted(way * (place + end) for end in ends)
+                if run[0] <= start and stop <= run[-1]:
+                    passages.append(float(np.diff(np.interp([start, stop], run, when))[0]))
+    if point["radius"] == 0.0 or not passages:
         return Seen(None)
-    own = radians(point["angle_deg"]) + gear.relative * angle
-    lever = np.hypot(
-        gear.length + point["radius"] * gear.turns * np.cos(own),
-        point["radius"] * gear.turns * np.sin(own),
-    )
-    speed = np.abs(record.channels["angular_velocity"]) * lever
-    padded = np.concatenate([[np.inf], speed, [np.inf]])
-    slow = np.flatnonzero((speed <= padded[:-2]) & (speed <= padded[2:]))
-    x, y = gear.position(angle, point)
-    longest = 0.0
-    for i in slow:
-        outside = np.hypot(x - x[i], y - y[i]) > point["dwell_distance"]
-        before, after = np.flatnonzero(outside[:i]), np.flatnonzero(outside[i:])
-        start = time[before[-1]] if before.size else time[0]
-        stop = time[i + after[0]] if after.size else time[-1]
-        longest = max(longest, float(stop - start))
-    return Seen(longest, 3.0 * float(np.max(np.diff(time))))
+    return Seen(max(passages), 3.0 * float(np.max(np.diff(time))))

@@ -16,6 +16,7 @@ from frictionsim.simulation.averages import (
     standard_error,
     time_mean,
 )
+from frictionsim.simulation.run_warnings import hidden_turns
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.model import BeltModel
@@ -54,6 +55,9 @@ def warnings_of(
     if time[-1] >= scenario.solver.duration * (1.0 - ROUNDING):  # not of a run that was stopped
         warnings += _untouched_patch(scenario, model, seen)
         warnings += _unsteady_means(scenario, model, time, seen)
+        speed, interval = seen["_speed"], scenario.interval
+        turned = np.cumsum(speed, axis=0) * interval  # roughly
+        warnings += hidden_turns(turned, speed, interval, scenario.solver.duration)
         if scenario.guided:
             warnings += _bursts(model, quantities)
         else:

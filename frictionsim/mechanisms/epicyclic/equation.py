@@ -9,7 +9,6 @@ from frictionsim.mechanisms.epicyclic.schema import EpicyclicScenario
 from frictionsim.mechanisms.epicyclic.tracer_point import (
     count_cusps,
     longest_dwell,
-    pace,
     tracer_position,
 )
 from frictionsim.mechanisms.single_dof import (
@@ -98,30 +97,18 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
             values["uniform_torque_mean_at_final_speed"] = Quantity(torque, "N m")
         if scenario.effects.tracer_point is not None:
             point = scenario.effects.tracer_point
-            x, y = tracer_position(
-                terms.length, terms.planet_speed_ratio, point, trajectory.position
-            )
-            paces = pace(
-                terms.length,
-                terms.planet_speed_ratio,
-                point,
-                trajectory.position,
-                trajectory.velocity,
-            )
-            values["tracer_cusps"] = Quantity(
-                count_cusps(
-                    geometry.sun_radius, geometry.planet_radius, point, trajectory.position
-                ),
-                "1",
-            )
-            values["tracer_dwell_time"] = Quantity(
-                longest_dwell(trajectory.time, paces, x, y, point.dwell_distance), "s"
-            )
+            radii = geometry.sun_radius, geometry.planet_radius
+            cusps = count_cusps(*radii, point, trajectory.position)
+            motion = trajectory.time, trajectory.position, trajectory.velocity
+            dwell = longest_dwell(*radii, point, motion)
+            values["tracer_cusps"] = Quantity(cusps, "1")
+            values["tracer_dwell_time"] = Quantity(dwell and dwell.time, "s")
         return values
 
     def run_warnings(trajectory: Trajectory) -> list[str]:
-        from frictionsim.simulation.run_warnings import (
-            against_drive,  # imports numpy, not needed by `check`
+        from frictionsim.simulation.run_warnings import (  # imports numpy, not needed by `check`
+            against_drive,
+            hidden_turns,
         )
 
         back = (
@@ -129,7 +116,9 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
             if prescribed
             else against_drive(trajectory.time, trajectory.drive, trajectory.position)
         )
-        return [f"the crank {back}: weight or initial velocity prevailed"] if back else []
+        warnings = [f"the crank {back}: weight or initial velocity prevailed"] if back else []
+        duration, interval = scenario.solver.duration, scenario.interval
+        return warnings + hidden_turns(trajectory.position, trajectory.velocity, interval, duration)
 
     return Mechanism(
         drive=signal,

@@ -268,12 +268,14 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
 def _run_warnings(
     scenario: MarbleMachineScenario, trajectory: Trajectory, torque: Any
 ) -> list[str]:
-    """Return warnings if the gear ran back, or stands still under a driving torque."""
-    from frictionsim.simulation.run_warnings import (
-        against_drive,  # imports numpy, not needed by `check`
+    """Return warnings if the gear ran back, stands still under a torque, or is sampled coarsely."""
+    from frictionsim.simulation.run_warnings import (  # imports numpy, not needed by `check`
+        against_drive,
+        hidden_turns,
     )
 
-    warnings = []
+    duration, interval = scenario.solver.duration, scenario.interval
+    warnings = hidden_turns(trajectory.position, trajectory.velocity, interval, duration)
     back = against_drive(trajectory.time, torque, trajectory.position)
     cell = trajectory.position // scenario.mechanism.pitch
     if back and trajectory.position[-1] < trajectory.position[0]:

@@ -5,6 +5,9 @@ other, and
 
     |(T2 - T1) r + tau| <= r_s (T1 + T2)                    the shaft sticks
     exp(-mu_s phi) <= T2/T1 <= exp(mu_s phi)                the cord sticks (Euler, Eytelwein)
+
+A torque tau changes neither tension, so that beyond the second limit the cord slips whatever it is:
+no torque lifts or holds the car, or moves it at a constant speed, where the cord sticks to the rim.
 """
 
 from math import inf
@@ -157,7 +160,9 @@ def _lift_drive(n: LiftParameters) -> tuple[str, str]:
     return ("torque", "N m") if n.by_torque else ("force", "N")
 
 
-def _lift_limits(n: LiftParameters, radius: float, ratio: float) -> tuple[float | None, float]:
+def _lift_limits(
+    n: LiftParameters, radius: float, ratio: float
+) -> tuple[float | None, float | None]:
     """Return the forces or torques that lift and that hold, at a friction radius and a ratio."""
     return _lift_torques(n, radius) if n.by_torque else _lift_forces(n, radius, ratio)
 
@@ -174,7 +179,10 @@ def _lift_forces(n: LiftParameters, radius: float, ratio: float) -> tuple[float 
     return lift, n.weight_1 / ratio - n.weight_2
 
 
-def _lift_torques(n: LiftParameters, radius: float) -> tuple[float, float]:
-    """Return the torques that lift and that hold, N m."""
+def _lift_torques(n: LiftParameters, radius: float) -> tuple[float | None, float | None]:
+    """Return the torques that lift and that hold, N m; None where the cord slips at any torque."""
+    less, more = sorted((n.weight_1, n.weight_2))
+    if more > less * n.static_ratio:
+        return None, None
     unbalance, reaction = n.weight_1 - n.weight_2, n.weight_1 + n.weight_2
     return n.r * unbalance + radius * reaction, n.r * unbalance - radius * reaction

@@ -30,6 +30,7 @@ The model is in
     free_body         where each force acts, for pictures
 """
 
+from math import radians
 from typing import Any
 
 from frictionsim.mechanisms.effects import CONTACT_NAME
@@ -58,6 +59,9 @@ ShaftScenario.CHECKS = (check_unknown,)
 
 # A run with more impacts has a capture speed that is far below the speeds of its motion.
 MANY_IMPACTS = 1000
+# rad: to smaller motions an absolute tolerance is not small. They are sought at LOOKS + 1 times.
+SMALL_MOTION, LOOKS = 1e-3, 8
+LEAST_SHARE = 1e-100  # energies of smaller motions have no digits
 
 
 def build(scenario: ShaftScenario) -> Mechanism:
@@ -108,8 +112,10 @@ def build(scenario: ShaftScenario) -> Mechanism:
     flows = ("energy_input", *["energy_damping"] * bool(damping), *[ENERGY] * bool(shaft.stops))
     has_potential = bool(shaft.weight or shaft.spring)
     contact = friction_of(shaft, CONTACT_NAME, friction.law_of_contact()) if friction else None
+    drive = Elapsed(tuple(load.size for load in loads_of(scenario) if load.over == "time"))
     return Mechanism(
-        drive=Elapsed(tuple(load.size for load in loads_of(scenario) if load.over == "time")),
+        drive=drive,
+        tolerance_share=tolerance_share(scenario, shaft, drive),
         contact=contact,
         channels=channels,
         quantities=quantities,
@@ -121,6 +127,27 @@ def build(scenario: ShaftScenario) -> Mechanism:
 
 
 simulation = simulation_of(build)
+
+
+def tolerance_share(scenario: ShaftScenario, shaft: Any, drive: Elapsed) -> float:
+    """Return the share of the absolute tolerance that fits the motion, 1 of ordinary ones.
+
+    Blocks that move by nanometres, as angles, are no motion to a tolerance of 1e-12. The size of
+    the motion is the larger of the speed at the start and of the acceleration that the torques, at
+    some times, and the limit of friction give the body in its place at the start; with a torsion
+    spring, of what it swings by with these. Below SMALL_MOTION, it is the share.
+    """
+    start, effects = scenario.mechanism, scenario.effects
+    q, fastest = radians(start.initial_angle_deg), 1.0
+    if effects.torsion_spring:
+        fastest = max(1.0, sqrt(effects.torsion_spring.stiffness / shaft.inertia))
+    size = abs(start.initial_angular_velocity) / fastest
+    for i in range(LOOKS + 1):
+        u = drive(scenario.solver.duration * i / LOOKS)
+        limit = shaft.static_limit(u, q) if effects.shaft_friction else 0.0
+        torque = abs(shaft.applied_torque(u, q, 0.0)) + limit
+        size = max(size, torque / (shaft.inertia * fastest * fastest))
+    return max(size, LEAST_SHARE) if 0.0 < size < SMALL_MOTION else 1.0
 
 
 def impact_quantities(trajectory: Trajectory) -> Quantities:

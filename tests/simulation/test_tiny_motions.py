@@ -1,0 +1,100 @@
+"""Motions of nanometres, as angles of a body, are as exact as those of metres."""
+
+from math import acos, degrees, exp, hypot, pi, sqrt
+
+import pytest
+
+import frictionsim as fs
+
+
+def oscillator(
+    size: float, x: float, v: float, inertia: float = 1.0, stiffness: float = 1.0
+) -> fs.Scenario:
+    """Return a block with dry friction on a spring, of which the friction holds it at 1 x size.
+
+    `v` is of the natural frequency, so that the motion in these units does not depend on it.
+    """
+    omega = sqrt(stiffness / inertia)
+    return fs.load(
+        {
+            "kind": "shaft",
+            "mechanism": {
+                "inertia": inertia,
+                "initial_angle_deg": degrees(x * size),
+                "initial_angular_velocity": v * size * omega,
+            },
+            "forces": [
+                {
+                    "name": "clamp",
+                    "size": 100.0 * stiffness * size / 0.6,  # times the friction radius 0.006 m
+                    "point": [0.0, 0.0],
+                    "direction": [0.0, -1.0],
+                }
+            ],
+            "effects": {
+                "shaft_friction": {"shaft_radius": 0.01, "mu_s": 0.75, "mu_k": 0.75},
+                "torsion_spring": {"stiffness": stiffness},
+            },
+            "solver": {"duration": 30.0 / omega},
+        }
+    )
+
+
+def at_rest(x: float, v: float) -> tuple[float, float]:
+    """Return when and where x'' = -x - sign(x') comes to rest, by its arcs about -1 and 1."""
+    time, way = 0.0, 1.0 if v > 0.0 else -1.0
+    amplitude = hypot(x + way, v)
+    time += acos(way * (x + way) / amplitude)  # to the first turning point
+    x = way * amplitude - way
+    while abs(x) > 1.0:
+        way, time = -way, time + pi
+        x = -x - 2.0 * way
+    return time, x
+
+
+def test_the_closed_form_is_right() -> None:
+    assert at_rest(12.0, 6.0) == pytest.approx((22.423556350699, 0.682178936724), rel=1e-12)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-3, 1e-5, 1e-6, 1e-9, 1e-12])
+@pytest.mark.parametrize(
+    ("x", "v", "inertia", "stiffness"),
+    [(12.0, 6.0, 1.0, 1.0), (12.0, 6.0, 6.0, 6.0), (-7.3, 4.0, 1e-3, 2e3), (0.0, 9.0, 50.0, 0.1)],
+)
+def test_a_tiny_oscillator_comes_to_rest_when_and_where_it_must(
+    size: float, x: float, v: float, inertia: float, stiffness: float
+) -> None:
+    time, place = at_rest(x, v)
+    omega = sqrt(stiffness / inertia)
+    result = fs.solve(oscillator(size, x, v, inertia, stiffness))
+    assert result.status == "done"  # and so with all checks ok
+    # Steps of rtol = 1e-10, and an absolute tolerance of 1e-9 of the motion at most.
+    assert float(result.quantities["last_rest_time"]) * omega == pytest.approx(time, abs=1e-7)
+    assert float(result.quantities["final_angle"]) / size == pytest.approx(place, abs=1e-7)
+
+
+def test_another_method_is_as_exact() -> None:
+    time, place = at_rest(12.0, 6.0)
+    scenario = oscillator(1e-9, 12.0, 6.0).replace({"solver.backend": "rkf45"})
+    quantities = fs.solve(scenario).quantities
+    assert float(quantities["last_rest_time"]) == pytest.approx(time, abs=1e-7)
+    assert float(quantities["final_angle"]) / 1e-9 == pytest.approx(place, abs=1e-7)
+
+
+@pytest.mark.parametrize("torque", [1e-9, 3e-11, 2e-13])
+def test_a_tiny_torque_against_a_brake_of_speed_gives_the_speed_of_the_closed_form(
+    torque: float,
+) -> None:
+    scenario = fs.load(
+        {
+            "kind": "shaft",
+            "mechanism": {"inertia": 2.0},
+            "couples": [{"name": "motor", "size": {"time": [0.0, 4.0], "value": [0.0, torque]}}],
+            "effects": {"viscous_damping": {"coefficient": 1.0}},
+            "solver": {"duration": 4.0},
+        }
+    )
+    # w' = (a t - w)/2: w = a (t - 2 + 2 e^(-t/2)), a = torque/4
+    speed = 0.25 * torque * (4.0 - 2.0 + 2.0 * exp(-2.0))
+    final = float(fs.solve(scenario).quantities["final_angular_velocity"])
+    assert final == pytest.approx(speed, rel=1e-8)
