@@ -61,8 +61,8 @@ def solve(
     output : path, optional
         File to write the result to, NAME.h5. Until the run is done, and if it fails or is
         interrupted, it is in NAME.partial.h5: `Result.path` says where it is. A logged warning
-        says that a result of other values was replaced. Ctrl-C stops a run
-        with an output after its step, writes the samples so far and raises KeyboardInterrupt.
+        tells of a result of other values that it replaces. Ctrl-C stops a run with an output
+        after its step, writes the samples so far and raises KeyboardInterrupt.
     no_clobber : bool
         Do not replace an existing file.
     max_wall : float, optional, s
