@@ -6,6 +6,7 @@ colours to the scripts of a page.
 
 import re
 from collections.abc import Mapping
+from math import isfinite
 from typing import Any
 
 from frictionsim.results import BACKWARD, FORWARD, MODES, STICK
@@ -14,6 +15,7 @@ from frictionsim.results import BACKWARD, FORWARD, MODES, STICK
 
 MINUS = "\N{MINUS SIGN}"
 DIGITS, STUDY_DIGITS = 10, 6  # of a quantity in the summary of a run, and of many runs
+MESH_DIGITS = 3  # of a quantity that depends on the mesh of a belt, by some percent or tenths
 TIME_DIGITS, PICTURE_DIGITS = 9, 4
 NO_VALUE = "none"
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -22,6 +24,33 @@ RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 def number_text(value: float | None, digits: int = DIGITS) -> str:
     """Return a number; `none` where it is not defined."""
     return NO_VALUE if value is None or value != value else f"{value:.{digits}g}"
+
+
+def quantity_text(value: float | None, error: float | None = None, digits: int = DIGITS) -> str:
+    """Return a quantity in the digits that the estimate of its error bears.
+
+    The last digit has the place of the first one of the error, as `error_text` shows it: 2707.703
+    with 4.2e-03. There are at least one digit and at most DIGITS.
+
+    Parameters
+    ----------
+    error : float or None
+        None if it was not estimated; 0, where two runs agree to the last bit, tells no more.
+    digits : int
+        Their number where the error does not tell it.
+    """
+    if not value or not isfinite(value):
+        return number_text(value)
+    # The places of its first and last digit, 0 for units; rounding may move the first.
+    first = int(f"{value:.{digits - 1}e}".partition("e")[2])
+    told = bool(error) and isfinite(error or 0.0)
+    last = int(error_text(error).partition("e")[2]) if told else first - digits + 1
+    last = min(max(last, first - DIGITS + 1), first)
+    text = number_text(round(value, -last))
+    if last >= 0 or not (told or digits < DIGITS):
+        return text
+    # Its zeros at the end are known, too.
+    return f"{value:.{first - last}e}" if "e" in text else f"{value:.{-last}f}"
 
 
 def study_text(value: float | None) -> str:
@@ -78,6 +107,28 @@ def labelled(words: str, unit: str) -> str:
     """Return the label of a quantity with its unit, such as "force, N"."""
     shown = unit_text(unit)
     return f"{words}, {shown}" if shown else words
+
+
+# Overrides.
+
+MAX_SET = 60  # characters of the value of an override
+
+
+def overrides_of(attributes: Mapping[str, str], length: int = MAX_SET) -> dict[str, str]:
+    """Return the values of a file's overrides as texts, by key; longer ones are cut."""
+    pairs = (text.partition("=") for text in attributes.get("overrides", "").split("\n") if text)
+    return {key: cut_text(value, length) for key, _, value in pairs}
+
+
+def set_line(attributes: Mapping[str, str]) -> str:
+    """Return the overrides of a file, such as "set: solver.rtol = 1e-09"; empty without any."""
+    shown = (f"{key} = {value}" for key, value in overrides_of(attributes).items())
+    return f"set: {text}" if (text := ", ".join(shown)) else ""
+
+
+def cut_text(text: str, length: int) -> str:
+    """Return a text with at most so many characters."""
+    return text if len(text) <= length else f"{text[: length - 1]}…"
 
 
 # Words for modes.

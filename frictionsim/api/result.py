@@ -8,10 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from frictionsim.api.result_base import Ending, ResultBase
-from frictionsim.display import short_text
+from frictionsim.display import set_line, short_text
 from frictionsim.document import Data, Document, Table
 from frictionsim.errors import EXIT_DONE, AuditError, BudgetExceeded, InputError, failure_class
-from frictionsim.reports.run_tables import audit_table, event_cells, quantities_table
+from frictionsim.reports.run_tables import (
+    audit_table,
+    digits_of,
+    event_cells,
+    quantities_table,
+)
 from frictionsim.results import (
     Check,
     NamedQuantities,
@@ -282,8 +287,11 @@ class Result(ResultBase):
         law = f"law {attributes['law']}, " if attributes.get("law") else ""
         yield f"{self.title or self.kind}: {self.status}"
         yield f"kind {self.kind}, effects {effects}, {law}backend {attributes['backend']}"
+        if overrides := set_line(attributes):
+            yield overrides
         if self.quantities:
-            yield quantities_table([self.quantities], [self.errors])
+            digits = digits_of(self.kind, attributes["scenario"])
+            yield quantities_table([self.quantities], [self.errors], digits=[digits])
         if self.errors:
             yield self.error_estimate
         if transitions := self.record.transitions:

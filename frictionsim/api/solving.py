@@ -60,8 +60,9 @@ def solve(
         As for `load`: ``{"effects.shaft_friction.mu_s": 0.3}``.
     output : path, optional
         File to write the result to, NAME.h5. Until the run is done, and if it fails or is
-        interrupted, it is in NAME.partial.h5: `Result.path` says where it is. Ctrl-C stops a run
-        with an output after its step, writes the samples so far and raises KeyboardInterrupt.
+        interrupted, it is in NAME.partial.h5: `Result.path` says where it is. A logged warning
+        tells of a result of other values that it replaces. Ctrl-C stops a run with an output
+        after its step, writes the samples so far and raises KeyboardInterrupt.
     no_clobber : bool
         Do not replace an existing file.
     max_wall : float, optional, s

@@ -10,7 +10,7 @@ import numpy as np
 
 from frictionsim.api.result import Result
 from frictionsim.api.result_base import Ending, TableResult
-from frictionsim.display import ratio_text, study_text
+from frictionsim.display import ratio_text, set_line, study_text
 from frictionsim.document import Data, Document, Table
 from frictionsim.errors import (
     EXIT_AUDIT_FAILED,
@@ -284,6 +284,8 @@ def _parts(table: SweepTable, path: Path | None) -> Document:
     failed, warnings = grouped(_reasons(table)), grouped(table.texts["warnings"])
     yield f"{attributes['title'] or attributes['kind']}: sweep {attributes['status']}"
     yield f"kind {attributes['kind']}, {DESIGNS.get(attributes['design'], attributes['design'])}"
+    if overrides := set_line(attributes):
+        yield overrides
     yield Table(
         ("key", ">values", "unit"),
         [

@@ -313,5 +313,5 @@ def static(
     else:
         from frictionsim.api.scenarios import statics_text
 
-        print_text(statics_text(quantities))
+        print_text(statics_text(quantities, loaded))
         warn(warnings)

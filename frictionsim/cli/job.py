@@ -65,7 +65,7 @@ class Report:
         self.exit_code = EXIT_DONE
         self.waiting = 0  # scenarios not started yet
         self._written = ""
-        log_on_stderr(verbose)
+        log_on_stderr(verbose, quiet)
 
     def run(
         self,

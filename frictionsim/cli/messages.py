@@ -99,13 +99,15 @@ def print_beside_files(data: Any) -> None:
         print_error(f"warning: {error}; the files of this command are not affected")
 
 
-def log_on_stderr(verbose: int) -> None:
+def log_on_stderr(verbose: int, quiet: bool = False) -> None:
     """Print logged warnings; with -v also information, with -vv also details.
 
     Parameters
     ----------
     verbose : int
         How often -v was given.
+    quiet : bool
+        Print no notes, which are warnings that something is worth knowing and nothing is wrong.
     """
     import logging  # imported here: --help does without, which it would slow down by a tenth
 
@@ -114,6 +116,10 @@ def log_on_stderr(verbose: int) -> None:
 
         def emit(self, record: logging.LogRecord) -> None:
             level = "" if record.levelno <= logging.INFO else f"{record.levelname.lower()}: "
+            if hasattr(record, "note"):
+                if quiet:
+                    return
+                level = "note: "
             print_error(f"{level}{record.getMessage()}")
 
     logger = logging.getLogger("frictionsim")

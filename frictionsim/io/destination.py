@@ -2,22 +2,29 @@
 
 import logging
 import os
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import h5py
+
+from frictionsim.display import NO_VALUE, cut_text
 from frictionsim.errors import InputError, OutputError
-from frictionsim.io import hdf5_writer
+from frictionsim.io import checksum, hdf5_writer
 from frictionsim.io.atomic_write import NotReplaced, PartFile, unused_name
 from frictionsim.io.hdf5_reader import read
 from frictionsim.io.replaceable import RESULT, check_replaceable, check_target
 from frictionsim.io.segments import SampleSegments, SegmentFiles
 from frictionsim.io.unfinished import check_names, partial_name, warn_of_name, whole_name
+from frictionsim.scenario.toml_data import differing_keys, toml_value
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
 
 LOG = logging.getLogger(__name__)
+
+MAX_KEYS, MAX_VALUE = 3, 40  # of a note on other values, and characters of one
 
 
 class Destination:
@@ -33,6 +40,7 @@ class Destination:
         self._segments: SampleSegments | None = None
         self._has_written = False
         self._part: PartFile | None = None
+        self._scenario_before = ""
 
     def check(self, no_clobber: bool = False) -> None:
         """Check that results can be written, and that no other process is writing them.
@@ -48,6 +56,7 @@ class Destination:
         for path in (self.whole, self.partial):
             check_target(path, RESULT)
         warn_of_name(self.whole)
+        self._scenario_before = _scenario_in(self.whole)
         if not self._is_resumed and os.path.lexists(self.partial):
             self._check_unfinished()
             LOG.warning(
@@ -85,6 +94,7 @@ class Destination:
         if run.status == "done":
             hdf5_writer.write(run, self.whole, self._part)
             LOG.info("result written: %s", self.whole)
+            self._note_other_values(run)
             with suppress(OSError, OutputError):
                 check_replaceable(self.partial, RESULT)  # it may be another file by now
                 if self.partial.exists() and not (self._is_resumed or self._has_written):
@@ -105,6 +115,19 @@ class Destination:
             self._resumed = self.partial
             self.whole.unlink(missing_ok=True)
         return self.partial
+
+    def _note_other_values(self, run: "Record") -> None:
+        """Say that the result which was replaced is one of other values."""
+        if not self._scenario_before:
+            return
+        before = run._replace(attributes={"scenario": self._scenario_before})
+        with suppress(InputError):  # the earlier file may hold anything
+            if texts := _changes(differing_keys([before, run])):
+                LOG.warning(
+                    "%s replaces a result of other values (%s)",
+                    *(self.whole, texts),
+                    extra={"note": True},
+                )
 
     def write_checkpoint(self, run: "Record") -> None:
         """Write an unfinished result; if it cannot be renamed, keep its new name from then on."""
@@ -193,3 +216,30 @@ class Destination:
         self._part = None
         if self._segments is not None and not os.path.lexists(self.partial):
             self._segments.remove()  # the run failed before its first checkpoint
+
+
+def _scenario_in(path: Path) -> str:
+    """Return the scenario of a result that will be replaced, as TOML; empty if it has none.
+
+    Only its checksum vouches for the file, which is opened in this process, as a child would take
+    longer than a short run. A damaged file, or one of others, tells nothing.
+    """
+    with suppress(OSError, RuntimeError, TypeError, ValueError, KeyError):
+        if path.is_file():
+            with path.open("rb") as file:
+                if checksum.mark_of(file) != checksum.RESULT or checksum.is_damaged(file):
+                    return ""
+            with h5py.File(path, "r") as content:
+                return str(content.attrs["scenario"])
+    return ""
+
+
+def _changes(differing: Mapping[str, list[Any]]) -> str:
+    """Return the values before and now by key, the first ones: `solver.rtol: 1e-06, now 1e-09`."""
+    texts = [f"{key}: {_text(old)}, now {_text(new)}" for key, (old, new) in differing.items()]
+    more = len(texts) - MAX_KEYS
+    return "; ".join([*texts[:MAX_KEYS], f"{more} more"] if more > 0 else texts)
+
+
+def _text(value: Any) -> str:
+    return NO_VALUE if value is None else cut_text(toml_value(value), MAX_VALUE)

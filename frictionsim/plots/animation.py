@@ -45,7 +45,7 @@ from frictionsim.motion.parts import (
 )
 from frictionsim.plots.moving_parts import BELT, BELT_EDGE, moving
 from frictionsim.plots.picture_file import DOTS_PER_INCH, rendering
-from frictionsim.plots.style import WIDTH, Style
+from frictionsim.plots.style import WIDTH, Style, short_overrides
 from frictionsim.plots.texts import literal, make_literal
 
 if TYPE_CHECKING:
@@ -348,6 +348,8 @@ def animate(
     motion = _motion(result, name)
     timing = timing_of(motion, kind, fps, speed)
     title = result.attributes["title"] or result.attributes["kind"]
+    if overrides := short_overrides(result.attributes):
+        title += f" ({'; '.join(overrides)})"
     with rendering():
         frames = _frames(motion, title, timing, progress)
         image = _gif(frames, timing) if kind == ".gif" else _mp4(frames, timing)

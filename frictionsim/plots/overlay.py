@@ -23,6 +23,7 @@ from frictionsim.plots.style import (
     label,
     line_style,
     set_title,
+    short_overrides,
     text_scale,
 )
 from frictionsim.plots.sweep_axes import short_keys
@@ -99,7 +100,9 @@ def overlay(
     first = results[0].record
     titles = {one.record.attributes["title"] or one.record.attributes["kind"] for one in results}
     title = titles.pop() if len(titles) == 1 else first.attributes["kind"]
-    words = f"{title} ({len(results)} results)"
+    each = [short_overrides(one.record.attributes) for one in results]
+    common = [text for text in each[0] if all(text in texts for texts in each)]
+    words = f"{title} ({'; '.join([*common, f'{len(results)} results'])})"
     set_title(figure, words, panel_heights(len(panels)))
     axes = panels_over_time(figure, [_label(first, panel) for panel in panels])
     for ax, panel in zip(axes, panels, strict=True):

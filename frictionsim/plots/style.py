@@ -5,7 +5,7 @@ set of matplotlib's parameters: `paper` and `talk` change its defaults, `user` t
 of the user, of matplotlibrc or set in Python.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import sqrt
 from textwrap import wrap
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from pydantic import BeforeValidator, Field
 
-from frictionsim.display import COLOURS, DASHES, labelled, study_text, unit_text
+from frictionsim.display import COLOURS, DASHES, labelled, overrides_of, study_text, unit_text
 from frictionsim.errors import InputError, unknown
 from frictionsim.plots.picture_file import DOTS_PER_INCH, defaults, user_parameters
 from frictionsim.plots.texts import LINE_SPACING, points_of, text_width, wrapped
@@ -257,10 +257,43 @@ def height_scale(figure: Figure) -> float:
     return max(sqrt(min(relative, 1.0) * size), MIN_PANEL * size) if relative < 1.0 else sqrt(size)
 
 
+MAX_OVERRIDES, MAX_OVERRIDE = 3, 24  # in a title, and characters of the value of one
+
+
+def short_overrides(attributes: Mapping[str, str], told: Sequence[str] = ()) -> list[str]:
+    """Return the overrides of a result for its title, with as much of each key as tells them apart.
+
+    `told` are words that the title has anyway, such as "backend rkf45".
+    """
+    overrides = overrides_of(attributes, MAX_OVERRIDE)
+    overrides.pop("title", None)  # it is the title
+    names = short_names(list(overrides))
+    pairs = zip(names, overrides.values(), strict=True)
+    texts = [f"{name} = {value}" for name, value in pairs if f"{name} {value}" not in told]
+    more = len(texts) - MAX_OVERRIDES
+    return [*texts[:MAX_OVERRIDES], f"{more} more set"] if more > 0 else texts
+
+
+def short_names(names: Sequence[str]) -> list[str]:
+    """Return the shortest ends of keys that tell them apart, and do not begin with a number."""
+    return [_short_name(name, names) for name in names]
+
+
+def _short_name(name: str, names: Sequence[str]) -> str:
+    parts = name.split(".")
+    for count in range(1, len(parts) + 1):
+        end = ".".join(parts[-count:])
+        same = [other for other in names if f".{other}".endswith(f".{end}")]
+        if len(same) == 1 and not parts[-count].isdecimal():
+            break
+    return end
+
+
 def _title(result: "Record", notes: Sequence[str]) -> str:
     attributes = result.attributes
     title = attributes["title"] or attributes["kind"]
     parts = [*_other_laws(result), f"backend {attributes['backend']}"]
+    parts = [*short_overrides(attributes, parts), *parts]
     if attributes["status"] != "done":
         parts.append(attributes["status"])
     elif attributes["reason"]:

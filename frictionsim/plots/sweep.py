@@ -32,7 +32,15 @@ from frictionsim.parameter_study.statistics import (
     variation,
 )
 from frictionsim.plots.placement import drawn_in
-from frictionsim.plots.style import MAX_LINES, USUAL, Appearance, add_legend, axis_label, set_title
+from frictionsim.plots.style import (
+    MAX_LINES,
+    USUAL,
+    Appearance,
+    add_legend,
+    axis_label,
+    set_title,
+    short_overrides,
+)
 from frictionsim.plots.sweep_axes import (
     MAX_WORD,
     Face,
@@ -337,7 +345,7 @@ def _title(
     attributes = table.attributes
     title = attributes["title"] or attributes["kind"]
     number = counts(table)
-    parts = [*notes]
+    parts = [*short_overrides(attributes), *notes]
     if number[NOT_RUN]:
         parts.append(f"{attributes['status']}: {table.runs - number[NOT_RUN]} of {table.runs} runs")
     else:

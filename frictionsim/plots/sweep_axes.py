@@ -10,7 +10,7 @@ from matplotlib.ticker import NullLocator
 from frictionsim.display import picture_text, study_text, with_unit
 from frictionsim.errors import ArgumentError, unknown
 from frictionsim.io.sweep_table import RUN, Coordinate, SweepTable
-from frictionsim.plots.style import axis_label, set_log_ticks
+from frictionsim.plots.style import axis_label, set_log_ticks, short_names
 from frictionsim.plots.texts import LITERAL, literal
 from frictionsim.scenario.model_fields import names_in
 
@@ -293,17 +293,8 @@ def shortened_key(key: str) -> str:
 def short_keys(keys: Sequence[str]) -> list[str]:
     """Return the shortest ends of keys that tell them apart, for labels in little space."""
     names = [name for key in keys for name in names_in(key)]
-    return [", ".join(_short_name(name, names) for name in names_in(key)) for key in keys]
-
-
-def _short_name(name: str, names: list[str]) -> str:
-    parts = name.split(".")
-    for count in range(1, len(parts) + 1):
-        end = ".".join(parts[-count:])
-        same = [other for other in names if f".{other}".endswith(f".{end}")]
-        if len(same) == 1 and not parts[-count].isdecimal():
-            break
-    return end
+    short = dict(zip(names, short_names(names), strict=True))
+    return [", ".join(short[name] for name in names_in(key)) for key in keys]
 
 
 def _cut(text: str, length: int) -> str:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.display import study_text, time_text, with_minus
+from frictionsim.display import set_line, study_text, time_text, with_minus
 from frictionsim.document import Block, Cell, Table
 from frictionsim.errors import InputError
 from frictionsim.motion import motion_of
@@ -154,7 +154,7 @@ NO_SAMPLES = "This result has no samples: there is nothing to draw, only tables.
 def overview(runs: "Sequence[ReportedRun]") -> Html:
     """Return the scenario and outcome: lines of one run, a table of several."""
     if len(runs) > 1:
-        headings = ["result", "title", "status", "law", "backend", "effects", "file"]
+        headings = ["result", "title", "status", "law", "backend", "effects", "set", "file"]
         rows = [
             (
                 run.label,
@@ -163,6 +163,7 @@ def overview(runs: "Sequence[ReportedRun]") -> Html:
                 run.attribute("law"),
                 run.attribute("backend"),
                 ", ".join(run.effects),
+                _set(run),
                 "" if run.path is None else str(run.path),
             )
             for run in runs
@@ -176,8 +177,15 @@ def overview(runs: "Sequence[ReportedRun]") -> Html:
         ("friction law", run.attribute("law") or "none"),
         ("backend", run.attribute("backend")),
     ]
+    if overrides := _set(run):
+        facts.append(("set", overrides))
     items = "".join(f"<div><dt>{escaped(n)}</dt><dd>{escaped(v)}</dd></div>" for n, v in facts)
     return Html(f'<p>{status(run)}</p>\n<dl class="facts">{items}</dl>\n{_notes(run)}')
+
+
+def _set(run: "ReportedRun") -> str:
+    """Return the overrides of a run; empty without any."""
+    return set_line(run.record.attributes).removeprefix("set: ")
 
 
 def status(run: "ReportedRun") -> Html:

@@ -1,14 +1,23 @@
 """The tables of one run, or of several of a kind side by side, for terminal, notebook and page."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.display import DIGITS, MODE_WORDS, error_text, number_text, short_text
+from frictionsim.display import (
+    DIGITS,
+    MESH_DIGITS,
+    MODE_WORDS,
+    error_text,
+    number_text,
+    quantity_text,
+    short_text,
+)
 from frictionsim.document import Block, Table
 from frictionsim.errors import InputError
 from frictionsim.results import Check, Quantities, Quantity, Transition
-from frictionsim.scenario.toml_data import differing_keys
+from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.toml_data import differing_keys, toml_tables
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
@@ -85,7 +94,8 @@ def summary(runs: Sequence[ReportedRun]) -> Iterator[Block]:
     labels = [run.label for run in runs]
     records = [run.record for run in runs]
     errors = [run.errors for run in runs]
-    yield quantities_table([record.quantities for record in records], errors, labels)
+    digits = [digits_of(run.attribute("kind"), run.attribute("scenario")) for run in runs]
+    yield quantities_table([record.quantities for record in records], errors, labels, digits)
     for run in runs:
         if run.errors and run.error_estimate:
             yield after_label(run, run.error_estimate)
@@ -98,10 +108,32 @@ def after_label(run: ReportedRun, text: str) -> str:
     return f"{run.label}: {text}" if run.label else text
 
 
+Digits = Callable[[str, float], int]
+"""The number of digits of a quantity without an estimate of its error, by its name and value."""
+
+
+def digits_of(kind: str, scenario: str) -> Digits:
+    """Return the digits of the quantities of a kind: few where the mesh of a belt makes them.
+
+    Parameters
+    ----------
+    kind : str
+    scenario : str
+        As TOML.
+    """
+    try:
+        depends = mechanism_module(kind).mesh_study.depends_on_mesh
+        tables = toml_tables(scenario)
+    except (AttributeError, InputError, ValueError):  # no mesh; no such kind here; edited
+        return lambda name, value: DIGITS
+    return lambda name, value: MESH_DIGITS if depends(name, value, tables) else DIGITS
+
+
 def quantities_table(
     results: Sequence[Quantities],
     errors: Sequence[Errors] = ({},),
     labels: Sequence[str] = ALONE,
+    digits: Sequence[Digits] = (lambda name, value: DIGITS,),
 ) -> Table:
     """Return the quantities of results with their units, and the difference of two.
 
@@ -111,6 +143,8 @@ def quantities_table(
         The estimated errors of each result; empty if they were not estimated.
     labels : sequence of str
         The name of each result; empty of a single one.
+    digits : sequence of Digits
+        Of each result, where the estimated error does not tell them.
     """
     headings = ["quantity"]
     for label, known in zip(labels, errors, strict=True):
@@ -121,8 +155,11 @@ def quantities_table(
     for name in dict.fromkeys(name for quantities in results for name in quantities):
         compared = [quantities.get(name) for quantities in results]
         cells = [name]
-        for quantity, known in zip(compared, errors, strict=True):
-            cells.append("" if quantity is None else number_text(quantity.value))
+        for quantity, known, digit in zip(compared, errors, digits, strict=True):
+            value = None if quantity is None else quantity.value
+            count = DIGITS if value is None else digit(name, value)
+            text = quantity_text(value, known.get(name), count)
+            cells.append("" if quantity is None else text)
             cells += [error_text(known.get(name))] if known else []
         cells += [_difference(*compared)] if len(compared) == 2 else []
         # Files of several versions may have several units.

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.display import labelled
+from frictionsim.display import labelled, set_line
 from frictionsim.document import Block, Cell, Document, Number, Picture, Table
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import DONE
@@ -117,7 +117,8 @@ def sweep_page(
         *_groups("Warnings", sweep.texts, ("warnings",)),
         section("Study", *_study(sweep.attributes["study"])),
     )
-    return study_page(f"{name}: sweep", (str(title), f"from {source}" if source else ""), sections)
+    heads = str(title), f"from {source}" if source else "", set_line(sweep.attributes)
+    return study_page(f"{name}: sweep", heads, sections)
 
 
 def _part(part: Block) -> Block:

@@ -70,6 +70,9 @@ def estimate(
     if second.status != "done":
         reason = f"no error estimate: run with {setting.label} {second.status}: {second.reason}"
         return Estimate({}, reason, second.exit_code if second.status == "interrupted" else 0)
+    of_mesh = ""
+    if hasattr(mechanism_module(scenario.kind), "mesh_study"):
+        of_mesh = "; that of the mesh is not included, 'frictionsim cost' compares meshes"
     halved = any(override.startswith("solver.step=") for override in setting.overrides)
     factor = RICHARDSON if halved else 1.0
     return Estimate(
@@ -77,7 +80,7 @@ def estimate(
             name: _difference(quantity.value, second, name, factor)
             for name, quantity in first.quantities.items()
         },
-        f"error: {'twice ' if halved else ''}the difference to a run with {setting.label}",
+        f"error: {'twice ' if halved else ''}the difference to a run with {setting.label}{of_mesh}",
     )
 
 

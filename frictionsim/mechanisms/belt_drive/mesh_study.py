@@ -6,10 +6,12 @@ limit of fine meshes. A string has less than they have: what it leaves out does 
 the mesh.
 """
 
-from typing import TYPE_CHECKING
+from math import isclose
+from typing import TYPE_CHECKING, Any
 
 from frictionsim.mechanisms.belt_drive.work_precision import METRICS as TIME_METRICS
 from frictionsim.scenario.methods import REGULARISED, SET_VALUED
+from frictionsim.scenario.toml_data import keys_and_values
 from frictionsim.scenario.variants import Limit, Mesh, Setting, short
 
 if TYPE_CHECKING:
@@ -29,6 +31,40 @@ METRICS = tuple(metric for metric in TIME_METRICS if metric.name != "friction_he
 RATIOS = (0.4, 1.0, 2.0, 4.0)  # of the bodies by default to those of the scenario
 MAX_BODIES = 600  # by default, if the scenario has no more
 LIMIT_RATIO = 2  # of the bodies of a limit to the most that are compared
+
+# Of the ideal line of the belt, of time, or a length that is that of this mesh by its meaning.
+WITHOUT_MESH = (
+    *("final_time", "path_length", "belt_length", "body_length"),
+    *("wrap_angle_", "capstan_ratio_"),
+)
+OF_PRETENSION = ("pretension", "strain", "torque_limit_")
+OF_SPEED = ("drive_speed", "driven_speed")
+# The search for the belt at rest meets the pretension to about 1e-10.
+SAME = 1e-8
+
+
+def depends_on_mesh(name: str, value: float, scenario: dict[str, Any]) -> bool:
+    """Return whether a quantity of summary or statics depends on the number of bodies.
+
+    Only what the scenario gives, and what follows from that without bodies, does not.
+
+    Parameters
+    ----------
+    name : str
+    value : float
+    scenario : dict
+        Its tables.
+    """
+    if name.startswith(WITHOUT_MESH):
+        return False
+    if name.startswith(OF_PRETENSION):
+        return "pretension" not in scenario["mechanism"]["belt"]
+    drives = scenario.get("drive", {}).values()
+    given = [drive["speed"] for drive in drives if "speed" in drive]
+    speeds = [speed for _, speed in keys_and_values(given, lists="all")]
+    return name not in OF_SPEED or not any(
+        isclose(value, speed, rel_tol=SAME) for speed in speeds if isinstance(speed, int | float)
+    )
 
 
 def models_of(scenario: "BeltDriveScenario") -> tuple[str, ...]:

@@ -14,8 +14,11 @@ frictionsim.Plot = class {
     return this.work;
   }
 
+  // Every sample is drawn: Plotly would leave out some by their distance on the screen, which moves
+  // corners and makes polygons of curves.
   draw(traces, layout) {
-    return this.then(() => Plotly.react(this.element, traces, layout, frictionsim.PLOTLY));
+    const whole = traces.map((trace) => ({ ...trace, line: { ...trace.line, simplify: false } }));
+    return this.then(() => Plotly.react(this.element, whole, layout, frictionsim.PLOTLY));
   }
 
   restyle(change, ...lines) {
