@@ -126,7 +126,14 @@ def digits_of(kind: str, scenario: str) -> Digits:
         tables = toml_tables(scenario)
     except (AttributeError, InputError, ValueError):  # no mesh; no such kind here; edited
         return lambda name, value: DIGITS
-    return lambda name, value: MESH_DIGITS if depends(name, value, tables) else DIGITS
+
+    def digits(name: str, value: float) -> int:
+        try:
+            return MESH_DIGITS if depends(name, value, tables) else DIGITS
+        except (AttributeError, KeyError, TypeError):  # the tables are not those of a belt
+            return MESH_DIGITS
+
+    return digits
 
 
 def quantities_table(

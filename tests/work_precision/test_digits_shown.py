@@ -102,6 +102,13 @@ def test_a_speed_that_the_scenario_gives_has_all_its_digits(speed: float, tmp_pa
     assert float(rows["driven_speed"][0]) == float(f"{0.9991 * speed:.2e}")
 
 
+@pytest.mark.parametrize("scenario", ["", "drive = 3", "[mechanism]\nbelt = 1", "no TOML ["])
+def test_a_belt_whose_scenario_was_edited_is_shown_all_the_same(scenario: str) -> None:
+    record = fs.open(GOLDEN / "belt_string.h5").record
+    made = fs.Result(record._replace(attributes={**record.attributes, "scenario": scenario}))
+    assert rows_of(made.summary())["final_time"][0] == f"{record.quantities['final_time'].value:g}"
+
+
 def test_an_estimate_of_a_belt_says_that_the_mesh_is_not_in_it(told: Told) -> None:
     belt = ("solve", "belt_string", "--set", "solver.duration=0.002", "--estimate-error")
     out, _ = told(*belt)
