@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from frictionsim.api.sweep_result import open_sweep as open_sweep
     from frictionsim.api.sweeping import resume_sweep as resume_sweep
     from frictionsim.api.sweeping import sweep as sweep
+    from frictionsim.cli.commands import run_command_line as run_command_line
     from frictionsim.errors import ArgumentError as ArgumentError
     from frictionsim.errors import AuditError as AuditError
     from frictionsim.errors import FrictionsimError as FrictionsimError
@@ -79,6 +80,7 @@ _MODULES = {
     "kinds": "api.scenarios",
     "warm_up": "api.scenarios",
     "WarmedUp": "api.scenarios",
+    "run_command_line": "cli.commands",
     "Quantity": "results",
     "Check": "results",
     "FrictionsimError": "errors",

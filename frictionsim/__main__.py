@@ -8,20 +8,12 @@ import sys
 from contextlib import suppress
 
 STANDARD_STREAMS = (0, 1, 2)
-READERS = {"show": 1, "compare": 2, "plot": 1, "report": 1, "resume": 2}
-"""How many files, or parts of one, a command reads."""
 
 
 def main() -> None:
     """Run the command line and exit with its code."""
     _restore_default_of_sigint()
     _open_closed_streams()
-    from frictionsim.io import child_process
-
-    child_process.Parts.are_limited = True
-    # The child that reads imports its modules while this process imports others.
-    if count := READERS.get(sys.argv[1] if len(sys.argv) > 1 else ""):
-        child_process.start(count)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # titles may not fit the terminal's encoding

@@ -88,6 +88,12 @@ class Transition(NamedTuple):
     mode_to: int
     position: float | None = None
 
+    @property
+    def words(self) -> tuple[str, str]:
+        """The modes before and after in the words of a result file, see MODES."""
+        names = dict(MODES)
+        return names[self.mode_from], names[self.mode_to]
+
 
 class Check(NamedTuple):
     """A check of the audit: its `value` and the `limit` that this must not exceed."""

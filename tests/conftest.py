@@ -15,9 +15,6 @@ from zlib import crc32
 import pytest
 from hypothesis import HealthCheck, Phase, settings
 
-from frictionsim.io import child_process, segments
-from frictionsim.io.child_answer import decoded
-from frictionsim.io.child_questions import answer
 from frictionsim.solvers import compilation, event_driven
 from tests.support import scenarios
 from tests.support.examples import FEW, MANY
@@ -87,13 +84,6 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     items[:] = [item for item, is_kept in zip(items, kept, strict=True) if is_kept]
 
 
-# Where results are read as users read them; elsewhere an interpreter for each would take minutes.
-READ_IN_A_CHILD = (
-    *("tests/io/test_child_process.py", "tests/io/test_files_of_others.py"),
-    *("tests/robustness/test_crash_safety.py", "tests/api/test_parallel.py"),
-)
-
-
 def pytest_collection_finish() -> None:
     """Exclude imported objects from all later searches for garbage."""
     _keep_what_is_there()
@@ -111,7 +101,7 @@ def _keep_what_is_there() -> None:
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Have a test that patches the program run scenarios anew, and choose how results are read.
+    """Have a test that patches the program run scenarios anew.
 
     As in a new process, no run is compiled because of the tests before: compiled, it does not call
     `on_step` after each step.
@@ -120,17 +110,6 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     compilation._failed_forms.clear()
     event_driven._python_steps.clear()
     scenarios.program_is_patched = "monkeypatch" in getattr(item, "fixturenames", ())
-    in_a_child = item.nodeid.startswith(READ_IN_A_CHILD)
-    for module in (child_process, segments):
-        module.answer_of = ANSWER_OF if in_a_child else answered_here
-
-
-ANSWER_OF = child_process.answer_of
-
-
-def answered_here(question: str, *arguments: str | int, **_limits: float) -> Any:
-    """Answer a question in this process."""
-    return decoded(answer(question, *map(str, arguments)))
 
 
 def _compile_once(config: pytest.Config) -> None:

@@ -180,6 +180,11 @@ class Result(ResultBase):
         return events_dataset(self.record)
 
     @property
+    def transitions(self) -> tuple[Transition, ...]:
+        """The events, each with `time`, `contact`, numbers and `words` of its modes."""
+        return tuple(self.record.transitions)
+
+    @property
     def origin(self) -> "Origin":
         """The file and the overrides of the scenario."""
         if self._scenario is not None:

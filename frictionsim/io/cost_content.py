@@ -1,4 +1,4 @@
-"""Reading a table of costs in HDF5, in the child process that `hdf5_reader` asks.
+"""Reading a table of costs in HDF5.
 
 `hdf5_writer.write_table` documents the file.
 """

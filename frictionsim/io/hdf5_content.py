@@ -1,7 +1,4 @@
-"""Reading a result file, in the child process that `hdf5_reader` asks.
-
-All functions here call HDF5.
-"""
+"""Reading a result file by HDF5; `hdf5_reader` imports it with the first file that is read."""
 
 from collections.abc import Iterator, Set
 from contextlib import contextmanager
@@ -12,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.io.child_answer import Checkpoint, LongChannel
 from frictionsim.io.hdf5_structure import (
     MAX_AXIS,
     NOT_HDF5,
@@ -30,6 +26,8 @@ from frictionsim.io.result_format import (
     COUNTS,
     READABLE_VERSIONS,
     STATUSES,
+    Checkpoint,
+    LongChannel,
     numbered_members,
     state_digest,
 )
@@ -69,40 +67,40 @@ def record(path: str) -> Record:
         return result
 
 
-def rows(path: str, name: str, start: str, stop: str) -> Any:
+def rows(path: str, name: str, start: int, stop: int) -> Any:
     """Return samples start to stop - 1 of a channel."""
     with _opened(path) as file:
         datasets, _, _ = _top_level(file)
-        return rows_of(datasets[name], slice(int(start), int(stop)))
+        return rows_of(datasets[name], slice(start, stop))
 
 
-def samples(name: str, *places: str) -> list[Any]:
+def samples(name: str, places: list[tuple[str, list[int]]]) -> list[Any]:
     """Return some samples of a channel of each of some files.
 
-    The places are the path of a file and the numbers of samples, separated by commas, by turns.
+    A place is the path of a file and the numbers of samples in it.
     """
     contents = []
-    for path, numbers in zip(places[::2], places[1::2], strict=True):
+    for path, numbers in places:
         with _opened(path) as file:
             datasets, _, _ = _top_level(file)
-            item, wanted = datasets[name], numbers.split(",")
-            file.claim(len(wanted) * item.nbytes // max(len(item), 1), name)
-            contents.append(np.stack([rows_of(item, int(number)) for number in wanted]))
+            item = datasets[name]
+            file.claim(len(numbers) * item.nbytes // max(len(item), 1), name)
+            contents.append(np.stack([rows_of(item, number) for number in numbers]))
     return contents
 
 
-def channels(names: str, *paths: str) -> list[dict[str, Any]]:
-    """Return channels of as many of the files as an answer holds, at least of the first.
+def channels(names: list[str], paths: list[str]) -> list[dict[str, Any]]:
+    """Return channels of as many of the files as are read together, at least of the first.
 
-    The names are separated by commas; without any, all channels are returned. A channel without
-    columns has as many bytes in the file as in memory, so that those of many small files are small.
+    Without names, all channels are returned. A channel without columns has as many bytes in a file
+    as in memory, so that those of many small files are small.
     """
     contents: list[dict[str, Any]] = []
     free_bytes = ANSWER_BYTES
     for path in paths:
         with _opened(path) as file:
             every, _, _ = _top_level(file)
-            wanted = {name: every[name] for name in names.split(",")} if names else every
+            wanted = {name: every[name] for name in names} if names else every
             for name, item in wanted.items():
                 file.check_stored(item)
                 size = item.size * type_of(item).itemsize

@@ -1,24 +1,23 @@
 """Read files in HDF5 and check them; `hdf5_writer` and `sweep_file` document the formats.
 
-A file may come from anyone, and its checksum is no proof: whoever changes a file can recompute it.
-One changed byte can make HDF5 crash or hang. Therefore HDF5 reads in a child process
-(`child_process`), and this process neither calls nor imports it to read.
+A damaged file is told by its checksum before HDF5 opens it. HDF5 is imported with the first file
+that is read, as it takes some hundredths of a second.
 """
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from stat import S_ISREG
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.errors import InputError, near_files
-from frictionsim.io import child_process
 from frictionsim.io.atomic_write import SUFFIXES
 from frictionsim.io.checksum import is_damaged
-from frictionsim.io.child_answer import Checkpoint, LongChannel
-from frictionsim.io.child_process import ChildFailed, EndedFromOutside, Parts
 from frictionsim.io.cost_table import CostTable
-from frictionsim.io.result_format import SEGMENTS
+from frictionsim.io.result_format import SEGMENTS, Checkpoint, LongChannel
 from frictionsim.io.segments import with_segments
+from frictionsim.io.sweep_table import VERSION_NAME as SWEEP_VERSION
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.results import HDF5_SIGNATURE, Record
 from frictionsim.simulation.stored_channel import StoredChannel
@@ -28,13 +27,11 @@ if TYPE_CHECKING:
     Stamp = tuple[int, ...]
 
 A_TABLE = "this is a table of `frictionsim cost`"
-# Failures to read files, by name and stamp, as each further try takes as long.
-_failures: "dict[tuple[str, Stamp], ChildFailed]" = {}
 
 
 def read_any(path: Path) -> "Content":
     """Read a result file, the file of a sweep, or a table of costs."""
-    content = _answer("content", path)
+    content = _content(path)
     if not isinstance(content, Record):
         return content
     source = RowsOfFile(path)
@@ -80,8 +77,25 @@ def read_sweep(path: Path) -> SweepTable:
 
 def read_checkpoint(path: Path) -> Checkpoint:
     """Read the checkpoint of a result file."""
-    checkpoint: Checkpoint = _answer("checkpoint", path)
-    return checkpoint
+    from frictionsim.io import hdf5_content
+
+    _check_is_hdf5(path)
+    return hdf5_content.checkpoint(str(path))
+
+
+def _content(path: Path) -> "Content":
+    """Return the content of a file; long channels of a result as shapes."""
+    import h5py
+
+    from frictionsim.io import cost_content, hdf5_content, sweep_content
+
+    _check_is_hdf5(path)
+    with suppress(OSError), h5py.File(path, "r", locking=False) as file:
+        if SWEEP_VERSION in file.attrs:
+            return sweep_content.sweep(str(path))
+        if file.get(cost_content.COST, getlink=True) is not None:
+            return cost_content.costs(str(path))
+    return hdf5_content.record(str(path))  # reports the fault of any other file
 
 
 class RowsOfFile:
@@ -89,29 +103,34 @@ class RowsOfFile:
 
     def __init__(self, path: Path) -> None:
         self._path, self._stamp = Path(os.path.abspath(path)), _stamp_of(path)
-        self._parts = Parts(self._stamp[1])
 
     def rows(self, name: str, start: int, stop: int) -> Any:
         """Return samples start to stop - 1 of a channel."""
-        return self._answer(name, "rows", str(self._path), name, start, stop)
+        from frictionsim.io import hdf5_content
+
+        with self._unchanged(name):
+            return hdf5_content.rows(str(self._path), name, start, stop)
 
     def samples(self, name: str, numbers: Any) -> Any:
         """Return the samples of some numbers of a channel."""
-        places = str(self._path), ",".join(map(str, numbers.tolist()))
-        return self._answer(name, "samples", name, *places)[0]
+        from frictionsim.io import hdf5_content
 
-    def _answer(self, name: str, question: str, *arguments: str | int) -> Any:
-        reason = "it has changed since it was opened; open it again"
+        with self._unchanged(name):
+            return hdf5_content.samples(name, [(str(self._path), numbers.tolist())])[0]
+
+    @contextmanager
+    def _unchanged(self, name: str) -> Iterator[None]:
+        """Raise InputError if the file has changed since it was opened."""
+        fault = f"{self._path}: cannot read the channel '{name}': it "
         try:
             if _stamp_of(self._path) == self._stamp:
-                samples = self._parts.answer_of(question, *arguments, size=self._stamp[1])
+                yield
                 if _stamp_of(self._path) == self._stamp:
-                    return samples
+                    return
         except OSError as error:
-            reason = f"it could be opened before, and cannot be now ({error.strerror or error})"
-        except ChildFailed as failed:
-            reason = str(failed)
-        raise InputError(f"{self._path}: cannot read the channel '{name}': {reason}")
+            reason = f"could be opened before, and cannot be now ({error.strerror or error})"
+            raise InputError(fault + reason) from None
+        raise InputError(fault + "has changed since it was opened; open it again")
 
 
 def _stamp_of(path: Path) -> "Stamp":
@@ -120,40 +139,26 @@ def _stamp_of(path: Path) -> "Stamp":
     return status.st_ino, status.st_size, status.st_mtime_ns
 
 
-def _answer(question: str, path: Path) -> Any:
-    """Ask the child process about a file."""
-    try:
-        _check_is_hdf5(path)
-        key = os.path.realpath(path), _stamp_of(path)
-        if key not in _failures:
-            try:
-                return child_process.answer_of(question, str(path), size=os.path.getsize(path))
-            except EndedFromOutside:
-                raise
-            except ChildFailed as failed:
-                _failures[key] = failed
-        raise _failures[key]
-    except OSError:
-        raise InputError(f"{path}: cannot read this result: {_open_problem(path)}") from None
-    except ChildFailed as failed:
-        raise InputError(f"{path}: cannot read this result: {failed}") from None
-
-
 def _check_is_hdf5(path: Path) -> None:
-    """Raise OSError if a file is not HDF5, InputError if it is damaged.
+    """Raise InputError if a file is not HDF5, or is damaged.
 
     Only a regular file is opened: opening a pipe would wait for its writer.
     """
-    if not S_ISREG(os.stat(path).st_mode):
-        raise OSError("not a regular file")
-    with open(path, "rb") as file:
-        if is_damaged(file):
-            raise InputError(
-                f"{path}: cannot read this result: it is damaged (its checksum does not match)"
-            )
-        file.seek(0)
-        if file.read(len(HDF5_SIGNATURE)) != HDF5_SIGNATURE:
-            raise OSError("not HDF5")
+    try:
+        is_hdf5 = S_ISREG(os.stat(path).st_mode)
+        if is_hdf5:
+            with open(path, "rb") as file:
+                if is_damaged(file):
+                    raise InputError(
+                        f"{path}: cannot read this result: it is damaged (its checksum does not"
+                        " match)"
+                    )
+                file.seek(0)
+                is_hdf5 = file.read(len(HDF5_SIGNATURE)) == HDF5_SIGNATURE
+    except OSError:
+        is_hdf5 = False
+    if not is_hdf5:
+        raise InputError(f"{path}: cannot read this result: {_open_problem(path)}")
 
 
 def _open_problem(path: Path) -> str:

@@ -1,8 +1,8 @@
 """Checks of the structure of a result file, before any of its data are read.
 
-All checks run in a child process (`child_process`), as HDF5 may crash on a damaged file. Structures
-that are refused here would not crash: they would read other files (links, external and virtual
-storage), load code (filters that are not built in) or fill memory.
+Damage is told by the checksum before HDF5 opens a file. Structures that are refused here would read
+other files (links, external and virtual storage), load code (filters that are not built in) or fill
+memory.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -144,10 +144,13 @@ class CheckedFile:
 def opened(path: str, what: str, why: Callable[[Exception], str]) -> Iterator[CheckedFile]:
     """Open a file; errors within the context become InputError with its name and a reason."""
     try:
-        with h5py.File(path, "r") as file:
+        # Without locks: files are replaced as a whole, and some file systems do not grant one.
+        with h5py.File(path, "r", locking=False) as file:
             yield CheckedFile(file)
-    except (InputError, MemoryError):
+    except InputError:
         raise
+    except MemoryError:
+        raise InputError(f"{path}: cannot read this {what}: it does not fit into memory") from None
     except Exception as error:  # any error of h5py about a malformed file
         raise InputError(f"{path}: cannot read this {what}: {why(error)}") from None
 

@@ -1,4 +1,4 @@
-"""Reading the journal of a sweep, in a child process; `parameter_study.journal` documents it.
+"""Reading the journal of a sweep; `parameter_study.journal` documents it.
 
 A journal may come from anyone. Pages of a crafted one refer to each other in circles, or many times
 to one page: SQLite then repeats records without end. Therefore they must ascend, and may have no
@@ -9,12 +9,11 @@ import sqlite3
 from collections.abc import Iterator
 from contextlib import closing, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from zlib import crc32
 
 import numpy as np
 
-from frictionsim.io.child_answer import JournalPart
 from frictionsim.io.result_format import MAX_LABEL, MAX_TEXT
 from frictionsim.io.sweep_table import MAX_QUANTITIES, TEXTS
 from frictionsim.scenario.toml_data import json_value
@@ -38,6 +37,19 @@ NUMBERS = {name: number for number, name in enumerate(TEXTS)}
 MAX_TEXTS = 32 * 2**20  # characters of JSON in a record
 NO_TEXTS = "[]"  # as in most records
 EMPTY, OURS, FOREIGN = "empty", "ours", "foreign"
+
+
+class JournalPart(NamedTuple):
+    """Blocks of runs of a journal, one after the other."""
+
+    units: dict[str, str]  # of the quantities, by name
+    words: list[str]  # the texts of runs, each once
+    columns: list[list[int]]  # numbers in `units` of the quantities that blocks have
+    blocks: Any  # (n, 4): first run, the one after the last, number in `columns`, number of texts
+    texts: Any  # (m, 3): number in TEXTS, run, number in `words`
+    status: Any  # of each block those of its runs
+    values: Any  # of each block (quantities, runs)
+    rest: tuple[int, int] | None  # `last` and `free` of the next part; None at the end
 
 
 def checksum_of(record: Any) -> int:
@@ -68,28 +80,28 @@ def _opened(path: str) -> sqlite3.Connection:
 
 
 def journal_part(
-    path: str, digest: str, runs: str, statuses: str, last: str, free: str
+    path: str, digest: bytes, runs: int, statuses: bytes, last: int, free: int
 ) -> JournalPart:
     """Return undamaged blocks of a study, as many as an answer holds.
 
     Parameters
     ----------
-    digest : str
-        Of the study, in hexadecimal digits; there are no blocks of another one.
-    runs : str
+    digest : bytes
+        Of the study; there are no blocks of another one.
+    runs : int
         Number of runs of the sweep.
-    statuses : str
-        Those that a run may have, as bytes in hexadecimal digits.
-    last, free : str
+    statuses : bytes
+        Those that a run may have.
+    last, free : int
         First run of the last record that was read, and the bytes that those left may have.
     """
-    part = _BlockReader(int(runs), bytes.fromhex(statuses))
-    unread = int(free) - PART_BYTES
+    part = _BlockReader(runs, statuses)
+    unread = free - PART_BYTES
     rest = None
     inconsistent = suppress(ValueError, TypeError, KeyError, AttributeError, OverflowError)
     with suppress(*DAMAGED), closing(_opened(path)) as database:  # damaged blocks are run again
-        if database.execute("SELECT digest FROM study").fetchmany(2) == [(bytes.fromhex(digest),)]:
-            for left, record in _records(database, int(last), int(runs), int(free)):
+        if database.execute("SELECT digest FROM study").fetchmany(2) == [(digest,)]:
+            for left, record in _records(database, last, runs, free):
                 with inconsistent:
                     part.add(*record)
                 first = record[0]

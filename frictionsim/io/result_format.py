@@ -1,6 +1,6 @@
 """Definitions shared by the writer and the reader of result files."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 FORMAT_VERSION = 2
 SEGMENTED_VERSION = 3  # of an unfinished result whose first samples are in segments
@@ -18,6 +18,20 @@ COUNTS = {
     "rhs_evaluations": "evaluations of the right-hand side",
     "states": "length of the state vector",
 }
+
+
+class Checkpoint(NamedTuple):
+    """The data to resume a run: the attributes of its file and the state of its solver."""
+
+    attributes: dict[str, str]
+    state: dict[str, Any]
+
+
+class LongChannel(NamedTuple):
+    """A channel that is read by rows."""
+
+    shape: tuple[int, ...]
+    dtype: str
 
 
 def state_digest(attributes: dict[str, Any], state: dict[str, Any]) -> str:

@@ -19,7 +19,7 @@ import os
 import re
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 from zlib import crc32
@@ -28,7 +28,6 @@ import numpy as np
 
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io.checksum import SEGMENT, is_damaged, mark_of, stated_checksum
-from frictionsim.io.child_process import ChildFailed, Parts, answer_of
 from frictionsim.io.regular_file import open_regular
 from frictionsim.io.replaceable import check_segment
 from frictionsim.io.result_format import ANSWER_BYTES
@@ -40,9 +39,6 @@ LOG = logging.getLogger(__name__)
 
 MAX_SEGMENTS = 10**6
 FILES_AT_ONCE = 64
-# The least size, in bytes, that limits the time of an answer about what this run has written
-# itself: a slow one means a busy machine.
-PATIENCE = 2**31
 # Name, samples, checksum. The name is for other readers: renamed together, all files stay readable.
 LINE = re.compile(r"[^/\\\0]+ (\d{1,9}) ([0-9a-f]{8})")
 
@@ -58,7 +54,6 @@ class SegmentFiles:
         self._checksums = list(checksums)
         self._latest: dict[int, dict[str, Any]] = {}  # all channels of some consecutive segments
         self._checked: dict[int, Any] = {}  # status of the files, by number
-        self._parts: Parts | None = None
 
     def path(self, number: int) -> Path:
         """Return the file of a segment."""
@@ -86,7 +81,7 @@ class SegmentFiles:
     def rows(self, number: int, name: str, start: int, stop: int) -> Any:
         """Return rows of a channel of a segment."""
         if number not in self._latest:
-            self._latest = dict(enumerate(self._channels("", self._read_ahead(number)), number))
+            self._latest = dict(enumerate(self._channels([], self._read_ahead(number)), number))
         values = self._latest[number].get(name)
         if values is None or values.shape[:1] < (stop,):
             raise self.missing(number)
@@ -94,12 +89,13 @@ class SegmentFiles:
 
     def samples(self, name: str, places: Mapping[int, Any]) -> list[Any]:
         """Return some rows of a channel of each of some segments."""
-        question = ["samples", name]
-        for number, rows in places.items():
+        for number in places:
             self.check(number)
-            question += str(self.path(number)), ",".join(map(str, rows.tolist()))
-        samples: list[Any] = self._answer(*question, numbers=[*places])
-        return samples
+        from frictionsim.io import hdf5_content  # imports HDF5
+
+        found = [(str(self.path(number)), rows.tolist()) for number, rows in places.items()]
+        with self._read([*places]):
+            return hdf5_content.samples(name, found)
 
     def _read_ahead(self, first: int) -> range:
         """Check a segment and the next ones, which are read with it; return their numbers."""
@@ -118,34 +114,24 @@ class SegmentFiles:
         first = 0
         while first < count:
             numbers = range(first, min(first + FILES_AT_ONCE, count))
-            parts = self._channels(",".join(names), numbers)
+            parts = self._channels(names, numbers)
             yield from parts
             first += len(parts)
 
-    def _channels(self, names: str, numbers: range) -> list[dict[str, Any]]:
-        """Return channels of as many of the segments as an answer holds."""
-        paths = [str(self.path(number)) for number in numbers]
-        channels: list[dict[str, Any]] = self._answer("channels", names, *paths, numbers=numbers)
-        return channels
+    def _channels(self, names: list[str], numbers: range) -> list[dict[str, Any]]:
+        """Return channels of as many of the segments as are read together."""
+        from frictionsim.io import hdf5_content  # imports HDF5
 
-    def _answer(self, *question: str, numbers: Sequence[int]) -> Any:
-        """Return the answer to a question about some segments."""
-        first = numbers[0]
+        with self._read(numbers):
+            return hdf5_content.channels(names, [str(self.path(number)) for number in numbers])
+
+    @contextmanager
+    def _read(self, numbers: Sequence[int]) -> Iterator[None]:
+        """Say which segments cannot be read."""
         try:
-            return self._answer_within(self._bytes_of(numbers), first, *question)
+            yield
         except (InputError, OSError):
-            raise self.missing(first) from None
-        except ChildFailed as failed:
-            raise InputError(f"{self.path(first)}: cannot read these samples: {failed}") from None
-
-    def _answer_within(self, size: int, first: int, *question: str) -> Any:
-        """Return the answer about segments of some size, within the time of all."""
-        if self._parts is None:
-            self._parts = Parts(self._bytes_of(range(len(self._checksums))))
-        return self._parts.answer_of(*question, size=size)
-
-    def _bytes_of(self, numbers: Sequence[int]) -> int:
-        return sum(self.path(number).stat().st_size for number in numbers)
+            raise self.missing(numbers[0]) from None
 
     def listing(self, rows: int) -> str:
         """Return the list of segments in a result; `rows` are the samples of each."""
@@ -173,7 +159,6 @@ class SampleSegments(SegmentFiles):
     ) -> None:
         super().__init__(whole)
         self._on_begin, self._inherited = on_begin, inherited
-        self._restored = 0  # segments
         self.failure: OutputError | None = None
 
     @property
@@ -221,7 +206,6 @@ class SampleSegments(SegmentFiles):
         """
         source = self._inherited or self
         checksums = [source.checksum_of(number) for number in range(count)]
-        self._restored = count
         if combined(checksums) != checksum:
             return False
         self._on_begin()
@@ -231,10 +215,6 @@ class SampleSegments(SegmentFiles):
         self._checksums = checksums
         self.remove(count)
         return True
-
-    def _answer_within(self, size: int, first: int, *question: str) -> Any:
-        """Return the answer about segments; the time for all together is that of the run."""
-        return answer_of(*question, size=size if first < self._restored else max(size, PATIENCE))
 
     def _copy(self, source: Path, target: Path) -> None:
         try:

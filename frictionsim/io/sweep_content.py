@@ -1,4 +1,4 @@
-"""Reading the file of a sweep, in the child process that `hdf5_reader` asks."""
+"""Reading the file of a sweep."""
 
 from collections.abc import Iterator
 from math import prod

@@ -7,14 +7,13 @@ process that writes the sweep holds a lock on it.
 A record has plain numbers and texts: the number of the first run, the status of each run (bytes),
 names and units of the quantities (JSON), their values (doubles), texts (JSON), and a CRC-32 of all.
 
-SQLite may take forever to walk through a crafted journal, its schema included. This process only
-locks a journal of unknown origin and copies its log into it; a child process reads it
-(`io.journal_content`), and no statement here that needs the schema comes before its answer.
+`io.journal_content` reads it; no statement that needs the schema comes before it has told whose a
+journal is.
 """
 
 import os
 import sqlite3
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing, suppress
 from json import dumps
 from pathlib import Path
@@ -24,20 +23,19 @@ from typing import Any
 
 import numpy as np
 
-from frictionsim.errors import InputError, OutputError
-from frictionsim.io import child_process
-from frictionsim.io.child_answer import JournalPart
-from frictionsim.io.child_process import ChildFailed
+from frictionsim.errors import OutputError
 from frictionsim.io.journal_content import (
     APPLICATION,
     DAMAGED,
     FOREIGN,
     MAX_RECORD,
     OURS,
-    PART_BYTES,
     SAFE,
     TABLES,
+    JournalPart,
     checksum_of,
+    journal_origin,
+    journal_part,
 )
 from frictionsim.io.sweep_table import TEXTS
 from frictionsim.parameter_study.block import OUTCOMES, RunBlock
@@ -138,22 +136,12 @@ class SweepJournal:
     def _set_up(self, database: sqlite3.Connection) -> None:
         """Check the origin of the journal, and have it keep a log."""
         if not self._is_new:
-            try:
-                origin = self._answer(child_process.answer_of, "journal_origin")
-            except ChildFailed as failed:
-                raise OutputError(
-                    f"{self.path}: the sweep needs this name, and the file is not one of a sweep"
-                    f" ({failed}); move it"
-                ) from None
+            origin = journal_origin(str(self.path))
             if origin == FOREIGN:
                 raise self._not_ours()
             self._begun = origin == OURS
         for setting in ("journal_mode = WAL", "synchronous = NORMAL"):
             database.execute(f"PRAGMA {setting}")
-
-    def _answer(self, answer_of: Callable[..., Any], question: str, *arguments: str | int) -> Any:
-        size = min(self.path.stat().st_size, MAX_RECORD + PART_BYTES)
-        return answer_of(question, str(self.path), *arguments, size=size)
 
     def start(self, digest: bytes) -> None:
         """Begin again, for a study."""
@@ -188,21 +176,10 @@ class SweepJournal:
             raise self._failed(error) from None
 
     def blocks(self, digest: bytes, runs: int) -> Iterator[RunBlock]:
-        """Yield the undamaged blocks of a study of some runs; none of another study.
-
-        Raises InputError if the journal cannot be read.
-        """
-        size = self.path.stat().st_size
-        parts, rest = child_process.Parts(size), (-1, size) if self._begun else None
+        """Yield the undamaged blocks of a study of some runs; none of another study."""
+        rest = (-1, self.path.stat().st_size) if self._begun else None
         while rest is not None:
-            arguments = digest.hex(), runs, bytes(OUTCOMES).hex(), *rest
-            try:
-                part: JournalPart = self._answer(parts.answer_of, "journal_part", *arguments)
-            except ChildFailed as failed:
-                raise InputError(
-                    f"{self._sweep}: cannot resume this sweep: its journal {self.path.name} cannot"
-                    f" be read: {failed}; without the journal, the runs in it are run again"
-                ) from None
+            part = journal_part(str(self.path), digest, runs, bytes(OUTCOMES), *rest)
             yield from _blocks_of(part)
             rest = part.rest
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.io.child_process import MEMORY
 from frictionsim.io.sweep_table import (
     MAX_QUANTITIES,
     ORDER,
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
     from frictionsim.results import Array
 
 # Of a file; writing it takes three times the memory of its columns, and reading it, too.
-MAX_VALUES = MEMORY // 4 // 8
+MAX_VALUES = 2**26
 
 
 class SweepPlan(NamedTuple):

@@ -32,7 +32,11 @@ ScenarioSource = str | PathLike[str] | Mapping[str, Any]
 
 
 def load(
-    source: ScenarioSource, overrides: Overrides | None = None, backend: str | None = None
+    source: ScenarioSource,
+    overrides: Overrides | None = None,
+    backend: str | None = None,
+    *,
+    folder: str | PathLike[str] = ".",
 ) -> Scenario:
     """Read and validate a scenario.
 
@@ -40,13 +44,14 @@ def load(
     ----------
     source : path or mapping
         A TOML file; if there is none, the name of a shipped scenario, such as ``pulley``; or the
-        tables of a scenario as dicts. File names in it are relative to the folder of the file, or
-        to the current folder.
+        tables of a scenario as dicts. File names in a file are relative to its folder.
     overrides : mapping or iterable of str, optional
         Values by key, as ``{"effects.shaft_friction.mu_s": 0.3}``, or texts ``a.b=VALUE`` with
         VALUE in TOML; they override the source.
     backend : str, optional
         Overrides source and `overrides`.
+    folder : path, optional
+        The folder of the file names in a mapping; the current one by default.
 
     Returns
     -------
@@ -61,7 +66,7 @@ def load(
         If an argument is of another type.
     """
     if isinstance(source, Mapping):
-        return load_tables(source, Path(), overrides, backend)
+        return load_tables(source, Path(folder), overrides, backend)
     if not isinstance(source, str | PathLike):
         raise InputError(
             "expected a scenario: its path, a dict of its tables or a Scenario, got"

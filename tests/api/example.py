@@ -104,8 +104,9 @@ def other_functions(folder: Path) -> None:
     print(swept.sizes, sample.sizes, again.sizes, dataset.attrs)
     schema: dict[str, Any] = fs.schema("pulley")
     kinds: tuple[str, ...] = fs.kinds()
+    code: int = fs.run_command_line(["check", "pulley"])
     warm_up: Callable[[str], tuple[fs.WarmedUp, ...]] = fs.warm_up  # it takes its seconds
-    print(quantities, path, table.sizes, advice, drawn, schema["title"], kinds, warm_up)
+    print(quantities, path, table.sizes, advice, drawn, schema["title"], kinds, warm_up, code)
     print(fs.__version__)
 
 

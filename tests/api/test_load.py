@@ -195,3 +195,11 @@ def test_a_shipped_scenario_with_a_csv_file_stands_alone(tmp_path: Path) -> None
     scenario = fs.loads(fs.new("hard/jump_from_csv"))
     shipped = fs.load(SCENARIOS / "hard" / "jump_from_csv.toml")
     assert (scenario.drive, scenario.effects) == (shipped.drive, shipped.effects)
+
+
+def test_a_dict_may_name_files_in_a_folder(tmp_path: Path) -> None:
+    (tmp_path / "force.csv").write_text("0,1832.6\n0.8,3113.75\n")
+    data = pulley(drive={"force": {"csv": "force.csv"}})
+    assert fs.load(data, folder=tmp_path).drive == fs.load(PULLEY).drive
+    with pytest.raises(fs.ScenarioError, match=r"force\.csv"):
+        fs.load(data)

@@ -322,3 +322,16 @@ def test_a_run_without_events_has_the_variables_of_events() -> None:
     still, moving = (fs.solve(PULLEY, {"drive.force": force}) for force in (2000.0, 3000.0))
     assert (still.events.sizes["event"], moving.events.sizes["event"]) == (0, 1)
     assert set(still.events.variables) == set(moving.events.variables)
+
+
+def test_transitions_have_the_words_of_the_file(tmp_path: Path) -> None:
+    result = fs.solve(SCENARIOS / "pulley_return.toml", output=tmp_path / "a.h5")
+    with h5py.File(tmp_path / "a.h5") as file:
+        modes = file["events/mode_to"]
+        meanings = modes.attrs["flag_meanings"].split()
+        words = dict(zip(modes.attrs["flag_values"].tolist(), meanings, strict=True))
+        expected = [words[number] for number in modes[...].tolist()]
+        times = file["events/time"][...].tolist()
+    assert [event.words[1] for event in result.transitions] == expected
+    assert [event.time for event in result.transitions] == times
+    assert {event.contact for event in result.transitions} == {"shaft"}

@@ -1,7 +1,6 @@
 """Result files that anyone may have made: to crash, to fill memory, to read or remove others."""
 
 import os
-import re
 import shutil
 import struct
 import threading
@@ -16,21 +15,13 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import InputError
-from frictionsim.io import child_process, hdf5_reader, hdf5_writer
-from frictionsim.io.checksum import (
-    LENGTH,
-    append_trailer,
-    checksum_trailer,
-)
-from frictionsim.io.child_process import EndedFromOutside
+from frictionsim.io import hdf5_writer
+from frictionsim.io.checksum import LENGTH, append_trailer
 from frictionsim.io.hdf5_structure import MAX_MEMBERS
-from tests.conftest import answered_here
 from tests.support.scenarios import SCENARIOS, pulley, simulate
 
 NO_RESULT = "cannot read this result: it is HDF5, but not a frictionsim result"
-HARMFUL = ": the file is corrupt or malicious"
 
 
 @cache
@@ -59,61 +50,6 @@ def message(path: Path) -> str:
     return str(refused.value).removeprefix(f"{path}: ")
 
 
-def last_entry_of_heap(raw: bytes) -> int:
-    """Return where the free entry of a global heap begins, which ends a walk through it.
-
-    A heap that is full has none.
-    """
-    for match in re.finditer(b"GCOL", raw):
-        place = match.start() + 16
-        end = match.start() + struct.unpack_from("<Q", raw, match.start() + 8)[0]
-        while place + 16 <= end:
-            number, size = struct.unpack_from("<H6xQ", raw, place)
-            if number == 0:
-                return place
-            place += 16 + (size + 7) // 8 * 8
-    raise AssertionError("all heaps are full")
-
-
-@pytest.mark.parametrize("seal", [b"", None], ids=["no checksum", "made anew"])
-def test_one_byte_on_which_hdf5_aborts_is_an_error(seal: bytes | None, result: Path) -> None:
-    raw = original().replace(b"DIMENSION_SCALE", b"XIMENSION_SCALE", 1)
-    result.write_bytes(raw + (checksum_trailer(raw) if seal is None else seal))
-    crashed = f"cannot read this result: HDF5 crashed on it (SIGABRT){HARMFUL}"
-    assert message(result) in (crashed, NO_RESULT)  # of another version of HDF5
-    with pytest.raises(InputError):
-        hdf5_reader.read_checkpoint(result)
-    with pytest.raises(InputError):
-        fs.compare(result, result)
-
-
-@pytest.mark.parametrize("command", ["show", "resume"])
-def test_one_byte_on_which_hdf5_never_returns_is_an_error_after_one_try(
-    command: str, result: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(child_process, "SECONDS", 1.0)
-    raw = bytearray(original())
-    place = last_entry_of_heap(raw) + 8
-    raw[place : place + 8] = bytes(8)  # an entry without length
-    result.write_bytes(raw)
-    tries, ask = [], child_process.answer_of
-
-    def tried(*arguments: Any, size: int = 0) -> Any:
-        tries.append(arguments)
-        return ask(*arguments, size=size)
-
-    monkeypatch.setattr(child_process, "answer_of", tried)
-    assert run_command_line([command, "a.h5"]) == 2
-    assert capsys.readouterr().err == (
-        "frictionsim: a.h5: cannot read this result: HDF5 did not finish within 1 s"
-        f"{HARMFUL}, or its disk does not answer\n"
-    )
-    assert len(tries) == 1
-    fs_message = message(Path("a.h5"))  # remembered, as long as the file does not change
-    assert "did not finish" in fs_message
-    assert len(tries) == 1
-
-
 def test_a_pipe_is_refused_without_waiting_for_a_writer(result: Path) -> None:
     result.unlink()
     os.mkfifo(result)
@@ -125,6 +61,13 @@ def test_a_pipe_is_refused_without_waiting_for_a_writer(result: Path) -> None:
         assert waiting.is_alive()  # nobody has opened it to write
     finally:
         waiting.cancel()
+
+
+def test_a_file_that_another_program_has_locked_is_read(result: Path) -> None:
+    fcntl = pytest.importorskip("fcntl")
+    with open(result, "rb") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        assert fs.open(result).status == "done"
 
 
 Change = Callable[[Any], None]
@@ -226,18 +169,9 @@ CHANGES: dict[str, Change] = {
 }
 
 
-# Read in a child as users do; the others in this process, where a test is ten times as fast.
-IN_A_CHILD = ("link to a pipe", "circle", "claims in many datasets", "external link")
-
-
-@pytest.mark.every(2)
 @pytest.mark.parametrize("what", [*CHANGES, "external link, sealed", "infinite mode, sealed"])
-def test_what_no_result_has_is_refused(
-    what: str, result: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_no_result_has_is_refused(what: str, result: Path) -> None:
     what, _, sealed = what.partition(", ")
-    if what not in IN_A_CHILD:
-        monkeypatch.setattr(child_process, "answer_of", answered_here)
     (result.parent / "secret").write_bytes(b"s" * 10_000)
     os.mkfifo(result.parent / "p")
     with h5py.File(result, "r+") as file:
@@ -319,16 +253,3 @@ def test_a_limit_that_is_no_number_is_none_in_json(result: Path) -> None:
         file["audit/limit"][0] = np.nan
     checks = fs.open(result).to_json()["audit"]
     assert next(iter(checks.values()))["limit"] is None
-
-
-def test_a_child_that_was_ended_from_outside_is_asked_again(
-    result: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with monkeypatch.context() as patched:
-
-        def ended(*_: Any, size: int = 0) -> None:
-            raise EndedFromOutside("ended")
-
-        patched.setattr(child_process, "answer_of", ended)
-        assert message(result) == "cannot read this result: ended"
-    assert fs.open(result).status == "done"

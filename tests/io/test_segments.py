@@ -1,6 +1,5 @@
 """Segments of long runs: no link leads elsewhere, and only marked segments are removed."""
 
-import math
 import os
 from pathlib import Path
 from typing import Any
@@ -10,13 +9,9 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import InputError
-from frictionsim.io import child_process
 from frictionsim.io.checksum import is_damaged
-from frictionsim.io.child_answer import decoded
-from frictionsim.io.child_process import ChildFailed
-from frictionsim.io.child_questions import answer
 from frictionsim.io.destination import Destination
-from frictionsim.io.segments import PATIENCE, SampleSegments, SegmentFiles
+from frictionsim.io.segments import SampleSegments, SegmentFiles
 from frictionsim.results import Record
 from tests.support.scenarios import pulley, simulate
 
@@ -57,66 +52,6 @@ def test_a_segment_is_an_ordinary_result(segments: SampleSegments, record: Recor
     assert [part["angle"].tolist() for part in again().channels(["angle"], 2)] == [
         record.channels["angle"].tolist()
     ] * 2
-
-
-def test_segments_that_fit_into_one_answer_are_read_together(
-    segments: SampleSegments, record: Record, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    segments.write(2, record)
-    asked = []
-
-    def answer_of(*question: str, size: int = 0) -> Any:
-        asked.append(question[2:])
-        return decoded(answer(*question))
-
-    monkeypatch.setattr("frictionsim.io.segments.answer_of", answer_of)
-    size = sum(values.nbytes for values in record.channels.values())
-    for limit, together in ((3 * size, 1), (2 * size, 2), (1, 3)):
-        monkeypatch.setattr("frictionsim.io.hdf5_content.ANSWER_BYTES", limit)
-        asked.clear()
-        segments.remove(3)  # which forgets what was read
-        for number in range(3):
-            for name, values in record.channels.items():
-                assert np.array_equal(segments.rows(number, name, 1, 4), values[1:4])
-        assert len(asked) == together
-        asked.clear()
-        assert len(list(segments.channels(["time", "angle"], 3))) == 3
-        assert len(asked) == (3 if limit == 1 else 1)
-
-
-def test_the_time_to_read_segments_is_limited(
-    segments: SampleSegments, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """That of those that the run has written itself only where a process does not answer."""
-    given: list[tuple[int, float]] = []
-
-    def answer_of(*question: str, size: int, seconds: float = math.inf) -> Any:
-        given.append((size, seconds))
-        if seconds < 0.0:
-            raise ChildFailed("it did not finish")
-        return decoded(answer(*question))
-
-    monkeypatch.setattr("frictionsim.io.segments.answer_of", answer_of)
-    monkeypatch.setattr(child_process, "answer_of", answer_of)
-    monkeypatch.setattr(child_process.Parts, "are_limited", True)
-    monkeypatch.setattr("frictionsim.io.hdf5_content.ANSWER_BYTES", 1)
-    sizes = [segments.path(number).stat().st_size for number in range(2)]
-    list(segments.channels(["time"], 1))
-    assert given.pop() == (PATIENCE, math.inf)
-    resumed = again()
-    resumed.restore(2, segments.checksum)
-    list(resumed.channels(["time"], 2))
-    assert given == [(sum(sizes), math.inf), (sizes[1], math.inf)]
-    given.clear()
-    checksums = [segments.checksum_of(number) for number in range(2)]
-    list(SegmentFiles(Path("a.h5"), checksums).channels(["time"], 2))
-    assert [size for size, _ in given] == [sum(sizes), sizes[1]]
-    assert given[0][1] == 7.0 + sum(sizes) / 2e6
-    assert given[1][1] < given[0][1]
-    monkeypatch.setattr(child_process, "BYTES_PER_SECOND_IN_PARTS", -1.0)
-    slow = SegmentFiles(Path("a.h5"), checksums)
-    with pytest.raises(InputError, match="these samples: all parts of it take longer"):
-        slow.rows(1, "time", 0, 1)
 
 
 def test_a_segment_is_checked_once_and_again_when_it_has_changed(

@@ -2,8 +2,6 @@
 
 import io
 import pickle
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -186,11 +184,3 @@ def test_a_long_channel_without_columns_stays_in_its_file(tmp_path: Path) -> Non
     assert isinstance(stored["angle"], StoredChannel)
     assert isinstance(stored["time"], np.ndarray)
     np.testing.assert_array_equal(stored["angle"][70_000:300_000:7], np.sin(time[70_000:300_000:7]))
-    impatient = (
-        "from frictionsim.io import child_process; child_process.BYTES_PER_SECOND_IN_PARTS = -1.0;"
-        " from frictionsim.__main__ import main; main()"
-    )
-    command = [sys.executable, "-c", impatient, "compare", "long.h5", "long.h5"]
-    ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    assert ended.returncode == 2
-    assert "long.h5: cannot read the channel 'angle': all parts of it take longer" in ended.stderr

@@ -1,6 +1,5 @@
 """The journal of a sweep, which may come from anyone: what is not whole is left out."""
 
-import math
 import os
 import sqlite3
 from collections.abc import Iterable
@@ -16,8 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionsim as fs
-from frictionsim.io import child_process, journal_content
-from frictionsim.io.child_process import ChildFailed
+from frictionsim.io import journal_content
 from frictionsim.io.journal_content import PART_BYTES, checksum_of
 from frictionsim.io.sweep_table import MAX_QUANTITIES
 from frictionsim.parameter_study import journal
@@ -248,38 +246,6 @@ def test_a_record_with_more_quantities_than_a_file_can_have_is_left_out(
     written.close(remove=False)
     shapes = [block.values.shape for block in blocks(path)]
     assert shapes == ([(MAX_QUANTITIES, 1)] if count == MAX_QUANTITIES else [])
-
-
-def test_the_time_to_read_all_parts_of_a_journal_is_limited(
-    path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    written = SweepJournal(path)
-    written.start(DIGEST)
-    firsts = range(0, 60, 3)
-    for first in firsts:
-        outcome = RunOutcome(FAILED, {"b": Quantity(2.5, "s")}, "diverged", f"at {first}")
-        written.append(block_of(first, [(0, outcome)]))
-    written.close(remove=False)
-    given: list[float] = []
-
-    def answer_of(*question: Any, seconds: float = math.inf, **more: Any) -> Any:
-        given.append(seconds)
-        if seconds < 0.0:
-            raise ChildFailed("it did not finish")
-        return answer(*question, **more)
-
-    answer = child_process.answer_of
-    monkeypatch.setattr(child_process, "answer_of", answer_of)
-    monkeypatch.setattr(child_process.Parts, "are_limited", True)
-    monkeypatch.setattr(journal_content, "PART_BYTES", 700)
-    assert len(blocks(path)) == len(firsts)
-    origin, first, *others = given
-    assert (origin, first) == (math.inf, 7.0 + journal_name(path).stat().st_size / 2e6)
-    assert others
-    assert sorted([first, *others], reverse=True) == [first, *others]
-    monkeypatch.setattr(child_process, "BYTES_PER_SECOND_IN_PARTS", -1.0)
-    with pytest.raises(fs.InputError, match="cannot be read: all parts of it take longer than"):
-        blocks(path)
 
 
 def test_a_log_that_cannot_be_copied_is_refused_with_the_ways_out(

@@ -13,13 +13,11 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import InputError, OutputError
-from frictionsim.io import child_process, hdf5_content, hdf5_writer, segments
+from frictionsim.io import hdf5_writer, segments
 from frictionsim.io.checksum import append_trailer
-from frictionsim.io.child_process import ChildFailed
 from frictionsim.io.unfinished import partial_name
 from frictionsim.simulation import sample_store
 from tests.attacks.segments import WAYS, craft
-from tests.conftest import answered_here
 from tests.support.belt_scenarios import pair
 from tests.support.stopped_runs import interrupted_at, stopped_at
 
@@ -140,26 +138,6 @@ def test_crafted_segments_are_refused(way: str, name: str, stopped: Path) -> Non
     with pytest.raises(InputError, match="cannot re"):
         fs.resume(path)
     assert not stopped.exists()
-
-
-@pytest.mark.parametrize("name", ["_mean_tension", "energy_input"])
-def test_no_segment_is_read_after_one_of_another_shape(
-    name: str, stopped: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A hundred small ones may claim more than the memory holds."""
-    craft(partial_name(stopped), 0, lambda file: WAYS["shorter"](random.Random(1), file, name))
-    asked: list[str] = []
-
-    def answer_of(question: str, *arguments: Any, **limits: float) -> Any:
-        asked.append(arguments[0] if question == "channels" else "")
-        return answered_here(question, *arguments, **limits)
-
-    monkeypatch.setattr(hdf5_content, "ANSWER_BYTES", 1)
-    monkeypatch.setattr(child_process, "answer_of", answer_of)
-    monkeypatch.setattr(segments, "answer_of", answer_of)
-    with pytest.raises(InputError):
-        fs.resume(stopped)
-    assert sum(name in names.split(",") for names in asked) == 1
 
 
 def test_scattered_samples_of_a_stopped_run_are_read_alone(
@@ -372,27 +350,5 @@ def test_a_foreign_file_that_comes_during_a_run_loses_no_sample(
     assert foreign.read_text() == "precious"
     foreign.unlink()
     fs.resume(part)
-    assert path.read_bytes() == whole.read_bytes()
-    assert os.listdir(tmp_path) == ["a.h5"]
-
-
-def test_a_segment_that_cannot_be_read_at_the_end_leaves_a_run_that_can_be_resumed(
-    whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "a.h5"
-
-    def fails(*_: Any, size: int = 0) -> Any:
-        raise ChildFailed("no process can be started")
-
-    with monkeypatch.context() as patch:
-        patch.setattr(segments, "answer_of", fails)
-        with pytest.raises(OutputError) as refused:
-            fs.solve(LONG, output=path)
-    assert str(refused.value) == (
-        f"{path}: cannot write the result: {tmp_path / 'a.000000.h5'}: cannot read these samples:"
-        f" no process can be started. The last checkpoint is in {partial_name(path)}:"
-        f" 'frictionsim resume {partial_name(path)}' continues the run"
-    )
-    fs.resume(path)
     assert path.read_bytes() == whole.read_bytes()
     assert os.listdir(tmp_path) == ["a.h5"]

@@ -15,13 +15,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.cli.commands import run_command_line
+import frictionsim as fs
 from frictionsim.results import Record, SimulationResult, SolverStatistics, failures
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.loading import load, scenario_from_result, validate
+from frictionsim.scenario.loading import validate
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.record import recorded
-from frictionsim.simulation.simulate import run
 from frictionsim.solvers.mechanism import Mechanism
 
 ROOT = Path(__file__).parents[2]
@@ -90,7 +89,7 @@ def sound(data: Scenario) -> Record:
 
 def sound_file(path: Path, overrides: Sequence[str] = (), backend: str | None = None) -> Record:
     """Return the result of a run of a file that is done and passes its audit."""
-    return _sound(run(load(path, list(overrides), backend), lambda t: None))
+    return _sound(fs.solve(fs.load(path, list(overrides), backend)).record)
 
 
 def _sound(done: Record) -> Record:
@@ -100,7 +99,7 @@ def _sound(done: Record) -> Record:
 
 
 def run_anew(data: Scenario) -> Record:
-    return run(validate(data, SCENARIOS), lambda t: None)
+    return fs.solve(fs.load(data, folder=SCENARIOS)).record
 
 
 @lru_cache(maxsize=64)
@@ -147,7 +146,7 @@ def made_record(
 
 
 def scenario_run(done: Record) -> Any:
-    return scenario_from_result(SCENARIOS / "result", done.attributes)
+    return fs.load(tomllib.loads(done.attributes["scenario"]), folder=SCENARIOS)
 
 
 def in_this_process(
@@ -156,7 +155,7 @@ def in_this_process(
     """Run the command line in the working folder, without the start of a process."""
     capsys.readouterr()
     words = [str(argument) for argument in arguments]
-    code = run_command_line(words)
+    code = fs.run_command_line(words)
     said = capsys.readouterr()
     return subprocess.CompletedProcess(words, code, said.out, said.err)
 
