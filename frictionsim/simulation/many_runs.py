@@ -26,7 +26,7 @@ from frictionsim.simulation.audit import (
     release_distance,
 )
 from frictionsim.simulation.monitor import RunMonitor
-from frictionsim.simulation.run_warnings import nothing_moves
+from frictionsim.simulation.run_warnings import SMALL_SHARE, nothing_moves, tiny_motion
 from frictionsim.simulation.single_dof import (
     MODE_COLUMN,
     TIME_COLUMN,
@@ -285,7 +285,8 @@ def _observed(
         passes = _passes(runs, chosen, mechanism, trajectory)
         passes &= drift(trajectory.position, trajectory.mode == STICK, slips[places]) == 0.0
         sound[chosen] = passes
-        own = passes & (_rests(trajectory) | (runs.warnings is None))
+        hardly_moves = _moved(trajectory) * SMALL_SHARE <= _chosen(runs.run.atol, chosen)
+        own = passes & (hardly_moves | (runs.warnings is None))
         for i in np.flatnonzero(own).tolist():
             number = int(chosen[i])
             warnings[number] = _warnings_of_one(scenario_of(number), trajectory, i)
@@ -333,10 +334,10 @@ def _passes(runs: Prepared, chosen: Any, mechanism: Mechanism, trajectory: Traje
     )
 
 
-def _rests(trajectory: Trajectory) -> Any:
-    """Return which runs do not move, (runs,) of bool."""
-    moves = trajectory.velocity.any(axis=0) | (np.ptp(trajectory.position, axis=0) > 0.0)
-    return ~moves
+def _moved(trajectory: Trajectory) -> Any:
+    """Return the largest angle and speed of a motion, rad and rad/s, of each run, (runs,)."""
+    fastest = np.max(np.abs(trajectory.velocity), axis=0)
+    return np.maximum(np.ptp(trajectory.position, axis=0), fastest)
 
 
 def _warnings_of_one(scenario: "Scenario", trajectory: Trajectory, i: int) -> tuple[str, ...]:
@@ -346,7 +347,11 @@ def _warnings_of_one(scenario: "Scenario", trajectory: Trajectory, i: int) -> tu
     run_trajectory = Trajectory(*[column[:, i] for column in columns], {}, {}, [])  # type: ignore[call-arg]
     if run_trajectory.time[-1] < scenario.solver.duration:  # no sample is at the end
         return tuple(scenario.warnings())
-    return (*scenario.warnings(), *nothing_moves(mechanism, run_trajectory))
+    return (
+        *scenario.warnings(),
+        *nothing_moves(mechanism, run_trajectory),
+        *tiny_motion(run_trajectory, scenario.solver.atol * mechanism.tolerance_share),
+    )
 
 
 def _largest_distance(mechanism: Mechanism, events: _Events, count: int) -> Any:

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 SAME_EVENT_ULPS = 4.0
 # Torque and limit that differ by less, relatively, are equal but for rounding.
 TIE = 1e-9
+# The absolute tolerance may be the first share of a motion, and fits it with the second.
+SMALL_SHARE, FITTING_SHARE = 1e-6, 1e-9
 # A signal with more extrema is periodic, or a table as dense as the samples.
 MAX_EXTREMA = 100_000
 
@@ -77,6 +79,20 @@ def nothing_moves(mechanism: "Mechanism", trajectory: "Trajectory") -> list[str]
         ]
     ratio = np.max(applied_torque[limit > 0.0] / limit[limit > 0.0], initial=0.0)
     return [f"nothing moves: the largest torque is {100.0 * ratio:.10g} % of the static limit"]
+
+
+def tiny_motion(trajectory: "Trajectory", atol: float) -> list[str]:
+    """Warn of a motion of which the absolute tolerance `atol`, in rad and rad/s, is no small part.
+
+    The stops of a motion of 1e-7 rad are 1e-6 of their time off with an atol of 1e-12.
+    """
+    moved = max(float(np.ptp(trajectory.position)), float(np.max(np.abs(trajectory.velocity))))
+    if moved == 0.0 or atol <= SMALL_SHARE * moved:
+        return []
+    return [
+        f"the motion is at most {moved:.3g} rad and rad/s, of which solver.atol = {atol:.3g} is no"
+        f" small part: its events may be off; give solver.atol = {FITTING_SHARE * moved:.0e}"
+    ]
 
 
 def hidden_turns(

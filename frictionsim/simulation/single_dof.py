@@ -18,7 +18,7 @@ from frictionsim.simulation.checkpoint import (
     require_values,
 )
 from frictionsim.simulation.monitor import RunMonitor
-from frictionsim.simulation.run_warnings import hidden_stick_slip, nothing_moves
+from frictionsim.simulation.run_warnings import hidden_stick_slip, nothing_moves, tiny_motion
 from frictionsim.solvers import new_solver
 from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.end_stops import EVENT
@@ -383,6 +383,7 @@ class SingleDofSimulation(RecordedSimulation):
     def _warnings(self, trajectory: Trajectory) -> list[str]:
         return [
             *nothing_moves(self._mechanism, trajectory),
+            *tiny_motion(trajectory, self._settings.atol * self._mechanism.tolerance_share),
             *self._mechanism.run_warnings(trajectory),
         ]
 

@@ -1,10 +1,12 @@
 """Motions of nanometres, as angles of a body, are as exact as those of metres."""
 
+import tomllib
 from math import acos, degrees, exp, hypot, pi, sqrt
 
 import pytest
 
 import frictionsim as fs
+from tests.support.scenarios import SCENARIOS
 
 
 def oscillator(
@@ -98,3 +100,30 @@ def test_a_tiny_torque_against_a_brake_of_speed_gives_the_speed_of_the_closed_fo
     speed = 0.25 * torque * (4.0 - 2.0 + 2.0 * exp(-2.0))
     final = float(fs.solve(scenario).quantities["final_angular_velocity"])
     assert final == pytest.approx(speed, rel=1e-8)
+
+
+def tiny_pulley(size: float) -> fs.Scenario:
+    """Return the shipped pulley with all its forces, and its motion, so many times smaller."""
+    tables = tomllib.loads((SCENARIOS / "pulley_return.toml").read_text(encoding="utf-8"))
+    tables["mechanism"]["load"] *= size
+    force = tables["drive"]["force"]
+    force["value"] = [size * value for value in force["value"]]
+    return fs.load(tables)
+
+
+@pytest.mark.parametrize("size", [1e-8, 1e-9, 1e-12])
+def test_a_motion_that_the_tolerance_does_not_resolve_is_told_with_the_way_out(size: float) -> None:
+    rest = fs.solve(tiny_pulley(1.0)).quantities["last_rest_time"].value
+    told = fs.solve(tiny_pulley(size))
+    (warning,) = [text for text in told.warnings if "no small part" in text]
+    fitting = warning.rpartition("give ")[2]
+    again = fs.solve(tiny_pulley(size).replace([fitting]))
+    assert again.warnings == ()
+    # Of a rest, rtol 1e-9 leaves some 1e-9 s.
+    assert again.quantities["last_rest_time"].value == pytest.approx(rest, abs=2e-8)
+    swept = fs.sweep(tiny_pulley(size), vary={"effects.shaft_friction.mu_s": [0.2, 0.201]})
+    assert "no small part" in swept.summary()
+
+
+def test_an_ordinary_motion_is_not_told() -> None:
+    assert fs.solve(tiny_pulley(1e-4)).warnings == ()
