@@ -5,7 +5,6 @@ import json
 import os
 import signal
 import subprocess
-from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -42,9 +41,6 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--update-messages", action="store_true", help="write the stored messages anew"
     )
-    parser.addoption(
-        "--part", metavar="K/N", help="run the tests of part K of N alone, K from 0 to N - 1"
-    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -59,32 +55,12 @@ def pytest_configure(config: pytest.Config) -> None:
         _compile_once(config)
 
 
-@pytest.hookimpl(tryfirst=True)  # before markers choose tests
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Skip what only root can run; keep one part of the tests, the same on every machine.
-
-    Of a test with the marker `every(n)` all cases but every n-th are slow ones.
-    """
-    number: Counter[str] = Counter()
-    for item in items:
-        every = item.get_closest_marker("every")
-        if every is not None:
-            name = item.nodeid.partition("[")[0]
-            if number[name] % every.args[0]:
-                item.add_marker(pytest.mark.slow)
-            number[name] += 1
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Skip what only root can run."""
     if not hasattr(os, "geteuid") or os.geteuid() != 0:
         for item in items:
             if item.get_closest_marker("root"):
                 item.add_marker(pytest.mark.skip(reason="only root can"))
-    if config.option.part is None:
-        return
-    part, parts = map(int, config.option.part.split("/"))
-    # By function, so that what its cases share is made once.
-    kept = [crc32(item.nodeid.partition("[")[0].encode()) % parts == part for item in items]
-    left_out = [item for item, is_kept in zip(items, kept, strict=True) if not is_kept]
-    config.hook.pytest_deselected(items=left_out)
-    items[:] = [item for item, is_kept in zip(items, kept, strict=True) if is_kept]
 
 
 # Where results are read as users read them; elsewhere an interpreter for each would take minutes.

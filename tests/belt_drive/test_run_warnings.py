@@ -7,6 +7,7 @@ import pytest
 
 from frictionsim.results import Record
 from tests.support.belt_scenarios import NO_MOTION_ACROSS, pair, shipped, trio
+from tests.support.cases import slow
 from tests.support.scenarios import Scenario, scenario_run, simulate
 
 LONG = {"solver__duration": 0.3, "solver__backend": "moreau"}
@@ -114,9 +115,19 @@ def test_energy_that_the_steps_put_in_is_warned_of() -> None:
     assert warned(done, "the steps have put")
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize(("wrap", "divisor"), [("polygon", 12.0), ("corrected", 72.0)])
-@pytest.mark.parametrize("bodies", [14, 24, 48, 96])
+@pytest.mark.parametrize(
+    ("bodies", "wrap", "divisor"),
+    [
+        (14, "polygon", 12.0),
+        slow(14, "corrected", 72.0),
+        slow(24, "polygon", 12.0),
+        (24, "corrected", 72.0),
+        slow(48, "polygon", 12.0),
+        slow(48, "corrected", 72.0),
+        (96, "polygon", 12.0),
+        slow(96, "corrected", 72.0),
+    ],
+)
 def test_slip_that_corners_make_is_warned_of(bodies: int, wrap: str, divisor: float) -> None:
     data = pair(mechanism__belt__bodies=bodies, drive__driver__torque=-3.0, **LONG)
     data["mechanism"]["belt"]["wrap"] = wrap

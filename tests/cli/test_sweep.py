@@ -16,6 +16,7 @@ from frictionsim.io.hdf5_reader import read_sweep
 from frictionsim.simulation.combinations import RUNS_THAT_PAY_COMPILING
 from tests.attacks import sweep_kills
 from tests.cli.conftest import Run, strict_json
+from tests.support.cases import slow
 from tests.support.scenarios import ROOT, SCENARIOS
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY, command, journal_grows, started
 
@@ -116,9 +117,8 @@ def test_a_study_in_a_file_is_run(told: Run, here: Path) -> None:
     assert sweep["effects.shaft_friction.mu_s"].values.tolist() == [0.2, 0.3]
 
 
-@pytest.mark.every(2)
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="signals of POSIX")
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+@pytest.mark.parametrize("name", ["SIGINT", slow("SIGTERM")])
 def test_a_signal_keeps_what_is_done(name: str, told: Run, here: Path) -> None:
     process = started(command(2000, "s.h5", "-j", "2", *sweep_kills.ALONE), here)
     journal_grows(here / "s.partial.h5.runs", process)

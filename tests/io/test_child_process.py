@@ -19,6 +19,7 @@ from frictionsim.io import child_process
 from frictionsim.io.child_answer import Checkpoint, Refusal, decoded, encoded
 from frictionsim.io.child_process import ChildFailed, EndedFromOutside, answer_of
 from frictionsim.results import Quantity
+from tests.support.cases import slow
 from tests.support.old_results import old_result
 from tests.support.scenarios import ROOT, pulley, python, simulate
 
@@ -180,8 +181,7 @@ def test_a_command_that_reads_does_not_import_hdf5(result: str) -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("closed", ["<&- >&- 2>&-", ">&-"])
+@pytest.mark.parametrize("closed", ["<&- >&- 2>&-", slow(">&-")])
 def test_closed_streams_do_not_matter(closed: str, result: str) -> None:
     code = (
         "from frictionsim.io.child_process import answer_of; import pathlib;"

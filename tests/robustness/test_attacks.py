@@ -14,6 +14,7 @@ from frictionsim.cli.messages import ending_of
 from tests.attacks import campaign, checkpoints, extremes, journals, promise
 from tests.attacks.campaign import SHARES, Case, Tally, cases, run_campaign
 from tests.attacks.promise import BrokenPromise, outcome
+from tests.support.cases import slow
 from tests.support.scenarios import SCENARIOS
 
 # Those that start processes take seconds each.
@@ -92,8 +93,7 @@ def resumed_with(craft: Any, folder: Path) -> "subprocess.CompletedProcess[str]"
     )
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("craft", [journals.repeat_pages, journals.invent_quantities])
+@pytest.mark.parametrize("craft", [journals.repeat_pages, slow(journals.invent_quantities)])
 def test_a_crafted_journal_neither_hangs_a_command_nor_adds_quantities(
     tmp_path: Path, craft: Any
 ) -> None:
