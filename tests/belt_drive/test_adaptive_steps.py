@@ -19,10 +19,10 @@ from frictionsim.mechanisms.belt_drive.steppers.rkf45 import (
 )
 from frictionsim.results import Record
 from frictionsim.solvers import runge_kutta_fehlberg as rkf
-from tests.attacks.checkpoints import craft, write_original
 from tests.support.belt_scenarios import pair, scenario_of, shipped
 from tests.support.belt_waves import waves
 from tests.support.cases import one_in, slow
+from tests.support.crafted_checkpoints import craft, write_original
 from tests.support.scenarios import changed, simulate
 
 NO_DAMPER = {"effects__axial_damping": None, "effects__contact__damping": 0.0}

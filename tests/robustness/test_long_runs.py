@@ -19,10 +19,10 @@ from frictionsim.io.checksum import append_trailer
 from frictionsim.io.child_process import ChildFailed
 from frictionsim.io.unfinished import partial_name
 from frictionsim.simulation import sample_store
-from tests.attacks.segments import WAYS, craft
 from tests.conftest import answered_here
 from tests.support.belt_scenarios import pair
 from tests.support.cases import one_in
+from tests.support.crafted_segments import WAYS, craft
 from tests.support.stopped_runs import interrupted_at, stopped_at
 
 SEGMENT_BYTES = 50_000

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 import frictionsim as fs
-from tests.attacks.checkpoints import ORIGINALS
 from tests.support.cases import one_in
+from tests.support.crafted_checkpoints import ORIGINALS
 from tests.support.scenarios import SCENARIOS
 
 PULLEY = SCENARIOS / "pulley.toml"

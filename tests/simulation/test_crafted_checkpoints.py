@@ -14,8 +14,8 @@ from frictionsim.io.result_format import state_digest
 from frictionsim.solvers import state_values
 from frictionsim.solvers.event_driven import EventDrivenSolver
 from frictionsim.solvers.state_values import Values
-from tests.attacks.checkpoints import ORIGINALS, craft, small_segments, write_original
 from tests.support.cases import one_in
+from tests.support.crafted_checkpoints import ORIGINALS, craft, small_segments, write_original
 
 # The kernels of these are compiled for little else.
 SLOW = [name for name in ORIGINALS if "stiff" in name]
