@@ -1,4 +1,4 @@
-"""What all tests share: tiers and settings, one cache of kernels, and the command line."""
+"""What all tests share: settings, compiled kernels, and the command line."""
 
 import gc
 import json
@@ -6,14 +6,14 @@ import os
 import signal
 import subprocess
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
-from zlib import crc32
 
 import pytest
+from filelock import FileLock
 from hypothesis import HealthCheck, Phase, settings
 
+import frictionsim as fs
 from frictionsim.io import child_process, segments
 from frictionsim.io.child_answer import decoded
 from frictionsim.io.child_questions import answer
@@ -43,16 +43,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    """Let tests be interrupted, and prepare a worker of pytest-xdist.
+def pytest_configure() -> None:
+    """Let tests be interrupted.
 
     Background processes of a script ignore SIGINT, and so would processes that tests start.
 
     """
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    if hasattr(config, "workerinput"):
-        _compile_once(config)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -70,8 +68,26 @@ READ_IN_A_CHILD = (
 )
 
 
-def pytest_collection_finish() -> None:
-    """Exclude imported objects from all later searches for garbage."""
+# The belts with whose effects tests of belts run, in the plane and guided.
+COMPILED_FIRST = ("belt_drive", "belt_string")
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Have workers of pytest-xdist compile belts beside each other, before the first test.
+
+    Each begins with another belt, and waits for what another one compiles. Without workers a test
+    compiles what it needs. Imported objects are excluded from all later searches for garbage.
+
+    """
+    worker = os.environ.get("PYTEST_XDIST_WORKER", "")
+    if worker and any(item.path.parent.name == "belt_drive" for item in session.items):
+        # The folder of the workers' own ones, of which pytest removes all but the latest.
+        folder = session.config._tmp_path_factory.getbasetemp().parent  # type: ignore[attr-defined]
+        first = int(worker.removeprefix("gw")) % len(COMPILED_FIRST)
+        for name in COMPILED_FIRST[first:] + COMPILED_FIRST[:first]:
+            with FileLock(folder / f"{name}.lock"):
+                for backend in ("rkf45", "moreau"):
+                    fs.solve(name, {"solver.duration": 1e-6, "solver.backend": backend})
     _keep_what_is_there()
 
 
@@ -107,29 +123,6 @@ ANSWER_OF = child_process.answer_of
 def answered_here(question: str, *arguments: str | int, **_limits: float) -> Any:
     """Answer a question in this process."""
     return decoded(answer(question, *map(str, arguments)))
-
-
-def _compile_once(config: pytest.Config) -> None:
-    """Have a kernel that two workers need at a time compiled by one of them; the other loads it."""
-    import fcntl
-
-    from numba.core.dispatcher import Dispatcher
-
-    compile_ = Dispatcher.compile
-
-    @contextmanager
-    def alone(name: str) -> Iterator[None]:
-        # The folder of the workers' own ones, of which pytest removes all but the latest.
-        folder = config._tmp_path_factory.getbasetemp().parent  # type: ignore[attr-defined]
-        with (folder / f"{crc32(name.encode())}.lock").open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            yield
-
-    def compile_alone(self: Any, signature: Any) -> Any:
-        with alone(self.py_func.__qualname__):
-            return compile_(self, signature)
-
-    Dispatcher.compile = compile_alone
 
 
 @pytest.fixture

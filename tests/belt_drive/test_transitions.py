@@ -63,8 +63,12 @@ def overloaded(seed: int) -> tuple[Scenario, float, int]:
 
 
 @pytest.mark.parametrize(
-    ("seed", "mirror"), one_in(3, [(seed, seed % 2 == 1) for seed in range(8)])
-)
+    ("seed", "mirror"),
+    [  # 0, 3 and 6 are regularised, and have kernels of their own
+        slow(0, False), (1, True), slow(2, False), slow(3, True),
+        (4, False), slow(5, True), slow(6, False), (7, True),
+    ],
+)  # fmt: skip
 def test_a_driven_pulley_slips_at_the_limit_of_the_capstan(seed: int, mirror: bool) -> None:
     """The driven pulley falls behind the belt: in the direction of the drive the belt is ahead."""
     data, most, sense = overloaded(seed)

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.packaging
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 SCRIPTS = "Scripts" if sys.platform == "win32" else "bin"
-FOR_TESTS = ("pytest", "pytest-xdist", "hypothesis", "jsonschema", "taplo", "mpmath")
+FOR_TESTS = ("pytest", "pytest-xdist", "filelock", "hypothesis", "jsonschema", "taplo", "mpmath")
 # Of most rooms one file, without compiled kernels; they read scenarios, stored cases and pages.
 SOME_TESTS = (
     *("tests/api/test_load.py", "tests/api/test_solve.py", "tests/io/test_hdf5.py"),
