@@ -138,7 +138,7 @@ class Copy:
         done = [f"--ignore={test}" for test in nearest if "::" not in test]
         arguments = {
             "nearest": nearest,
-            "default": ["-n", "2", "--dist", "loadfile", *LEFT_OUT, *done],
+            "default": ["-n", "2", *LEFT_OUT, *done],
             "slow": ["-m", WITH_SLOW, *LEFT_OUT],
         }
         row: Row = {"meaning": fault.meaning, "caught": "none", "test": "", "about": None}
