@@ -1,20 +1,19 @@
-"""What all tests share: tiers and settings, one cache of kernels, and the command line."""
+"""What all tests share: settings, compiled kernels, and the command line."""
 
 import gc
 import json
 import os
 import signal
 import subprocess
-from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
-from zlib import crc32
 
 import pytest
+from filelock import FileLock
 from hypothesis import HealthCheck, Phase, settings
 
+import frictionsim as fs
 from frictionsim.solvers import compilation, event_driven
 from tests.support import scenarios
 from tests.support.examples import FEW, MANY
@@ -39,53 +38,46 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--update-messages", action="store_true", help="write the stored messages anew"
     )
-    parser.addoption(
-        "--part", metavar="K/N", help="run the tests of part K of N alone, K from 0 to N - 1"
-    )
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    """Let tests be interrupted, and prepare a worker of pytest-xdist.
+def pytest_configure() -> None:
+    """Let tests be interrupted.
 
     Background processes of a script ignore SIGINT, and so would processes that tests start.
 
     """
     if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    if hasattr(config, "workerinput"):
-        _compile_once(config)
 
 
-@pytest.hookimpl(tryfirst=True)  # before markers choose tests
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Skip what only root can run; keep one part of the tests, the same on every machine.
-
-    Of a test with the marker `every(n)` all cases but every n-th are slow ones.
-    """
-    number: Counter[str] = Counter()
-    for item in items:
-        every = item.get_closest_marker("every")
-        if every is not None:
-            name = item.nodeid.partition("[")[0]
-            if number[name] % every.args[0]:
-                item.add_marker(pytest.mark.slow)
-            number[name] += 1
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Skip what only root can run."""
     if not hasattr(os, "geteuid") or os.geteuid() != 0:
         for item in items:
             if item.get_closest_marker("root"):
                 item.add_marker(pytest.mark.skip(reason="only root can"))
-    if config.option.part is None:
-        return
-    part, parts = map(int, config.option.part.split("/"))
-    # By function, so that what its cases share is made once.
-    kept = [crc32(item.nodeid.partition("[")[0].encode()) % parts == part for item in items]
-    left_out = [item for item, is_kept in zip(items, kept, strict=True) if not is_kept]
-    config.hook.pytest_deselected(items=left_out)
-    items[:] = [item for item, is_kept in zip(items, kept, strict=True) if is_kept]
 
 
-def pytest_collection_finish() -> None:
-    """Exclude imported objects from all later searches for garbage."""
+# The belts with whose effects tests of belts run, in the plane and guided.
+COMPILED_FIRST = ("belt_drive", "belt_string")
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Have workers of pytest-xdist compile belts beside each other, before the first test.
+
+    Each begins with another belt, and waits for what another one compiles. Without workers a test
+    compiles what it needs. Imported objects are excluded from all later searches for garbage.
+
+    """
+    worker = os.environ.get("PYTEST_XDIST_WORKER", "")
+    if worker and any(item.path.parent.name == "belt_drive" for item in session.items):
+        # The folder of the workers' own ones, of which pytest removes all but the latest.
+        folder = session.config._tmp_path_factory.getbasetemp().parent  # type: ignore[attr-defined]
+        first = int(worker.removeprefix("gw")) % len(COMPILED_FIRST)
+        for name in COMPILED_FIRST[first:] + COMPILED_FIRST[:first]:
+            with FileLock(folder / f"{name}.lock"):
+                for backend in ("rkf45", "moreau"):
+                    fs.solve(name, {"solver.duration": 1e-6, "solver.backend": backend})
     _keep_what_is_there()
 
 
@@ -110,29 +102,6 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     compilation._failed_forms.clear()
     event_driven._python_steps.clear()
     scenarios.program_is_patched = "monkeypatch" in getattr(item, "fixturenames", ())
-
-
-def _compile_once(config: pytest.Config) -> None:
-    """Have a kernel that two workers need at a time compiled by one of them; the other loads it."""
-    import fcntl
-
-    from numba.core.dispatcher import Dispatcher
-
-    compile_ = Dispatcher.compile
-
-    @contextmanager
-    def alone(name: str) -> Iterator[None]:
-        # The folder of the workers' own ones, of which pytest removes all but the latest.
-        folder = config._tmp_path_factory.getbasetemp().parent  # type: ignore[attr-defined]
-        with (folder / f"{crc32(name.encode())}.lock").open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            yield
-
-    def compile_alone(self: Any, signature: Any) -> Any:
-        with alone(self.py_func.__qualname__):
-            return compile_(self, signature)
-
-    Dispatcher.compile = compile_alone
 
 
 @pytest.fixture

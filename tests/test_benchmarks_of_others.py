@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from tests.benchmarks.results_common import quantity_of, solve
 from tests.benchmarks.validation import steady_amplitude
+from tests.support.cases import one_in
 from tests.support.closed_forms_of_others import (
     RATIOS,
     den_hartog_amplitude,
@@ -22,8 +23,7 @@ LOOSER = "solver.rtol=1e-9", "solver.atol=1e-11", "solver.duration=40.0"
 CLOSE = 1e-6
 
 
-@pytest.mark.every(4)
-@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize("ratio", one_in(4, RATIOS))
 def test_amplitudes_are_those_of_den_hartog(ratio: float) -> None:
     assert den_hartog_goes_on(ratio)
     assert steady_amplitude(ratio, *LOOSER) == pytest.approx(den_hartog_amplitude(ratio), rel=CLOSE)

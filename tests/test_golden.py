@@ -11,6 +11,7 @@ from frictionsim import compare
 from frictionsim.io import hdf5_writer
 from frictionsim.scenario.loading import load
 from frictionsim.simulation.simulate import run
+from tests.support.cases import slow
 from tests.support.scenarios import GOLDEN, SCENARIOS
 
 # The published law chatters about rest from a millisecond on: from there rounding decides.
@@ -27,7 +28,12 @@ OF_A_BELT = [
 ]
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+# Kernels of their own, which no other of the default tests runs; their forces are held against the
+# independent program in `belt_drive/test_equations.py`.
+OWN_KERNELS = ("belt_drive_published", "belt_verification")
+
+
+@pytest.mark.parametrize("name", [slow(n) if n in OWN_KERNELS else n for n in SHIPPED])
 def test_shipped_scenario_gives_its_golden_result(
     name: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:

@@ -24,8 +24,6 @@ from frictionsim.solvers.mechanism import (
 )
 from tests.support.scenarios import SCENARIOS, pulley, simulate
 
-pytestmark = pytest.mark.quick
-
 DURATION = 3.0
 
 

@@ -19,8 +19,6 @@ from frictionsim.cli import commands, file_commands, plot_command, study_command
 from frictionsim.scenario.options import Options
 from tests.support.scenarios import SCENARIOS, pulley
 
-pytestmark = pytest.mark.quick
-
 PULLEY = SCENARIOS / "pulley.toml"
 MU_S = "effects.shaft_friction.mu_s"
 

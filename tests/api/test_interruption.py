@@ -10,8 +10,6 @@ import pytest
 import frictionsim as fs
 from tests.support.scenarios import SCENARIOS
 
-pytestmark = pytest.mark.quick
-
 PULLEY = SCENARIOS / "pulley_return.toml"
 
 

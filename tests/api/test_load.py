@@ -19,8 +19,6 @@ from frictionsim.scenario.settings import Origin
 from tests.support.drawn_scenarios import gears, marble_machines, pulleys
 from tests.support.scenarios import SCENARIOS, pulley
 
-pytestmark = pytest.mark.quick
-
 PULLEY = SCENARIOS / "pulley.toml"
 # Without an interval between samples: it depends on the duration then.
 PLAIN = pulley(output=None)

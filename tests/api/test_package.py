@@ -9,8 +9,6 @@ import pytest
 import frictionsim as fs
 from tests.support.scenarios import ROOT, python
 
-pytestmark = pytest.mark.quick
-
 INIT = ROOT / "frictionsim" / "__init__.py"
 
 

@@ -62,7 +62,6 @@ def in_pool(pool: Executor) -> dict[str, fs.Result]:
     return dict(zip(JOBS, pool.map(solved, JOBS), strict=True))
 
 
-@pytest.mark.every(2)
 def test_threads_give_the_results_of_one(serial: dict[str, bytes], tmp_path: Path) -> None:
     with ThreadPoolExecutor(8) as pool:
         assert_same(in_pool(pool), serial, tmp_path)
@@ -167,7 +166,6 @@ def test_threads_draw_the_pictures_of_one() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.quick
 def test_threads_write_results_at_once(tmp_path: Path) -> None:
     whole, source = tmp_path / "whole.h5", SCENARIOS / "pulley.toml"
     fs.solve(source, output=whole)

@@ -21,7 +21,6 @@ from tests.support.scenarios import ROOT, SCENARIOS, pulley
 
 PULLEY, RETURN = (SCENARIOS / f"{name}.toml" for name in ("pulley", "pulley_return"))
 FORMAT_1 = ROOT / "tests" / "io" / "format_1.h5"
-quick = pytest.mark.quick
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +36,6 @@ def returned() -> fs.Result:
 # --- datasets -------------------------------------------------------------------------------
 
 
-@quick
 def test_a_dataset_has_units_names_and_meanings(returned: fs.Result) -> None:
     data = returned.dataset
     assert dict(data.sizes) == {"time": data.sizes["time"]}
@@ -87,13 +85,11 @@ def assert_attributes(attributes: dict[Any, Any], expected: dict[Any, Any]) -> N
         assert np.array_equal(value, expected[name]), name
 
 
-@quick
 @pytest.mark.parametrize("source", ["pulley_return", "epicyclic", "hard/decay"])
 def test_datasets_are_those_that_xarray_reads(source: str, tmp_path: Path) -> None:
     assert_like_the_file(fs.solve(SCENARIOS / f"{source}.toml"), tmp_path / "a.h5")
 
 
-@quick
 def test_the_data_of_a_dataset_cannot_be_changed() -> None:
     result = fs.solve(PULLEY)
     for data in (result.dataset["angle"], result.dataset["time"], result.events["time"]):
@@ -128,7 +124,6 @@ def assert_same(actual: fs.Result, expected: fs.Result) -> None:
     }
 
 
-@quick
 @pytest.mark.parametrize(
     "overrides",
     [{}, {"solver.max_steps": 10}, {"output.channels": ["angle"]}, {"drive.force": 1900.0}],
@@ -153,7 +148,6 @@ def test_a_belt_is_read_and_copied_as_it_was(belt: fs.Result, tmp_path: Path) ->
         assert_same(copied(belt), belt)
 
 
-@quick
 def test_format_version_1_is_read_and_saved_as_version_2(tmp_path: Path) -> None:
     result = fs.open(FORMAT_1)
     assert (result.status, result.quantities, result.audit, result.statistics) == (
@@ -180,7 +174,6 @@ NOTEBOOK_TAGS = {"div", "style", "p", "table", "caption", "thead", "tbody", "tr"
 HOSTILE = "<script>alert('x')</script> & \"quoted\" </td></table>"
 
 
-@quick
 def test_a_notebook_shows_the_summary(returned: fs.Result) -> None:
     shown = Elements(returned._repr_html_())
     assert (shown.faults, set(shown.tags)) == ([], NOTEBOOK_TAGS)
@@ -191,7 +184,6 @@ def test_a_notebook_shows_the_summary(returned: fs.Result) -> None:
     assert "energy_balance" in shown.text
 
 
-@quick
 def test_html_is_escaped() -> None:
     result = fs.solve(PULLEY, {"title": HOSTILE})
     html = result._repr_html_()
@@ -205,7 +197,6 @@ def test_html_is_escaped() -> None:
     assert HOSTILE in Elements(html).text
 
 
-@quick
 def test_repr_says_what_a_result_is(returned: fs.Result) -> None:
     n, m = returned.dataset.sizes["time"], returned.events.sizes["event"]
     said = f"<frictionsim.Result pulley '{returned.title}': done, {n} samples, {m} events>"
@@ -222,7 +213,6 @@ COPIES: dict[str, Callable[[Any], Any]] = {
 }
 
 
-@quick
 @pytest.mark.parametrize("name", COPIES)
 def test_results_can_be_copied(name: str, tmp_path: Path) -> None:
     copied = COPIES[name]
@@ -246,7 +236,6 @@ def test_results_can_be_copied(name: str, tmp_path: Path) -> None:
     assert (tmp_path / "resumed.h5").read_bytes() == (tmp_path / "whole.h5").read_bytes()
 
 
-@quick
 @pytest.mark.parametrize("name", COPIES)
 def test_a_copy_keeps_the_exit_code_of_an_estimate(name: str) -> None:
     """A signal stops the second run, of a result that is done."""
@@ -268,7 +257,6 @@ def _stop(t: float) -> None:
         raise errors.Interrupted(2, t)
 
 
-@quick
 @pytest.mark.parametrize("name", COPIES)
 def test_comparisons_and_studies_can_be_copied(name: str) -> None:
     copied = COPIES[name]
@@ -291,7 +279,6 @@ ARGUMENTS: dict[type, tuple[Any, ...]] = {
 ERRORS = [*(kind for kind in vars(errors).values() if inspect.isclass(kind)), ValidationFailure]
 
 
-@quick
 @pytest.mark.parametrize("kind", [kind for kind in ERRORS if issubclass(kind, Exception)])
 def test_errors_can_be_copied(kind: type[Exception]) -> None:
     error = kind(*ARGUMENTS.get(kind, ("at t = 0.1 s: no, 'quoted'",)))
@@ -317,7 +304,6 @@ def test_names_of_digits_stay_names(tmp_path: Path) -> None:
         assert file["pulley"].asstr()[...].tolist() == ["1", "0"]
 
 
-@quick
 def test_a_run_without_events_has_the_variables_of_events() -> None:
     still, moving = (fs.solve(PULLEY, {"drive.force": force}) for force in (2000.0, 3000.0))
     assert (still.events.sizes["event"], moving.events.sizes["event"]) == (0, 1)

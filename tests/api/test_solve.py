@@ -17,8 +17,6 @@ from frictionsim.simulation.simulate import run
 from tests.simulation.test_failures import FAILURES
 from tests.support.scenarios import SCENARIOS, pulley
 
-pytestmark = pytest.mark.quick
-
 PULLEY = SCENARIOS / "pulley.toml"
 MU_S = "effects.shaft_friction.mu_s"
 

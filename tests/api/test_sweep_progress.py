@@ -9,8 +9,6 @@ from frictionsim.api import progress
 from frictionsim.api.progress import SweepBar
 from frictionsim.simulation.monitor import SweepProgress
 
-pytestmark = pytest.mark.quick
-
 
 class Terminal(StringIO):
     """A text stream that says that it is a terminal."""

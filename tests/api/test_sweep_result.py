@@ -17,8 +17,6 @@ from frictionsim.io.hdf5_reader import read_sweep
 from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED
 from tests.support.sweep_files import LOAD, LOOSE, MU_S, PULLEY
 
-pytestmark = pytest.mark.quick
-
 WAY = "drive.direction"
 
 

@@ -39,13 +39,11 @@ def test_a_users_program_is_well_typed_and_mistakes_in_one_are_found(tmp_path: P
     assert errors == marked
 
 
-@pytest.mark.quick
 def test_the_example_program_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     example.main(tmp_path)
     assert "none.toml: cannot read this scenario" in capsys.readouterr().out
 
 
-@pytest.mark.quick
 def test_the_program_uses_every_public_name() -> None:
     text = (HERE / "example.py").read_text(encoding="utf-8")
     assert [name for name in (*fs.__all__, "open") if not re.search(rf"\bfs\.{name}\b", text)] == []

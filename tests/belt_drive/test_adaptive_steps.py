@@ -19,9 +19,10 @@ from frictionsim.mechanisms.belt_drive.steppers.rkf45 import (
 )
 from frictionsim.results import Record
 from frictionsim.solvers import runge_kutta_fehlberg as rkf
-from tests.attacks.checkpoints import craft, write_original
 from tests.support.belt_scenarios import pair, scenario_of, shipped
 from tests.support.belt_waves import waves
+from tests.support.cases import one_in, slow
+from tests.support.crafted_checkpoints import craft, write_original
 from tests.support.scenarios import changed, simulate
 
 NO_DAMPER = {"effects__axial_damping": None, "effects__contact__damping": 0.0}
@@ -66,11 +67,10 @@ def test_the_longest_step_of_an_oscillator(eigenvalues: list[complex], limit: fl
     assert step == pytest.approx(limit, abs=0.03)  # steps of 0.02 are tried
 
 
-@pytest.mark.every(2)
 @pytest.mark.usefixtures("uncompiled")
 @pytest.mark.parametrize(
     "changes",
-    [{}, {"mechanism__belt__pretension": 2.0}, {"effects__contact__c2": 1e8}, NO_DAMPER],
+    one_in(2, [{}, {"mechanism__belt__pretension": 2.0}, {"effects__contact__c2": 1e8}, NO_DAMPER]),
     ids=["pair", "slack", "stiff contact", "no damper"],
 )
 def test_the_longest_step_is_that_of_the_waves_of_the_belt(changes: dict[str, Any]) -> None:
@@ -152,8 +152,7 @@ def speed_error(done: Record, reference: Record) -> float:
     return float(np.max(np.abs(done.channels["pulley_speed"] - reference.channels["pulley_speed"])))
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("bodies", [60, 150])
+@pytest.mark.parametrize("bodies", [60, slow(150)])
 def test_the_default_closes_the_energy_and_beats_fixed_steps(bodies: int) -> None:
     changes = {"mechanism__belt__bodies": bodies, "solver__duration": 0.15}
     data = shipped("belt_drive", solver__backend="rkf45", **changes)
@@ -166,8 +165,7 @@ def test_the_default_closes_the_energy_and_beats_fixed_steps(bodies: int) -> Non
         assert own.statistics.steps + own.statistics.rejected <= 1.1 * longest_steps(data)
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize("bodies", [40, 60, 150])
+@pytest.mark.parametrize("bodies", [40, slow(60), slow(150)])
 def test_the_default_beats_fixed_steps_on_a_guided_belt(bodies: int) -> None:
     """A relaxation of half the time made points circle about their limit: 70 times the error."""
     data = shipped(

@@ -25,6 +25,7 @@ from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import COMPILED, NO_MOTION_ACROSS, STEPS, pair, scenario_of
+from tests.support.cases import one_in
 from tests.support.old_results import old_result
 from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, pulley, simulate
 
@@ -175,9 +176,8 @@ def test_one_kernel_is_compiled_for_all_forms_of_signals(
         assert len(seen) == 1, form
 
 
-@pytest.mark.every(3)
 @pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize("name", COMPILED)
+@pytest.mark.parametrize("name", one_in(3, COMPILED))
 def test_to_prepare_changes_no_bit_of_a_run(name: str) -> None:
     def end(times: int) -> dict[str, Any]:
         scenario = scenario_of(COMPILED[name])

@@ -7,8 +7,6 @@ import pytest
 
 from frictionsim.mechanisms.belt_drive.geometry import PulleyCircle, belt_path
 
-pytestmark = pytest.mark.quick
-
 R, D = 0.08125, 0.253
 EXACT = 1e-14  # a few roundings of lengths and angles of the order of one
 

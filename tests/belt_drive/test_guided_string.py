@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from frictionsim.mechanisms.belt_drive.statics import statics
 from frictionsim.results import Record
+from tests.benchmarks.results_guided import errors_of
 from tests.support.belt_closed_forms import SECTION_4, two_pulley_mode
 from tests.support.belt_scenarios import (
     CONTINUED,
@@ -20,6 +21,7 @@ from tests.support.belt_scenarios import (
     stepped,
     trio,
 )
+from tests.support.cases import one_in, slow
 from tests.support.drawn_belts import drawn
 from tests.support.examples import examples
 from tests.support.scenarios import Scenario, changed, scenario_run, simulate, sound
@@ -52,8 +54,20 @@ def value(done: Record, name: str) -> float:
 # --- closed forms ---------------------------------------------------------------------------------
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("bodies", [60, 150])
+@pytest.mark.parametrize("drive", [2, slow(5)])
+def test_creep_of_drawn_drives_is_that_of_the_closed_forms(drive: int) -> None:
+    errors = errors_of(drive, 60)
+    # At 60 points the arcs are resolved to one point: of 23 drawn drives these are the largest
+    # errors (`results/guided_creep.md`), and 5 % more, as means of a few rounds of the belt differ
+    # from machine to machine.
+    for key, largest in (
+        *(("creep", 7.066), ("tension_tight", 0.2587), ("tension_slack", 0.5949)),  # %
+        ("adhesion_arc", 0.0375),  # rad
+    ):
+        assert max(map(abs, errors[key])) <= 1.05 * largest, key
+
+
+@pytest.mark.parametrize("bodies", [60, slow(150)])
 def test_tensions_and_slip_are_those_of_the_closed_forms(bodies: int) -> None:
     done = loaded(bodies)
     tight, slack = value(done, "tension_tight"), value(done, "tension_slack")
@@ -73,9 +87,10 @@ def test_tensions_and_slip_are_those_of_the_closed_forms(bodies: int) -> None:
     assert both / (2.0 * (span + pi * R)) == pytest.approx(555.0, rel=1e-3)
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize(("bodies", "limit"), [(60, 5e-3), (150, 1e-3)])
-@pytest.mark.parametrize("speed", [1.0, 30.0])
+@pytest.mark.parametrize(
+    ("speed", "bodies", "limit"),
+    [(1.0, 60, 5e-3), slow(1.0, 150, 1e-3), slow(30.0, 60, 5e-3), (30.0, 150, 1e-3)],
+)
 def test_full_slip_is_the_equation_of_euler_and_eytelwein(
     bodies: int, limit: float, speed: float
 ) -> None:
@@ -190,8 +205,7 @@ def test_an_independent_program_comes_to_the_same_end(seed: int) -> None:
     assert np.max(np.abs(off)) < 1e-5
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", one_in(3, range(6)))
 def test_fixed_and_adaptive_steps_agree(seed: int) -> None:
     channels = {"output__channels": ["pulley_speed", "pulley_angle"]}
     adaptive = sound(drawn(seed, solver__backend="rkf45", **channels))

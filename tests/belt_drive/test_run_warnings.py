@@ -7,6 +7,7 @@ import pytest
 
 from frictionsim.results import Record
 from tests.support.belt_scenarios import NO_MOTION_ACROSS, pair, shipped, trio
+from tests.support.cases import slow
 from tests.support.scenarios import Scenario, scenario_run, simulate
 
 LONG = {"solver__duration": 0.3, "solver__backend": "moreau"}
@@ -54,7 +55,10 @@ DRAWN: dict[str, Scenario] = {
 }
 
 
-@pytest.mark.parametrize("name", DRAWN)
+@pytest.mark.parametrize(
+    "name",
+    [slow(name) if name == "smoothed" else name for name in DRAWN],  # it has kernels of its own
+)
 def test_a_belt_that_slips_as_a_whole_is_warned_of(name: str) -> None:
     done = simulate(DRAWN[name])
     assert done.status == "done"
@@ -104,6 +108,7 @@ def test_means_of_a_few_samples_are_warned_of() -> None:
     assert not warned(simulate(pair(solver__backend="moreau")), "samples; give")
 
 
+@pytest.mark.slow  # the published law has kernels of its own
 def test_energy_that_the_steps_put_in_is_warned_of() -> None:
     """The published creep law chatters about rest, and its steps with it."""
     done = simulate(shipped("belt_drive_published", solver__backend="rkf45", solver__duration=4e-3))
@@ -114,9 +119,17 @@ def test_energy_that_the_steps_put_in_is_warned_of() -> None:
     assert warned(done, "the steps have put")
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize(("wrap", "divisor"), [("polygon", 12.0), ("corrected", 72.0)])
-@pytest.mark.parametrize("bodies", [14, 24, 48, 96])
+@pytest.mark.parametrize(
+    ("bodies", "wrap", "divisor"),
+    [
+        (14, "corrected", 72.0),
+        (24, "corrected", 72.0),
+        slow(48, "corrected", 72.0),
+        (96, "corrected", 72.0),
+        # The polygon has kernels of its own.
+        *(slow(bodies, "polygon", 12.0) for bodies in (14, 24, 48, 96)),
+    ],
+)
 def test_slip_that_corners_make_is_warned_of(bodies: int, wrap: str, divisor: float) -> None:
     data = pair(mechanism__belt__bodies=bodies, drive__driver__torque=-3.0, **LONG)
     data["mechanism"]["belt"]["wrap"] = wrap

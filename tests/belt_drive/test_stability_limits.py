@@ -9,6 +9,7 @@ from frictionsim.mechanisms.belt_drive.stability_limits import max_frequency_and
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
 from tests.support.belt_scenarios import NO_FRICTION, kick, pair, scenario_of, shipped, stepped
 from tests.support.belt_waves import waves
+from tests.support.cases import one_in
 from tests.support.scenarios import changed, simulate
 
 STILL = {"effects__belt_friction": NO_FRICTION, "drive__driver__torque": 0.0}
@@ -22,9 +23,8 @@ BELTS = {
 }
 
 
-@pytest.mark.every(2)
 @pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize("name", BELTS)
+@pytest.mark.parametrize("name", one_in(2, BELTS))
 def test_the_fastest_frequency_is_a_close_bound(name: str) -> None:
     model = assemble(scenario_of(BELTS[name]))
     frequency, _ = max_frequency_and_decay(model.system, model.equilibrium)

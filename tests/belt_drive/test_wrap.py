@@ -8,6 +8,7 @@ import pytest
 
 from frictionsim.results import Record
 from tests.support.belt_scenarios import CONTINUED, Array, shipped
+from tests.support.cases import one_in
 from tests.support.scenarios import sound
 
 
@@ -65,8 +66,7 @@ def slip_over_creep(done: Record) -> float:
     return quantity(done, "slip_percent") / 100.0 * 1.52e5 / (tight - slack)
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("bending", LIMIT_OF_MESH)
+@pytest.mark.parametrize("bending", one_in(2, LIMIT_OF_MESH))
 def test_spans_balance_the_torque(bending: str) -> None:
     assert transmitted(paper(bending, True)) == pytest.approx(1.0, abs=1e-3)
 
@@ -85,8 +85,7 @@ def arc_over_span(done: Record) -> float:
     return float(np.mean(tension[joints_on(done, 0)]) / np.mean(tension[joints_on(done, -1)]))
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("bending", LIMIT_OF_MESH)
+@pytest.mark.parametrize("bending", one_in(2, LIMIT_OF_MESH))
 def test_without_load_an_arc_has_the_tension_of_its_spans(bending: str) -> None:
     """Except for seating in the soft contact, and bending before it."""
     done = paper(bending, False)

@@ -14,6 +14,7 @@ from frictionsim.io import hdf5_writer
 from frictionsim.scenario.overrides import override_text
 from tests.cli.conftest import Run, strict_json
 from tests.support.belt_results import belt_run
+from tests.support.cases import slow
 from tests.support.scenarios import ROOT, SCENARIOS
 
 FORMAT_1 = ROOT / "tests" / "io" / "format_1.h5"
@@ -135,14 +136,13 @@ def test_the_overrides_of_a_run_are_in_its_json_and_in_its_file(told: Run) -> No
     assert strict_json(told("solve", "pulley", "--json")[0])["overrides"] == {}
 
 
-@pytest.mark.every(2)
 @pytest.mark.parametrize(
     "command",
     [
         ("check",),
-        ("static",),
+        slow(("static",)),
         ("cost", "--backends", "events", "--tolerances", "1e-3", "--repeats", "1"),
-        ("sweep", "--vary", "mechanism.load=[2000.0, 2100.0]"),
+        slow(("sweep", "--vary", "mechanism.load=[2000.0, 2100.0]")),
         ("fit", "--free", "mechanism.load=2000:2300", "--quantity", "force_to_lift=2600"),
     ],
     ids=lambda command: command[0],

@@ -8,7 +8,7 @@ from tests.cli.conftest import Run, strict_json
 from tests.support.scenarios import SCENARIOS
 
 PULLEY = str(SCENARIOS / "pulley.toml")
-BELT = str(SCENARIOS / "belt_verification.toml")
+BELT = str(SCENARIOS / "belt_drive.toml")
 SCENARIO = (
     f"frictionsim: scenario {PULLEY}: kind pulley, effects shaft_friction, viscous_damping,"
     " law set-valued, backend events"

@@ -15,7 +15,7 @@ from tests.cli.conftest import Run, strict_json
 from tests.support.scenarios import ROOT, SCENARIOS
 
 PULLEY, RETURN = str(SCENARIOS / "pulley.toml"), str(SCENARIOS / "pulley_return.toml")
-BELT = str(SCENARIOS / "belt_verification.toml")
+BELT = str(SCENARIOS / "belt_drive.toml")
 FORMAT_1 = ROOT / "tests" / "io" / "format_1.h5"
 WALL_TIME = re.compile(r"solved in \S+ s(?: after \S+ s of compilation)?: ")
 

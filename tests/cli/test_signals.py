@@ -27,6 +27,7 @@ from frictionsim.simulation.monitor import Monitors, WallTimeLimit
 from frictionsim.simulation.single_dof import RecordedSimulation
 from frictionsim.solvers import event_driven
 from tests.cli.conftest import Run, strict_json
+from tests.support.cases import one_in
 from tests.support.scenarios import ROOT, SCENARIOS
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs signals of POSIX")
@@ -58,8 +59,7 @@ def stalled(place: str, arguments: list[str], folder: Path) -> "subprocess.Popen
     )  # fmt: skip
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("number", NUMBERS)
+@pytest.mark.parametrize("number", one_in(2, NUMBERS))
 def test_a_signal_ends_an_assembly_in_c(number: signal.Signals, tmp_path: Path) -> None:
     with stalled("pulley.simulation", ["solve", PULLEY, "-o", "a.h5"], tmp_path) as process:
         assert process.stdout is not None
@@ -316,8 +316,7 @@ def test_a_signal_during_a_fit_says_that_nothing_was_written(
     assert first == "frictionsim: interrupted by SIGINT while fitting; nothing was written"
 
 
-@pytest.mark.every(5)
-@pytest.mark.parametrize("number", NUMBERS)
+@pytest.mark.parametrize("number", one_in(3, NUMBERS))
 @pytest.mark.parametrize(
     ("command", "activity"),
     [

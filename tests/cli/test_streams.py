@@ -14,6 +14,7 @@ from frictionsim.cli import messages
 from frictionsim.cli.commands import run_command_line
 from frictionsim.io.terminal import visible
 from tests.cli.conftest import Run, strict_json
+from tests.support.cases import one_in
 from tests.support.scenarios import SCENARIOS
 
 PULLEY = str(SCENARIOS / "pulley.toml")
@@ -82,9 +83,8 @@ def test_a_full_stdout_matters_to_those_who_only_print(
     assert (tmp_path / "a.h5").exists() == (code == 0)
 
 
-@pytest.mark.every(2)
 @pytest.mark.parametrize(
-    "redirection", ["2>&-", pytest.param("2>/dev/full", marks=needs_full), "2> >(exit)"]
+    "redirection", one_in(2, ["2>&-", pytest.param("2>/dev/full", marks=needs_full), "2> >(exit)"])
 )
 def test_a_lost_stderr_keeps_json_pure(redirection: str, tmp_path: Path) -> None:
     options = " ".join(ODD)

@@ -14,10 +14,18 @@ import pytest
 import frictionsim as fs
 from frictionsim.io.hdf5_reader import read_sweep
 from frictionsim.simulation.combinations import RUNS_THAT_PAY_COMPILING
-from tests.attacks import sweep_kills
 from tests.cli.conftest import Run, strict_json
+from tests.support.cases import slow
 from tests.support.scenarios import ROOT, SCENARIOS
-from tests.support.sweep_files import LOAD, LOOSE, PULLEY, command, journal_grows, started
+from tests.support.sweep_files import (
+    LOAD,
+    LOOSE,
+    ONE_BY_ONE,
+    PULLEY,
+    command,
+    journal_grows,
+    started,
+)
 
 STUDY = f"""\
 [study]
@@ -116,11 +124,10 @@ def test_a_study_in_a_file_is_run(told: Run, here: Path) -> None:
     assert sweep["effects.shaft_friction.mu_s"].values.tolist() == [0.2, 0.3]
 
 
-@pytest.mark.every(2)
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="signals of POSIX")
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+@pytest.mark.parametrize("name", ["SIGINT", slow("SIGTERM")])
 def test_a_signal_keeps_what_is_done(name: str, told: Run, here: Path) -> None:
-    process = started(command(2000, "s.h5", "-j", "2", *sweep_kills.ALONE), here)
+    process = started(command(2000, "s.h5", "-j", "2", *ONE_BY_ONE), here)
     journal_grows(here / "s.partial.h5.runs", process)
     os.killpg(process.pid, getattr(signal, name))  # as a terminal: workers, too
     out, err = process.communicate(timeout=30.0)
@@ -149,7 +156,7 @@ def test_a_belt_is_swept(told: Run, here: Path) -> None:
 
 
 def test_the_program_ends_its_workers(here: Path) -> None:
-    process = started(command(3000, "s.h5", "-j", "2", *sweep_kills.ALONE), here)
+    process = started(command(3000, "s.h5", "-j", "2", *ONE_BY_ONE), here)
     journal_grows(here / "s.partial.h5.runs", process)
     process.kill()
     process.wait()

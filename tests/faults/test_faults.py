@@ -5,8 +5,6 @@ import pytest
 from tests.faults.drawing import draw
 from tests.faults.table import faults, mistakes
 
-pytestmark = pytest.mark.quick
-
 
 def test_every_seeded_fault_can_be_set() -> None:
     assert mistakes() == []

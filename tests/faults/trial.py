@@ -21,8 +21,7 @@ from tests.faults.table import ROOT, Fault
 RESULTS = ROOT / "results" / "faults.json"
 LIMITS = {"nearest": 600.0, "default": 3600.0, "slow": 7200.0}  # s, by stage
 WITH_SLOW = "slow or nightly"
-# The first would tell that a fault is set already; the second takes hours.
-LEFT_OUT = ("--ignore=tests/faults", "--ignore=tests/test_surroundings.py")
+LEFT_OUT = ("--ignore=tests/faults",)  # they would tell that a fault is set already
 TIME_LIMIT = "time limit"
 DECIDING = ("frictionsim/", "scenarios/", "tests/")  # what the outcome of tests depends on
 FAILED = re.compile(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", re.MULTILINE)
@@ -139,7 +138,7 @@ class Copy:
         done = [f"--ignore={test}" for test in nearest if "::" not in test]
         arguments = {
             "nearest": nearest,
-            "default": ["-n", "2", "--dist", "loadfile", *LEFT_OUT, *done],
+            "default": ["-n", "2", *LEFT_OUT, *done],
             "slow": ["-m", WITH_SLOW, *LEFT_OUT],
         }
         row: Row = {"meaning": fault.meaning, "caught": "none", "test": "", "about": None}

@@ -12,8 +12,6 @@ from frictionsim.fitting.data import factor
 from frictionsim.scenario.csv_columns import read_columns
 from tests.fitting.measurements import FORCE, MU_S, SLOPE, frictionless, pulley
 
-pytestmark = pytest.mark.quick
-
 TIME = np.linspace(0.1, 0.9, 9)
 VELOCITY = SLOPE * 200.0 * TIME  # of a force of 300 N
 FREE = {FORCE: (0.0, 1000.0)}

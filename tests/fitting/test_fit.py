@@ -15,7 +15,6 @@ from frictionsim.simulation import combinations
 from frictionsim.simulation.monitor import Monitor
 from frictionsim.solvers.compilation import Kernel
 from frictionsim.solvers.event_driven import SECONDS_OF_COMPILATION, EventDrivenSolver
-from tests.benchmarks import fit_coverage
 from tests.fitting.measurements import (
     DAMPING,
     FORCE,
@@ -155,15 +154,6 @@ def test_intervals_of_a_linear_fit_hold_the_truth_as_often_as_they_claim() -> No
             held[name] += low <= 300.0 <= high
     assert 34 <= held["unknown"] <= 40  # 38 are expected
     assert 34 <= held["given"] <= 40
-
-
-@pytest.mark.slow
-def test_intervals_of_friction_hold_the_truth() -> None:
-    """A part of `tests/benchmarks/fit_coverage.py`."""
-    case = fit_coverage.CASES["velocity"]
-    fits = [fit_coverage.measure(case, seed) for seed in range(2)]
-    held = [fit_coverage.holds(fit, key, truth[key]) for truth, fit in fits for key in case.keys]
-    assert sum(held) >= 5
 
 
 def test_two_channels_are_weighed_by_the_noise_of_each() -> None:

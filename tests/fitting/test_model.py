@@ -11,8 +11,6 @@ from frictionsim.fitting.problem import FitProblem
 from tests.fitting.measurements import PULLEY
 from tests.support.problems import BREAKAWAY, P_END, P_START, T_RAMP, SlipOnRamp
 
-pytestmark = pytest.mark.quick
-
 ON_RAMP = SlipOnRamp(P_START, (P_END - P_START) / T_RAMP, BREAKAWAY, 0.0, 1)
 
 

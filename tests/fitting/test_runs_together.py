@@ -1,6 +1,7 @@
 """Runs of a fit that are made together have the bits of runs alone; searches side by side end."""
 
 import threading
+from itertools import product
 from time import monotonic, sleep
 from typing import Any
 
@@ -15,6 +16,7 @@ from frictionsim.fitting.data import FitOptions, measured
 from frictionsim.fitting.problem import FitProblem, free_keys
 from frictionsim.fitting.search import MAX_THREADS, Search, minima
 from tests.fitting.measurements import LOAD, MU_K, MU_S, pulley, series
+from tests.support.cases import one_in, slow
 from tests.support.drawn_scenarios import pulleys
 from tests.support.examples import examples
 from tests.support.many_runs import together
@@ -120,8 +122,7 @@ def test_a_fit_of_runs_together_is_that_of_runs_alone(monkeypatch: pytest.Monkey
     assert fs.fit(pulley(), **options).to_json() == alone
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("searches", [3, MAX_THREADS + 3])
+@pytest.mark.parametrize("searches", [3, slow(MAX_THREADS + 3)])
 def test_searches_side_by_side_end_where_they_do_alone(
     monkeypatch: pytest.MonkeyPatch, searches: int
 ) -> None:
@@ -137,9 +138,10 @@ def test_searches_side_by_side_end_where_they_do_alone(
         assert (ends[number].x.tobytes(), ends[number].cost) == (alone.x.tobytes(), alone.cost)
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("error", [Interrupted(2, 0.0), KeyboardInterrupt(), ValueError()])
-@pytest.mark.parametrize("runs", [1, 40, 60, 90])
+@pytest.mark.parametrize(
+    ("runs", "error"),
+    one_in(2, product([1, 40, 60, 90], [Interrupted(2, 0.0), KeyboardInterrupt(), ValueError()])),
+)
 def test_what_ends_the_runs_ends_all_searches(
     monkeypatch: pytest.MonkeyPatch, runs: int, error: BaseException
 ) -> None:
@@ -184,8 +186,7 @@ def test_a_search_that_fails_ends_the_others(monkeypatch: pytest.MonkeyPatch) ->
     assert threading.active_count() == threads
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize("threads", [0, 1, 3])
+@pytest.mark.parametrize("threads", [0, slow(1), slow(3)])
 def test_where_the_system_has_few_threads_a_fit_has_the_same_result(
     monkeypatch: pytest.MonkeyPatch, threads: int
 ) -> None:

@@ -18,6 +18,7 @@ from frictionsim.io.atomic_write import (
     replaced_atomically,
     write_atomically,
 )
+from tests.support.cases import slow
 from tests.support.old_results import old_result
 from tests.support.scenarios import ROOT
 from tests.support.stopped_runs import stopped_at
@@ -99,8 +100,7 @@ hdf5_writer.write(belt_run(bodies=40, samples=201), Path("a.h5"))
 """
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize("locking", [None, "FALSE", "TRUE", "BEST_EFFORT"])
+@pytest.mark.parametrize("locking", [None, slow("FALSE"), slow("TRUE"), "BEST_EFFORT"])
 def test_a_second_writer_of_a_long_result_is_told_whatever_hdf5_locks(locking: str | None) -> None:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     environment.pop("HDF5_USE_FILE_LOCKING", None)

@@ -22,8 +22,6 @@ from tests.support.old_results import old_result
 from tests.support.scenarios import pulley, scenario_run, simulate
 from tests.support.stopped_runs import stopped_at
 
-pytestmark = pytest.mark.quick
-
 SINE = {"sine": {"mean": 2224.1, "amplitude": 1000.0, "frequency_hz": 1.0}}
 
 

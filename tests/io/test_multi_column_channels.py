@@ -26,8 +26,6 @@ from frictionsim.results import (
 from frictionsim.scenario.loading import validate
 from tests.support.scenarios import SCENARIOS, made_record, pulley
 
-pytestmark = pytest.mark.quick
-
 SAMPLES, BODIES = 3000, 40
 CHANNELS = {
     "belt_speed": Channel("m/s", "speed of the belt"),

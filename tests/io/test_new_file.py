@@ -12,8 +12,6 @@ import pytest
 from frictionsim.errors import OutputError
 from frictionsim.io.atomic_write import write_new
 
-pytestmark = pytest.mark.quick
-
 
 def test_what_was_put_there_meanwhile_is_not_replaced(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -15,6 +15,7 @@ from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.io.destination import Destination
 from frictionsim.results import Column, Record
 from frictionsim.work_precision import table
+from tests.support.cases import slow
 from tests.support.file_sizes import limited_files
 from tests.support.scenarios import SCENARIOS
 
@@ -119,8 +120,7 @@ def test_a_link_to_the_other_file_of_a_command_is_that_file() -> None:
 BLOCK = 4096  # bytes, which are tried before a run
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+@pytest.mark.parametrize("suffix", [".png", slow(".svg"), ".pdf"])
 def test_a_picture_is_whole_or_the_old_one(suffix: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert solve("-o", "r.h5") == 0
     old = {".png": b"\x89PNG\r\n\x1a\n", ".svg": b"<svg", ".pdf": b"%PDF-"}[suffix] + b"old" * 4000

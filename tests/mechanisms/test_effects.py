@@ -18,8 +18,6 @@ from tests.support.scenarios import (
     with_method,
 )
 
-pytestmark = pytest.mark.quick
-
 BARE = {
     "angle",
     "angular_velocity",

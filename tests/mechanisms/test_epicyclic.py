@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from frictionsim.mechanisms import epicyclic
 from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint, tracer_position
 from frictionsim.scenario.loading import validate
+from tests.support.cases import slow
 from tests.support.examples import examples
 from tests.support.problems import assert_agrees, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, shipped, simulate
@@ -28,8 +29,7 @@ def gear(**changes: Any) -> Scenario:
     return shipped("epicyclic", **plain | changes)
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("backend", ["events", "rkf45"])
+@pytest.mark.parametrize("backend", ["events", slow("rkf45")])
 @pytest.mark.parametrize("case", cases("epicyclic"), ids=lambda case: case["name"])
 def test_motion_agrees_with_the_reference(case: dict[str, Any], backend: str) -> None:
     data = case["scenario"]

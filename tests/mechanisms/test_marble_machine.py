@@ -14,6 +14,7 @@ from frictionsim.mechanisms.effects import friction_radius
 from frictionsim.mechanisms.marble_machine.statics import limit_torques, mesh_of
 from frictionsim.results import Record
 from frictionsim.scenario.loading import validate
+from tests.support.cases import slow
 from tests.support.problems import assert_agrees, cases
 from tests.support.scenarios import (
     SCENARIOS,
@@ -100,8 +101,7 @@ def test_motor_margin_agrees_with_the_paper() -> None:
     assert values["motor_margin_worst"] == pytest.approx(0.1176798 / 3.765676e-3, rel=1e-6)
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("backend", ["events", "rkf45"])
+@pytest.mark.parametrize("backend", ["events", slow("rkf45")])
 @pytest.mark.parametrize("case", cases("marble_machine"), ids=lambda case: case["name"])
 def test_motion_agrees_with_the_reference(case: dict[str, Any], backend: str) -> None:
     data = case["scenario"]

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from tests.support.cases import one_in
 from tests.support.problems import cases
 from tests.support.scenarios import Scenario, changed, simulate, sound, with_method
 from tests.support.shaft_reference import solution
@@ -36,8 +37,7 @@ def assert_same(
     assert final[1] == pytest.approx(wanted_final[1], rel=angle, abs=10.0 * angle * size)
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", one_in(3, CASES))
 def test_a_drawn_scenario_gives_the_reference(name: str) -> None:
     case = CASES[name]
     assert case["event_count"] == len(case["events"])
@@ -77,8 +77,7 @@ CLOSED_FORMS = {
 }  # fmt: skip
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("name", CLOSED_FORMS)
+@pytest.mark.parametrize("name", one_in(2, CLOSED_FORMS))
 def test_loads_linear_in_time_give_the_closed_form(name: str) -> None:
     expected = closed_form(CLOSED_FORMS[name])
     assert expected["events"]
@@ -127,8 +126,7 @@ def test_the_published_law_agrees_while_it_slides_one_way() -> None:
 VIEWED = ["any_loads_0", "equal_coefficients_14", "tables_16", "many_turns_8", "narrow_peak_15"]
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("name", VIEWED)
+@pytest.mark.parametrize("name", one_in(2, VIEWED))
 def test_the_unit_of_mass_and_length_does_not_matter(name: str) -> None:
     """Powers of two change no digit: with the same unit of energy, every step is the same."""
     data = CASES[name]["scenario"]
@@ -145,8 +143,7 @@ def test_the_unit_of_time_does_not_matter(name: str, unit: float) -> None:
     assert_same(actual, expected, 1e-9 * unit, 1e-8, size=1.0 / unit)
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("name", VIEWED)
+@pytest.mark.parametrize("name", one_in(2, VIEWED))
 def test_the_directions_of_the_picture_do_not_matter(name: str) -> None:
     data = changed(CASES[name]["scenario"], effects__gravity=None)
     assert_same(seen(turned(data, 73.0)), seen(data), 1e-11, 1e-10)

@@ -18,8 +18,6 @@ from tests.support import shaft_balance
 from tests.support.scenarios import SCENARIOS, Scenario, changed
 from tests.support.shaft_scenarios import mirrored
 
-pytestmark = pytest.mark.quick
-
 DIRECTIONS = {"counter_clockwise": 1, "clockwise": -1}
 TOLERANCE = mpf("1e-12")
 

@@ -11,6 +11,7 @@ from mpmath import mp, mpf
 
 import frictionsim as fs
 from tests.support import shaft_balance, shaft_turn
+from tests.support.cases import one_in, slow
 from tests.support.scenarios import Scenario, shipped
 
 TOLERANCE = 1e-12
@@ -65,8 +66,7 @@ def assert_no_root_is_missed(data: Scenario) -> None:
                 )
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize("seed", range(14))
+@pytest.mark.parametrize("seed", one_in(3, range(14)))
 def test_the_worst_over_a_turn_is_that_of_a_dense_scan(seed: int) -> None:
     assert_no_root_is_missed(shaft_turn.drawn(seed))
 
@@ -152,8 +152,7 @@ def test_an_extremum_at_the_end_of_the_turn_is_found() -> None:
     assert abs(angle or 0.0) % radians(360.0) == pytest.approx(0.0, abs=1e-6)
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("angle", [0.0, 30.0, 90.0000001, 200.0])
+@pytest.mark.parametrize("angle", [0.0, slow(30.0), 90.0000001, slow(200.0)])
 @pytest.mark.parametrize("turning", ["point_turns", "direction_turns"])
 def test_an_unknown_that_drops_out_at_an_angle_is_no_root_there(angle: float, turning: str) -> None:
     """Two forces of the arm 0.5 m cos q: (1 + x) 0.5 m cos q = 0; at +-90 deg any x will do."""
@@ -241,8 +240,7 @@ def angles_at_zero_moments(data: Scenario) -> list[Any]:
     return angles
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("mu", [1e-6, 1e-9])
+@pytest.mark.parametrize("mu", [1e-6, slow(1e-9)])
 @pytest.mark.parametrize(
     ("seed", "unknown"),
     [(1, "effects.gravity.g"), (4, "effects.gravity.g"), (1, "mechanism.mass"),

@@ -10,8 +10,6 @@ from frictionsim.scenario.loading import validate
 from tests.support.problems import CORD_RADIUS, LOAD, MU_S
 from tests.support.scenarios import SCENARIOS, pulley
 
-pytestmark = pytest.mark.quick
-
 # The closed form evaluated with 30 digits; double precision gives it to a few roundings.
 EXACT = {
     "friction_radius_static": 4.981349832509874e-3,

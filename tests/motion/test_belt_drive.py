@@ -12,8 +12,6 @@ from tests.support.belt_results import belt_run
 from tests.support.motions import motion
 from tests.support.records import BELTS, shown, with_scenario, without
 
-pytestmark = pytest.mark.quick
-
 # These belts are guided strings: there are points between their bodies.
 BODIES = slice(belt_drive.PIECES - 1, None, belt_drive.PIECES)
 

@@ -22,8 +22,6 @@ from frictionsim.simulation.record import sticking_phases
 from tests.support.motions import body, motion, record_of
 from tests.support.scenarios import shipped
 
-pytestmark = pytest.mark.quick
-
 RUNS: Mapping[str, tuple[str, dict[str, Any]]] = {
     "sticks, slips, sticks": ("pulley_return", {}),
     "starts at once": ("marble_machine", {}),

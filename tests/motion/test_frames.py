@@ -11,8 +11,6 @@ from frictionsim.motion.frames import channel_at, frames_of, rounded
 from frictionsim.results import Record
 from tests.support.motions import record_of
 
-pytestmark = pytest.mark.quick
-
 
 def with_times(times: Any, events: Any = ()) -> Record:
     return record_of("pulley", {"time": np.asarray(times, dtype=float)}, events=events)

@@ -16,8 +16,6 @@ from tests.support.motions import body, motion, record_of
 from tests.support.records import shown
 from tests.support.scenarios import shipped
 
-pytestmark = pytest.mark.quick
-
 LIFT, SLACK_ROPE = "lift", "hard/lift_slack_rope"
 TURNED = {"time": [0.0, 1.0, 2.0], "value": [0.0, 90.0, -30.0]}
 

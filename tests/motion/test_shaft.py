@@ -41,8 +41,6 @@ from tests.support.shaft_forces import (
     rotated,
 )
 
-pytestmark = pytest.mark.quick
-
 CORD = 0.7  # of the reach, from where a cord leaves the body to its arrow
 
 

@@ -24,8 +24,6 @@ from frictionsim.motion.parts import (
 from tests.support.motions import body, motion, point_of, record_of
 from tests.support.scenarios import shipped
 
-pytestmark = pytest.mark.quick
-
 DRAWN = range(6)
 TIMES = np.linspace(0.0, 2.0, 41)
 

@@ -5,12 +5,8 @@ import re
 import sys
 import tomllib
 
-import pytest
-
 from frictionsim import __version__
 from tests.support.scenarios import ROOT
-
-pytestmark = pytest.mark.quick
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 

@@ -12,8 +12,6 @@ from frictionsim.parameter_study import values
 from frictionsim.parameter_study.design import Design, Sampling, design_of
 from frictionsim.parameter_study.values import values_of
 
-pytestmark = pytest.mark.quick
-
 
 def design(
     vary: dict[str, str], together: bool = False, sampling: Sampling | None = None

@@ -4,8 +4,6 @@ import pytest
 
 from frictionsim.parameter_study.dispatch import BlockSizes
 
-pytestmark = pytest.mark.quick
-
 
 def sizes_of(runs: int, seconds: object, together: int, workers: int = 2) -> list[int]:
     """Return the sizes of the blocks of a sweep whose blocks take `seconds(size)`."""

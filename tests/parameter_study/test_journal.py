@@ -29,7 +29,7 @@ from frictionsim.parameter_study.block import (
 )
 from frictionsim.parameter_study.journal import SweepJournal, journal_name
 from frictionsim.results import Quantity
-from tests.attacks.journals import repeat_pages
+from tests.support.crafted_journals import repeat_pages
 
 DIGEST = b"d" * 32
 BLOCK = block_of(

@@ -15,8 +15,6 @@ from frictionsim.parameter_study.sweep_files import write_csv
 from tests.support.sweep_files import LOOSE, MU_S, PULLEY
 from tests.support.sweeps import grid_of, with_outcomes
 
-pytestmark = pytest.mark.quick
-
 
 def rows_of(path: Path) -> list[list[str]]:
     with path.open(encoding="utf-8", newline="") as file:

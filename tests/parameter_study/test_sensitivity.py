@@ -13,6 +13,7 @@ from frictionsim.parameter_study.sensitivity import (
     indices_from_blocks,
     indices_of,
 )
+from tests.support.cases import slow
 from tests.support.sweeps import Function, sample_of, with_outcomes
 
 PI = repr(np.pi)
@@ -56,8 +57,9 @@ def test_the_indices_of_ishigami() -> None:
         assert (np.ptp(interval, axis=1) < 0.25).all()
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize(("method", "least", "most"), [("random", 0.8, 1.3), ("sobol", 1.3, 2.5)])
+@pytest.mark.parametrize(
+    ("method", "least", "most"), [("random", 0.8, 1.3), slow("sobol", 1.3, 2.5)]
+)
 def test_intervals_are_those_of_independent_rows(method: str, least: float, most: float) -> None:
     first, total = indices_of_ishigami()
     known = np.concatenate((first, total))

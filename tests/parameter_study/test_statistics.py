@@ -19,8 +19,6 @@ from frictionsim.parameter_study.statistics import (
 )
 from tests.support.sweeps import grid_of, sample_of, with_outcomes
 
-pytestmark = pytest.mark.quick
-
 VARY = {"a": "normal(3.0, 0.5)", "b": "uniform(0.0, 2.0)"}
 
 

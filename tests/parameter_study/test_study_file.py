@@ -14,8 +14,6 @@ from frictionsim.parameter_study.study_file import SweepOptions, SweepStudy, stu
 from frictionsim.parameter_study.values import Levels, values_of
 from tests.support.scenarios import SCENARIOS
 
-pytestmark = pytest.mark.quick
-
 PULLEY = (SCENARIOS / "pulley.toml").as_posix()
 MU_S = "effects.shaft_friction.mu_s"
 STUDY = f"""

@@ -9,8 +9,6 @@ from hypothesis import strategies as st
 
 from frictionsim.parameter_study.values import Distribution, Levels, values_of
 
-pytestmark = pytest.mark.quick
-
 KEY = "mechanism.load"
 
 

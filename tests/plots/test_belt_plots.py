@@ -12,6 +12,7 @@ from frictionsim.plots.belt_time_history import default_body
 from frictionsim.plots.picture_file import png
 from tests.plots.test_plots import MAX_BYTES
 from tests.support.belt_results import FOUR, TWO, Pulley, belt_run, lay, tension_at
+from tests.support.cases import one_in
 from tests.support.records import shown, with_channels, without, words_of
 
 RING = [Pulley(f"p{i}", 0.5 * np.cos(0.483 * i), 0.5 * np.sin(0.483 * i), 0.05) for i in range(13)]
@@ -35,8 +36,7 @@ def test_each_view_requires_its_channels_only(view: str) -> None:
             draw(without(record, name), view)
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize("view", VIEWS["belt_drive"])
+@pytest.mark.parametrize("view", one_in(3, VIEWS["belt_drive"]))
 def test_pulleys_are_named_and_a_belt_without_friction_has_no_word_of_it(view: str) -> None:
     words = words_of(draw(shown("four pulleys"), view))
     assert all(pulley.name in words for pulley in FOUR)
@@ -46,9 +46,8 @@ def test_pulleys_are_named_and_a_belt_without_friction_has_no_word_of_it(view: s
     assert "friction" not in words
 
 
-@pytest.mark.every(3)
 @pytest.mark.parametrize(
-    ("view", "bodies"), list(zip(VIEWS["belt_drive"], [400, 1500] * 2, strict=True))
+    ("view", "bodies"), one_in(3, list(zip(VIEWS["belt_drive"], [400, 1500] * 2, strict=True)))
 )
 def test_pictures_of_large_belts_are_small_files_with_details_of_the_first_pulleys(
     view: str, bodies: int

@@ -1,6 +1,6 @@
 """Cost diagrams: failed runs are seen, inside the panels."""
 
-from itertools import combinations
+from itertools import combinations, product
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from frictionsim.plots.studies import STRIP, cost_diagram
 from frictionsim.scenario.variants import Mesh, Setting
 from frictionsim.work_precision.outcome import Error, Row, WorkPrecision
+from tests.support.cases import one_in
 
 
 def row(
@@ -67,9 +68,10 @@ def test_without_failed_runs_there_is_no_strip() -> None:
         assert ax.get_ylim()[1] == pytest.approx(10.0)
 
 
-@pytest.mark.every(5)
-@pytest.mark.parametrize("ratio", [1.02, 1.3, 3.0, 10.0, 70.0, 1e3])
-@pytest.mark.parametrize("mesh", [None, Mesh("corrected", 50)])
+@pytest.mark.parametrize(
+    ("mesh", "ratio"),
+    one_in(5, product([None, Mesh("corrected", 50)], [1.02, 1.3, 3.0, 10.0, 70.0, 1e3])),
+)
 def test_labels_of_work_are_several_and_apart(ratio: float, mesh: Mesh | None) -> None:
     ends = (1.3e-3, 130), (1.3e-3 * ratio, int(130 * ratio))
     figure = drawn([row("moreau", 1e-6, *end, mesh=mesh) for end in ends])

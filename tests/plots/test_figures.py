@@ -28,6 +28,7 @@ from frictionsim.plots.view import Extent, View
 from frictionsim.results import OPEN, SLACK, STICK, TAUT, Record
 from frictionsim.simulation.record import with_jumps
 from tests.plots.test_plots import MAX_BYTES
+from tests.support.cases import one_in, slow
 from tests.support.records import drawn_views, picture, shown, with_channels
 
 LAYOUTS = ("constrained", "none", "tight")
@@ -65,8 +66,7 @@ def content_of(name: str, view: str) -> list[Any]:
     return content(picture(name, view))
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize(("name", "view"), drawn_views())
+@pytest.mark.parametrize(("name", "view"), one_in(2, drawn_views()))
 def test_every_view_is_a_small_file_and_can_be_pickled(name: str, view: str) -> None:
     figure = pickle.loads(pickle.dumps(picture(name, view)))
     assert content(figure) == content_of(name, view)
@@ -97,8 +97,9 @@ def test_axes_of_subfigures_are_replaced_too() -> None:
 PLACED = [job for job in drawn_views() if job[0] != "two pulleys"][1:12:2]
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize(("layout", "jobs"), [("none", PLACED[:3]), ("constrained", PLACED[3:])])
+@pytest.mark.parametrize(
+    ("layout", "jobs"), [("none", PLACED[:3]), slow("constrained", PLACED[3:])]
+)
 def test_views_take_the_place_of_axes(layout: str, jobs: list[tuple[str, str]]) -> None:
     """Neither panels with title and legend, nor labels of panels, nor views next to each other."""
     figure, axes = grid(layout)
@@ -189,8 +190,7 @@ def with_integers(result: Record) -> Record:
     )
 
 
-@pytest.mark.every(4)
-@pytest.mark.parametrize(("name", "view"), drawn_views())
+@pytest.mark.parametrize(("name", "view"), one_in(4, drawn_views()))
 def test_integer_channels_give_the_same_pictures(name: str, view: str) -> None:
     result = with_integers(shown(name))
     assert [n for n, c in result.channels.items() if c.dtype == np.int8]
@@ -219,8 +219,7 @@ def with_engagements(count: int) -> Record:
     return shown("two pulleys")._replace(events=events, contacts=["driver", "driver_driven"])
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("count", [12, 500])
+@pytest.mark.parametrize("count", [12, slow(500)])
 def test_events_of_pulleys_and_spans_leave_the_views_of_belts(count: int) -> None:
     for view in VIEWS["belt_drive"]:
         actual = content(draw(with_engagements(count), view))

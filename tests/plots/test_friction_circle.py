@@ -22,6 +22,7 @@ from frictionsim.plots.view import Extent
 from frictionsim.results import Record
 from tests.plots.test_paper import check_texts
 from tests.support import motions
+from tests.support.cases import slow
 from tests.support.records import shown, with_channels, without
 from tests.support.scenarios import shipped
 from tests.support.shaft_forces import TIMES, acting, couples, drawn_motion, drawn_shaft, moment
@@ -266,8 +267,9 @@ def test_an_end_stop_is_a_couple_and_a_missing_channel_is_named() -> None:
     assert not [t for t in key_of(draw(record, VIEW, shown=Extent(time=0.5))) if "end stop" in t]
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("appearance", [{}, {"width": "84mm", "style": "paper", "title": False}])
+@pytest.mark.parametrize(
+    "appearance", [{}, slow({"width": "84mm", "style": "paper", "title": False})]
+)
 @pytest.mark.parametrize("name", ["shaft", "hoist_drum", "swing_door"])
 def test_texts_of_shipped_scenarios_are_apart(name: str, appearance: dict[str, Any]) -> None:
     channels = {"time": TIMES, "angle": 2.0 * TIMES, "angular_velocity": 2.0 + 0.0 * TIMES}

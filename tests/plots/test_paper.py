@@ -19,6 +19,7 @@ from frictionsim.plots.picture_file import parameters, png
 from frictionsim.plots.style import Appearance, add_legend, set_title, title_height
 from frictionsim.plots.texts import text_width, wrapped
 from tests.support.belt_results import Pulley, belt_run
+from tests.support.cases import one_in, slow
 from tests.support.records import drawn_views, shown
 
 # Of belts four pulleys need more room than two.
@@ -58,13 +59,15 @@ def check_texts(figure: Figure) -> None:
         assert min(wide, high) < 1.5, (text, other)
 
 
-@pytest.mark.every(3)
 @pytest.mark.parametrize(
     ("name", "view", "style"),
-    [
-        *((name, view, None) for name, view in drawn_views(NAMES)),
-        ("pulley_return", "response", "paper"),
-    ],
+    one_in(
+        3,
+        [
+            *((name, view, None) for name, view in drawn_views(NAMES)),
+            ("pulley_return", "response", "paper"),
+        ],
+    ),
 )
 def test_texts_of_a_narrow_picture_are_apart_and_inside(
     name: str, view: str, style: str | None
@@ -76,12 +79,11 @@ def test_texts_of_a_narrow_picture_are_apart_and_inside(
     assert {round(size, 1) for size in sizes} == {8.3 if style is None else 6.7}
 
 
-@pytest.mark.every(2)
 @pytest.mark.parametrize(
     ("name", "view", "appearance"),
     [
         ("four pulleys", "drive", {"width": "174mm"}),
-        ("four pulleys", "body", {"width": "174mm"}),
+        slow("four pulleys", "body", {"width": "174mm"}),
         ("marble_machine", "torque", {"style": "talk"}),
     ],
 )
@@ -106,8 +108,9 @@ def points_on(lines: LineCollection) -> np.ndarray:
     return np.asarray(lines.get_transform().transform(np.concatenate(segments)))
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("appearance", [{}, {"width": "84mm", "style": "paper"}, {"style": "talk"}])
+@pytest.mark.parametrize(
+    "appearance", [{}, slow({"width": "84mm", "style": "paper"}), {"style": "talk"}]
+)
 def test_names_of_pulleys_are_within_the_frame_beside_the_belt(appearance: dict[str, Any]) -> None:
     figure = draw(belt_run(FIVE), "drive", appearance=Appearance.of(**appearance))
     if not appearance:
@@ -150,8 +153,7 @@ def test_a_png_has_its_width_and_resolution(tmp_path: Path) -> None:
     assert np.frombuffer(usual[16:20], ">u4")[0] == int(84 / MM * 100)
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("style", [None, "talk"])
+@pytest.mark.parametrize("style", [None, slow("talk")])
 def test_fonts_are_truetype_and_text_is_text(style: str | None, tmp_path: Path) -> None:
     appearance = Appearance.of(style=style)
     figure = draw(shown("epicyclic"), "torque", appearance=appearance)
@@ -178,8 +180,7 @@ def test_a_figure_that_the_user_saves_has_such_fonts_too(tmp_path: Path) -> None
 OF_USER = {"font.family": ["serif"], "font.size": 13.0, "axes.facecolor": "#ffeeee"}
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("style", [None, "user"])
+@pytest.mark.parametrize("style", [None, slow("user")])
 def test_only_the_style_user_takes_the_settings_of_the_user(style: str | None) -> None:
     def drawn() -> Figure:
         return draw(shown("epicyclic"), "torque", appearance=Appearance.of(style=style))

@@ -12,6 +12,7 @@ from frictionsim.plots import draw
 from frictionsim.plots.picture_file import png
 from frictionsim.plots.time_history import EVENT_LINES, label_rows, line_widths
 from frictionsim.plots.view import Extent
+from tests.support.cases import one_in
 from tests.support.records import DRAWN, shown, views_of_record, with_scenario, words_of
 from tests.support.scenarios import frictionsim, pulley, shipped, simulate, with_method
 
@@ -36,9 +37,8 @@ def test_view_all_draws_each_view_that_has_channels_into_its_own_file(
     assert not (here / "gear.png").exists()
 
 
-@pytest.mark.every(2)
 @pytest.mark.parametrize(
-    "name", [name for name in DRAWN if name != "four pulleys"] + ["shaft", "hoist_drum"]
+    "name", one_in(2, [name for name in DRAWN if name != "four pulleys"] + ["shaft", "hoist_drum"])
 )
 def test_one_sample_is_enough_and_none_is_refused(name: str) -> None:
     record = shown(name)
@@ -153,7 +153,6 @@ def test_the_title_names_another_law_than_the_set_valued() -> None:
     assert "law" not in words_of(draw(shown("pulley")))
 
 
-@pytest.mark.every(2)
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="a folder that nobody can write to")
 def test_without_a_home_only_the_name_of_the_picture_is_said(
     here: Path, monkeypatch: pytest.MonkeyPatch

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from frictionsim.plots import draw
 from frictionsim.results import Record
+from tests.support.cases import one_in
 from tests.support.records import shown, with_channels, without
 
 
@@ -39,9 +40,9 @@ FORCES = {
 }
 
 
-@pytest.mark.every(2)
 @pytest.mark.parametrize(
-    ("ends", "part"), [*((ends, False) for ends in FORCES), ("both at the lower edge", True)]
+    ("ends", "part"),
+    one_in(2, [*((ends, False) for ends in FORCES), ("both at the lower edge", True)]),
 )
 def test_labels_of_forces_stay_beside_their_panel(ends: str, part: bool) -> None:
     count = pulley_record().channels["time"].size

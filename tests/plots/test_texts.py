@@ -31,6 +31,7 @@ from tests.plots.test_cost_pictures import drawn as cost_of
 from tests.plots.test_cost_pictures import row
 from tests.plots.test_fit_picture import over_a_key
 from tests.support import motions
+from tests.support.cases import one_in
 from tests.support.records import drawn_views, picture, shown
 from tests.support.sweeps import grid_of
 
@@ -79,8 +80,7 @@ def pictures() -> Iterator[Any]:
     yield pytest.param(partial(cost_of, costs), id="cost")
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("drawn", list(pictures()))
+@pytest.mark.parametrize("drawn", one_in(2, list(pictures())))
 def test_no_text_of_a_file_is_read_as_a_formula(drawn: Callable[[], Figure]) -> None:
     formulas = [text for text in texts_of(drawn()) if r"\frac" in text.get_text()]
     assert formulas

@@ -21,6 +21,7 @@ from frictionsim.plots.picture_file import image_for_page
 from frictionsim.plots.studies import cost_diagram
 from frictionsim.work_precision.table import study_of
 from tests.support.browser import check_sorting, opened, without_scripts
+from tests.support.cases import slow
 from tests.support.scenarios import ROOT, changed, pulley
 
 HOSTILE = "<b>b</b></script><script>alert(1)</script> \"q\" 'p' & \x1b[31m \u202eend"
@@ -81,8 +82,7 @@ def drawn(figure: Figure) -> dict[str, list[tuple[float, float]]]:
     }
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize("suffix", [".h5", ".csv"])
+@pytest.mark.parametrize("suffix", [".h5", slow(".csv")])
 def test_the_picture_is_that_of_the_study_and_holds_the_numbers_of_the_table(
     suffix: str, study: fs.Study, files: dict[str, Path], reports: dict[str, Path]
 ) -> None:

@@ -13,6 +13,7 @@ from frictionsim.io import hdf5_writer
 from frictionsim.motion import belt_drive
 from tests.support.belt_results import TWO, belt_run
 from tests.support.browser import opened, set_time, wait_until
+from tests.support.cases import one_in
 from tests.support.scenarios import shipped
 
 # Of bodies in the plane: a guided string has points between its bodies.
@@ -39,7 +40,11 @@ CALLS = """() => {
 }"""
 
 
-@pytest.fixture(scope="module", params=[*MAIN, "belt_drive"])
+ALL_KINDS = [*MAIN, "belt_drive"]
+of_some_kinds = pytest.mark.parametrize("drawn", one_in(3, ALL_KINDS), indirect=True)
+
+
+@pytest.fixture(scope="module", params=ALL_KINDS)
 def drawn(
     request: Any, browser: Any, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[tuple[str, Any, Any]]:
@@ -63,7 +68,7 @@ def times_of(file: Any) -> list[float]:
     return [float(time[0]), float(time[len(time) // 3]), float(time[-1])]
 
 
-@pytest.mark.every(3)
+@of_some_kinds
 def test_the_pose_is_that_of_the_file(drawn: tuple[str, Any, Any]) -> None:
     kind, page, file = drawn
     times = times_of(file)
@@ -183,7 +188,7 @@ def test_a_marble_is_delivered_at_its_transfer_without_a_sample(
                 assert beside(page, at)["marbles delivered"] == str(delivered)
 
 
-@pytest.mark.every(3)
+@of_some_kinds
 def test_the_clock_moves_the_pixels(drawn: tuple[str, Any, Any]) -> None:
     _, page, file = drawn
     seen = []
@@ -196,7 +201,7 @@ def test_the_clock_moves_the_pixels(drawn: tuple[str, Any, Any]) -> None:
     assert seen[3] == seen[1]
 
 
-@pytest.mark.every(3)
+@of_some_kinds
 def test_a_drawing_has_its_content_as_text(drawn: tuple[str, Any, Any]) -> None:
     kind, page, file = drawn
     set_time(page, times_of(file)[-1])

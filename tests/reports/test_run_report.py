@@ -99,7 +99,6 @@ def clock(page: Any) -> Callable[[], float]:
     return time
 
 
-@pytest.mark.every(2)
 def test_charts_hold_the_numbers_of_the_file(page: Any, files: Path) -> None:
     assert page.title() == "Pulley on a dry shaft, up and back to rest"
     with h5py.File(files / "pulley.h5") as file:

@@ -18,6 +18,7 @@ from frictionsim.plots.picture_file import save
 from frictionsim.reports import study_report
 from frictionsim.reports.study_report import sweep_page
 from tests.support.browser import check_sorting, opened, without_scripts
+from tests.support.cases import slow
 from tests.support.scenarios import SCENARIOS
 
 PULLEY = SCENARIOS / "pulley.toml"
@@ -72,8 +73,7 @@ def pictures_of(path: Path) -> list[tuple[str, bytes]]:
     return [(title, b64decode(image)) for title, image in pairs]
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("name", ["grid", "sample"])
+@pytest.mark.parametrize("name", ["grid", slow("sample")])
 def test_the_pictures_of_a_report_are_those_of_plot(
     name: str, request: pytest.FixtureRequest, reports: dict[str, Path], tmp_path: Path
 ) -> None:

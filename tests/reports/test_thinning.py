@@ -10,8 +10,6 @@ from hypothesis.extra.numpy import arrays
 
 from frictionsim.reports.run_charts import MIN_LIMIT, thinned
 
-pytestmark = pytest.mark.quick
-
 NUMBERS = st.one_of(st.floats(-1e300, 1e300), st.just(float("nan")))
 CHANNELS = st.one_of(
     arrays(float, st.integers(0, 300), elements=NUMBERS),

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ import tomli_w
 
 from frictionsim.cli.commands import run_command_line
 from frictionsim.io import hdf5_reader
+from tests.support.cases import one_in
 from tests.support.file_sizes import limited_files
 from tests.support.old_results import old_result
 from tests.support.scenarios import SCENARIOS, frictionsim, pulley
@@ -130,9 +132,10 @@ def test_many_runs_stopped_at_random_times_leave_an_old_or_a_valid_file(
         tally[name] = tally.get(name, 0) + 1
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("limit", [4096, 0, 20_000])
-@pytest.mark.parametrize("checkpoint", [[], ["--set", "output.checkpoint=0.001"]])
+@pytest.mark.parametrize(
+    ("checkpoint", "limit"),
+    one_in(2, product([[], ["--set", "output.checkpoint=0.001"]], [4096, 0, 20_000])),
+)
 def test_a_file_size_limit_keeps_the_old_file(
     limit: int, checkpoint: list[str], here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -4,6 +4,7 @@ import os
 import random
 import shutil
 import signal
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,9 @@ from frictionsim.io import hdf5_writer, segments
 from frictionsim.io.checksum import append_trailer
 from frictionsim.io.unfinished import partial_name
 from frictionsim.simulation import sample_store
-from tests.attacks.segments import WAYS, craft
 from tests.support.belt_scenarios import pair
+from tests.support.cases import one_in
+from tests.support.crafted_segments import WAYS, craft
 from tests.support.stopped_runs import interrupted_at, stopped_at
 
 SEGMENT_BYTES = 50_000
@@ -126,9 +128,9 @@ def test_segments_that_are_not_those_of_the_result_are_not_shown(
 
 
 # Of the first only the resumed run needs the samples.
-@pytest.mark.every(3)
-@pytest.mark.parametrize("name", ["_mean_tension", "energy_input"])
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize(
+    ("way", "name"), one_in(3, product(WAYS, ["_mean_tension", "energy_input"]))
+)
 def test_crafted_segments_are_refused(way: str, name: str, stopped: Path) -> None:
     path = partial_name(stopped)
     craft(path, 1, lambda file: WAYS[way](random.Random(1), file, name))
@@ -221,8 +223,7 @@ def test_a_checkpoint_writes_what_is_new_and_says_what_it_leaves_out(
     assert max(sizes) < 1.05 * min(sizes)
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize("change", [4, 13, 20, 34, 48, 60])  # the last when it is done
+@pytest.mark.parametrize("change", one_in(3, [4, 13, 20, 34, 48, 60]))  # the last when it is done
 def test_a_long_run_killed_at_a_change_of_a_file_is_resumed_to_the_same_bytes(
     change: int, whole: Path, tmp_path: Path
 ) -> None:

@@ -15,8 +15,6 @@ from frictionsim.scenario.run_numbers import Unlike, as_run_numbers, group_runs,
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario
 
-pytestmark = pytest.mark.quick
-
 NUMBERS = st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=9)
 LOAD, MU_S = ("mechanism", "load"), ("effects", "shaft_friction", "mu_s")
 

@@ -13,8 +13,6 @@ from frictionsim.scenario.kinds import KINDS
 from frictionsim.scenario.shipped import scenario_file, shipped_folder, shipped_scenarios
 from tests.support.scenarios import ROOT, SCENARIOS, pulley
 
-pytestmark = pytest.mark.quick
-
 
 def test_a_source_tree_has_them_beside_the_package() -> None:
     assert shipped_folder() == SCENARIOS

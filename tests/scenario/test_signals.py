@@ -19,8 +19,6 @@ from frictionsim.scenario.signal_tables import (
 )
 from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal, Sine, SmoothStep
 
-pytestmark = pytest.mark.quick
-
 
 class Drive(Params):
     force: TimeSignal

@@ -1,5 +1,6 @@
 """The self-audit passes sound runs and detects violations."""
 
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +15,9 @@ from frictionsim.simulation.audit import allowed_residual, audit, energy_check
 from frictionsim.simulation.single_dof import SingleDofSimulation
 from frictionsim.solvers import one_contact
 from frictionsim.solvers.mechanism import DryFriction, Trajectory
+from tests.support.cases import one_in
 from tests.support.problems import CORD_RADIUS, LOAD, R_S, RETURN_FORCE
 from tests.support.scenarios import SCENARIOS, pulley, simulate
-
-pytestmark = pytest.mark.quick
 
 DATA = pulley(drive__force=RETURN_FORCE, solver__duration=12.0)
 SCENARIO = validate(DATA, SCENARIOS)
@@ -180,9 +180,9 @@ FLYWHEEL = {
 }
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-10, 1e-12])
-@pytest.mark.parametrize("mu_k", [None, 0.05])
+@pytest.mark.parametrize(
+    ("mu_k", "rtol"), one_in(3, product([None, 0.05], [1e-6, 1e-8, 1e-10, 1e-12]))
+)
 def test_a_flywheel_of_many_turns_passes_the_audit(rtol: float, mu_k: float | None) -> None:
     """An eccentric mass exchanges 2 J a turn with 750 J; errors of thousands of steps add up."""
     data: Any = FLYWHEEL | {"solver": FLYWHEEL["solver"] | {"rtol": rtol}}  # type: ignore[operator]

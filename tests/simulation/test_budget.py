@@ -6,7 +6,8 @@ from typing import Any
 import pytest
 
 import frictionsim as fs
-from tests.attacks.checkpoints import ORIGINALS
+from tests.support.cases import one_in
+from tests.support.crafted_checkpoints import ORIGINALS
 from tests.support.scenarios import SCENARIOS
 
 PULLEY = SCENARIOS / "pulley.toml"
@@ -43,8 +44,7 @@ PARTS = [
 ]
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize("name", PARTS)
+@pytest.mark.parametrize("name", one_in(3, PARTS))
 def test_a_run_in_parts_of_few_steps_gives_the_bytes_of_a_whole_one(
     name: str, tmp_path: Path
 ) -> None:

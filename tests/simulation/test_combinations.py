@@ -13,8 +13,6 @@ from frictionsim.errors import InputError
 from frictionsim.simulation.combinations import Combinations
 from tests.support.scenarios import SCENARIOS
 
-pytestmark = pytest.mark.quick
-
 MU_S = "effects.shaft_friction.mu_s"
 PULLEY = fs.load(SCENARIOS / "pulley.toml")
 KEYS = ["mechanism.load", "effects.shaft_friction.mu_k", "drive.force.value.1", "solver.max_step"]

@@ -14,7 +14,8 @@ from frictionsim.io.result_format import state_digest
 from frictionsim.solvers import state_values
 from frictionsim.solvers.event_driven import EventDrivenSolver
 from frictionsim.solvers.state_values import Values
-from tests.attacks.checkpoints import ORIGINALS, craft, small_segments, write_original
+from tests.support.cases import one_in
+from tests.support.crafted_checkpoints import ORIGINALS, craft, small_segments, write_original
 
 # The kernels of these are compiled for little else.
 SLOW = [name for name in ORIGINALS if "stiff" in name]
@@ -46,8 +47,7 @@ def refusal(original: str, change: Callable[[State], None], folder: Path) -> str
     return str(refused.value)
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", one_in(2, NAMES))
 def test_what_is_not_changed_is_resumed(name: str, tmp_path: Path) -> None:
     path = write_original(name, tmp_path)
     craft(path, lambda state: None)
@@ -79,8 +79,7 @@ OUT_OF_RANGE: list[tuple[list[str], str, Any, tuple[float, ...], str]] = [
 ]
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize(("names", "array", "at", "values", "message"), OUT_OF_RANGE)
+@pytest.mark.parametrize(("names", "array", "at", "values", "message"), one_in(3, OUT_OF_RANGE))
 def test_numbers_of_belts_stay_in_their_ranges(
     names: list[str], array: str, at: Any, values: tuple[float, ...], message: str, tmp_path: Path
 ) -> None:

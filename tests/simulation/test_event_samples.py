@@ -10,6 +10,7 @@ from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.results import Record
 from frictionsim.scenario.loading import load
 from frictionsim.simulation.simulate import run
+from tests.support.cases import one_in
 from tests.support.problems import BREAKAWAY, CORD_RADIUS, LOAD, R_K, R_S, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate, with_method
 
@@ -47,8 +48,7 @@ def solved(name: str, law: str, backend: str, **changes: Any) -> Record:
     return simulate(data)
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize(("name", "law", "backend"), SETTINGS)
+@pytest.mark.parametrize(("name", "law", "backend"), one_in(2, SETTINGS))
 def test_the_time_axis_is_the_union_of_regular_samples_and_events(
     name: str, law: str, backend: str
 ) -> None:

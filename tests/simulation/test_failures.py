@@ -13,8 +13,6 @@ from frictionsim.cli.commands import run_command_line
 from frictionsim.io import hdf5_reader
 from tests.support.scenarios import Scenario, pulley, simulate
 
-pytestmark = pytest.mark.quick
-
 PUBLISHED = {"effects__shaft_friction__law": "published"}
 # A time constant of I/b = 1 ms in steps of 10 ms.
 UNSTABLE = pulley(

@@ -10,8 +10,6 @@ from frictionsim.results import Record
 from frictionsim.simulation.record import event_labels, sticking_phases, sticking_words, with_jumps
 from tests.support.scenarios import shipped
 
-pytestmark = pytest.mark.quick
-
 
 @cache
 def solved(name: str) -> Record:

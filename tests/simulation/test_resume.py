@@ -17,6 +17,7 @@ from frictionsim.results import Record
 from frictionsim.scenario.loading import load, scenario_from_result, validate
 from frictionsim.simulation.simulate import run
 from frictionsim.simulation.single_dof import SingleDofSimulation
+from tests.support.cases import slow
 from tests.support.scenarios import ROOT, SCENARIOS, Scenario, pulley, simulate
 from tests.support.stopped_runs import stopping
 
@@ -51,8 +52,7 @@ def assert_same_when_interrupted(data: Scenario, folder: Path, *stops: list[int]
         assert part.read_bytes() == whole.read_bytes()
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize(("backend", "first"), [("events", 0), ("rkf45", 1)])
+@pytest.mark.parametrize(("backend", "first"), [("events", 0), slow("rkf45", 1)])
 def test_interruption_at_any_step_gives_identical_bytes(
     backend: str, first: int, tmp_path: Path
 ) -> None:

@@ -16,6 +16,7 @@ import pytest
 from frictionsim.results import Record
 from frictionsim.scenario.loading import validate
 from frictionsim.scenario.signal_tables import PiecewiseLinearTable, period_of
+from tests.support.cases import one_in
 from tests.support.problems import CORD_RADIUS, LOAD, R_S, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
 from tests.support.second_way_shafts import machine_at_rest
@@ -79,10 +80,9 @@ def test_period_of_a_table_with_plateaus() -> None:
     assert period_of(5.0, 10.0) is None
 
 
-@pytest.mark.every(3)
 @pytest.mark.parametrize(
     ("seed", "backend"),
-    [*((seed, "events") for seed in range(15)), *((seed, "rkf45") for seed in range(4))],
+    one_in(3, [*((seed, "events") for seed in range(15)), *((seed, "rkf45") for seed in range(4))]),
 )
 def test_warns_of_an_interval_too_long_for_stick_slip(seed: int, backend: str) -> None:
     rng = random.Random(seed)
@@ -261,8 +261,7 @@ def machine_run(seed: int) -> Record:
     return simulate(drawn_machine(seed)[0])
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", one_in(3, range(60)))
 def test_warns_of_a_machine_that_stalls_or_runs_back(seed: int) -> None:
     data, least = drawn_machine(seed)
     record = machine_run(seed)

@@ -9,8 +9,6 @@ from frictionsim.errors import InputError
 from frictionsim.simulation import sample_store
 from frictionsim.simulation.sample_store import SampleStore, rows_per_segment
 
-pytestmark = pytest.mark.quick
-
 TYPES = {"x": np.float64, "sticking": np.int8}
 COLUMNS = 4
 

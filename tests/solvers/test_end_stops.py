@@ -1,5 +1,6 @@
 """End stops: located impacts, rest on a stop and leaving it, with every solver."""
 
+from itertools import product
 from math import ceil, inf, log, pi, radians, sqrt
 from typing import Any
 
@@ -12,6 +13,7 @@ from frictionsim.scenario.loading import validate
 from frictionsim.simulation.simulate import run
 from frictionsim.solvers.end_stops import first_impact
 from tests.simulation.test_resume import calls_of, stopping
+from tests.support.cases import one_in, slow
 from tests.support.end_stops_reference import drawn_body, events_of, mirrored
 from tests.support.scenarios import SCENARIOS, changed, mechanism_of, simulate, sound, with_method
 from tests.support.stopped_bodies import scenario_of, stopped, with_friction
@@ -60,9 +62,7 @@ def test_under_a_constant_torque_the_times_of_impact_are_a_geometric_series(back
     assert done.quantities["energy_impact"].value == pytest.approx(0.5 * HIGHEST, rel=accuracy)
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("backend", EXACT)
-@pytest.mark.parametrize("seed", range(25))
+@pytest.mark.parametrize(("seed", "backend"), one_in(2, product(range(25), EXACT)))
 def test_drawn_bodies_move_as_in_the_independent_program(seed: int, backend: str) -> None:
     rng = np.random.default_rng(seed)
     body = drawn_body(rng)
@@ -142,17 +142,21 @@ def test_a_body_rests_on_a_stop_until_the_torque_turns(
         assert np.array_equal(channels["friction_torque"][held], -channels["applied_torque"][held])
 
 
-@pytest.mark.every(5)
-@pytest.mark.parametrize("start", [60.0, 59.9])
 @pytest.mark.parametrize(
-    ("law", "backend"),
+    ("law", "backend", "start"),
     [
-        ("", "events"),
-        ("", "dop853"),
-        ("set-valued", "events"),
-        ("set-valued", "rkf45"),
-        ("regularised", "rkf45"),
-        ("regularised", "radau"),
+        ("", "events", 60.0),
+        slow("", "events", 59.9),
+        slow("", "dop853", 60.0),
+        slow("", "dop853", 59.9),
+        slow("set-valued", "events", 60.0),
+        ("set-valued", "events", 59.9),
+        slow("set-valued", "rkf45", 60.0),
+        slow("set-valued", "rkf45", 59.9),
+        slow("regularised", "rkf45", 60.0),
+        slow("regularised", "rkf45", 59.9),
+        ("regularised", "radau", 60.0),
+        slow("regularised", "radau", 59.9),
     ],
 )
 def test_a_short_turn_of_the_torque_after_a_long_rest_is_not_missed(
@@ -251,9 +255,17 @@ def test_a_body_may_start_at_its_stop(backend: str, is_dry: bool) -> None:
     assert away.transitions[0].time > 0.1
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize(("law", "backend"), [("", "events"), *[("dry", name) for name in EXACT]])
-@pytest.mark.parametrize("stop", [0.0, 60.0])
+@pytest.mark.parametrize(
+    ("stop", "law", "backend"),
+    one_in(
+        3,
+        [
+            (stop, law, backend)
+            for stop in (0.0, 60.0)
+            for law, backend in [("", "events"), *(("dry", name) for name in EXACT)]
+        ],
+    ),
+)
 def test_a_tiny_capture_speed_does_not_make_flights_without_end(
     stop: float, law: str, backend: str
 ) -> None:
@@ -285,8 +297,7 @@ CASES: list[tuple[str, str, dict[str, Any]]] = [
 ]
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize(("law", "backend", "keys"), CASES)
+@pytest.mark.parametrize(("law", "backend", "keys"), one_in(2, CASES))
 def test_resumed_runs_give_identical_results(law: str, backend: str, keys: dict[str, Any]) -> None:
     """Interrupted anywhere: in flight, before an impact is processed, at rest on a stop."""
     data = stopped(PRESSED, effects__end_stops__restitution=0.3, output__interval=0.2)

@@ -17,8 +17,6 @@ from frictionsim.solvers.published_law import PublishedSolver, switch
 from tests.support.problems import CORD_RADIUS, DRAG, LOAD, R_K, R_S
 from tests.support.scenarios import SCENARIOS, pulley, with_method
 
-pytestmark = pytest.mark.quick
-
 
 class Case(NamedTuple):
     """A row of the table: the two terms in the outer sign(), and its value."""

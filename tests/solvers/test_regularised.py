@@ -15,6 +15,7 @@ from frictionsim.scenario.loading import load
 from frictionsim.scenario.methods import SCIPY
 from frictionsim.simulation.simulate import run as simulate_scenario
 from frictionsim.solvers.friction_curve import friction_curve
+from tests.support.cases import one_in
 from tests.support.problems import BREAKAWAY, CORD_RADIUS, INERTIA, LOAD, R_K, R_S, RAMP
 from tests.support.scenarios import SCENARIOS, changed, pulley, shipped, simulate, with_method
 
@@ -149,8 +150,7 @@ def test_scipy_is_not_imported_by_our_own_backends() -> None:
     assert done.stdout.splitlines()[-1].split() == ["False", "False"]
 
 
-@pytest.mark.every(3)
-@pytest.mark.parametrize("backend", SCIPY)
+@pytest.mark.parametrize("backend", one_in(3, SCIPY))
 def test_a_run_with_scipy_leaves_nothing_to_resume(backend: str) -> None:
     """So that the user is not told to; `test_budget` resumes one with our own integrator."""
 

@@ -9,8 +9,6 @@ from hypothesis import strategies as st
 from frictionsim.errors import StepUnderflow
 from frictionsim.solvers.root_finding import bracket_root
 
-pytestmark = pytest.mark.quick
-
 
 @given(st.floats(0.001, 0.999), st.integers(0, 4))
 def test_brackets_the_root_to_rounding(root: float, shape: int) -> None:

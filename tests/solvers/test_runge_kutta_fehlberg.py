@@ -21,8 +21,6 @@ from frictionsim.solvers.one_contact_state import Failure, Run
 from frictionsim.solvers.one_contact_step import trial_step
 from tests.support.scenarios import SCENARIOS
 
-pytestmark = pytest.mark.quick
-
 
 class Acceleration(NamedTuple):
     """x'' = a(t, x, v), as a system without friction."""

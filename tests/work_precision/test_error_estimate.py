@@ -12,8 +12,6 @@ from frictionsim.scenario.loading import load
 from frictionsim.work_precision.error_estimate import estimate, tighter
 from tests.support.scenarios import SCENARIOS, pulley, scenario_run, simulate
 
-pytestmark = pytest.mark.quick
-
 EXACT = simulate(pulley(solver__rtol=1e-13, solver__atol=1e-15)).quantities
 
 

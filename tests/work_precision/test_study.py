@@ -37,6 +37,7 @@ from frictionsim.work_precision.recommendation import advise
 from frictionsim.work_precision.settings import ScenarioVariants
 from frictionsim.work_precision.study import Benchmark, study
 from frictionsim.work_precision.table import table_of
+from tests.support.cases import slow
 from tests.support.problems import RAMP
 from tests.support.scenarios import GOLDEN, SCENARIOS, pulley, simulate, with_method
 
@@ -403,8 +404,7 @@ def test_the_command_writes_table_json_csv_hdf5_and_picture(
     assert "this is a table of `frictionsim cost`, not the result of a run" in refused.stderr
 
 
-@pytest.mark.every(2)
-@pytest.mark.parametrize("suffix", [".pdf", ".svg"])
+@pytest.mark.parametrize("suffix", [".pdf", slow(".svg")])
 def test_a_study_with_failures_can_be_drawn(
     suffix: str, failing: WorkPrecision, tmp_path: Path
 ) -> None:
