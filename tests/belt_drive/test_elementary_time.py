@@ -36,3 +36,11 @@ def test_other_laws_refuse_it_and_the_warning_ends_with_it() -> None:
         fs.load("belt_drive", {key: 1e-6})
     assert any(key in warning for warning in fs.load("belt_drive_published").warnings())
     assert not fs.load("belt_drive_published", {key: 1e-6}).warnings()
+
+
+@pytest.mark.usefixtures("uncompiled")
+def test_a_belt_is_told_of_no_method_that_it_lacks() -> None:
+    table = {"mu_s": 0.6, "mu_k": 0.6, "law": "regularised", "transition_speed": 1e-3}
+    reason = fs.solve(pair(effects__belt_friction=table), max_steps=2).reason
+    assert "increase the transition_speed of the smoothed law" in reason
+    assert "bdf" not in reason

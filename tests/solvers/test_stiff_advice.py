@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 import frictionsim as fs
-from tests.support.belt_scenarios import pair
 
 Told = Callable[..., tuple[str, str]]
 
@@ -70,11 +69,3 @@ def test_limits_of_explicit_methods_name_stiff_ones(backend: str) -> None:
     reason = fs.solve(data, exact, max_steps=20).reason
     assert "loosen the tolerances" in reason
     assert "stiff" not in reason
-
-
-@pytest.mark.usefixtures("uncompiled")
-def test_a_belt_is_told_of_no_method_that_it_lacks() -> None:
-    table = {"mu_s": 0.6, "mu_k": 0.6, "law": "regularised", "transition_speed": 1e-3}
-    reason = fs.solve(pair(effects__belt_friction=table), max_steps=2).reason
-    assert "increase the transition_speed of the smoothed law" in reason
-    assert "bdf" not in reason
