@@ -96,8 +96,8 @@ VIEWS = {
         },
     ),
 }
-# Of views of an instant, which is not the end.
-TIMES = {"friction_circle": 0.8}
+# Of a view of an instant that is not the end, and of a body on the passive span, as in Kubas 2014.
+OPTIONS = {"friction_circle": "--time 0.8", "body": "--body 120"}
 # By scenario: its kind, and further views or what else they show.
 MORE_VIEWS = {
     "lift": (
@@ -121,7 +121,7 @@ def of_views() -> list[Picture]:
             (
                 f"frictionsim solve scenarios/{name}.toml",
                 VIEW_OF.format(name=name, view=view)
-                + (f" --time {TIMES[view]}" if view in TIMES else ""),
+                + (f" {OPTIONS[view]}" if view in OPTIONS else ""),
             ),
         )
         for kind, (name, views) in DRAWN.items()

@@ -77,6 +77,8 @@ def _cost_table_html(table: "CostTable", path: Path) -> str:
         study = study_of(table)
     except ValueError as error:
         raise InputError(f"{path}: cannot read this table of costs: {error}") from None
+    if not (study.title or study.kind):  # a table in CSV of an earlier version
+        study = study._replace(title=path.name)
     return _costs_html(study, str(path))
 
 

@@ -167,11 +167,13 @@ def resume_with(
     """Resume an interrupted run."""
     from frictionsim.api.sweep_result import result_or_sweep  # a run needs none of it
     from frictionsim.io.replaceable import RESULT
-    from frictionsim.io.unfinished import whole_name_beside
+    from frictionsim.io.unfinished import resumable_name, whole_name_beside
 
     since = perf_counter()
     incomplete = (
-        result if isinstance(result, Result) else result_or_sweep(as_path("result", result))
+        result
+        if isinstance(result, Result)
+        else result_or_sweep(resumable_name(as_path("result", result)))
     )
     if not isinstance(incomplete, Result):
         raise InputError(f"{result}: this is a sweep; frictionsim.resume_sweep continues it")
@@ -242,15 +244,15 @@ def _monitor(
 ) -> Monitors[float]:
     """Return the monitor of a run: interruption, progress and limit of the wall time."""
     parts: list[RunMonitor] = [] if stop is None else [stop]
-    solver = scenario.solver
+    duration = scenario.solver.duration
     if callable(options.progress):
         parts.append(_ProgressFunction(options.progress))
     elif options.progress:
         from frictionsim.api.progress import RunProgress
 
-        parts.append(RunProgress(solver.duration))
+        parts.append(RunProgress(duration))
     if options.max_wall is not None:
-        parts.append(WallTimeLimit(options.max_wall, solver.duration, solver.budget_advice, since))
+        parts.append(WallTimeLimit(options.max_wall, duration, scenario.budget_advice, since))
     return Monitors(*parts)
 
 

@@ -214,9 +214,11 @@ def resume_sweep(
     OutputError
         If another process is running it, or the file cannot be written.
     """
+    from frictionsim.io.unfinished import resumable_name
+
     target = None if output is None else as_path("output", output)
     execution = ExecutionOptions.among(locals())
-    return resume_study(open_sweep(as_path("path", path)), target, execution)
+    return resume_study(open_sweep(resumable_name(as_path("path", path))), target, execution)
 
 
 @contextmanager

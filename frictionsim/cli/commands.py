@@ -219,10 +219,11 @@ def resume(
     from frictionsim.api.solving import RunOptions
     from frictionsim.api.sweep_result import result_or_sweep
     from frictionsim.cli.job import Report, resume_job
+    from frictionsim.io.unfinished import resumable_name
 
     log_on_stderr(verbose)
     options = RunOptions.among(locals())
-    incomplete = result_or_sweep(result)
+    incomplete = result_or_sweep(resumable_name(result))
     if not isinstance(incomplete, fs.Result):
         from frictionsim.api.sweeping import ExecutionOptions, resume_study
         from frictionsim.cli.study_commands import SweepPrinting, run_with

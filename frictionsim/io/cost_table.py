@@ -1,7 +1,8 @@
 """The table of a work-precision study in a file of `frictionsim cost`, in CSV or HDF5.
 
 A table in CSV has a line for each setting below a heading with units. Lines above the heading that
-begin with # are notes, for example about the machine.
+begin with # are notes, for example about the machine. What holds for the whole study (ABOUT) has
+columns of its own at the end, with the same text in each line, so that the heading stays the first.
 """
 
 import csv
@@ -26,12 +27,14 @@ FIRST = (b"law,backend,setting,", b"backend,setting,")  # starts of headings; ol
 TEXTS = ("backend", "setting", "status")
 NUMBERS = ("error", "wall_seconds", "steps", "rhs_evaluations")
 STATUSES = ("done", "failed")
+ABOUT = ("kind", "title", "references", "time_references", "reference_uncertainty", "quantities")
+"""Attributes of a study that a table in CSV has as columns."""
 
 
 class CostTable(NamedTuple):
     """The table of a study."""
 
-    attributes: dict[str, str]  # the known ones; none for a table in CSV
+    attributes: dict[str, str]  # the known ones; in CSV those of ABOUT, none in an older table
     columns: dict[str, Column]  # by name, of equal lengths; NaN where a value is unknown
     notes: tuple[str, ...] = ()  # lines above the table
 
@@ -56,7 +59,9 @@ def is_costs_in_csv(path: Path) -> bool:
 
 def write_csv(table: CostTable, path: Path) -> None:
     """Write a table of costs as CSV atomically, with units in the header line."""
-    text, columns = StringIO(newline=""), table.columns.values()
+    about = {name: table.attributes.get(name, "").replace("\n", " and ") for name in ABOUT}
+    texts = [Column(name, "", name, [about[name]] * table.rows) for name in ABOUT]
+    text, columns = StringIO(newline=""), (*table.columns.values(), *texts)
     writer = csv.writer(text)
     writer.writerow([f"{c.name} [{c.unit}]" if c.unit else c.name for c in columns])
     writer.writerows(zip(*(c.values for c in columns), strict=True))
@@ -93,7 +98,9 @@ def _table(rows: list[CsvRow], notes: tuple[str, ...]) -> CostTable:
         if unit:
             values = [_number(row.cells[number], row.line, name) for row in rows[1:]]
         columns[name] = Column(name, unit, name.replace("_", " "), values)
-    return checked(CostTable({}, columns, notes))
+    about = {name: columns.pop(name) for name in ABOUT if name in columns}
+    same = {name: "".join(map(str, column.values[:1])) for name, column in about.items()}
+    return checked(CostTable(same, columns, notes))
 
 
 def _number(cell: str, line: int, name: str) -> float:

@@ -4,7 +4,7 @@ import logging
 import os
 from pathlib import Path
 
-from frictionsim.errors import OutputError
+from frictionsim.errors import InputError, OutputError
 from frictionsim.io.atomic_write import SUFFIXES, check_no_clobber
 from frictionsim.io.replaceable import Kind, check_no_link
 
@@ -79,3 +79,20 @@ def existing_name(path: Path) -> Path:
         return path
     LOG.warning("%s: there is no such file; the unfinished %s is taken", path, partial)
     return partial
+
+
+def resumable_name(path: Path) -> Path:
+    """Return the name of a file to resume, as `existing_name` does.
+
+    InputError is raised if there is none. It suggests no other file: that is of another run.
+    """
+    found = existing_name(path)
+    if path.name and os.path.isdir(path.parent) and not os.path.lexists(found):
+        whole = whole_name(path)
+        raise InputError(
+            f"{path}: there is nothing to resume: neither {partial_name(whole).name} nor"
+            f" {whole.name} exists. A run that is killed leaves its last checkpoint only with"
+            " output.checkpoint, the wall time between checkpoints in s (--set"
+            " output.checkpoint=60.0); without one, solve its scenario again"
+        )
+    return found

@@ -1,7 +1,6 @@
 """The reports of studies: of a sweep, and of a work-precision study."""
 
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -250,7 +249,7 @@ def cost_page(study: WorkPrecision, parts: Document, source: str, diagram: Pictu
         Name of its file; empty if there is none.
     diagram : Picture
     """
-    title = f"{study.title or study.kind or Path(source).name}: error against run time"
+    title = f"{study.title or study.kind}: error against run time"
     failed = sum(row.status != "done" for row in study.rows)
     counts = f"{len(study.rows)} settings" + (f", {failed} failed" if failed else "")
     lines = [

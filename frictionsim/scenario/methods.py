@@ -55,11 +55,11 @@ METHODS = {
     "events": Method(locates_events=True),
     "rkf45": Method(),
     "moreau": Method(fixed_steps=True),
+    "bdf": Method("BDF", implicit=True),
+    "radau": Method("Radau", implicit=True),
+    "lsoda": Method("LSODA", implicit=True),
     "rk45": Method("RK45"),
     "dop853": Method("DOP853"),
-    "radau": Method("Radau", implicit=True),
-    "bdf": Method("BDF", implicit=True),
-    "lsoda": Method("LSODA", implicit=True),
 }
 SCIPY = tuple(name for name, method in METHODS.items() if method.scipy_class)
 
@@ -89,8 +89,9 @@ SINGLE_DOF: Pairs = {
     (SET_VALUED, "events"): Pair(_SOLVERS + "event_driven"),
     (SET_VALUED, "rkf45"): Pair(_SOLVERS + "set_valued"),
     (PUBLISHED, "rkf45"): Pair(_SOLVERS + "published_law", fixed_step=True),
-    (REGULARISED, "rkf45"): Pair(_SOLVERS + "regularised"),
-    **{(REGULARISED, name): Pair(_SOLVERS + "regularised") for name in SCIPY},
+    # Near rest a smoothed law is stiff, the more the lower its transition speed: it limits the
+    # steps of explicit methods whatever their tolerances.
+    **{(REGULARISED, name): Pair(_SOLVERS + "regularised") for name in (*SCIPY, "rkf45")},
 }
 
 # Of several contacts: their changes of mode are located events.
@@ -107,6 +108,12 @@ BELT: Pairs = {
 def methods_of(pairs: Pairs, law: str = "") -> tuple[str, ...]:
     """Return the methods that support a law; all methods without friction (law "")."""
     return tuple(dict.fromkeys(m for of, m in pairs if law in ("", of)))
+
+
+def stiff_methods_of(pairs: Pairs, law: str) -> tuple[str, ...]:
+    """Return the methods whose steps a smoothed law does not limit; of other laws none."""
+    fitting = methods_of(pairs, law) if law == REGULARISED else ()
+    return tuple(name for name in fitting if METHODS[name].implicit)
 
 
 def laws_of(pairs: Pairs) -> tuple[str, ...]:

@@ -43,6 +43,7 @@ class SolverSettings(Params):
         methods.REGULARISED: methods.REGULARISED,
     }
     FRICTION_EFFECTS: ClassVar[str] = "shaft_friction, hinge_friction or rolling_friction"
+    METHODS_OF_LAWS: ClassVar[Mapping[str, str]] = {methods.REGULARISED: "bdf"}  # else rkf45
 
     backend: str = Field("events", description="Integration method.")
     duration: float = unit_field("s", "Simulated time.", 10.0, gt=0)
@@ -67,13 +68,20 @@ class SolverSettings(Params):
         "1", "Limit of steps; a resumed run may take as many again.", 10_000_000, gt=0
     )
 
-    @property
-    def budget_advice(self) -> str:
-        """Advice for a run that has exceeded its budget."""
-        method = methods.METHODS[self.backend]
+    def budget_advice(self, law: str, pairs: methods.Pairs = methods.SINGLE_DOF) -> str:
+        """Return advice for a run with a friction law that has exceeded its budget."""
+        method, stiff = methods.METHODS[self.backend], methods.stiff_methods_of(pairs, law)
         fixed = method.fixed_steps or self.step is not None
         ways = ["resume the run"] if method.resumable else []
         ways += ["raise the limit", "take longer steps" if fixed else "loosen the tolerances"]
+        if law in (methods.REGULARISED, methods.CREEP):
+            ways.append("increase the transition_speed of the smoothed law")
+        if stiff and not method.implicit:
+            ways[-2:] = [
+                f"take a stiff method, {', '.join(stiff[:-1])} or {stiff[-1]}"
+                f" (--set solver.backend={stiff[0]}): the smoothed law limits the steps of"
+                f" {self.backend}, whatever its tolerances"
+            ]
         return " or ".join((", ".join(ways[:-1]), ways[-1]))
 
     @field_validator("backend")
@@ -81,11 +89,12 @@ class SolverSettings(Params):
     def _backend_exists(cls, backend: str) -> str:
         if backend in cls.RETIRED_BACKENDS:
             law = cls.RETIRED_BACKENDS[backend]
+            method = cls.METHODS_OF_LAWS.get(law, "rkf45")
             raise inconsistent(
                 (),
                 f"'{backend}' is a friction law, not a method: give law = \"{law}\" in the friction"
-                f' effect, and backend = "rkf45" (--set effects.NAME.law={law}'
-                f" --set solver.backend=rkf45, with NAME {cls.FRICTION_EFFECTS})",
+                f' effect, and backend = "{method}" (--set effects.NAME.law={law}'
+                f" --set solver.backend={method}, with NAME {cls.FRICTION_EFFECTS})",
             )
         if backend not in methods.METHODS:
             raise inconsistent((), unknown("backend", backend, list(methods.METHODS)))
@@ -351,6 +360,11 @@ class Scenario(Params):
     def pair(self) -> methods.Pair:
         """The pair of friction law and method."""
         return methods.pair_of(self.pairs, self.law, self.solver.backend)
+
+    @property
+    def budget_advice(self) -> str:
+        """Advice for a run that has exceeded its budget."""
+        return self.solver.budget_advice(self.law, self.pairs)
 
     @model_validator(mode="after")
     def _law_and_method_go_together(self) -> Self:

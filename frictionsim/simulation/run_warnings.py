@@ -67,6 +67,8 @@ def nothing_moves(mechanism: "Mechanism", trajectory: "Trajectory") -> list[str]
     if none and stops is not None and stops.side(float(q[0])) != STICK:
         return ["nothing moves: the body rests on its end stop"]
     if mechanism.contact is None or none:
+        if mechanism.is_turned(trajectory):
+            return ["nothing moves: the applied torques are in balance, their sum is zero"]
         return ["nothing moves: no torque is applied"]
     limit = np.broadcast_to(mechanism.contact.static_limit(u, q), q.shape)
     roundoff = mechanism.contact.roundoff(u, q)

@@ -66,7 +66,7 @@ def error_of(failure: Failure, problem: Problem, settings: "SolverSettings") -> 
     if failure.reason == layout.TOO_MANY_STEPS:
         return BudgetExceeded(
             f"limit of {settings.max_steps} steps reached at t = {t:.9g} s of {what};"
-            f" {settings.budget_advice} (unless a short time constant, such as inertia over"
+            f" {problem.budget_advice} (unless a short time constant, such as inertia over"
             " damping, limits the steps)"
         )
     if failure.reason == layout.NON_FINITE:

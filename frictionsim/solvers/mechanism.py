@@ -249,6 +249,9 @@ class Mechanism(NamedTuple):
         quantities(trajectory) returns the quantities that are specific to the mechanism.
     run_warnings : callable
         run_warnings(trajectory) returns warnings about a complete run.
+    is_turned : callable
+        is_turned(trajectory) of a body at rest: whether any torque is applied to it, also where
+        all of them cancel. Without it: whether the drive is not zero.
     effects : tuple of str
         The effects that are simulated.
     tolerance_share : float
@@ -269,6 +272,7 @@ class Mechanism(NamedTuple):
     quantities: Callable[[Trajectory], "Quantities"]
     effects: tuple[str, ...]
     run_warnings: Callable[[Trajectory], list[str]] = lambda trajectory: []
+    is_turned: Callable[[Trajectory], bool] = lambda trajectory: any(trajectory.drive)
     position: float = 0.0
     velocity: float = 0.0
     switching_surfaces: tuple[Any, ...] = ()

@@ -9,6 +9,7 @@ from math import copysign, inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
+from frictionsim.scenario.methods import SET_VALUED
 from frictionsim.solvers import multi_contact, one_contact
 from frictionsim.solvers import multi_contact_state as multi
 from frictionsim.solvers import one_contact_state as layout
@@ -97,6 +98,8 @@ class Problem:
         By the number of the event.
     change, advice : str
         Of the message on contacts that chatter.
+    budget_advice : str
+        Of the message on too many steps.
     """
 
     integrate: Callable[..., int] = staticmethod(one_contact.integrate)
@@ -114,6 +117,8 @@ class Problem:
         self.run = run_of(mechanism, settings, buffer)
         self.state = initial_state(mechanism)
         self.event_names = event_names(mechanism)
+        law = "" if mechanism.contact is None else mechanism.contact.law
+        self.budget_advice = settings.budget_advice(law)
         self.change = f"the contact '{self.event_names[0]}' changed its mode"
         self.advice = "check whether the drive changes too fast" + (
             ", or give a larger effects.end_stops.capture_speed" if mechanism.stops else ""
@@ -168,6 +173,7 @@ class MultiContactProblem(Problem):
         self.subject = _subject(self.event_names)
         self.run = _run_of_several(mechanism, settings, buffer)
         self.state = _state_of_several(mechanism)
+        self.budget_advice = settings.budget_advice(SET_VALUED)
         self.change = "the contacts changed their modes"
         self.advice = "check whether the drive changes too fast"
 

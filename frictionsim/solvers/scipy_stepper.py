@@ -56,8 +56,7 @@ class ScipyStepper(LawStepper):
         if self.steps + self.rejected >= most:
             raise BudgetExceeded(
                 f"limit of {most} steps reached at t = {self.t:.9g} s of {self._what};"
-                " raise the limit, loosen the tolerances or increase the transition_speed of a"
-                " regularised law"
+                f" {self._problem.budget_advice}"
             )
         s[layout.T_OLD] = s[layout.T_NEW]
         layout.copy(s, layout.Y_OLD, layout.Y_NEW, self._states)

@@ -243,7 +243,7 @@ class Benchmark:
 
 def _run(scenario: "Scenario", monitor: RunMonitor, max_wall: float) -> Record:
     solver = scenario.solver
-    limit = WallTimeLimit(max_wall, solver.duration, solver.budget_advice)
+    limit = WallTimeLimit(max_wall, solver.duration, scenario.budget_advice)
     result = run(scenario, Monitors(monitor, limit))
     if result.status == "interrupted":
         raise Stopped(result)

@@ -104,7 +104,7 @@ def table_of(study: WorkPrecision) -> CostTable:
 def _attributes(study: WorkPrecision) -> dict[str, str]:
     """Return the attributes of a study beside its rows, as texts.
 
-    `status` and `reason`; `references` and `time_references`, one per line;
+    `title` and `kind`; `status` and `reason`; `references` and `time_references`, one per line;
     `reference_uncertainty`, JSON: the relative difference of the two references for each measure;
     `quantities`, the measures that are quantities, of a study of meshes.
     """
@@ -112,6 +112,8 @@ def _attributes(study: WorkPrecision) -> dict[str, str]:
     floor = reference.floor if reference else {}
     wanted = [m.name for m in study.metrics if m.what == "quantity"] if study.of_meshes else []
     return {
+        "title": study.title,
+        "kind": study.kind,
         "status": study.status,
         "reason": study.reason,
         "references": "\n".join(reference.names) if reference else "",

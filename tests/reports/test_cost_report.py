@@ -172,8 +172,18 @@ def test_markup_in_a_table_of_costs_stays_text(
         assert re.search(r"\d+ settings, [1-9] failed", page.inner_text("body"))
 
 
-def test_a_table_without_uncertainty_says_so(reports: dict[str, Path]) -> None:
-    text = reports[".csv"].read_text(encoding="utf-8")
+def test_a_table_without_uncertainty_says_so(
+    files: dict[str, Path], reports: dict[str, Path], tmp_path: Path
+) -> None:
+    """As CSV tables of earlier versions are, which do not name their study either."""
+    old = tmp_path / "old.csv"
+    with files[".csv"].open(newline="", encoding="utf-8") as read:
+        rows = list(csv.reader(read))
+    with old.open("w", newline="", encoding="utf-8") as write:
+        csv.writer(write).writerows(row[: rows[0].index("kind")] for row in rows)
+    text = fs.report(old, tmp_path / "old.html").read_text(encoding="utf-8")
+    assert "old.csv: error against run time" in text
+    assert "<title>:" not in text
     assert "reference uncertainty: unknown; errors may not be resolved so finely" in text
     text = reports[".h5"].read_text(encoding="utf-8")
     assert "the difference of the references" in text

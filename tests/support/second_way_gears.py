@@ -91,11 +91,16 @@ def gear_statics(scenario: Table) -> dict[str, Seen]:
         forward, backward = balance + holds, balance - holds
         resistance = holds
     size = gear.weights() + abs(resistance)
+    starts = {"uniform_torque_at_start": Seen(forward, ROUNDING * size)}
+    if not gear.published:
+        starts = {
+            "torque_to_start_forward": Seen(forward, ROUNDING * size),
+            "torque_to_start_backward": Seen(backward, ROUNDING * size),
+        }
     other = "consistent" if gear.published else "published"
-    inertia, level = gear.inertia, gear.gravity_moment()
+    inertia, level = gear.inertia, gear.weights()
     return {
-        "torque_to_start_forward": Seen(forward, ROUNDING * size),
-        "torque_to_start_backward": Seen(backward, ROUNDING * size),
+        **starts,
         "uniform_torque_mean": gear.uniform_mean(0.0),
         f"uniform_torque_mean_{other}": Gear(scenario, other).uniform_mean(0.0),
         "gravity_moment": Seen(level, ROUNDING * level),

@@ -103,8 +103,7 @@ class BeltDrive:
             return left
         raise BudgetExceeded(
             f"limit of {solver.max_steps} steps reached at t = {t:.9g} s of the belt;"
-            f" {solver.budget_advice}, or give it fewer bodies or a law of friction that is less"
-            " stiff"
+            f" {self._scenario.budget_advice}, or give it fewer bodies"
         )
 
     @property

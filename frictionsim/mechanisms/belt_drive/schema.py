@@ -188,6 +188,7 @@ class BeltSolverSettings(SolverSettings):
 
     RETIRED_BACKENDS: ClassVar[Mapping[str, str]] = {PUBLISHED: CREEP, REGULARISED: REGULARISED}
     FRICTION_EFFECTS: ClassVar[str] = "belt_friction"
+    METHODS_OF_LAWS: ClassVar[Mapping[str, str]] = {}
 
     backend: str = Field("rkf45", description="Integration method.")
     duration: float = unit_field("s", "Simulated time.", 1.0, gt=0)
@@ -300,10 +301,11 @@ class BeltDriveScenario(Scenario):
         """Return warnings about the scenario, also of a creep that depends on the step."""
         warnings = super().warnings()
         friction = self.effects.belt_friction
-        if friction is not None and friction.law == "creep":
+        if friction is not None and friction.law == "creep" and friction.elementary_time is None:
             warnings.append(
-                "law = 'creep' takes the creep as slip times step, as published: its friction"
-                " depends on the steps of the solver"
+                "law = 'creep' takes the step of the solver as its elementary time: give"
+                " effects.belt_friction.elementary_time, in s, for friction that does not depend on"
+                " the steps"
             )
         return warnings
 

@@ -374,11 +374,16 @@ class PublishedGear(NamedTuple):
         return energies
 
 
+def published_gravity_moment(terms: EquationTerms) -> float:
+    """Return the moment of the weights of eq 26, (G_OA/2 + 2 G_2) L, N m: the planet's twice."""
+    return terms.gravity_moment + terms.planet_weight * terms.length
+
+
 def published_gear_of(terms: EquationTerms, scenario: EpicyclicScenario) -> PublishedGear:
     """Return the equation as published with the terms of the effects."""
     couple = terms.kinetic_couple * terms.planet_speed_ratio
     rolling = terms.arm * terms.planet_weight * terms.planet_speed_ratio
-    k = terms.gravity_moment + terms.planet_weight * terms.length
+    k = published_gravity_moment(terms)
     constant = (ConstantCouple(couple),) if terms.hinge or not terms.rolls else ()
     return PublishedGear(
         scenario.mechanism.inertia,

@@ -1,25 +1,41 @@
 """Torques of impending motion and of uniform rotation of an epicyclic gear."""
 
-from frictionsim.mechanisms.epicyclic.equation import EquationTerms, build, uniform_torque_mean
+from frictionsim.mechanisms.epicyclic.equation import (
+    EquationTerms,
+    build,
+    published_gravity_moment,
+    uniform_torque_mean,
+)
 from frictionsim.mechanisms.epicyclic.schema import EpicyclicScenario
 from frictionsim.results import Quantities, Quantity
 
 
 def statics(scenario: EpicyclicScenario) -> Quantities:
-    """Return the torques of impending motion at the initial angle, and of uniform rotation."""
+    """Return the torques of impending motion at the initial angle, and of uniform rotation.
+
+    The published equation has no rest, and so no impending motion: what its drive has at the
+    initial angle is the torque of uniform rotation, eq 28.
+    """
     terms, mechanism = EquationTerms(scenario), build(scenario)
     angle = mechanism.position
     balance = -mechanism.applied_torque(0.0, angle, 0.0)
     limit = mechanism.contact.static_limit(0.0, angle) if mechanism.contact else 0.0
-    other = "published" if scenario.mechanism.formulation == "consistent" else "consistent"
+    is_published = scenario.mechanism.formulation == "published"
+    other = "consistent" if is_published else "published"
     changed = scenario.model_copy(
         update={"mechanism": scenario.mechanism.model_copy(update={"formulation": other})}
     )
-    return {
+    at_start = {
         "torque_to_start_forward": Quantity(balance + limit, "N m"),
         "torque_to_start_backward": Quantity(balance - limit, "N m"),
+    }
+    if is_published:
+        at_start = {"uniform_torque_at_start": Quantity(balance, "N m")}
+    gravity_moment = published_gravity_moment(terms) if is_published else terms.gravity_moment
+    return {
+        **at_start,
         "uniform_torque_mean": Quantity(uniform_torque_mean(scenario, 0.0), "N m"),
         f"uniform_torque_mean_{other}": Quantity(uniform_torque_mean(changed, 0.0), "N m"),
-        "gravity_moment": Quantity(terms.gravity_moment, "N m"),
+        "gravity_moment": Quantity(gravity_moment, "N m"),
         "inertia": Quantity(scenario.mechanism.inertia, "kg m^2"),
     }

@@ -36,7 +36,13 @@ from typing import Any
 from frictionsim.mechanisms.effects import CONTACT_NAME
 from frictionsim.mechanisms.shaft.channels import CHANNELS as CHANNELS
 from frictionsim.mechanisms.shaft.channels import PANELS as PANELS
-from frictionsim.mechanisms.shaft.equation import load_on_shaft, loads_of, shaft_of, turns_with_body
+from frictionsim.mechanisms.shaft.equation import (
+    load_on_shaft,
+    loads_of,
+    shaft_of,
+    turns_with_body,
+    weights_of,
+)
 from frictionsim.mechanisms.shaft.loads import Elapsed
 from frictionsim.mechanisms.shaft.schema import ShaftScenario
 from frictionsim.mechanisms.shaft.statics import breakaway_values, check_unknown
@@ -108,6 +114,15 @@ def build(scenario: ShaftScenario) -> Mechanism:
         duration, interval = scenario.solver.duration, scenario.interval
         return warnings + hidden_turns(trajectory.position, trajectory.velocity, interval, duration)
 
+    def is_turned(trajectory: Trajectory) -> bool:
+        """Return whether a load has a moment, or the spring is deflected."""
+        angle = float(trajectory.position[0])
+        if any(spring.k * (angle - spring.q_0) for spring in shaft.spring):
+            return True
+        state = (trajectory.time, angle + 0.0 * trajectory.time, 0.0 * trajectory.time)
+        loads = [*loads_of(scenario), *weights_of(scenario)]
+        return any((load.over_samples(*state) * load.arms.at(angle)[0]).any() for load in loads)
+
     damping, friction = effects.viscous_damping, effects.shaft_friction
     flows = ("energy_input", *["energy_damping"] * bool(damping), *[ENERGY] * bool(shaft.stops))
     has_potential = bool(shaft.weight or shaft.spring)
@@ -121,6 +136,7 @@ def build(scenario: ShaftScenario) -> Mechanism:
         quantities=quantities,
         stops=shaft.stops[0] if shaft.stops else None,
         run_warnings=run_warnings,
+        is_turned=is_turned,
         **equation_of(shaft, flows, ("energy_kinetic", "energy_potential")[: 1 + has_potential]),
         **set_up(scenario),
     )

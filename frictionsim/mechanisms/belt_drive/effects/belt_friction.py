@@ -120,13 +120,13 @@ def add_friction_rows(
         start = end
 
 
-UNITS = {"transition_speed": "m/s", "maximum_creep": "m"}
+UNITS = {"transition_speed": "m/s", "maximum_creep": "m", "elementary_time": "s"}
 
 
 class BeltFrictionTable(CoefficientsOfFriction):
     """`[effects.belt_friction]`, with `pulleys.NAME` for those that differ."""
 
-    LAW_KEYS: ClassVar[tuple[str, ...]] = ("law", "transition_speed", "maximum_creep")
+    LAW_KEYS: ClassVar[tuple[str, ...]] = ("law", *UNITS)
 
     law: Literal["set-valued", "regularised", "creep"] = Field(
         "set-valued", description="Friction law."
@@ -144,6 +144,13 @@ class BeltFrictionTable(CoefficientsOfFriction):
         None,
         gt=0,
     )
+    elementary_time: float | None = unit_field(
+        "s",
+        "Time in which the slip velocity gives the creep of eq 13, for `creep`; without it the"
+        " step of the solver, on which the friction depends then.",
+        None,
+        gt=0,
+    )
     pulleys: dict[str, CoefficientsOfFriction] = Field(
         default_factory=dict,
         description="Coefficients of a pulley that differs from the others, by its name.",
@@ -151,19 +158,16 @@ class BeltFrictionTable(CoefficientsOfFriction):
 
     @model_validator(mode="after")
     def _law_has_its_parameters(self) -> Self:
-        needs = {
-            "transition_speed": self.law in ("regularised", "creep"),
-            "maximum_creep": self.law == "creep",
-        }
-        for key, needed in needs.items():
+        of_law = {"regularised": ("transition_speed",), "creep": tuple(UNITS)}.get(self.law, ())
+        for key, unit in UNITS.items():
             given = getattr(self, key) is not None
-            if needed and not given:
+            if key in of_law and not given and key != "elementary_time":
                 raise inconsistent(
                     (key,),
-                    f"missing; law = '{self.law}' needs it, in {UNITS[key]}"
+                    f"missing; law = '{self.law}' needs it, in {unit}"
                     f" (--set effects.belt_friction.{key}=VALUE)",
                 )
-            if given and not needed:
+            if given and key not in of_law:
                 raise inconsistent(
                     (key,), f"law = '{self.law}' has no such parameter; leave it out"
                 )
@@ -194,9 +198,18 @@ class RegularisedFriction(NamedTuple):
 
 
 class CreepFriction(NamedTuple):
-    """The blend of eq 13: the creep, m, at which a contact without slip has its full friction."""
+    """The blend of eq 13.
+
+    Attributes
+    ----------
+    max_creep : float, m
+        At which a contact without slip has its full friction.
+    elementary_time : float, s
+        In which it slips the creep; 0 for the step of the integration.
+    """
 
     max_creep: float
+    elementary_time: float
 
 
 class BeltFrictionLaw(NamedTuple):
@@ -227,7 +240,9 @@ class FrictionEffect(BeltEffect):
             if table.law == "set-valued"
             else None,
             RegularisedFriction(table.transition_speed) if table.transition_speed else None,
-            CreepFriction(table.maximum_creep) if table.maximum_creep else None,
+            CreepFriction(table.maximum_creep, table.elementary_time or 0.0)
+            if table.maximum_creep
+            else None,
         )
 
 
@@ -359,12 +374,13 @@ def regularised_friction(
     creep: CreepFriction | None,
     contacts: Contacts,
     pulleys: Pulleys,
-    elementary_time: float,
+    step: float,
 ) -> None:
     """Write FRICTION, STICKING and ALPHA as a regularised law has them for the slip.
 
     With a creep the contact that hardly slips has the friction mu_1 of the way s dt that it
-    slips in the elementary time dt of the integration: a law that depends on the step.
+    slips in the elementary time dt. Without a given one that is the step of the integration, s,
+    and the law depends on it.
     """
     if law is not None:
         rows = contact_rows(contacts.table)
@@ -374,23 +390,27 @@ def regularised_friction(
             size = abs(slip[s])
             x = size / law.transition_speed
             mu = friction_curve(x, static[s], kinetic[s])
-            mu += creep_coefficient(creep, x, size * elementary_time, static[s])
+            mu += creep_coefficient(creep, x, size, step, static[s])
             friction[s] = np.copysign(mu * normal[s], slip[s])
             sticking[s] = 1.0 if size < law.transition_speed else 0.0
         pulley_accelerations(contacts, pulleys)
 
 
 @inline_kernel
-def creep_coefficient(creep: CreepFriction | None, x: float, way: float, static: float) -> float:
+def creep_coefficient(
+    creep: CreepFriction | None, x: float, slip: float, step: float, static: float
+) -> float:
     """Return the additional friction of a contact at rest, eq 13, Fig. 6b; zero without creep."""
     if creep is not None:
+        elementary_time = creep.elementary_time if creep.elementary_time > 0.0 else step
+        way = slip * elementary_time
         return static * (1.0 - rising_part(x)) * rising_part(way / creep.max_creep)
     return 0.0
 
 
 @inline_kernel
 def solve_friction(
-    law: BeltFrictionLaw | None, system: System, ax: Array, ay: Array, elementary_time: float
+    law: BeltFrictionLaw | None, system: System, ax: Array, ay: Array, step: float
 ) -> None:
     """Write the friction on the bodies and the accelerations of free pulleys.
 
@@ -400,7 +420,7 @@ def solve_friction(
     contacts, pulleys = system.contacts, system.pulleys
     if law is not None:
         solve_sticking(law.set_valued, system, ax, ay)
-        regularised_friction(law.regularised, law.creep, contacts, pulleys, elementary_time)
+        regularised_friction(law.regularised, law.creep, contacts, pulleys, step)
     else:
         pulley_accelerations(contacts, pulleys)
 
