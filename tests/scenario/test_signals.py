@@ -23,7 +23,7 @@ pytestmark = pytest.mark.quick
 
 
 class Drive(Params):
-    force: TimeSignal
+    force: TimeSignal = unit_field("N", "Force.")
 
 
 def signal(table: Any, folder: Path = Path()) -> Signal:
