@@ -11,8 +11,8 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, mo
 
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.scenario.csv_columns import (
-    Column,
     ColumnKey,
+    CsvColumn,
     NoSuchColumn,
     heading,
     read_columns,
@@ -240,7 +240,7 @@ class _DataTable:
                 unit = getattr(source.data[column], "attrs", {}).get("units")
                 unit = unit if isinstance(unit, str) and unit else heading(str(column))[1]
                 where = f"unit of the column '{column}'"
-                self._columns[column] = Column([], place, unit, where)
+                self._columns[column] = CsvColumn([], place, unit, where)
             self._check_lengths()
         for column in no_gaps:
             self._check_finite(column)

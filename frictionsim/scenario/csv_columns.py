@@ -11,7 +11,6 @@ numbers. A column may have its unit in brackets there, ``F [kN]`` or ``F (kN)``,
 import csv
 import re
 from collections.abc import Collection, Iterator, Sequence
-from contextlib import suppress
 from itertools import islice, pairwise, takewhile
 from math import isfinite, nan
 from pathlib import Path
@@ -34,6 +33,7 @@ QUOTED = re.compile(r'"[^"]*"')
 IN_BRACKETS = re.compile(r"\s*(?:\[[^\[\]]*\]|\([^()]*\))")
 BEHIND_NAME = re.compile(r"(?<=[^\s\])])\s*(?:\[[^\[\]]*\]|\([^()]*\))")
 NO_UNIT = ("", "-")  # cells in a line of units
+GAPS = ("", "nan")  # cells of data that were not measured
 
 NO_DELIMITERS = "\"'#+-.\r\n"  # signs of a number, of a comment, of a quotation
 
@@ -132,7 +132,7 @@ class NoSuchColumn(InputError):
     """A column that a file does not have."""
 
 
-class Column(NamedTuple):
+class CsvColumn(NamedTuple):
     """Numbers of a column, NaN where it has none; its place; its unit, and where this stands."""
 
     values: list[float]
@@ -203,7 +203,7 @@ def read_columns(
     decimal: str | None = None,
     are_all: bool = False,
     advice: str = "",
-) -> tuple[dict[ColumnKey, Column], list[int]]:
+) -> tuple[dict[ColumnKey, CsvColumn], list[int]]:
     """Return columns by name, or number from 1, and the line that each of their rows is from.
 
     In those without gaps each cell must have a number. Delimiter and decimal mark are as found if
@@ -226,10 +226,12 @@ def read_columns(
     if first == len(rows):
         raise InputError(f"'{path}' has no lines of numbers")
     # One mark in all numbers: beside 1.5 the comma of 1,234 may be that of the thousands.
-    points = delimiter == "," or any("." in cell for row in rows[first:] for cell in numbers(row))
+    points = delimiter == "," or any(
+        "." in "".join(numbers(row)) for row in rows[first:] if "." in "".join(row.cells)
+    )
     decimal = decimal or ("." if points else ",")
     units = _units(path, rows[max(header, 0) : first], places, None if names else rows[first])
-    columns = {c: Column([], place, *units.get(c, ("", ""))) for c, place in places.items()}
+    columns = {c: CsvColumn([], place, *units.get(c, ("", ""))) for c, place in places.items()}
     for row in rows[first:]:
         if are_all and _width(row) != len(places):
             advice = "; of several columns, choose with time and value" * (len(row.cells) > 2)
@@ -238,22 +240,26 @@ def read_columns(
                 f" {quoted(' '.join(row.cells))}{advice}"
             )
         for column, place in places.items():
-            where = f"line {row.line} of '{path}'"
-            of = f"column {place + 1}" + f" ('{column}')" * isinstance(column, str)
-            if not 0 <= place < len(row.cells):
-                raise InputError(f"{where}: no {of}, only {len(row.cells)}")
-            cell = row.cells[place]
+            cell = row.cells[place] if 0 <= place < len(row.cells) else ""
             number = number_in(cell, decimal)
-            if column not in no_gaps and cell.lower() in ("", "nan"):
+            if column not in no_gaps and 0 <= place < len(row.cells) and cell.lower() in GAPS:
                 number = nan
             elif number is None or not isfinite(number):
-                other = number is None and number_in(cell) is not None
-                raise InputError(
-                    f"{where}: expected a finite number in {of}, got {quoted(cell)}"
-                    + f"; the decimal mark is '{decimal}' here" * other
-                )
+                raise InputError(_fault(path, row, column, place, decimal))
             columns[column].values.append(number)
     return columns, [row.line for row in rows[first:]]
+
+
+def _fault(path: Path, row: CsvRow, column: ColumnKey, place: int, decimal: str) -> str:
+    """Return the message for a cell without a finite number, or that is not there."""
+    where = f"line {row.line} of '{path}'"
+    of = f"column {place + 1}" + f" ('{column}')" * isinstance(column, str)
+    if not 0 <= place < len(row.cells):
+        return f"{where}: no {of}, only {len(row.cells)}"
+    cell = row.cells[place]
+    other = number_in(cell, decimal) is None and number_in(cell) is not None
+    advice = f"; the decimal mark is '{decimal}' here" * other
+    return f"{where}: expected a finite number in {of}, got {quoted(cell)}{advice}"
 
 
 def number_in(cell: str, *marks: str) -> float | None:
@@ -261,11 +267,13 @@ def number_in(cell: str, *marks: str) -> float | None:
 
     It has one of the decimal marks; any if none is given.
     """
-    text = cell.partition("#")[0]
+    text = cell.partition("#")[0] if "#" in cell else cell
     for mark in marks or (".", ","):
         if "_" not in text and (mark == "." or "." not in text):
-            with suppress(ValueError):
-                return float(text.replace(mark, "."))
+            try:
+                return float(text if mark == "." else text.replace(mark, "."))
+            except ValueError:
+                pass
     return None
 
 
@@ -328,7 +336,7 @@ def separated(text: str, delimiter: str, path: Path) -> Iterator[CsvRow]:
             return "\n"
         if is_blank:  # a unit belongs to the name before it, which another kind of blank tells
             line = BEHIND_NAME.sub(lambda m: m[0].replace(" ", "\xa0"), line.replace("\t", " "))
-        return behind_quotes.sub('"', line) + "\n"
+        return (behind_quotes.sub('"', line) if '"' in line else line) + "\n"
 
     reader = csv.reader(
         map(prepared, text.split("\n")),

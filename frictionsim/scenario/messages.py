@@ -1,6 +1,5 @@
 """Error messages for invalid scenarios: the key, the expected and the given value."""
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple, get_args, get_origin
 
 from pydantic import BaseModel
@@ -57,11 +56,11 @@ def error_messages(errors: list[Any], model: type[BaseModel]) -> list[tuple[KeyP
             near = closest(str(key), arguments)
             misspelt[error["loc"]] = [near] if near else [*arguments, "value"]
             errors.remove(left[0])
-    return [error_message(e, model, misspelt.get(e["loc"], ())) for e in errors]
+    return [error_message(e, model, misspelt.get(e["loc"])) for e in errors]
 
 
 def error_message(
-    error: Any, model: type[BaseModel], misspelt: Sequence[str] = ()
+    error: Any, model: type[BaseModel], misspelt: list[str] | None = None
 ) -> tuple[KeyPath, str]:
     """Return key and message for an error of pydantic, one of `ValidationError.errors()`.
 

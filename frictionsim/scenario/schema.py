@@ -59,7 +59,7 @@ def unit_field(unit: str, description: str, default: Any = ..., **bounds: Any) -
     **bounds
         Arguments of pydantic's ``Field``: ``gt``, ``ge``, ``lt``, ``le``, ``min_length``, ...
     """
-    extra = {"unit": unit}
+    extra: Any = {"unit": unit}
     field: Any = Field(default, description=description, json_schema_extra=extra, **bounds)
     field.metadata.append(UnitOfKey(unit))
     return field
