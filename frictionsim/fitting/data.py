@@ -1,7 +1,7 @@
 """The measured data of a fit: time series of one run, or a table of runs and their noise."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from math import isfinite, pi
+from math import isfinite
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
@@ -10,7 +10,13 @@ import numpy as np
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from frictionsim.errors import ArgumentError, InputError, unknown
-from frictionsim.scenario.csv_columns import ColumnKey, NoSuchColumn, heading, read_columns
+from frictionsim.scenario.csv_columns import (
+    ColumnKey,
+    CsvColumn,
+    NoSuchColumn,
+    heading,
+    read_columns,
+)
 from frictionsim.scenario.model_fields import unit_of_key
 from frictionsim.scenario.model_validation import MAX_NUMBER, MIN_NUMBER
 from frictionsim.scenario.options import (
@@ -24,69 +30,13 @@ from frictionsim.scenario.options import (
     number_or_name,
 )
 from frictionsim.scenario.schema import inconsistent, unit_field
+from frictionsim.scenario.units import factor
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     from frictionsim.results import Array
     from frictionsim.scenario.settings import Scenario
-
-
-# The SI unit of each unit, and its size in this.
-UNITS: dict[str, tuple[str, float]] = {
-    "1": ("1", 1.0),
-    "%": ("1", 0.01),
-    "s": ("s", 1.0),
-    "ms": ("s", 1e-3),
-    "us": ("s", 1e-6),
-    "min": ("s", 60.0),
-    "h": ("s", 3600.0),
-    "rad": ("rad", 1.0),
-    "deg": ("rad", pi / 180.0),
-    "rev": ("rad", 2.0 * pi),
-    "rad/s": ("rad/s", 1.0),
-    "deg/s": ("rad/s", pi / 180.0),
-    "rev/s": ("rad/s", 2.0 * pi),
-    "rpm": ("rad/s", pi / 30.0),
-    "1/min": ("rad/s", pi / 30.0),
-    "rad/s^2": ("rad/s^2", 1.0),
-    "deg/s^2": ("rad/s^2", pi / 180.0),
-    "m": ("m", 1.0),
-    "mm": ("m", 1e-3),
-    "cm": ("m", 1e-2),
-    "um": ("m", 1e-6),
-    "in": ("m", 0.0254),
-    "m/s": ("m/s", 1.0),
-    "mm/s": ("m/s", 1e-3),
-    "km/h": ("m/s", 1.0 / 3.6),
-    "N": ("N", 1.0),
-    "mN": ("N", 1e-3),
-    "kN": ("N", 1e3),
-    "lbf": ("N", 4.4482216152605),
-    "N m": ("N m", 1.0),
-    "mN m": ("N m", 1e-3),
-    "kN m": ("N m", 1e3),
-    "gf cm": ("N m", 9.80665e-5),
-    "lbf ft": ("N m", 1.3558179483314004),
-    "J": ("J", 1.0),
-    "mJ": ("J", 1e-3),
-    "kJ": ("J", 1e3),
-    "W": ("W", 1.0),
-    "mW": ("W", 1e-3),
-    "kW": ("W", 1e3),
-}
-
-
-def factor(unit: str, model_unit: str) -> float:
-    """Return the size of a unit in the unit of the model."""
-    if unit == model_unit:
-        return 1.0
-    si, size = UNITS.get(model_unit, (model_unit, 1.0))
-    fitting = [name for name, (base, _) in UNITS.items() if base == si]
-    if unit not in fitting:
-        known = f"one of {', '.join(fitting)}" if fitting else f"'{model_unit}'"
-        raise InputError(f"expected {known}, got '{unit}'")
-    return UNITS[unit][1] / size
 
 
 EXACT = 1e-9  # of the spread: least standard deviation
@@ -279,19 +229,18 @@ class _DataTable:
         no_gaps = [*([] if time is None else [time]), *source.over.values()]
         if isinstance(source.data, Path):
             try:
-                content = read_columns(source.data, wanted, no_gaps)
+                self._columns, self._lines = read_columns(source.data, wanted, no_gaps)
             except InputError as error:
                 raise ArgumentError("data", str(error)) from None
-            self.values = {column: np.array(content.values[column]) for column in wanted}
-            self.units, self._lines = content.units, content.lines
+            self.values = {column: np.array(self._columns[column].values) for column in wanted}
         else:
-            self.values, self.units, self._lines = {}, {}, []
-            for column in wanted:
+            self.values, self._columns, self._lines = {}, {}, []
+            for place, column in enumerate(wanted):
                 self.values[column] = self._mapping_column(column)
                 unit = getattr(source.data[column], "attrs", {}).get("units")
-                unit = unit or heading(str(column)).unit or None
-                if isinstance(unit, str):
-                    self.units[column] = unit
+                unit = unit if isinstance(unit, str) and unit else heading(str(column))[1]
+                where = f"unit of the column '{column}'"
+                self._columns[column] = CsvColumn([], place, unit, where)
             self._check_lengths()
         for column in no_gaps:
             self._check_finite(column)
@@ -343,9 +292,13 @@ class _DataTable:
     def unit_factor(self, column: ColumnKey, model_unit: str) -> float:
         """Return the factor from the unit in the heading of a column to that of the model."""
         try:
-            return factor(self.units.get(column, model_unit), model_unit)
+            return self._columns[column].factor(model_unit)
         except InputError as error:
-            raise ArgumentError("data", f"unit of the column '{column}': {error}") from None
+            raise ArgumentError("data", f"{error}; a unit that is given counts instead") from None
+
+    def unit(self, column: ColumnKey) -> str:
+        """Return the unit in the heading of a column; empty if it has none."""
+        return self._columns[column].unit
 
 
 def _too_large(value: float) -> str:
@@ -398,7 +351,7 @@ def _channel_targets(source: FitOptions, scenario: "Scenario") -> list[Target]:
         )
         target = _column_target(source, table, name, column, size)
         target = target._replace(kind="channel", unit=model_unit, times=times[target.runs])
-        data_unit = unit or table.units.get(column, model_unit)
+        data_unit = unit or table.unit(column) or model_unit
         targets.append(target._replace(runs=np.zeros_like(target.runs), data_unit=data_unit))
     return targets
 
@@ -411,7 +364,7 @@ def _column_target(
     finite = np.isfinite(values)
     if not finite.any():
         raise ArgumentError("data", f"no numbers in the column '{column}'")
-    unit, rows = source.units.get(name) or table.units.get(column, ""), np.flatnonzero(finite)
+    unit, rows = source.units.get(name) or table.unit(column), np.flatnonzero(finite)
     return Target(
         name=name,
         kind="quantity",

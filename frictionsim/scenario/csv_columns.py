@@ -1,18 +1,18 @@
 """Columns of numbers from CSV files: of a signal in a scenario, and of measured data.
 
-Of a signal: `{csv = "log.csv", time = "t", value = "F_N", ...}`. With `csv` alone the file has two
-columns, separated by comma, semicolon, space or tab. Any further key makes it a table of columns,
-which Python's `csv` reads, with quotes around cells or without.
+The delimiter is that which the file is said to have, or the first of `;`, tab, `,` and blank that
+stands outside quotes in the first line of numbers. With another one than a comma, a comma in a
+number is the decimal mark. Cells may be in quotes; lines that begin with # are comments.
 
-The first line that has all the wanted names is the header. In measured data a name may be followed
-by its unit in brackets there, as in ``angular_velocity [rad/s]``, which is how results are printed
-as CSV, or ``angular_velocity (rad/s)``.
+The header is the first line with all names that are asked for, or else the last line above the
+numbers. A column may have its unit in brackets there, ``F [kN]`` or ``F (kN)``, or in a line below.
 """
 
+import csv
 import re
-from collections.abc import Callable, Iterator, Sequence
-from itertools import dropwhile, pairwise, takewhile
-from math import isfinite
+from collections.abc import Collection, Iterator, Sequence
+from itertools import islice, pairwise, takewhile
+from math import isfinite, nan
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
@@ -21,15 +21,19 @@ from pydantic_core import PydanticCustomError
 
 from frictionsim.errors import InputError, unknown
 from frictionsim.scenario.schema import Params, inconsistent
+from frictionsim.scenario.units import factor, is_unit
 
 MAX_BYTES = 16 * 1024 * 1024  # more than a million points of a log
 MAX_LINES = 1_000_000
 MAX_TEXT = 60  # characters of a line or cell in a message
 MAX_NAME, MAX_NAMES = 24, 20  # characters of a column's name in a message, and names
 DELIMITERS = (";", "\t", ",")  # searched for in this order where none is given
-UNITS = {"time": "s", "speed": "rad/s"}
-HEADING = re.compile(r"(.*?)\s*(?:\[([^\]]*)\]|\(([^()]*)\))?")
-NAN = float("nan")
+MAX_ABOVE = 1000  # lines in which the first one of numbers is searched for
+QUOTED = re.compile(r'"[^"]*"')
+IN_BRACKETS = re.compile(r"\s*(?:\[[^\[\]]*\]|\([^()]*\))")
+BEHIND_NAME = re.compile(r"(?<=[^\s\])])\s*(?:\[[^\[\]]*\]|\([^()]*\))")
+NO_UNIT = ("", "-")  # cells in a line of units
+GAPS = ("", "nan")  # cells of data that were not measured
 
 NO_DELIMITERS = "\"'#+-.\r\n"  # signs of a number, of a comment, of a quotation
 
@@ -72,29 +76,26 @@ class CsvTable(Params):
         min_length=1, description="File, relative to the scenario; # begins a comment in it."
     )
     time: ColumnKey | None = Field(
-        None, description="Column of the times, s, by name or number; the first if left out."
+        None, description="Column of the times, by name or number; the first if left out."
     )
     value: ColumnKey | None = Field(
         None, description="Column of the values, by name or number; the second if left out."
     )
     delimiter: Delimiter | None = Field(
-        None, description="Character between cells; if left out `;`, tab, `,` or space, as found."
+        None, description="Character between cells; if left out `;`, tab, `,` or blank, as found."
     )
-    decimal: Literal[".", ","] = Field(".", description="Decimal mark of the numbers.")
+    decimal: Literal[".", ","] | None = Field(
+        None, description="Decimal mark of the numbers; if left out as found."
+    )
 
     @property
-    def has_columns(self) -> bool:
-        """Whether any key but the file name is given."""
-        return bool(self.model_fields_set - {"csv"})
-
-    @property
-    def abscissa(self) -> Literal["time", "speed"]:
-        """The abscissa of the values."""
-        return "time"
+    def argument(self) -> tuple[str, str]:
+        """What the values depend on, and its unit."""
+        return "time", "s"
 
     @model_validator(mode="after")
     def _delimiter_is_not_the_decimal_mark(self) -> Self:
-        if self.delimiter == self.decimal:
+        if self.delimiter is not None and self.delimiter == self.decimal:
             raise inconsistent(
                 ("delimiter",),
                 f"'{self.delimiter}' is the decimal mark, too; give another delimiter, such as ';'",
@@ -106,12 +107,12 @@ class CsvSpeedTable(CsvTable):
     """`{csv = "log.csv", speed = "w", value = "M_Nm"}`: points from columns, over a speed."""
 
     speed: ColumnKey | None = Field(
-        None, description="Column of speeds, rad/s, by name or number, in the place of time."
+        None, description="Column of speeds, by name or number, in the place of time."
     )
 
     @property
-    def abscissa(self) -> Literal["time", "speed"]:
-        return "time" if self.speed is None else "speed"
+    def argument(self) -> tuple[str, str]:
+        return ("time", "s") if self.speed is None else ("speed", "rad/s")
 
     @model_validator(mode="after")
     def _over_time_or_speed(self) -> Self:
@@ -127,192 +128,160 @@ class CsvRow(NamedTuple):
     cells: list[str]
 
 
-class _SignalPoint(NamedTuple):
-    """The line, time, s, or speed, rad/s, and value of a point."""
-
-    line: int
-    abscissa: Any
-    value: Any
-
-
-class Heading(NamedTuple):
-    """The heading of a column.
-
-    Attributes
-    ----------
-    name, unit : str
-        The unit is empty if it has none.
-    cell : str
-        Both, as they are in the file.
-    """
-
-    name: str
-    unit: str
-    cell: str
-
-
-class ColumnError(InputError):
-    """A name for which a file has no column, or several."""
-
-    def __init__(self, column: str, message: str) -> None:
-        super().__init__(message)
-        self.column = column
-
-
-class NoSuchColumn(ColumnError):
+class NoSuchColumn(InputError):
     """A column that a file does not have."""
 
 
-class Columns(NamedTuple):
-    """Columns of a table of measured data.
+class CsvColumn(NamedTuple):
+    """Numbers of a column, NaN where it has none; its place; its unit, and where this stands."""
 
-    Attributes
-    ----------
-    values : dict of list of float
-        By the column as it was asked for; NaN where a cell is empty.
-    units : dict of str
-        The unit in the heading of a column; none where it has none.
-    lines : list of int
-        The line of the file that each row is from.
-    """
+    values: list[float]
+    place: int
+    unit: str = ""
+    where: str = ""
 
-    values: dict[ColumnKey, list[float]]
-    units: dict[ColumnKey, str]
-    lines: list[int]
+    def factor(self, model_unit: str) -> float:
+        """Return the size of its unit in that of the model; raise InputError if it has none."""
+        try:
+            return factor(self.unit or model_unit, model_unit)
+        except InputError as error:
+            raise InputError(
+                f"{self.where}: {error}; convert the numbers, or choose another column; if this is"
+                " no unit, write the heading without it"
+            ) from None
+
+    def in_unit(self, model_unit: str) -> list[float]:
+        """Return the numbers in the unit of the model."""
+        size = self.factor(model_unit)
+        return [number * size for number in self.values]
 
 
-def read_points(table: CsvTable, folder: Path) -> dict[str, list[float]]:
+def read_points(table: CsvTable, folder: Path, unit: str) -> dict[str, list[float]]:
     """Return the points of a signal in a CSV file, which is relative to a folder.
 
-    `time`, s, or `speed`, rad/s, is strictly increasing; all numbers are finite. Raises a
-    PydanticCustomError if the file cannot be read, or lacks a column or a number.
+    The values are in `unit`, whatever that in the file is. Raises a PydanticCustomError if the
+    file cannot be read, or lacks a column or a number, or if a unit is not known or does not fit.
     """
-    path = folder / table.csv
-    wanted: dict[str, ColumnKey] = {
-        table.abscissa: getattr(table, table.abscissa) or 1,
-        "value": table.value or 2,
-    }
+    path, (argument, its_unit) = folder / table.csv, table.argument
+    wanted: list[ColumnKey] = [getattr(table, argument) or 1, table.value or 2]
     try:
-        points = _points(table, wanted, path)
-    except ColumnError as error:
-        key = next(key for key, column in wanted.items() if column == error.column)
-        raise inconsistent((key,), str(error)) from None
+        columns, lines = read_columns(
+            path,
+            wanted,
+            wanted,
+            delimiter=table.delimiter,
+            decimal=table.decimal,
+            are_all=not table.model_fields_set - {"csv"},
+            advice="; the path is relative to the scenario",
+        )
+        x, y = (columns[column] for column in wanted)
+        if x.place == y.place:
+            raise InputError(f"'{path}': column {y.place + 1} is that of the {argument}, too")
+        points, values = x.in_unit(its_unit), y.in_unit(unit)
+        if len(lines) == 1:
+            raise InputError(
+                f"'{path}' has only one line with numbers, expected at least two; a constant signal"
+                f" is given as a number, here {values[0]!r}, in the place of the file"
+            )
+        for line, (earlier, later) in zip(lines[1:], pairwise(points), strict=True):
+            if not later > earlier:
+                raise InputError(
+                    f"line {line} of '{path}': {argument}s must increase from line to line, but"
+                    f" {later} {its_unit} follows {earlier} {its_unit}"
+                )
     except InputError as error:
         raise inconsistent(("csv",), str(error)) from None
-    return {
-        table.abscissa: [point.abscissa for point in points],
-        "value": [point.value for point in points],
-    }
+    return {argument: points, "value": values}
 
 
-def _points(table: CsvTable, wanted: dict[str, ColumnKey], path: Path) -> list[_SignalPoint]:
-    text = read_text(path, "; the path is relative to the scenario")
-    if table.has_columns:
-        delimiter = table.delimiter or usual_delimiter(table.decimal, text.split("\n"))
-        rows = list(separated(text, delimiter, path))
-    else:
-        rows = list(_plain(text))
-    columns = _find_columns(path, list(wanted.values()), rows, table.decimal, has_units=False)
-    if not columns.rows:
-        what = "a speed" if table.abscissa == "speed" else "a time"
-        raise InputError(f"'{path}' has no lines with {what} and a value")
-    places = {key: columns.places[column] for key, column in wanted.items()}
-    if places[table.abscissa] == places["value"]:
-        raise inconsistent(
-            ("value",), f"column {places['value'] + 1} is that of the {table.abscissa}, too"
-        )
-    points = []
-    for row in columns.rows:
-        if not table.has_columns and len(row.cells) != 2:
-            raise InputError(f"line {row.line} of '{path}': {_line_fault(row)}")
-        numbers = [_number(table, path, row, key, place) for key, place in places.items()]
-        points.append(_SignalPoint(row.line, *numbers))
-    if len(points) == 1:
-        raise InputError(
-            f"'{path}' has only one line with numbers, expected at least two; a constant signal is"
-            f" given as a number, here {points[0].value!r}, in the place of the file"
-        )
-    _check_increasing(table.abscissa, points, path)
-    return points
+def read_columns(
+    path: Path,
+    wanted: Sequence[ColumnKey],
+    no_gaps: Collection[ColumnKey],
+    *,
+    delimiter: str | None = None,
+    decimal: str | None = None,
+    are_all: bool = False,
+    advice: str = "",
+) -> tuple[dict[ColumnKey, CsvColumn], list[int]]:
+    """Return columns by name, or number from 1, and the line that each of their rows is from.
 
-
-def _check_increasing(name: str, points: list[_SignalPoint], path: Path) -> None:
-    for earlier, later in pairwise(points):
-        if not later.abscissa > earlier.abscissa:
-            raise InputError(
-                f"line {later.line} of '{path}': {name}s must increase from line to line, but"
-                f" {later.abscissa} {UNITS[name]} follows {earlier.abscissa} {UNITS[name]}"
-            )
-
-
-def _number(table: CsvTable, path: Path, row: CsvRow, key: str, place: int) -> float:
-    """Return the number of a point, with advice if there is none."""
-    try:
-        return number_in(path, row, place, f" for {key}", table.decimal)
-    except InputError as error:
-        if not table.has_columns:
-            raise InputError(f"line {row.line} of '{path}': {_line_fault(row)}") from None
-        other = "," if table.decimal == "." else "."
-        if place < len(row.cells) and finite_number(row.cells[place], other) is not None:
-            raise InputError(
-                f"{error}; if '{other}' is the decimal mark, give decimal = \"{other}\""
-            ) from None
-        raise
-
-
-def _line_fault(row: CsvRow) -> str:
-    """Return the fault of a row of a file of two columns."""
-    finite = "" if any(not is_number(cell, ".") for cell in row.cells) else ", both finite"
-    advice = "; of several columns, choose with time and value" if len(row.cells) > 2 else ""
-    return f"expected a time and a value{finite}, got {quoted(' '.join(row.cells))}{advice}"
-
-
-def read_columns(path: Path, wanted: Sequence[ColumnKey], no_gaps: Sequence[ColumnKey]) -> Columns:
-    """Return columns of a CSV file.
-
-    The delimiter is `;`, tab, `,` or space, as found. A comma is the decimal mark where it is not
-    the delimiter and no number has a point.
-
-    Parameters
-    ----------
-    path : Path
-    wanted : sequence of str or int
-        Names of columns, or numbers from 1.
-    no_gaps : sequence of str or int
-        Those of them in which each cell must have a number.
+    In those without gaps each cell must have a number. Delimiter and decimal mark are as found if
+    left out; `are_all` forbids further columns; `advice` is for a file that cannot be read.
     """
-    text = read_text(path)
-    delimiter = usual_delimiter(".", _lines_of_numbers(text))
-    rows = list(separated(text, delimiter, path))
+    text = read_text(path, advice)
     if not text.strip():
         raise InputError(f"'{path}' is empty")
-    decimal = "," if delimiter != "," and _has_commas(rows) else "."
-    columns = _find_columns(path, wanted, rows, decimal, has_units=True)
-    if not columns.rows:
+    delimiter = delimiter or find_delimiter(text, decimal)
+    rows = list(separated(text, delimiter, path))
+    names = [column for column in wanted if isinstance(column, str)]
+    header = _find_header(path, rows, names) if names else -1
+    places = {c: c - 1 if isinstance(c, int) else _place(path, rows[header], c) for c in wanted}
+
+    def numbers(row: CsvRow) -> list[str]:
+        cells = [row.cells[i] for i in places.values() if 0 <= i < len(row.cells)]
+        return [cell for cell in cells if number_in(cell) is not None]
+
+    first = next((i for i in range(header + 1, len(rows)) if numbers(rows[i])), len(rows))
+    if first == len(rows):
         raise InputError(f"'{path}' has no lines of numbers")
+    # One mark in all numbers: beside 1.5 the comma of 1,234 may be that of the thousands.
+    points = delimiter == "," or any(
+        "." in "".join(numbers(row)) for row in rows[first:] if "." in "".join(row.cells)
+    )
+    decimal = decimal or ("." if points else ",")
+    units = _units(path, rows[max(header, 0) : first], places, None if names else rows[first])
+    columns = {c: CsvColumn([], place, *units.get(c, ("", ""))) for c, place in places.items()}
+    for row in rows[first:]:
+        if are_all and _width(row) != len(places):
+            advice = "; of several columns, choose with time and value" * (len(row.cells) > 2)
+            raise InputError(
+                f"line {row.line} of '{path}': expected a time and a value, got"
+                f" {quoted(' '.join(row.cells))}{advice}"
+            )
+        for column, place in places.items():
+            cell = row.cells[place] if 0 <= place < len(row.cells) else ""
+            number = number_in(cell, decimal)
+            if column not in no_gaps and 0 <= place < len(row.cells) and cell.lower() in GAPS:
+                number = nan
+            elif number is None or not isfinite(number):
+                raise InputError(_fault(path, row, column, place, decimal))
+            columns[column].values.append(number)
+    return columns, [row.line for row in rows[first:]]
 
-    def number(row: CsvRow, column: ColumnKey, place: int) -> float:
-        cell = row.cells[place] if 0 <= place < len(row.cells) else None
-        if cell is not None and cell.lower() in ("", "nan") and column not in no_gaps:
-            return NAN
-        return number_in(path, row, place, f" ('{column}')" * isinstance(column, str), decimal)
 
-    values = {
-        c: [number(row, c, place) for row in columns.rows] for c, place in columns.places.items()
-    }
-    return Columns(values, columns.units, [row.line for row in columns.rows])
-
-
-def _lines_of_numbers(text: str) -> list[str]:
-    """Return the lines without comments, for the choice of the delimiter."""
-    return [line for line in text.split("\n") if not line.lstrip().startswith("#")] or [""]
+def _fault(path: Path, row: CsvRow, column: ColumnKey, place: int, decimal: str) -> str:
+    """Return the message for a cell without a finite number, or that is not there."""
+    where = f"line {row.line} of '{path}'"
+    of = f"column {place + 1}" + f" ('{column}')" * isinstance(column, str)
+    if not 0 <= place < len(row.cells):
+        return f"{where}: no {of}, only {len(row.cells)}"
+    cell = row.cells[place]
+    other = number_in(cell, decimal) is None and number_in(cell) is not None
+    advice = f"; the decimal mark is '{decimal}' here" * other
+    return f"{where}: expected a finite number in {of}, got {quoted(cell)}{advice}"
 
 
-def _has_commas(rows: list[CsvRow]) -> bool:
-    """Return whether numbers have a decimal comma, and none a point."""
-    cells = [cell for row in rows for cell in row.cells]
-    commas = any("," in cell and is_number(cell, ",") for cell in cells)
-    return commas and not any("." in cell and is_number(cell, ".") for cell in cells)
+def number_in(cell: str, *marks: str) -> float | None:
+    """Return the number in a cell, behind which a comment may stand; None if there is none.
+
+    It has one of the decimal marks; any if none is given.
+    """
+    text = cell.partition("#")[0] if "#" in cell else cell
+    for mark in marks or (".", ","):
+        if "_" not in text and (mark == "." or "." not in text):
+            try:
+                return float(text if mark == "." else text.replace(mark, "."))
+            except ValueError:
+                pass
+    return None
+
+
+def _width(row: CsvRow) -> int:
+    """Return the number of cells of a row, without empty ones and a comment at its end."""
+    cells = [*takewhile(lambda cell: not cell.startswith("#"), row.cells)]
+    ends = (i + 1 for i, cell in enumerate(cells) if "#" in cell)
+    return next(ends, max((i + 1 for i, cell in enumerate(cells) if cell), default=0))
 
 
 def read_text(path: Path, advice: str = "") -> str:
@@ -338,27 +307,47 @@ def read_text(path: Path, advice: str = "") -> str:
     return text
 
 
-def _plain(text: str) -> Iterator[CsvRow]:
-    """Yield the rows of a file of two columns, with any of the usual separators."""
-    for number, line in enumerate(text.splitlines(), start=1):
-        cells = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
-        if cells:
-            yield CsvRow(number, cells)
+def find_delimiter(text: str, decimal: str | None) -> str:
+    """Return the first usual delimiter outside quotes in the first line of numbers.
+
+    That is one with numbers alone, or else one with some, or else the first line.
+    """
+
+    def delimiter_in(line: str) -> str:
+        bare = QUOTED.sub("", line)
+        return next((d for d in DELIMITERS if d in bare and d != decimal), " ")
+
+    def likeness(line: str) -> int:
+        cells = [cell.strip(' "') for cell in line.split(delimiter_in(line)) if cell]
+        numbers = sum(number_in(cell) is not None for cell in cells)
+        return 3 if 1 < numbers == len(cells) else min(numbers, 2)
+
+    lines = (line.partition("#")[0].strip(" ") for line in text.split("\n"))
+    return delimiter_in(max(islice(filter(None, lines), MAX_ABOVE), key=likeness, default=""))
 
 
 def separated(text: str, delimiter: str, path: Path) -> Iterator[CsvRow]:
     """Yield the rows of a file with one delimiter; lines that begin with # are left out."""
-    import csv  # imported here: few scenarios have such a signal
+    is_blank = delimiter == " "  # of which there may be several
+    behind_quotes = re.compile(f'" +(?={re.escape(delimiter)}|$)')
 
-    lines = text.split("\n")
-    shown = ("" if line.lstrip().startswith("#") else f"{line}\n" for line in lines)
-    reader = csv.reader(shown, delimiter=delimiter, strict=True)
+    def prepared(line: str) -> str:
+        if line.lstrip().startswith("#"):
+            return "\n"
+        if is_blank:  # a unit belongs to the name before it, which another kind of blank tells
+            line = BEHIND_NAME.sub(lambda m: m[0].replace(" ", "\xa0"), line.replace("\t", " "))
+        return (behind_quotes.sub('"', line) if '"' in line else line) + "\n"
+
+    reader = csv.reader(
+        map(prepared, text.split("\n")),
+        delimiter=delimiter,
+        strict=True,
+        skipinitialspace=not is_blank,
+    )
     line = 1
     try:
         for row in reader:
-            cells = [cell.strip() for cell in row]
-            if delimiter == " ":
-                cells = [cell for cell in cells if cell]
+            cells = [cell.strip().replace("\xa0", " ") for cell in row if cell or not is_blank]
             if any(cells):
                 yield CsvRow(line, cells)
             line = reader.line_num + 1
@@ -368,152 +357,92 @@ def separated(text: str, delimiter: str, path: Path) -> Iterator[CsvRow]:
         ) from None
 
 
-def usual_delimiter(decimal: str, lines: Sequence[str]) -> str:
-    """Return the delimiter in the first line that begins with a number, or in the first line."""
-    numeric = (line for line in lines if line.lstrip(' "+-.')[:1].isdecimal())
-    sample = next(numeric, lines[0])
-    return next((d for d in DELIMITERS if d in sample and d != decimal), " ")
+def heading(cell: str) -> tuple[str, str]:
+    """Return name and unit of a heading: a known unit in brackets, or what ends it in brackets."""
+    found = [m for m in IN_BRACKETS.finditer(cell) if m.start() and _bare(m[0])]
+    units = [m for m in found if is_unit(_bare(m[0]))] or [m for m in found if m.end() == len(cell)]
+    for match in units[-1:]:
+        return f"{cell[: match.start()]}{cell[match.end() :]}".strip(), _bare(match[0])
+    return cell, ""
 
 
-class _NumberRows(NamedTuple):
-    """The places of columns from 0, their units, and the rows of numbers."""
-
-    places: dict[ColumnKey, int]
-    units: dict[ColumnKey, str]
-    rows: list[CsvRow]
+def _bare(cell: str) -> str:
+    """Return a unit without the brackets that may be around it."""
+    return cell.strip(" []()")
 
 
-def _find_columns(
-    path: Path, wanted: Sequence[ColumnKey], rows: list[CsvRow], decimal: str, *, has_units: bool
-) -> _NumberRows:
-    """Return where columns are, by the first row that has all names, and the rows of numbers below.
+def _units(
+    path: Path, head: list[CsvRow], places: dict[ColumnKey, int], data: CsvRow | None
+) -> dict[ColumnKey, tuple[str, str]]:
+    """Return the units of columns, and where they stand.
 
-    `has_units` is for measured data: it accepts names that are followed by a unit there, and
-    takes each row with a number as one of the data.
+    `head` are the lines from the header to the numbers. Without names it may have lines above the
+    header, which has as many cells as `data`, the first line of numbers.
     """
-    if not rows:
-        return _NumberRows({}, {}, [])
-    names = [column for column in wanted if isinstance(column, str)]
-    header, line = list[Heading](), 0
-    heading_of = heading if has_units else _plain_heading
-    if names:
-        headings = (([heading_of(cell) for cell in row.cells], i) for i, row in enumerate(rows))
-        place = next(((h, i) for h, i in headings if set(names) <= _names(h)), None)
-        if place is None:
-            raise _no_such_column(path, names, rows, decimal, heading_of)
-        header, above = place
-        line, rows = rows[above].line, rows[above + 1 :]
-    places: dict[ColumnKey, int] = {}
-    for column in wanted:
-        if isinstance(column, int):
-            places[column] = column - 1
-            continue
-        equal = [i for i, one in enumerate(header) if one.cell == column] or [
-            i for i, one in enumerate(header) if one.name == column
-        ]
-        if len(equal) > 1:
-            numbers = ", ".join(str(i + 1) for i in equal)
-            raise ColumnError(
-                column,
-                f"line {line} of '{path}': columns {numbers} are all named '{column}'; give the"
-                " number of one of them",
-            )
-        places[column] = equal[0]
 
-    def has_number(row: CsvRow) -> bool:
-        cells = row.cells
-        if not has_units:
-            cells = [cells[place] for place in places.values() if place < len(cells)]
-        return any(is_number(cell, decimal) for cell in cells)
+    def has_units(row: CsvRow, *, alone: bool = False) -> bool:
+        units = [unit for unit in map(_bare, row.cells) if unit not in NO_UNIT]
+        return all(map(is_unit, units)) if alone else any(is_unit(u) for u in units if u != "1")
 
-    below = list(dropwhile(lambda row: not has_number(row), rows))
-    if not names and len(below) < len(rows):
-        header = [heading_of(cell) for cell in rows[-len(below) - 1].cells]
-    units = {c: header[i].unit for c, i in places.items() if 0 <= i < len(header)}
-    return _NumberRows(places, {column: unit for column, unit in units.items() if unit}, below)
+    if data is not None:
+        widths = {len(data.cells), _width(data)}
+        fitting = [i for i, row in enumerate(head) if widths & {len(row.cells), _width(row)}][-2:]
+        for row in head[fitting[-1] + 1 if fitting else 0 :]:
+            for unit in map(_bare, re.findall(r"\[.*?\]|\(.*?\)", " ".join(row.cells))):
+                if is_unit(unit) and unit != "1":
+                    raise InputError(
+                        f"line {row.line} of '{path}': unit '{unit}' in one of {_width(row)} cells"
+                        f" above {_width(data)} columns; give each column a cell of its own"
+                    )
+        head = [head[i] for i in fitting]
+        head = head if len(head) == 2 and has_units(head[1]) else head[-1:]
+    units: dict[ColumnKey, tuple[str, str]] = {}
+    for row in head:
+        is_header = row is head[0]
+        of_units = has_units(row, alone=is_header) and not (is_header and data is None)
+        for column, place in places.items():
+            cell = row.cells[place] if 0 <= place < len(row.cells) else ""
+            unit = _bare(cell) if of_units else heading(cell)[1] if is_header else ""
+            if unit not in NO_UNIT:
+                where = f"line {row.line} of '{path}', unit of column {place + 1}, {quoted(cell)}"
+                units.setdefault(column, (unit, where))
+    return units
 
 
-def heading(cell: str) -> Heading:
-    """Return name and unit of a heading."""
-    match = HEADING.fullmatch(cell)
-    if not match or not match[1]:
-        return _plain_heading(cell)
-    return Heading(match[1], (match[2] or match[3] or "").strip(), cell)
+def _find_header(path: Path, rows: list[CsvRow], names: Sequence[str]) -> int:
+    """Return the number of the first row that has all names."""
 
+    def missing(row: CsvRow) -> list[str]:
+        known = {name for cell in row.cells for name in (cell, heading(cell)[0])}
+        return [name for name in names if name not in known]
 
-def _plain_heading(cell: str) -> Heading:
-    return Heading(cell, "", cell)
-
-
-def _names(headings: list[Heading]) -> set[str]:
-    """Return the accepted names of columns, with their units or without."""
-    return {name for one in headings for name in (one.name, one.cell)}
-
-
-def _no_such_column(
-    path: Path,
-    names: Sequence[str],
-    rows: Sequence[CsvRow],
-    decimal: str,
-    heading_of: Callable[[str], Heading],
-) -> NoSuchColumn:
-    """Return the error for names that no row has, which compares with the likely header."""
-    above = list(takewhile(lambda row: not _is_numeric(row, decimal), rows))
+    place = next((i for i, row in enumerate(rows) if not missing(row)), None)
+    if place is not None:
+        return place
+    above = [*takewhile(lambda row: None in map(number_in, filter(None, row.cells)), rows)]
     if not above:
-        return NoSuchColumn(
-            names[0],
+        raise NoSuchColumn(
             f"'{path}' has no line with the names of its columns; give the number of"
-            f" '{names[0]}', from 1",
+            f" '{names[0]}', from 1"
         )
-    lines = [(row, [heading_of(cell) for cell in row.cells]) for row in above]
-
-    def likeness(line: tuple[CsvRow, list[Heading]]) -> tuple[int, int, int]:
-        matches = len(_names(line[1]) & {*names})
-        return matches, -sum(is_number(cell, decimal) for cell in line[0].cells), len(line[1])
-
-    row, header = max(lines, key=likeness)
-    missing = next(name for name in names if name not in _names(header))
+    likely = min(above, key=lambda row: (len(missing(row)), -len(row.cells)))
     # Shortened: a file that was not meant may hold anything.
-    known = [one.name[:MAX_NAME] for one in header if one.name][:MAX_NAMES]
-    return NoSuchColumn(
-        missing, f"line {row.line} of '{path}': {unknown('column', missing, known)}"
-    )
+    listed = [heading(cell)[0][:MAX_NAME] for cell in likely.cells if cell][:MAX_NAMES]
+    fault = unknown("column", missing(likely)[0], listed)
+    raise NoSuchColumn(f"line {likely.line} of '{path}': {fault}")
 
 
-def _is_numeric(row: CsvRow, decimal: str) -> bool:
-    return all(is_number(cell, decimal) for cell in row.cells if cell)
-
-
-def number_in(path: Path, row: CsvRow, place: int, of: str, decimal: str) -> float:
-    """Return the finite number in a cell of a row; `of` names the quantity in messages."""
-    where = f"line {row.line} of '{path}'"
-    if not 0 <= place < len(row.cells):
-        raise InputError(f"{where}: no column {place + 1}{of}, only {len(row.cells)}")
-    number = finite_number(row.cells[place], decimal)
-    if number is None:
+def _place(path: Path, header: CsvRow, column: str) -> int:
+    """Return the place of a named column, from 0."""
+    cells = header.cells
+    names = cells if column in cells else [heading(cell)[0] for cell in cells]
+    if names.count(column) > 1:
+        numbers = ", ".join(str(i) for i, name in enumerate(names, start=1) if name == column)
         raise InputError(
-            f"{where}: expected a finite number in column {place + 1}{of}, got"
-            f" {quoted(row.cells[place])}"
+            f"line {header.line} of '{path}': columns {numbers} are all named '{column}'; give the"
+            " number of one of them"
         )
-    return number
-
-
-def finite_number(cell: str, decimal: str) -> float | None:
-    """Return the number in a cell; None if it is not a finite one."""
-    if not is_number(cell, decimal):
-        return None
-    number = float(cell.replace(decimal, "."))
-    return number if isfinite(number) else None
-
-
-def is_number(cell: str, decimal: str) -> bool:
-    if "_" in cell or (decimal != "." and "." in cell):
-        return False
-    try:
-        float(cell.replace(decimal, "."))
-    except ValueError:
-        return False
-    return True
+    return names.index(column)
 
 
 def quoted(text: str) -> str:

@@ -6,7 +6,7 @@ from pydantic import BaseModel
 
 from frictionsim.errors import closest, unknown
 from frictionsim.scenario.model_fields import key_names, keys_ending_in, models_in
-from frictionsim.scenario.signal_tables import FORMS_BESIDE_NUMBER, SIGNAL_TAGS, SUM
+from frictionsim.scenario.signal_tables import FORMS_BESIDE_NUMBER, SIGNAL_TAGS, SUM, PointsTable
 from frictionsim.scenario.toml_data import KeyPath
 
 MAX_VALUE_LENGTH = 40  # characters of an invalid value in a message
@@ -27,6 +27,8 @@ class _ErrorLocation(NamedTuple):
         What a list holds there: numbers, names, tables or signals.
     is_list : bool
         Whether the key takes nothing but a list of them.
+    arguments : list of str
+        What the points of the enclosing signal may depend on.
     """
 
     path: KeyPath
@@ -34,25 +36,36 @@ class _ErrorLocation(NamedTuple):
     unit: str
     items: str
     is_list: bool
+    arguments: list[str]
 
 
 def error_messages(errors: list[Any], model: type[BaseModel]) -> list[tuple[KeyPath, str]]:
-    """Return key and message for each error; a misspelt key is not missing as well."""
-    errors, misspelt = list(errors), {}
+    """Return key and message for each error; a misspelt key is not missing as well.
+
+    Nor is that on which points depend, such as `time`, where an unknown key stands for another.
+    """
+    errors, misspelt = list(errors), dict[Any, list[str]]()
     for error in [e for e in errors if e["type"] == "extra_forbidden"]:
         *table, key = error["loc"]
         missing = [e for e in errors if e["type"] == "missing" and [*e["loc"][:-1]] == table]
+        arguments = _location(model, error["loc"]).arguments
         if near := closest(str(key), [str(e["loc"][-1]) for e in missing]):
-            misspelt[error["loc"]] = near
+            misspelt[error["loc"]] = [near]
             errors.remove(next(e for e in missing if e["loc"][-1] == near))
-    return [error_message(e, model, misspelt.get(e["loc"], "")) for e in errors]
+        elif len(arguments) > 1 and (left := [e for e in missing if e["loc"][-1] in arguments]):
+            near = closest(str(key), arguments)
+            misspelt[error["loc"]] = [near] if near else [*arguments, "value"]
+            errors.remove(left[0])
+    return [error_message(e, model, misspelt.get(e["loc"])) for e in errors]
 
 
-def error_message(error: Any, model: type[BaseModel], misspelt: str = "") -> tuple[KeyPath, str]:
+def error_message(
+    error: Any, model: type[BaseModel], misspelt: list[str] | None = None
+) -> tuple[KeyPath, str]:
     """Return key and message for an error of pydantic, one of `ValidationError.errors()`.
 
     The path is that in the TOML file, without pydantic's names of union branches. A key that is
-    not known may be a missing one that is misspelt.
+    not known may be a missing one that is misspelt, or one of several.
     """
     location = _location(model, error["loc"])
     kind, context = error["type"], error.get("ctx", {})
@@ -60,7 +73,7 @@ def error_message(error: Any, model: type[BaseModel], misspelt: str = "") -> tup
         return (*location.path, *context["where"]), context["message"]
     if kind == "extra_forbidden":
         retired = getattr(location.table, "RETIRED", {}).get(location.path[-1])
-        known = [misspelt] if misspelt else key_names(location.table)
+        known = misspelt or key_names(location.table)
         *tables, name = map(str, location.path)
         inner = keys_ending_in(location.table, name)
         whole = " or ".join(f"'{'.'.join([*tables, key])}'" for key in inner)
@@ -142,6 +155,7 @@ def _location(model: type[BaseModel], loc: KeyPath) -> _ErrorLocation:
     table: type[BaseModel] | None = None
     here: type[BaseModel] | None = model
     at_signal = at_name = is_list = False
+    arguments: list[str] = []
     for part in loc:
         if at_signal and isinstance(part, str):  # the tag of the signal's form, which is no key
             here, at_signal = SIGNAL_TAGS.get(part), part == SUM
@@ -160,10 +174,12 @@ def _location(model: type[BaseModel], loc: KeyPath) -> _ErrorLocation:
         models = list(models_in(field.annotation))
         items = "numbers" if not _has_text(field.annotation) else "names"
         at_signal = len(models) > 1
+        points = [m for m in models if issubclass(m, PointsTable)]
+        arguments = list(dict.fromkeys(m.ARGUMENT[0] for m in points))
         items = "signals" if at_signal else "tables" if models else items
         at_name = get_origin(field.annotation) is dict
         here = models[0] if models else None
-    return _ErrorLocation(path, table, "" if unit == "1" else str(unit), items, is_list)
+    return _ErrorLocation(path, table, "" if unit == "1" else str(unit), items, is_list, arguments)
 
 
 def _field(model: type[BaseModel] | None, key: Any) -> Any:

@@ -31,8 +31,8 @@ EXACT = {
     *(np.equal, np.not_equal, np.less, np.less_equal, np.greater, np.greater_equal),
     *(np.logical_and, np.logical_or, np.logical_not),
 }
-# Of lists, of the types of other values, and of the forms of a signal.
-NOT_OF_NUMBERS = {"MinLen", "Strict", "Tag", "Discriminator"}
+# Of lists, of the types of other values, of the forms of a signal, and of units.
+NOT_OF_NUMBERS = {"MinLen", "Strict", "Tag", "Discriminator", "UnitOfKey"}
 
 
 class Unlike(Exception):

@@ -1,8 +1,9 @@
 """Base of the tables of a scenario, strict and with units, and the friction law of an effect."""
 
 from collections.abc import Mapping
+from contextvars import ContextVar
 from types import MappingProxyType
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -27,6 +28,23 @@ class Params(BaseModel):
     )
 
 
+class UnitOfKey(NamedTuple):
+    """The unit of a key, which a signal knows that reads it from a file."""
+
+    name: str
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        token = unit_of_key.set(self.name)
+        try:
+            return handler(source)
+        finally:
+            unit_of_key.reset(token)
+
+
+# While the validators of the value of a key are built.
+unit_of_key = ContextVar("unit_of_key", default="")
+
+
 def unit_field(unit: str, description: str, default: Any = ..., **bounds: Any) -> Any:
     """Declare a field with SI unit and description, for messages and documentation.
 
@@ -41,7 +59,10 @@ def unit_field(unit: str, description: str, default: Any = ..., **bounds: Any) -
     **bounds
         Arguments of pydantic's ``Field``: ``gt``, ``ge``, ``lt``, ``le``, ``min_length``, ...
     """
-    return Field(default, description=description, json_schema_extra={"unit": unit}, **bounds)
+    extra: Any = {"unit": unit}
+    field: Any = Field(default, description=description, json_schema_extra=extra, **bounds)
+    field.metadata.append(UnitOfKey(unit))
+    return field
 
 
 def inconsistent(where: tuple[str | int, ...], message: str) -> PydanticCustomError:

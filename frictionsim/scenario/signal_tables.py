@@ -12,13 +12,14 @@ from pydantic import (
     BeforeValidator,
     Discriminator,
     Field,
+    GetCoreSchemaHandler,
     Tag,
     ValidationInfo,
     model_validator,
 )
 
 from frictionsim.scenario.csv_columns import CsvSpeedTable, CsvTable, read_points
-from frictionsim.scenario.schema import Params, inconsistent, unit_field
+from frictionsim.scenario.schema import Params, inconsistent, unit_field, unit_of_key
 from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal, Sine, SmoothStep
 
 # Number of samples that resolve a period.
@@ -146,20 +147,26 @@ class SmoothStepTable(Params):
         return SmoothStep(s.before, s.after, s.start, s.stop)
 
 
-def _reader_of(model: type[CsvTable]) -> BeforeValidator:
-    """Return the validator that replaces `{csv = "file.csv", ...}` by the points in the file."""
+class _FileReader(NamedTuple):
+    """The validator that replaces `{csv = "file.csv", ...}` by the points in the file."""
 
-    def read(table: Any, info: ValidationInfo) -> Any:
-        folder: Path | None = (info.context or {}).get("folder", Path())
-        if folder is None:
-            raise inconsistent(
-                ("csv",),
-                "a scenario in a result holds its numbers itself, and refers to no file; was the"
-                " result changed?",
-            )
-        return read_points(model.model_validate(table), folder)
+    model: type[CsvTable]
 
-    return BeforeValidator(read, json_schema_input_type=model)
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> Any:
+        unit = unit_of_key.get()
+
+        def read(table: Any, info: ValidationInfo) -> Any:
+            folder: Path | None = (info.context or {}).get("folder", Path())
+            if folder is None:
+                raise inconsistent(
+                    ("csv",),
+                    "a scenario in a result holds its numbers itself, and refers to no file; was"
+                    " the result changed?",
+                )
+            return read_points(self.model.model_validate(table), folder, unit)
+
+        reader = BeforeValidator(read, json_schema_input_type=self.model)
+        return reader.__get_pydantic_core_schema__(source, handler)
 
 
 _NUMBER, _NUMBER_OR_OF_SPEED = "<number>", "<number or of speed>"
@@ -211,7 +218,7 @@ def _signal_form_or_of_speed(table: Any) -> str | None:
 
 
 def _signal_form_or_of_motion(table: Any) -> str | None:
-    if isinstance(table, dict) and "angle_deg" in table:
+    if isinstance(table, dict) and "angle_deg" in table and "csv" not in table:
         return "<of angle>"
     form = _signal_form_or_of_speed(table)
     return _NUMBER_OR_OF_MOTION if form == _NUMBER_OR_OF_SPEED else form
@@ -232,7 +239,7 @@ _TimeForms = (
     | Annotated[PiecewiseLinearTable, Tag("<points>")]
     | Annotated[SineTable, Tag("<sine>")]
     | Annotated[SmoothStepTable, Tag("<smooth step>")]
-    | Annotated[PiecewiseLinearTable, _reader_of(CsvTable), Tag("<csv>")]
+    | Annotated[PiecewiseLinearTable, _FileReader(CsvTable), Tag("<csv>")]
 )
 _SpeedOrTimeForms = (
     Annotated[float, Tag(_NUMBER_OR_OF_SPEED)]
@@ -242,7 +249,7 @@ _SpeedOrTimeForms = (
     | Annotated[SpeedTable, Tag("<of speed>")]
     | Annotated[
         PiecewiseLinearTable | SpeedTable,
-        _reader_of(CsvSpeedTable),
+        _FileReader(CsvSpeedTable),
         Tag("<csv of time or speed>"),
     ]
 )
@@ -272,7 +279,7 @@ MotionSignal = Annotated[
     | Annotated[AngleTable, Tag("<of angle>")]
     | Annotated[
         PiecewiseLinearTable | SpeedTable,
-        _reader_of(CsvSpeedTable),
+        _FileReader(CsvSpeedTable),
         Tag("<csv of time or speed>"),
     ],
     _discriminator(_signal_form_or_of_motion, _NUMBER_OR_OF_MOTION),

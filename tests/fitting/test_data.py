@@ -8,8 +8,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import InputError
-from frictionsim.fitting.data import factor
-from frictionsim.scenario.csv_columns import read_columns
+from frictionsim.scenario.units import factor
 from tests.fitting.measurements import FORCE, MU_S, SLOPE, frictionless, pulley
 
 TIME = np.linspace(0.1, 0.9, 9)
@@ -170,11 +169,11 @@ def test_a_unit_in_round_brackets(column: str | int, tmp_path: Path) -> None:
 
 def test_a_comma_is_no_decimal_one_where_numbers_have_points(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
-    path.write_text("t;w\n0.5;1.5\n1.0;2,5\n")
-    with pytest.raises(InputError, match="2,5"):
-        read_columns(path, ["t", "w"], ["t", "w"])
-    path.write_text("t;w\n0,5;1,5\n1;2,5\n")
-    assert read_columns(path, ["t", "w"], ["t", "w"]).values["w"] == [1.5, 2.5]
+    path.write_text(rows("{t};{w}\n", "t;w\n") + "1.0;2,5\n")
+    with pytest.raises(InputError, match=r"got '2,5'; the decimal mark is '\.' here"):
+        force_of(path, {"angular_velocity": "w"})
+    path.write_text(rows("{t};{w}\n", "t;w\n").replace(".", ","))
+    assert force_of(path, {"angular_velocity": "w"}) == pytest.approx(300.0, rel=1e-6)
 
 
 def test_values_whose_inverse_is_no_number_are_taken_for_zeros() -> None:

@@ -72,7 +72,7 @@ def test_a_faulty_scenario_writes_nothing_and_has_the_same_message_in_the_comman
 def test_byte_order_mark_and_line_endings_are_accepted(
     mark: bytes, end: bytes, tmp_path: Path
 ) -> None:
-    signal = b"0, 80 # start\n0.8; 120\n"
+    signal = b"0; 80 # start\n0.8; 120\n"
     (tmp_path / "force.csv").write_bytes(mark + signal.replace(b"\n", end))
     text = edited('FORCE -> {csv = "force.csv"}').encode()
     loaded = load(write_scenario(tmp_path, mark + text.replace(b"\n", end)))

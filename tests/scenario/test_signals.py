@@ -21,7 +21,7 @@ from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal, Sine
 
 
 class Drive(Params):
-    force: TimeSignal
+    force: TimeSignal = unit_field("N", "Force.")
 
 
 def signal(table: Any, folder: Path = Path()) -> Signal:

@@ -1,0 +1,71 @@
+"""Units of measured numbers, and their sizes in the units of the model."""
+
+from math import pi
+
+from frictionsim.errors import InputError
+
+# The SI unit of each unit, and its size in this.
+UNITS: dict[str, tuple[str, float]] = {
+    "1": ("1", 1.0),
+    "%": ("1", 0.01),
+    "s": ("s", 1.0),
+    "ms": ("s", 1e-3),
+    "us": ("s", 1e-6),
+    "min": ("s", 60.0),
+    "h": ("s", 3600.0),
+    "rad": ("rad", 1.0),
+    "deg": ("rad", pi / 180.0),
+    "rev": ("rad", 2.0 * pi),
+    "rad/s": ("rad/s", 1.0),
+    "deg/s": ("rad/s", pi / 180.0),
+    "rev/s": ("rad/s", 2.0 * pi),
+    "rpm": ("rad/s", pi / 30.0),
+    "1/min": ("rad/s", pi / 30.0),
+    "rad/s^2": ("rad/s^2", 1.0),
+    "deg/s^2": ("rad/s^2", pi / 180.0),
+    "m": ("m", 1.0),
+    "mm": ("m", 1e-3),
+    "cm": ("m", 1e-2),
+    "um": ("m", 1e-6),
+    "in": ("m", 0.0254),
+    "m/s": ("m/s", 1.0),
+    "mm/s": ("m/s", 1e-3),
+    "km/h": ("m/s", 1.0 / 3.6),
+    "N": ("N", 1.0),
+    "mN": ("N", 1e-3),
+    "kN": ("N", 1e3),
+    "lbf": ("N", 4.4482216152605),
+    "N m": ("N m", 1.0),
+    "mN m": ("N m", 1e-3),
+    "kN m": ("N m", 1e3),
+    "gf cm": ("N m", 9.80665e-5),
+    "lbf ft": ("N m", 1.3558179483314004),
+    "J": ("J", 1.0),
+    "mJ": ("J", 1e-3),
+    "kJ": ("J", 1e3),
+    "W": ("W", 1.0),
+    "mW": ("W", 1e-3),
+    "kW": ("W", 1e3),
+}
+# Other ways to write the product of two units: N*m, N·m, Nm.
+_WRITTEN = {
+    name.replace(" ", sign): name for name in UNITS if " " in name for sign in ("*", "·", "")
+}
+
+
+def is_unit(text: str) -> bool:
+    """Return whether a text is a unit that is known."""
+    return text in UNITS or text in _WRITTEN
+
+
+def factor(unit: str, model_unit: str) -> float:
+    """Return the size of a unit in the unit of the model; raise InputError if it does not fit."""
+    unit = _WRITTEN.get(unit, unit)
+    if unit == model_unit:
+        return 1.0
+    si, size = UNITS.get(model_unit, (model_unit, 1.0))
+    fitting = [name for name, (base, _) in UNITS.items() if base == si]
+    if unit not in fitting:
+        known = f"one of {', '.join(fitting)}" if fitting else f"'{model_unit}'"
+        raise InputError(f"expected {known if si else 'no unit'}, got '{unit}'")
+    return UNITS[unit][1] / size
