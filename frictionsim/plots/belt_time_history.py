@@ -12,7 +12,6 @@ from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import (
     Ends,
     ends_of,
-    mean_power,
     senses_of,
     slip_percent,
     span_tensions,
@@ -91,8 +90,7 @@ def slip_of(result: "Record", pulleys: list[DrawnPulley]) -> Slip:
     """Return the slip of the driven pulley against the driver, by the definition of the summary."""
     time, speed = result.channels["time"], result.channels["pulley_speed"]
     last = last_part(time)
-    torque = result.channels["pulley_torque"][last]
-    ends = ends_of(mean_power(time[last], torque, speed[last]))
+    ends = ends_of(time, result.channels["pulley_torque"], speed, last)
     mean_speed = smooth_mean(time[last], speed[last])
     path = path_of(result)
     # Where no belt can be laid round the pulleys, all are taken to move with it.

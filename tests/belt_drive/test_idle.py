@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 import frictionsim as fs
@@ -111,3 +112,32 @@ def test_a_friction_that_drives_is_found(
 
     monkeypatch.setattr(sampling, "friction_power", reversed_slip)
     assert not fs.solve(data).audit["dissipation_sign"].ok
+
+
+def driven(kind: str, sign: float) -> dict[str, Any]:
+    """Return a drive that reaches 20 rad/s; a motor has no torque left there."""
+    if kind == "motor":
+        ends = [(0.0, 2.0 * sign), (20.0 * sign, 0.0)]
+        speed, value = zip(*sorted(ends), strict=True)
+        return {"torque": {"speed": list(speed), "value": list(value)}}
+    rise = {"time": [0.0, 0.05], "value": [0.0, 20.0 * sign]}
+    return {"speed": rise if kind == "raised" else 20.0 * sign}
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("order", [[A, B], [B, A], [B, C, A]], ids=["a b", "b a", "b c a"])
+@pytest.mark.parametrize("kind", ["prescribed", "raised", "motor"])
+def test_the_drive_of_an_idle_belt_is_what_drives_it(
+    order: list[dict[str, Any]], sign: float, kind: str
+) -> None:
+    """The other pulleys are free, and take no more than the noise of the belt."""
+    data = belt(order, {"a": driven(kind, sign)}, backend="moreau", duration=0.2)
+    data["effects"]["axial_damping"] = {"coefficient": 5.0, "basis": "joint"}
+    run = fs.solve(data)
+    # Weighted by sin^2 as the page of quantities has it, over samples of even distance.
+    last = run.dataset["pulley_speed"].sel(pulley="a", time=slice(0.16 - 1e-9, None)).values
+    weight = np.sin(np.linspace(0.0, np.pi, len(last))) ** 2
+    mean = float(np.average(last, weights=weight))
+    assert run.quantities["drive_speed"].value == pytest.approx(mean, rel=1e-9)  # rounding
+    if kind != "motor":
+        assert run.quantities["drive_speed"].value == pytest.approx(20.0 * sign, rel=1e-12)

@@ -204,7 +204,7 @@ def quantities_of(
     power = mean_power(time[last], seen["_torque"][last], seen["_speed"][last])
     # A ripple of 0.1 % of two speeds would be 1 % of their difference, the slip.
     speed = smooth_mean(time[last], seen["_speed"][last])
-    ends = ends_of(power)
+    ends = ends_of(time, seen["_torque"], seen["_speed"], last)
     quantities["drive_speed"] = Quantity(float(speed[ends.drive]), "rad/s")
     quantities["driven_speed"] = Quantity(float(speed[ends.driven]), "rad/s")
     radii = model.system.pulleys.table[PULLEY_RADIUS]
