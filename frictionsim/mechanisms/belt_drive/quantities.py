@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from frictionsim.mechanisms.belt_drive.averaging import averaging_of
 from frictionsim.mechanisms.belt_drive.kernels.system import INERTIA, PULLEY_RADIUS, Array
 from frictionsim.mechanisms.belt_drive.slip import (
     ends_of,
@@ -31,7 +32,7 @@ from frictionsim.mechanisms.belt_drive.slip import (
 )
 from frictionsim.results import Check, Quantities, Quantity
 from frictionsim.scenario.methods import SET_VALUED
-from frictionsim.simulation.averages import BATCHES, last_part, smooth_mean, time_mean
+from frictionsim.simulation.averages import BATCHES, last_part, time_mean
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.model import BeltModel
@@ -177,7 +178,7 @@ SMALL_HEAT = 0.01 * ENERGY_LIMIT / POWER_LIMIT
 def quantities_of(
     scenario: "BeltDriveScenario", model: "BeltModel", time: Array, seen: dict[str, Array]
 ) -> Quantities:
-    """Return the summary's quantities; means are over the last fifth of the run.
+    """Return the summary's quantities; means are over the samples of `averaging_of`.
 
     Parameters
     ----------
@@ -188,7 +189,8 @@ def quantities_of(
     quantities: Quantities = {}
     if not time.size:
         return quantities
-    last = last_part(time)
+    averaging = averaging_of(scenario, model, time, seen)
+    last = averaging.samples
 
     def mean(name: str) -> Any:
         return time_mean(time[last], seen[name][last])
@@ -203,7 +205,7 @@ def quantities_of(
         quantities[f"tension_{name}_to_{after}"] = Quantity(float(spans[i]), "N")
     power = mean_power(time[last], seen["_torque"][last], seen["_speed"][last])
     # A ripple of 0.1 % of two speeds would be 1 % of their difference, the slip.
-    speed = smooth_mean(time[last], seen["_speed"][last])
+    speed = averaging.mean_speed(time, seen["_speed"])
     ends = ends_of(time, seen["_torque"], seen["_speed"], last)
     quantities["drive_speed"] = Quantity(float(speed[ends.drive]), "rad/s")
     quantities["driven_speed"] = Quantity(float(speed[ends.driven]), "rad/s")
@@ -224,6 +226,8 @@ def quantities_of(
         if model.system.friction is not None:
             quantities[f"adhesion_arc_{name}"] = Quantity(float(sticking[j] * per_body), "rad")
     quantities["final_time"] = Quantity(float(time[-1]), "s")
+    if averaging.periods:
+        quantities["mean_duration"] = Quantity(float(np.ptp(time[last])), "s")
     stored = sum(float(seen[name][0]) for name in ("energy_kinetic", "energy_potential"))
     quantities["initial_energy"] = Quantity(stored, "J")
     for name, energy in seen.items():
