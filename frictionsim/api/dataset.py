@@ -11,6 +11,7 @@ from frictionsim.errors import InputError
 from frictionsim.io.result_format import is_numbered
 from frictionsim.io.sweep_table import RUN, SOBOL_NAMES, STATUS, TEXTS, Coordinate, SweepTable
 from frictionsim.results import Channel
+from frictionsim.simulation.averages import WEIGHTED
 from frictionsim.simulation.stored_channel import StoredChannel
 
 if TYPE_CHECKING:
@@ -135,6 +136,12 @@ def _attributes(channel: Channel) -> dict[str, Any]:
 SWEEP_ATTRIBUTES = ("study", "scenario", "source", "kind", "title", "design", "status", "reason")
 
 
+def _words_of(quantity: str) -> str:
+    """Return the long name of a quantity of a sweep."""
+    mean = ", weighted mean or mean over whole periods" if quantity in WEIGHTED else ""
+    return quantity.replace("_", " ") + mean
+
+
 def sweep_dataset(table: SweepTable) -> xarray.Dataset:
     """Return a sweep as a dataset, with the data and attributes of its file."""
     dimensions, shape = tuple(table.dimensions), table.shape
@@ -149,7 +156,7 @@ def sweep_dataset(table: SweepTable) -> xarray.Dataset:
         name: (
             dimensions,
             values.reshape(shape),
-            {"units": table.units[name], "long_name": name.replace("_", " ")},
+            {"units": table.units[name], "long_name": _words_of(name)},
         )
         for name, values in table.values.items()
     }

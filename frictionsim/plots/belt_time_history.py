@@ -12,7 +12,6 @@ from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import (
     Ends,
     ends_of,
-    mean_power,
     senses_of,
     slip_percent,
     span_tensions,
@@ -46,7 +45,7 @@ from frictionsim.plots.time_history import (
     stacked_axes,
 )
 from frictionsim.scenario.toml_data import scenario_value
-from frictionsim.simulation.averages import last_part, smooth_mean, time_mean
+from frictionsim.simulation.averages import last_part, last_seconds, smooth_mean, time_mean
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -78,7 +77,7 @@ class Slip(NamedTuple):
     fast : (n,) of bool
         The driver has at least FAST of its largest speed.
     mean : float, %
-        Of the mean speeds in the last fifth, as in the summary.
+        Of the mean speeds, as in the summary.
     """
 
     ends: Ends
@@ -90,10 +89,10 @@ class Slip(NamedTuple):
 def slip_of(result: "Record", pulleys: list[DrawnPulley]) -> Slip:
     """Return the slip of the driven pulley against the driver, by the definition of the summary."""
     time, speed = result.channels["time"], result.channels["pulley_speed"]
-    last = last_part(time)
-    torque = result.channels["pulley_torque"][last]
-    ends = ends_of(mean_power(time[last], torque, speed[last]))
-    mean_speed = smooth_mean(time[last], speed[last])
+    last = averaged_part(result)
+    ends = ends_of(time, result.channels["pulley_torque"], speed, last)
+    mean = smooth_mean if _mean_duration(result) is None else time_mean
+    mean_speed = mean(time[last], speed[last])
     path = path_of(result)
     # Where no belt can be laid round the pulleys, all are taken to move with it.
     senses = np.sign(mean_speed) if path is None else senses_of(path)
@@ -105,6 +104,23 @@ def slip_of(result: "Record", pulleys: list[DrawnPulley]) -> Slip:
         drive >= FAST * float(np.max(drive)),
         float(slip_percent(mean_speed * along, ends, at_rest)),
     )
+
+
+def _mean_duration(result: "Record") -> float | None:
+    """Return the duration of the whole periods that means are over, s; None if they are not."""
+    duration = result.quantities.get("mean_duration")
+    return None if duration is None else duration.value
+
+
+def averaged_part(result: "Record") -> "npt.NDArray[np.bool_]":
+    """Return the samples that the means of the summary are over."""
+    time, duration = result.channels["time"], _mean_duration(result)
+    return last_part(time) if duration is None else last_seconds(time, duration)
+
+
+def averaged_words(result: "Record") -> str:
+    """Return what the means of the summary are over, for legends."""
+    return "the last fifth" if _mean_duration(result) is None else "whole periods"
 
 
 def recorded_speed_at_rest(result: "Record") -> float:
@@ -145,8 +161,10 @@ def draw_slip(ax: Any, result: "Record", pulleys: list[DrawnPulley]) -> list[Any
     shown = slip.percent[slip.fast & np.isfinite(slip.percent)]
     handles = []
     if np.isfinite(slip.mean):
-        last = time[last_part(time)]
-        words = f"mean slip over the last fifth, {picture_text(slip.mean)} %"
+        last = time[averaged_part(result)]
+        weighted = _mean_duration(result) is None
+        kind = "weighted mean slip" if weighted else "slip of the mean speeds"
+        words = f"{kind} over {averaged_words(result)}, {picture_text(slip.mean)} %"
         handles = ax.plot(last[[0, -1]], [slip.mean] * 2, **MEAN, label=words)
         shown = np.append(shown, slip.mean)
     if shown.any():
@@ -202,7 +220,7 @@ def _draw_pulleys(ax: Any, result: "Record", name: str) -> list[Any]:
 def tension(result: "Record", figure: "Figure | SubFigure") -> None:
     """Draw the tension over the position along the belt: at the last sample, and its mean.
 
-    The mean is over the last fifth of the run, at positions fixed in space.
+    The mean is over the time of the summary's means, at positions fixed in space.
     """
     require_channels(result, "tension", ("x", "y", "pulley_index", "tension"))
     belt = belt_line(result, -1)
@@ -215,7 +233,7 @@ def tension(result: "Record", figure: "Figure | SubFigure") -> None:
             belt.place,
             belt.mean(result, _last(result)),
             **line_style(1),
-            label="mean over the last fifth",
+            label=f"mean over {averaged_words(result)}",
         ),
     ]
     grid(ax)
@@ -230,8 +248,8 @@ def tension(result: "Record", figure: "Figure | SubFigure") -> None:
 
 
 def _last(result: "Record") -> Any:
-    """Return the samples of the last fifth, at most MAX_SAMPLES evenly spread ones."""
-    samples = np.flatnonzero(last_part(result.channels["time"]))
+    """Return the samples of means, at most MAX_SAMPLES evenly spread ones."""
+    samples = np.flatnonzero(averaged_part(result))
     return samples[:: -(-len(samples) // MAX_SAMPLES)]
 
 
@@ -248,8 +266,8 @@ def _draw_spans(ax: Any, result: "Record", belt: BeltLine) -> list[Any]:
 
 
 def mean_spans(result: "Record") -> Any:
-    """Return the mean tension of each span over the last fifth of a run, N."""
-    last = np.flatnonzero(last_part(result.channels["time"]))
+    """Return the mean tension of each span as in the summary, N."""
+    last = np.flatnonzero(averaged_part(result))
     tension, touched = result.channels["tension"], result.channels["pulley_index"]
     count = len(pulleys_of(result))
     spans = np.array([span_tensions(tension[k], touched[k], count) for k in last])

@@ -11,6 +11,9 @@ if TYPE_CHECKING:
 
 ROUNDING = 1e-9  # relative to the duration
 LAST_PART = 0.2  # fraction of the run for the means in summaries and pictures
+STARTING = 0.05  # fraction of the run, at its start, that no mean is over
+# Of belts: where these are not over whole periods they are weighted, see `smooth_mean`.
+WEIGHTED = ("drive_speed", "driven_speed", "slip_percent")
 BATCHES = 8
 MIN_SMOOTH = 5  # samples, for weights to mean something
 
@@ -18,6 +21,32 @@ MIN_SMOOTH = 5  # samples, for weights to mean something
 def last_part(time: "Array") -> "npt.NDArray[np.bool_]":
     """Return which samples are in the last fifth of a run."""
     return np.asarray(time >= time[-1] - (LAST_PART + ROUNDING) * (time[-1] - time[0]))
+
+
+def last_periods(time: "Array", to_go: "Array") -> int:
+    """Return how many whole periods the means of a motion are over, ending with the run.
+
+    Those that fit in the last fifth; else one, if it fits after the start; else none.
+
+    Parameters
+    ----------
+    time : (n,), s
+    to_go : (n,)
+        Periods from each sample to the end.
+    """
+    fit = int(np.max(to_go[last_part(time)]) + ROUNDING)
+    return fit or min(1, fitting_periods(time, to_go))
+
+
+def fitting_periods(time: "Array", to_go: "Array") -> int:
+    """Return how many whole periods, ending with the run, fit after its start."""
+    later = time >= time[0] + STARTING * (time[-1] - time[0])
+    return int(np.max(to_go[later]) + ROUNDING)
+
+
+def last_seconds(time: "Array", duration: float) -> "npt.NDArray[np.bool_]":
+    """Return which samples are in the last seconds of a run."""
+    return np.asarray(time >= time[-1] - duration - ROUNDING * (time[-1] - time[0]))
 
 
 def time_mean(time: "Array", values: "Array") -> Any:

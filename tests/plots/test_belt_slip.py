@@ -30,7 +30,9 @@ def test_the_mean_is_that_of_the_summary() -> None:
     assert mean.get_ydata() == pytest.approx([record.quantities["slip_percent"].value] * 2, 1e-12)
     time = record.channels["time"]
     assert mean.get_xdata() == pytest.approx([0.8 * time[-1], time[-1]])
-    said = f"mean slip over the last fifth, {record.quantities['slip_percent'].value:.4g} %"
+    said = (
+        f"weighted mean slip over the last fifth, {record.quantities['slip_percent'].value:.4g} %"
+    )
     assert mean.get_label() == said
     np.testing.assert_array_equal(slip.get_xdata(), time)
 

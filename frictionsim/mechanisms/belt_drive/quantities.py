@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from frictionsim.mechanisms.belt_drive.averaging import averaging_of
 from frictionsim.mechanisms.belt_drive.kernels.system import INERTIA, PULLEY_RADIUS, Array
 from frictionsim.mechanisms.belt_drive.slip import (
     ends_of,
@@ -31,7 +32,7 @@ from frictionsim.mechanisms.belt_drive.slip import (
 )
 from frictionsim.results import Check, Quantities, Quantity
 from frictionsim.scenario.methods import SET_VALUED
-from frictionsim.simulation.averages import BATCHES, last_part, smooth_mean, time_mean
+from frictionsim.simulation.averages import BATCHES, last_part, time_mean
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.model import BeltModel
@@ -168,14 +169,16 @@ ENERGY_LIMIT = 5e-3
 # A run in which less than this share of the stored energy moved has nothing to be relative to.
 STORED_SHARE = 1e-3
 ROUNDING = 1e-9
-# While residual slip relaxes, friction may do a little positive work.
+# While residual slip relaxes, friction may do a little positive work: of its heat, or, where this
+# is small against the energies of the run, a hundredth of what their balance may be off.
 POWER_LIMIT = 1e-3
+SMALL_HEAT = 0.01 * ENERGY_LIMIT / POWER_LIMIT
 
 
 def quantities_of(
     scenario: "BeltDriveScenario", model: "BeltModel", time: Array, seen: dict[str, Array]
 ) -> Quantities:
-    """Return the summary's quantities; means are over the last fifth of the run.
+    """Return the summary's quantities; means are over the samples of `averaging_of`.
 
     Parameters
     ----------
@@ -186,7 +189,8 @@ def quantities_of(
     quantities: Quantities = {}
     if not time.size:
         return quantities
-    last = last_part(time)
+    averaging = averaging_of(scenario, model, time, seen)
+    last = averaging.samples
 
     def mean(name: str) -> Any:
         return time_mean(time[last], seen[name][last])
@@ -201,8 +205,8 @@ def quantities_of(
         quantities[f"tension_{name}_to_{after}"] = Quantity(float(spans[i]), "N")
     power = mean_power(time[last], seen["_torque"][last], seen["_speed"][last])
     # A ripple of 0.1 % of two speeds would be 1 % of their difference, the slip.
-    speed = smooth_mean(time[last], seen["_speed"][last])
-    ends = ends_of(power)
+    speed = averaging.mean_speed(time, seen["_speed"])
+    ends = ends_of(time, seen["_torque"], seen["_speed"], last)
     quantities["drive_speed"] = Quantity(float(speed[ends.drive]), "rad/s")
     quantities["driven_speed"] = Quantity(float(speed[ends.driven]), "rad/s")
     radii = model.system.pulleys.table[PULLEY_RADIUS]
@@ -222,6 +226,8 @@ def quantities_of(
         if model.system.friction is not None:
             quantities[f"adhesion_arc_{name}"] = Quantity(float(sticking[j] * per_body), "rad")
     quantities["final_time"] = Quantity(float(time[-1]), "s")
+    if averaging.periods:
+        quantities["mean_duration"] = Quantity(float(np.ptp(time[last])), "s")
     stored = sum(float(seen[name][0]) for name in ("energy_kinetic", "energy_potential"))
     quantities["initial_energy"] = Quantity(stored, "J")
     for name, energy in seen.items():
@@ -285,8 +291,9 @@ def checks_of(
     if model.system.friction is not None:
         over, limit = np.max(seen["_excess"], axis=0)
         checks["friction_law"] = _relative(over, limit, ROUNDING)
-        driving, power = np.sum(seen["_power"], axis=0)
-        checks["dissipation_sign"] = _relative(driving, power, POWER_LIMIT)
+        driving, heat = np.mean(seen["_power"], axis=0) * np.ptp(time)
+        size = max(heat, SMALL_HEAT * largest)
+        checks["dissipation_sign"] = _relative(driving, size, POWER_LIMIT)
         if scenario.law == SET_VALUED:
             checks["release"] = Check(float(model.system.contacts.release[0]), ROUNDING)
     checks["torque_balance"] = torque_balance(scenario, model, time, seen)

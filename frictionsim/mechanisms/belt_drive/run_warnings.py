@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from frictionsim.mechanisms.belt_drive.averaging import Averaging, averaging_of
 from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
 from frictionsim.mechanisms.belt_drive.kernels.system import PULLEY_RADIUS, Array
 from frictionsim.mechanisms.belt_drive.quantities import min_rim_speed
 from frictionsim.mechanisms.belt_drive.transitions import full_slip, slack_spans
 from frictionsim.simulation.averages import (
-    LAST_PART,
     ROUNDING,
-    last_part,
+    fitting_periods,
     standard_error,
     time_mean,
 )
@@ -28,6 +28,7 @@ MIN_SAMPLES = 10  # for a mean
 UNSTEADY = 0.01  # of the largest: what the means of the two halves of a steady part differ by
 STANDARD_ERRORS = 4.0  # by which two means may differ by chance
 FULL_SLIP_SAMPLES = 0.01  # of the run
+MOSTLY = 0.9  # of the samples in full slip: what is there in so many makes it
 MAX_ENERGY_GAIN = 0.01  # of the energy that the springs store at the start
 ALL_STICKS = 0.99  # of the contact arcs
 SHORTER = 2.0  # steps of dampers than those of waves
@@ -45,6 +46,7 @@ def warnings_of(
     """Return warnings about a run: its times, (n,), s, samples, (n, ...), and summary."""
     if not time.size:
         return ()
+    averaging = averaging_of(scenario, model, time, seen)
     warnings = [
         *_slack_spans(scenario, model, time, seen["_span_tension"]),
         *_pushed_off(scenario, time, seen),
@@ -54,7 +56,7 @@ def warnings_of(
     ]
     if time[-1] >= scenario.solver.duration * (1.0 - ROUNDING):  # not of a run that was stopped
         warnings += _untouched_patch(scenario, model, seen)
-        warnings += _unsteady_means(scenario, model, time, seen)
+        warnings += _unsteady_means(scenario, model, time, seen, averaging)
         speed, interval = seen["_speed"], scenario.interval
         turned = np.cumsum(speed, axis=0) * interval  # roughly
         warnings += hidden_turns(turned, speed, interval, scenario.solver.duration)
@@ -62,7 +64,7 @@ def warnings_of(
             warnings += _bursts(model, quantities)
         else:
             warnings += _slip_of_corners(scenario, model, quantities)
-        warnings += _no_efficiency(time, quantities)
+        warnings += _no_efficiency(averaging, quantities)
     return tuple(warnings)
 
 
@@ -113,10 +115,17 @@ def _full_slip(scenario: "BeltDriveScenario", time: Array, seen: dict[str, Array
     for j, name in enumerate(scenario.mechanism.names):
         share = float(np.mean(full[:, j]))
         if share > FULL_SLIP_SAMPLES:
+            # A patch is there to slip: nothing is to be mended where it does.
+            patched = float(np.mean(seen["_patch"][full[:, j]] > 0))
             yield (
                 f"the belt slips on '{name}' as a whole in {100.0 * share:.3g} % of the samples,"
                 f" first at t = {time[np.argmax(full[:, j])]:.6g} s (it is an event where it"
-                " lasts): the load is above what its friction can carry; give more pretension,"
+                " lasts): "
+            ) + (
+                f"in {100.0 * patched:.3g} % of these effects.patch is on a pulley, and carries"
+                " less than the load"
+                if patched > MOSTLY
+                else "the load is above what its friction can carry; give more pretension,"
                 " friction or arc, or less torque"
             )
 
@@ -140,47 +149,64 @@ def _untouched_patch(
 
 
 def _unsteady_means(
-    scenario: "BeltDriveScenario", model: "BeltModel", time: Array, seen: dict[str, Array]
+    scenario: "BeltDriveScenario",
+    model: "BeltModel",
+    time: Array,
+    seen: dict[str, Array],
+    averaging: Averaging,
 ) -> Iterator[str]:
-    """Say that the means of the summary are of too few samples, or of a motion that changes."""
-    last = last_part(time)
-    count, share = int(np.sum(last)), round(100.0 * LAST_PART)
+    """Say that the means of the summary are of too few samples, or of a motion that changes.
+
+    Of a motion that repeats, the last two periods are compared; of one period nothing is known.
+    """
+    last, to_go = averaging.samples, averaging.to_go
+    count = int(np.sum(last))
     if count < MIN_SAMPLES:
         yield (
-            f"the means of the summary, over the last {share} % of the run, are of {count}"
+            f"the means of the summary, over {averaging.words}, are of {count}"
             f" sample{'s' if count > 1 else ''}; give a smaller output.interval"
         )
         return
+    compared, middle, unlike = last, count // 2, "its first to its second half"
+    if averaging.periods and to_go is not None:
+        if fitting_periods(time, to_go) < 2:
+            return
+        start, turn = (int(np.argmin(np.abs(to_go - left))) for left in (2, 1))
+        compared, middle, unlike = np.arange(len(time)) >= start, turn - start, "one to the next"
     tension = float(np.mean(seen["_span_tension"]))
     at_rest = min_rim_speed(scenario, time, seen)
-    rim = seen["_speed"][last] * _radii(model)
+    rim = seen["_speed"][compared] * _radii(model)
     fastest = max(at_rest, float(np.max(np.abs(np.mean(rim, axis=0)))))
     changing = [
         *_changes(
-            time[last],
+            time[compared],
+            middle,
             rim,
             fastest,
             [f"speed of '{n}'" for n in scenario.mechanism.names],
         ),
         *_changes(
-            time[last],
-            seen["_span_tension"][last],
+            time[compared],
+            middle,
+            seen["_span_tension"][compared],
             tension,
             [f"tension {span}" for span in _spans(scenario)],
         ),
     ]
     if changing:
         change, what = max(changing)
+        which = "the last whole periods" if averaging.periods else averaging.words
         yield (
-            f"the last {share} % of the run, which the means of the summary are over, are not"
-            f" steady: the {what} changes by {100.0 * change:.3g} % from its first to its second"
-            " half; give a longer solver.duration, or read the channels"
+            f"{which}, which the means of the summary are over, are not"
+            f" steady: the {what} changes by {100.0 * change:.3g} % from {unlike}; give a longer"
+            " solver.duration, or read the channels"
         )
 
 
-def _changes(time: Array, values: Array, size: float, names: list[str]) -> list[tuple[float, str]]:
-    """Return by how much means of two halves differ, of those that change, over their size."""
-    middle = len(time) // 2
+def _changes(
+    time: Array, middle: int, values: Array, size: float, names: list[str]
+) -> list[tuple[float, str]]:
+    """Return by how much means of two parts differ, of those that change, over their size."""
     halves = (slice(None, middle + 1), slice(middle, None))
     first, second = (time_mean(time[half], values[half]) for half in halves)
     errors = [standard_error(values[half]) for half in halves]
@@ -253,12 +279,12 @@ def _steps_of_dampers(scenario: "BeltDriveScenario", model: "BeltModel") -> Iter
             )
 
 
-def _no_efficiency(time: Array, quantities: "Quantities") -> Iterator[str]:
+def _no_efficiency(averaging: Averaging, quantities: "Quantities") -> Iterator[str]:
     """Say why there is no efficiency; of a single sample there is no energy, which is said."""
-    if quantities["efficiency"].value is None and np.sum(last_part(time)) > 1:
+    if quantities["efficiency"].value is None and np.sum(averaging.samples) > 1:
         yield (
-            f"efficiency has no value: over the last {round(100.0 * LAST_PART)} % of the run"
-            " nothing is taken out of the drive or lost in it"
+            f"efficiency has no value: over {averaging.words} nothing is taken out of the drive or"
+            " lost in it"
         )
 
 

@@ -165,6 +165,7 @@ class Observer:
             ("friction_force", friction),
             ("slip_velocity", pressed.slip),
             ("sticking", pressed.sticking),
+            ("_mode", pressed.mode),
             ("_utilisation", utilisation(pressed, friction)),
         ):
             rows[name] = np.zeros(self._bodies)
@@ -224,7 +225,7 @@ class Observer:
             **self._friction_on_pulleys(),
             "_patch": np.sum(pulley[self._patch] >= 0.0),
             "_excess": self._friction_excess(),
-            "_power": friction_power(channels),
+            "_power": friction_power(channels, self._model.distinct_static_friction),
         }
 
     def _contact_counts(self, channels: dict[str, Array]) -> dict[str, Array]:
@@ -423,8 +424,14 @@ def adhesion(channels: dict[str, Array], bodies: Indices, length: Array) -> floa
     return max(float(np.sum(length)) - sliding, 0.0)
 
 
-def friction_power(channels: dict[str, Array]) -> Array:
-    """Return the power with which friction drives bodies that slide, and that of all of it, W."""
+def friction_power(channels: dict[str, Array], modes_count: bool) -> Array:
+    """Return the power with which friction drives bodies that slide, and that of all of it, W.
+
+    What residual slip a body has that is held relaxes within steps, in either direction. Where
+    static and kinetic friction differ, its mode says that it is held; at its limit, too.
+    """
     power = channels["friction_force"] * channels["slip_velocity"]
     sliding = channels["sticking"] == 0.0
+    if modes_count:
+        sliding &= channels["_mode"] != 0.0
     return np.array([np.sum((-power[sliding]).clip(min=0.0)), np.sum(np.abs(power))])

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.geometry import Path
 
     Array = npt.NDArray[np.float64]
+    Mask = npt.NDArray[np.bool_]
 
 
 def span_tensions(tension: "Array", pulley_index: "Array", pulleys: int) -> "Array":
@@ -59,6 +60,7 @@ def span_tensions(tension: "Array", pulley_index: "Array", pulleys: int) -> "Arr
     return np.divide(force, count, out=np.full(pulleys, tension.mean()), where=count > 0.0)
 
 
+IDLE = 1e-3  # of the work in the whole run: a part of it in which pulleys do less is idle
 SLOW = 1e-4  # of the waves across the belt: a rim whose mean speed is below that is at rest
 
 
@@ -74,16 +76,31 @@ def senses_of(path: "Path") -> "Array":
     return np.sign([arc.wrap_angle for arc in path.arcs])
 
 
-def ends_of(power: "Array") -> Ends:
-    """Return which pulley puts in the most power and which takes out the most.
+def ends_of(time: "Array", torque: "Array", speed: "Array", part: "Mask") -> Ends:
+    """Return which pulley puts in the most work and which takes out the most.
+
+    A pulley without a torque in any sample is free and does not drive. What an idle drive does in a
+    part of the run is noise: then the work of the whole run counts, and at rest the order.
 
     Parameters
     ----------
-    power : (pulleys,), W
-        Means, positive into the drive.
+    time : (n,), s
+    torque, speed : (n, pulleys), N m and rad/s
+    part : (n,) of bool
+        The samples that the means of the summary are over.
     """
-    drive, driven = int(np.argmax(power)), int(np.argmin(power))
-    return Ends(0, len(power) - 1) if drive == driven else Ends(drive, driven)
+    work, whole = (
+        mean_power(time[of], torque[of], speed[of]) * np.ptp(time[of])
+        for of in (part, np.ones_like(part))
+    )
+    if np.max(np.abs(work)) <= IDLE * np.max(np.abs(whole)):
+        work = whole
+    acts = np.any(torque != 0.0, axis=0)
+    if not acts.any():
+        return Ends(0, len(work) - 1)
+    drive = int(np.argmax(np.where(acts, work, -np.inf)))
+    others = np.arange(len(work)) != drive
+    return Ends(drive, int(np.argmin(np.where(others, work, np.inf))))
 
 
 def mean_power(time: "Array", torque: "Array", speed: "Array") -> "Array":
