@@ -108,7 +108,6 @@ def test_means_of_a_few_samples_are_warned_of() -> None:
     assert not warned(simulate(pair(solver__backend="moreau")), "samples; give")
 
 
-@pytest.mark.slow  # the published law has kernels of its own
 def test_energy_that_the_steps_put_in_is_warned_of() -> None:
     """The published creep law chatters about rest, and its steps with it."""
     done = simulate(shipped("belt_drive_published", solver__backend="rkf45", solver__duration=4e-3))
