@@ -201,9 +201,9 @@ def _warnings() -> dict[str, list[str]]:
     }
 
 
-def as_text(found: Inventory) -> str:
+def as_text(offered: Inventory) -> str:
     """Return an inventory as its file has it."""
-    return json.dumps(found, indent=1, ensure_ascii=False, sort_keys=True) + "\n"
+    return json.dumps(offered, indent=1, ensure_ascii=False, sort_keys=True) + "\n"
 
 
 def _lines(node: Any, path: str = "") -> Iterator[str]:
@@ -237,11 +237,11 @@ def main() -> int:
         STORED.write_text(as_text(inventory()), encoding="utf-8")
         return 0
     old = Path(given.command[1]) if given.command else STORED
-    found = differences(json.loads(old.read_text(encoding="utf-8")), inventory())
-    print("\n".join(found))
-    if given.check and found:
+    differing = differences(json.loads(old.read_text(encoding="utf-8")), inventory())
+    print("\n".join(differing))
+    if given.check and differing:
         print(ANEW, file=sys.stderr)
-    return 1 if given.check and found else 0
+    return 1 if given.check and differing else 0
 
 
 if __name__ == "__main__":

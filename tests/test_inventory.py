@@ -15,8 +15,8 @@ def present() -> inventory.Inventory:
 
 def test_the_inventory_is_that_of_the_program(present: inventory.Inventory) -> None:
     stored = inventory.STORED.read_text(encoding="utf-8")
-    found = inventory.differences(json.loads(stored), present)
-    assert not found, "\n".join([inventory.ANEW, *found])
+    differing = inventory.differences(json.loads(stored), present)
+    assert not differing, "\n".join([inventory.ANEW, *differing])
     assert stored == inventory.as_text(present)
 
 
