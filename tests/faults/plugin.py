@@ -9,6 +9,7 @@ import cProfile
 import faulthandler
 import json
 import os
+import resource
 import sys
 import threading
 from collections import defaultdict
@@ -19,7 +20,8 @@ from typing import Any
 import pytest
 
 PACKAGE = str(Path(__file__).parents[2] / "frictionsim") + os.sep
-HANGS = 180.0  # s; the dearest default test, with its kernels compiled, takes a tenth of it
+CPU_LIMIT = 150  # s a test, which other work of the machine does not use up; the dearest takes 30
+WALL_LIMIT = 900.0  # s a test, of one that waits for ever
 STARTS = {"subprocess.Popen", "os.fork", "os.forkpty", "os.posix_spawn", "os.system"}
 HARMLESS = (("uname",), ("fc-list",))  # asked by numba and matplotlib for what is installed
 
@@ -77,9 +79,11 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Any:
-    """End this worker where a test hangs; faulthandler needs no Python for it to go on."""
+    """End this worker where a test hangs, by what goes on without Python, as in a kernel."""
     if hasattr(item.config, "workerinput"):
-        faulthandler.dump_traceback_later(HANGS, exit=True, file=sys.__stderr__)
+        used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
+        resource.setrlimit(resource.RLIMIT_CPU, (int(used) + CPU_LIMIT, resource.RLIM_INFINITY))
+        faulthandler.dump_traceback_later(WALL_LIMIT, exit=True, file=sys.__stderr__)
     try:
         return (yield)
     finally:

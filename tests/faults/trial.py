@@ -24,7 +24,7 @@ from tests.faults.table import ROOT, Fault
 
 RESULTS = ROOT / "results" / "who_notices.json"
 LIMIT = 4 * 3600.0  # s, of one run of pytest
-HANGING = 10  # tests that may hang with a fault before its trial ends, half an hour later
+HANGING = 10  # tests that may hang with a fault before its trial ends, after half an hour
 # The first would tell that a fault is set already; the second runs the others elsewhere.
 TESTS = re.compile(r"tests/(?!faults/|test_surroundings)(.*/)?test_[^/]*\.py")
 DECIDING = ("frictionsim/", "scenarios/", "tests/")  # what the outcome of tests depends on
@@ -163,7 +163,8 @@ class Copy:
         With `first` only up to the first test that fails.
         """
         began = monotonic()
-        workers = ["-n", str(self.workers), "--dist", "loadfile"]
+        # By files, pytest-xdist would run a test again and again that ended its worker.
+        workers = ["-n", str(self.workers), "--dist", "load"]
         with self.having(fault):
             ends = [f"--max-worker-restart={HANGING}", *(["-x"] if first else [])]
             code, failed = self.pytest([*workers, *ends, *files], {}) if files else (0, set())
