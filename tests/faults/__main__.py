@@ -1,75 +1,107 @@
-"""Set small faults into a copy of the package, one at a time, and see which tests find them.
+"""Set small faults into a copy of the package, one at a time, and see which tests notice them.
 
-    python -m tests.faults check                     every fault can still be set
-    python -m tests.faults run --until nearest       the nearest tests against each
-    python -m tests.faults draw --seed 1             another fault, to be described
+    python -m tests.faults check                           every fault can still be set
+    python -m tests.faults run                             all tests that notice each fault
+    python -m tests.faults prove                           that none is left out
+    python -m tests.faults again                           which faults are no longer noticed
+    python -m tests.faults draw --seed 1 --group belts     another fault, to be described
 
-`run` writes results/faults.json after each fault and goes on where it was stopped. A fault counts
-as caught if a test fails with it that passes without it. Whether that test is about the fault, or
-failed by chance, is for a person to judge, who writes true or false as `about` into that file; it
-is kept while the same test catches it.
+`run` runs each file of default tests once without a fault, to see what it uses, and against each
+fault the files that can notice it. After each fault it writes results/who_notices.json: by fault,
+the test functions that fail with it and pass without it, and how many of their cases if several.
+Killed, it goes on where it was; rows of other sources are made anew, after those that lack. `prove`
+runs all default tests against some faults, and compares with their rows. `again` runs the files
+that noticed each fault, up to the first test that fails; `run --only` finds what notices it now.
 """
 
 import argparse
+import signal
 import sys
 
 from tests.faults.drawing import as_toml, draw
-from tests.faults.table import faults, mistakes
-from tests.faults.trial import LIMITS, copy_of_sources, read_results, write_results
+from tests.faults.table import GROUPS, Fault, faults, in_turns, mistakes
+from tests.faults.trial import Copy, Row, copy_of_sources, read_results, write_results
 
-STAGES = list(LIMITS)
-JUDGED = {True: "about it", False: "by chance", None: "not judged"}
+PROVEN, PROVEN_KERNELS = 12, 4
+KERNELS = tuple(f"/belt_drive/{folder}/" for folder in ("kernels", "steppers", "effects"))
 
 
 def main() -> int:
     """Read the arguments and do what they say."""
     form = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser("python -m tests.faults", None, __doc__, formatter_class=form)
-    commands = parser.add_subparsers(dest="command", required=True)
-    commands.add_parser("check", help="that every fault can be set")
-    commands.add_parser("draw", help="a fault").add_argument("--seed", type=int, required=True)
-    run = commands.add_parser("run", help="the tests against each fault")
-    run.add_argument("--only", nargs="+", metavar="NAME", help="these, also if they are done")
-    run.add_argument("--until", choices=STAGES, default="slow", help="the last tests to run")
+    parser.add_argument("command", choices=("check", "run", "prove", "again", "draw"))
+    parser.add_argument("--only", nargs="+", metavar="NAME", help="these faults, also if done")
+    parser.add_argument("-j", type=int, default=1, help="processes beside each other")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--group", choices=GROUPS, default="elsewhere", help="where to draw from")
     given = parser.parse_args()
     if given.command == "draw":
-        print(as_toml(draw(given.seed)))
+        print(as_toml(draw(given.seed, given.group)))
         return 0
-    wrong = mistakes()
-    print("\n".join(wrong), file=sys.stderr, end="\n" if wrong else "")
-    if given.command == "run" and not wrong:
-        known = [fault.name for fault in faults()]
-        if unknown := set(given.only or ()) - set(known):
-            sys.exit(f"no such fault: {', '.join(sorted(unknown))}")
-        run_faults(given.only or known, bool(given.only), STAGES[: STAGES.index(given.until) + 1])
+    if wrong := mistakes():
+        print("\n".join(wrong), file=sys.stderr)
+        return 1
+    if unknown := set(given.only or ()) - {fault.name for fault in faults()}:
+        parser.error(f"no such fault: {', '.join(sorted(unknown))}")
+    if given.command == "check":
+        return 0
+    chosen = [fault for fault in in_turns() if not given.only or fault.name in given.only]
+    commands = {"run": run, "prove": prove, "again": again}
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that tests at work end, too
+    with copy_of_sources(given.j) as copy:
+        return commands[given.command](copy, chosen, bool(given.only))
+
+
+def run(copy: Copy, chosen: list[Fault], anew: bool) -> int:
+    """Make the rows of faults; first those that are not in the table."""
+    used, known = copy.used(), read_results()
+    for fault in sorted(chosen, key=lambda fault: fault.name in known):
+        if anew or known.get(fault.name, {}).get("state") != copy.state_with(fault):
+            row = copy.trial(fault, copy.can_notice(fault, used), used)
+            _keep(fault, row)
+            functions = sum(map(len, row["tests"].values())) or row.get("ended", "none")
+            print(
+                f"{fault.name}: {functions} in {row['files']} files, {row['seconds']} s", flush=True
+            )
+    return 0
+
+
+def _keep(fault: Fault, row: Row) -> None:
+    rows = read_results() | {fault.name: row}
+    write_results({fault.name: rows[fault.name] for fault in faults() if fault.name in rows})
+
+
+def prove(copy: Copy, chosen: list[Fault], anew: bool) -> int:
+    """Compare rows of these sources with those of all default tests; note it in the rows."""
+    used, rows, wrong = copy.used(), read_results(), 0
+    done = [
+        fault for fault in chosen if rows.get(fault.name, {}).get("state") == copy.state_with(fault)
+    ]
+    kernels = [fault for fault in done if any(folder in fault.file for folder in KERNELS)]
+    others = [fault for fault in done if fault not in kernels]
+    some = kernels[:PROVEN_KERNELS] + others[: PROVEN - PROVEN_KERNELS]
+    for fault in done if anew else some:
+        row = rows[fault.name]
+        if anew or "whole" not in row:
+            whole = copy.trial(fault, copy.files, used)
+            row["whole"] = whole["tests"] == row["tests"] or whole["tests"]
+            _keep(fault, row)
+        wrong += row["whole"] is not True
+        print(f"{fault.name}: {'the same' if row['whole'] is True else row['whole']}", flush=True)
     return 1 if wrong else 0
 
 
-def run_faults(names: list[str], anew: bool, stages: list[str]) -> None:
-    """Run the tests of some stages against faults, but for what is done; print the table."""
-    with copy_of_sources() as copy:
-        for fault in faults():
-            rows = read_results()
-            row = rows.get(fault.name, {})
-            is_known = not anew and row.get("state") == f"{copy.state} {fault.digest}"
-            before = row if is_known else {**row, "seconds": {}}
-            left = [stage for stage in stages if stage not in before["seconds"]]
-            if fault.name not in names:
-                continue
-            if is_known and (row["caught"] != "none" or not left):
-                print(f"{fault.name}: known of these sources, not run again")
-                continue
-            rows[fault.name] = row = copy.trial(fault, left, before)
-            write_results(
-                {fault.name: rows[fault.name] for fault in faults() if fault.name in rows}
-            )
-            print(f"{fault.name}: {row['test'] or 'NOT CAUGHT'}", flush=True)
-    rows = read_results()
-    for name, row in sorted(
-        rows.items(), key=lambda item: STAGES.index(item[1]["caught"]) if item[1]["test"] else 9
-    ):
-        print(f"{name:40} {row['caught']:8} {JUDGED[row['about']]:11} {row['test']}")
-    print({of: sum(row["caught"] == of for row in rows.values()) for of in (*STAGES, "none")})
+def again(copy: Copy, chosen: list[Fault], anew: bool) -> int:
+    """Say which faults the files of tests of their rows notice no more."""
+    rows, missed = read_results(), 0
+    for fault in chosen:
+        noticing = rows[fault.name]["tests"] if fault.name in rows else {}
+        left = [file for file in noticing if file in copy.files]
+        if noticing and not (left and copy.trial(fault, left, {}, first=True)["tests"]):
+            missed += 1
+            print(f"{fault.name}: no longer noticed in {', '.join(noticing)}", flush=True)
+    return 1 if missed else 0
 
 
 if __name__ == "__main__":

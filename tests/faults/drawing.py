@@ -11,8 +11,9 @@ import random
 import tokenize
 from collections.abc import Iterator
 from itertools import pairwise
+from pathlib import Path
 
-from tests.faults.table import ROOT, Fault
+from tests.faults.table import GROUPS, ROOT, Fault
 
 Change = tuple[str, int, int, str]  # what it is; from and to where, and what stands there then
 
@@ -122,10 +123,20 @@ def lines_of_code(text: str) -> int:
     return len({t.start[0] for t in tokens if t.type not in NO_CODE and t.line.strip() != t.string})
 
 
-def draw(seed: int) -> Fault:
-    """Return the fault of a seed; its meaning and its tests are for a person to write."""
+def _room(path: Path) -> str:
+    parts = path.relative_to(ROOT / "frictionsim").parts
+    return "belts" if "belt_drive" in parts else parts[0].removesuffix(".py")
+
+
+def draw(seed: int, group: str) -> Fault:
+    """Return the fault of a seed in a group of rooms; its meaning is for a person to write."""
     generator = random.Random(seed)
-    texts = {p: p.read_text(encoding="utf-8") for p in sorted((ROOT / "frictionsim").rglob("*.py"))}
+    others = [room for rooms in GROUPS.values() for room in rooms]
+    texts = {
+        path: path.read_text(encoding="utf-8")
+        for path in sorted((ROOT / "frictionsim").rglob("*.py"))
+        if (_room(path) in GROUPS[group] if GROUPS[group] else _room(path) not in others)
+    }
     weights = [lines_of_code(text) for text in texts.values()]
     changes: list[Change] = []
     while not changes:
@@ -139,10 +150,9 @@ def draw(seed: int) -> Fault:
     first, last = text.rfind("\n", 0, begin) + 1, text.find("\n", end)
     while text.count(text[first:last]) > 1:
         first = text.rfind("\n", 0, first - 1) + 1
-    room = path.relative_to(ROOT / "frictionsim").parts[0].removesuffix(".py")
     old, changed = text[first:last], text[first:begin] + new + text[end:last]
-    name = str(path.relative_to(ROOT))
-    return Fault("", room, f"drawn, seed {seed}", "", name, old, changed, ())
+    origin, name = f"drawn from {group}, seed {seed}", str(path.relative_to(ROOT))
+    return Fault("", _room(path), origin, "", name, old, changed)
 
 
 def as_toml(fault: Fault) -> str:
@@ -153,4 +163,4 @@ def as_toml(fault: Fault) -> str:
         text = getattr(fault, key)
         first = "\n" if "\n" in text else ""  # TOML leaves the first line break out
         lines.append(f"{key} = '''{first}{text}'''")
-    return "\n".join(["[[fault]]", *lines, f"nearest = {json.dumps(fault.nearest)}"])
+    return "\n".join(["[[fault]]", *lines])

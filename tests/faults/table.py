@@ -1,4 +1,4 @@
-"""The table of faults: what each means, the text that it replaces, and the tests nearest to it."""
+"""The table of faults: what each means, and the text that it replaces."""
 
 import ast
 import tomllib
@@ -9,6 +9,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 TABLE = Path(__file__).with_name("faults.toml")
+# The rooms of each group; all others are "elsewhere".
+GROUPS = {"belts": ("belts",), "mechanisms": ("mechanisms", "solvers"), "elsewhere": ()}
 
 
 @dataclass(frozen=True)
@@ -23,8 +25,6 @@ class Fault:
         What is wrong then, in words that outlive the code.
     file, old, new : str
         The text that is replaced, which the file has exactly once, and what stands there instead.
-    nearest : tuple of str
-        The tests that should find it, the most specific first, as pytest takes them.
     """
 
     name: str
@@ -34,13 +34,16 @@ class Fault:
     file: str
     old: str
     new: str
-    nearest: tuple[str, ...]
 
     @property
     def digest(self) -> str:
-        """Digest of the conditions that decide the outcome of tests."""
-        text = "\0".join((self.file, self.old, self.new, *self.nearest))
-        return sha256(text.encode()).hexdigest()[:8]
+        """Digest of what is set."""
+        return sha256("\0".join((self.file, self.old, self.new)).encode()).hexdigest()[:8]
+
+    @property
+    def group(self) -> str:
+        """The third of the table that it belongs to."""
+        return next((name for name, rooms in GROUPS.items() if self.room in rooms), "elsewhere")
 
     def faulty(self, root: Path = ROOT) -> str:
         """Return the text of the file with the fault; a ValueError says why it cannot be set."""
@@ -57,9 +60,6 @@ class Fault:
                 ast.parse(faulty)
             except SyntaxError as error:
                 raise ValueError(f"{where}: the new text is no Python: {error}") from None
-        absent = [test for test in self.nearest if not (root / test.split("::")[0]).exists()]
-        if absent or not self.nearest:
-            raise ValueError(f"{where}: nearest: expected files of tests, found none: {absent}")
         return faulty
 
 
@@ -67,7 +67,16 @@ class Fault:
 def faults() -> tuple[Fault, ...]:
     """Return all faults of the table."""
     rows = tomllib.loads(TABLE.read_text(encoding="utf-8"))["fault"]
-    return tuple(Fault(**{**row, "nearest": tuple(row["nearest"])}) for row in rows)
+    return tuple(Fault(**row) for row in rows)
+
+
+def in_turns() -> list[Fault]:
+    """Return the faults so that each part of the list has as much of each group as the whole."""
+    places = {}
+    for group in GROUPS:
+        own = sorted((f for f in faults() if f.group == group), key=lambda f: f.digest)
+        places |= {fault.name: place / len(own) for place, fault in enumerate(own)}
+    return sorted(faults(), key=lambda fault: places[fault.name])
 
 
 def mistakes() -> list[str]:

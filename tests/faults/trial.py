@@ -10,32 +10,33 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
+from itertools import groupby
 from pathlib import Path
 from time import monotonic
-from typing import Any, NamedTuple
+from typing import Any
 
+from tests.faults.selection import Used, can_notice
 from tests.faults.table import ROOT, Fault
 
-RESULTS = ROOT / "results" / "faults.json"
-LIMITS = {"nearest": 600.0, "default": 3600.0, "slow": 7200.0}  # s, by stage
-WITH_SLOW = "slow or nightly"
-LEFT_OUT = ("--ignore=tests/faults",)  # they would tell that a fault is set already
-TIME_LIMIT = "time limit"
+RESULTS = ROOT / "results" / "who_notices.json"
+LIMIT = 4 * 3600.0  # s, of one run of pytest
+HANGING = 10  # tests that may hang with a fault before its trial ends, after half an hour
+# Those of the faults would tell that one is set already.
+TESTS = re.compile(r"tests/(?!faults/)(.*/)?test_[^/]*\.py")
 DECIDING = ("frictionsim/", "scenarios/", "tests/")  # what the outcome of tests depends on
-FAILED = re.compile(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", re.MULTILINE)
-NO_TESTS = 5  # exit code of pytest
+OPTIONS = ("-p", "tests.faults.plugin", "-p", "no:cacheprovider", "--tb=no")
+OPTIONS += ("--continue-on-collection-errors",)
+FINE = (0, 1, 5)  # exit codes of pytest: passed, failed, no tests
 
 Row = dict[str, Any]
 
 
-class Outcome(NamedTuple):
-    """The first test that failed, "" if none, after how many seconds, and what pytest said."""
-
-    failed: str
-    seconds: float
-    output: str
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:16]
 
 
 class Copy:
@@ -44,24 +45,65 @@ class Copy:
     Its place is always the same, because kernels are kept by the path of their source.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self.tree, self.cache = folder / "tree", folder / "cache"
+    def __init__(self, folder: Path, workers: int) -> None:
+        self.tree, self.cache, self.workers = folder / "tree", folder / "cache", workers
+        self._used = folder / "used.jsonl"
         self._cache_without_fault = folder / "cache-without-fault"
-        self.failing: list[str] = []  # tests that fail without a fault
         if self._cache_without_fault.exists():  # a run was killed
             shutil.rmtree(self.cache, ignore_errors=True)
             self._cache_without_fault.rename(self.cache)
         shutil.rmtree(self.tree, ignore_errors=True)
         listed = ("git", "ls-files", "-z", "--cached", "--others", "--exclude-standard")
         names = subprocess.run(listed, cwd=ROOT, capture_output=True, text=True, check=True).stdout
-        digest = hashlib.sha256()
+        self._digests: dict[str, str] = {}
         for name in sorted(set(names.split("\0"))):
             if (ROOT / name).is_file():
                 (self.tree / name).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy2(ROOT / name, self.tree / name)
                 if name.startswith(DECIDING) and not name.startswith("tests/faults/"):
-                    digest.update(name.encode() + (ROOT / name).read_bytes())
-        self.state = digest.hexdigest()[:16]
+                    self._digests[name] = _digest((ROOT / name).read_bytes())
+        self.files = [name for name in self._digests if TESTS.fullmatch(name)]
+        self.state = self._state(self._digests)
+
+    def _state(self, names: Iterable[str]) -> str:
+        """Return the digest of some files, with their names."""
+        return _digest("".join(name + self._digests[name] for name in names).encode())
+
+    def used(self, only: Iterable[str] = ()) -> dict[str, Used]:
+        """Return what each file of tests uses without a fault; run those not known of this state.
+
+        `failed` are its tests that fail then, and None if pytest broke off; `seconds` its time.
+        """
+        text = self._used.read_text() if self._used.exists() else ""
+        rows = [json.loads(line) for line in text.splitlines() if line.endswith("}")]
+        shared = self._state(name for name in self._digests if not TESTS.fullmatch(name))
+        folders = groupby(
+            sorted(self.files, key=os.path.dirname), os.path.dirname
+        )  # files of one import one another
+        ofs = {folder: shared + self._state(files) for folder, files in folders}
+        states = {name: ofs[os.path.dirname(name)] for name in self.files}
+        known = {row["file"]: row for row in rows if row["state"] == states.get(row["file"])}
+        wanted = sorted(only) or self.files
+        left = [name for name in wanted if name not in known]
+        with self._used.open("a") as kept, ThreadPoolExecutor(self.workers) as pool:
+            kept.write("" if text.endswith("\n") or not text else "\n")
+            for number, row in enumerate(pool.map(self._used_by, left), 1):
+                row["state"] = states[row["file"]]
+                kept.write(json.dumps(row) + "\n")
+                kept.flush()
+                known[row["file"]] = row
+                said = f"{row['seconds']:.0f} s, {row['failed'] or 'all pass'}"
+                print(f"{number} of {len(left)}: {row['file']}: {said}", flush=True)
+        return {name: known[name] for name in wanted}
+
+    def _used_by(self, name: str) -> Row:
+        with tempfile.TemporaryDirectory() as folder:
+            place, began = Path(folder) / "used", monotonic()
+            code, failed = self.pytest(["-n", "0", name], {"FAULTS_USED": str(place)})
+            used = json.loads(place.read_text()) if place.exists() else {"started": ["unknown"]}
+        failures = sorted(failed) if code in FINE else None
+        row = {"file": name, "seconds": round(monotonic() - began, 1), "failed": failures}
+        return {**row, "ran": {}, "read": [], **used}
 
     @contextmanager
     def having(self, fault: Fault) -> Iterator[None]:
@@ -80,84 +122,67 @@ class Copy:
             shutil.rmtree(self.cache, ignore_errors=True)
             kept.rename(self.cache)
 
-    def pytest(self, arguments: list[str], limit: float) -> Outcome:
-        """Run pytest up to the first failure; what hangs is ended at the limit, s."""
-        places = {"PYTHONPATH": str(self.tree), "XDG_CACHE_HOME": str(self.cache)}
-        started = monotonic()
-        with tempfile.TemporaryFile("w+") as output:
+    def pytest(self, arguments: list[str], more: dict[str, str]) -> tuple[int | None, set[str]]:
+        """Run pytest; return its exit code, None after the limit, and what failed."""
+        with tempfile.TemporaryDirectory() as folder:
+            failed = Path(folder) / "failed"
+            places = {"PYTHONPATH": str(self.tree), "XDG_CACHE_HOME": str(self.cache)}
             process = subprocess.Popen(
-                [sys.executable, "-m", "pytest", "-x", "-rfE", "--tb=short", *arguments],
+                [sys.executable, "-m", "pytest", *OPTIONS, *arguments],
                 cwd=self.tree,
-                env=os.environ | places,
-                stdout=output,
-                stderr=subprocess.STDOUT,
+                env=os.environ | places | more | {"FAULTS_FAILED": str(failed)},
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
                 start_new_session=True,
                 # What a shell starts in the background ignores Ctrl-C; tests send it.
                 preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
             )
             try:
-                code = process.wait(limit)
+                code = process.wait(LIMIT)
             except subprocess.TimeoutExpired:
-                return Outcome(TIME_LIMIT, monotonic() - started, "")
+                code = None
             finally:
                 with suppress(ProcessLookupError):  # also of the processes that tests have started
                     os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
-            output.seek(0)
-            text = output.read()
-        failed = FAILED.search(text)
-        name = failed[1] if failed else "" if code in (0, NO_TESTS) else f"pytest ends with {code}"
-        return Outcome(name, monotonic() - started, text)
+            return code, set(failed.read_text().splitlines()) if failed.exists() else set()
 
-    def _first_failure(self, fault: Fault, arguments: list[str], limit: float) -> Outcome:
-        """Return the outcome of tests with a fault, without those that also fail without it.
+    def state_with(self, fault: Fault) -> str:
+        """Return the digest of what decides the row of a fault."""
+        return f"{self.state} {fault.digest}"
 
-        Raises
-        ------
-        SystemExit
-            If it cannot be told which these are.
+    def can_notice(self, fault: Fault, used: dict[str, Used]) -> list[str]:
+        """Return the files of tests that can notice a fault."""
+        return can_notice(fault, used, self.tree)
+
+    def trial(
+        self, fault: Fault, files: list[str], used: dict[str, Used], *, first: bool = False
+    ) -> Row:
+        """Return the row of a fault: how many cases of which functions of files fail with it alone.
+
+        With `first` only up to the first test that fails.
         """
-        while True:
-            left_out = [f"--deselect={test}" for test in self.failing]
-            with self.having(fault):
-                outcome = self.pytest([*arguments, *left_out], limit)
-            if not outcome.failed:
-                return outcome
-            suspects = [outcome.failed] if "::" in outcome.failed else list(fault.nearest)
-            again = self.pytest(["-m", "", *suspects, *left_out], LIMITS["nearest"])
-            if not again.failed:
-                return outcome
-            if "::" not in again.failed:
-                sys.exit(f"without the fault {fault.name}, too, this fails:\n{again.output}")
-            print(f"left out, because it fails without a fault: {again.failed}", flush=True)
-            self.failing.append(again.failed)
-
-    def trial(self, fault: Fault, stages: list[str], before: Row) -> Row:
-        """Return the row of a fault: which stage caught it, by which test, after how long."""
-        nearest = list(fault.nearest)
-        done = [f"--ignore={test}" for test in nearest if "::" not in test]
-        arguments = {
-            "nearest": nearest,
-            "default": ["-n", "2", *LEFT_OUT, *done],
-            "slow": ["-m", WITH_SLOW, *LEFT_OUT],
-        }
-        row: Row = {"meaning": fault.meaning, "caught": "none", "test": "", "about": None}
-        row |= {"seconds": before.get("seconds", {}), "state": f"{self.state} {fault.digest}"}
-        for stage in stages:
-            outcome = self._first_failure(fault, arguments[stage], LIMITS[stage])
-            row["seconds"] = {**row["seconds"], stage: round(outcome.seconds, 1)}
-            if outcome.failed:
-                row |= {"caught": stage, "test": outcome.failed}
-                break
-        if before.get("test") == row["test"]:
-            row["about"] = before.get("about")
-        return row
+        began = monotonic()
+        # By files, pytest-xdist would run a test again and again that ended its worker.
+        workers = ["-n", str(self.workers), "--dist", "load"]
+        with self.having(fault):
+            ends = [f"--max-worker-restart={HANGING}", *(["-x"] if first else [])]
+            code, failed = self.pytest([*workers, *ends, *files], {}) if files else (0, set())
+        failed -= {test for use in used.values() for test in use["failed"] or ()}
+        counts = Counter(test.partition("[")[0] for test in failed)
+        tests: dict[str, list[str]] = defaultdict(list)
+        for test, count in sorted(counts.items()):
+            name, _, function = test.partition("::")
+            tests[name].append(function + (f" {count}" if count > 1 else ""))
+        row: Row = {"state": self.state_with(fault), "files": len(files)}
+        row |= {"seconds": round(monotonic() - began), "tests": tests}
+        return row if code in FINE else row | {"ended": f"pytest ends with {code}"}
 
 
 @contextmanager
-def copy_of_sources() -> Iterator[Copy]:
+def copy_of_sources(workers: int) -> Iterator[Copy]:
     """Give the copy of these sources; one process has it at a time."""
-    place = hashlib.sha256(str(ROOT).encode()).hexdigest()[:8]
+    place = _digest(str(ROOT).encode())
     folder = Path(tempfile.gettempdir()) / f"frictionsim-faults-{os.getuid()}-{place}"
     folder.mkdir(mode=0o700, exist_ok=True)
     with (folder / "lock").open("w") as lock:
@@ -166,7 +191,7 @@ def copy_of_sources() -> Iterator[Copy]:
         except BlockingIOError:
             sys.exit(f"another run of faults is in {folder}: wait for it, or end it")
         try:
-            yield Copy(folder)
+            yield Copy(folder, workers)
         finally:
             shutil.rmtree(folder / "tree", ignore_errors=True)
 
@@ -177,7 +202,13 @@ def read_results() -> dict[str, Row]:
 
 
 def write_results(rows: dict[str, Row]) -> None:
-    """Write the rows, in the place of those before."""
+    """Write the rows, a line for each file of tests, in the place of those before."""
+    lines = []
+    for name, row in sorted(rows.items()):
+        files = [f"  {json.dumps(file)}: {json.dumps(of)}" for file, of in row["tests"].items()]
+        others = json.dumps({key: row[key] for key in row if key != "tests"})[:-1]
+        inner = "\n" + ",\n".join(files) if files else ""
+        lines.append(f' {json.dumps(name)}: {others}, "tests": {{{inner}}}}}')
     part = RESULTS.with_suffix(".part")
-    part.write_text(json.dumps(rows, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    part.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
     part.replace(RESULTS)

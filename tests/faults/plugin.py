@@ -1,0 +1,100 @@
+"""A plugin of pytest for trials: it writes what failed, ends what hangs, and sees what is used.
+
+`FAULTS_FAILED` is the file for the names of what failed, a line each. With `FAULTS_USED` it writes
+which functions of the package ran in this process, by their files and first lines, what was read
+there, and whether another process was started, where it sees nothing.
+"""
+
+import cProfile
+import faulthandler
+import json
+import os
+import resource
+import sys
+import threading
+from collections import defaultdict
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+PACKAGE = str(Path(__file__).parents[2] / "frictionsim") + os.sep
+CPU_LIMIT = 150  # s a test, which other work of the machine does not use up; the dearest takes 30
+WALL_LIMIT = 900.0  # s a test, of one that waits for ever
+STARTS = {"subprocess.Popen", "os.fork", "os.forkpty", "os.posix_spawn", "os.system"}
+HARMLESS = (("uname",), ("fc-list",))  # asked by numba and matplotlib for what is installed
+
+profiles: list[cProfile.Profile] = []
+read: set[str] = set()
+started: set[str] = set()
+
+
+def _look(event: str, arguments: tuple[Any, ...]) -> None:
+    if event in STARTS and arguments[:1] not in HARMLESS:
+        started.add(event)
+    elif event == "open" and isinstance(arguments[0], str | os.PathLike):
+        path = os.path.abspath(arguments[0])
+        if path.startswith(PACKAGE) and "importlib" not in sys._getframe(1).f_code.co_filename:
+            read.add(path)
+
+
+def _profile(*_: Any) -> None:
+    """Profile this thread from its next call on."""
+    sys.setprofile(None)
+    profiles.append(cProfile.Profile(subcalls=False, builtins=False))
+    profiles[-1].enable()
+
+
+if "FAULTS_USED" in os.environ:
+    _start = BaseProcess.start
+
+    def _seen(process: BaseProcess) -> None:
+        started.add("multiprocessing")
+        _start(process)
+
+    BaseProcess.start = _seen  # type: ignore[method-assign]
+    sys.addaudithook(_look)
+    threading.setprofile(_profile)
+    _profile()
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Write what was used."""
+    if "FAULTS_USED" not in os.environ:
+        return
+    ran: dict[str, set[int]] = defaultdict(set)
+    for profile in profiles:
+        for entry in profile.getstats():
+            if not isinstance(entry.code, str) and entry.code.co_filename.startswith(PACKAGE):
+                ran[entry.code.co_filename].add(entry.code.co_firstlineno)
+    root = Path(PACKAGE).parent
+    used = {
+        "ran": {os.path.relpath(name, root): sorted(lines) for name, lines in ran.items()},
+        "read": sorted(os.path.relpath(name, root) for name in read),
+        "started": sorted(started),
+    }
+    Path(os.environ["FAULTS_USED"]).write_text(json.dumps(used))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Any:
+    """End this worker where a test hangs, by what goes on without Python, as in a kernel."""
+    if hasattr(item.config, "workerinput"):
+        used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
+        resource.setrlimit(resource.RLIMIT_CPU, (int(used) + CPU_LIMIT, resource.RLIM_INFINITY))
+        faulthandler.dump_traceback_later(WALL_LIMIT, exit=True, file=sys.__stderr__)
+    try:
+        return (yield)
+    finally:
+        faulthandler.cancel_dump_traceback_later()
+
+
+def _write(report: pytest.TestReport | pytest.CollectReport) -> None:
+    # The controller of pytest-xdist has the reports of its workers, also of those that ended.
+    if report.failed and "PYTEST_XDIST_WORKER" not in os.environ:
+        with Path(os.environ["FAULTS_FAILED"]).open("a") as file:
+            file.write(report.nodeid + "\n")
+
+
+pytest_runtest_logreport = pytest_collectreport = _write

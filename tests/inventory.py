@@ -1,0 +1,248 @@
+"""The inventory: what the program offers, by name, as users meet it.
+
+    python -m tests.inventory                    write tests/inventory.json anew
+    python -m tests.inventory --check            exit code 1 where that is not the present one
+    python -m tests.inventory diff OLD.json      what is gone (-) and new (+) since another one
+
+Commands and exit codes are those of `--help`; keys and channels those of the schemas; views those
+that a refusal names; quantities and audits those of the golden results, of short runs where these
+have none, and of `static`. Warnings are the rows of docs/warnings.md, which `tests/docs` holds
+against the code.
+"""
+
+import argparse
+import contextlib
+import inspect
+import io
+import json
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import h5py
+
+import frictionsim as fs
+from frictionsim.cli.commands import run_command_line
+
+ROOT = Path(__file__).parents[1]
+GOLDEN = ROOT / "tests" / "golden"
+STORED = ROOT / "tests" / "inventory.json"
+ANEW = "read what differs, and write it anew by `python -m tests.inventory`"
+# Short runs that have what no golden result has.
+SHORT: list[tuple[str, dict[str, Any]]] = [
+    ("pulley", {"solver.duration": 0.01}),
+    ("hard/lift_slack_rope", {"solver.duration": 0.05}),
+    ("marble_machine", {"solver.duration": 0.02}),
+    ("epicyclic", {"solver.duration": 0.05, "effects.rolling_friction.normal_load": "radial"}),
+    ("swing_door", {"solver.duration": 0.05}),
+    ("shaft", {"solver.duration": 0.05, "statics.unknown": "forces.effort.size"}),
+]
+# The statics of these, and of the short runs.
+AT_REST = ("pulley_horizontal", "lift", "hoist_drum", "belt_drive")
+# A run of a belt takes compiled kernels, so that its views are those of a golden result.
+OF_BELTS = GOLDEN / "belt_drive.h5"
+
+Inventory = dict[str, Any]
+
+
+def inventory() -> Inventory:
+    """Return what the program offers: lists of names, by section and by what they belong to."""
+    schemas = {kind: fs.schema(kind) for kind in fs.kinds()}
+    done = [fs.solve(name, overrides) for name, overrides in SHORT]
+    return {
+        "audits": _audits(done),
+        "channels": {kind: _channels(schema) for kind, schema in schemas.items()},
+        "commands": _commands(),
+        "exit codes": _exit_codes(),
+        "keys": {kind: sorted(set(_keys(schema, schema, ""))) for kind, schema in schemas.items()},
+        "python": {name: _members(name) for name in dir(fs) if not name.startswith("_")},
+        "quantities": _quantities(done),
+        "scenarios": sorted(fs.scenarios()),
+        "views": {of.kind: _views(of) for of in done} | {"belt_drive": _views(OF_BELTS)},
+        "warnings": _warnings(),
+    }
+
+
+def _told(*arguments: str) -> str:
+    """Return what the command line prints."""
+    with contextlib.redirect_stdout(io.StringIO()) as out:
+        run_command_line(list(arguments))
+    return out.getvalue()
+
+
+def _rows(text: str, section: str) -> list[str]:
+    """Return the first columns of a section of a help text."""
+    within = text.partition(f"\n{section}:\n")[2].partition("\n\n")[0]
+    return re.findall(r"^  (\S.*?)(?: {2,}.*)?$", within, re.MULTILINE)
+
+
+def _commands() -> dict[str, list[str]]:
+    program = _told("--help")
+    commands = {"frictionsim": _rows(program, "Options")}
+    for command in sorted(_rows(program, "Commands")):
+        text = _told(command, "--help")
+        # Types of arguments are in the words of typer, which change with its version.
+        arguments = [row.partition(" <")[0].rstrip(".").upper() for row in _rows(text, "Arguments")]
+        commands[command] = [*arguments, *sorted(_rows(text, "Options"))]
+    return commands
+
+
+def _exit_codes() -> list[str]:
+    sentence = " ".join(_told("--help").partition("Exit codes: ")[2].split())
+    return re.split(r", (?=\d)", sentence.rstrip("."))
+
+
+def _members(name: str) -> list[str]:
+    """Return the parameters of a function, or the public members of a class."""
+    item = getattr(fs, name)
+    if not inspect.isclass(item):
+        return _call(item)[1:-1].split(", ") if callable(item) else []
+    own = [one for one in item.__mro__ if one.__module__.startswith("frictionsim")]
+    members = {member for one in own for member in (*vars(one), *inspect.get_annotations(one))}
+    shown = []
+    for member in sorted(members):
+        value = getattr(item, member, None)
+        if not member.startswith(("_", "model_")):  # the latter are of pydantic
+            is_method = inspect.isfunction(value) or inspect.ismethod(value)
+            ending = f" = {value}" if isinstance(value, int) else ""
+            shown.append(member + (_call(value) if is_method else ending))
+    return shown
+
+
+def _call(function: Any) -> str:
+    parameters = inspect.signature(function).parameters.values()
+    bare = [one.replace(annotation=one.empty) for one in parameters if one.name != "self"]
+    return str(inspect.Signature(bare))
+
+
+def _keys(node: Any, schema: Any, path: str) -> Iterator[str]:
+    """Yield the keys below a node of a schema, with unit, choices and default."""
+    if "$ref" in node:
+        node = schema["$defs"][node["$ref"].rpartition("/")[2]] | node
+    for name, inner in node.get("properties", {}).items():
+        within = f"{path}.{name}" if path else name
+        if path != "output" or name != "channels":  # which have a section of their own
+            unit = f" [{inner['unit']}]" if "unit" in inner else ""
+            default = f" = {json.dumps(inner['default'])}" if "default" in inner else ""
+            yield f"{within}{unit}: {_type(inner)}{default}" if _type(inner) else within
+            yield from _keys(inner, schema, within)
+    for inner in (*node.get("oneOf", ()), *node.get("anyOf", ())):
+        yield from _keys(inner, schema, path)
+    for of, ending in (("items", "[]"), ("additionalProperties", ".<name>")):
+        if isinstance(node.get(of), dict):
+            yield from _keys(node[of], schema, path + ending)
+
+
+def _type(node: Any) -> str:
+    """Return the type of a key, or its choices; of several forms all simple ones."""
+    forms = [node, *node.get("oneOf", ()), *node.get("anyOf", ())]
+    choices = [" | ".join(map(str, form["enum"])) for form in forms if "enum" in form]
+    types = [form["type"] for form in forms if "type" in form and form["type"] != "object"]
+    return " or ".join(choices or dict.fromkeys(types))
+
+
+def _channels(schema: Any) -> list[str]:
+    return sorted(schema["$defs"]["Output"]["properties"]["channels"]["items"]["enum"])
+
+
+def _golden() -> Iterator[tuple[str, list[str], list[str]]]:
+    """Yield kind, quantities and audits of the golden results, pulleys of belts by no name."""
+    for path in sorted(GOLDEN.glob("*.h5")):
+        with h5py.File(path) as file:
+            pulleys = re.findall(r'^name = "(\w+)"', file.attrs["scenario"], re.MULTILINE)
+            names = [_without(pulleys, name) for name in file["quantities"]]
+            yield file.attrs["kind"], names, file["audit/check"].asstr()[:].tolist()
+
+
+def _without(pulleys: list[str], quantity: str) -> str:
+    return (
+        re.sub(rf"_({'|'.join(pulleys)})(?![a-z])", "_<pulley>", quantity) if pulleys else quantity
+    )
+
+
+def _quantities(done: list[fs.Result]) -> dict[str, list[str]]:
+    at_rest = [fs.load(name) for name in AT_REST] + [fs.load(*short) for short in SHORT]
+    named = [(one.kind, list(one.quantities)) for one in done]
+    named += [(kind, names) for kind, names, _ in _golden()]
+    for scenario in at_rest:
+        pulleys = ["driver", "driven"] if scenario.kind == "belt_drive" else []
+        named.append((scenario.kind, [_without(pulleys, name) for name in fs.static(scenario)]))
+    return _by_kind(named)
+
+
+def _audits(done: list[fs.Result]) -> dict[str, list[str]]:
+    named = [(one.kind, list(one.audit)) for one in done]
+    return _by_kind(named + [(kind, audits) for kind, _, audits in _golden()])
+
+
+def _by_kind(named: list[tuple[str, list[str]]]) -> dict[str, list[str]]:
+    return {
+        kind: sorted({n for of, names in named if of == kind for n in names}) for kind in fs.kinds()
+    }
+
+
+def _views(result: Any) -> list[str]:
+    try:
+        fs.plot(result, "?")
+    except fs.InputError as refused:
+        return sorted(str(refused).rpartition("known: ")[2].split(", "))
+    return ["?"]
+
+
+def _warnings() -> dict[str, list[str]]:
+    """Return the first column of each table of the page, by its heading."""
+    page = (ROOT / "docs" / "warnings.md").read_text(encoding="utf-8")
+    sections = re.findall(r"^## ([^\n]+)$(.*?)(?=^## |\Z)", page, re.MULTILINE | re.DOTALL)
+    return {
+        title: re.findall(r"^\| (?!warning \|)([^|]+?) \|", text, re.MULTILINE)
+        for title, text in sections
+    }
+
+
+def as_text(offered: Inventory) -> str:
+    """Return an inventory as its file has it."""
+    return json.dumps(offered, indent=1, ensure_ascii=False, sort_keys=True) + "\n"
+
+
+def _lines(node: Any, path: str = "") -> Iterator[str]:
+    if isinstance(node, dict):
+        for key, inner in node.items():
+            yield from _lines(inner, f"{path}{key}: ")
+    else:
+        yield from (path + line for line in node)
+
+
+def differences(old: Inventory, new: Inventory) -> list[str]:
+    """Return what is gone and new, a line each."""
+    before, after = (set(_lines(one)) for one in (old, new))
+    return [f"- {line}" for line in sorted(before - after)] + [
+        f"+ {line}" for line in sorted(after - before)
+    ]
+
+
+def main() -> int:
+    """Read the arguments and do what they say."""
+    form = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(
+        "python -m tests.inventory", None, __doc__, formatter_class=form
+    )
+    parser.add_argument("--check", action="store_true")
+    parser.add_argument("command", nargs="*", metavar="diff OLD.json")
+    given = parser.parse_args()
+    if given.command and (given.command[0] != "diff" or len(given.command) != 2):
+        parser.error("expected nothing, --check, or diff OLD.json")
+    if not given.command and not given.check:
+        STORED.write_text(as_text(inventory()), encoding="utf-8")
+        return 0
+    old = Path(given.command[1]) if given.command else STORED
+    differing = differences(json.loads(old.read_text(encoding="utf-8")), inventory())
+    print("\n".join(differing))
+    if given.check and differing:
+        print(ANEW, file=sys.stderr)
+    return 1 if given.check and differing else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
