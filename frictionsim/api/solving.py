@@ -165,16 +165,12 @@ def resume_with(
     options: RunOptions,
 ) -> Result:
     """Resume an interrupted run."""
-    from frictionsim.api.sweep_result import result_or_sweep  # a run needs none of it
+    from frictionsim.api.sweep_result import incomplete_of  # a run needs none of it
     from frictionsim.io.replaceable import RESULT
-    from frictionsim.io.unfinished import resumable_name, whole_name_beside
+    from frictionsim.io.unfinished import whole_name_beside
 
     since = perf_counter()
-    incomplete = (
-        result
-        if isinstance(result, Result)
-        else result_or_sweep(resumable_name(as_path("result", result)))
-    )
+    incomplete = result if isinstance(result, Result) else incomplete_of(as_path("result", result))
     if not isinstance(incomplete, Result):
         raise InputError(f"{result}: this is a sweep; frictionsim.resume_sweep continues it")
     state = incomplete.load_checkpoint()

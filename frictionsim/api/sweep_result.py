@@ -255,6 +255,13 @@ def result_or_sweep(path: Path) -> Result | Sweep:
     )
 
 
+def incomplete_of(path: Path) -> Result | Sweep:
+    """Read a file to resume, of a run or a sweep; without one, InputError names the way out."""
+    from frictionsim.io.unfinished import resumable_name
+
+    return result_or_sweep(resumable_name(path))
+
+
 def quantities_of(view: str | None) -> list[str]:
     """Return the quantities of a view of a sweep."""
     return [] if view is None else [name.strip() for name in view.split(",")]

@@ -217,13 +217,12 @@ def resume(
     Until it is done it is in NAME.partial.h5, which is taken if there is no NAME.h5.
     """
     from frictionsim.api.solving import RunOptions
-    from frictionsim.api.sweep_result import result_or_sweep
+    from frictionsim.api.sweep_result import incomplete_of
     from frictionsim.cli.job import Report, resume_job
-    from frictionsim.io.unfinished import resumable_name
 
     log_on_stderr(verbose)
     options = RunOptions.among(locals())
-    incomplete = result_or_sweep(resumable_name(result))
+    incomplete = incomplete_of(result)
     if not isinstance(incomplete, fs.Result):
         from frictionsim.api.sweeping import ExecutionOptions, resume_study
         from frictionsim.cli.study_commands import SweepPrinting, run_with

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 import frictionsim as fs
 
-pytestmark = pytest.mark.quick
 
 Told = Callable[..., tuple[str, str]]
 
