@@ -90,6 +90,7 @@ class Target(NamedTuple):
     scale: "Array"  # reference of their errors until the noise is known
     column: ColumnKey | None = None  # of the data; None for a value given directly
     data_unit: str = ""  # unit of the data as read; empty for that of the quantity
+    unit_is_certain: bool = True  # else `unit` may be a part of the column's name
 
 
 class Measured(NamedTuple):
@@ -238,9 +239,11 @@ class _DataTable:
             for place, column in enumerate(wanted):
                 self.values[column] = self._mapping_column(column)
                 unit = getattr(source.data[column], "attrs", {}).get("units")
-                unit = unit if isinstance(unit, str) and unit else heading(str(column))[1]
+                _, named, is_certain = heading(str(column))
+                if isinstance(unit, str) and unit:
+                    named, is_certain = unit, True
                 where = f"unit of the column '{column}'"
-                self._columns[column] = CsvColumn([], place, unit, where)
+                self._columns[column] = CsvColumn([], place, named, where, is_certain)
             self._check_lengths()
         for column in no_gaps:
             self._check_finite(column)
@@ -296,9 +299,14 @@ class _DataTable:
         except InputError as error:
             raise ArgumentError("data", f"{error}; a unit that is given counts instead") from None
 
-    def unit(self, column: ColumnKey) -> str:
+    def unit(self, column: ColumnKey, model_unit: str) -> str:
         """Return the unit in the heading of a column; empty if it has none."""
-        return self._columns[column].unit
+        return self._columns[column].unit_in(model_unit)
+
+    def likely_unit(self, column: ColumnKey) -> tuple[str, bool]:
+        """Return the unit in the heading of a column, and whether it is no part of the name."""
+        found = self._columns[column]
+        return found.unit, found.is_certain
 
 
 def _too_large(value: float) -> str:
@@ -351,7 +359,7 @@ def _channel_targets(source: FitOptions, scenario: "Scenario") -> list[Target]:
         )
         target = _column_target(source, table, name, column, size)
         target = target._replace(kind="channel", unit=model_unit, times=times[target.runs])
-        data_unit = unit or table.unit(column) or model_unit
+        data_unit = unit or table.unit(column, model_unit) or model_unit
         targets.append(target._replace(runs=np.zeros_like(target.runs), data_unit=data_unit))
     return targets
 
@@ -364,7 +372,10 @@ def _column_target(
     finite = np.isfinite(values)
     if not finite.any():
         raise ArgumentError("data", f"no numbers in the column '{column}'")
-    unit, rows = source.units.get(name) or table.unit(column), np.flatnonzero(finite)
+    unit, is_certain = table.likely_unit(column)
+    if given := source.units.get(name):
+        unit, is_certain = given, True
+    rows = np.flatnonzero(finite)
     return Target(
         name=name,
         kind="quantity",
@@ -376,7 +387,8 @@ def _column_target(
         group=name,
         scale=np.full(rows.size, _spread(values[finite])),
         column=column,
-        data_unit=unit,
+        data_unit=unit if is_certain else "",
+        unit_is_certain=is_certain,
     )
 
 

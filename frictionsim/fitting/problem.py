@@ -20,7 +20,7 @@ from frictionsim.errors import ArgumentError, InputError, ScenarioError, unknown
 from frictionsim.fitting.data import Measured, Target
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.model_fields import expanded, fields_of_key, names_in, unit_of_key
-from frictionsim.scenario.units import factor
+from frictionsim.scenario.units import factor, fits
 from frictionsim.simulation.combinations import (
     RUNS_THAT_PAY_COMPILING,
     Combinations,
@@ -417,7 +417,10 @@ class FitProblem:
 
     def _size(self, target: Target, quantity: "Quantity") -> float:
         """Return the unit of the data of a quantity, in its own."""
-        unit = self.units[target.name] = target.unit or quantity.unit
+        unit = target.unit or quantity.unit
+        if not target.unit_is_certain and not fits(unit, quantity.unit):
+            unit = quantity.unit
+        self.units[target.name] = unit
         try:
             return factor(unit, quantity.unit)
         except InputError as error:

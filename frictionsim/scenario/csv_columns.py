@@ -5,12 +5,14 @@ stands outside quotes in the first line of numbers. With another one than a comm
 number is the decimal mark. Cells may be in quotes; lines that begin with # are comments.
 
 The header is the first line with all names that are asked for, or else the last line above the
-numbers. A column may have its unit in brackets there, ``F [kN]`` or ``F (kN)``, or in a line below.
+numbers; also a comment right above these. A column may have its unit there, ``F [kN]``, ``F (kN)``,
+``F/kN``, ``F in kN``, ``F, kN`` or ``F_kN``, or in a line below.
 """
 
 import csv
 import re
 from collections.abc import Collection, Iterator, Sequence
+from contextlib import suppress
 from itertools import islice, pairwise, takewhile
 from math import isfinite, nan
 from pathlib import Path
@@ -21,7 +23,7 @@ from pydantic_core import PydanticCustomError
 
 from frictionsim.errors import InputError, unknown
 from frictionsim.scenario.schema import Params, inconsistent
-from frictionsim.scenario.units import factor, is_unit
+from frictionsim.scenario.units import WRITTEN, factor, fits, is_unit
 
 MAX_BYTES = 16 * 1024 * 1024  # more than a million points of a log
 MAX_LINES = 1_000_000
@@ -30,7 +32,9 @@ MAX_NAME, MAX_NAMES = 24, 20  # characters of a column's name in a message, and 
 DELIMITERS = (";", "\t", ",")  # searched for in this order where none is given
 MAX_ABOVE = 1000  # lines in which the first one of numbers is searched for
 QUOTED = re.compile(r'"[^"]*"')
-IN_BRACKETS = re.compile(r"\s*(?:\[[^\[\]]*\]|\([^()]*\))")
+IN_BRACKETS = re.compile(r"\s*(?:\[[^\[\]]*\]|\([^()]*\)|\{[^{}]*\}|<[^<>]*>)")
+# What stands between a name and its unit; behind the last two another word may stand as well.
+BEFORE_UNIT = re.compile(r"(.*\S)(?:\s*(?P<sign>/|,)\s*|\s+(?P<word>in)\s+|_|\s+)")
 BEHIND_NAME = re.compile(r"(?<=[^\s\])])\s*(?:\[[^\[\]]*\]|\([^()]*\))")
 NO_UNIT = ("", "-")  # cells in a line of units
 GAPS = ("", "nan")  # cells of data that were not measured
@@ -133,22 +137,32 @@ class NoSuchColumn(InputError):
 
 
 class CsvColumn(NamedTuple):
-    """Numbers of a column, NaN where it has none; its place; its unit, and where this stands."""
+    """Numbers of a column, NaN where it has none; its place; its unit, and where this stands.
+
+    What may be a part of the name, `N` in F_N, is its unit only if it fits (`is_certain`).
+    """
 
     values: list[float]
     place: int
     unit: str = ""
     where: str = ""
+    is_certain: bool = True
 
     def factor(self, model_unit: str) -> float:
         """Return the size of its unit in that of the model; raise InputError if it has none."""
         try:
             return factor(self.unit or model_unit, model_unit)
         except InputError as error:
+            if not self.is_certain:
+                return 1.0
             raise InputError(
                 f"{self.where}: {error}; convert the numbers, or choose another column; if this is"
                 " no unit, write the heading without it"
             ) from None
+
+    def unit_in(self, model_unit: str) -> str:
+        """Return its unit; empty if it has none, or may have none and that does not fit."""
+        return self.unit if self.is_certain or fits(self.unit, model_unit) else ""
 
     def in_unit(self, model_unit: str) -> list[float]:
         """Return the numbers in the unit of the model."""
@@ -215,6 +229,8 @@ def read_columns(
     delimiter = delimiter or find_delimiter(text, decimal)
     rows = list(separated(text, delimiter, path))
     names = [column for column in wanted if isinstance(column, str)]
+    if rows and (comment := _heading_in_comment(text, delimiter, rows[0])):
+        rows.insert(0, comment)
     header = _find_header(path, rows, names) if names else -1
     places = {c: c - 1 if isinstance(c, int) else _place(path, rows[header], c) for c in wanted}
 
@@ -231,7 +247,7 @@ def read_columns(
     )
     decimal = decimal or ("." if points else ",")
     units = _units(path, rows[max(header, 0) : first], places, None if names else rows[first])
-    columns = {c: CsvColumn([], place, *units.get(c, ("", ""))) for c, place in places.items()}
+    columns = {c: CsvColumn([], place, *units.get(c, ())) for c, place in places.items()}
     for row in rows[first:]:
         if are_all and _width(row) != len(places):
             advice = "; of several columns, choose with time and value" * (len(row.cells) > 2)
@@ -357,24 +373,55 @@ def separated(text: str, delimiter: str, path: Path) -> Iterator[CsvRow]:
         ) from None
 
 
-def heading(cell: str) -> tuple[str, str]:
-    """Return name and unit of a heading: a known unit in brackets, or what ends it in brackets."""
-    found = [m for m in IN_BRACKETS.finditer(cell) if m.start() and _bare(m[0])]
+class Heading(NamedTuple):
+    """The name of a column and its unit, which may be a part of the name if not certain."""
+
+    name: str
+    unit: str = ""
+    is_certain: bool = True
+
+
+def heading(cell: str) -> Heading:
+    """Return name and unit of a heading.
+
+    The unit is a known one in brackets, or else what ends the heading in brackets, or a known one
+    at its end behind `/`, `,`, `in`, `_` or a blank, or alone.
+    """
+    found = [m for m in IN_BRACKETS.finditer(cell) if _bare(m[0])]
     units = [m for m in found if is_unit(_bare(m[0]))] or [m for m in found if m.end() == len(cell)]
     for match in units[-1:]:
-        return f"{cell[: match.start()]}{cell[match.end() :]}".strip(), _bare(match[0])
-    return cell, ""
+        name = f"{cell[: match.start()]} {cell[match.end() :]}".strip()
+        return Heading(name or cell, _bare(match[0]))
+    for unit in WRITTEN:
+        if cell == unit:
+            return Heading(cell, unit, is_certain=False)
+        if cell.endswith(unit) and (before := BEFORE_UNIT.fullmatch(cell[: -len(unit)])):
+            return Heading(before[1], unit, bool(before["sign"] or before["word"]))
+    return Heading(cell)
+
+
+def _heading_in_comment(text: str, delimiter: str, first: CsvRow) -> CsvRow | None:
+    """Return the comment right above the first row, if this is of numbers, with as many cells."""
+    lines = text.split("\n")[: first.line - 1]
+    above = lines[-1].strip() if lines else ""
+    if not above.startswith("#") or None in map(number_in, filter(None, first.cells)):
+        return None
+    with suppress(InputError):
+        for row in separated(above.lstrip("# "), delimiter, Path()):
+            if len(row.cells) == len(first.cells):
+                return CsvRow(first.line - 1, row.cells)
+    return None
 
 
 def _bare(cell: str) -> str:
     """Return a unit without the brackets that may be around it."""
-    return cell.strip(" []()")
+    return cell.strip(" []()<>{}")
 
 
 def _units(
     path: Path, head: list[CsvRow], places: dict[ColumnKey, int], data: CsvRow | None
-) -> dict[ColumnKey, tuple[str, str]]:
-    """Return the units of columns, and where they stand.
+) -> dict[ColumnKey, tuple[str, str, bool]]:
+    """Return the units of columns, where they stand, and whether they are certain to be units.
 
     `head` are the lines from the header to the numbers. Without names it may have lines above the
     header, which has as many cells as `data`, the first line of numbers.
@@ -396,16 +443,23 @@ def _units(
                     )
         head = [head[i] for i in fitting]
         head = head if len(head) == 2 and has_units(head[1]) else head[-1:]
-    units: dict[ColumnKey, tuple[str, str]] = {}
+    units: dict[ColumnKey, tuple[str, str, bool]] = {}
     for row in head:
         is_header = row is head[0]
         of_units = has_units(row, alone=is_header) and not (is_header and data is None)
         for column, place in places.items():
             cell = row.cells[place] if 0 <= place < len(row.cells) else ""
-            unit = _bare(cell) if of_units else heading(cell)[1] if is_header else ""
-            if unit not in NO_UNIT:
-                where = f"line {row.line} of '{path}', unit of column {place + 1}, {quoted(cell)}"
-                units.setdefault(column, (unit, where))
+            _, unit, is_certain = heading(cell) if is_header else Heading("")
+            if of_units:
+                unit, is_certain = _bare(cell), True
+            where = f"line {row.line} of '{path}', unit of column {place + 1}, {quoted(cell)}"
+            known, known_where, known_is_certain = units.get(column, ("", "", False))
+            if not unit or (of_units and unit in NO_UNIT):
+                continue
+            if known_is_certain and is_certain and known != unit:
+                raise InputError(f"{where}: another unit than in {known_where}")
+            if not known_is_certain:
+                units[column] = unit, where, is_certain
     return units
 
 

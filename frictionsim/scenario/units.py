@@ -38,6 +38,8 @@ UNITS: dict[str, tuple[str, float]] = {
     "N m": ("N m", 1.0),
     "mN m": ("N m", 1e-3),
     "kN m": ("N m", 1e3),
+    "N cm": ("N m", 1e-2),
+    "N mm": ("N m", 1e-3),
     "gf cm": ("N m", 9.80665e-5),
     "lbf ft": ("N m", 1.3558179483314004),
     "J": ("J", 1.0),
@@ -47,15 +49,37 @@ UNITS: dict[str, tuple[str, float]] = {
     "mW": ("W", 1e-3),
     "kW": ("W", 1e3),
 }
-# Other ways to write the product of two units: N*m, N·m, Nm.
+# Other ways to write a unit; the product of two is N*m, N·m, N.m or Nm.
 _WRITTEN = {
-    name.replace(" ", sign): name for name in UNITS if " " in name for sign in ("*", "·", "")
+    name.replace(" ", sign): name for name in UNITS if " " in name for sign in ("*", "·", ".", "")
+} | {
+    "-": "1",
+    "sec": "s",
+    "µs": "us",
+    "μs": "us",
+    "µm": "um",
+    "μm": "um",
+    "°": "deg",
+    "°/s": "deg/s",
+    "min^-1": "1/min",
+    "min-1": "1/min",
+    **dict.fromkeys(("RPM", "rev/min", "r/min", "U/min"), "rpm"),
 }
+# The longest first: of n_rad/s the unit is not s.
+WRITTEN = sorted({*UNITS, *_WRITTEN} - {"1", "-"}, key=len, reverse=True)
 
 
 def is_unit(text: str) -> bool:
     """Return whether a text is a unit that is known."""
     return text in UNITS or text in _WRITTEN
+
+
+def fits(unit: str, model_unit: str) -> bool:
+    """Return whether a unit is one of those of the model's unit."""
+    try:
+        return bool(factor(unit, model_unit))
+    except InputError:
+        return False
 
 
 def factor(unit: str, model_unit: str) -> float:

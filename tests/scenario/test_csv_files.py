@@ -159,7 +159,7 @@ def test_a_table_means_the_same_however_it_is_written(
     "text",
     [
         "t [ms],w [rpm]\n0,0\n250,30\n1000,120\n",
-        "t (min);w\ns;deg/s\n0,0;0\n0,0041666666666666667;180,0\n0,016666666666666666;720\n",
+        "t (min);w\n;deg/s\n0,0;0\n0,0041666666666666667;180,0\n0,016666666666666666;720\n",
         '"t"\t"w"\n"s"\t"rad/s"\n"0"\t"0"\n"0,25"\t"3,141592653589793"\n1\t"12,566370614359172"',
     ],
 )
@@ -237,3 +237,65 @@ def test_keys_of_all_forms_of_points_are_suggested(
         f"frictionsim: a.toml:4: couples.m.size.{key}: unknown key '{key}'"
         f"{'; ' if suggested.startswith('known') else ' '}{suggested}"
     ]
+
+
+@pytest.mark.parametrize(
+    "heading",
+    [
+        *("{} [{}]", "{} ({})", "{} {{{}}}", "{} <{}>", "[{1}] {0}", "{} [{}] filtered"),
+        *("{}/{}", "{} / {}", "{} in {}", "{}_{}", "{} {}", "{1}", '"{}, {}"', "# {} [{}]"),
+    ],
+)
+@pytest.mark.parametrize(
+    ("unit", "size"),
+    [("rpm", pi / 30.0), ("RPM", pi / 30.0), ("U/min", pi / 30.0), ("deg/s", pi / 180.0)],
+)
+def test_every_way_to_write_a_unit_in_a_heading(
+    heading: str, unit: str, size: float, tmp_path: Path
+) -> None:
+    end = 100.0 / size  # of the motor's line, in this unit
+    text = f"{heading.format('n', unit)},{'M'}\n0,10\n{end!r},0\n"
+    (tmp_path / "m.csv").write_text(text, encoding="utf-8")
+    size_of_motor = {"csv": "m.csv", "speed": 1, "value": 2}
+    tables = {
+        "kind": "shaft",
+        "mechanism": {"inertia": 1.0},
+        "couples": [{"name": "motor", "size": size_of_motor}],
+        "solver": {"duration": 20.0},
+    }
+    result = fs.solve(fs.load(tables, folder=tmp_path))
+    # I w' = 10 (1 - w/100)
+    exact = 100.0 * (1.0 - exp(-2.0))
+    assert float(result.dataset["angular_velocity"][-1]) == pytest.approx(exact, rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("first", "below"), [("t [ms],M", "[s],"), ("t/ms,M", "s,N m"), ("t,M [kN m]", "s,N m")]
+)
+def test_two_units_of_one_column_are_refused(first: str, below: str, tmp_path: Path) -> None:
+    (tmp_path / "m.csv").write_text(f"{first}\n{below}\n0,1\n2,1\n")
+    with pytest.raises(fs.ScenarioError, match="another unit than in line 1"):
+        fs.load(
+            {
+                "kind": "shaft",
+                "mechanism": {"inertia": 1.0},
+                "couples": [{"name": "motor", "size": {"csv": "m.csv"}}],
+                "solver": {"duration": 2.0},
+            },
+            folder=tmp_path,
+        )
+
+
+@pytest.mark.parametrize("name", ["F_s", "F m", "h", "F_left"])
+def test_an_end_of_a_name_that_is_no_fitting_unit_is_a_part_of_it(
+    name: str, tmp_path: Path
+) -> None:
+    (tmp_path / "m.csv").write_text(f"t,{name}\n0,1\n2,1\n")
+    tables = {
+        "kind": "shaft",
+        "mechanism": {"inertia": 1.0},
+        "couples": [{"name": "motor", "size": {"csv": "m.csv", "time": "t", "value": name}}],
+        "solver": {"duration": 2.0},
+    }
+    result = fs.solve(fs.load(tables, folder=tmp_path))
+    assert float(result.dataset["angular_velocity"][-1]) == pytest.approx(2.0, rel=1e-9)
