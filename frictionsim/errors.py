@@ -183,22 +183,27 @@ def unknown(what: str, given: str, known: list[str], listed: str = "") -> str:
     return f"unknown {what} '{given}'; {listed}"
 
 
+START = 3  # letters of a name that tell it
+
+
 def closest(given: str, known: list[str]) -> str:
     """Return the known name of which another one is a misspelling; empty if there is none.
 
     A common ending, as of `hinge_friction` and `shaft_friction`, does not make one: the words
-    before it must be alike. A name that lacks them is completed if there is one completion only.
+    before it must be alike. A name that lacks them is completed if there is one completion only;
+    so is a start of some letters.
     """
     from difflib import get_close_matches  # imported here: needed for error messages only
 
-    completions = []
+    is_start = len(given) >= START
+    completions = [name for name in known if is_start and name.startswith(given)]
     for name in get_close_matches(given, known, n=len(known) or 1):
         start, start_of_known = _without_common_ending(given, name)
         if not (start and start_of_known):
             completions.append(name)
         elif get_close_matches(start, [start_of_known]):
             return name
-    return completions[0] if len(completions) == 1 else ""
+    return completions[0] if len(set(completions)) == 1 else ""
 
 
 def _without_common_ending(first: str, second: str) -> tuple[str, str]:
