@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from hypothesis import HealthCheck, Phase, settings
 
 import frictionsim as fs
 from frictionsim.solvers import compilation, event_driven
+from tests.cases import CASES, Case, SolvedCase
 from tests.support import scenarios
 from tests.support.examples import FEW, MANY
 from tests.support.scenarios import ROOT, in_this_process
@@ -57,6 +59,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             if item.get_closest_marker("root"):
                 item.add_marker(pytest.mark.skip(reason="only root can"))
 
+
+BY_NAME = {str(case): case for case in CASES}
 
 # The belts with whose effects tests of belts run, in the plane and guided.
 COMPILED_FIRST = ("belt_drive", "belt_string")
@@ -102,6 +106,26 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     compilation._failed_forms.clear()
     event_driven._python_steps.clear()
     scenarios.program_is_patched = "monkeypatch" in getattr(item, "fixturenames", ())
+
+
+@pytest.fixture(scope="session")
+def solved(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Case], SolvedCase]:
+    """Return a function that gives the result of a case, solved once for all workers."""
+    folder = tmp_path_factory.getbasetemp()
+    if os.environ.get("PYTEST_XDIST_WORKER"):
+        folder = folder.parent  # of the session
+
+    @cache
+    def result(name: str) -> SolvedCase:
+        path, calls = folder / f"{name}.h5", folder / f"{name}.calls"
+        with FileLock(folder / f"{name}.lock"):
+            if not calls.exists():
+                times: list[float] = []
+                fs.solve(BY_NAME[name].load(), output=path, progress=times.append)
+                calls.write_text(str(len(times)))
+        return SolvedCase(fs.open(path), int(calls.read_text()))
+
+    return lambda case: result(str(case))
 
 
 @pytest.fixture

@@ -121,15 +121,6 @@ def test_backends_agree_on_a_rest_between_the_stages_of_a_step() -> None:
     assert close(rkf45.quantities["final_angle"].value, events.quantities["final_angle"].value)
 
 
-@given(scenarios(st.floats(0.0, 6000.0)))
-def test_force_and_load_exchanged_mirror_the_motion(data: Scenario) -> None:
-    motion = simulate(data)
-    load, force = data["mechanism"]["load"], data["drive"]["force"]
-    mirrored = simulate(changed(data, mechanism__load=force, drive__force=load))
-    assert close(-mirrored.channels["angle"], motion.channels["angle"])
-    assert close(-mirrored.channels["angular_velocity"], motion.channels["angular_velocity"])
-
-
 points = st.lists(st.floats(0.0, 6000.0), min_size=2, max_size=6)
 
 

@@ -12,9 +12,7 @@ from frictionsim.results import Record
 from frictionsim.scenario.loading import ValidationFailure, validate
 from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import pair
-from tests.support.cases import slow
 from tests.support.drawn_scenarios import of_size
-from tests.support.examples import examples
 from tests.support.scenarios import SCENARIOS, Scenario
 
 by_both = pytest.mark.parametrize("backend", ["moreau", "rkf45"])
@@ -98,15 +96,6 @@ def test_an_interruption_where_dampers_begin_to_be_solved_for_changes_nothing() 
     driver, driven = data["mechanism"]["pulleys"]
     driver["radius"], driven["radius"], driven["center"] = 0.0546875, 0.078125, [0.492, 0.0]
     assert _differing(data, "moreau", np.linspace(0.35, 0.6, 20)) == []
-
-
-@pytest.mark.parametrize("backend", ["moreau", slow("rkf45")])
-@examples(8)
-@given(data=belts(), fraction=st.floats(0.0, 1.0))
-def test_interrupting_random_belts_changes_nothing(
-    backend: str, data: Scenario, fraction: float
-) -> None:
-    assert _differing(data, backend, [fraction]) == []
 
 
 def _differing(data: Scenario, backend: str, fractions: Any) -> list[tuple[float, str]]:

@@ -4,7 +4,6 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -12,13 +11,11 @@ from hypothesis import strategies as st
 from tests.support.drawn_scenarios import (
     assert_sound,
     assert_splitting_changes_nothing,
-    bodies,
-    marble_machines,
     scenarios,
 )
 from tests.support.examples import examples
 from tests.support.scenarios import Scenario, simulate
-from tests.support.shaft_scenarios import delayed, mirrored, shaft_scenario
+from tests.support.shaft_scenarios import delayed, shaft_scenario
 
 
 @pytest.fixture(scope="module")
@@ -30,35 +27,6 @@ def folder() -> Any:
 @given(scenarios())
 def test_results_of_random_scenarios_are_sound(folder: Path, data: Scenario) -> None:
     assert_sound(data, folder)
-
-
-@examples(5)
-@given(scenarios(), st.floats(0.0, 1.0))
-def test_interrupting_random_runs_changes_nothing(
-    folder: Path, data: Scenario, fraction: float
-) -> None:
-    assert_splitting_changes_nothing(data, fraction, folder)
-
-
-@given(marble_machines(), st.sampled_from(["events", "rkf45"]))
-def test_a_machine_without_gravity_is_symmetric(data: Scenario, backend: str) -> None:
-    """Without gravity nothing but the torque has a direction."""
-    data = data | {"drive": {"torque": 0.01}, "solver": {"backend": backend, "duration": 1.0}}
-    data["effects"].pop("gravity", None)
-    done, mirrored = simulate(data), simulate(data | {"drive": {"torque": -0.01}})
-    assert np.array_equal(mirrored.channels["angle"], -done.channels["angle"])
-    assert [-e.mode_to for e in mirrored.transitions] == [e.mode_to for e in done.transitions]
-
-
-@examples(10)
-@given(bodies())
-def test_a_body_on_a_shaft_in_a_mirror_moves_as_in_a_mirror(data: Scenario) -> None:
-    data = data | {"solver": {"duration": 0.5, "rtol": 1e-10, "max_steps": 20_000}}
-    done, other = simulate(data), simulate(mirrored(data))
-    assert other.status == done.status
-    assert [-e.mode_to for e in other.transitions] == [e.mode_to for e in done.transitions]
-    angle = done.channels["angle"][-1]
-    assert other.channels["angle"][-1] == pytest.approx(-angle, rel=1e-8, abs=1e-8)
 
 
 @examples(10)

@@ -4,7 +4,6 @@ from array import array
 from collections.abc import Callable
 from itertools import pairwise
 from math import exp, hypot, radians
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,7 +28,6 @@ from frictionsim.solvers.multi_contact_modes import write_consistent_modes
 from frictionsim.solvers.multi_contact_state import MODES
 from frictionsim.work_precision.error_estimate import estimate
 from frictionsim.work_precision.settings import CostOptions
-from tests.simulation.test_resume import assert_same_when_interrupted, calls_of
 from tests.support.lifts import CORD, GRAVITY, SHAFT, events, grips, lift, ramp, solved
 from tests.support.scenarios import SCENARIOS, Scenario, scenario_run
 
@@ -50,27 +48,6 @@ def slack_lift(**changes: Any) -> Scenario:
 
 def slipping_lift(**changes: Any) -> Scenario:
     return slack_lift(effects__cord_friction=CORD, **changes)
-
-
-@pytest.mark.parametrize("data", [slack_lift(), slipping_lift()], ids=["slack", "cord"])
-def test_a_resumed_run_has_the_bits_of_an_uninterrupted_one(data: Scenario, tmp_path: Path) -> None:
-    calls = calls_of(data)
-    assert calls > 30  # steps
-    stops = [1, 1, calls // 3], [calls // 2, 7], [calls - 2]
-    assert_same_when_interrupted(data, tmp_path, *stops)
-
-
-def test_resuming_within_a_step_that_ends_with_an_event_gives_the_same_bits(
-    tmp_path: Path,
-) -> None:
-    # Samples are taken between the step and its event: stop at each of them.
-    data = slack_lift(output__interval=0.02, solver__duration=1.3)
-    whole = solved(data)
-    assert {e.contact for e in whole.transitions} >= {"shaft", "car_rope"}
-    times: list[float] = []
-    run(validate(data, SCENARIOS), times.append)
-    stops = ([int(np.searchsorted(times, event.time))] for event in whole.transitions[1:4])
-    assert_same_when_interrupted(data, tmp_path, *stops)
 
 
 @pytest.mark.parametrize(("array", "value"), [("solver.modes", 2.0), ("solver.modes", 0.5)])

@@ -2,20 +2,16 @@
 
 from itertools import product
 from math import ceil, inf, log, pi, radians, sqrt
-from typing import Any
 
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
 from frictionsim.results import Record
-from frictionsim.scenario.loading import validate
-from frictionsim.simulation.simulate import run
 from frictionsim.solvers.end_stops import first_impact
-from tests.simulation.test_resume import calls_of, stopping
 from tests.support.cases import one_in, slow
 from tests.support.end_stops_reference import drawn_body, events_of, mirrored
-from tests.support.scenarios import SCENARIOS, changed, mechanism_of, simulate, sound, with_method
+from tests.support.scenarios import changed, mechanism_of, simulate, sound
 from tests.support.stopped_bodies import scenario_of, stopped, with_friction
 
 HIGHEST, LOWEST = radians(60.0), radians(-50.0)
@@ -287,30 +283,3 @@ def test_a_tiny_capture_speed_does_not_make_flights_without_end(
     done = sound(data)
     assert done.transitions[-1][1:4] == ("stop", 1, 0)
     assert 50 < done.quantities["impacts"].value < 400
-
-
-CASES: list[tuple[str, str, dict[str, Any]]] = [
-    ("", "events", {}),
-    ("set-valued", "events", {}),
-    ("set-valued", "rkf45", {}),
-    ("regularised", "rkf45", {"law": "regularised"}),
-]
-
-
-@pytest.mark.parametrize(("law", "backend", "keys"), one_in(2, CASES))
-def test_resumed_runs_give_identical_results(law: str, backend: str, keys: dict[str, Any]) -> None:
-    """Interrupted anywhere: in flight, before an impact is processed, at rest on a stop."""
-    data = stopped(PRESSED, effects__end_stops__restitution=0.3, output__interval=0.2)
-    data = changed(data, solver={"duration": 8.0, "rtol": 1e-6, "atol": 1e-8})
-    data = with_friction(data, 0.1, 0.05, **keys) if law else data
-    data = with_method(data, law, backend) if law else data
-    scenario, whole, calls = validate(data, SCENARIOS), sound(data), calls_of(data)
-    assert {"stop"} < {e.contact for e in whole.transitions} or not law
-    for place in range(1, calls, max(1, calls // 15)):
-        part = run(scenario, stopping(place))
-        assert part.failure == "budget_exceeded"
-        done = run(scenario, lambda t: None, checkpoint=part.checkpoint)
-        assert done.transitions == whole.transitions
-        assert done.quantities == whole.quantities
-        for name, values in whole.channels.items():
-            assert np.array_equal(done.channels[name], values), (name, place)

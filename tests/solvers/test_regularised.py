@@ -9,13 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.errors import Interrupted
 from frictionsim.results import Record
-from frictionsim.scenario.loading import load
 from frictionsim.scenario.methods import SCIPY
-from frictionsim.simulation.simulate import run as simulate_scenario
 from frictionsim.solvers.friction_curve import friction_curve
-from tests.support.cases import one_in
 from tests.support.problems import BREAKAWAY, CORD_RADIUS, INERTIA, LOAD, R_K, R_S, RAMP
 from tests.support.scenarios import SCENARIOS, changed, pulley, shipped, simulate, with_method
 
@@ -148,17 +144,3 @@ def test_scipy_is_not_imported_by_our_own_backends() -> None:
         cwd=SCENARIOS.parent,
     )
     assert done.stdout.splitlines()[-1].split() == ["False", "False"]
-
-
-@pytest.mark.parametrize("backend", one_in(3, SCIPY))
-def test_a_run_with_scipy_leaves_nothing_to_resume(backend: str) -> None:
-    """So that the user is not told to; `test_budget` resumes one with our own integrator."""
-
-    def stop(t: float) -> None:
-        if t > 0.6:
-            raise Interrupted(2, t)
-
-    begun = simulate_scenario(load(SCENARIOS / "pulley.toml", [REGULARISED], backend), stop)
-    assert (begun.status, begun.exit_code) == ("interrupted", 130)
-    assert 0.5 < begun.time[-1] < 0.9
-    assert begun.checkpoint is None
