@@ -106,6 +106,15 @@ def test_a_gif_shows_its_times_and_has_the_same_bytes_again(tmp_path: Path) -> N
     assert np.all(frames[0][:3, :3] == 255), "white stays white"
 
 
+def test_frames_are_at_their_times(tmp_path: Path) -> None:
+    """Of a pulley that turns between the samples at 0.9 s and 1 s alone, at 0, 1 and 2 s."""
+    turned = record_of("pulley", {"time": TIMES, "angle": np.where(TIMES < 0.95, 0.0, 1.0)})
+    animate(turned, tmp_path / "a.gif", 1.0, 1.0)
+    start, middle, end = frames_of(tmp_path / "a.gif")
+    # The number of the time alone differs.
+    assert difference(middle, end) < 0.2 * difference(start, middle)
+
+
 @pytest.mark.parametrize("kind", ["marble_machine", "epicyclic", "two pulleys"])
 def test_each_kind_moves_and_what_is_fixed_stays(kind: str, tmp_path: Path) -> None:
     made = shown(kind) if kind == "two pulleys" else record(kind)
