@@ -7,21 +7,23 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.motion.marble_machine import teeth_of
-from frictionsim.motion.parts import (
+from tests.support.motions import (
     Arrow,
     Band,
     Body,
     Disc,
     Motion,
     Trail,
+    body,
     is_visible,
     line_of,
     moment_of,
+    motion,
     path_until,
     place_of,
+    point_of,
+    record_of,
 )
-from tests.support.motions import body, motion, point_of, record_of
 from tests.support.scenarios import shipped
 
 DRAWN = range(6)
@@ -146,10 +148,21 @@ def test_slots_carry_marbles_on_the_rising_half(number: int) -> None:
     assert np.diff(body(animation, "pinion").angle) == pytest.approx(-ratio * np.diff(angle))
 
 
-def test_teeth_fit_the_ratio() -> None:
-    assert teeth_of(4.0) == (56, 14)
-    assert teeth_of(32.0 / 9.0) == (64, 18)
-    assert teeth_of(pi) is None
+def teeth_of(shape: Any) -> int:
+    """Return how often the outline of a gear rises above its mean radius; 0 of a disc."""
+    if isinstance(shape, Disc):
+        return 0
+    high = np.hypot(*shape.points.T) > np.hypot(*shape.points.T).mean()
+    return int(np.sum(high & ~np.roll(high, 1)))
+
+
+@pytest.mark.parametrize(
+    ("ratio", "teeth"), [(4.0, [56, 14]), (32.0 / 9.0, [64, 18]), (pi, [0, 0])]
+)
+def test_teeth_fit_the_ratio(ratio: float, teeth: list[int]) -> None:
+    data = shipped("marble_machine", mechanism__gear_ratio=ratio)
+    animation = motion(record_of("marble_machine", {"time": TIMES, "angle": TIMES}, data))
+    assert [teeth_of(body(animation, name).shapes[0]) for name in ("gear", "pinion")] == teeth
 
 
 @pytest.mark.parametrize("number", DRAWN)

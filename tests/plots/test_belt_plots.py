@@ -6,14 +6,10 @@ import numpy as np
 import pytest
 
 from frictionsim.errors import InputError
-from frictionsim.plots import VIEWS, draw
-from frictionsim.plots.belt_geometry import BeltLine, middle_of_first_span
-from frictionsim.plots.belt_time_history import default_body
-from frictionsim.plots.picture_file import png
 from tests.plots.test_plots import MAX_BYTES
 from tests.support.belt_results import FOUR, TWO, Pulley, belt_run, lay, tension_at
 from tests.support.cases import one_in
-from tests.support.records import shown, with_channels, without, words_of
+from tests.support.records import VIEWS, draw, png, shown, with_channels, without, words_of
 
 RING = [Pulley(f"p{i}", 0.5 * np.cos(0.483 * i), 0.5 * np.sin(0.483 * i), 0.05) for i in range(13)]
 FORCES = ["normal_force", "friction_force"]
@@ -59,13 +55,13 @@ def test_pictures_of_large_belts_are_small_files_with_details_of_the_first_pulle
 
 
 def test_a_body_is_chosen_by_its_number() -> None:
-    assert "body 7 on driven" in words_of(draw(shown("two pulleys"), "body", 7))
+    assert "body 7 on driven" in words_of(draw(shown("two pulleys"), "body", body=7))
     assert "body 32 on driver" in words_of(draw(shown("two pulleys"), "body"))
 
 
 def axes_of_body(touched: np.ndarray, body: int | None = None, drop: str = "") -> list[Any]:
     record = without(belt_run(bodies=6, samples=5), *drop)
-    return draw(with_channels(record, pulley_index=touched), "body", body).axes
+    return draw(with_channels(record, pulley_index=touched), "body", body=body).axes
 
 
 KINDS = np.array([[0.0, -1, -1, -1, 1, 1], [0, 0, -1, -1, 1, 1], [0, 0, -1, -1, -1, 1]])
@@ -89,44 +85,41 @@ def test_a_body_that_meets_no_pulley_is_drawn_with_its_place() -> None:
 
 
 def test_the_body_by_default_meets_a_pulley() -> None:
-    assert middle_of_first_span(FREE[0]) == 2  # which meets none
-    axes = axes_of_body(FREE)
+    axes = axes_of_body(FREE)  # the middle of the first span, body 2, meets none
     assert axes[0].get_title(loc="left") == ""
     assert "body 0" in axes[1].get_ylabel()
-    assert default_body(np.full((3, 5), -1.0)) == 0
+    assert "body 0" in axes_of_body(np.full(FREE.shape, -1.0))[1].get_ylabel()
     touched = FREE.copy()
     touched[4, 2] = 1.0
-    assert default_body(touched) == 2
+    assert "body 2" in axes_of_body(touched)[1].get_ylabel()
 
 
-def test_positions_along_the_belt_start_at_the_first_pulley_and_means_are_at_positions() -> None:
+IN_PLANE = {"effects": {"belt_friction": {"mu_s": 1.0}, "contact": {}}}
+
+
+@pytest.mark.parametrize("changes", [{}, IN_PLANE])
+def test_positions_along_the_belt_start_at_the_first_pulley_and_means_are_at_positions(
+    changes: dict[str, Any],
+) -> None:
     bodies = 600
-    result = belt_run(FOUR, bodies=bodies)
     _, distances, under = lay(FOUR)
-    belt = BeltLine(result, -1)
+    ax = draw(belt_run(FOUR, bodies=bodies, **changes), "tension").axes[0]
     pitch = distances[-1] / bodies
-    assert belt.length == pytest.approx(distances[-1], rel=1e-3)
-    tensions = result.channels["tension"][-1][belt.order]
-    label = draw(result, "tension").axes[0].get_xlabel().replace("\n", " ")
+    place, at_end = (np.asarray(values, dtype=float) for values in ax.lines[0].get_data())
+    assert np.ptp(place) == pytest.approx(distances[-1], rel=1e-3)
+    label = ax.get_xlabel().replace("\n", " ")
     assert f"from {FOUR[0].name} towards {FOUR[1].name}" in label
-    assert next(belt.arcs(result.channels["pulley_index"][-1]))[0] == 1
     # The first joint is within a body of where the belt leaves the pulley.
-    expected = tension_at(belt.place[:-1], under, distances, 1.0)
+    expected = tension_at(place[:-1], under, distances, 1.0)
     slope = 4.0 * 560.0 / distances[-1]
-    assert np.max(np.abs(tensions - expected)[2:-2]) < 2.0 * pitch * 2.0 * slope
+    assert np.max(np.abs(at_end[:-1] - expected)[2:-2]) < 2.0 * pitch * 2.0 * slope
+    # The first stretch on a pulley is on the second one, where the ideal belt is.
+    ends = distances[np.flatnonzero(under == 1)[[0, -1]]]
+    first = min((patch for patch in ax.patches if patch.get_width() > 0), key=lambda p: p.get_x())
+    assert [first.get_x(), first.get_x() + first.get_width()] == pytest.approx(ends, abs=2 * pitch)
     # The tension at a place is steady there, though each joint has run on by 0.24 m.
-    at_end = result.channels["tension"][-1][np.append(belt.order, belt.order[0])]
-    steady = belt.mean(result, range(160, 201))
+    steady = np.asarray(ax.lines[1].get_ydata())
     assert np.max(np.abs(steady - at_end)) < 0.02 * np.ptp(at_end)
-
-
-def test_points_are_projected_to_the_nearest_segment() -> None:
-    belt = BeltLine(belt_run(TWO, samples=3), -1)
-    middle = 0.5 * (belt.place[10] + belt.place[11])
-    start, stop = (np.array(belt._points[i]) for i in (10, 11))
-    off = 0.002 * np.array([start[1] - stop[1], stop[0] - start[0]]) / np.hypot(*(stop - start))
-    places = belt.project(np.array([start, 0.5 * (start + stop) + off]))
-    np.testing.assert_allclose(places, [belt.place[10], middle], atol=1e-12)
 
 
 def test_the_mean_of_the_tension_is_that_of_the_last_fifth() -> None:

@@ -5,10 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.plots import draw
 from frictionsim.results import Record
 from tests.support.belt_results import FOUR, TWO, Pulley, belt_run
-from tests.support.records import string, with_channels, with_scenario
+from tests.support.records import draw, string, with_channels, with_scenario
 
 UNLIKE = (Pulley("big", 0.0, 0.0, 0.05), Pulley("small", 0.4, 0.1, 0.02))
 

@@ -6,11 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint, count_cusps
-from frictionsim.plots import draw
-from frictionsim.plots.epicyclic import refined
 from frictionsim.results import Record
-from tests.support.records import shown, with_channels, without
+from tests.support.records import draw, shown, with_channels, without
 
 
 def gear(sun: float = 0.12, tracer: float = 0.06, angle_deg: float = 180.0, **keys: Any) -> Record:
@@ -62,27 +59,39 @@ def test_the_torque_over_the_angle_is_smooth_and_that_of_the_closed_form(interva
 
 @pytest.mark.parametrize("load", ["weight", "radial"])
 def test_torques_between_coarse_samples_are_those_of_a_run_with_fine_ones(load: str) -> None:
-    fine, coarse = driven(0.001, load), refined(driven(0.005, load))
-    time = coarse.channels["time"]
-    assert time.size > 1.5 * driven(0.005, load).channels["time"].size
-    for name, off in (("angle", 2e-4), ("uniform_torque", 3e-3), ("friction_torque", 5e-3)):
-        late = time > 0.2  # after breakaway, where the torque of friction jumps
-        expected = np.interp(time[late], fine.channels["time"], fine.channels[name])
+    fine, coarse = driven(0.001, load), driven(0.005, load)
+    # After breakaway, where the torque of friction jumps; from there the crank runs on.
+    late = fine.channels["time"] > 0.2
+    known = fine.channels["angle"][late]
+    assert np.all(np.diff(known) > 0.0)
+    for label, name, off in (
+        ("for uniform rotation", "uniform_torque", 3e-3),
+        ("friction", "friction_torque", 5e-3),
+    ):
+        angle, torque = line_of(coarse, label)
+        assert angle.size > 1.5 * coarse.channels["time"].size
+        beyond = angle > known[0]
+        expected = np.interp(angle[beyond], known, fine.channels[name][late])
         scale = np.max(np.abs(fine.channels[name]))
-        np.testing.assert_allclose(coarse.channels[name][late], expected, atol=off * scale)
+        np.testing.assert_allclose(torque[beyond], expected, atol=off * scale)
 
 
 def test_torques_that_are_not_those_of_the_equations_or_fine_enough_are_left_as_they_are() -> None:
     record = driven(0.005)
     other = record.channels["uniform_torque"] + 0.5
-    channels = refined(with_channels(record, uniform_torque=other)).channels
-    expected = np.interp(channels["time"], record.channels["time"], other)
-    np.testing.assert_allclose(channels["uniform_torque"], expected)
-    # Nor are samples that are fine enough.
-    record = driven(0.0005)
-    assert refined(record) is record
-    bare = without(driven(0.005), "angular_velocity")
-    assert refined(bare) is bare
+    angle, torque = line_of(with_channels(record, uniform_torque=other), "for uniform rotation")
+    # They are linear in time, and points between two samples are evenly spread in time.
+    late = record.channels["time"] > 0.2
+    known, values = record.channels["angle"][late], other[late]
+    at = np.flatnonzero(np.isin(angle, known))
+    assert at.size == known.size
+    expected = np.interp(np.arange(at[0], angle.size), at, values)
+    np.testing.assert_allclose(torque[at[0] :], expected)
+    # Nor are samples that are fine enough, or without what lies between them.
+    for record in (driven(0.0005), without(driven(0.005), "angular_velocity")):
+        angle, torque = line_of(record, "for uniform rotation")
+        np.testing.assert_array_equal(angle, record.channels["angle"])
+        np.testing.assert_array_equal(torque, record.channels["uniform_torque"])
 
 
 def marks(record: Record) -> tuple[Any, list[str]]:
@@ -104,12 +113,6 @@ def test_an_epicycloid_has_its_cusps_on_the_sun(cusps: int) -> None:
         assert np.min(np.hypot(*(places - place).T)) < 1e-12
     assert f"{cusps + 1} cusps" in words  # the first one twice, in just over a turn
     assert gear(sun=0.06 * cusps).quantities["tracer_cusps"].value == cusps + 1
-
-
-def test_cusps_of_any_number_of_turns_are_counted() -> None:
-    """The list of them would not fit into the memory."""
-    point = TracerPoint(radius=0.06, angle_deg=180.0)
-    assert count_cusps(0.06, 0.06, point, 2.0 * pi * np.array([0.0, 1e15])) == 1e15
 
 
 @pytest.mark.parametrize("tracer", [0.0599, 0.0601, 0.03, 0.0])

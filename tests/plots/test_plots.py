@@ -5,15 +5,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.lines import Line2D
 
+import frictionsim as fs
 from frictionsim.errors import InputError
-from frictionsim.io import hdf5_writer
-from frictionsim.plots import draw
-from frictionsim.plots.picture_file import png
-from frictionsim.plots.time_history import EVENT_LINES, label_rows, line_widths
-from frictionsim.plots.view import Extent
+from frictionsim.results import Record
 from tests.support.cases import one_in
-from tests.support.records import DRAWN, shown, views_of_record, with_scenario, words_of
+from tests.support.records import (
+    DRAWN,
+    draw,
+    png,
+    shown,
+    views_of_record,
+    with_scenario,
+    words_of,
+)
 from tests.support.scenarios import frictionsim, pulley, shipped, simulate, with_method
 
 MAX_BYTES = 200_000  # of a picture, so that a page with several of them opens quickly
@@ -23,12 +29,12 @@ def test_view_all_draws_each_view_that_has_channels_into_its_own_file(
     told: Callable, here: Path
 ) -> None:
     gear = shipped("epicyclic", solver__duration=0.3)
-    hdf5_writer.write(simulate(gear), here / "gear.h5")
+    fs.Result(simulate(gear)).save(here / "gear.h5")
     names = [f"g-{view}.svg" for view in ("response", "torque", "path")]
     assert told("plot", "gear.h5", "--view", "all", "-o", "g.svg") == ("\n".join(names) + "\n", "")
     assert all((here / name).is_file() for name in names)
     del gear["effects"]["tracer_point"]
-    hdf5_writer.write(simulate(gear), here / "gear.h5")
+    fs.Result(simulate(gear)).save(here / "gear.h5")
     out, err = told("plot", "gear.h5", "--view", "all")
     assert out.split() == ["gear-response.png", "gear-torque.png"]
     assert "view skipped: cannot draw the view 'path'" in err
@@ -63,7 +69,7 @@ def test_a_mode_is_a_step_at_each_event_of_its_contact(
     name: str, channel: str, contact: str
 ) -> None:
     record = shown(name)
-    (ax,) = draw(record, shown=Extent(channels=(channel,))).axes
+    (ax,) = draw(record, channels=channel).axes
     time, mode = (np.asarray(values, dtype=float) for values in ax.lines[0].get_data())
     events = record.events
     mine = events["contact"] == record.contacts.index(contact)
@@ -122,29 +128,44 @@ def test_missing_scenario_values_are_reported() -> None:
         draw(with_scenario(shown("epicyclic"), "a = "), "path")
 
 
+def with_events(record: Record, *events: tuple[float, str, int, int]) -> Record:
+    """Return a record with other events: time, contact, and the modes before and after."""
+    columns = list(zip(*events, strict=True))
+    names = list(dict.fromkeys(columns[1]))
+    table = {
+        "time": np.array(columns[0]),
+        "contact": np.array([names.index(name) for name in columns[1]]),
+        "mode_from": np.array(columns[2]),
+        "mode_to": np.array(columns[3]),
+    }
+    return record._replace(events=table, contacts=names)
+
+
 def test_lines_of_dense_events_are_thinner() -> None:
-    assert list(line_widths([0.0, 1.0, 2.0], 0.1)) == [1.0, 1.0, 1.0]
-    assert list(line_widths([0.0, 0.05, 2.0], 0.1)) == [1.0, 1.0, 1.0]
-    dense = line_widths(np.array([0.0, 0.05, 0.1, 0.10001, 0.10002, 3.0]), 0.1)
-    assert dense == pytest.approx([1.0, 0.5, 0.5, 0.25, 1.0, 1.0])
-    assert list(line_widths([0.0, 0.0, 0.0], 0.0)) == [1.0, 1.0, 1.0]
-    assert list(line_widths([], 0.1)) == []
+    at = [1.0, 2.0, 2.001, 2.002, 4.0]
+    reversals = [(t, "shaft", (-1) ** i, -((-1) ** i)) for i, t in enumerate(at)]
+    ax = draw(with_events(shown("pulley_return"), *reversals)).axes[0]
+    widths = {line.get_xdata()[0]: line.get_linewidth() for line in ax.lines
+              if len(set(line.get_xdata())) == 1}  # fmt: skip
+    assert list(map(float, widths)) == at
+    # Two lines beside each other hide nothing.
+    assert widths[1.0] == widths[2.0] == widths[2.002] == widths[4.0]
+    assert widths[2.001] == pytest.approx(0.25 * widths[1.0])
 
 
 def test_each_event_of_an_end_stop_looks_different() -> None:
-    words = ("impact", "comes to rest", "left")
-    looks = {str(sorted(EVENT_LINES[f"stop: {word}"].items())) for word in words}
-    others = {str(sorted(look.items())) for look in EVENT_LINES.values()}
-    assert len(looks) == 3
-    # Nor like that of any other contact; a rope on each side looks the same.
-    assert len(others) == len(EVENT_LINES) - 3
-
-
-def test_label_rows_avoid_overlap() -> None:
-    assert label_rows([0.0, 1.0, 2.0], 0.9, max_rows=2) == [0, 0, 0]
-    assert label_rows([0.0, 0.5, 1.0], 0.9, max_rows=2) == [0, 1, 0]
-    assert label_rows(np.array([0.0, 0.1, 0.2]), 0.9, max_rows=2) == []
-    assert label_rows([], 0.9, max_rows=2) == []
+    """Nor like that of any other contact."""
+    events = [(0.1, "shaft", 0, 1), (0.2, "shaft", 1, -1), (0.3, "shaft", -1, 0)]
+    events += [(0.4, "stop", 1, -1), (0.5, "stop", 1, 0), (0.6, "stop", 0, 1)]
+    figure = draw(with_events(shown("swing_door"), *events))
+    handles = figure.legends[0].legend_handles
+    looks = {
+        str(one.get_label()): (one.get_color(), one._dash_pattern)  # type: ignore[union-attr]
+        for one in handles
+        if isinstance(one, Line2D)
+    }
+    assert {"stop: impact", "stop: comes to rest", "stop: left"} <= looks.keys()
+    assert len(looks) == len(set(map(str, looks.values()))) == 7  # and the limit of friction
 
 
 def test_the_title_names_another_law_than_the_set_valued() -> None:
@@ -157,7 +178,7 @@ def test_the_title_names_another_law_than_the_set_valued() -> None:
 def test_without_a_home_only_the_name_of_the_picture_is_said(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    hdf5_writer.write(simulate(pulley()), here / "a.h5")
+    fs.Result(simulate(pulley())).save(here / "a.h5")
     monkeypatch.setenv("HOME", "/proc/none")
     for name in ("MPLCONFIGDIR", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"):
         monkeypatch.delenv(name, raising=False)

@@ -1,22 +1,20 @@
 """Parts of results in pictures: an instant, a window of time, channels; several over each other."""
 
-from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 
-from frictionsim.display import COLOURS
+import frictionsim as fs
 from frictionsim.errors import InputError
-from frictionsim.plots import draw, draw_overlay
-from frictionsim.plots.overlay import Overlaid, labels_of
-from frictionsim.plots.style import USUAL, Appearance
-from frictionsim.plots.view import Extent, until, within
 from frictionsim.results import Record
-from frictionsim.simulation.stored_channel import StoredChannel
-from tests.support.records import shown, with_channels
+from tests.support.records import draw, shown
 
+COLOURS = ["#0072B2", "#D55E00"]  # of the first lines
 PULLEY, GEAR, BELT, FOUR = "pulley_return", "epicyclic", "two pulleys", "four pulleys"
 
 
@@ -28,46 +26,54 @@ def test_an_instant_is_the_sample_at_or_before_it() -> None:
     record = shown(BELT)
     at = times(record)[3]
     after = 0.5 * (at + times(record)[4])
+    bodies = np.column_stack([record.channels[name][3] for name in "xy"])
     for time in (at, after):
-        part = until(record, time)
-        assert part.channels["time"][-1] == at
-        np.testing.assert_array_equal(part.channels["x"][-1], record.channels["x"][3])
-        figure = draw(record, "drive", shown=Extent(time=time))
+        figure = draw(record, "drive", time=time)
         assert figure.axes[0].get_title(loc="left") == f"at {at:.6g} s"
         assert f"{at:.6g} s" not in figure.get_suptitle()
+        (belt,) = (
+            one
+            for one in figure.axes[0].collections
+            if isinstance(one, LineCollection) and one.get_array() is not None
+        )
+        ends = np.array([piece[-1] for piece in belt.get_segments()])
+        np.testing.assert_allclose(ends, bodies, atol=1e-5)  # on the arcs of an ideal belt
 
 
 def test_the_planet_is_drawn_at_an_instant_on_the_whole_path() -> None:
-    whole, early = draw(shown(GEAR), "path"), draw(shown(GEAR), "path", shown=Extent(time=1.0))
+    whole, early = draw(shown(GEAR), "path"), draw(shown(GEAR), "path", time=1.0)
     (drawn, moved) = (figure.axes[0] for figure in (whole, early))
     np.testing.assert_array_equal(drawn.lines[0].get_xdata(), moved.lines[0].get_xdata())
     assert drawn.patches[1].center != moved.patches[1].center  # type: ignore[attr-defined]
     (point,) = [line for line in moved.lines if line.get_label() == "tracer point"]
-    channels = until(shown(GEAR), 1.0).channels
-    assert point.get_xydata() == pytest.approx(
-        np.array([[channels["tracer_x"][-1], channels["tracer_y"][-1]]])
-    )
+    last = int(np.flatnonzero(times(shown(GEAR)) <= 1.0)[-1])
+    place = [shown(GEAR).channels[f"tracer_{axis}"][last] for axis in "xy"]
+    assert point.get_xydata() == pytest.approx(np.array([place]))
     assert "tracer point" not in [line.get_label() for line in drawn.lines]
     assert "at 1 s" in early.get_suptitle()
+
+
+def line_in(record: Record, channel: str, low: float, high: float) -> Any:
+    """Return the points of a channel in a window of time, (n, 2)."""
+    (ax,) = draw(record, window=(low, high), channels=channel).axes
+    return np.asarray(ax.lines[0].get_xydata(), dtype=float)
 
 
 def test_a_window_ends_at_its_edges_between_samples() -> None:
     record = shown(PULLEY)
     low, high = 0.5 * (times(record)[10] + times(record)[11]), times(record)[200]
-    part = within(record, low, high)
-    assert (times(part)[0], times(part)[-1]) == (low, high)
     angles = record.channels["angle"]
-    assert part.channels["angle"][0] == pytest.approx(0.5 * (angles[10] + angles[11]))
-    assert part.channels["angle"][-1] == angles[200]
-    assert part.channels["mode"][0] == record.channels["mode"][10]
-    inside = [at for at in record.events["time"] if low <= at <= high]
-    assert part.events["time"].tolist() == inside
+    drawn = line_in(record, "angle", low, high)
+    assert drawn[0] == pytest.approx([low, 0.5 * (angles[10] + angles[11])])
+    assert drawn[-1] == pytest.approx([high, angles[200]])
+    assert drawn[0, 0] == low
+    assert line_in(record, "mode", low, high)[0].tolist() == [low, record.channels["mode"][10]]
 
 
 def test_a_window_shows_sticking_events_and_scales_of_its_own() -> None:
     record = shown(PULLEY)
     breakaway, rest = record.events["time"]
-    figure = draw(record, shown=Extent(window=(rest - 0.5, rest + 0.5)))
+    figure = draw(record, window=(rest - 0.5, rest + 0.5))
     top = figure.axes[0]
     assert top.get_xlim() == pytest.approx((rest - 0.5, rest + 0.5))
     texts = [text.get_text() for text in top.texts]
@@ -82,61 +88,42 @@ def test_jumps_at_the_edges_are_those_of_the_events() -> None:
     record = shown(PULLEY)
     at = float(record.events["time"][0])
     k = int(np.flatnonzero(times(record) == at)[0])
-    part = within(record, 0.5 * (times(record)[k - 1] + at), at)
+    first = line_in(record, "friction_torque", 0.5 * (times(record)[k - 1] + at), at)[0, 1]
     before = record.events["friction_torque_before"][0]
-    first = part.channels["friction_torque"][0]
     assert first == pytest.approx(0.5 * (record.channels["friction_torque"][k - 1] + before))
 
 
-class _Counting:
-    """A source of a channel that counts the samples that are read."""
-
-    def __init__(self, values: Any) -> None:
-        self.values, self.read = values, 0
-
-    def rows(self, name: str, start: int, stop: int) -> Any:
-        self.read += stop - start
-        return self.values[start:stop]
-
-
-@pytest.mark.parametrize("cut", [lambda r: until(r, 0.2), lambda r: within(r, 0.1, 0.2)])
-def test_channels_in_a_file_are_read_in_part(cut: Callable[[Record], Record]) -> None:
-    record = shown(BELT)
-    sources = {name: _Counting(record.channels[name]) for name in ("x", "tension")}
-    stored = {
-        name: StoredChannel(source, name, source.values.shape, source.values.dtype)
-        for name, source in sources.items()
-    }
-    part = cut(with_channels(record, **stored))
-    count = len(part.channels["tension"])
-    assert 0 < count < len(times(record))
-    assert (sources["tension"].read, sources["x"].read) == (count, 0)
-
-
 def test_chosen_channels_are_drawn_instead() -> None:
-    labels = [
-        ax.get_ylabel() for ax in draw(shown(PULLEY), shown=Extent.of(channels="angle, mode")).axes
-    ]
+    labels = [ax.get_ylabel() for ax in draw(shown(PULLEY), channels="angle, mode").axes]
     assert [text.split(",")[0] for text in labels] == ["angle", "mode"]
-    of_belt = draw(shown(FOUR), shown=Extent.of(channels=["pulley_torque"]))
+    of_belt = draw(shown(FOUR), channels=["pulley_torque"])
     assert len(of_belt.axes) == 1
     assert len(of_belt.axes[0].lines) == 4
 
 
-def pair() -> list[Overlaid]:
+def overlay(*results: tuple[str, Record], **options: Any) -> Figure:
+    """Return a picture of results over each other, each with the name of its file."""
+    return fs.plot([fs.Result(record, Path(name)) for name, record in results], **options)
+
+
+def pair() -> list[tuple[str, Record]]:
     heavy = shown(PULLEY, mechanism__load=2100.0, output__interval=0.05)
-    return [Overlaid("pulley_return.h5", shown(PULLEY)), Overlaid("heavy.h5", heavy)]
+    return [("pulley_return.h5", shown(PULLEY)), ("heavy.h5", heavy)]
+
+
+def key_of(figure: Figure) -> list[str]:
+    return [text.get_text() for text in figure.legends[0].get_texts()]
 
 
 def test_results_are_drawn_over_each_other_with_a_key() -> None:
-    figure = draw_overlay(pair())
+    figure = overlay(*pair())
     for ax in figure.axes:
         one, other = [line for line in ax.lines if line.get_transform() == ax.transData]
-        assert [one.get_color(), other.get_color()] == list(COLOURS[:2])
+        assert [one.get_color(), other.get_color()] == COLOURS
         assert one.get_linestyle() != other.get_linestyle()
         assert not ax.patches
     one, other = figure.axes[3].lines
-    usual, heavy = (overlaid.record for overlaid in pair())
+    usual, heavy = (record for _, record in pair())
     np.testing.assert_array_equal(other.get_xdata(), times(heavy))
     assert len(one.get_xdata()) > len(other.get_xdata())
     assert [text.get_text() for text in figure.legends[0].get_texts()] == [
@@ -151,15 +138,15 @@ def test_results_are_drawn_over_each_other_with_a_key() -> None:
     ]
 
 
-@pytest.mark.parametrize("appearance", [USUAL, Appearance.of(width="84mm", style="paper")])
-def test_rows_above_panels_are_distinguished_without_colour(appearance: Appearance) -> None:
-    figure = draw_overlay(pair(), appearance=appearance)
+@pytest.mark.parametrize("appearance", [{}, {"width": "84mm", "style": "paper"}])
+def test_rows_above_panels_are_distinguished_without_colour(appearance: dict[str, str]) -> None:
+    figure = overlay(*pair(), **appearance)
     figure.draw_without_rendering()
     ax = figure.axes[0]
     key = [text.get_text()[:2] for text in figure.legends[0].get_texts()]
     assert key[:2] == ["1:", "2:"]
     height = {}
-    for number, colour in (("1", COLOURS[0]), ("2", COLOURS[1])):
+    for number, colour in zip("12", COLOURS, strict=True):
         (text,) = (text for text in ax.texts if text.get_text() == number)
         assert text.get_visible()
         box = text.get_window_extent()
@@ -171,18 +158,19 @@ def test_rows_above_panels_are_distinguished_without_colour(appearance: Appearan
 
 
 def test_names_of_files_tell_results_apart_that_differ_in_more() -> None:
-    several = [Overlaid("x/a.h5", shown(PULLEY)), Overlaid("y/b.h5", shown(BELT))]
-    assert labels_of(several) == ["a", "b"]
-    same = [Overlaid("x/a.h5", shown(BELT)), Overlaid("y/a.h5", shown(BELT))]
-    assert labels_of(same) == ["x/a.h5", "y/a.h5"]
+    other = shown(PULLEY, mechanism__load=2100.0, mechanism__inertia=1.3, output__interval=0.05)
+    several = overlay(("x/a.h5", shown(PULLEY)), ("y/b.h5", other))
+    assert key_of(several)[:2] == ["1: a", "2: b"]
+    same = overlay(("x/a.h5", shown(BELT)), ("y/a.h5", shown(BELT)))
+    assert key_of(same)[:2] == ["x/a.h5", "y/a.h5"]
 
 
 def test_each_pulley_has_a_panel_with_a_line_for_each_result() -> None:
-    figure = draw_overlay([Overlaid(name, shown(BELT)) for name in ("a", "b")], "speeds")
+    figure = overlay(*((name, shown(BELT)) for name in ("a", "b")), view="speeds")
     assert [len(ax.lines) for ax in figure.axes] == [2] * 4
     assert "driver" in figure.axes[0].get_ylabel()
 
 
 def test_belts_with_other_pulleys_are_not_drawn_over_each_other() -> None:
     with pytest.raises(InputError, match="their members differ"):
-        draw_overlay([Overlaid(name, shown(name)) for name in (BELT, FOUR)])
+        overlay(*((name, shown(name)) for name in (BELT, FOUR)))

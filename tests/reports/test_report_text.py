@@ -9,18 +9,14 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.display import labelled
-from frictionsim.document import Table
-from frictionsim.reports.html import html as html_of_block
-from frictionsim.reports.html import table
-from frictionsim.reports.run_charts import MAX_CHART_SAMPLES, charts_of
-from frictionsim.reports.run_report import MAX_EVENTS, data_of, events, run_report
-from frictionsim.reports.run_tables import ReportedRun, labels_of, origins, summary
 from frictionsim.results import Quantity, Record
 from tests.support.belt_results import belt_run
+from tests.support.html_elements import data_of, report_of
 from tests.support.scenarios import SCENARIOS
 
 FAST = {"solver.rtol": 1e-6}
+MAX_EVENTS = 5000  # of the table; more make a page slow
+MAX_SAMPLES = 4000  # of a line, more than a screen has side by side
 
 
 @pytest.fixture(scope="module")
@@ -34,26 +30,21 @@ def heavy() -> fs.Result:
 
 
 def html_of(*results: fs.Result, **attributes: str) -> str:
-    runs = [
-        ReportedRun(
+    """Return the page of results with other attributes; several are named r0, r1, ..."""
+    changed = [
+        fs.Result(
             result.record._replace(attributes=result.record.attributes | attributes),
-            result.path,
-            f"r{number}" if len(results) > 1 else "",
-            result.effects,
+            Path(f"r{number}.h5") if len(results) > 1 else None,
         )
         for number, result in enumerate(results)
     ]
-    return run_report(runs)
+    return report_of(changed)
 
 
 def plain(html: str) -> str:
     """Return the text of the body before its data."""
     body = html[html.index("<body>") : html.index('id="packed-data"')]
     return " ".join(re.sub(r"<[^>]*>", " ", body).split())
-
-
-def html_of_summary(*runs: ReportedRun) -> str:
-    return "".join(map(html_of_block, summary(runs)))
 
 
 def row(html: str, name: str) -> list[str]:
@@ -100,13 +91,16 @@ def test_the_status_is_in_words_with_a_sign(
     assert (note in text) == (status != "done")
 
 
-def test_estimated_errors_have_a_column(pulley: fs.Result) -> None:
-    run = ReportedRun(
-        pulley.record, errors={"force_to_lift": 2.5e-4}, error_estimate="by another tolerance"
-    )
-    html = html_of_summary(run)
-    assert row(html, "force_to_lift")[2:] == ["2.5e\N{MINUS SIGN}04", "N"]
-    assert "<p>by another tolerance</p>" in html
+def test_estimated_errors_have_a_column() -> None:
+    result = fs.solve(SCENARIOS / "pulley.toml", FAST, estimate_error=True)
+    html = report_of(result)
+    name, _, error, unit = row(html, "final_angle")
+    assert (name, unit) == ("final_angle", "rad")
+    estimate = result.errors["final_angle"]
+    assert estimate
+    assert float(error.replace("\N{MINUS SIGN}", "-")) == pytest.approx(estimate, rel=0.06)
+    assert result.error_estimate
+    assert result.error_estimate in plain(html).replace("&#x27;", "'")
 
 
 def test_several_results_are_side_by_side_with_the_difference_of_two(
@@ -124,7 +118,7 @@ def test_several_results_are_side_by_side_with_the_difference_of_two(
 
 def test_a_quantity_that_one_result_lacks_has_no_difference(pulley: fs.Result) -> None:
     other = pulley.record._replace(quantities={"force_to_lift": Quantity(None, "N")})
-    html = html_of_summary(ReportedRun(pulley.record, label="a"), ReportedRun(other, label="b"))
+    html = html_of(pulley, fs.Result(other))
     assert row(html, "force_to_lift")[2:] == ["none", "", "N"] or "none||N" in html
     assert row(html, "final_angle")[0] == "final_angle"
 
@@ -138,32 +132,32 @@ def without_samples(record: Record) -> Record:
 def test_a_result_without_samples_or_quantities_has_the_tables_that_there_are(
     pulley: fs.Result,
 ) -> None:
-    run = ReportedRun(without_samples(pulley.record))
-    assert "This result has no samples: there is nothing to draw, only tables." in plain(
-        run_report([run])
-    )
-    data = data_of([run])
+    empty = fs.Result(without_samples(pulley.record))
+    html = report_of(empty)
+    assert "This result has no samples: there is nothing to draw, only tables." in plain(html)
+    data = data_of(html)
     assert data["charts"] == []
     assert data["results"][0]["no_motion"] == (
         "cannot show this result in motion: it has no samples"
     )
     old = pulley.record._replace(quantities={}, checks={}, statistics=None)  # of version 1
-    assert "which holds no quantities, audit and counts" in plain(run_report([ReportedRun(old)]))
+    words = plain(report_of(fs.Result(old)))
+    assert "which holds no quantities, audit and counts" in words
     # The charts of others stay.
-    charts = data_of([run, ReportedRun(pulley.record)])["charts"]
+    charts = data_of(report_of([empty, pulley]))["charts"]
     assert {line["result"] for chart in charts for line in chart["lines"]} == {1}
 
 
 def test_many_events_are_cut_and_counted(pulley: fs.Result) -> None:
     count = MAX_EVENTS + 7
     many = {name: np.resize(values, count) for name, values in pulley.record.events.items()}
-    html = events([ReportedRun(pulley.record._replace(events=many))])
+    html = report_of(fs.Result(pulley.record._replace(events=many)))
     assert html.count("data-time=") == MAX_EVENTS
     assert f"The first {MAX_EVENTS} of {count} events." in html
 
 
 def test_charts_of_a_kind_begin_with_its_panels(pulley: fs.Result) -> None:
-    charts = data_of([ReportedRun(pulley.record)])["charts"]
+    charts = data_of(report_of(pulley))["charts"]
     first = [chart["name"] for chart in charts if chart["first"]]
     assert first == ["drive_force", "friction_torque", "angular_velocity", "angle"]
     energy = next(chart for chart in charts if chart["name"] == "energy")
@@ -177,12 +171,13 @@ def test_a_long_channel_is_thinned_and_keeps_its_peak(pulley: fs.Result) -> None
     channels |= {"time": time, "mode": np.ones(time.size, dtype=int)}
     channels["angle"][33_333] = 1e3
     events = {name: values[:0] for name, values in pulley.record.events.items()}
-    charts = charts_of([ReportedRun(pulley.record._replace(channels=channels, events=events))])
-    (line,) = next(chart for chart in charts if chart.name == "angle").lines
-    assert MAX_CHART_SAMPLES / 2 < line.time.size <= MAX_CHART_SAMPLES
-    kept = np.searchsorted(time, line.time)
+    data = data_of(report_of(fs.Result(pulley.record._replace(channels=channels, events=events))))
+    (line,) = next(chart for chart in data["charts"] if chart["name"] == "angle")["lines"]
+    times = data["times"][line["time"]]
+    assert MAX_SAMPLES / 2 < times.size <= MAX_SAMPLES
+    kept = np.searchsorted(time, times)
     assert 33_333 in kept
-    np.testing.assert_array_equal(line.values, channels["angle"][kept])
+    np.testing.assert_array_equal(line["values"], channels["angle"][kept])
 
 
 def test_only_the_scripts_of_the_report_are_allowed_to_run(pulley: fs.Result) -> None:
@@ -194,11 +189,15 @@ def test_only_the_scripts_of_the_report_are_allowed_to_run(pulley: fs.Result) ->
     assert "unsafe" not in policy
 
 
-def test_results_are_named_by_their_files() -> None:
-    assert labels_of([Path("x/a.h5"), Path("b.h5")]) == ["a", "b"]
-    assert labels_of([Path("x/a.h5"), Path("y/a.h5")]) == ["x/a.h5", "y/a.h5"]
-    assert labels_of([None, Path("a.h5")]) == ["result 1", "a"]
-    assert labels_of([Path("a.h5")]) == [""]
+def test_results_are_named_by_their_files(pulley: fs.Result) -> None:
+    def labels(*paths: str | None) -> list[str]:
+        results = [fs.Result(pulley.record, None if p is None else Path(p)) for p in paths]
+        return [result["label"] for result in data_of(report_of(results))["results"]]
+
+    assert labels("x/a.h5", "b.h5") == ["a", "b"]
+    assert labels("x/a.h5", "y/a.h5") == ["x/a.h5", "y/a.h5"]
+    assert labels(None, "a.h5") == ["result 1", "a"]
+    assert labels("a.h5") == [""]
 
 
 @pytest.mark.nightly
@@ -215,25 +214,21 @@ def test_a_report_is_small(tmp_path: Path) -> None:
     assert report.stat().st_size < 6_000_000
 
 
-def test_numbers_of_tables_have_the_sign_of_charts_and_a_value_to_read() -> None:
-    html = table(
-        Table(["name-a", ">value"], [("a-b", "-1.5e-07"), ("c", "-0"), ("d", "none")], "t")
-    )
+def test_numbers_of_tables_have_the_sign_of_charts_and_a_value_to_read(pulley: fs.Result) -> None:
+    numbers = {"a-b": -1.5e-07, "c": -0.0, "d": None}
+    quantities = {name: Quantity(value, "N") for name, value in numbers.items()}
+    html = report_of(fs.Result(pulley.record._replace(quantities=quantities)))
     assert (
         '<td class="number" data-value="-1.5e-07">\N{MINUS SIGN}1.5e\N{MINUS SIGN}07</td>' in html
     )
     assert '<td class="number" data-value="-0.0">0</td>' in html
-    assert '<td class="number">none</td>' in html
-    assert "a-b" in html
-    assert "name-a" in html
+    assert row(html, "d") == ["d", "none", "N"]
+    assert row(html, "a-b")[0] == "a-b"
 
 
 def test_headings_name_a_quantity_and_its_unit_as_axes_do(pulley: fs.Result) -> None:
-    run = ReportedRun(pulley.record)
-    html = events([run])
+    html = report_of(pulley)
     assert '<th scope="col">time, s</th>' in html
     assert ">angle, rad</th>" in html
-    assert labelled("load", "N") == "load, N"
-    assert labelled("mu_s", "1") == labelled("mu_s", "") == "mu_s"
     assert re.search("event +time, s +contact", pulley.summary())
-    assert '<th scope="col"></th>' not in events([run]) + html_of_block(origins([run]))
+    assert '<th scope="col"></th>' not in html

@@ -2,7 +2,6 @@
 
 import re
 from base64 import b64decode
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +10,6 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.api import reporting
-from frictionsim.api.dataset import sweep_table
-from frictionsim.parameter_study.statistics import extremes
-from frictionsim.plots.picture_file import save
-from frictionsim.reports import study_report
-from frictionsim.reports.study_report import sweep_page
 from tests.support.browser import check_sorting, opened, without_scripts
 from tests.support.cases import slow
 from tests.support.scenarios import SCENARIOS
@@ -28,11 +21,15 @@ HOSTILE = "<b>b</b></script><script>alert(1)</script> \"q\" 'p' & \x1b[31m \u202
 MAX_BYTES = 6e6
 
 
-@pytest.fixture(scope="module", autouse=True)
-def few_pictures() -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(reporting, "MAX_PICTURES", 3)  # each takes a third of a second
-        yield
+# The picture of each takes a third of a second.
+QUANTITIES = ("force_to_lift", "breakaway_time", "final_angle")
+
+
+def with_few_quantities(sweep: fs.Sweep, path: Path) -> Path:
+    """Write a sweep with some of its quantities."""
+    table = sweep.table
+    values, units = ({name: of[name] for name in QUANTITIES} for of in (table.values, table.units))
+    return fs.Sweep(table._replace(values=values, units=units)).save(path)
 
 
 @pytest.fixture(scope="module")
@@ -40,22 +37,14 @@ def grid(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A grid of three keys; the runs with the largest friction fail: it has no budget for them."""
     path = tmp_path_factory.mktemp("sweeps") / "grid.h5"
     vary = {MU: [0.2, 0.25, 0.3], LOAD: [1900.0, 2000.0], "solver.max_steps": [5, 1000]}
-    fs.sweep(PULLEY, vary, LOOSE, output=path, workers=1)
-    return path
+    return with_few_quantities(fs.sweep(PULLEY, vary, LOOSE, workers=1), path)
 
 
 @pytest.fixture(scope="module")
 def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("sweeps") / "sample.h5"
-    fs.sweep(
-        PULLEY,
-        {MU: "uniform(0.2, 0.3)", LOAD: "normal(2000, 50)"},
-        LOOSE,
-        sample=32,
-        output=path,
-        workers=1,
-    )
-    return path
+    vary = {MU: "uniform(0.2, 0.3)", LOAD: "normal(2000, 50)"}
+    return with_few_quantities(fs.sweep(PULLEY, vary, LOOSE, sample=32, workers=1), path)
 
 
 @pytest.fixture(scope="module")
@@ -75,16 +64,16 @@ def pictures_of(path: Path) -> list[tuple[str, bytes]]:
 
 @pytest.mark.parametrize("name", ["grid", slow("sample")])
 def test_the_pictures_of_a_report_are_those_of_plot(
-    name: str, request: pytest.FixtureRequest, reports: dict[str, Path], tmp_path: Path
+    name: str, request: pytest.FixtureRequest, reports: dict[str, Path], told: Any, here: Path
 ) -> None:
     path = request.getfixturevalue(name)
     pictures = dict(pictures_of(reports[name]))
     with fs.open_sweep(path) as dataset:
         defined = [n for n, v in dataset.items() if v.dtype == float and bool(v.notnull().any())]
-    assert list(pictures) == ["The first quantities that vary", *defined[: reporting.MAX_PICTURES]]
+    assert list(pictures) == ["The first quantities that vary", *defined]
     last = list(pictures)[-1]
-    save(fs.plot(path, view=last), tmp_path / "a.svg")
-    assert pictures[last] == (tmp_path / "a.svg").read_bytes()
+    told("plot", path, "--view", last, "-o", "a.svg")
+    assert pictures[last] == (here / "a.svg").read_bytes()
 
 
 def test_tables_are_sorted_by_numbers_and_by_keyboard(
@@ -171,15 +160,15 @@ def large(shape: tuple[int, int]) -> Any:
 
 
 def test_a_large_sweep_is_thinned_and_keeps_extremes_and_failures(tmp_path: Path) -> None:
-    table = sweep_table(large((1000, 300)))
-    kept = study_report.kept_of(table)
-    assert kept.runs.size * 8 < 1.1 * study_report.MAX_CELLS
-    assert {77 * 300 + 123, 5 * 300 + 3} <= set(kept.runs.tolist())
-    assert extremes(table)["value0"].largest_run in kept.runs
-    html = sweep_page(table, iter(["many", "a line"]), "many.h5")
+    sweep = large((200, 130)).drop_vars(["value1", "value2", "value3"])
+    html = fs.report(sweep, tmp_path / "a.html").read_text(encoding="utf-8")
     assert len(html) < MAX_BYTES
-    assert f"{kept.runs.size} of 300000 runs are in the table, with extremes" in html
-    assert f'data-value="{77 * 300 + 123}"' in html
+    table = html[html.index('id="runs"') :]
+    rows = table[: table.index("</table>")].count("<tr>") - 1
+    assert 1000 < rows < 12_000 / 4  # as many cells as a page has room for
+    assert f"{rows} of 26000 runs are in the table, with extremes" in html
+    assert f'data-value="{77 * 130 + 123}"' in html  # the largest value
+    assert f'data-value="{5 * 130 + 3}"' in html  # which failed
     assert "diverged" in html
 
 

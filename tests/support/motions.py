@@ -1,4 +1,7 @@
-"""Results with chosen channels, for motions."""
+"""Mechanisms in motion: results with chosen channels, and the parts of their drawings.
+
+A motion has no public way: this module is the one of the tests that names where it is made.
+"""
 
 from typing import Any
 
@@ -6,9 +9,47 @@ import numpy as np
 import tomli_w
 
 from frictionsim.motion import motion_of
-from frictionsim.motion.parts import Body, Motion, moment_of, place_of
+from frictionsim.motion.parts import (
+    FORCE_ROLES,
+    Arrow,
+    Band,
+    Body,
+    Disc,
+    Motion,
+    Trail,
+    is_visible,
+    line_of,
+    moment_of,
+    path_until,
+    place_of,
+    shown_value,
+    shown_word,
+    state_word,
+)
 from frictionsim.results import Record
 from tests.support.scenarios import shipped
+
+__all__ = [
+    "FORCE_ROLES",
+    "Arrow",
+    "Band",
+    "Body",
+    "Disc",
+    "Motion",
+    "Trail",
+    "body",
+    "is_visible",
+    "line_of",
+    "moment_of",
+    "motion",
+    "path_until",
+    "place_of",
+    "point_of",
+    "record_of",
+    "shown_value",
+    "shown_word",
+    "state_word",
+]
 
 
 def record_of(
@@ -18,7 +59,8 @@ def record_of(
     text = tomli_w.dumps(shipped(kind) if data is None else data)
     units = dict.fromkeys(channels, "1") | {"angle": "rad", "drive_force": "N"}
     return Record(
-        attributes={"kind": kind, "scenario": text, "title": "", "status": "done", "reason": ""},
+        attributes={"kind": kind, "scenario": text, "backend": "events", "status": "done"}
+        | dict.fromkeys(("title", "reason"), ""),
         channels=channels,
         units=units,
         long_names=dict.fromkeys(channels, ""),
