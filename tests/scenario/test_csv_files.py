@@ -11,8 +11,6 @@ from hypothesis import strategies as st
 
 import frictionsim as fs
 
-pytestmark = pytest.mark.quick
-
 Told = Callable[..., tuple[str, str]]
 
 SHAFT = 'kind = "shaft"\nmechanism = { inertia = 1.0 }\nsolver = { duration = 2.0 }\n'
