@@ -1,23 +1,20 @@
 """The commands: exit codes, stdout and stderr, files, signals, imports."""
 
 import os
-import signal
 import sys
-import time
 from pathlib import Path
 from typing import Any, ClassVar
 
 import h5py
-import numpy as np
 import pytest
 import tomli_w
 
+import frictionsim as fs
 from frictionsim.api import progress
 from frictionsim.api.progress import ProgressBar
 from frictionsim.cli import commands, monitor
-from frictionsim.io import hdf5_reader
 from frictionsim.results import Quantity, quantities_json
-from tests.cli.conftest import Run, long_run, strict_json
+from tests.cli.conftest import Run, strict_json
 from tests.support.scenarios import SCENARIOS, pulley, python
 
 PULLEY = str(SCENARIOS / "pulley.toml")
@@ -53,7 +50,7 @@ def test_solve_prints_quantities_and_names_the_file_after_the_scenario(told: Run
     for quantity in ["force_to_lift", "2707.70308", "breakaway_time", "0.546448475", "slip +"]:
         assert quantity in out
     assert "result: results/pulley.h5" in out
-    assert hdf5_reader.read(Path("results/pulley.h5")).attributes["status"] == "done"
+    assert fs.open(Path("results/pulley.h5")).record.attributes["status"] == "done"
 
 
 def test_json_is_one_object_with_the_documented_keys(told: Run) -> None:
@@ -105,13 +102,13 @@ def test_warnings_agree_in_json_result_file_and_stderr(told: Run) -> None:
         out, err = told(*arguments, "--json", code=code)
         assert strict_json(out)["warnings"] == warnings
         assert err.splitlines()[:2] == stderr
-        assert hdf5_reader.read(Path(written)).attributes["warnings"].splitlines() == warnings
+        assert fs.open(Path(written)).record.attributes["warnings"].splitlines() == warnings
 
     check("solve", "s.toml", "-o", "a.h5")
     Path("a.h5").unlink()
     check("solve", "s.toml", "-o", "a.h5", "--max-wall", "1e-9", code=5, written="a.partial.h5")
     check("resume", "a.partial.h5")
-    content = hdf5_reader.read(Path("a.h5"))
+    content = fs.open(Path("a.h5")).record
     assert content.channels.keys() == {"time", "angle"}
     assert '"energy_friction"' in content.attributes["scenario"]
     assert told("solve", "s.toml", "-o", "a.h5", "--quiet") == ("", "\n".join([*stderr, ""]))
@@ -216,42 +213,6 @@ def test_solve_refuses_an_output_without_write_permission(
     assert (out, err.startswith("frictionsim: old.h5: cannot write the result: ")) == ("", True)
     assert Path("old.h5").read_bytes() == b"the result of yesterday"
     assert os.listdir() == ["old.h5"]
-
-
-@pytest.mark.parametrize(("number", "times"), [(signal.SIGINT, 1), (signal.SIGTERM, 3)])
-def test_a_signal_keeps_the_samples_and_sets_the_exit_code(
-    number: signal.Signals, times: int, tmp_path: Path
-) -> None:
-    """Also if a signal is delivered several times, as by `timeout` and shells."""
-    with long_run(tmp_path, "long.toml") as process:
-        for _ in range(times):
-            process.send_signal(number)
-            time.sleep(0.002)  # otherwise the system merges them
-        _, errors = process.communicate()
-    assert process.returncode == 128 + number
-    assert "frictionsim: run interrupted: by SIG" in errors
-    assert "Traceback" not in errors
-    kept = hdf5_reader.read(tmp_path / "results" / "long.partial.h5")
-    assert kept.attributes["status"] == "interrupted"
-    t = kept.channels["time"]
-    assert t.size > 1
-    np.testing.assert_array_equal(t, 0.001 * np.arange(t.size))
-    # Constant torques: a = ((P - W) r_e - r_k (P + W))/I. The steps are exact but for rounding.
-    force, friction_radius = 3000.0, 0.0254 * 0.1 / np.hypot(1.0, 0.1)
-    acceleration = ((force - LOAD) * 0.0508 - friction_radius * (force + LOAD)) / 1.355
-    np.testing.assert_allclose(kept.channels["angle"], 0.5 * acceleration * t**2, rtol=1e-9)
-
-
-def test_a_second_signal_exits_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    left: list[int] = []
-    monkeypatch.setattr("os._exit", left.append)
-    monkeypatch.setattr(monitor, "SECONDS_FOR_ONE_SIGNAL", 0.01)
-    with monitor.CommandMonitor(1.0, with_progress=False) as on_step:
-        on_step(0.0)  # before it, one signal ends the process
-        signal.raise_signal(signal.SIGINT)
-        time.sleep(0.02)
-        signal.raise_signal(signal.SIGINT)
-    assert left == [130]
 
 
 HEAVY = {"numpy", "h5py", "scipy", "numba", "matplotlib", "xarray", "pandas", "h5netcdf"}
