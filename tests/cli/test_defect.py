@@ -31,14 +31,17 @@ ENDINGS = [
 ]
 
 
-def brake_with(fault: str) -> Path:
-    """Install a kind whose statics end in a fault."""
+STATICS = '"""Return the limits of the torque and of the force of the block."""'
+BUILD = '"""Return the mechanism, composed of the effects in the scenario."""'
+
+
+def brake_with(fault: str, place: str = STATICS) -> Path:
+    """Install a kind whose statics, or its equation, end in a fault."""
     site = install(BRAKE, Path("site").resolve())
     module = next(site.glob("*/block_brake.py"))
     source = module.read_text(encoding="utf-8")
-    summary = '"""Return the limits of the torque and of the force of the block."""'
-    assert summary in source
-    module.write_text(source.replace(summary, f"{summary}\n    {fault}"), encoding="utf-8")
+    assert place in source
+    module.write_text(source.replace(place, f"{place}\n    {fault}"), encoding="utf-8")
     return site
 
 
@@ -85,7 +88,7 @@ def test_a_bug_of_ours_is_to_be_reported(told: Run, monkeypatch: pytest.MonkeyPa
 
 @pytest.mark.parametrize("error", NO_MEMORY)
 def test_without_memory_for_a_run_less_is_to_be_recorded(error: str, told: Run) -> None:
-    with searched(brake_with(f"raise {error}")):
+    with searched(brake_with(f"raise {error}", BUILD)):
         told("new", "block_brake", "s.toml")
         out, err = told("solve", "s.toml", code=1)
     said = "out of memory; a larger output.interval, or fewer output.channels, records"
