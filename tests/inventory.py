@@ -24,7 +24,6 @@ from typing import Any
 import h5py
 
 import frictionsim as fs
-from frictionsim.cli.commands import run_command_line
 
 ROOT = Path(__file__).parents[1]
 GOLDEN = ROOT / "tests" / "golden"
@@ -68,7 +67,7 @@ def inventory() -> Inventory:
 def _told(*arguments: str) -> str:
     """Return what the command line prints."""
     with contextlib.redirect_stdout(io.StringIO()) as out:
-        run_command_line(list(arguments))
+        fs.run_command_line(list(arguments))
     return out.getvalue()
 
 

@@ -15,7 +15,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionsim as fs
-from frictionsim.scenario.settings import Origin
 from tests.support.drawn_scenarios import gears, marble_machines, pulleys
 from tests.support.scenarios import SCENARIOS, pulley
 
@@ -30,8 +29,8 @@ def test_a_path_a_text_and_a_dict_give_the_same_scenario() -> None:
     assert fs.load(str(PULLEY)) == by_path
     assert fs.load(tomllib.loads(PULLEY.read_text(encoding="utf-8"))) == by_path
     assert fs.loads(PULLEY.read_text(encoding="utf-8")) == by_path
-    assert by_path.origin == Origin(str(PULLEY))
-    assert fs.load(pulley()).origin == Origin()
+    origins = [loaded.origin for loaded in (by_path, fs.load(pulley()))]
+    assert [(one.source, one.overrides) for one in origins] == [(str(PULLEY), ()), ("", ())]
     assert (by_path.kind, by_path.title) == ("pulley", "Pulley on a dry shaft")
 
 

@@ -10,10 +10,8 @@ import pytest
 
 import frictionsim as fs
 from frictionsim import errors
-from frictionsim.api import solving
 from frictionsim.errors import Interrupted
 from frictionsim.results import Check
-from frictionsim.simulation.simulate import run
 from tests.simulation.test_failures import FAILURES
 from tests.support.scenarios import SCENARIOS, pulley
 
@@ -37,7 +35,8 @@ def bytes_of(result: fs.Result, folder: Path) -> bytes:
 
 def test_a_result_has_what_the_run_has() -> None:
     scenario = fs.load(PULLEY)
-    result, done = fs.solve(scenario), run(scenario, lambda t: None)
+    result = fs.solve(scenario)
+    done = result.record
     assert (result.status, result.reason, result.failure) == ("done", "", "")
     assert (result.kind, result.title, result.effects) == (
         "pulley",
@@ -129,19 +128,16 @@ def test_an_interrupted_run_has_the_exit_code_of_its_signal(tmp_path: Path) -> N
         assert caught.value.exit_code == 143
 
 
-def test_a_failed_audit_is_an_error_only_if_asked(monkeypatch: pytest.MonkeyPatch) -> None:
-    def non_finite(*arguments: Any) -> Any:
-        done = run(*arguments)
-        checks = done.checks | {"energy_balance": Check(0.5, 0.01)}
-        reason = "self-audit failed: energy_balance 0.5 above 0.01"
-        return done._replace(checks=checks, attributes=done.attributes | {"reason": reason})
-
-    monkeypatch.setattr(solving, "run", non_finite)
-    result = fs.solve(PULLEY)
+def test_a_failed_audit_is_an_error_only_if_asked(tmp_path: Path) -> None:
+    done = fs.solve(PULLEY).record
+    checks = done.checks | {"energy_balance": Check(0.5, 0.01)}
+    reason = "self-audit failed: energy_balance 0.5 above 0.01"
+    failed = done._replace(checks=checks, attributes=done.attributes | {"reason": reason})
+    result = fs.open(fs.Result(failed).save(tmp_path / "a.h5"))
     assert (result.status, result.exit_code) == ("done", 3)
     assert not result.audit["energy_balance"].ok
     with pytest.raises(fs.AuditError) as caught:
-        fs.solve(PULLEY, check=True)
+        result.check()
     assert str(caught.value) == "self-audit failed: energy_balance 0.5 above 0.01"
     assert caught.value.exit_code == 3
 

@@ -1,50 +1,33 @@
 """The progress bar of a sweep."""
 
-import sys
-from io import StringIO
+import re
 
 import pytest
 
-from frictionsim.api import progress
-from frictionsim.api.progress import SweepBar
-from frictionsim.simulation.monitor import SweepProgress
+import frictionsim as fs
+
+# Half a second each but for the first, of which too few steps are allowed.
+STEPS = {"solver.max_steps": [5, 100_001, 100_002, 100_003]}
+LONG = {"solver.max_step": 1e-4, "output.channels": ["angle"]}
 
 
-class Terminal(StringIO):
-    """A text stream that says that it is a terminal."""
-
-    def isatty(self) -> bool:
-        return True
-
-
-def drawn(monkeypatch: pytest.MonkeyPatch, stream: StringIO, *steps: SweepProgress) -> str:
-    """Return what a bar draws, a second between each two calls."""
-    clock = iter(range(100))
-    monkeypatch.setattr(progress, "monotonic", lambda: float(next(clock)))
-    monkeypatch.setattr(sys, "stderr", stream)
+def drawn(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> str:
     for name in ("FORCE_COLOR", "TTY_COMPATIBLE"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("TERM", "xterm")
+    fs.sweep("pulley", STEPS, LONG, workers=1, progress=True)
+    assert capsys.readouterr() == ("", "")  # there is no bar but on a terminal
+    monkeypatch.setenv("FORCE_COLOR", "1")  # rich takes any stream for a terminal then
     monkeypatch.setenv("COLUMNS", "120")
-    with SweepBar() as bar:
-        for each in steps:
-            bar(each)
-    return stream.getvalue()
+    fs.sweep("pulley", STEPS, LONG, workers=1, progress=True)
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    return re.sub(r"\x1b\[[^a-zA-Z]*[a-zA-Z]", "", captured.err)
 
 
-CHECKED = SweepProgress(done=0, total=100, failed=0, checked=60)
-FIRST = SweepProgress(done=10, total=100, failed=0, checked=100)
-NEXT = SweepProgress(done=30, total=100, failed=2, checked=100)
-
-
-def test_the_bar_tells_rate_and_time_left(monkeypatch: pytest.MonkeyPatch) -> None:
-    text = drawn(monkeypatch, Terminal(), CHECKED, FIRST, NEXT)
-    assert "60 of 100" in text
-    assert "combinations checked" in text
-    assert "10 of 100" in text
-    # A resumed sweep has not done the first ten now.
-    assert "runs, 20 per second, 4 s left, 2 failed" in text
-
-
-def test_there_is_no_bar_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert drawn(monkeypatch, StringIO(), CHECKED, FIRST, NEXT) == ""
+@pytest.mark.slow
+def test_the_bar_tells_rate_and_time_left(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = drawn(monkeypatch, capsys)
+    assert "of 4" in text
+    assert re.search(r"runs, [\d.]+ per second, \d+ s left, 1 failed", text)

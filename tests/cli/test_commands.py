@@ -1,27 +1,22 @@
 """The commands: exit codes, stdout and stderr, files, signals, imports."""
 
 import os
-import signal
-import sys
+import re
 import time
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import h5py
-import numpy as np
 import pytest
 import tomli_w
 
-from frictionsim.api import progress
-from frictionsim.api.progress import ProgressBar
-from frictionsim.cli import commands, monitor
-from frictionsim.io import hdf5_reader
-from frictionsim.results import Quantity, quantities_json
-from tests.cli.conftest import Run, long_run, strict_json
+import frictionsim as fs
+from frictionsim.errors import Interrupted
+from frictionsim.results import Quantity
+from tests.cli.conftest import Run, strict_json
 from tests.support.scenarios import SCENARIOS, pulley, python
 
 PULLEY = str(SCENARIOS / "pulley.toml")
-LOAD = 2224.1  # N, of the shipped pulley
 LOOSE = ["--set", "solver.rtol=1e-4", "-q"]
 
 
@@ -53,7 +48,7 @@ def test_solve_prints_quantities_and_names_the_file_after_the_scenario(told: Run
     for quantity in ["force_to_lift", "2707.70308", "breakaway_time", "0.546448475", "slip +"]:
         assert quantity in out
     assert "result: results/pulley.h5" in out
-    assert hdf5_reader.read(Path("results/pulley.h5")).attributes["status"] == "done"
+    assert fs.open(Path("results/pulley.h5")).record.attributes["status"] == "done"
 
 
 def test_json_is_one_object_with_the_documented_keys(told: Run) -> None:
@@ -105,64 +100,37 @@ def test_warnings_agree_in_json_result_file_and_stderr(told: Run) -> None:
         out, err = told(*arguments, "--json", code=code)
         assert strict_json(out)["warnings"] == warnings
         assert err.splitlines()[:2] == stderr
-        assert hdf5_reader.read(Path(written)).attributes["warnings"].splitlines() == warnings
+        assert fs.open(Path(written)).record.attributes["warnings"].splitlines() == warnings
 
     check("solve", "s.toml", "-o", "a.h5")
     Path("a.h5").unlink()
     check("solve", "s.toml", "-o", "a.h5", "--max-wall", "1e-9", code=5, written="a.partial.h5")
     check("resume", "a.partial.h5")
-    content = hdf5_reader.read(Path("a.h5"))
+    content = fs.open(Path("a.h5")).record
     assert content.channels.keys() == {"time", "angle"}
     assert '"energy_friction"' in content.attributes["scenario"]
     assert told("solve", "s.toml", "-o", "a.h5", "--quiet") == ("", "\n".join([*stderr, ""]))
 
 
-class Bar:
-    """A progress bar that records its updates."""
-
-    shown: ClassVar[list[tuple[float, float | None]]] = []
-
-    def __init__(self, duration: float) -> None:
-        self.shown.clear()
-
-    def show(self, t: float, pace: float | None) -> None:
-        self.shown.append((t, pace))
-
-    def close(self) -> None:
-        pass
-
-
-@pytest.mark.parametrize("begin", [0.0, 6.0])
-def test_pace_excludes_compilation_and_earlier_parts(
-    begin: float, monkeypatch: pytest.MonkeyPatch
+def test_the_pace_excludes_earlier_parts(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Neither the simulated time before a resume nor compilation counts for the pace."""
-    clock = 100.0
-    monkeypatch.setattr(progress, "monotonic", lambda: clock)
-    monkeypatch.setattr(progress, "STEPS_BETWEEN_UPDATES", 1)
-    monkeypatch.setattr("frictionsim.api.progress.ProgressBar", Bar)
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
-    with monitor.CommandMonitor(10.0, with_progress=True) as on_step:
-        clock += 30.0  # to compile
-        on_step(begin)
-        for step in range(1, 4):
-            clock += 5.0
-            on_step(begin + step)
-        on_step(0.0)  # a second run, to estimate the error of the first
-        clock += 7.0
-        on_step(0.5)
-    assert Bar.shown == [
-        *[(begin, None), (begin + 1.0, 5.0), (begin + 2.0, 5.0), (begin + 3.0, 5.0)],
-        *[(0.0, None), (0.5, 14.0)],
-    ]
+    """Of a resumed run, the simulated time before does not count."""
+    began = 2.4
 
+    def stop(t: float) -> None:
+        if t >= began:
+            raise Interrupted(2, t)
 
-def test_progress_bar_shows_the_remaining_time(capsys: pytest.CaptureFixture[str]) -> None:
-    bar = ProgressBar(10.0)
-    bar.show(6.5, 4.0)
-    bar.close()
-    text = str(bar._progress.tasks[0].fields["pace"])
-    assert text == ", 4 s per simulated second, 14 s left"
+    part = fs.solve(PULLEY, {"solver.max_step": 1e-4}, progress=stop)  # 24 000 steps
+    monkeypatch.setenv("FORCE_COLOR", "1")  # rich takes any stream for a terminal then
+    monkeypatch.setenv("COLUMNS", "120")
+    start = time.perf_counter()
+    assert fs.resume(part, progress=True).status == "done"
+    seconds = time.perf_counter() - start
+    shown = re.findall(r", ([\d.e-]+) s per simulated second, \d+ s left", capsys.readouterr().err)
+    # Were the time before counted, this were a fifth of the time that it takes at most.
+    assert 0.4 * seconds < float(shown[-1]) * (3.0 - began) <= seconds
 
 
 def test_static_prints_forces_and_writes_nothing(told: Run) -> None:
@@ -189,8 +157,13 @@ def test_static_warns_of_implausible_values_as_check_does(told: Run) -> None:
 
 
 def test_non_finite_quantities_are_null_in_json() -> None:
-    quantities = [Quantity(float("inf"), "N"), Quantity(None, "s"), Quantity(1.5, "m")]
-    assert quantities_json(dict(zip("abc", quantities, strict=True))) == {
+    quantities = {
+        "a": Quantity(float("inf"), "N"),
+        "b": Quantity(None, "s"),
+        "c": Quantity(1.5, "m"),
+    }
+    result = fs.Result(fs.solve(PULLEY).record._replace(quantities=quantities))
+    assert result.to_json()["quantities"] == {
         "a": {"value": None, "unit": "N"},
         "b": {"value": None, "unit": "s"},
         "c": {"value": 1.5, "unit": "m"},
@@ -218,42 +191,6 @@ def test_solve_refuses_an_output_without_write_permission(
     assert os.listdir() == ["old.h5"]
 
 
-@pytest.mark.parametrize(("number", "times"), [(signal.SIGINT, 1), (signal.SIGTERM, 3)])
-def test_a_signal_keeps_the_samples_and_sets_the_exit_code(
-    number: signal.Signals, times: int, tmp_path: Path
-) -> None:
-    """Also if a signal is delivered several times, as by `timeout` and shells."""
-    with long_run(tmp_path, "long.toml") as process:
-        for _ in range(times):
-            process.send_signal(number)
-            time.sleep(0.002)  # otherwise the system merges them
-        _, errors = process.communicate()
-    assert process.returncode == 128 + number
-    assert "frictionsim: run interrupted: by SIG" in errors
-    assert "Traceback" not in errors
-    kept = hdf5_reader.read(tmp_path / "results" / "long.partial.h5")
-    assert kept.attributes["status"] == "interrupted"
-    t = kept.channels["time"]
-    assert t.size > 1
-    np.testing.assert_array_equal(t, 0.001 * np.arange(t.size))
-    # Constant torques: a = ((P - W) r_e - r_k (P + W))/I. The steps are exact but for rounding.
-    force, friction_radius = 3000.0, 0.0254 * 0.1 / np.hypot(1.0, 0.1)
-    acceleration = ((force - LOAD) * 0.0508 - friction_radius * (force + LOAD)) / 1.355
-    np.testing.assert_allclose(kept.channels["angle"], 0.5 * acceleration * t**2, rtol=1e-9)
-
-
-def test_a_second_signal_exits_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    left: list[int] = []
-    monkeypatch.setattr("os._exit", left.append)
-    monkeypatch.setattr(monitor, "SECONDS_FOR_ONE_SIGNAL", 0.01)
-    with monitor.CommandMonitor(1.0, with_progress=False) as on_step:
-        on_step(0.0)  # before it, one signal ends the process
-        signal.raise_signal(signal.SIGINT)
-        time.sleep(0.02)
-        signal.raise_signal(signal.SIGINT)
-    assert left == [130]
-
-
 HEAVY = {"numpy", "h5py", "scipy", "numba", "matplotlib", "xarray", "pandas", "h5netcdf"}
 
 
@@ -265,7 +202,7 @@ def loaded_by(program: str, cwd: Path) -> set[str]:
 
 
 FEW_COORDINATES = ["epicyclic", "lift", "marble_machine", "pulley", "shaft", "swing_door"]
-COMMAND = "from frictionsim.cli.commands import run_command_line as run\nassert run({}) == 0"
+COMMAND = "import frictionsim as fs\nassert fs.run_command_line({}) == 0"
 CHECK = ["check", *(str(SCENARIOS / f"{name}.toml") for name in FEW_COORDINATES)]
 
 
@@ -285,17 +222,7 @@ CHECK = ["check", *(str(SCENARIOS / f"{name}.toml") for name in FEW_COORDINATES)
 def test_no_more_is_imported_than_needed(program: str, unwanted: set[str], tmp_path: Path) -> None:
     loaded = loaded_by(program, tmp_path)
     assert "frictionsim" in loaded
-    assert ("frictionsim.mechanisms.shaft.statics" in loaded) == ("check" in program)
     assert not unwanted & loaded
-
-
-def test_each_command_is_in_the_module_that_is_imported_for_it() -> None:
-    commands.register_all()
-    places = {
-        command.name or command.callback.__name__: command.callback.__module__
-        for command in commands.app.registered_commands
-    }
-    assert places == {name: f"frictionsim.cli.{one}" for name, one in commands.MODULES.items()}
 
 
 def test_static_says_below_the_table_what_the_roots_mean(told: Run) -> None:

@@ -1,13 +1,13 @@
 """Completions of a shell: commands, options, kinds, shipped scenarios, views and backends."""
 
+import shutil
 from pathlib import Path
 
 import pytest
 
-from frictionsim.cli import completion
-from frictionsim.errors import InputError
-from frictionsim.scenario.kinds import KINDS
+import frictionsim as fs
 from tests.cli.conftest import Run
+from tests.support.plugins import searched, write_metadata
 from tests.support.scenarios import python
 
 
@@ -26,7 +26,7 @@ def surroundings(*words: str) -> dict[str, str]:
         (["s"], ["solve", "static", "show", "schema", "sweep"]),
         (["solve", "--max"], ["--max-wall", "--max-steps"]),
         (["show", "--"], ["--json", "--csv", "--scenario", "--study", "--help"]),
-        (["schema", ""], list(KINDS)),
+        (["schema", ""], list(fs.kinds())),
         (["new", "pul"], ["pulley", "pulley_horizontal", "pulley_return"]),
         (["new", "hard/belt_s"], ["hard/belt_slack", "hard/belt_squeal", "hard/belt_stiff_contact",
          "hard/belt_stiff_damping", "hard/belt_sudden_stop"]),
@@ -60,20 +60,21 @@ def test_the_script_of_a_shell_is_printed(
     assert ("_FRICTIONSIM_COMPLETE" in out, err) == (True, "")
 
 
-def test_plug_ins_that_conflict_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    def conflict() -> None:
-        raise InputError("the kind 'winch' is provided by a and by b")
-
-    monkeypatch.setattr("frictionsim.scenario.kinds.kind_names", conflict)
-    assert completion.kinds("p") == ["pulley"]
-    assert "pulley_return" in completion.kinds_and_scenarios("pulley")
-
-
-def test_an_installation_without_scenarios_offers_the_kinds(
-    monkeypatch: pytest.MonkeyPatch,
+def test_plug_ins_that_conflict_are_left_out(
+    told: Run, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def missing() -> None:
-        raise InputError("install the package again")
+    for package in ("a", "b"):
+        write_metadata(here, package, {"winch": "winch"})
+    for name, value in surroundings("new", "p").items():
+        monkeypatch.setenv(name, value)
+    with searched(here):
+        out, _ = told()
+    assert out.split() == ["pulley", "pulley_horizontal", "pulley_return"]
 
-    monkeypatch.setattr("frictionsim.scenario.shipped.shipped_scenarios", missing)
-    assert completion.kinds_and_scenarios("") == list(KINDS)
+
+def test_an_installation_without_scenarios_offers_the_kinds(tmp_path: Path) -> None:
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(Path(fs.__file__).parent, tmp_path / "frictionsim", ignore=ignored)
+    words = surroundings("new", "")
+    done = python("-m", "frictionsim", cwd=tmp_path, PYTHONPATH=str(tmp_path), **words)
+    assert (done.stdout.split(), done.stderr) == (list(fs.kinds()), "")

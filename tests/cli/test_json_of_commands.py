@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.io import hdf5_writer
-from frictionsim.scenario.overrides import override_text
 from tests.cli.conftest import Run, strict_json
 from tests.support.belt_results import belt_run
 from tests.support.cases import slow
@@ -85,7 +83,7 @@ def test_compare_as_json_has_only_finite_numbers(told: Run) -> None:
 def test_plot_of_all_views_as_json(told: Run) -> None:
     run = belt_run(samples=5)
     kept = {name: run.channels[name] for name in ("time", "pulley_speed", "pulley_torque")}
-    hdf5_writer.write(run._replace(channels=kept), Path("a.h5"))
+    fs.Result(run._replace(channels=kept)).save("a.h5")
     out, err = told("plot", "a.h5", "--view", "all", "--json", "--no-clobber")
     document = strict_json(out)
     assert (document["pictures"], err) == (["a-speeds.png"], "")
@@ -118,9 +116,14 @@ SET = {
     "output.at_events": False,
     "title": "A = B, \u00b0",
 }
-OPTIONS = [
-    part for key, value in SET.items() for part in ("--set", f"{key}={override_text(value)}")
-]
+WRITTEN = {
+    **SET,
+    "effects.viscous_damping": "none",
+    "drive.force": "{time = [0, 0.5], value = [1832.6, 3000.0]}",
+    "output.at_events": "false",
+    "title": "'A = B, \u00b0'",
+}
+OPTIONS = [part for key, value in WRITTEN.items() for part in ("--set", f"{key}={value}")]
 BRIEF = ("--set", "solver.rtol=1e-6", "--set", "solver.duration=0.4")
 
 

@@ -6,14 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from frictionsim.scenario.authoring import schema
-from frictionsim.scenario.kinds import KINDS
-from frictionsim.scenario.shipped import shipped_scenarios
+import frictionsim as fs
 from tests.cli.conftest import Run, strict_json
 from tests.scenario.test_json_schema import lint, with_taplo
 from tests.support.scenarios import SCENARIOS
 
-SHIPPED = tuple(shipped_scenarios())
+KINDS = fs.kinds()
+SHIPPED = tuple(fs.scenarios())
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -67,4 +66,7 @@ def test_the_list_has_all(told: Run) -> None:
 
 @pytest.mark.parametrize("kind", [None, *KINDS])
 def test_the_printed_schema_is_that_of_python_indented(kind: str | None, told: Run) -> None:
-    assert told("schema", *filter(None, [kind])) == (json.dumps(schema(kind), indent=2) + "\n", "")
+    assert told("schema", *filter(None, [kind])) == (
+        json.dumps(fs.schema(kind), indent=2) + "\n",
+        "",
+    )

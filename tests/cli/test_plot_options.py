@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 import frictionsim as fs
-from frictionsim.cli.commands import run_command_line
 from tests.support.cases import one_in
 from tests.support.scenarios import SCENARIOS
 
@@ -34,7 +33,7 @@ def told(
     monkeypatch.chdir(folder)
 
     def run(*arguments: str, code: int = 0) -> tuple[str, str]:
-        assert run_command_line(["plot", *arguments]) == code, capsys.readouterr().err
+        assert fs.run_command_line(["plot", *arguments]) == code, capsys.readouterr().err
         captured = capsys.readouterr()
         return captured.out, captured.err
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictionsim.io import hdf5_reader
+import frictionsim as fs
 from tests.cli.conftest import Run, strict_json
 from tests.support.scenarios import ROOT, SCENARIOS
 
@@ -47,7 +47,7 @@ def channels_of(text: str) -> dict[str, list[float]]:
 
 def test_csv_has_the_channels_to_the_last_digit(told: Run) -> None:
     told("solve", PULLEY, "-o", "a.h5", "-q")
-    record = hdf5_reader.read(Path("a.h5"))
+    record = fs.open(Path("a.h5")).record
     columns = channels_of(told("show", "a.h5", "--csv")[0])
     assert list(columns) == [f"{name} [{record.units[name]}]" for name in record.channels]
     assert next(iter(columns)) == "time [s]"
@@ -62,7 +62,7 @@ def test_csv_has_the_channels_to_the_last_digit(told: Run) -> None:
 def test_csv_has_a_column_for_each_member(told: Run) -> None:
     short = ["--set", "solver.duration=1e-3", "--set", 'output.channels=["tension","pulley_speed"]']
     told("solve", BELT, "-o", "a.h5", "-q", *short)
-    record = hdf5_reader.read(Path("a.h5"))
+    record = fs.open(Path("a.h5")).record
     columns = channels_of(told("show", "a.h5", "--csv")[0])
     assert len(columns) == 1 + 2 + record.channels["tension"].shape[1]
     np.testing.assert_array_equal(columns["tension.3 [N]"], record.channels["tension"][:, 3])
@@ -112,7 +112,7 @@ def test_a_failed_audit_is_reported(told: Run) -> None:
     document = strict_json(told("show", "a.h5", "--json")[0])
     assert document["audit"]["energy_balance"]["ok"] is False
     assert err.endswith("; do not trust a.h5\n")
-    attributes = hdf5_reader.read(Path("a.h5")).attributes
+    attributes = fs.open(Path("a.h5")).record.attributes
     assert attributes["status"] == "done"
     assert attributes["reason"].startswith("self-audit failed: energy")
 

@@ -12,8 +12,6 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.io.hdf5_reader import read_sweep
-from frictionsim.simulation.combinations import RUNS_THAT_PAY_COMPILING
 from tests.cli.conftest import Run, strict_json
 from tests.support.cases import slow
 from tests.support.scenarios import ROOT, SCENARIOS
@@ -48,7 +46,7 @@ def test_a_signal_ends_the_compilation_of_a_sweep_at_once(
 ) -> None:
     """The compiler is in one call for seconds, in which Python runs no handler."""
     cache = tmp_path / "cache"
-    vary = f"{LOAD}=lin(2000.5, 2400.5, {RUNS_THAT_PAY_COMPILING})"
+    vary = f"{LOAD}=lin(2000.5, 2400.5, 3000)"
     arguments = ["sweep", str(PULLEY), "--vary", vary, "-j", workers, "-o", "s.h5"]
     process = subprocess.Popen(
         [sys.executable, "-m", "frictionsim", *arguments],
@@ -68,7 +66,7 @@ def test_a_signal_ends_the_compilation_of_a_sweep_at_once(
         f"frictionsim: interrupted by {number.name} while compiling kernels; 'frictionsim resume'"
         " continues the sweep\n"
     )
-    assert read_sweep(tmp_path / "s.partial.h5").attributes["status"] == "interrupted"
+    assert fs.open_sweep(tmp_path / "s.partial.h5").table.attributes["status"] == "interrupted"
     # Had it been waited for, the code would be on the disk.
     assert not list(cache.rglob("*.form"))
 
@@ -134,7 +132,7 @@ def test_a_signal_keeps_what_is_done(name: str, told: Run, here: Path) -> None:
     assert process.returncode == 128 + getattr(signal, name), err
     assert out == b""
     assert fs.open_sweep(here / "s.partial.h5").exit_code == process.returncode
-    table = read_sweep(here / "s.partial.h5")
+    table = fs.open_sweep(here / "s.partial.h5").table
     done = int((table.status == 1).sum())
     assert 0 < done < 2000
     assert err.decode() == (

@@ -10,14 +10,12 @@ import pytest
 import xarray
 
 import frictionsim as fs
-from frictionsim.io.sweep_file import write_sweep
-from frictionsim.parameter_study.block import FAILED, NOT_RUN
-from frictionsim.parameter_study.sweep_files import write_csv
 from tests.cli.conftest import Run, strict_json
 from tests.support.scenarios import ROOT
 from tests.support.sweep_files import LOAD, LOOSE, MU_S, PULLEY
 from tests.support.sweeps import grid_of, with_outcomes
 
+NOT_RUN, FAILED = 0, 2  # of a run, as a file has them
 RESULT = ROOT / "tests" / "io" / "format_1.h5"
 
 
@@ -86,10 +84,8 @@ def test_the_summary_of_a_sample_has_its_statistics(here: Path, told: Run) -> No
 
 
 def test_csv_scenario_and_study_are_those_of_the_sweep(grid: xarray.Dataset, told: Run) -> None:
-    from frictionsim.io.hdf5_reader import read_sweep
-
     out, _ = told("show", "s.h5", "--csv")
-    write_csv(read_sweep(Path("s.h5")), Path("s.csv"))
+    fs.open_sweep("s.h5").save("s.csv")
     assert out == Path("s.csv").read_text(encoding="utf-8")
     assert len(list(csv.reader(io.StringIO(out)))) == 13
     assert tomllib.loads(told("show", "s.h5", "--scenario")[0])["solver"]["rtol"] == 1e-4
@@ -110,8 +106,8 @@ def test_failed_runs_and_runs_that_are_left_are_reported(here: Path, told: Run) 
         table.texts["warnings"][run] = "kind " + "abcdefghij"[run - 4]
     table.texts["reason"][8] = "no memory"
     left = {"status": "interrupted", "reason": "interrupted by the user"}
-    write_sweep(table._replace(attributes=table.attributes | left), Path("s.h5"))
-    out, err = told("show", "s.h5")
+    fs.Sweep(table._replace(attributes=table.attributes | left)).save("s.h5")
+    out, err = told("show", "s.partial.h5")
     lines = out.splitlines()
     assert "16 of 20 runs are done; 3 failed, 1 not run: not in the table below" in lines
     assert "failed, 2 runs: diverged: stopped at t = 0.5 s (run 0)" in lines
@@ -122,7 +118,7 @@ def test_failed_runs_and_runs_that_are_left_are_reported(here: Path, told: Run) 
     assert err == (
         "frictionsim: sweep interrupted: 1 of 20 runs are left: interrupted by the user\n"
     )
-    data = strict_json(told("show", "s.h5", "--json")[0])
+    data = strict_json(told("show", "s.partial.h5", "--json")[0])
     assert data["failures"][0] == {
         "runs": 2, "first_run": 0, "text": "diverged: stopped at t = 0.5 s"
     }  # fmt: skip
@@ -132,7 +128,7 @@ def test_a_chosen_quantity_is_drawn_at_a_chosen_value(grid: xarray.Dataset, told
     told("plot", "s.h5", "--view", "final_angle", "--at", f"{LOAD}=2000", "-o", "a.svg")
     text = Path("a.svg").read_text(encoding="utf-8")
     assert ">final angle," in text
-    assert "(mechanism.load = 2000 N; 4 of 12 runs)" in text
+    assert "mechanism.load = 2000 N; 4 of 12 runs)" in text
     told("plot", "s.h5", "-o", "a.svg", "--no-clobber", code=4)
 
 
@@ -140,7 +136,7 @@ def test_all_quantities_are_drawn_each_into_its_file(here: Path, told: Run) -> N
     table = grid_of(
         {"a": [1.0, 2.0]}, {"f": lambda a: a, "g": lambda a: 2 * a, "h": lambda a: np.nan}
     )
-    write_sweep(table, Path("s.h5"))
+    fs.Sweep(table).save("s.h5")
     document = strict_json(told("plot", "s.h5", "--view", "all", "--json")[0])
     assert document["pictures"] == ["s-f.png", "s-g.png"]
     assert document["skipped"] == ["h is not defined in any run"]

@@ -4,21 +4,13 @@ The sentences are in `tests/messages/command_line.txt`.
 """
 
 import re
-from types import SimpleNamespace
+from pathlib import Path
 
 import pytest
-from typer.main import get_command
 
 from frictionsim import __version__, errors
-from frictionsim.api.comparing import CompareOptions
-from frictionsim.api.fitting import FitOptions
-from frictionsim.api.studies import CostOptions
-from frictionsim.api.sweeping import SweepOptions
-from frictionsim.cli.app import app
-from frictionsim.cli.messages import usage_message
-from frictionsim.scenario.options import Options
 from tests.cli.conftest import Run
-from tests.support.scenarios import SCENARIOS
+from tests.support.scenarios import SCENARIOS, python
 
 PULLEY = str(SCENARIOS / "pulley.toml")
 COMMANDS = [
@@ -27,36 +19,26 @@ COMMANDS = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("message", "wanted"),
-    [
-        ("'x' is not a valid float", "--rtol: expected a number, got 'x'"),
-        ("'x' is not a valid integer.", "--rtol: expected a whole number, got 'x'"),
-        ("something else", "--rtol: something else"),
-    ],
-)
-def test_judgements_of_other_versions_of_typer_are_worded_alike(message: str, wanted: str) -> None:
-    """Those without pydantic have the messages of click."""
-
-    class BadParameter(Exception):
-        param = SimpleNamespace(param_type_name="option", opts=["--rtol"])
-        ctx = SimpleNamespace(command_path="frictionsim compare")
-
-        def format_message(self) -> str:
-            return f"Invalid value for '--rtol': {self.message}"
-
-        def __init__(self) -> None:
-            self.message = message
-
-    assert usage_message(BadParameter(), []) == f"{wanted}; see frictionsim compare --help"
+def commands_of(out: str) -> list[str]:
+    """Return the commands of a help text, in their order."""
+    listed = out.partition("\nCommands:\n")[2].partition("\n\n")[0]
+    return re.findall(r"^  ([\w-]+) ", listed, re.MULTILINE)
 
 
-def test_the_commands_are_all(told: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    told("--version")  # which registers them, else in the list that is here for this test alone
-    # Whichever module was imported first.
-    monkeypatch.setattr(app, "registered_commands", app.registered_commands[::-1])
+@pytest.mark.parametrize("first", ["report", "check"])
+def test_the_commands_are_all_in_their_order(first: str, here: Path) -> None:
+    """Whichever was used first in a process."""
+    program = (
+        "import frictionsim as fs, sys\n"
+        f"fs.run_command_line([{first!r}, '--help'])\nprint('then')\n"
+        "fs.run_command_line(['--help'])"
+    )
+    done = python("-c", program, cwd=here)
+    assert commands_of(done.stdout.partition("then\n")[2]) == COMMANDS
+
+
+def test_the_version_is_printed(told: Run) -> None:
     assert told("--version") == (f"{__version__}\n", "")
-    assert list(get_command(app).commands) == COMMANDS  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -66,29 +48,6 @@ def test_each_command_has_help(command: str, told: Run) -> None:
     assert "-h, --help" in out
     assert err == ""
     assert told(command, "-h") == (out, "")
-
-
-@pytest.mark.parametrize(
-    ("command", "options"),
-    [
-        ("fit", FitOptions),
-        ("cost", CostOptions),
-        ("compare", CompareOptions),
-        ("sweep", SweepOptions),
-    ],
-)
-def test_defaults_in_the_help_are_those_of_the_options(
-    command: str, options: type[Options]
-) -> None:
-    compared = 0
-    for parameter in get_command(app).commands[command].params:  # type: ignore[attr-defined]
-        shown = re.search(r"\[([\w.-]+)\]$", getattr(parameter, "help", None) or "")
-        default = getattr(options.model_fields.get(parameter.name), "default", None)
-        if shown and isinstance(default, int | float | str):
-            assert type(default)(shown[1]) == default, parameter.name
-            assert parameter.default is None, parameter.name
-            compared += 1
-    assert compared >= 2
 
 
 def test_the_help_lists_every_command_and_exit_code(told: Run) -> None:

@@ -1,5 +1,6 @@
 """The pages of the documentation: their code blocks, tables, links and anchors."""
 
+import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,6 +18,9 @@ PAGES = {
         *sorted(p for p in DOCS.rglob("*.md") if "_build" not in p.parts),
     )
 }
+
+# Its own test holds it against the program.
+INVENTORY = json.loads((ROOT / "tests" / "inventory.json").read_text(encoding="utf-8"))
 
 FENCE = re.compile(r"^( *)(`{3,})(\{?\w*\}?)\s*$")
 COMMENT = re.compile(r"^<!-- (.*) -->$")

@@ -30,7 +30,7 @@ from typing import Any
 
 import pytest
 
-from frictionsim.scenario.loading import validate
+import frictionsim as fs
 from tests.docs.pages import PAGES, Block, blocks
 from tests.support.plugins import install
 from tests.support.scenarios import ROOT, SCENARIOS, in_this_process
@@ -88,7 +88,7 @@ def test_the_blocks_of_a_page_run(
         elif block.mark.startswith("study: "):
             Path(block.mark.removeprefix("study: ")).write_text(block.text, encoding="utf-8")
         elif block.language == "toml":
-            validate(scenario_of(block), SCENARIOS)
+            fs.load(scenario_of(block), folder=SCENARIOS)
         elif block.language == "python":
             last = run_python(block, names)
         else:

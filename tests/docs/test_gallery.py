@@ -5,8 +5,7 @@ import sys
 
 import pytest
 
-from frictionsim.plots import VIEWS
-from tests.docs.pages import DOCS, PAGES
+from tests.docs.pages import DOCS, INVENTORY, PAGES
 
 sys.path.insert(0, str(DOCS / "_ext"))
 import gallery
@@ -25,7 +24,7 @@ def test_each_view_of_each_kind_has_a_picture() -> None:
     drawn = {kind: set(titles) for kind, (_, titles) in gallery.VIEWS.items()}
     for kind, titles in gallery.MORE_VIEWS.values():
         drawn[kind] |= set(titles)
-    assert drawn == {kind: set(views) for kind, views in VIEWS.items()}
+    assert drawn == {kind: set(views) for kind, views in INVENTORY["views"].items()}
 
 
 def test_the_gallery_shows_each_picture_once() -> None:
@@ -56,7 +55,7 @@ def test_a_picture_is_there_and_small_and_its_commands_are_known(picture: galler
 
 def test_each_kind_has_a_report_at_a_telling_time_and_a_picture_for_papers() -> None:
     reports = {p.file: p for p in gallery.REPORTS}
-    drawn = [*VIEWS, *gallery.MORE_VIEWS]
+    drawn = [*INVENTORY["views"], *gallery.MORE_VIEWS]
     for name in drawn:
         picture = reports[f"report_{name}.png"]
         assert picture.commands[-1] == f"frictionsim report results/{gallery.DRAWN[name][0]}.h5"

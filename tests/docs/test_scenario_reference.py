@@ -2,57 +2,66 @@
 
 import sys
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
-from frictionsim.scenario.kinds import KINDS
-from frictionsim.scenario.methods import methods_of
-from frictionsim.scenario.signal_tables import SIGNAL_TAGS
+import frictionsim as fs
 from tests.docs.pages import DOCS
 
 sys.path.insert(0, str(DOCS / "_ext"))
-from scenario_keys import Key, keys_of, model_of, tables
+from scenario_keys import Key, keys, keys_of, model_of, tables
 
-# Keys of a signal that are in the unit of what it drives.
-IN_THE_UNIT_OF_THE_SIGNAL = {"`value`", "`mean`", "`amplitude`", "`from`", "`to`"}
+# Keys of a signal, by the table that has them, in the unit of what it drives.
+IN_THE_UNIT_OF_THE_SIGNAL = {
+    *(("PiecewiseLinearTable", "value"), ("SpeedTable", "value"), ("AngleTable", "value")),
+    *(("SineParameters", "mean"), ("SineParameters", "amplitude")),
+    *(("SmoothStepParameters", "from"), ("SmoothStepParameters", "to")),
+}
 MAX_MEANING = 160  # characters of a meaning, which has to fit in a table
 
 
-def keys_by_place(kind: str) -> Iterator[tuple[str, Key]]:
-    """Yield the keys of a kind, or of the forms of a signal."""
-    groups = SIGNAL_TAGS.items() if kind == "signal" else [("", model_of(kind))]
-    for tag, model in groups:
-        for table in tables(model):
-            for key in keys_of(table.model):
-                yield f"{tag}{table.header} {key.name}", key
+def keys_by_table(kind: str) -> Iterator[tuple[str, str, dict[str, Any]]]:
+    """Yield table, name and schema of the keys of a kind, also of the signals it takes."""
+    made = fs.schema(kind)
+    for table, described in {"": made, **made["$defs"]}.items():
+        for name, key in described.get("properties", {}).items():
+            if "description" in key:  # that of a table is its own
+                yield table, name, key
 
 
-@pytest.mark.parametrize("kind", [*KINDS, "signal"])
+@pytest.mark.parametrize("kind", fs.kinds())
 def test_each_key_has_a_meaning_and_each_number_a_unit(kind: str) -> None:
-    for place, key in keys_by_place(kind):
-        assert key.meaning[:1].isupper(), place
-        assert key.meaning.endswith("."), place
-        assert len(key.meaning) <= MAX_MEANING, place
-        of_signal = kind == "signal" and key.name in IN_THE_UNIT_OF_THE_SIGNAL
-        assert bool(key.unit) == (is_number(key) and not of_signal), place
+    for table, name, key in keys_by_table(kind):
+        place = f"{table}.{name}"
+        meaning = key["description"].removesuffix(f" Unit: {key.get('unit')}.")
+        assert meaning[:1].isupper(), place
+        assert meaning.endswith("."), place
+        assert len(meaning) <= MAX_MEANING, place
+        of_signal = (table, name) in IN_THE_UNIT_OF_THE_SIGNAL
+        assert bool(key.get("unit")) == (is_number(key) and not of_signal), place
         for suffix, unit in (("_deg", "deg"), ("_hz", "Hz")):
-            assert not key.name.strip("`").endswith(suffix) or key.unit == unit, place
+            assert not name.endswith(suffix) or key["unit"] == unit, place
 
 
-def is_number(key: Key) -> bool:
-    """Tell whether a key takes numbers, or a signal of them."""
-    return ("number" in key.form and "text" not in key.form) or "signal" in key.form
+def is_number(key: dict[str, Any]) -> bool:
+    """Tell whether a key takes numbers, or a signal of them, and no text in their place."""
+    forms = [form for of in ("oneOf", "anyOf") for form in key.get(of, ())] or [key]
+    types = {form.get("type") for form in [*forms, *(form.get("items", {}) for form in forms)]}
+    return bool(types & {"number", "integer"}) and "string" not in types
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", fs.kinds())
 def test_the_backends_of_a_kind_are_listed(kind: str) -> None:
-    (table,) = (t for t in tables(model_of(kind)) if t.header == "[solver]")
-    able = methods_of(model_of(kind).PAIRS)
-    (backend,) = (key for key in keys_of(table.model, able) if key.name == "`backend`")
-    assert backend.form == ", ".join(f'`"{name}"`' for name in able)
+    settings = (table["properties"] for table in fs.schema(kind)["$defs"].values())
+    (able,) = (table["backend"]["enum"] for table in settings if "backend" in table)
+    listed = ", ".join(f'`"{name}"`' for name in able)
+    assert f"| `backend` | {listed} |" in keys(kind)
 
 
 def test_the_reference_shows_what_is_taken_for_a_key_left_out() -> None:
-    shown = {place: key.default for place, key in keys_by_place("pulley")}
-    assert shown["[effects.shaft_friction] `transition_speed`"] == "0.001"
-    assert shown["[output] `interval`"] == "duration/500"
+    shown: dict[str, Key] = {}
+    for table in tables(model_of("pulley")):
+        shown |= {f"{table.header} {key.name}": key for key in keys_of(table.model)}
+    assert shown["[effects.shaft_friction] `transition_speed`"].default == "0.001"
+    assert shown["[output] `interval`"].default == "duration/500"

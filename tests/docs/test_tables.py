@@ -9,23 +9,17 @@ from pathlib import Path
 import h5py
 import pytest
 
-import frictionsim
+import frictionsim as fs
 from frictionsim import errors
-from frictionsim.api.result import Result
-from frictionsim.io.hdf5_writer import write
-from frictionsim.plots import VIEWS
 from frictionsim.results import Record
-from frictionsim.scenario.kinds import KINDS, mechanism_module
-from frictionsim.scenario.loading import load
-from frictionsim.simulation.simulate import run
-from tests.docs.pages import DOCS, PAGES, names, table
+from tests.docs.pages import DOCS, INVENTORY, PAGES, names, table
 from tests.support.lifts import CORD, SHAFT, lift, solved
 from tests.support.scenarios import SCENARIOS, scenario_run
 
 sys.path.insert(0, str(DOCS / "_ext"))
 from method_table import pairs
 
-PACKAGE = Path(frictionsim.__file__).parent
+PACKAGE = Path(fs.__file__).parent
 FILES, FAILURES = "docs/result-files.md", "docs/failures.md"
 QUANTITIES, METHODS = "docs/quantities.md", "docs/methods.md"
 SHORT = {
@@ -47,7 +41,7 @@ SHORT = {
 def short_run(kind: str) -> Record:
     """Return a run of a shipped scenario."""
     name, overrides = SHORT[kind]
-    return run(load(SCENARIOS / f"{name}.toml", overrides), lambda t: None)
+    return fs.solve(SCENARIOS / f"{name}.toml", overrides).record
 
 
 @cache
@@ -72,13 +66,13 @@ def first_names(page: str, name: str, column: int = 0) -> list[str]:
 def test_attributes_units_and_events_of_a_file_are_those_of_the_page(
     kind: str, tmp_path: Path
 ) -> None:
-    write(short_run(kind), tmp_path / "result.h5")
-    described, events = mechanism_module(kind).SCENARIO.CHANNELS, first_names(FILES, "events")
+    fs.Result(short_run(kind)).save(tmp_path / "result.h5")
+    described, events = short_run(kind).units, first_names(FILES, "events")
     with h5py.File(tmp_path / "result.h5") as file:
         assert set(file.attrs) == set(first_names(FILES, "attributes"))
         channels = {name: item for name, item in file.items() if isinstance(item, h5py.Dataset)}
         for name, item in channels.items():
-            assert item.attrs["units"] == ("s" if name == "time" else described[name].unit)
+            assert item.attrs["units"] == ("s" if name == "time" else described[name])
         recorded = {
             f"{name}_{side}"
             for name in channels.keys() - {"time", "angle", "mode"}
@@ -89,7 +83,7 @@ def test_attributes_units_and_events_of_a_file_are_those_of_the_page(
 
 
 def test_the_summary_of_a_file_is_that_of_the_page(tmp_path: Path) -> None:
-    write(short_run("pulley"), tmp_path / "result.h5")
+    fs.Result(short_run("pulley")).save(tmp_path / "result.h5")
     shown = {name for name in first_names(FILES, "summary") if "<" not in name}
     with h5py.File(tmp_path / "result.h5") as file:
         members = {f"{group}/{name}" for group in ("audit", "solver") for name in file[group]}
@@ -106,7 +100,7 @@ def quantity_units(*tables: str) -> dict[str, str]:
 @pytest.mark.parametrize("kind", SHORT)
 def test_the_quantities_of_a_kind_are_those_of_the_page(kind: str) -> None:
     done = short_run(kind)
-    quantities = {**done.quantities, **mechanism_module(kind).statics(scenario_run(done))}
+    quantities = {**done.quantities, **fs.static(scenario_run(done))}
     shown = quantity_units("all runs", "one coordinate", kind)
     assert {name: q.unit for name, q in quantities.items()}.items() <= shown.items()
     own = quantity_units(kind).keys() - quantities.keys()
@@ -118,7 +112,7 @@ def test_the_quantities_of_masses_on_a_cord_are_those_of_the_page(
     cord: dict[str, float] | None,
 ) -> None:
     done = solved(lift(effects__shaft_friction=SHAFT, effects__cord_friction=cord))
-    quantities = {**done.quantities, **mechanism_module("pulley").statics(scenario_run(done))}
+    quantities = {**done.quantities, **fs.static(scenario_run(done))}
     tables = ("all runs", "one coordinate", "pulley", "masses on a cord")
     assert {name: q.unit for name, q in quantities.items()}.items() <= quantity_units(
         *tables
@@ -126,7 +120,7 @@ def test_the_quantities_of_masses_on_a_cord_are_those_of_the_page(
 
 
 def test_the_quantities_of_a_belt_at_rest_are_those_of_the_page() -> None:
-    quantities = mechanism_module("belt_drive").statics(load(SCENARIOS / "belt_drive.toml"))
+    quantities = fs.static("belt_drive")
     shown = {**quantity_units("a belt at rest")}
     both = {**shown, **{n.replace("driver", "driven"): u for n, u in shown.items()}}
     assert {name: q.unit for name, q in quantities.items()} == both
@@ -138,7 +132,7 @@ def test_the_quantities_of_a_belt_run_exist() -> None:
 
 
 def test_the_keys_of_json_are_those_of_the_page() -> None:
-    printed = Result(short_run("pulley")).to_json()
+    printed = fs.Result(short_run("pulley")).to_json()
     shown = {names(row[0])[0]: row for row in table("docs/cli.md", "json")}
     keys = [key for row in shown.values() for key in names(row[0])]
     assert sorted(keys) == sorted(printed)
@@ -161,7 +155,7 @@ def test_the_failures_are_those_of_the_page() -> None:
 
 
 def test_the_audits_are_those_of_the_page() -> None:
-    of_stops = run(load(SCENARIOS / "swing_door.toml", ["solver.duration=0.1"]), lambda t: None)
+    of_stops = fs.solve("swing_door", {"solver.duration": 0.1}).record
     assert set(first_names("docs/accuracy.md", "audits")) == set(of_stops.checks)
 
 
@@ -169,11 +163,11 @@ def test_the_views_are_those_of_the_page() -> None:
     shown: dict[str, list[str]] = {}
     for kind, view, _ in table("docs/pictures.md", "views"):
         shown.setdefault(names(kind)[0] if names(kind) else list(shown)[-1], []).extend(names(view))
-    assert shown == {kind: list(views) for kind, views in VIEWS.items()}
+    assert {kind: sorted(views) for kind, views in shown.items()} == INVENTORY["views"]
 
 
 def test_the_laws_and_methods_are_those_of_the_page() -> None:
-    accepted = [pairs(kind) for kind in KINDS]
+    accepted = [pairs(kind) for kind in fs.kinds()]
     assert set(first_names(METHODS, "laws")) == {law for laws in accepted for law in laws}
     able = {name for laws in accepted for cell in laws.values() for name in names(cell)}
     assert set(first_names(METHODS, "methods")) == able

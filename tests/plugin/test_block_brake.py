@@ -4,6 +4,7 @@ import json
 import os
 import tomllib
 from collections.abc import Callable, Iterator
+from importlib import import_module
 from math import log
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,12 +14,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionsim import plot
-from frictionsim.cli.commands import run_command_line
-from frictionsim.io import hdf5_reader
+import frictionsim as fs
 from frictionsim.mechanisms import extension
-from frictionsim.scenario.kinds import KINDS, kind_names, mechanism_module
-from frictionsim.scenario.loading import load
 from tests.support.compiled_runs import as_compiled, as_python
 from tests.support.plugins import BRAKE, install, searched
 from tests.support.scenarios import ROOT, Scenario, changed, python, simulate
@@ -39,7 +36,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def brake(site: Path) -> Iterator[Any]:
     """Return the module of the kind, which this process finds among the installed packages."""
     with searched(site):
-        yield mechanism_module("block_brake")
+        yield import_module("frictionsim_brake.block_brake")
 
 
 @pytest.fixture
@@ -57,9 +54,9 @@ def in_a_new_process(site: Path, *arguments: str) -> str:
 
 
 def test_the_package_is_found_beside_the_built_in_kinds(brake: Any, site: Path) -> None:
-    assert kind_names() == (*KINDS, "block_brake")
+    assert fs.kinds()[-1] == "block_brake"
+    assert type(fs.load(SCENARIO)) is brake.SCENARIO
     assert Path(brake.__file__).is_relative_to(site)
-    assert mechanism_module("block_brake") is brake
     assert SCENARIO.read_text() == brake.EXAMPLE
 
 
@@ -77,7 +74,7 @@ def test_it_is_solved_and_compared(command: Command, tmp_path: Path) -> None:
     assert document["quantities"]["breakaway_time"]["value"] == pytest.approx(3.9, abs=1e-9)
     assert document["quantities"]["braking_time"]["value"] < 1.0
     assert all(check["ok"] for check in document["audit"].values())
-    kept = hdf5_reader.read(tmp_path / "a.h5")
+    kept = fs.open(tmp_path / "a.h5").record
     assert kept.units["block_force"] == "N"
     assert kept.long_names["energy_friction"] == "heat of the brake"
     assert kept.contacts == ["block"]
@@ -105,12 +102,12 @@ def test_its_accuracy_is_studied(command: Command) -> None:
 
 def test_an_interrupted_run_of_it_is_resumed(brake: Any, tmp_path: Path) -> None:
     whole, part = str(tmp_path / "whole.h5"), str(tmp_path / "part.h5")
-    assert run_command_line(["solve", str(SCENARIO), "-q", "-o", whole]) == 0
+    assert fs.run_command_line(["solve", str(SCENARIO), "-q", "-o", whole]) == 0
     limit = "--max-steps", "20"
-    assert run_command_line(["solve", str(SCENARIO), "-q", "-o", part, *limit]) == 5
+    assert fs.run_command_line(["solve", str(SCENARIO), "-q", "-o", part, *limit]) == 5
     codes = [5]
     while codes[-1] == 5:
-        codes.append(run_command_line(["resume", part, "-q", *limit]))
+        codes.append(fs.run_command_line(["resume", part, "-q", *limit]))
     assert codes == [5, 5, 5, 0]
     assert Path(part).read_bytes() == Path(whole).read_bytes()
 
@@ -121,7 +118,7 @@ def test_its_equation_is_compiled_with_the_bits_of_python(
 ) -> None:
     """It sticks at the end, and breaks away."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))  # its folder is that of this test alone
-    scenario = load(SCENARIO)
+    scenario = fs.load(SCENARIO)
     compiled = as_compiled(scenario)
     assert compiled == as_python(scenario)
     assert len(compiled[2]) > 1
@@ -130,7 +127,7 @@ def test_its_equation_is_compiled_with_the_bits_of_python(
 def test_its_view_shows_what_the_brake_takes(command: Command) -> None:
     command("solve", SCENARIO, "-o", "a.h5", "--quiet")
     assert command("plot", "a.h5", "--view", "heat") == "a-heat.png\n"
-    power, energy = plot("a.h5", "heat").axes
+    power, energy = fs.plot("a.h5", "heat").axes
     assert min(power.lines[0].get_ydata()) == 0.0
     assert [text.get_text() for text in energy.get_legend().get_texts()] == [
         "kinetic energy of the flywheel",
@@ -159,7 +156,7 @@ def test_its_view_shows_what_the_brake_takes(command: Command) -> None:
 def test_faults_in_its_scenarios_are_worded(
     override: str, sentence: str, brake: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run_command_line(["check", str(SCENARIO), "--set", override]) == 2
+    assert fs.run_command_line(["check", str(SCENARIO), "--set", override]) == 2
     assert capsys.readouterr().err == f"frictionsim: --set: {sentence}\n"
 
 
@@ -257,7 +254,7 @@ def test_the_module_needs_nothing_but_the_public_interface(brake: Any) -> None:
 
 def test_it_is_loaded_without_numpy(site: Path) -> None:
     code = (
-        "import sys; from pathlib import Path; from frictionsim.scenario.loading import load;"
-        f" load(Path({str(SCENARIO)!r})); print('numpy' in sys.modules)"
+        "import sys; from pathlib import Path; import frictionsim as fs;"
+        f" fs.load(Path({str(SCENARIO)!r})); print('numpy' in sys.modules)"
     )
     assert in_a_new_process(site, "-c", code) == "False\n"

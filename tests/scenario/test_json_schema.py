@@ -12,9 +12,7 @@ import jsonschema
 import pytest
 from hypothesis import given, reject
 
-from frictionsim.scenario.authoring import schema
-from frictionsim.scenario.kinds import KINDS
-from frictionsim.scenario.loading import ValidationFailure, validate
+import frictionsim as fs
 from tests.docs.pages import DOCS
 from tests.support.belt_scenarios import PAIR, TRIO
 from tests.support.drawn_scenarios import scenarios
@@ -23,8 +21,9 @@ from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, pulley
 sys.path.insert(0, str(DOCS / "_ext"))
 from generated import schemas
 
+KINDS = fs.kinds()
 SHIPPED = sorted(SCENARIOS.rglob("*.toml"))
-VALIDATORS = {kind: jsonschema.Draft202012Validator(schema(kind)) for kind in (None, *KINDS)}
+VALIDATORS = {kind: jsonschema.Draft202012Validator(fs.schema(kind)) for kind in (None, *KINDS)}
 TAPLO = Path(sysconfig.get_path("scripts")) / "taplo"
 with_taplo = pytest.mark.skipif(
     not TAPLO.exists(), reason="taplo is not installed beside this Python"
@@ -41,7 +40,7 @@ def faults(data: Scenario, kind: str | None = None) -> list[str]:
 
 @pytest.mark.parametrize("kind", [None, *KINDS])
 def test_a_schema_is_a_schema(kind: str | None) -> None:
-    made = schema(kind)
+    made = fs.schema(kind)
     assert made["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     assert made["title"].startswith("Scenario of ")
     jsonschema.Draft202012Validator.check_schema(made)
@@ -72,8 +71,8 @@ def test_belts_of_two_and_three_pulleys_fit_the_schema(text: str) -> None:
 @given(scenarios())
 def test_random_scenarios_that_load_fit(data: Scenario) -> None:
     try:
-        resolved = validate(data, SCENARIOS).to_dict()
-    except ValidationFailure:
+        resolved = fs.load(data, folder=SCENARIOS).to_dict()
+    except fs.ScenarioError:
         reject()
     assert faults(data) == []
     lists = {k: list(v) if isinstance(v, tuple) else v for k, v in resolved["output"].items()}
@@ -153,7 +152,7 @@ def keys(made: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_each_key_is_described_with_its_unit(kind: str) -> None:
-    made = schema(kind)
+    made = fs.schema(kind)
     assert list(keys(made))
     for place, key in keys(made):
         inner = key.get("$ref") or str(key.get("items") or key.get("additionalProperties"))
@@ -167,7 +166,7 @@ def test_each_key_is_described_with_its_unit(kind: str) -> None:
 
 
 def test_defaults_are_those_of_the_models() -> None:
-    places = dict(keys(schema("pulley")))
+    places = dict(keys(fs.schema("pulley")))
     assert places["SolverSettings.duration"]["default"] == 10.0
     assert places["PulleyDrive.direction"]["default"] == "vertical"
     assert "default" not in places["SolverSettings.max_step"]

@@ -8,13 +8,30 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.scenario.kinds import KINDS, mechanism_module
-from frictionsim.scenario.loading import ValidationFailure, load, validate
-from frictionsim.scenario.methods import LAWS, METHODS, REGULARISED, SCIPY, SINGLE_DOF
-from frictionsim.scenario.overrides import apply_override
-from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate, with_method
+import frictionsim as fs
+from tests.support.scenarios import (
+    FRICTION_EFFECTS,
+    SCENARIOS,
+    Scenario,
+    changed,
+    pulley,
+    simulate,
+    with_method,
+)
 
 SHIPPED = {"belt_drive": "belt_verification"}
+KINDS = fs.kinds()
+METHODS = ("events", "rkf45", "moreau", "bdf", "radau", "lsoda", "rk45", "dop853")
+SCIPY = METHODS[3:]
+# Of one coordinate, and of belts: the methods of each law, in the order in which they are advised.
+ONE_COORDINATE = {
+    "set-valued": ("events", "rkf45"),
+    "regularised": (*SCIPY, "rkf45"),
+    "published": ("rkf45",),
+}
+BELTS = {"set-valued": ("rkf45", "moreau"), "regularised": ("rkf45",), "creep": ("rkf45",)}
+LAWS = (*ONE_COORDINATE, "creep")
+SINGLE_DOF = [(law, method) for law, methods in ONE_COORDINATE.items() for method in methods]
 # Required parameters of a law.
 PARAMETERS: dict[str, dict[str, Any]] = {
     "regularised": {"transition_speed": 0.1},
@@ -24,16 +41,14 @@ PARAMETERS: dict[str, dict[str, Any]] = {
 
 @cache
 def loaded(kind: str) -> Any:
-    scenario = load(SCENARIOS / f"{SHIPPED.get(kind, kind)}.toml")
-    return scenario, scenario.model_dump(by_alias=True, exclude_none=True)
+    return fs.load(SHIPPED.get(kind, kind)).to_dict()
 
 
 def of_kind(kind: str, law: str, backend: str) -> Scenario:
-    shipped, data = loaded(kind)
-    data = with_method(data, law, backend)
+    data = with_method(loaded(kind), law, backend)
     for key in ("step", "max_step"):
         data["solver"].pop(key, None)
-    for name in shipped.friction_effects:
+    for name in data["effects"].keys() & FRICTION_EFFECTS:
         for key in ("transition_speed", "maximum_creep"):
             data["effects"][name].pop(key, None)
         data["effects"][name] |= PARAMETERS.get(law, {})
@@ -42,18 +57,18 @@ def of_kind(kind: str, law: str, backend: str) -> Scenario:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_law_and_method_fit_or_are_refused_with_alternatives(kind: str) -> None:
-    pairs = mechanism_module(kind).SCENARIO.PAIRS
-    known = {method for _, method in pairs}
+    pairs = BELTS if kind == "belt_drive" else ONE_COORDINATE
+    known = {method for methods in pairs.values() for method in methods}
     for law, backend in product(LAWS, METHODS):
         data = of_kind(kind, law, backend)
-        if (law, backend) in pairs:
-            scenario = validate(data, SCENARIOS)
+        able = pairs.get(law, ())
+        if backend in able:
+            scenario = fs.load(data, folder=SCENARIOS)
             assert (scenario.law, scenario.solver.backend) == (law, backend)
             continue
-        with pytest.raises(ValidationFailure) as refused:
-            validate(data, SCENARIOS)
-        told = " ".join(sentence for _, sentence in refused.value.faults)
-        able = [method for of, method in pairs if of == law]
+        with pytest.raises(fs.ScenarioError) as refused:
+            fs.load(data, folder=SCENARIOS)
+        told = " ".join(refused.value.faults)
         if not able:  # the kind does not have the law at all
             assert "expected 'set-valued'" in told or "no such parameter" in told
         elif backend not in known:
@@ -61,10 +76,8 @@ def test_every_law_and_method_fit_or_are_refused_with_alternatives(kind: str) ->
         else:
             assert f"use one of {', '.join(able)} (--set solver.backend={able[0]})" in told
             for advice in re.findall(r"\((--set [^)]+)\)", told):
-                fixed = changed(data)
-                for override in advice.removeprefix("--set ").split(" --set "):
-                    apply_override(fixed, override)
-                validate(fixed, SCENARIOS)
+                overrides = advice.removeprefix("--set ").split(" --set ")
+                fs.load(data, overrides, folder=SCENARIOS)
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "belt_drive"])
@@ -76,10 +89,10 @@ def test_every_pair_of_law_and_method_runs(kind: str, pair: tuple[str, str]) -> 
 
 def test_methods_agree_on_a_law() -> None:
     """They integrate the same equation and differ by their tolerances only."""
-    data = changed(pulley(), solver__rtol=1e-9, effects__shaft_friction__law=REGULARISED)
+    data = changed(pulley(), solver__rtol=1e-9, effects__shaft_friction__law="regularised")
     data["effects"]["shaft_friction"]["transition_speed"] = 0.05
     angles = [
-        float(simulate(with_method(data, REGULARISED, name)).channels["angle"][-1])
+        float(simulate(with_method(data, "regularised", name)).channels["angle"][-1])
         for name in ("rkf45", *SCIPY)
     ]
     # SciPy's bound is on a mean over the states, whose energies are thousands.
@@ -92,25 +105,25 @@ def test_methods_agree_on_a_law() -> None:
 
 
 def gear(**effects: Any) -> Scenario:
-    data = load(SCENARIOS / "epicyclic.toml").model_dump(by_alias=True, exclude_none=True)
+    data = fs.load("epicyclic").to_dict()
     for name, keys in effects.items():
         data["effects"][name] |= keys
     return changed(data, solver__backend="rkf45")
 
 
 def test_one_of_two_friction_effects_may_name_the_law() -> None:
-    smoothed = {"law": REGULARISED, "transition_speed": 1e-2}
+    smoothed = {"law": "regularised", "transition_speed": 1e-2}
     for effects in (
         {"hinge_friction": smoothed},
         {"rolling_friction": smoothed},
-        {"hinge_friction": {"law": REGULARISED}, "rolling_friction": {"transition_speed": 1e-2}},
+        {"hinge_friction": {"law": "regularised"}, "rolling_friction": {"transition_speed": 1e-2}},
         {"hinge_friction": smoothed, "rolling_friction": smoothed},
     ):
-        assert validate(gear(**effects), SCENARIOS).law == REGULARISED
+        assert fs.load(gear(**effects)).law == "regularised"
 
 
 def test_the_published_gear_has_its_law_in_the_equation() -> None:
-    assert validate(changed(gear(), mechanism__formulation="published"), SCENARIOS).law == ""
+    assert fs.load(changed(gear(), mechanism__formulation="published")).law == ""
 
 
 @pytest.mark.parametrize("backend", [m for m in METHODS if m != "moreau"])

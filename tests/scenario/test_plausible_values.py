@@ -1,6 +1,7 @@
 """Warnings about radii that look like millimetres, and coefficients of friction like percent."""
 
 import re
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionsim as fs
-from frictionsim.scenario.kinds import KINDS
-from frictionsim.scenario.toml_data import keys_and_values
 from tests.support.drawn_scenarios import scenarios
 from tests.support.scenarios import SCENARIOS, Scenario
 
+KINDS = fs.kinds()
 MU, RADIUS = "effects.shaft_friction.mu_s", "mechanism.cord_radius"
 
 
@@ -24,12 +24,22 @@ def asked(scenario: fs.Scenario) -> list[str]:
 
 def values(kind: str) -> dict[str, Any]:
     """Return the radii and coefficients of the shipped scenario of a kind."""
-    numbers = dict(keys_and_values(fs.load(kind).to_dict()))
     return {
         key: value
-        for key, value in numbers.items()
+        for key, value in keys_and_values(fs.load(kind).to_dict())
         if re.search(r"radius$|\.mu_[sk]$", key) and isinstance(value, float)
     }
+
+
+def keys_and_values(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the values of a scenario with their keys; entries of lists by their names."""
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from keys_and_values(value, f"{path}{key}.")
+        elif isinstance(value, Sequence) and value and isinstance(value[0], Mapping):
+            yield from keys_and_values({row["name"]: row for row in value}, f"{path}{key}.")
+        else:
+            yield path + key, value
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -7,44 +7,53 @@ from pathlib import Path
 import pytest
 
 import frictionsim as fs
-from frictionsim.errors import InputError, ScenarioError
-from frictionsim.scenario import shipped
-from frictionsim.scenario.kinds import KINDS
-from frictionsim.scenario.shipped import scenario_file, shipped_folder, shipped_scenarios
-from tests.support.scenarios import ROOT, SCENARIOS, pulley
+from tests.support.scenarios import ROOT, SCENARIOS, pulley, python
 
 
-def test_a_source_tree_has_them_beside_the_package() -> None:
-    assert shipped_folder() == SCENARIOS
+@pytest.fixture
+def site(tmp_path: Path) -> Path:
+    """A folder with a copy of the package, without the scenarios that a wheel has inside."""
+    package = Path(fs.__file__).parent
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(package, tmp_path / "frictionsim", ignore=ignored)
+    return tmp_path
 
 
-def test_an_installed_package_has_them_inside(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    package = tmp_path / "site-packages" / "frictionsim"
-    shutil.copytree(SCENARIOS, package / "scenarios")
-    shutil.copytree(SCENARIOS, package.parent / "scenarios")
-    monkeypatch.setattr(shipped, "PACKAGE", package)
-    assert shipped_folder() == package / "scenarios"
-    assert shipped_scenarios()["hard/jump"] == package / "scenarios" / "hard" / "jump.toml"
+def said_in(site: Path, program: str) -> str:
+    """Return what a new Python says that finds the copy of the package."""
+    done = python("-c", f"import frictionsim as fs\n{program}", cwd=site, PYTHONPATH=str(site))
+    return done.stdout + done.stderr
 
 
-def test_scenarios_of_another_package_are_not_ours(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "scenarios").mkdir()
-    (tmp_path / "scenarios" / "city.toml").touch()
-    monkeypatch.setattr(shipped, "PACKAGE", tmp_path / "frictionsim")
-    with pytest.raises(InputError, match=r"are neither in .*frictionsim.scenarios nor in .*again"):
-        shipped_scenarios()
+def test_an_installed_package_has_them_inside(site: Path) -> None:
+    for folder in (site / "frictionsim", site):
+        shutil.copytree(SCENARIOS, folder / "scenarios")
+    inside = site / "frictionsim" / "scenarios" / "hard" / "jump.toml"
+    assert said_in(site, "print(fs.scenarios()['hard/jump'])") == f"{inside}\n"
+
+
+def test_scenarios_of_another_package_are_not_ours(site: Path) -> None:
+    (site / "scenarios").mkdir()
+    (site / "scenarios" / "city.toml").touch()
+    assert said_in(site, "fs.scenarios()").splitlines()[-1] == (
+        "frictionsim.errors.InputError: the scenarios that come with frictionsim are neither in"
+        f" {site / 'frictionsim' / 'scenarios'} nor in {site / 'scenarios'}; install the package"
+        " again"
+    )
+    # Of an installation without scenarios, a name is that of a file.
+    for name in ("puley", "counterweight"):
+        said = said_in(site, f"fs.load({name!r})").splitlines()[-1]
+        assert said.startswith(
+            f"frictionsim.errors.ScenarioError: {name}: cannot read this scenario: No such"
+        )
 
 
 def test_they_are_listed_by_name() -> None:
-    paths = shipped_scenarios()
+    paths = fs.scenarios()
     assert paths["pulley"] == SCENARIOS / "pulley.toml"
     assert paths["hard/belt_long"] == SCENARIOS / "hard" / "belt_long.toml"
     assert set(paths.values()) == set(SCENARIOS.rglob("*.toml"))
-    assert set(KINDS) <= set(paths)
+    assert set(fs.kinds()) <= set(paths)
 
 
 def test_a_wheel_takes_them_along() -> None:
@@ -63,11 +72,12 @@ def test_a_file_or_folder_of_that_name_comes_first(here: Path) -> None:
     (here / "pulley").write_text(fs.load(pulley(title="Mine")).to_toml())
     assert fs.load("pulley").title == "Mine"
     (here / "shaft").mkdir()
-    with pytest.raises(ScenarioError, match=r"^shaft: cannot read .*: this is a folder"):
+    with pytest.raises(fs.ScenarioError, match=r"^shaft: cannot read .*: this is a folder"):
         fs.load("shaft")
     # Below another folder there is the file, or none.
-    assert scenario_file("pulley", here) == here / "pulley"
-    assert scenario_file(here / "epicyclic") == here / "epicyclic"
+    assert fs.load(here / "pulley").title == "Mine"
+    with pytest.raises(fs.ScenarioError, match="epicyclic: cannot read this scenario: No such"):
+        fs.load(here / "epicyclic")
 
 
 def test_a_sweep_and_a_study_take_names(here: Path) -> None:
@@ -78,12 +88,6 @@ def test_a_sweep_and_a_study_take_names(here: Path) -> None:
     study.parent.mkdir()
     study.write_text('[study]\nscenario = "pulley"\n[vary]\n"mechanism.load" = [2000.0, 2224.1]\n')
     assert of_file.equals(fs.sweep(study, workers=1))
-
-
-def test_where_no_scenarios_are_shipped_a_name_is_that_of_a_file(
-    here: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(shipped, "PACKAGE", here / "without_scenarios")
-    for name in ("puley", "counterweight"):
-        with pytest.raises(ScenarioError, match=f"^{name}: cannot read this scenario: No such"):
-            fs.load(name)
+    # A file of that name beside the study comes first.
+    (study.parent / "pulley").write_text(fs.load(pulley(title="Mine")).to_toml())
+    assert fs.sweep(study, workers=1).attrs["title"] == "Mine"

@@ -9,23 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionsim.scenario.schema import Params, unit_field
-from frictionsim.scenario.signal_tables import (
-    PiecewiseLinearTable,
-    SpeedOrTimeSignal,
-    SpeedTable,
-    TimeSignal,
-    signal_from,
-)
-from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal, Sine, SmoothStep
+import frictionsim as fs
+from frictionsim.mechanisms.extension import signal_from
+from tests.support.scenarios import pulley, shipped
 
 
-class Drive(Params):
-    force: TimeSignal = unit_field("N", "Force.")
-
-
-def signal(table: Any, folder: Path = Path()) -> Signal:
-    return signal_from(Drive.model_validate({"force": table}, context={"folder": folder}).force)
+def signal(table: Any, folder: Path = Path()) -> Any:
+    """Return the force of a pulley over time, as the author of a kind gets it."""
+    return signal_from(fs.load(pulley(drive__force=table), folder=folder).drive.force)
 
 
 def test_a_number_is_a_constant() -> None:
@@ -41,13 +32,15 @@ def test_points_are_interpolated_linearly_and_constant_outside() -> None:
 
 
 def test_a_single_point_or_equal_values_are_a_constant() -> None:
-    assert isinstance(signal({"time": [1.0], "value": [5.0]}), Constant)
-    assert isinstance(signal({"time": [1.0, 2.0], "value": [5.0, 5.0]}), Constant)
+    for points in ({"time": [1.0], "value": [5.0]}, {"time": [1.0, 2.0], "value": [5.0, 5.0]}):
+        force = signal(points)
+        assert [force(t) for t in (0.0, 1.0, 1.5, 9.0)] == [5.0] * 4
+        assert (force.next_discontinuity(0.0), force.next_extremum(0.0)) == (inf, inf)
 
 
 def test_points_are_hit_exactly() -> None:
     times, values = [0.1, 0.30000000000000004, 0.7], [1.1, 3.3, -2.2]
-    force = PiecewiseLinear(times, values)
+    force = signal({"time": times, "value": values})
     assert [force(t) for t in times] == values
 
 
@@ -111,63 +104,64 @@ def test_columns_are_read_by_name_or_number(
 ) -> None:
     (tmp_path / "log.csv").write_bytes(text.encode())
     force = signal({"csv": "log.csv", **keys}, tmp_path)
-    assert isinstance(force, PiecewiseLinear)
     assert [force(t) for t in (0.0, 0.25, 0.5)] == [10.5, 15.5, 20.5]
     assert [force.next_discontinuity(t) for t in (-1.0, 0.0, 0.5)] == [0.0, 0.5, inf]
 
 
-class BeltDrive(Params):
-    torque: SpeedOrTimeSignal | None = unit_field("N m", None)
+def torque(table: Any, folder: Path = Path()) -> Any:
+    """Return the torque of a belt's driver as the tables of its scenario have it."""
+    data = shipped("belt_drive", drive__driver={"torque": table})
+    return fs.load(data, folder=folder).to_dict()["drive"]["driver"]["torque"]
 
 
 def test_a_signal_of_speed_or_time_takes_both() -> None:
-    table = {"speed": [0, 10.0], "value": [5.0, 0]}
-    of_speed = BeltDrive.model_validate({"torque": table}).torque
-    assert isinstance(of_speed, SpeedTable)
-    assert (of_speed.speed, of_speed.value) == ((0.0, 10.0), (5.0, 0.0))
-    again = BeltDrive.model_validate({"torque": of_speed}).torque
-    assert again == of_speed
-    assert BeltDrive.model_validate(BeltDrive(torque=of_speed).model_dump()).torque == of_speed
-    in_time = BeltDrive.model_validate({"torque": {"time": [0, 1], "value": [0, 5]}}).torque
-    assert not isinstance(in_time, SpeedTable)
-    assert signal_from(in_time)(0.5) == 2.5
-    assert BeltDrive.model_validate({"torque": 3}).torque == 3.0
+    of_speed = torque({"speed": [0, 10.0], "value": [5.0, 0]})
+    assert of_speed == {"speed": (0.0, 10.0), "value": (5.0, 0.0)}
+    assert torque(of_speed) == of_speed
+    in_time = {"time": [0, 1], "value": [0, 5]}
+    assert torque(in_time) == {"time": (0.0, 1.0), "value": (0.0, 5.0)}
+    loaded = fs.load(shipped("belt_drive", drive__driver={"torque": in_time}))
+    assert signal_from(loaded.drive["driver"].torque)(0.5) == 2.5
+    assert torque(3) == 3.0
 
 
 def test_a_torque_over_speed_comes_from_columns(tmp_path: Path) -> None:
     (tmp_path / "motor.csv").write_text("w;M\n-10;5\n10;-5\n")
 
-    def torque(**keys: Any) -> Any:
-        table = {"torque": {"csv": "motor.csv", **keys}}
-        return BeltDrive.model_validate(table, context={"folder": tmp_path}).torque
+    def read(**keys: Any) -> Any:
+        return torque({"csv": "motor.csv", **keys}, tmp_path)
 
-    over_speed = torque(speed="w", value="M")
-    assert isinstance(over_speed, SpeedTable)
-    assert (over_speed.speed, over_speed.value) == ((-10.0, 10.0), (5.0, -5.0))
-    assert torque(speed=1) == over_speed
-    assert isinstance(torque(time="w", value="M"), PiecewiseLinearTable)
-    assert isinstance(torque(), PiecewiseLinearTable)
+    over_speed = {"speed": (-10.0, 10.0), "value": (5.0, -5.0)}
+    assert read(speed="w", value="M") == read(speed=1) == over_speed
+    assert read(time="w", value="M") == read() == {"time": (-10.0, 10.0), "value": (5.0, -5.0)}
 
 
 signals = st.one_of(
-    st.builds(
-        Sine, st.floats(-10, 10), st.floats(0.1, 10), st.floats(0.01, 1000), st.floats(-10, 10)
-    ),
+    st.fixed_dictionaries(
+        {
+            "mean": st.floats(-10, 10),
+            "amplitude": st.floats(0.1, 10),
+            "frequency_hz": st.floats(0.002, 160),
+            "phase_deg": st.floats(-570, 570),
+        }
+    ).map(lambda sine: {"sine": sine}),
     st.lists(st.tuples(st.floats(0.01, 10), st.floats(-10, 10)), min_size=2, max_size=8).map(
-        lambda p: PiecewiseLinear(np.cumsum([x for x, _ in p]).tolist(), [v for _, v in p])
+        lambda p: {"time": np.cumsum([x for x, _ in p]), "value": [v for _, v in p]}
     ),
     st.builds(
-        lambda a, b, start, length: SmoothStep(a, b, start, start + length),
+        lambda a, b, start, length: {
+            "smooth_step": {"from": a, "to": b, "start": start, "stop": start + length}
+        },
         st.floats(-10, 10),
         st.floats(-10, 10),
         st.floats(0, 10),
         st.floats(0.01, 10),
     ),
-)
+).map(signal)
 
 
 @given(signals, st.floats(0, 20))
-def test_derivative_is_the_derivative(force: Signal, t: float) -> None:
+def test_derivative_is_the_derivative(force: Any, t: float) -> None:
     """The slope integrated over a piece, by Gauss' formula of three points, is the rise."""
     end = min(force.next_discontinuity(t), force.next_extremum(t), t + 1.0)
     half, middle = 0.5 * (end - t), 0.5 * (end + t)
@@ -178,7 +172,7 @@ def test_derivative_is_the_derivative(force: Signal, t: float) -> None:
 
 
 @given(signals, st.floats(0, 20))
-def test_a_signal_is_monotone_up_to_its_next_extremum(force: Signal, t: float) -> None:
+def test_a_signal_is_monotone_up_to_its_next_extremum(force: Any, t: float) -> None:
     turn = force.next_extremum(t)
     assert turn > t
     assert force.next_discontinuity(t) >= turn
@@ -186,27 +180,3 @@ def test_a_signal_is_monotone_up_to_its_next_extremum(force: Signal, t: float) -
     steps = np.diff(values)
     rounding = 1e-11  # of values up to 20 in a phase of up to 1e4
     assert np.all(steps >= -rounding) or np.all(steps <= rounding)
-
-
-PIECES: dict[str, Signal] = {
-    "constant": Constant(3.0),
-    "points": PiecewiseLinear([0.1, 0.2, 0.5], [1.0, -2.0, 4.0]),
-    "one point": PiecewiseLinear([0.1], [1.5]),
-    "sine": Sine(0.2, -1.5, 30.0, 0.7),
-    "smooth step": SmoothStep(1.0, -3.0, 0.2, 0.4),
-}
-
-
-@pytest.mark.parametrize("name", PIECES)
-def test_pieces_and_harmonic_are_the_signal(name: str) -> None:
-    """What compiled kernels evaluate in the place of the signal itself."""
-    signal = PIECES[name]
-    pieces, harmonic = signal.pieces(), signal.harmonic()
-    for k in range(-20, 100):
-        t = 0.00731 * k
-        piece = [p for i, p in enumerate(pieces) if p.knot <= t or i == 0][-1]
-        x = t - piece.knot
-        value = piece.c0 + x * (piece.c1 + x * (piece.c2 + x * piece.c3))
-        if harmonic is not None:
-            value += harmonic.amplitude * sin(harmonic.angular_frequency * t + harmonic.phase)
-        assert value == pytest.approx(signal(t), abs=1e-13)

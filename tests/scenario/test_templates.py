@@ -1,7 +1,6 @@
 """Starting scenarios: they load, also with their commented keys."""
 
 import re
-import sys
 import tomllib
 from pathlib import Path
 
@@ -10,27 +9,24 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionsim.errors import InputError
-from frictionsim.scenario.authoring import new_scenario, schema
-from frictionsim.scenario.kinds import KINDS, mechanism_module
-from frictionsim.scenario.loading import load, validate
-from frictionsim.scenario.methods import methods_of
-from frictionsim.scenario.model_fields import table_model
-from frictionsim.scenario.settings import Scenario
-from tests.docs.pages import DOCS
+import frictionsim as fs
+from tests.scenario.test_methods import BELTS, ONE_COORDINATE
 from tests.support import torsion_pendulum
+from tests.support.plugins import searched, write_metadata
 from tests.support.scenarios import SCENARIOS
 
-sys.path.insert(0, str(DOCS / "_ext"))
-from scenario_keys import tables
-
-TEXTS = {kind: new_scenario(kind) for kind in KINDS}
+KINDS = fs.kinds()
+TEXTS = {kind: fs.new(kind) for kind in KINDS}
 WIDTH = 100
+OF_SIGNALS = {
+    *("PiecewiseLinearTable", "SineTable", "SineParameters", "SmoothStepTable"),
+    *("SmoothStepParameters", "SpeedTable", "AngleTable", "CsvTable", "CsvSpeedTable"),
+}
 NEEDS = {"cord_friction": "hanging_masses"}
 
 
-def loaded(text: str) -> Scenario:
-    return validate(tomllib.loads(text), Path("nowhere"))
+def loaded(text: str) -> fs.Scenario:
+    return fs.load(tomllib.loads(text), folder=Path("nowhere"))
 
 
 def uncommented(lines: list[str]) -> list[str]:
@@ -62,8 +58,8 @@ def test_it_fits_its_schema_and_has_the_values_of_the_shipped_scenario(
 ) -> None:
     path = tmp_path / "new.toml"
     path.write_text(TEXTS[kind])
-    assert load(path) == load(SCENARIOS / f"{kind}.toml")
-    jsonschema.Draft202012Validator(schema(kind)).validate(tomllib.loads(TEXTS[kind]))
+    assert fs.load(path) == fs.load(SCENARIOS / f"{kind}.toml")
+    jsonschema.Draft202012Validator(fs.schema(kind)).validate(tomllib.loads(TEXTS[kind]))
 
 
 def test_numbers_are_as_they_were_written() -> None:
@@ -71,16 +67,22 @@ def test_numbers_are_as_they_were_written() -> None:
     assert "\nslots = 10 " in TEXTS["marble_machine"]
 
 
+def effects_of(kind: str) -> set[str]:
+    """Return the effects of a kind, of the table of them in its schema."""
+    made = fs.schema(kind)
+    effects = made["properties"]["effects"]
+    return set(made["$defs"][effects["$ref"].rpartition("/")[2]]["properties"])
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_each_effect_is_there_in_use_or_as_a_comment(kind: str) -> None:
-    model = mechanism_module(kind).SCENARIO
     used = set(loaded(TEXTS[kind]).effect_names)
     left_out = effects_left_out(kind)
     assert len(left_out) == len(set(left_out))
-    effects = model.model_fields["effects"].annotation.model_fields
+    effects = effects_of(kind)
     assert used.isdisjoint(left_out)
-    assert used.union(left_out) == set(effects)
-    assert set(loaded(with_effects(TEXTS[kind], left_out)).effect_names) == set(effects)
+    assert used.union(left_out) == effects
+    assert set(loaded(with_effects(TEXTS[kind], left_out)).effect_names) == effects
 
 
 @given(st.data())
@@ -113,13 +115,16 @@ def test_values_in_comments_are_the_defaults(kind: str) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_each_key_and_its_meaning_are_there(kind: str) -> None:
     flat = re.sub(r"\n[# ]*  # ", " ", TEXTS[kind])
-    for table in tables(mechanism_module(kind).SCENARIO):
-        for name, field in table.model.model_fields.items():
-            if field.description and field.annotation is not type(None):
-                key = field.alias or name
-                value = table_model(field.annotation) is None
-                assert not value or re.search(rf"^(# )*{key} =", flat, re.MULTILINE), key
-                assert field.description in flat, key
+    made = fs.schema(kind)
+    for name, table in {"": made, **made["$defs"]}.items():
+        if name in OF_SIGNALS:  # which a file has on one line
+            continue
+        for key, described in table["properties"].items():
+            meaning = described.get("description", "")
+            value = "$ref" not in described and "additionalProperties" not in described
+            value = value and "$ref" not in described.get("items", {})
+            assert not value or re.search(rf"^(# )*{key} =", flat, re.MULTILINE), key
+            assert meaning.removesuffix(f" Unit: {described.get('unit')}.") in flat, key
     # Two more, where a table is commented out.
     assert max(map(len, TEXTS[kind].splitlines())) <= WIDTH + 2
 
@@ -148,11 +153,8 @@ def test_the_heading_names_effects_laws_and_backends(kind: str) -> None:
     # Of the text alone no file is known that a schema could stand beside.
     assert heading.startswith(f"# The line `#:schema ./{kind}.schema.json` at the top of a file")
     assert f"`frictionsim schema {kind} > {kind}.schema.json`" in " ".join(heading.split("\n# "))
-    model = mechanism_module(kind).SCENARIO
-    for law, _ in model.PAIRS:
-        assert re.search(
-            rf"#   {law}: .*\n#     {', '.join(methods_of(model.PAIRS, law))}", heading
-        )
+    for law, methods in (BELTS if kind == "belt_drive" else ONE_COORDINATE).items():
+        assert re.search(rf"#   {law}: .*\n#     {', '.join(methods)}", heading)
     for name in (*loaded(TEXTS[kind]).effect_names, *effects_left_out(kind)):
         assert name in heading
 
@@ -168,18 +170,25 @@ stiffness = 8.0
 """
 
 
-def test_a_kind_from_outside_brings_its_example(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(KINDS, "torsion_pendulum", "tests.support.torsion_pendulum")
-    message = "there is no example of kind 'torsion_pendulum' to start from: its module defines"
-    with pytest.raises(InputError, match=message):
-        new_scenario("torsion_pendulum")
-    monkeypatch.setattr(torsion_pendulum, "EXAMPLE", PENDULUM, raising=False)
-    text = new_scenario("torsion_pendulum")
-    assert loaded(text) == loaded(PENDULUM)
-    assert "\ninertia = 5e-1 " in text
-    assert "\ntorque = { sine = { amplitude = 1.0, frequency_hz = 0.5 } }\n" in text
-    assert "  # N m, signal: Torque on the body.\n" in text
-    # No example has its values: they have no place to come from.
-    assert "\n# [effects.hub_friction]\n# torque_static =       # N m: Static limit.\n" in text
-    assert "\n[solver]" in text
-    assert "\n# duration = 10.0 " in text
+@pytest.mark.parametrize("example", ["", PENDULUM])
+def test_a_kind_from_outside_brings_its_example(example: str, here: Path) -> None:
+    write_metadata(here, "pendulum", {"torsion_pendulum": "pendulum"})
+    source = Path(torsion_pendulum.__file__).read_text(encoding="utf-8")
+    (here / "pendulum.py").write_text(
+        source + (f"EXAMPLE = {example!r}\n" if example else ""), encoding="utf-8"
+    )
+    with searched(here):
+        if not example:
+            message = "there is no example of kind 'torsion_pendulum' to start from: its module"
+            with pytest.raises(fs.InputError, match=message):
+                fs.new("torsion_pendulum")
+            return
+        text = fs.new("torsion_pendulum")
+        assert loaded(text) == loaded(PENDULUM)
+        assert "\ninertia = 5e-1 " in text
+        assert "\ntorque = { sine = { amplitude = 1.0, frequency_hz = 0.5 } }\n" in text
+        assert "  # N m, signal: Torque on the body.\n" in text
+        # No example has its values: they have no place to come from.
+        assert "\n# [effects.hub_friction]\n# torque_static =       # N m: Static limit.\n" in text
+        assert "\n[solver]" in text
+        assert "\n# duration = 10.0 " in text

@@ -1,32 +1,52 @@
-"""Units and descriptions of keys that are varied or fitted."""
+"""Units of keys that are varied."""
+
+from typing import Any
 
 import pytest
 
-from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
-from frictionsim.mechanisms.shaft.schema import ShaftScenario
-from frictionsim.scenario.model_fields import description_of, unit_of_key
-from frictionsim.scenario.settings import Scenario
+import frictionsim as fs
+from tests.support.belt_scenarios import pair
+from tests.support.scenarios import Scenario, shipped
+
+ON_THE_BODY: dict[str, Any] = {"direction": [0.0, -1.0], "point": [0.1, 0.0]}
+
+
+def shaft() -> Scenario:
+    """Return a body with forces of several names, in one instant."""
+    forces = [
+        {"name": "load", "size": {"sine": {"amplitude": 2.0, "frequency_hz": 1.0}}, **ON_THE_BODY},
+        {"name": "size", "size": 1.0, **ON_THE_BODY},
+        {"name": "cord", "size": 3.0, "direction": [0.0, -1.0], "cord_radius": 0.1},
+    ]
+    couples = [{"name": "motor", "size": 1.0}]
+    return shipped("shaft", forces=forces, couples=couples, solver__duration=1e-3)
+
+
+def belt() -> Scenario:
+    friction = {"mu_s": 0.6, "mu_k": 0.6, "pulleys": {"driven": {"mu_s": 0.6, "mu_k": 0.5}}}
+    short = {"solver__backend": "moreau", "solver__rtol": None, "solver__duration": 1e-3}
+    return pair(**short, effects__belt_friction=friction)
 
 
 @pytest.mark.parametrize(
-    ("model", "key", "unit"),
+    ("data", "key", "value", "unit"),
     [
-        (ShaftScenario, "mechanism.inertia", "kg m^2"),
-        (ShaftScenario, "forces.0.size", "N"),
-        (ShaftScenario, "forces.load.size", "N"),
-        (ShaftScenario, "forces.size.size", "N"),  # of an entry with that name
-        (ShaftScenario, "forces.load.cord_radius", "m"),
-        (ShaftScenario, "forces.load.point.1", "m"),
-        (ShaftScenario, "couples.motor.size", "N m"),
-        (ShaftScenario, "forces.load.size.sine.frequency_hz", "Hz"),
-        (ShaftScenario, "effects.shaft_friction.mu_s", "1"),
-        (BeltDriveScenario, "mechanism.pulleys.1.radius", "m"),
-        (BeltDriveScenario, "effects.belt_friction.pulleys.motor.mu_k", "1"),
-        (BeltDriveScenario, "effects.unknown.key", ""),
+        (shaft(), "mechanism.inertia", 1.0, "kg m^2"),
+        (shaft(), "forces.1.size", 2.0, "N"),
+        (shaft(), "forces.cord.size", 2.0, "N"),
+        (shaft(), "forces.size.size", 2.0, "N"),  # of an entry with that name
+        (shaft(), "forces.cord.cord_radius", 0.2, "m"),
+        (shaft(), "forces.load.point.1", 0.1, "m"),
+        (shaft(), "couples.motor.size", 2.0, "N m"),
+        (shaft(), "forces.load.size.sine.frequency_hz", 2.0, "Hz"),
+        (shaft(), "effects.shaft_friction.mu_s", 0.5, "1"),
+        (belt(), "mechanism.pulleys.1.radius", 0.08, "m"),
+        (belt(), "effects.belt_friction.pulleys.driven.mu_k", 0.4, "1"),
     ],
 )
 def test_entries_of_lists_have_the_unit_of_their_key(
-    model: type[Scenario], key: str, unit: str
+    data: Scenario, key: str, value: float, unit: str
 ) -> None:
-    assert description_of(model, key)[0] == unit
-    assert unit_of_key(model, key) == unit
+    swept = fs.sweep(data, {key: [value]}, workers=1)
+    assert swept.status == "done"
+    assert swept.dataset[key].attrs["units"] == unit

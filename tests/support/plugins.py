@@ -9,9 +9,9 @@ from importlib import invalidate_caches
 from pathlib import Path
 
 from frictionsim.scenario import kinds as plugins
-from frictionsim.scenario.kinds import GROUP
 from tests.support.scenarios import ROOT
 
+GROUP = "frictionsim.kinds"  # of the entry points that name kinds
 BRAKE = ROOT / "tests" / "plugin" / "frictionsim-brake"
 
 
@@ -41,7 +41,10 @@ def write_metadata(target: Path, name: str, kinds: Mapping[str, str], version: s
 
 @contextmanager
 def searched(folder: Path) -> Iterator[None]:
-    """Let this process find the packages in a folder, and forget them afterwards."""
+    """Let this process find the packages in a folder, and forget them afterwards.
+
+    It remembers the packages that it has checked or warned of, which no user takes away.
+    """
     modules, checked = set(sys.modules), dict(plugins._checked)
     sys.path.insert(0, str(folder))
     invalidate_caches()

@@ -1,12 +1,16 @@
-"""The scenario of a mechanism that the package does not have: a disc on a wire."""
+"""The module of a kind that the package does not have, but for its equation: a disc on a wire."""
 
 from collections.abc import Mapping
 from typing import ClassVar, Literal
 
-from frictionsim.mechanisms.single_dof import SingleDofScenario
-from frictionsim.results import Channel
-from frictionsim.scenario.schema import FrictionLaw, Params, unit_field
-from frictionsim.scenario.signal_tables import TimeSignal
+from frictionsim.mechanisms.extension import (
+    Channel,
+    FrictionLaw,
+    Params,
+    SingleDofScenario,
+    TimeSignal,
+    unit_field,
+)
 
 
 class Parameters(Params):
@@ -40,3 +44,13 @@ class TorsionPendulumScenario(SingleDofScenario):
 
 
 SCENARIO = TorsionPendulumScenario
+PANELS: tuple[str, ...] = ()
+METRICS: tuple[str, ...] = ()
+
+
+def build(scenario: TorsionPendulumScenario) -> None:
+    """Stand for what no test of its scenarios calls."""
+    raise NotImplementedError
+
+
+simulation = statics = build
