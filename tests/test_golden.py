@@ -3,14 +3,9 @@
 `pytest --update-golden` rewrites them; say in the commit why they changed.
 """
 
-from pathlib import Path
-
 import pytest
 
-from frictionsim import compare
-from frictionsim.io import hdf5_writer
-from frictionsim.scenario.loading import load
-from frictionsim.simulation.simulate import run
+import frictionsim as fs
 from tests.support.cases import slow
 from tests.support.scenarios import GOLDEN, SCENARIOS
 
@@ -35,19 +30,16 @@ OWN_KERNELS = "belt_verification"
 
 @pytest.mark.parametrize("name", [slow(n) if n == OWN_KERNELS else n for n in SHIPPED])
 def test_shipped_scenario_gives_its_golden_result(
-    name: str, tmp_path: Path, request: pytest.FixtureRequest
+    name: str, request: pytest.FixtureRequest
 ) -> None:
     overrides = OF_A_BELT if name.startswith("belt") else []
     if name == "belt_drive_published":
         overrides = [*overrides, *PUBLISHED_TIME]
     if name == "belt_patch":
         overrides = [*overrides, *PATCH_TIME]
-    result = run(load(SCENARIOS / f"{name}.toml", overrides), lambda t: None)
     golden = GOLDEN / f"{name}.h5"
-    if request.config.getoption("--update-golden"):
-        hdf5_writer.write(result, golden)
-    written = tmp_path / f"{name}.h5"
-    hdf5_writer.write(result, written)
+    output = golden if request.config.getoption("--update-golden") else None
+    result = fs.solve(SCENARIOS / f"{name}.toml", overrides, output=output)
     # The runs have rtol 1e-9; another platform may round differently in every step. A belt's
     # tensions are differences of positions, and have rounding of their own: 1e-16 m times EA/l.
     rtol, atol = (1e-5, 1e-5) if overrides else (1e-7, 1e-8)
@@ -63,7 +55,7 @@ def test_shipped_scenario_gives_its_golden_result(
         ignore = ["pulley_speed", "energy_kinetic", "energy_friction"]
         # Measured: 0.14 and more of what they are, as they are means of speeds that chatter.
         ignore += ["quantities/drive_speed", "quantities/driven_speed"]
-    comparison = compare(written, golden, rtol=rtol, atol=atol, time_atol=1e-8, ignore=ignore)
+    comparison = fs.compare(result, golden, rtol=rtol, atol=atol, time_atol=1e-8, ignore=ignore)
     assert [row for row in comparison.rows if not row.ok] == []
 
 

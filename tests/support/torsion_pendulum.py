@@ -3,10 +3,14 @@
 from collections.abc import Mapping
 from typing import ClassVar, Literal
 
-from frictionsim.mechanisms.single_dof import SingleDofScenario
-from frictionsim.results import Channel
-from frictionsim.scenario.schema import FrictionLaw, Params, unit_field
-from frictionsim.scenario.signal_tables import TimeSignal
+from frictionsim.mechanisms.extension import (
+    Channel,
+    FrictionLaw,
+    Params,
+    SingleDofScenario,
+    TimeSignal,
+    unit_field,
+)
 
 
 class Parameters(Params):
