@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
+import frictionsim as fs
 from frictionsim.results import Record
-from frictionsim.scenario.loading import validate
-from frictionsim.simulation.simulate import run
 from frictionsim.solvers.end_stops import first_impact
-from tests.simulation.test_resume import calls_of, stopping
+from frictionsim.solvers.mechanism import EndStops
 from tests.support.cases import one_in, slow
 from tests.support.end_stops_reference import drawn_body, events_of, mirrored
-from tests.support.scenarios import SCENARIOS, changed, mechanism_of, simulate, sound, with_method
+from tests.support.scenarios import changed, simulate, sound, with_method
 from tests.support.stopped_bodies import scenario_of, stopped, with_friction
+from tests.support.stopped_runs import calls_of, stopping
 
 HIGHEST, LOWEST = radians(60.0), radians(-50.0)
 EXACT = ("events", "rkf45")
@@ -199,17 +199,16 @@ class _Step:
 @pytest.mark.parametrize("s", [1, -1])
 def test_a_body_that_turns_twice_within_a_step_hits_the_stop_in_between(top: float, s: int) -> None:
     """It turns at `top` of the step and once more after 0.1 of it, and is fast at both ends."""
-    data = stopped(0.5, effects__end_stops={"highest_angle_deg": 60.0, "lowest_angle_deg": -60.0})
-    mechanism = mechanism_of(simulate(changed(data, solver__duration=0.1)))
+    stops = EndStops(-HIGHEST, HIGHEST, restitution=0.0, capture_speed=1e-3)
     # v = (t - top)(t - top - 0.1) is positive but for a tenth of the step.
     speed = Polynomial.fromroots([top, top + 0.1])
     angle = speed.integ(lbnd=top)
-    states = len(mechanism.initial_state)
+    states = 5  # with the energies
     for excess, hit in ((1e-6, True), (-1e-6, False)):
         rates = (s * (angle + HIGHEST + excess)).coef.tolist()
         step = _Step(rates, top + 0.12, states)
         assert abs(step.y[0]) < HIGHEST
-        time = first_impact(step, mechanism.stops, step.acceleration)
+        time = first_impact(step, stops, step.acceleration)
         if not hit:
             assert time == inf
         else:
@@ -304,12 +303,12 @@ def test_resumed_runs_give_identical_results(law: str, backend: str, keys: dict[
     data = changed(data, solver={"duration": 8.0, "rtol": 1e-6, "atol": 1e-8})
     data = with_friction(data, 0.1, 0.05, **keys) if law else data
     data = with_method(data, law, backend) if law else data
-    scenario, whole, calls = validate(data, SCENARIOS), sound(data), calls_of(data)
+    whole, calls = sound(data), len(calls_of(data))
     assert {"stop"} < {e.contact for e in whole.transitions} or not law
     for place in range(1, calls, max(1, calls // 15)):
-        part = run(scenario, stopping(place))
+        part = fs.solve(data, progress=stopping(place))
         assert part.failure == "budget_exceeded"
-        done = run(scenario, lambda t: None, checkpoint=part.checkpoint)
+        done = fs.resume(part).record
         assert done.transitions == whole.transitions
         assert done.quantities == whole.quantities
         for name, values in whole.channels.items():
