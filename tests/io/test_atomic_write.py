@@ -5,26 +5,20 @@ import os
 import signal
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+import frictionsim as fs
 from frictionsim.errors import OutputError
-from frictionsim.io.atomic_write import (
-    PartFile,
-    check_place,
-    discard_parts,
-    replaced_atomically,
-    write_atomically,
-)
 from tests.support.cases import slow
 from tests.support.old_results import old_result
-from tests.support.scenarios import ROOT
+from tests.support.scenarios import ROOT, pulley, run_anew
 from tests.support.stopped_runs import stopped_at
 
 pytestmark = pytest.mark.usefixtures("here")
-OLD, NEW = (old_result(name) for name in (b"old", b"new"))
 CANNOT = "a.h5: cannot write the result: "
 
 
@@ -32,71 +26,77 @@ def contents() -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in Path().iterdir()}
 
 
-def refused(image: bytes, path: str = "a.h5") -> str:
+@cache
+def result(title: str = "new") -> fs.Result:
+    """Return the result of a short run, whose file is `old_result(title)`."""
+    return fs.Result(run_anew(pulley(title=title, solver__duration=0.01)))
+
+
+def refused(path: str = "a.h5", title: str = "new") -> str:
     with pytest.raises(OutputError) as caught:
-        write_atomically(image, Path(path))
+        result(title).save(path)
+    return str(caught.value)
+
+
+def refused_before_the_run(path: str | Path) -> str:
+    """Return why no run is begun that would write to a path."""
+    steps: list[float] = []
+    with pytest.raises(OutputError) as caught:
+        fs.solve(pulley(), output=path, progress=steps.append)
+    assert steps == []
     return str(caught.value)
 
 
 def test_the_part_of_a_killed_process_is_emptied_by_the_next_writer() -> None:
     def work() -> int:
-        with replaced_atomically(Path("a.h5")) as part:
-            part.write(b"half" * 100)
-            part.flush()
-            os.kill(os.getpid(), signal.SIGKILL)
+        os.fsync = lambda descriptor: os.kill(os.getpid(), signal.SIGKILL)  # before it is renamed
+        result().save("a.h5")
         return 0
 
     assert stopped_at(0, work, Path()) == -signal.SIGKILL
-    assert contents() == {".a.h5.part": b"half" * 100}
-    write_atomically(b"whole", Path("a.h5"))
-    assert contents() == {"a.h5": b"whole"}
+    assert contents() == {".a.h5.part": old_result("new")}
+    Path(".a.h5.part").write_bytes(b"longer than what is written" * 10_000)
+    result().save("a.h5")
+    assert contents() == {"a.h5": old_result("new")}
 
 
 def test_a_signal_that_comes_while_a_part_is_discarded_discards_it_without_an_error(
-    monkeypatch: pytest.MonkeyPatch,
+    here: Path,
 ) -> None:
     """The handler, which ends the process, runs between any two steps: here after `close`."""
-    close = os.close
 
-    def signalled(descriptor: int) -> None:
-        close(descriptor)
-        discard_parts()
+    def work() -> int:
+        close = os.close
 
-    monkeypatch.setattr(os, "close", signalled)
-    check_place(Path("a.h5"))
+        def signalled(descriptor: int) -> None:
+            is_discarded = os.fstat(descriptor).st_nlink == 0
+            close(descriptor)
+            if is_discarded:
+                os.kill(os.getpid(), signal.SIGTERM)
+
+        os.close = signalled
+        return fs.run_command_line(["solve", "pulley", "-q", "-o", "a.h5"])
+
+    assert stopped_at(0, work, here) == -signal.SIGTERM
     assert contents() == {}
 
 
-def test_a_second_writer_is_told() -> None:
-    busy = "another process is writing it now; wait for its end, or give another name"
-    with replaced_atomically(Path("a.h5")) as part:  # its lock is as that of another process
-        part.write(b"first")
-        assert refused(b"second") == f"{CANNOT}{busy}"
-        with pytest.raises(OutputError, match=busy):
-            check_place(Path("a.h5"))
-        write_atomically(b"other", Path("b.h5"))
-    assert contents() == {"a.h5": b"first", "b.h5": b"other"}
-
-
-# Tries to write a long result a second time while HDF5 writes it; only a new process reads the
-# environment anew.
+# Tries to write a long result a second time when HDF5 has written it, which has closed the file by
+# then; only a new process reads the environment anew.
 TWO_WRITERS = """
-from pathlib import Path
-from frictionsim.errors import OutputError
-from frictionsim.io import hdf5_writer
-from frictionsim.io.atomic_write import check_place
-from frictionsim.simulation import sample_store
+import os
+import frictionsim as fs
 from tests.support.belt_results import belt_run
-sample_store.SEGMENT_BYTES = 50_000
-fill = hdf5_writer._fill
-def _fill(*arguments, **options):
-    fill(*arguments, **options)
+sync = os.fsync
+def synced(descriptor):
+    os.fsync = sync
     try:
-        check_place(Path("a.h5"))
-    except OutputError as error:
+        fs.solve("pulley", output="a.h5")
+    except fs.OutputError as error:
         print(error)
-hdf5_writer._fill = _fill
-hdf5_writer.write(belt_run(bodies=40, samples=201), Path("a.h5"))
+    sync(descriptor)
+os.fsync = synced
+fs.Result(belt_run(bodies=400, samples=2001)).save("a.h5")
 """
 
 
@@ -113,14 +113,19 @@ def test_a_second_writer_of_a_long_result_is_told_whatever_hdf5_locks(locking: s
     assert list(contents()) == ["a.h5"]
 
 
-def test_a_part_of_another_process_is_neither_renamed_nor_removed() -> None:
+def test_a_part_of_another_process_is_neither_renamed_nor_removed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Where a file system has no locks, it may take the name."""
-    part = PartFile(Path("a.h5"))
-    Path(".a.h5.part").unlink()
-    Path(".a.h5.part").write_bytes(b"half")
-    with pytest.raises(OutputError, match="another process has replaced the new content"):
-        part.rename()
-    assert contents() == {".a.h5.part": b"half"}
+
+    def replaced(*_: object) -> None:  # when the new content is complete
+        Path(".a.h5.part").unlink()
+        Path(".a.h5.part").write_bytes(b"half")
+
+    monkeypatch.setattr(os, "fchmod", replaced)
+    Path("a.h5").write_bytes(old_result())
+    assert "another process has replaced the new content" in refused()
+    assert contents() == {"a.h5": old_result(), ".a.h5.part": b"half"}
 
 
 @pytest.mark.parametrize("what", ["symlink", "hard link", "pipe", "folder"])
@@ -135,7 +140,7 @@ def test_what_others_put_in_the_place_of_a_part_is_not_written_to(what: str) -> 
         os.mkfifo(part)
     else:
         part.mkdir()
-    assert refused(b"new").startswith(CANNOT)
+    assert refused().startswith(CANNOT)
     assert Path("precious").read_bytes() == b"precious"
     assert os.path.lexists(part)
     assert not Path("a.h5").exists()
@@ -150,29 +155,32 @@ def test_a_part_that_its_writer_has_renamed_since_is_made_anew(
     def renamed_before(self: Path) -> os.stat_result:
         if self.name == ".a.h5.part" and is_first:
             is_first.clear()
-            self.rename("a.h5")
+            self.rename("b.h5")
         return lstat(self)
 
     monkeypatch.setattr(Path, "lstat", renamed_before)
-    part = PartFile(Path("a.h5"))
-    assert contents() == {"a.h5": b"first", ".a.h5.part": b""}
-    part.discard()
+    result().save("a.h5")
+    assert contents() == {"a.h5": old_result("new"), "b.h5": b"first"}
 
 
 @pytest.mark.parametrize("mode", [0o600, 0o640, 0o664, 0o755])
 def test_the_mode_of_a_replaced_file_is_kept(mode: int) -> None:
-    path = Path("a.h5")
+    path, meanwhile = Path("a.h5"), set[int]()
     path.touch()
     path.chmod(mode)
-    with replaced_atomically(path):
-        assert Path(".a.h5.part").stat().st_mode & 0o777 == 0o600
+
+    def seen(t: float) -> None:
+        meanwhile.update(part.stat().st_mode & 0o777 for part in Path().glob(".a.h5.part"))
+
+    fs.solve(pulley(), output=path, progress=seen)
+    assert meanwhile == {0o600}
     assert path.stat().st_mode & 0o7777 == mode
 
 
 def test_a_new_file_has_the_mode_of_the_umask() -> None:
     before = os.umask(0o027)
     try:
-        write_atomically(b"", Path("a.h5"))
+        result().save("a.h5")
     finally:
         os.umask(before)
     assert Path("a.h5").stat().st_mode & 0o777 == 0o640
@@ -182,13 +190,13 @@ def test_a_new_file_has_the_mode_of_the_umask() -> None:
 def test_the_owner_of_a_replaced_file_and_the_part_of_another_user_stay() -> None:
     Path("a.h5").touch()
     os.chown("a.h5", 2001, 2003)
-    write_atomically(b"new", Path("a.h5"))
+    result().save("a.h5")
     status = Path("a.h5").stat()
     assert (status.st_uid, status.st_gid) == (2001, 2003)
     Path(".a.h5.part").write_bytes(b"theirs")
     os.chown(".a.h5.part", 12345, 12345)
-    assert refused(b"newer") == f"{CANNOT}'.a.h5.part' beside it is not of this program; remove it"
-    assert contents() == {"a.h5": b"new", ".a.h5.part": b"theirs"}
+    assert refused() == f"{CANNOT}'.a.h5.part' beside it is not of this program; remove it"
+    assert contents() == {"a.h5": old_result("new"), ".a.h5.part": b"theirs"}
 
 
 def test_another_group_has_no_rights_of_the_one_before(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -203,13 +211,13 @@ def test_another_group_has_no_rights_of_the_one_before(monkeypatch: pytest.Monke
         same = status.st_ino == kept.st_ino
         return os.stat_result((*status[:5], status.st_gid + same, *status[6:10]))
 
-    def refused(*_: int) -> None:
+    def forbidden(*_: int) -> None:
         raise PermissionError(errno.EPERM, "Operation not permitted")
 
     with monkeypatch.context() as patched:
         patched.setattr(Path, "stat", of_others)
-        patched.setattr(os, "fchown", refused)
-        write_atomically(b"new", path)
+        patched.setattr(os, "fchown", forbidden)
+        result().save(path)
     assert path.stat().st_mode & 0o777 == 0o604
 
 
@@ -219,8 +227,8 @@ def test_a_sticky_folder_is_seen_before_the_run(monkeypatch: pytest.MonkeyPatch)
     folder.chmod(0o1777)
     (folder / "a.h5").touch()
     monkeypatch.setattr(os, "geteuid", lambda: 12345)
-    with pytest.raises(OutputError, match="belongs to another user, and its folder lets nobody"):
-        check_place(folder / "a.h5")
+    told = refused_before_the_run(folder / "a.h5")
+    assert "belongs to another user, and its folder lets nobody" in told
 
 
 @pytest.mark.parametrize(
@@ -237,9 +245,8 @@ def test_what_cannot_be_written_is_seen_before_the_run(path: str, reason: str, h
     Path("loop.h5").symlink_to("loop.h5")
     Path("dangling.h5").symlink_to("none/a.h5")
     os.mkfifo("fifo.h5")
-    with pytest.raises(OutputError) as refused:
-        check_place(Path(path))
-    assert str(refused.value) == f"{path}: cannot write the result: {reason.format(here=here)}"
+    told = refused_before_the_run(path)
+    assert told == f"{path}: cannot write the result: {reason.format(here=here)}"
 
 
 HELD = (
@@ -263,18 +270,19 @@ def reader(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("reader")
 def test_what_a_reader_keeps_out_is_kept_beside_the_file() -> None:
-    Path("a.h5").write_bytes(OLD)
-    assert refused(NEW) == HELD.format("a.h5", "a.new.h5")
-    assert contents() == {"a.h5": OLD, "a.new.h5": NEW}
+    old, new = old_result(), old_result("new")
+    Path("a.h5").write_bytes(old)
+    assert refused() == HELD.format("a.h5", "a.new.h5")
+    assert contents() == {"a.h5": old, "a.new.h5": new}
     # What was kept may have become somebody's own: it stays.
-    assert refused(OLD) == HELD.format("a.h5", "a.new2.h5")
-    assert contents() == {"a.h5": OLD, "a.new.h5": NEW, "a.new2.h5": OLD}
+    assert refused(title="newer") == HELD.format("a.h5", "a.new2.h5")
+    assert contents() == {"a.h5": old, "a.new.h5": new, "a.new2.h5": old_result("newer")}
 
 
 @pytest.mark.usefixtures("reader")
 def test_the_place_is_named_where_the_path_is_a_link(here: Path) -> None:
     (here / "disk").mkdir()
-    Path("disk/a.h5").write_bytes(OLD)
+    Path("disk/a.h5").write_bytes(old_result())
     Path("b.h5").symlink_to("disk/a.h5")
-    assert refused(NEW, "b.h5") == HELD.format("b.h5", here / "disk" / "a.new.h5")
-    assert (here / "disk" / "a.new.h5").read_bytes() == NEW
+    assert refused("b.h5") == HELD.format("b.h5", here / "disk" / "a.new.h5")
+    assert (here / "disk" / "a.new.h5").read_bytes() == old_result("new")

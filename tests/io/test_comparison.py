@@ -11,9 +11,6 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim import __version__
-from frictionsim.cli.commands import run_command_line
-from frictionsim.io import hdf5_reader, hdf5_writer
 from tests.support.scenarios import pulley, simulate
 
 # The default tolerances of the command line.
@@ -29,8 +26,7 @@ Compare = Callable[..., tuple[int, str]]
 def golden(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A result with one event, the breakaway between two samples; not to be changed."""
     path = tmp_path_factory.mktemp("golden") / "golden.h5"
-    hdf5_writer.write(simulate(pulley()), path)
-    return path
+    return fs.Result(simulate(pulley())).save(path)
 
 
 @pytest.fixture
@@ -42,7 +38,7 @@ def compare(golden: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
         path.write_bytes(golden.read_bytes())
         with h5py.File(path, "r+") as file:
             edit(file)
-        code = run_command_line(["compare", str(path), str(golden), *options])
+        code = fs.run_command_line(["compare", str(path), str(golden), *options])
         captured = capsys.readouterr()
         assert (captured.err == "") == (code in (0, 1))
         return code, captured.out + captured.err
@@ -155,7 +151,7 @@ def test_equal_files_agree_in_every_channel_and_in_the_events(
     code, printed = compare(nothing, "--json")
     assert code == 0
     lines = json.loads(printed)["rows"]
-    record = hdf5_reader.read(golden)
+    record = fs.open(golden).record
     channels = record.channels.keys() - {"time"}
     quantities = {f"quantities/{name}" for name in record.quantities}
     beside = {f"events/{name}" for name in channels - OF_EVENTS if not name.startswith("energy_")}
@@ -169,7 +165,7 @@ def test_equal_files_agree_in_every_channel_and_in_the_events(
 def test_a_value_may_differ_by_the_tolerances(
     factor: float, code: int, compare: Compare, golden: Path
 ) -> None:
-    allowed = ATOL + RTOL * abs(float(hdf5_reader.read(golden).channels["angle"][-1]))
+    allowed = ATOL + RTOL * abs(float(fs.open(golden).record.channels["angle"][-1]))
     assert compare(add("angle", -1, factor * allowed))[0] == code
 
 
@@ -177,7 +173,7 @@ def test_a_value_may_differ_by_the_tolerances(
 def test_the_relative_tolerance_is_of_the_golden_value(
     factor: float, code: int, compare: Compare, golden: Path
 ) -> None:
-    change = (factor - 1.0) * float(hdf5_reader.read(golden).channels["angle"][-1])
+    change = (factor - 1.0) * float(fs.open(golden).record.channels["angle"][-1])
     assert compare(add("angle", -1, change), "--rtol", "0.7")[0] == code
 
 
@@ -209,7 +205,7 @@ def test_equal_non_finite_values_agree(value: float, golden: Path, tmp_path: Pat
 def test_a_sample_beside_an_event_may_be_on_the_other_side_of_the_jump(
     compare: Compare, golden: Path
 ) -> None:
-    content = hdf5_reader.read(golden)
+    content = fs.open(golden).record
     (event,) = content.events["time"]
     after = int(np.searchsorted(content.channels["time"], event, side="right"))
     distance = float(content.channels["time"][after] - event)
@@ -267,7 +263,7 @@ def test_other_differences_of_origin_are_noted(compare: Compare) -> None:
         assert (code, notes(table)) == (0, [NO_TOML])
     code, table = compare(attribute(frictionsim_version="0.0.1"))
     assert code == 0
-    assert f"note: frictionsim_version: '0.0.1', expected '{__version__}'\n" in table
+    assert f"note: frictionsim_version: '0.0.1', expected '{fs.__version__}'\n" in table
     more = "".join(f"\nextra_{i} = {i}" for i in range(25))
     _, table = compare(lambda file: attribute(scenario=file.attrs["scenario"] + more)(file))
     assert len(notes(table)) == 21
@@ -290,13 +286,13 @@ def test_runs_of_other_scenarios_agree_where_they_can_be_compared(
     capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
     path = tmp_path / "other.h5"
-    hdf5_writer.write(simulate(pulley(**change)), path)
-    assert run_command_line(["compare", str(path), str(golden)]) == code
+    path = fs.Result(simulate(pulley(**change))).save(path)
+    assert fs.run_command_line(["compare", str(path), str(golden)]) == code
     captured = capsys.readouterr()
     assert told in captured.out + captured.err
     assert code != 2 or "run both with the same solver.duration and output." in captured.err
     if code == 0:
-        assert run_command_line(["compare", str(golden), str(path)]) == 0
+        assert fs.run_command_line(["compare", str(golden), str(path)]) == 0
         assert captured.err == ""
 
 

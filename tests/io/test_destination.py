@@ -3,21 +3,12 @@
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
-import tomli_w
 
 import frictionsim as fs
-from frictionsim.cli.commands import run_command_line
 from frictionsim.errors import Interrupted, OutputError
-from frictionsim.io import hdf5_reader, hdf5_writer
-from frictionsim.io.destination import Destination
-from frictionsim.io.unfinished import partial_name, whole_name
-from frictionsim.results import Record
-from frictionsim.scenario.loading import validate
-from frictionsim.simulation.simulate import run
-from tests.support.scenarios import SCENARIOS, pulley, simulate
+from tests.support.scenarios import SCENARIOS, pulley
 from tests.support.stopped_runs import spent, stopping
 
 PULLEY = str(SCENARIOS / "pulley.toml")
@@ -29,27 +20,25 @@ pytestmark = pytest.mark.usefixtures("here")
 
 
 def solve(*options: str) -> int:
-    return run_command_line(["solve", PULLEY, "-q", *options])
+    return fs.run_command_line(["solve", PULLEY, "-q", *options])
 
 
 def resume(*arguments: str) -> int:
-    return run_command_line(["resume", "-q", *arguments])
+    return fs.run_command_line(["resume", "-q", *arguments])
 
 
 def status(path: str) -> str:
-    return hdf5_reader.read(Path(path)).attributes["status"]
+    return fs.open(path).status
 
 
-def stopped(after: int, error: Callable[[float], Exception] = spent) -> Record:
-    """Return a run of the pulley that stops after some calls of `on_step`."""
-    return run(validate(pulley(), SCENARIOS), stopping(after, error))
+def stopped(
+    after: int, error: Callable[[float], Exception] = spent, output: str | None = "a.h5"
+) -> fs.Result:
+    """Return a run of the pulley that stops after some calls of its progress function."""
+    return fs.solve(PULLEY, output=output, progress=stopping(after, error))
 
 
-ERRORS: list[Callable[[float], Exception]] = [
-    spent,
-    lambda t: Interrupted(2, t),
-    lambda t: ArithmeticError(),
-]
+ERRORS: list[Callable[[float], Exception]] = [spent, lambda t: Interrupted(2, t)]
 
 
 def files() -> set[str]:
@@ -62,17 +51,19 @@ def files() -> set[str]:
         ("a.h5", "a.partial.h5"),
         ("down/a.b.nc", "down/a.b.partial.nc"),
         ("result", "result.partial"),
-        ("a.partial.h5", "a.partial.partial.h5"),
     ],
 )
-def test_partial_name_and_whole_name_are_inverse(whole: str, part: str) -> None:
-    assert partial_name(Path(whole)) == Path(part)
-    assert whole_name(Path(part)) == Path(whole)
+def test_an_unfinished_result_has_another_name_until_it_is_done(whole: str, part: str) -> None:
+    Path("down").mkdir()
+    incomplete = stopped(20, output=None)
+    assert incomplete.save(whole) == incomplete.save(part) == Path(part)
+    assert fs.resume(part).path == Path(whole)
+    assert not Path(part).exists()
 
 
 @pytest.mark.parametrize("name", ["a.h5", "partial.h5", ".partial.h5", "partial", "a.partially.h5"])
-def test_whole_name_keeps_other_names(name: str) -> None:
-    assert whole_name(Path(name)) == Path(name)
+def test_other_names_are_kept(name: str) -> None:
+    assert fs.solve(PULLEY, output=name).path == Path(name)
 
 
 def test_an_incomplete_result_does_not_replace_a_complete_one(
@@ -82,7 +73,7 @@ def test_an_incomplete_result_does_not_replace_a_complete_one(
     assert solve("-o", "a.h5") == 0
     old, new = Path("a.h5").read_bytes(), Path("new.h5").read_bytes()
     capsys.readouterr()
-    assert run_command_line(["solve", PULLEY, "--json", "-o", "a.h5", *OTHER, *NO_TIME]) == 5
+    assert fs.run_command_line(["solve", PULLEY, "--json", "-o", "a.h5", *OTHER, *NO_TIME]) == 5
     captured = capsys.readouterr()
     assert json.loads(captured.out)["output"] == "a.partial.h5"
     assert captured.err.splitlines()[1:] == [
@@ -100,7 +91,7 @@ def test_an_incomplete_result_does_not_replace_a_complete_one(
     assert resume("a.partial.h5", "-o", "b.h5") == 0
     assert (status("a.partial.h5"), status("b.h5")) == ("failed", "done")
     assert Path("a.h5").read_bytes() == old
-    assert run_command_line(["resume", "a.partial.h5", "--json"]) == 0
+    assert fs.run_command_line(["resume", "a.partial.h5", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["output"] == "a.h5"
     assert Path("a.h5").read_bytes() == new
     assert files() == {"a.h5", "b.h5", "new.h5"}
@@ -108,10 +99,8 @@ def test_an_incomplete_result_does_not_replace_a_complete_one(
 
 def test_an_unfinished_result_replaces_an_unfinished_one_and_goes_when_the_run_is_done() -> None:
     Path("a.partial.h5").touch()  # empty, as mktemp makes it
-    place = Destination(Path("a.h5"))
     for after in (20, 30):
-        assert place.write(stopped(after)) == Path("a.partial.h5")
-    place.close()
+        assert stopped(after).path == Path("a.partial.h5")
     assert files() == {"a.partial.h5"}
     assert solve("-o", "a.h5") == 0
     assert files() == {"a.h5"}
@@ -141,11 +130,11 @@ def test_what_was_put_in_the_place_of_the_unfinished_result_stays(
     assert solve("-o", "b.h5") == 0
     done = Path("b.h5").read_bytes()
     for content in (b"precious", done):
-        place = Destination(Path("a.h5"))
-        place.check()
-        Path("a.partial.h5").write_bytes(content)  # while the run goes on
-        assert place.write(simulate(pulley())) == Path("a.h5")
-        place.close()
+
+        def surprised(t: float, content: bytes = content) -> None:
+            Path("a.partial.h5").write_bytes(content)
+
+        assert fs.solve(PULLEY, output="a.h5", progress=surprised).path == Path("a.h5")
         assert Path("a.partial.h5").read_bytes() == content
         Path("a.partial.h5").unlink()
     Path("b.h5").rename("a.partial.h5")
@@ -161,13 +150,12 @@ def test_what_was_put_in_the_place_of_the_unfinished_result_stays(
 
 def test_a_run_without_samples_replaces_no_samples() -> None:
     """An earlier unfinished result, which has samples, is kept."""
-    place = Destination(Path("a.h5"))
     part = Path("a.partial.h5")
-    assert place.write(stopped(0, lambda t: Interrupted(15, t))) == part  # no file yet
-    assert place.write(stopped(30)) == part
+    assert stopped(0, lambda t: Interrupted(15, t)).path == part  # no file yet
+    assert stopped(30).path == part
     before = part.read_bytes()
     for error in ERRORS:
-        assert place.write(stopped(0, error)) is None
+        assert stopped(0, error).path is None
         assert part.read_bytes() == before
 
 
@@ -183,16 +171,20 @@ def test_another_process_is_told_of_a_run_that_writes_here(
     assert codes[1] == 4
     assert "another process is writing it now" in capsys.readouterr().err
     Path("a.h5").unlink()
-    place = Destination(Path("a.h5"))
-    place.check()
-    place.write(stopped(30))
-    for command in (["solve", PULLEY, "-o", "a.h5"], ["resume", "a.partial.h5"]):
-        assert run_command_line([*command, "-q"]) == 4
-        assert capsys.readouterr().err == (
-            "frictionsim: a.h5: cannot write the result: another process is writing it now; wait"
-            " for its end, or give another name\n"
-        )
-    place.close()
+
+    def commanded(t: float) -> None:
+        if not Path("a.partial.h5").exists():
+            return
+        for command in (["solve", PULLEY, "-o", "a.h5"], ["resume", "a.partial.h5"]):
+            assert fs.run_command_line([*command, "-q"]) == 4
+            assert capsys.readouterr().err == (
+                "frictionsim: a.h5: cannot write the result: another process is writing it now;"
+                " wait for its end, or give another name\n"
+            )
+        raise Interrupted(2, t)
+
+    often = {"output.checkpoint": 1e-4}
+    assert fs.solve(PULLEY, often, output="a.h5", progress=commanded).status == "interrupted"
     assert resume("a.partial.h5") == 0
     assert files() == {"a.h5"}
 
@@ -215,76 +207,60 @@ def test_an_unfinished_result_of_an_earlier_version_is_resumed(
     assert Path("a.h5").read_bytes() == Path("whole.h5").read_bytes()
 
 
-def test_solve_says_that_nothing_was_written(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_solve_says_that_nothing_was_written(capsys: pytest.CaptureFixture[str]) -> None:
     assert solve("-o", "a.h5") == 0
-    assert solve("-o", "a.h5", *NO_TIME) == 5
+    assert stopped(30).path == Path("a.partial.h5")
     before = Path("a.partial.h5").read_bytes()
     capsys.readouterr()
-    empty = stopped(0, lambda t: Interrupted(15, t))
-    monkeypatch.setattr("frictionsim.api.solving.run", lambda *_: empty)
-    assert run_command_line(["solve", PULLEY, "--json", "-o", "a.h5"]) == 143
+    assert fs.run_command_line(["solve", PULLEY, "--json", "-o", "a.h5", *NO_TIME]) == 5
     captured = capsys.readouterr()
     assert json.loads(captured.out)["output"] is None
     assert "no samples were computed; a.h5 is unchanged" in captured.err
     assert Path("a.partial.h5").read_bytes() == before
-    assert run_command_line(["solve", PULLEY, "-o", "a.h5"]) == 143
+    assert fs.run_command_line(["solve", PULLEY, "-o", "a.h5", *NO_TIME]) == 5
     assert "result: none\n" in capsys.readouterr().out
 
 
-def test_checkpoints_keep_a_complete_result_and_are_removed(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_checkpoints_keep_a_complete_result_and_are_removed() -> None:
     assert solve("-o", "a.h5") == 0
-    written: list[Path] = []
-    write = hdf5_writer.write
+    before, seen = Path("a.h5").read_bytes(), set[bool]()
 
-    def noting(result: Record, path: Path, part: Any = None) -> None:
-        written.append(path)
-        write(result, path, part)
+    def meanwhile(t: float) -> None:
+        assert Path("a.h5").read_bytes() == before
+        seen.add(Path("a.partial.h5").exists())
 
-    monkeypatch.setattr(hdf5_writer, "write", noting)
-    assert solve("-o", "a.h5", *OTHER, "--set", "output.checkpoint=1e-3") == 0
-    assert len(written) > 1
-    assert written == [Path("a.partial.h5")] * (len(written) - 1) + [Path("a.h5")]
+    changes = {"solver.duration": 2.5, "output.checkpoint": 1e-3}
+    assert fs.solve(PULLEY, changes, output="a.h5", progress=meanwhile).status == "done"
+    assert seen == {False, True}
+    assert Path("a.h5").read_bytes() != before
     assert files() == {"a.h5"}
 
 
-def test_a_failed_checkpoint_only_warns(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    write = hdf5_writer.write
+def test_a_failed_checkpoint_only_warns(here: Path, caplog: pytest.LogCaptureFixture) -> None:
+    def hindered(t: float) -> None:
+        (here / ".a.partial.h5.part").mkdir(exist_ok=True)
 
-    def refusing(result: Record, path: Path, part: Any = None) -> None:
-        if result.status != "done":
-            raise OutputError("no room")
-        write(result, path, part)
-
-    monkeypatch.setattr(hdf5_writer, "write", refusing)
-    Path("s.toml").write_text(tomli_w.dumps(pulley(output__checkpoint=1e-4)))
-    assert run_command_line(["solve", "s.toml", "-q", "-o", "a.h5"]) == 0
-    assert capsys.readouterr().err == "frictionsim: warning: checkpoint not written: no room\n"
+    scenario = pulley(output__checkpoint=1e-4)
+    assert fs.solve(scenario, output="a.h5", progress=hindered).path == Path("a.h5")
+    (warning,) = [record.getMessage() for record in caplog.records]
+    assert warning.startswith("checkpoint not written: a.partial.h5: cannot write the result: ")
 
 
 def test_a_partial_name_that_is_too_long_is_reported_before_the_run() -> None:
-    whole = Path("a" * 244 + ".h5")  # the limit is 255 bytes; the partial name is longer
+    whole, steps = "a" * 244 + ".h5", list[float]()  # the limit is 255 bytes; the partial is longer
     with pytest.raises(OutputError, match=r"\.h5: cannot write the result: File name too"):
-        Destination(whole).check()
-    assert files() == set()
+        fs.solve(PULLEY, output=whole, progress=steps.append)
+    assert (files(), steps) == (set(), [])
 
 
-def test_no_clobber_keeps_any_existing_file(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_clobber_keeps_any_existing_file(capsys: pytest.CaptureFixture[str]) -> None:
     Path("a.h5").touch()
     cost = [["cost", PULLEY, option, "a.h5"] for option in ("-o", "--csv", "--plot")]
-    with monkeypatch.context() as patched:
-        patched.setattr("frictionsim.api.solving.run", None)  # refused before the run
-        for command in (["solve", PULLEY, "-q", "-o", "a.h5"], *cost):
-            assert run_command_line([*command, "--no-clobber"]) == 4
-            assert f"a.h5: {EXISTS}" in capsys.readouterr().err
-            assert Path("a.h5").read_bytes() == b""
+    # Refused before the run, which would tell that it has no time.
+    for command in (["solve", PULLEY, "-q", "-o", "a.h5", *NO_TIME], *cost):
+        assert fs.run_command_line([*command, "--no-clobber"]) == 4
+        assert capsys.readouterr().err == f"frictionsim: a.h5: {EXISTS}; give another name\n"
+        assert Path("a.h5").read_bytes() == b""
 
 
 def test_no_clobber_lets_new_files_be_written_and_resume_replace_its_own() -> None:

@@ -9,22 +9,10 @@ import numpy as np
 import pytest
 import xarray
 
-from frictionsim import compare
-from frictionsim.api.result import Result
+import frictionsim as fs
 from frictionsim.errors import InputError
-from frictionsim.io import hdf5_reader, hdf5_writer
-from frictionsim.io.comparison import ComparedChannel
-from frictionsim.results import (
-    Channel,
-    Check,
-    Quantity,
-    Record,
-    SimulationResult,
-    SolverStatistics,
-    Transition,
-)
-from frictionsim.scenario.loading import validate
-from tests.support.scenarios import SCENARIOS, made_record, pulley
+from frictionsim.results import Channel, Check, Quantity, Record, SolverStatistics, Transition
+from tests.support.scenarios import made_record, pulley
 
 SAMPLES, BODIES = 3000, 40
 CHANNELS = {
@@ -38,21 +26,20 @@ def run_of(samples: int) -> Record:
     """Return a synthetic run with channels over bodies and pulleys."""
     time = np.linspace(0.0, 3.0, samples)
     bodies = np.arange(BODIES)
-    data = SimulationResult(
-        time=time,
-        channels={
-            "belt_speed": 2.0 * time,
-            "speed": np.column_stack([time, 0.5 * time]),
-            "tension": 100.0 + np.sin(np.outer(time, bodies)),
-        },
-        transitions=[Transition(1.5, "driver", 0, 1)],
+    channels = {
+        "time": time,
+        "belt_speed": 2.0 * time,
+        "speed": np.column_stack([time, 0.5 * time]),
+        "tension": 100.0 + np.sin(np.outer(time, bodies)),
+    }
+    members = {"pulley": ("driver", "driven"), "body": tuple(map(str, bodies))}
+    transitions = [Transition(1.5, "driver", 0, 1)]
+    scenario = fs.load(pulley()).to_toml()
+    return made_record(scenario, CHANNELS, members, channels, transitions)._replace(
         quantities={"final_time": Quantity(3.0, "s")},
         checks={"energy_balance": Check(0.0, 1e-7)},
-        non_finite_tail=False,
+        statistics=SolverStatistics(100, 0, 100, 2 * BODIES, 0.1),
     )
-    members = {"pulley": ("driver", "driven"), "body": tuple(map(str, bodies))}
-    statistics = SolverStatistics(100, 0, 100, 2 * BODIES, 0.1)
-    return made_record(validate(pulley(), SCENARIOS), CHANNELS, members, data, statistics)
 
 
 @pytest.fixture
@@ -62,15 +49,13 @@ def run() -> Record:
 
 @pytest.fixture
 def path(run: Record, tmp_path: Path) -> Path:
-    hdf5_writer.write(run, tmp_path / "a.h5")
-    return tmp_path / "a.h5"
+    return fs.Result(run).save(tmp_path / "a.h5")
 
 
 @pytest.mark.parametrize("samples", [0, 1, SAMPLES])
 def test_read_returns_what_was_written(samples: int, tmp_path: Path) -> None:
     run = run_of(samples)
-    hdf5_writer.write(run, tmp_path / "a.h5")
-    content = hdf5_reader.read(tmp_path / "a.h5")
+    content = fs.open(fs.Result(run).save(tmp_path / "a.h5")).record
     assert content.channels.keys() == run.channels.keys()
     for name, channel in run.channels.items():
         np.testing.assert_array_equal(content.channels[name], channel, err_msg=name)
@@ -109,8 +94,8 @@ def test_xarray_opens_channels_with_columns(run: Record, path: Path) -> None:
 def test_a_file_has_the_axes_of_its_channels_only(run: Record, tmp_path: Path) -> None:
     other = tmp_path / "b.h5"
     kept = {name: run.channels[name] for name in ("time", "speed")}
-    hdf5_writer.write(run._replace(channels=kept, members={"pulley": run.members["pulley"]}), other)
-    assert hdf5_reader.read(other).members.keys() == {"pulley"}
+    fs.Result(run._replace(channels=kept, members={"pulley": run.members["pulley"]})).save(other)
+    assert fs.open(other).record.members.keys() == {"pulley"}
 
 
 def too_few_rows(file: Any) -> None:
@@ -146,14 +131,14 @@ def test_columns_without_a_matching_axis_are_refused(
     with h5py.File(path, "r+") as file:
         damage(file)
     with pytest.raises(InputError, match="it is HDF5, but not a frictionsim result"):
-        hdf5_reader.read(path)
+        fs.open(path)
 
 
-def compared(run: Record, path: Path, channel: str, **changes: Any) -> ComparedChannel:
+def compared(run: Record, path: Path, channel: str, **changes: Any) -> Any:
     """Return the row of a channel of the comparison of a changed run with the file."""
     other = path.with_name("other.h5")
-    hdf5_writer.write(run._replace(**changes), other)
-    rows = compare(other, path).rows
+    fs.Result(run._replace(**changes)).save(other)
+    rows = fs.compare(other, path).rows
     assert [row.name for row in rows if not row.ok] in ([], [channel])
     return next(row for row in rows if row.name == channel)
 
@@ -185,7 +170,7 @@ def test_different_members_of_an_axis_differ(run: Record, path: Path) -> None:
 
 
 def test_transitions_without_position_have_no_angle_in_json_and_table(run: Record) -> None:
-    result = Result(run)
+    result = fs.Result(run)
     (event,) = result.to_json()["events"]
     assert event == {"time": 1.5, "contact": "driver", "mode_from": 0, "mode_to": 1}
     assert "angle" not in result.summary()

@@ -5,30 +5,33 @@ That they are refused before the work is told in `tests/messages/command_line.tx
 
 import errno
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from frictionsim.errors import OutputError
-from frictionsim.io.atomic_write import write_new
+import frictionsim as fs
+
+Told = Callable[..., tuple[str, str]]
+NEW = ("new", "pulley", "a.toml")
 
 
 def test_what_was_put_there_meanwhile_is_not_replaced(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    told: Told, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = tmp_path / "a.toml"
-    monkeypatch.setattr("frictionsim.io.atomic_write.check_new", lambda *_: path.write_text("mine"))
-    with pytest.raises(OutputError, match="the file exists and is not replaced; give another name"):
-        write_new(path, "b", "text")
+    path = here / "a.toml"
+    monkeypatch.setattr(os, "fsync", lambda *_: path.write_text("mine"))
+    _, said = told(*NEW, code=4)
+    assert "the file exists and is not replaced; give another name" in said
     assert path.read_text() == "mine"
 
 
 @pytest.mark.parametrize("has_links", [True, False])
 @pytest.mark.parametrize("function", ["fsync", "link"])
 def test_at_no_time_is_a_part_of_a_file_there(
-    function: str, has_links: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    function: str, has_links: bool, told: Told, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path, contents = tmp_path / "a.toml", []
+    path, contents = here / "a.toml", []
     original = getattr(os, function)
 
     def observed(*arguments: object) -> None:
@@ -38,19 +41,20 @@ def test_at_no_time_is_a_part_of_a_file_there(
         original(*arguments)
 
     monkeypatch.setattr(os, function, observed)
-    write_new(path, "b", "text")
+    told(*NEW)
     assert contents[0] is None
-    assert set(contents[1:]) <= {"b"}
-    assert (path.read_text(), list(tmp_path.iterdir())) == ("b", [path])
+    text = path.read_text()
+    assert text.endswith(fs.new("pulley"))
+    assert set(contents) <= {None, text}
+    assert {file.name for file in here.iterdir()} == {"a.toml", "pulley.schema.json"}
 
 
 def test_nothing_is_left_of_a_file_that_cannot_be_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    told: Told, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "no space")
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(OutputError, match="no space"):
-        write_new(tmp_path / "a.toml", "b", "text")
-    assert list(tmp_path.iterdir()) == []
+    assert "no space" in told(*NEW, code=4)[1]
+    assert list(here.iterdir()) == []

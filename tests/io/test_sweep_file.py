@@ -11,7 +11,6 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import InputError
-from frictionsim.io.hdf5_reader import read_sweep
 from tests.support.sweep_files import LOOSE, MU_S, PULLEY
 
 Change = Callable[[Any], object]
@@ -35,7 +34,7 @@ def test_changed_bytes_are_found(files: Path, tmp_path: Path, name: str) -> None
         changed[rng.randrange(len(changed) - 40)] ^= 1 << rng.randrange(8)
         (tmp_path / "s.h5").write_bytes(changed)
         with pytest.raises(InputError, match=r"it is damaged \(its checksum does not match\)"):
-            read_sweep(tmp_path / "s.h5")
+            fs.open_sweep(tmp_path / "s.h5")
 
 
 def put(name: str, value: object) -> Change:
@@ -64,4 +63,4 @@ def test_a_file_made_by_others_is_refused(what: str, files: Path, tmp_path: Path
     version = r"its format version is 99, this program reads version 1"
     expected = version if what == "another version" else r"cannot read this sweep: it is damaged$"
     with pytest.raises(InputError, match=expected):
-        read_sweep(changed)
+        fs.open_sweep(changed)

@@ -10,10 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.cli.commands import run_command_line
+import frictionsim as fs
 from frictionsim.results import Record
-from frictionsim.scenario.loading import load
-from frictionsim.simulation.simulate import run
 from tests.support.problems import R_K, RETURN_STICK, cases
 from tests.support.scenarios import SCENARIOS, simulate, sound_file
 from tests.support.shaft_reference import solution
@@ -304,9 +302,9 @@ EXPECTED_WARNINGS = {
     ids=lambda path: path.stem,
 )
 def test_scenarios_give_only_the_expected_warnings(path: Path) -> None:
-    scenario = load(path)
+    scenario = fs.load(path)
     hard = path.parent == HARD
-    done = outcome(path.stem, scenario.solver.backend) if hard else run(scenario, lambda t: None)
+    done = outcome(path.stem, scenario.solver.backend) if hard else fs.solve(scenario).record
     warnings = done.warnings
     expected = EXPECTED_WARNINGS.get(path.stem, [])
     assert len(warnings) == len(expected)
@@ -328,7 +326,7 @@ def test_a_long_sticking_phase_has_no_motion(backend: str) -> None:
 
 
 def test_hard_scenarios_pass_check_and_static(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command_line(["check", *map(str, sorted(HARD.glob("*.toml")))]) == 0
-    assert run_command_line(["static", str(HARD / "long_stick.toml"), "--json"]) == 0
+    assert fs.run_command_line(["check", *map(str, sorted(HARD.glob("*.toml")))]) == 0
+    assert fs.run_command_line(["static", str(HARD / "long_stick.toml"), "--json"]) == 0
     captured = capsys.readouterr().out
     assert "force_to_lift" in json.loads(captured[captured.index("{") :])["quantities"]

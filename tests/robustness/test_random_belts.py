@@ -7,13 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import frictionsim as fs
 from frictionsim.errors import BudgetExceeded
-from frictionsim.results import Record
-from frictionsim.scenario.loading import ValidationFailure, validate
-from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import pair
 from tests.support.drawn_scenarios import of_size
-from tests.support.scenarios import SCENARIOS, Scenario
+from tests.support.scenarios import Scenario
 
 by_both = pytest.mark.parametrize("backend", ["moreau", "rkf45"])
 DURATION = 0.01
@@ -47,15 +45,13 @@ def belts(draw: st.DrawFn) -> Scenario:
     return data
 
 
-def simulated(
-    data: Scenario, backend: str, on_step: Any = lambda t: None, **kept: Any
-) -> Record | None:
+def simulated(data: Scenario, backend: str, progress: Any = False) -> fs.Result | None:
     """Run a belt; None if its parameters are invalid."""
     try:
-        scenario = validate({**data, "solver": {**data["solver"], "backend": backend}}, SCENARIOS)
-    except ValidationFailure:
+        scenario = fs.load({**data, "solver": {**data["solver"], "backend": backend}})
+    except fs.ScenarioError:
         return None
-    return run(scenario, on_step, **kept)
+    return fs.solve(scenario, progress=progress)
 
 
 @by_both
@@ -63,9 +59,10 @@ def simulated(
 def test_random_belts_obey_the_friction_law_and_pass_the_audit(
     backend: str, data: Scenario
 ) -> None:
-    done = simulated(data, backend)
-    if done is None or done.failure == "budget_exceeded":
+    result = simulated(data, backend)
+    if result is None or result.failure == "budget_exceeded":
         return
+    done = result.record
     assert (done.status, done.failure) in {("done", ""), ("failed", "belt_off_pulleys")}
     assert all(np.isfinite(channel).all() for channel in done.channels.values())
     if done.status == "done" and not done.warnings:  # the checks of a slack belt may fail
@@ -112,11 +109,10 @@ def _differing(data: Scenario, backend: str, fractions: Any) -> list[tuple[float
         part = simulated(data, backend, stop)
         assert part is not None
         if part.status != "done":
-            part = simulated(data, backend, checkpoint=part.checkpoint)
-        assert part is not None
+            part = fs.resume(part)
         differences += [
             (fraction, name)
-            for name, channel in whole.channels.items()
-            if not np.array_equal(channel, part.channels[name])
+            for name, channel in whole.record.channels.items()
+            if not np.array_equal(channel, part.record.channels[name])
         ]
     return differences

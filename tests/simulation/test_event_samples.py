@@ -3,13 +3,12 @@
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 
-from frictionsim.io import hdf5_reader, hdf5_writer
+import frictionsim as fs
 from frictionsim.results import Record
-from frictionsim.scenario.loading import load
-from frictionsim.simulation.simulate import run
 from tests.support.cases import one_in
 from tests.support.problems import BREAKAWAY, CORD_RADIUS, LOAD, R_K, R_S, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate, with_method
@@ -97,7 +96,7 @@ def test_a_sample_at_an_event_is_the_sticking_side_or_the_side_after(
 
 
 def test_breakaway_records_peak_and_jump_of_the_friction() -> None:
-    record = run(load(SCENARIOS / "pulley_return.toml"), lambda t: None)
+    record = fs.solve(SCENARIOS / "pulley_return.toml").record
     lift = LOAD * (CORD_RADIUS + R_S) / (CORD_RADIUS - R_S)
     peak = R_S * (lift + LOAD)  # the static limit, 24.57 N m
     i = int(np.argmin(record.channels["friction_torque"]))
@@ -116,7 +115,8 @@ def test_breakaway_records_peak_and_jump_of_the_friction() -> None:
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
 def test_a_jump_of_the_drive_separates_the_sides(backend: str) -> None:
     """Before the jump, the friction torque is within the limit for the force before it."""
-    record = run(load(SCENARIOS / "hard" / "jump_from_csv.toml", [], backend), lambda t: None)
+    scenario = fs.load(SCENARIOS / "hard" / "jump_from_csv.toml", [], backend)
+    record = fs.solve(scenario).record
     assert record.events["drive_force_before"][0] < 2000.0 < record.events["drive_force_after"][0]
     limit = R_S * record.events["shaft_reaction_before"]
     assert np.all(np.abs(record.events["friction_torque_before"]) <= limit)
@@ -142,12 +142,9 @@ def test_an_event_at_a_regular_sample_adds_no_sample(backend: str) -> None:
 def test_sides_are_recorded_for_the_output_channels_only(tmp_path: Path) -> None:
     record = simulate(pulley(output__channels=["friction_torque", "angle", "energy_input"]))
     path = tmp_path / "a.h5"
-    hdf5_writer.write(record, path)
-    events = hdf5_reader.read(path).events
+    events = fs.open(fs.Result(record).save(path)).record.events
     sides = {"friction_torque_before", "friction_torque_after"}
     assert events.keys() == {"time", "contact", "mode_from", "mode_to", "angle"} | sides
-    import h5py
-
     with h5py.File(path) as file:
         before = file["events/friction_torque_before"].attrs
         assert before["units"] == "N m"

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 import tomli_w
 
+import frictionsim as fs
 from frictionsim import errors
-from frictionsim.cli.commands import run_command_line
-from frictionsim.io import hdf5_reader
 from tests.support.scenarios import Scenario, pulley, simulate
 
 PUBLISHED = {"effects__shaft_friction__law": "published"}
@@ -67,9 +66,8 @@ def test_failures_are_named_in_file_json_and_message(
     (tmp_path / "s.toml").write_text(tomli_w.dumps(scenario))
     target = tmp_path / "a.h5"
     code = 5 if name == "budget_exceeded" else 1
-    assert (
-        run_command_line(["solve", str(tmp_path / "s.toml"), "-o", str(target), "--json"]) == code
-    )
+    command = ["solve", str(tmp_path / "s.toml"), "-o", str(target), "--json"]
+    assert fs.run_command_line(command) == code
     captured = capsys.readouterr()
     summary = json.loads(captured.out)
     assert (summary["status"], summary["failure"]) == ("failed", name)
@@ -80,7 +78,7 @@ def test_failures_are_named_in_file_json_and_message(
     assert f"frictionsim: run failed: {reason}" in captured.err
     part = tmp_path / "a.partial.h5"
     assert f"samples up to this time are in {part}, status 'failed'" in captured.err
-    kept = hdf5_reader.read(part)
+    kept = fs.open(part).record
     assert kept.channels["time"].size > (where != "after t = 0 s")
     attributes = {key: kept.attributes[key] for key in ("status", "failure", "reason")}
     assert attributes == {"status": "failed", "failure": name, "reason": reason}

@@ -1,35 +1,23 @@
 """Runs of several contacts: resumption, samples, audit, studies and sweeps."""
 
 from array import array
-from collections.abc import Callable
 from itertools import pairwise
-from math import exp, hypot, radians
+from math import asin, atan, exp, hypot, radians, sin, tan
 from typing import Any
 
 import numpy as np
 import pytest
 
+import frictionsim as fs
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.pulley import build
-from frictionsim.mechanisms.pulley.masses import CAR, OTHER
-from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
-from frictionsim.scenario.loading import validate
-from frictionsim.simulation.multi_contact import (
-    MultiContactSimulation,
-    audit,
-    friction_violation,
-    release_check,
-)
-from frictionsim.simulation.simulate import run
+from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.solvers import multi_contact
-from frictionsim.solvers.contacts import Contact, Friction
-from frictionsim.solvers.mechanism import Trajectory
 from frictionsim.solvers.multi_contact_modes import write_consistent_modes
 from frictionsim.solvers.multi_contact_state import MODES
-from frictionsim.work_precision.error_estimate import estimate
-from frictionsim.work_precision.settings import CostOptions
+from tests.support.changed_samples import Samples, nearly_done
 from tests.support.lifts import CORD, GRAVITY, SHAFT, events, grips, lift, ramp, solved
-from tests.support.scenarios import SCENARIOS, Scenario, scenario_run
+from tests.support.scenarios import Scenario, changed
+from tests.support.stopped_runs import interrupted_at
 
 STOP = ramp((0.0, 70.0), (0.3, 400.0), (0.6, 400.0), (0.65, -900.0), (1.0, -900.0), (1.1, 70.0))
 
@@ -50,24 +38,15 @@ def slipping_lift(**changes: Any) -> Scenario:
     return slack_lift(effects__cord_friction=CORD, **changes)
 
 
-@pytest.mark.parametrize(("array", "value"), [("solver.modes", 2.0), ("solver.modes", 0.5)])
-def test_a_state_with_modes_of_no_contact_is_refused(array: str, value: float) -> None:
-    scenario = validate(slack_lift(), SCENARIOS)
-    state = MultiContactSimulation(scenario, build(scenario)).state()
-    assert state is not None
-    state[array][0] = value
-    with pytest.raises(InputError) as refused:
-        MultiContactSimulation(scenario, build(scenario)).restore(state)
-    assert array in str(refused.value)
-
-
-def test_samples_may_be_at_given_times() -> None:
-    scenario = validate(slipping_lift(output__at_events=False), SCENARIOS)
-    given = [0.0, 0.123, 0.7, 1.9]
-    sampled = run(scenario, lambda t: None, sample_times=given)
-    assert sampled.time.tolist() == given
-    whole = solved(slipping_lift())
-    assert sampled.transitions == whole.transitions
+@pytest.mark.parametrize("value", [2.0, 0.5])
+def test_a_state_with_modes_of_no_contact_is_refused(value: float) -> None:
+    stopped = nearly_done(slack_lift()).record
+    assert stopped.checkpoint is not None
+    modes = stopped.checkpoint["solver.modes"].copy()
+    modes[0] = value
+    state = stopped.checkpoint | {"solver.modes": modes}
+    with pytest.raises(InputError, match=r"'solver\.modes'"):
+        fs.resume(fs.Result(stopped._replace(checkpoint=state)))
 
 
 def test_events_have_both_sides_and_their_own_sample() -> None:
@@ -82,60 +61,64 @@ def test_events_have_both_sides_and_their_own_sample() -> None:
     assert np.all(np.diff(result.time) > 0.0)
 
 
-def trajectory(data: Scenario) -> tuple[Trajectory, Any]:
-    scenario = validate(data, SCENARIOS)
-    mechanism = build(scenario)
-    simulation = MultiContactSimulation(scenario, mechanism)
-    simulation.solve(lambda t: None)
-    return simulation.trajectory(), mechanism
+# The columns of a sample of a cord that may slip: angle and slip, their rates and accelerations.
+DRIVE, SLIP, SLIP_RATE, RATES = 1, 3, 5, slice(4, 6)
+SHAFT_FORCE, CAR, OTHER, SHAFT_MODE, CORD_MODE = 8, 9, 10, 11, 12
+CORD_HEAT = 15
 
 
-def failed(path: Trajectory, mechanism: Any) -> list[str]:
-    checks = audit(path, mechanism, 1e-6, 1e-11)
-    return [name for name, check in checks.items() if not check.ok]
+@pytest.fixture(scope="module")
+def slipping() -> fs.Result:
+    """A run with a cord that sticks and slips; not to be changed."""
+    return nearly_done(slipping_lift(output__interval=0.02))
 
 
-def test_the_audit_sees_what_is_wrong() -> None:
-    path, mechanism = trajectory(slipping_lift())
-    assert failed(path, mechanism) == []
-    moved = path.position.copy()
-    held = int(np.flatnonzero((path.modes[1, 1:] == STICK) & (path.modes[1, :-1] == STICK))[0])
-    moved[1, held] += 1e-15
-    assert "stick_drift" in failed(path._replace(position=moved), mechanism)
-    for row, check in ((0, "friction_law"), (2, "friction_law")):
-        forces = path.forces.copy()
-        forces[row] *= 1.0 + 1e-9
-        assert check in failed(path._replace(forces=forces), mechanism)
-    assert "dissipation_sign" in failed(path._replace(velocity=-path.velocity), mechanism)
-    heat = dict(path.energy_integrals)
-    heat["energy_cord_friction"] = 1.001 * heat["energy_cord_friction"]
-    assert failed(path._replace(energy_integrals=heat), mechanism) == ["energy_balance"]
+def test_the_audit_sees_what_is_wrong(slipping: fs.Result) -> None:
+    assert Samples(slipping).failed() == set()
+    samples = Samples(slipping)
+    modes = samples.rows[:, CORD_MODE]
+    held = int(np.flatnonzero((modes[1:] == STICK) & (modes[:-1] == STICK))[0])
+    samples.rows[held, SLIP] += 1e-15
+    assert "stick_drift" in samples.failed()
+    for column in (SHAFT_FORCE, OTHER):
+        samples = Samples(slipping)
+        samples.rows[:, column] *= 1.0 + 1e-9
+        assert "friction_law" in samples.failed()
+    samples = Samples(slipping)
+    samples.rows[:, RATES] *= -1.0
+    assert "dissipation_sign" in samples.failed()
+    samples = Samples(slipping)
+    samples.rows[:, CORD_HEAT] *= 1.001
+    assert samples.failed() == {"energy_balance"}
 
 
 @pytest.mark.parametrize("side", [CAR, OTHER])
-def test_the_audit_knows_that_a_cord_holds_unlike_forces_in_both_directions(side: int) -> None:
+def test_the_audit_knows_that_a_cord_holds_unlike_forces_in_both_directions(
+    side: int, slipping: fs.Result
+) -> None:
     """T1/T2 and T2/T1 are at most exp(mu_s phi): T1 - T2 has other limits than T2 - T1."""
-    path, mechanism = trajectory(slipping_lift())
-    index, cord = mechanism.frictions[1]
-    held = int(np.flatnonzero(path.modes[index] == STICK)[0])
     ratio = exp(CORD["mu_s"] * radians(CORD.get("wrap_deg", 180.0)))
     for share, passes in ((0.999, True), (1.001, False)):
-        forces = path.forces.copy()
-        forces[side, held] = (1.0 + share * (ratio - 1.0)) * forces[CAR + OTHER - side, held]
-        violation = friction_violation(path._replace(forces=forces), cord, index)
-        assert (violation < 1e-12) is passes
+        samples = Samples(slipping)
+        # Where the shaft sticks as well: its limit is the larger, the larger the forces are.
+        both = samples.rows[:, SHAFT_MODE : CORD_MODE + 1]
+        row = samples.rows[int(np.flatnonzero(np.all(both == STICK, axis=1))[0])]
+        row[side] = (1.0 + share * (ratio - 1.0)) * row[CAR + OTHER - side]
+        assert samples.audit()["friction_law"].ok is passes
 
 
 def test_the_audit_sees_a_rope_that_pushes_and_an_impact_that_drives() -> None:
-    path, mechanism = trajectory(slack_lift())
-    assert failed(path, mechanism) == []
-    forces = path.forces.copy()
-    forces[1, 3] = -1e-6
-    assert "rope_tension" in failed(path._replace(forces=forces), mechanism)
-    lost = dict(path.energy_integrals)
-    assert lost["energy_impact"][-1] > 0.0
-    lost["energy_impact"] = -lost["energy_impact"]
-    assert "dissipation_sign" in failed(path._replace(energy_integrals=lost), mechanism)
+    # Of angle and two ropes: three coordinates and contacts.
+    slack = nearly_done(slack_lift(output__interval=0.02))
+    car, lost = 12, 19
+    assert Samples(slack).failed() == set()
+    samples = Samples(slack)
+    samples.rows[3, car] = -1e-6
+    assert "rope_tension" in samples.failed()
+    samples = Samples(slack)
+    assert samples.rows[-1, lost] > 0.0
+    samples.rows[:, lost] *= -1.0
+    assert "dissipation_sign" in samples.failed()
 
 
 def with_other_modes(
@@ -163,7 +146,7 @@ def test_the_audit_sees_a_cord_that_slips_within_its_limit(
     data = grips(33.0, torque)
     assert solved(data).checks["release"].ok
     with_other_modes(monkeypatch, (BACKWARD, STICK), (BACKWARD, FORWARD))
-    result = run(validate(data, SCENARIOS), lambda t: None)
+    result = fs.solve(data).record
     assert (result.status, result.exit_code) == ("done", 3)
     assert not result.checks["release"].ok
     # What the torque is beyond the limit of the shaft accelerates the masses.
@@ -178,38 +161,23 @@ def test_the_audit_sees_a_cord_that_slips_within_its_limit(
     assert result.checks["release"].value == pytest.approx(expected, rel=1e-9)
 
 
-def both_sides(
-    data: Scenario, which: Callable[[Transition], bool]
-) -> tuple[Any, Trajectory, Trajectory]:
-    """Return the mechanism, and the samples immediately before and after some of the events."""
-    scenario = validate(data, SCENARIOS)
-    mechanism = build(scenario)
-    simulation = MultiContactSimulation(scenario, mechanism)
-    simulation.solve(lambda t: None)
-    samples = simulation._samples()
-    chosen = [which(event) for event in samples.transitions]
-    transitions = [event for event in samples.transitions if which(event)]
-    before, after = (
-        simulation._trajectory_of(rows[chosen], transitions)
-        for rows in (samples.before, samples.after)
+def with_static_limit(data: Scenario, share: float, shaft_radius: float) -> Scenario:
+    """Return scenario data with a share of the limit r sin(atan mu_s), by another coefficient."""
+    shaft = data["effects"]["shaft_friction"]
+    sine = share * shaft["shaft_radius"] * sin(atan(shaft["mu_s"])) / shaft_radius
+    return changed(
+        data,
+        effects__shaft_friction__shaft_radius=shaft_radius,
+        effects__shaft_friction__mu_s=tan(asin(sine)),
     )
-    return mechanism, before, after
-
-
-def with_static_limits(contact: Contact, share: float) -> Contact:
-    """Return a contact with other static limits."""
-    assert isinstance(contact.law, Friction)
-    forward, backward = (tuple(share * x for x in form) for form in contact.law.static)
-    return contact._replace(law=contact.law._replace(static=(forward, backward)))
 
 
 @pytest.mark.parametrize("share", [1.0 + 1e-8, 1.0 - 1e-8])
 def test_the_audit_sees_a_shaft_that_gives_way_off_its_limit(share: float) -> None:
-    mechanism, before, after = both_sides(slack_lift(), lambda event: True)
-    assert release_check(mechanism, before, after, 2.0).ok
-    shaft, *ropes = mechanism.contacts
-    other = with_static_limits(shaft, share)
-    check = release_check(mechanism._replace(contacts=(other, *ropes)), before, after, 2.0)
+    stopped = nearly_done(slack_lift())
+    assert Samples(stopped).audit()["release"].ok
+    other = with_static_limit(slack_lift(), share, SHAFT["shaft_radius"])
+    check = Samples(stopped).audit(other)["release"]
     # Off by 1e-8 of the limit, relative to the sum of limit and force.
     assert check.value == pytest.approx(0.5e-8, rel=1e-5)
 
@@ -252,16 +220,19 @@ def turning_cord(rtol: float) -> Scenario:
 def test_a_shaft_may_give_way_off_its_limit_where_the_cord_turns(rtol: float) -> None:
     data = turning_cord(rtol)
     solved(data)
-    mechanism, before, after = both_sides(data, lambda event: 2.034 < event.time < 2.036)
-    assert [(e.contact, e.mode_from) for e in after.transitions] == [("shaft", STICK)]
-    assert before.velocity[1].tolist() == after.velocity[1].tolist() == [0.0]
-    assert before.modes[1].tolist() == after.modes[1].tolist() == [BACKWARD]
-    assert release_check(mechanism, before, after, 2.1).value == 0.0
+    stopped = fs.solve(data, progress=interrupted_at(2.036))
+    samples = Samples(stopped)
+    samples.keep_events((samples.transitions[:, 0] > 2.034) & (samples.transitions[:, 0] < 2.036))
+    (sides,), (transition,) = samples.sides, samples.transitions
+    assert transition[1] == STICK
+    assert sides[:, SHAFT_MODE].tolist() != [STICK, STICK]
+    assert sides[:, SLIP_RATE].tolist() == [0.0, 0.0]
+    assert sides[:, CORD_MODE].tolist() == [BACKWARD, BACKWARD]
+    assert samples.audit()["release"].value == 0.0
     # A shaft of six times the limit 2 r_s W holds the torque; then equal weights hold the cord.
-    shaft, cord = mechanism.contacts
-    other = with_static_limits(shaft, 6.0)
-    check = release_check(mechanism._replace(contacts=(other, cord)), before, after, 2.1)
-    r_s, torque = 0.06654055 * 0.36575418 / hypot(1.0, 0.36575418), abs(float(after.drive[0]))
+    # With so large a limit it would be larger than the shaft, which is made thicker.
+    check = samples.audit(with_static_limit(data, 6.0, 0.2))["release"]
+    r_s, torque = 0.06654055 * 0.36575418 / hypot(1.0, 0.36575418), abs(float(sides[1, DRIVE]))
     limit = 6.0 * 2.0 * r_s * (592.79549 + 2.5) * GRAVITY
     assert check.value == pytest.approx((limit - torque) / (limit + torque), rel=1e-9)
 
@@ -297,25 +268,19 @@ def test_no_drawn_lift_fails_its_audit_where_a_rope_would_push_or_a_cord_turns()
 
 
 def test_a_study_compares_tolerances_of_events() -> None:
-    scenario = validate(slipping_lift(), SCENARIOS)
-    plan = CostOptions.of(tolerances=[1e-4, 1e-6]).plan(scenario)
-    assert [setting.name for setting in plan.settings] == [
-        "events, set-valued, rtol 1e-4",
-        "events, set-valued, rtol 1e-6",
-    ]
-    assert [setting.name for setting in plan.references] == [
+    study = fs.cost(slipping_lift(), tolerances=[1e-4, 1e-6], repeats=1).to_json()
+    settings = [(s["backend"], s["law"], s["setting"]) for s in study["settings"]]
+    assert settings == [("events", "set-valued", f"rtol 1e-{digits}") for digits in (4, 6)]
+    assert study["references"] == [
         "events, set-valued, rtol 5e-8",
         "events, set-valued, rtol 1e-7, max_step 2e-3",
     ]
-    for setting in plan.references:
-        scenario.replace(setting.all_overrides)
 
 
 def test_the_error_is_estimated_by_a_second_run() -> None:
-    done = solved(slack_lift())
-    estimated = estimate(scenario_run(done), done, lambda t: None)
-    assert estimated.errors["final_angle"] is not None
-    assert estimated.errors["final_angle"] < 1e-6
+    error = fs.solve(slack_lift(), estimate_error=True).errors["final_angle"]
+    assert error is not None
+    assert error < 1e-6
 
 
 def test_events_at_one_time_have_one_state_on_each_side() -> None:

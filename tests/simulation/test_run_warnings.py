@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+import frictionsim as fs
 from frictionsim.results import Record
-from frictionsim.scenario.loading import validate
-from frictionsim.scenario.signal_tables import PiecewiseLinearTable, period_of
 from tests.support.cases import one_in
 from tests.support.problems import CORD_RADIUS, LOAD, R_S, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
@@ -32,6 +31,10 @@ def warnings_with(source: Record | list[str], words: str) -> list[str]:
 
 def number_after(warning: str, words: str) -> float:
     return float(warning.partition(words)[2].split()[0].rstrip(",:;"))
+
+
+def too_long_intervals(data: Scenario) -> list[str]:
+    return warnings_with(fs.load(data, folder=SCENARIOS).warnings(), SHORTER)
 
 
 # --- samples ---------------------------------------------------------------------------------
@@ -58,26 +61,31 @@ def test_warns_of_an_interval_too_long_for_the_signal(seed: int) -> None:
     force, period = drawn_signal(rng)
     interval = 10.0 ** rng.uniform(-3.5, -0.5)
     data = pulley(drive__force=force, solver__duration=4.0, output__interval=interval)
-    warnings = warnings_with(validate(data, SCENARIOS).warnings(), SHORTER)
+    warnings = too_long_intervals(data)
     assert bool(warnings) is bool(period is not None and interval > 0.1 * period)
     if warnings:
         assert number_after(warnings[0], "drive.force, ") == pytest.approx(period, rel=1e-5)
         better = number_after(warnings[0], "; give ")
         assert 0.09 * (period or 0.0) < better <= 0.1 * (period or 0.0) * (1.0 + 1e-9)
-        assert not warnings_with(
-            validate(changed(data, output__interval=better), SCENARIOS).warnings(), SHORTER
-        )
+        assert not too_long_intervals(changed(data, output__interval=better))
 
 
 def test_period_of_a_table_with_plateaus() -> None:
     # Extrema at 1.25 s and 2.1 s, the middles of a plateau of 0.5 s and one of 0.2 s.
     times = (0.5, 1.0, 1.5, 2.0, 2.2, 2.7)
-    table = PiecewiseLinearTable(time=times, value=(0.0, 1.0, 1.0, 0.0, 0.0, 1.0))
+    table = {"time": times, "value": (0.0, 1.0, 1.0, 0.0, 0.0, 1.0)}
+
+    def period(force: Any, duration: float) -> float | None:
+        """Return the period that is told of; None where an interval of a run is not too long."""
+        data = pulley(drive__force=force, solver__duration=duration, output__interval=duration)
+        warnings = too_long_intervals(data)
+        return number_after(warnings[0], "drive.force, ") if warnings else None
+
     # It falls and rises from 1.5 to 2.7 s, which is shorter than twice the 0.85 s between them.
-    assert period_of(table, 10.0) == pytest.approx(1.2, rel=1e-12)
-    assert period_of(table, 2.0) == pytest.approx(1.5, rel=1e-12)
-    assert period_of(table, 1.2) is None
-    assert period_of(5.0, 10.0) is None
+    assert period(table, 10.0) == pytest.approx(1.2, rel=1e-12)
+    assert period(table, 2.0) == pytest.approx(1.5, rel=1e-12)
+    assert period(table, 1.2) is None
+    assert period(5.0, 10.0) is None
 
 
 @pytest.mark.parametrize(
@@ -221,7 +229,7 @@ MACHINE = next(c["scenario"] for c in cases("marble_machine") if c["name"] == "c
 
 def needed(data: Scenario) -> float:
     """Return the torque that lifts in every position of the gear, N m, by a second way."""
-    scenario = validate(data, SCENARIOS).to_dict()
+    scenario = fs.load(data, folder=SCENARIOS).to_dict()
     return float(machine_at_rest(scenario)["torque_to_lift_worst"].value or 0.0)
 
 

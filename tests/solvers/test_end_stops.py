@@ -9,9 +9,10 @@ from numpy.polynomial import Polynomial
 
 from frictionsim.results import Record
 from frictionsim.solvers.end_stops import first_impact
+from frictionsim.solvers.mechanism import EndStops
 from tests.support.cases import one_in, slow
 from tests.support.end_stops_reference import drawn_body, events_of, mirrored
-from tests.support.scenarios import changed, mechanism_of, simulate, sound
+from tests.support.scenarios import changed, simulate, sound
 from tests.support.stopped_bodies import scenario_of, stopped, with_friction
 
 HIGHEST, LOWEST = radians(60.0), radians(-50.0)
@@ -195,17 +196,16 @@ class _Step:
 @pytest.mark.parametrize("s", [1, -1])
 def test_a_body_that_turns_twice_within_a_step_hits_the_stop_in_between(top: float, s: int) -> None:
     """It turns at `top` of the step and once more after 0.1 of it, and is fast at both ends."""
-    data = stopped(0.5, effects__end_stops={"highest_angle_deg": 60.0, "lowest_angle_deg": -60.0})
-    mechanism = mechanism_of(simulate(changed(data, solver__duration=0.1)))
+    stops = EndStops(-HIGHEST, HIGHEST, restitution=0.0, capture_speed=1e-3)
     # v = (t - top)(t - top - 0.1) is positive but for a tenth of the step.
     speed = Polynomial.fromroots([top, top + 0.1])
     angle = speed.integ(lbnd=top)
-    states = len(mechanism.initial_state)
+    states = 5  # with the energies
     for excess, hit in ((1e-6, True), (-1e-6, False)):
         rates = (s * (angle + HIGHEST + excess)).coef.tolist()
         step = _Step(rates, top + 0.12, states)
         assert abs(step.y[0]) < HIGHEST
-        time = first_impact(step, mechanism.stops, step.acceleration)
+        time = first_impact(step, stops, step.acceleration)
         if not hit:
             assert time == inf
         else:

@@ -8,12 +8,9 @@ import numpy as np
 import pytest
 
 from frictionsim.errors import SolverError
-from frictionsim.mechanisms.pulley import build
+from frictionsim.mechanisms.extension import Curve, curve_of
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
-from frictionsim.scenario.loading import validate
-from frictionsim.scenario.signals import Constant, Curve, PiecewiseLinear, curve_of
 from frictionsim.solvers import multi_contact_location
-from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.contacts import (
     Contact,
     Friction,
@@ -38,7 +35,7 @@ from frictionsim.solvers.multi_contact_state import (
 from frictionsim.solvers.one_contact_state import HELD, INSIDE, SAMPLED_UNTIL, T_NEW
 from frictionsim.solvers.problems import MultiContactProblem
 from tests.support.lifts import CORD, SHAFT, events, lift, ramp, solved, times
-from tests.support.scenarios import SCENARIOS
+from tests.support.wheels import buffer_to, settings, signal
 
 BALANCED = {"effects__hanging_masses__car": 80.0}
 Margins = list[Callable[[float], float]]
@@ -50,7 +47,7 @@ class Bodies(NamedTuple):
     contacts: PackedContacts
     coordinates: int
     balance: Callable[[float, Any, int], None]
-    drive: Curve = curve_of(Constant(0.0))
+    drive: Curve = curve_of(signal(0.0))
 
     def powers(self, u: float, s: Any, y: int) -> tuple[float, ...]:
         return (u * s[y + self.coordinates],)
@@ -87,17 +84,36 @@ def search(monkeypatch: pytest.MonkeyPatch) -> Any:
         system: Any = Bodies(table_of(contacts), m, lambda u, s, y: None)
         write_phase(system, s)
         s[RESTING], s[T_NEW] = 0.0, 1.0
-        run = problem_of_lift().run._replace(end=1.0)
+        run = problem_of(system, contacts).run
         find_first_events(system, run, s)
         return [i for i in range(m) if s[ENDS + i] != 0.0], s[HELD], s[SAMPLED_UNTIL]
 
     return of
 
 
-def problem_of_lift() -> MultiContactProblem:
-    scenario: Any = validate(lift(), SCENARIOS)
-    mechanism: Any = build(scenario)
-    return MultiContactProblem(mechanism, scenario.solver, SampleBuffer(SampleTimes(1.0, 1.0)))
+def mechanism_of(system: Any, contacts: list[Contact]) -> MultiContactMechanism:
+    """Return bodies that start at rest."""
+    nothing: Any = lambda *arguments: {}  # noqa: E731
+    rest = (0.0,) * system.coordinates
+    return MultiContactMechanism(
+        drive=signal(0.0),
+        system=system,
+        contacts=tuple(contacts),
+        power_flows=("energy_input",),
+        stored_energies=(),
+        position=rest,
+        velocity=rest,
+        channels=nothing,
+        channel_info={},
+        quantities=nothing,
+        effects=(),
+        energy_scale=1.0,
+    )
+
+
+def problem_of(system: Any, contacts: list[Contact]) -> MultiContactProblem:
+    tight = settings(duration=1.0, rtol=1e-11, atol=1e-14)
+    return MultiContactProblem(mechanism_of(system, contacts), tight, buffer_to(1.0))
 
 
 @pytest.mark.parametrize("middle", [0.0005, 0.004, 0.2, 0.45, 0.7, 0.97, 0.9992])
@@ -190,41 +206,24 @@ LIMITS = form(3, 4, 0.5), form(3, 4, 0.5)
 BLOCK = Contact("block", 0, Friction(LIMITS, LIMITS), form(2, 4), form(0, 4, 1e-12))
 
 
-def modes_from_rest(system: Bodies, now: list[int]) -> tuple[float, ...]:
+def modes_from_rest(system: Bodies, contacts: list[Contact], now: list[int]) -> tuple[float, ...]:
     s, m = array("d", bytes(8 * LENGTH)), len(now)
     s[RELEASED_NOW : RELEASED_NOW + m] = array("d", now)
-    write_consistent_modes(system, problem_of_lift().run, s)
+    write_consistent_modes(system, problem_of(system, contacts).run, s)
     return tuple(s[MODES : MODES + m])
 
 
 def test_the_contact_holds_at_its_limit_and_gives_way_beyond_it() -> None:
-    assert modes_from_rest(sliding_block(0.0, 0.5), [0]) == (STICK,)
-    assert modes_from_rest(sliding_block(0.0, -0.50001), [0]) == (BACKWARD,)
+    assert modes_from_rest(sliding_block(0.0, 0.5), [BLOCK], [0]) == (STICK,)
+    assert modes_from_rest(sliding_block(0.0, -0.50001), [BLOCK], [0]) == (BACKWARD,)
     # Located at its limit, it gives way, although roundoff would let it hold.
-    assert modes_from_rest(sliding_block(0.0, 0.5), [FORWARD]) == (FORWARD,)
+    assert modes_from_rest(sliding_block(0.0, 0.5), [BLOCK], [FORWARD]) == (FORWARD,)
 
 
 def integrated(system: Any, contacts: list[Contact], duration: float) -> Any:
     """Return the samples and transitions of bodies that start at rest."""
-    nothing: Any = lambda *arguments: {}  # noqa: E731
-    rest = (0.0,) * system.coordinates
-    mechanism = MultiContactMechanism(
-        drive=Constant(0.0),
-        system=system,
-        contacts=tuple(contacts),
-        power_flows=("energy_input",),
-        stored_energies=(),
-        position=rest,
-        velocity=rest,
-        channels=nothing,
-        channel_info={},
-        quantities=nothing,
-        effects=(),
-        energy_scale=1.0,
-    )
-    settings = validate(lift(solver__duration=duration), SCENARIOS).solver
-    buffer = SampleBuffer(SampleTimes(duration, duration))
-    EventDrivenSolver(mechanism, settings, buffer).run(lambda t: None)
+    buffer, tight = buffer_to(duration), settings(duration=duration, rtol=1e-11, atol=1e-14)
+    EventDrivenSolver(mechanism_of(system, contacts), tight, buffer).run(lambda t: None)
     return buffer
 
 
@@ -273,8 +272,8 @@ def test_a_pile_of_blocks_slips_from_top_to_bottom_and_comes_to_rest_together() 
     for i in range(3):
         law = Friction((form(0, 5, limits[i]),) * 2, (form(0, 5, limits[i]),) * 2)
         contacts.append(Contact(f"below {i}", i, law, form(2 + i, 5), form(0, 5, 1e-12)))
-    signal = PiecewiseLinear([0.0, top / 20.0, top / 20.0 + 1e-3], [0.0, top, 0.0])
-    system = Bodies(table_of(contacts), 3, balance, curve_of(signal))
+    force = {"time": [0.0, top / 20.0, top / 20.0 + 1e-3], "value": [0.0, top, 0.0]}
+    system = Bodies(table_of(contacts), 3, balance, curve_of(signal(force)))
     buffer = integrated(system, contacts, 40.0)
     # The ground, then the top block at its mu g, then the middle one with that on it.
     of_middle = (mu[1] * (m[1] + m[2]) - mu[2] * m[2]) * g / m[1]
@@ -309,4 +308,4 @@ def test_two_contacts_hold_in_turn_before_both_give_way() -> None:
         for i, name in enumerate(("shaft", "cord"))
     ]
     system = Bodies(table_of(contacts), 2, balance)
-    assert modes_from_rest(system, [FORWARD, 0]) == (FORWARD, STICK)
+    assert modes_from_rest(system, contacts, [FORWARD, 0]) == (FORWARD, STICK)

@@ -10,12 +10,9 @@ from typing import NamedTuple
 
 import pytest
 
-from frictionsim.mechanisms.pulley import build
-from frictionsim.scenario.loading import validate
-from frictionsim.solvers.common import SampleBuffer, SampleTimes
-from frictionsim.solvers.published_law import PublishedSolver, switch
+from frictionsim.solvers.published_law import switch
 from tests.support.problems import CORD_RADIUS, DRAG, LOAD, R_K, R_S
-from tests.support.scenarios import SCENARIOS, pulley, with_method
+from tests.support.scenarios import pulley, simulate, with_method
 
 
 class Case(NamedTuple):
@@ -59,10 +56,13 @@ def test_switch_and_friction_of_eq_30_in_the_five_cases(case: Case) -> None:
     assert abs(sign(case.velocity)) == case.moving
     assert sign(case.beyond + case.moving) == case.factor
     assert switch(moment(case), R_S * reaction, case.velocity) == case.factor
-    scenario = validate(with_method(pulley(), "published", "rkf45"), SCENARIOS)
-    eq30 = PublishedSolver(build(scenario), scenario.solver, SampleBuffer(SampleTimes(1.0, 0.1)))
-    kinetic = eq30.system.kinetic_limit(case.force, 0.0, case.velocity, sign(case.velocity))
-    friction = eq30.friction(case.force, 0.0, case.velocity, moment(case), kinetic)
+    data = pulley(
+        drive__force=case.force,
+        mechanism__initial_angular_velocity=case.velocity,
+        solver={"duration": 1e-6},
+    )
+    start = simulate(with_method(data, "published", "rkf45")).channels
+    friction = start["friction_torque"][0]
     printed = moment(case) - sign(case.velocity) * R_K * reaction
     # What stands to the right of I theta'', less the moment, to the rounding of both.
     assert friction + moment(case) == pytest.approx(case.factor * printed, abs=1e-13)

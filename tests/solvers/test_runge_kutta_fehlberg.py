@@ -3,23 +3,21 @@
 from array import array
 from collections.abc import Callable
 from itertools import pairwise
-from math import cos, exp, inf, log2, sin
+from math import cos, exp, hypot, inf, log2, sin
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
-from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.loading import load
-from frictionsim.scenario.settings import SolverSettings
+import frictionsim as fs
 from frictionsim.solvers import new_solver, runge_kutta_fehlberg
 from frictionsim.solvers import one_contact_state as layout
-from frictionsim.solvers.common import SampleBuffer, SampleTimes
 from frictionsim.solvers.law_stepper import LawStepper
 from frictionsim.solvers.one_contact_state import Failure, Run
 from frictionsim.solvers.one_contact_step import trial_step
-from tests.support.scenarios import SCENARIOS
+from tests.support.problems import CORD_RADIUS, DRAG, INERTIA, LOAD, R_K, R_S
+from tests.support.wheels import buffer_to, settings, signal, wheel
 
 
 class Acceleration(NamedTuple):
@@ -75,12 +73,19 @@ def test_fixed_steps_converge_with_order_5() -> None:
 
 def final_angle_by_fixed_steps(count: int) -> float:
     """Return the angle after two breakaways and two rests of each direction, by `events`."""
-    scenario = load(SCENARIOS / "pulley_horizontal.toml")
-    mechanism = mechanism_module(scenario.kind).build(scenario)
-    end = scenario.solver.duration
-    buffer = SampleBuffer(SampleTimes(end, end))
+    # The pulley whose cord is pulled horizontally: of a shaft that bears hypot(P, W).
+    scenario = fs.load("pulley_horizontal").to_dict()
+    end = scenario["solver"]["duration"]
+    mechanism = wheel(
+        signal(scenario["drive"]["force"]),
+        lambda u, q, v: (u - LOAD) * CORD_RADIUS - DRAG * v,
+        lambda u: R_S * hypot(u, LOAD),
+        lambda u: R_K * hypot(u, LOAD),
+        INERTIA,
+    )
+    buffer = buffer_to(end)
     # The scenario of a user may not ask for this: `events` chooses its steps by the tolerances.
-    solver = SolverSettings(duration=end, step=end / count)
+    solver = settings(backend="events", duration=end, step=end / count)
     new_solver(mechanism, solver, buffer).run(lambda t: None)
     assert len(buffer.transitions) == 7
     return buffer.rows[-layout.ROW_COLUMNS - len(mechanism.energy_integrals) + 2]

@@ -6,11 +6,9 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
+import frictionsim as fs
 from frictionsim.errors import BudgetExceeded
-from frictionsim.io import hdf5_reader, hdf5_writer
 from frictionsim.results import Record
-from frictionsim.scenario.loading import scenario_from_result, validate
-from frictionsim.simulation.simulate import run
 from tests.support.scenarios import SCENARIOS, Scenario, scenario_run, simulate, with_method
 
 DURATION = 2.0
@@ -240,8 +238,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
 def assert_sound(data: Scenario, folder: Path) -> str:
     """Check the result file of a scenario; return how the run ended."""
     done = simulate(data)
-    hdf5_writer.write(done, folder / "a.h5")
-    kept = hdf5_reader.read(folder / "a.h5")
+    kept = fs.open(fs.Result(done).save(folder / "a.h5")).record
     for name, signal in (*kept.channels.items(), *kept.events.items()):
         assert np.all(np.isfinite(signal)), name
     assert kept.attributes["status"] == done.status
@@ -281,14 +278,10 @@ def assert_splitting_changes_nothing(data: Scenario, fraction: float, folder: Pa
             raise BudgetExceeded("split here")
 
     whole, part = folder / "whole.h5", folder / "part.h5"
-    done = simulate(data)
-    if done.status != "done":  # its checkpoint holds run times, which differ between runs
-        return
-    hdf5_writer.write(done, whole)
-    first = run(validate(data, SCENARIOS), on_step)
-    hdf5_writer.write(first, part)
+    scenario = fs.load(data, folder=SCENARIOS)
+    if fs.solve(scenario, output=whole).status != "done":
+        return  # its checkpoint holds run times, which differ between runs
+    first = fs.solve(scenario, output=part, progress=on_step)
     if first.reason == "split here":
-        attributes, state = hdf5_reader.read_checkpoint(part)
-        rest = run(scenario_from_result(part, attributes), lambda t: None, checkpoint=state)
-        hdf5_writer.write(rest, part)
+        fs.resume(first)
     assert part.read_bytes() == whole.read_bytes()

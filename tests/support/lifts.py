@@ -3,9 +3,7 @@
 from typing import Any
 
 from frictionsim.results import Record
-from frictionsim.scenario.loading import validate
-from frictionsim.simulation.simulate import run
-from tests.support.scenarios import SCENARIOS, Scenario, changed
+from tests.support.scenarios import Scenario, changed, run_anew
 
 GRAVITY = 9.81
 
@@ -49,7 +47,7 @@ def ramp(*points: tuple[float, float]) -> dict[str, list[float]]:
 
 def solved(data: Scenario) -> Record:
     """Return the run of a scenario that is done and whose audit is passed."""
-    result = run(validate(data, SCENARIOS), lambda t: None)
+    result = run_anew(data)
     assert (result.status, result.exit_code) == ("done", 0), result.reason
     return result
 

@@ -1,10 +1,17 @@
-"""What stands for an older result where nobody reads it: it bears the line with our checksum."""
+"""What stands for an older result where nobody reads it."""
 
-from frictionsim.io.checksum import checksum_trailer
-from frictionsim.results import HDF5_SIGNATURE
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import frictionsim as fs
+from tests.support.scenarios import pulley
 
 
-def old_result(content: bytes = b"the result of yesterday") -> bytes:
-    """Return the bytes of a file that is ours by its beginning and its end."""
-    image = HDF5_SIGNATURE + content
-    return image + checksum_trailer(image)
+@cache
+def old_result(title: str = "the result of yesterday") -> bytes:
+    """Return the bytes of the file of a short run."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "old.h5"
+        fs.solve(pulley(title=title, solver__duration=0.01), output=path)
+        return path.read_bytes()

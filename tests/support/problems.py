@@ -6,18 +6,18 @@ with more digits than are given here.
 """
 
 import json
-from math import exp
+from math import exp, hypot
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
 
-from frictionsim.mechanisms.effects import friction_radius
 from frictionsim.results import Record, Transition
 
 CORD_RADIUS, INERTIA, LOAD, DRAG = 0.0508, 1.355, 2224.1, 1.355
 SHAFT_RADIUS, MU_S, MU_K = 0.0254, 0.2, 0.1
-R_S, R_K = friction_radius(SHAFT_RADIUS, MU_S), friction_radius(SHAFT_RADIUS, MU_K)
+# The friction radii r mu / sqrt(1 + mu^2), eqs 5-6.
+R_S, R_K = (SHAFT_RADIUS * mu / hypot(1.0, mu) for mu in (MU_S, MU_K))
 
 # The ramp of the shipped scenario.
 P_START, P_END, T_RAMP = 1832.6, 3113.75, 0.8

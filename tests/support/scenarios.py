@@ -6,21 +6,18 @@ import os
 import subprocess
 import sys
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.results import Record, SimulationResult, SolverStatistics, failures
+from frictionsim.results import Channel, Record, SimulationResult, Transition, failures
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.loading import validate
 from frictionsim.simulation.monitor import RunMonitor
-from frictionsim.simulation.record import recorded
 from frictionsim.solvers.mechanism import Mechanism
 
 ROOT = Path(__file__).parents[2]
@@ -124,7 +121,7 @@ def mechanism_of(done: Record) -> Mechanism:
 
 def observed(data: Scenario) -> SimulationResult:
     """Return the observation of a simulation of scenario data, in its working numbers."""
-    scenario = validate(data, SCENARIOS)
+    scenario = fs.load(data, folder=SCENARIOS)
     simulation = mechanism_module(scenario.kind).simulation(scenario)
     simulation.prepare(RunMonitor())
     simulation.solve(lambda t: None)
@@ -132,17 +129,41 @@ def observed(data: Scenario) -> SimulationResult:
 
 
 def made_record(
-    scenario: Any,
-    channel_info: Any,
+    scenario: str,
+    channel_info: Mapping[str, Channel],
     members: dict[str, tuple[str, ...]],
-    data: SimulationResult,
-    statistics: SolverStatistics,
+    channels: dict[str, Any],
+    transitions: Sequence[Transition] = (),
 ) -> Record:
-    """Return the record of a run that is done, made by hand."""
-    simulation: Any = SimpleNamespace(effects=(), channel_info=channel_info, axes=members)
-    record = recorded(scenario, simulation, data)
-    ended = dict.fromkeys(("reason", "failure", "warnings"), "") | {"status": "done"}
-    return record._replace(attributes=record.attributes | ended, statistics=statistics)
+    """Return the record of a run that is done, made by hand: of a scenario, given as TOML."""
+    tables = tomllib.loads(scenario)
+    names = ("frictionsim_version", "source", "overrides", "command", "law", "effects", "reason")
+    attributes = dict.fromkeys((*names, "failure", "warnings"), "") | {
+        "frictionsim_version": fs.__version__,
+        "scenario": scenario,
+        "kind": tables["kind"],
+        "backend": tables["solver"]["backend"],
+        "title": tables["title"],
+        "status": "done",
+    }
+    contacts = sorted({e.contact for e in transitions})
+    info = {"time": Channel("s", "time"), **channel_info}
+    return Record(
+        attributes=attributes,
+        channels=channels,
+        units={name: channel.unit for name, channel in info.items()},
+        long_names={name: channel.long_name for name, channel in info.items()},
+        axes={name: channel.axis for name, channel in info.items()},
+        members={axis: members[axis] for axis in sorted(members)},
+        events={
+            "time": np.array([e.time for e in transitions], dtype=np.float64),
+            "contact": np.array([contacts.index(e.contact) for e in transitions], dtype=np.int32),
+            "mode_from": np.array([e.mode_from for e in transitions], dtype=np.int8),
+            "mode_to": np.array([e.mode_to for e in transitions], dtype=np.int8),
+        },
+        contacts=contacts,
+        flags={name: channel.flags for name, channel in info.items() if channel.flags},
+    )
 
 
 def scenario_run(done: Record) -> Any:

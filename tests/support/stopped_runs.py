@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import frictionsim as fs
 from frictionsim.errors import BudgetExceeded, Interrupted
 
 WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC
@@ -37,6 +38,27 @@ def stopping(after: int, error: Callable[[float], Exception] = spent) -> Callabl
             raise error(t)
 
     return on_step
+
+
+def calls_of(data: dict[str, Any]) -> list[float]:
+    """Return the times at which a run calls its progress function, after its steps, s."""
+    times: list[float] = []
+    fs.solve(data, progress=times.append)
+    return times
+
+
+def assert_same_when_interrupted(data: dict[str, Any], folder: Path, *stops: list[int]) -> None:
+    """Stop a run after each number of calls; its last file must equal that of a whole run."""
+    whole, part = folder / "whole.h5", folder / "part.h5"
+    fs.solve(data, output=whole)
+    for places in stops:
+        result = fs.solve(data, output=part, progress=stopping(places[0]))
+        for place in [*places[1:], None]:
+            assert (result.status, result.failure) == ("failed", "budget_exceeded")
+            result = fs.resume(result, progress=False if place is None else stopping(place))
+            if result.status == "done":
+                break
+        assert part.read_bytes() == whole.read_bytes()
 
 
 def stopped_at(
