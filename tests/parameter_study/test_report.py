@@ -1,19 +1,21 @@
 """A sweep as CSV: every run with all its digits, for spreadsheets and pandas."""
 
 import csv
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import frictionsim as fs
 from frictionsim.errors import OutputError
-from frictionsim.io.hdf5_reader import read_sweep
-from frictionsim.io.replaceable import COSTS, SWEEP_IN_CSV, check_replaceable
-from frictionsim.parameter_study.block import FAILED
-from frictionsim.parameter_study.sweep_files import write_csv
 from tests.support.sweep_files import LOOSE, MU_S, PULLEY
-from tests.support.sweeps import grid_of, with_outcomes
+from tests.support.sweeps import FAILED, grid_of, with_outcomes
+
+
+def write_csv(table: Any, path: Path) -> None:
+    fs.Sweep(table).save(path)
 
 
 def rows_of(path: Path) -> list[list[str]]:
@@ -24,8 +26,7 @@ def rows_of(path: Path) -> list[list[str]]:
 def test_each_run_is_a_line_with_all_digits(tmp_path: Path) -> None:
     vary = {MU_S: "lin(0.1, 0.4, 4)", "drive.direction": ["vertical", "horizontal"]}
     sweep = fs.sweep(PULLEY, vary, LOOSE, output=tmp_path / "s.h5", workers=1)
-    table = read_sweep(tmp_path / "s.h5")
-    write_csv(table, tmp_path / "s.csv")
+    fs.open_sweep(tmp_path / "s.h5").save(tmp_path / "s.csv")
     heading, *rows = rows_of(tmp_path / "s.csv")
     assert heading[:3] == ["run [1]", f"{MU_S} [1]", "drive.direction"]
     assert heading[-4:] == ["status", "failure", "reason", "warnings"]
@@ -33,8 +34,10 @@ def test_each_run_is_a_line_with_all_digits(tmp_path: Path) -> None:
         cells = dict(zip(heading, row, strict=True))
         assert cells["run [1]"] == str(number)
         at = sweep.sel({MU_S: float(cells[f"{MU_S} [1]"]), "drive.direction": row[2]})
-        for name in table.values:
-            cell = cells[f"{name} [{table.units[name]}]"]
+        names = set(sweep) - {"status", "failure", "reason", "warnings"}
+        assert len(names) == len(heading) - 3 - 4
+        for name in names:
+            cell = cells[f"{name} [{sweep[name].attrs['units']}]"]
             assert np.array_equal(float(cell or "nan"), float(at[name]), equal_nan=True), name
         assert cells["status"] == "done"
         assert cells["warnings"] == at["warnings"].item()
@@ -69,21 +72,24 @@ def test_truth_values_are_those_of_the_file(tmp_path: Path) -> None:
     assert [row[1] for row in rows_of(tmp_path / "s.csv")[1:]] == ["0", "1"]
 
 
-def test_it_replaces_such_a_table_only(tmp_path: Path) -> None:
+def test_it_replaces_such_a_table_only(
+    tmp_path: Path, told: Callable[..., tuple[str, str]]
+) -> None:
     table = grid_of({"a": [1.0, 2.0]}, {"f": lambda a: a})
     path = tmp_path / "s.csv"
     write_csv(table, path)
     before = path.read_bytes()
     write_csv(table, path)
     assert path.read_bytes() == before
-    with pytest.raises(OutputError, match="is not a table of costs and is not overwritten"):
-        check_replaceable(path, COSTS)
+    _, refused = told("cost", PULLEY, "--csv", path, code=4)
+    assert "is not a table of costs and is not overwritten" in refused
     path.write_text("run [1],a\n1,2\n")  # while the runs go on
     with pytest.raises(OutputError, match="is not a sweep in CSV and is not overwritten"):
         write_csv(table, path)
     assert path.read_text() == "run [1],a\n1,2\n"
     path.write_text("")
-    check_replaceable(path, SWEEP_IN_CSV)
+    write_csv(table, path)
+    assert path.read_bytes() == before
 
 
 def test_many_runs_are_written_in_parts(tmp_path: Path) -> None:

@@ -1,20 +1,14 @@
-"""Sobol indices of functions whose indices are known."""
+"""Sobol indices of functions whose indices are known, as a picture of the sample shows them."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from scipy import stats
 
-from frictionsim.parameter_study.block import FAILED
-from frictionsim.parameter_study.design import Sampling
-from frictionsim.parameter_study.sensitivity import (
-    SensitivityIndices,
-    indices_from_blocks,
-    indices_of,
-)
-from tests.support.cases import slow
-from tests.support.sweeps import Function, sample_of, with_outcomes
+import frictionsim as fs
+from tests.support.sweep_files import LOAD, LOOSE, PULLEY
+from tests.support.sweeps import FAILED, Function, Sampling, sample_of, with_outcomes
 
 PI = repr(np.pi)
 CUBE = dict.fromkeys(("x1", "x2", "x3"), f"uniform(-{PI}, {PI})")
@@ -31,8 +25,37 @@ def ishigami(x1: Any, x2: Any, x3: Any) -> Any:
     return np.sin(x1) + 7.0 * np.sin(x2) ** 2 + 0.1 * x3**4 * np.sin(x1)
 
 
-def indices(vary: dict[str, str], function: Function, sampling: Sampling) -> SensitivityIndices:
-    return indices_of(sample_of(vary, {"f": function}, sampling), ["f"])["f"]
+class Drawn(NamedTuple):
+    """The bars of a quantity by key, in the order of the keys, and what is written above."""
+
+    first: Any
+    total: Any
+    first_interval: Any  # (keys, 2)
+    total_interval: Any
+    basis: str
+
+
+def drawn_indices(table: Any, names: list[str]) -> list[Drawn]:
+    """Return the indices of some quantities, of a picture."""
+    panels = fs.plot(fs.Sweep(table), ",".join(names)).axes[1::2]
+    return [_drawn(panel, list(table.coordinates)) for panel in panels]
+
+
+def _drawn(panel: Any, keys: list[str]) -> Drawn:
+    if not panel.patches:
+        (text,) = panel.texts
+        return Drawn(*4 * (np.empty(0),), " ".join(text.get_text().split()))
+    order = [[label.get_text() for label in panel.get_yticklabels()].index(key) for key in keys]
+    widths = np.array([bar.get_width() for bar in panel.patches]).reshape(2, -1)[:, order]
+    ends = [
+        np.array([[x for x, _ in segment] for segment in lines.get_segments()])[order]
+        for lines in panel.collections
+    ]
+    return Drawn(*widths, *ends, " ".join(panel.get_title(loc="left").split()))
+
+
+def indices(vary: dict[str, str], function: Function, sampling: Sampling) -> Drawn:
+    return drawn_indices(sample_of(vary, {"f": function}, sampling), ["f"])[0]
 
 
 def indices_of_ishigami() -> tuple[Any, Any]:
@@ -51,23 +74,26 @@ def test_the_indices_of_ishigami() -> None:
     np.testing.assert_allclose(estimate.total, total, atol=0.015)
     assert estimate.basis == "from 4096 rows; 95 % confidence"
     for known, interval in ((first, estimate.first_interval), (total, estimate.total_interval)):
-        assert interval is not None
         assert (interval[:, 0] <= known).all()
         assert (known <= interval[:, 1]).all()
         assert (np.ptp(interval, axis=1) < 0.25).all()
 
 
-@pytest.mark.parametrize(
-    ("method", "least", "most"), [("random", 0.8, 1.3), slow("sobol", 1.3, 2.5)]
-)
+@pytest.mark.slow  # 17 pictures
+@pytest.mark.parametrize(("method", "least", "most"), [("random", 0.8, 1.3), ("sobol", 1.3, 2.5)])
 def test_intervals_are_those_of_independent_rows(method: str, least: float, most: float) -> None:
     first, total = indices_of_ishigami()
     known = np.concatenate((first, total))
     estimates, widths, holds = [], [], []
-    for seed in range(100):
-        estimate = indices(CUBE, ishigami, Sampling(256, method, seed, indices=True))
-        assert estimate.first_interval is not None
-        assert estimate.total_interval is not None
+    names = [f"f{seed}" for seed in range(100)]
+    samples = {
+        name: sample_of(CUBE, {"f": ishigami}, Sampling(256, method, seed, indices=True))
+        for seed, name in enumerate(names)
+    }
+    # One quantity a seed; a picture shows six.
+    values = {name: table.values["f"] for name, table in samples.items()}
+    table = samples["f0"]._replace(values=values, units=dict.fromkeys(values, "1"))
+    for estimate in (e for i in range(0, 100, 6) for e in drawn_indices(table, names[i : i + 6])):
         low, high = np.concatenate((estimate.first_interval, estimate.total_interval)).T
         estimates.append(np.concatenate((estimate.first, estimate.total)))
         widths.append(high - low)
@@ -81,16 +107,16 @@ def test_intervals_are_those_of_independent_rows(method: str, least: float, most
 
 
 def test_intervals_agree_with_those_of_scipy() -> None:
-    values = sample_of(CUBE, {"f": ishigami}, Sampling(256, indices=True)).values["f"]
+    table = sample_of(CUBE, {"f": ishigami}, Sampling(256, indices=True))
+    values = table.values["f"]
     f_a, f_b, *f_ab = values.reshape(5, 256)
     data = {"f_A": f_a[None], "f_B": f_b[None], "f_AB": np.array(f_ab)[:, None]}
     other = stats.sobol_indices(func=data, n=256).bootstrap(n_resamples=2000)
-    estimate = indices_from_blocks(tuple(CUBE), values.reshape(5, 256))
+    (estimate,) = drawn_indices(table, ["f"])
     for ours, theirs in (
         (estimate.first_interval, other.first_order.confidence_interval),
         (estimate.total_interval, other.total_order.confidence_interval),
     ):
-        assert ours is not None
         wanted = np.stack((theirs.low, theirs.high), axis=-1)
         # SciPy corrects the bias, and draws other rows: at most 0.1 of a width.
         assert (np.abs(ours - wanted) < 0.3 * np.ptp(wanted, axis=1)[:, None]).all()
@@ -131,7 +157,7 @@ def test_rows_with_a_run_that_failed_are_left_out() -> None:
     # Row 3 in A, row 5 in the third mixed sample; what such runs hold does not count.
     table.values["f"][[3, 4 * 256 + 5]] = 1e6
     table = with_outcomes(table, {3: FAILED, 4 * 256 + 5: FAILED})
-    estimate = indices_of(table, ["f"])["f"]
+    (estimate,) = drawn_indices(table, ["f"])
     assert estimate.basis.startswith("from 128 rows of 256")
     rows = [row for row in range(256) if row not in (3, 5)][:128]
     blocks = table.values["f"].reshape(5, 256)[:, rows]
@@ -146,9 +172,10 @@ def test_too_few_rows_give_no_indices() -> None:
 
 
 def test_one_key_causes_all_of_the_variance() -> None:
-    estimate = indices({"a": "uniform(0.0, 1.0)"}, lambda a: a**2, Sampling(32, indices=True))
-    assert estimate.first.tolist() == estimate.total.tolist() == [1.0]
-    assert estimate.basis == "only one key is varied"
+    sweep = fs.sweep(PULLEY, {LOAD: "uniform(1900, 2100)"}, LOOSE, sample=32, indices=True)
+    told = sweep.to_json()["sobol_indices"]["final_angle"]
+    assert told["basis"] == "only one key is varied"
+    assert (told["keys"][LOAD]["first"], told["keys"][LOAD]["total"]) == (1.0, 1.0)
 
 
 def test_the_same_sample_gives_the_same_intervals() -> None:
