@@ -6,8 +6,10 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
+import frictionsim as fs
 from tests.support.scenarios import SCENARIOS
 
 PULLEY = SCENARIOS / "pulley.toml"
@@ -23,6 +25,23 @@ def command(runs: int, target: str, *more: str) -> list[str]:
         *("sweep", str(PULLEY), "--vary", vary, "--set", "solver.rtol=1e-4"),
         *("-o", target, *more),
     ]
+
+
+def planned(vary: Any, overrides: Any, **options: Any) -> fs.Sweep:
+    """Return a sweep of the pulley that was interrupted after its first runs."""
+
+    def stop(progress: Any) -> None:
+        if progress.done:
+            raise KeyboardInterrupt
+
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "s.h5"
+        try:
+            return fs.sweep(
+                PULLEY, vary, overrides, output=file, workers=1, progress=stop, **options
+            )
+        except KeyboardInterrupt:
+            return fs.open_sweep(file.with_name("s.partial.h5"))
 
 
 def started(arguments: list[str], folder: Path) -> "subprocess.Popen[bytes]":
