@@ -10,6 +10,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 import frictionsim as fs
+from tests.support.examples import examples
 from tests.support.sweep_files import planned
 
 SPEED = "mechanism.initial_angular_velocity"  # which may be any number
@@ -47,6 +48,7 @@ def test_a_range_gives_numbers_apart_by_a_step_or_a_factor() -> None:
         levels("lin(100.0, 300.0, 3)", STEPS)
 
 
+@examples(8)
 @given(
     st.floats(-1e6, 1e6, allow_nan=False), st.floats(-1e6, 1e6, allow_nan=False), st.integers(2, 50)
 )

@@ -27,8 +27,8 @@ def command(runs: int, target: str, *more: str) -> list[str]:
     ]
 
 
-def planned(vary: Any, overrides: Any, **options: Any) -> fs.Sweep:
-    """Return a sweep of the pulley that was interrupted after its first runs."""
+def planned(vary: Any, overrides: Any, scenario: Any = PULLEY, **options: Any) -> fs.Sweep:
+    """Return a sweep that was interrupted after its first runs."""
 
     def stop(progress: Any) -> None:
         if progress.done:
@@ -38,7 +38,7 @@ def planned(vary: Any, overrides: Any, **options: Any) -> fs.Sweep:
         file = Path(folder) / "s.h5"
         try:
             return fs.sweep(
-                PULLEY, vary, overrides, output=file, workers=1, progress=stop, **options
+                scenario, vary, overrides, output=file, workers=1, progress=stop, **options
             )
         except KeyboardInterrupt:
             return fs.open_sweep(file.with_name("s.partial.h5"))
