@@ -1,7 +1,6 @@
 """Small sweeps for tests, and changes to them."""
 
 import os
-import signal
 import subprocess
 import sys
 import time
@@ -62,18 +61,3 @@ def journal_grows(path: Path, process: "subprocess.Popen[bytes]", most: float = 
             return
         time.sleep(0.005)
     raise AssertionError(f"{path} did not grow: {process.stderr and process.stderr.read()!r}")
-
-
-def die_in(number: int, times: Path) -> Any:
-    """Return a `run_task` that kills its process in one run, as often as a file has characters."""
-    from frictionsim.parameter_study.single_run import run_task
-
-    def run_or_die(combinations: Any, task: Any, *more: Any) -> Any:
-        if number in range(task.first, task.first + len(task.values)):
-            left = times.read_text()
-            if left:
-                times.write_text(left[1:])
-                os.kill(os.getpid(), signal.SIGKILL)
-        return run_task(combinations, task, *more)
-
-    return run_or_die
