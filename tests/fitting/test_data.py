@@ -8,7 +8,6 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import InputError
-from frictionsim.scenario.units import factor
 from tests.fitting.measurements import FORCE, MU_S, SLOPE, frictionless, pulley
 
 TIME = np.linspace(0.1, 0.9, 9)
@@ -130,22 +129,27 @@ def test_sigma_is_in_the_unit_of_the_data() -> None:
 
 
 @pytest.mark.parametrize(
-    ("unit", "own", "wanted"),
+    ("quantity", "unit", "factor"),
     [
-        ("rad/s", "rad/s", 1.0),
-        ("rpm", "rad/s", np.pi / 30.0),
-        ("rad/s", "rpm", 30.0 / np.pi),
-        ("1", "%", 100.0),
-        ("mN m", "N m", 1e-3),
-        ("marbles", "marbles", 1.0),
+        ("final_angular_velocity", "rad/s", 1.0),
+        ("final_angular_velocity", "rpm", np.pi / 30.0),
+        ("final_angle", "deg", np.pi / 180.0),
+        ("final_time", "ms", 1e-3),
+        ("energy_kinetic", "kJ", 1e3),
+        ("energy_kinetic", "mJ", 1e-3),
     ],
 )
-def test_a_column_is_converted_to_the_unit_of_its_channel(
-    unit: str, own: str, wanted: float
+def test_a_value_is_converted_to_the_unit_of_its_quantity(
+    quantity: str, unit: str, factor: float
 ) -> None:
-    assert factor(unit, own) == pytest.approx(wanted)
-    with pytest.raises(InputError, match=r"^expected 'marbles', got 's'$"):
-        factor("s", "marbles")
+    scenario = frictionless()
+    value = float(fs.solve(scenario).quantities[quantity]) / factor
+    fit = fs.fit(
+        scenario, quantities={quantity: value}, units={quantity: unit}, free=FREE, starts=1
+    )
+    assert fit.residual_rms[quantity] < 1e-6 * abs(value * factor)
+    with pytest.raises(InputError, match=r"expected one of .*, got 'marbles'"):
+        fs.fit(scenario, quantities={quantity: value}, units={quantity: "marbles"}, free=FREE)
 
 
 def test_part_of_the_bounds_may_be_what_another_key_forbids() -> None:

@@ -1,6 +1,5 @@
 """Fits recover the values behind the data, and state their uncertainty."""
 
-from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 import numpy as np
@@ -8,13 +7,6 @@ import pytest
 from scipy import stats
 
 import frictionsim as fs
-from frictionsim.api.fitting import toml_of
-from frictionsim.fitting import problem
-from frictionsim.fitting.uncertainty import correlations
-from frictionsim.simulation import combinations
-from frictionsim.simulation.monitor import Monitor
-from frictionsim.solvers.compilation import Kernel
-from frictionsim.solvers.event_driven import SECONDS_OF_COMPILATION, EventDrivenSolver
 from tests.fitting.measurements import (
     DAMPING,
     FORCE,
@@ -26,7 +18,6 @@ from tests.fitting.measurements import (
     pulley,
     series,
 )
-from tests.support.many_runs import together
 
 TRUTH = {MU_S: 0.231, MU_K: 0.123}
 FREE = {MU_S: (0.05, 0.4), MU_K: (0.02, 0.3)}
@@ -183,30 +174,6 @@ def test_the_bootstrap_agrees_with_the_standard_errors() -> None:
         assert low < fit.values[FORCE] < high
 
 
-def test_runs_of_a_fit_are_compiled_if_they_are_many_and_a_monitor_is_told(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    told: list[float] = []
-
-    class Progress(Monitor[int]):
-        def compiling(self, expected: float) -> AbstractContextManager[None]:
-            told.append(expected)
-            return nullcontext()
-
-    together(monkeypatch)
-    monkeypatch.setattr(Kernel, "is_at_hand", False)
-    monkeypatch.setattr(EventDrivenSolver, "compile", lambda self: None)
-    options: Any = {"starts": 1, "bootstrap": 2, "progress": Progress()}
-    for channels in (None, ["angular_velocity"]):  # runs with chosen channels are made alone
-        scenario = pulley().replace({"output.channels": channels} if channels else {})
-        for runs in (73, 72):  # 12 of the scan, 60 of three searches for two keys
-            for module in (problem, combinations):
-                monkeypatch.setattr(module, "RUNS_THAT_PAY_COMPILING", runs)
-            fit_velocity(scenario, measured_velocity(0.1), FREE, **options)
-            assert set(told) == ({SECONDS_OF_COMPILATION} if runs == 72 else set())
-        told.clear()
-
-
 def test_correlated_residuals_are_reported() -> None:
     """Data with a drift that the scenario does not have."""
     data = line(0.01, seed=1)
@@ -247,11 +214,13 @@ def test_one_value_far_from_the_fit_is_reported() -> None:
 
 
 def test_a_key_is_correlated_with_itself_exactly() -> None:
-    covariance = np.array([[0.1, 0.03, np.nan], [0.03, 0.7, np.nan], [np.nan] * 3])
-    for scale in (1.0, 1.1, 3.3, 7e-9):
-        matrix = correlations(scale * covariance)
-        assert np.diag(matrix)[:2].tolist() == [1.0, 1.0]
-        assert np.isnan(matrix[2]).all()
+    for seed in range(3):
+        data = series(pulley().replace(TRUTH), angular_velocity=0.1)
+        data["angular_velocity"] += 0.1 * np.random.default_rng(seed).normal(size=data["time"].size)
+        fit = fit_velocity(pulley(), data, FREE, starts=1)
+        assert [fit.correlations[key][key] for key in FREE] == [1.0, 1.0]
+        assert fit.correlations[MU_S][MU_K] == fit.correlations[MU_K][MU_S]
+        assert abs(fit.correlations[MU_S][MU_K]) < 1.0
 
 
 # --- what is not identified ---------------------------------------------------------------------
@@ -317,7 +286,7 @@ def test_as_many_values_as_keys_need_a_sigma() -> None:
         "no standard error is known: there are as many values as free keys, which leave no scatter;"
         " give sigma",
     )
-    assert f"#   {FORCE} = 300, unknown\n" in toml_of(unknown.data, "")
+    assert f"#   {FORCE} = 300, unknown\n" in unknown.to_toml()
     assert given.standard_errors[FORCE] == pytest.approx(0.1 / (0.5 * SLOPE))
 
 

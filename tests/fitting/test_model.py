@@ -6,35 +6,39 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.fitting.data import FitOptions, measured
-from frictionsim.fitting.problem import FitProblem
 from tests.fitting.measurements import PULLEY
 from tests.support.problems import BREAKAWAY, P_END, P_START, T_RAMP, SlipOnRamp
 
 ON_RAMP = SlipOnRamp(P_START, (P_END - P_START) / T_RAMP, BREAKAWAY, 0.0, 1)
+# The force stays after the ramp; its last value comes after all data, which nothing changes with.
+FORCE = {"time": [0.0, T_RAMP, 4.0, 5.0], "value": [P_START, P_END, P_END, P_END]}
+FREE = {"drive.force.value.3": (0.5 * P_END, 2.0 * P_END)}
+
+
+def loaded(**overrides: Any) -> fs.Scenario:
+    keys = {key.replace("__", "."): value for key, value in overrides.items()}
+    return fs.load(PULLEY, {"drive.force": FORCE, **keys})
 
 
 def sampled(scenario: fs.Scenario, times: Any, *channels: str) -> dict[str, Any]:
-    """Return channels of a scenario at times."""
-    zeros = {name: np.zeros(len(times)) for name in channels}
-    options = FitOptions.of(data={"time": np.array(times), **zeros}, channels=channels)
-    data = measured(options, scenario)
-    values = FitProblem(scenario, (), data, lambda runs: None).model(np.empty(0)).values
-    assert values is not None
-    return dict(zip(channels, np.split(values, len(channels)), strict=True))
+    """Return channels of a scenario at times: those of a fit that leaves it as it is."""
+    data = {name: np.array(times) for name in ("time", *channels)}  # any values
+    fit = fs.fit(scenario, data=data, channels=channels, free=FREE, starts=1)
+    assert list(fit.not_identified) == list(FREE)
+    return {part.name: part.fitted for part in fit.data.residuals}
 
 
 def test_channels_are_those_of_the_closed_form_at_any_times() -> None:
     rng = np.random.default_rng(0)
     times = np.sort(rng.uniform(BREAKAWAY, T_RAMP, 40))  # of no grid
-    channels = sampled(fs.load(PULLEY), times, "angle", "angular_velocity")
+    channels = sampled(loaded(), times, "angle", "angular_velocity")
     exact = np.array([ON_RAMP(t) for t in times]).T
     assert channels["angle"] == pytest.approx(exact[0], abs=1e-9)
     assert channels["angular_velocity"] == pytest.approx(exact[1], abs=1e-8)
 
 
 def test_at_an_event_the_value_is_that_after_it() -> None:
-    scenario = fs.load(PULLEY)
+    scenario = loaded()
     (event,) = fs.solve(scenario).events["time"].to_numpy()
     channels = sampled(scenario, [0.1, event, 1.0], "angular_acceleration", "friction_torque")
     sides = fs.solve(scenario).events
@@ -45,17 +49,17 @@ def test_at_an_event_the_value_is_that_after_it() -> None:
 
 
 def test_a_run_ends_with_the_data_and_gives_the_same() -> None:
-    scenario, times = fs.load(PULLEY), [0.0, 0.3, 0.7, 1.13]
+    scenario, times = loaded(), [0.0, 0.3, 0.7, 1.13]
     short = sampled(scenario, times, "angle")["angle"]
     whole = sampled(scenario, [*times, 3.0], "angle")["angle"]
     assert short == pytest.approx(whole[:-1], rel=1e-9)
 
 
 def test_a_mechanism_without_friction_and_scipy_sample_too() -> None:
-    keys = {"effects.shaft_friction": None, "solver.duration": 1.0}
     times = [0.111, 0.5, 0.987]
+    keys = {"effects__shaft_friction": None, "solver__duration": 1.0}
     angles = [
-        sampled(fs.load(PULLEY, {**keys, "solver.backend": backend}), times, "angle")["angle"]
+        sampled(loaded(solver__backend=backend, **keys), times, "angle")["angle"]
         for backend in ("events", "dop853")
     ]
     assert angles[0] == pytest.approx(angles[1], rel=1e-7)

@@ -2,26 +2,23 @@
 
 import logging
 import os
+import shutil
 import signal
 import socket
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 import frictionsim as fs
-from frictionsim.parameter_study import dask_cluster, dispatch
-from frictionsim.parameter_study.dask_cluster import DaskCluster
-from frictionsim.parameter_study.design import design_of
-from frictionsim.parameter_study.sweep import SweepPlan
-from frictionsim.parameter_study.values import values_by_key
-from frictionsim.simulation.monitor import SweepProgress
+from tests.support.scenarios import ROOT
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
 
-RUNS = 300
+RUNS = 1500  # in many blocks of which some are done and some are not when one is seen
+ALONE = {**LOOSE, "output.channels": ["angle"]}  # runs one after the other take longer
 VARY = {LOAD: f"lin(2000, 2400, {RUNS})"}
 
 
@@ -37,25 +34,19 @@ def cluster() -> Iterator[Any]:
 
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kills a worker")
-def test_a_worker_that_is_killed_costs_nothing(
-    cluster: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: Any
-) -> None:
-    # Many blocks, so that some are done and some are not, however fast the machine is.
-    monkeypatch.setattr(DaskCluster, "seconds_of_a_block", 0.01)
-    monkeypatch.setattr(dispatch, "MAX_TOGETHER", 10)
-    monkeypatch.setattr(dispatch, "SECONDS_BETWEEN_TICKS", 0.0)
+def test_a_worker_that_is_killed_costs_nothing(cluster: Any, tmp_path: Path, capfd: Any) -> None:
     killed: list[int] = []
 
-    def kill_one(sweep: SweepProgress) -> None:
+    def kill_one(sweep: Any) -> None:
         if not killed and 10 < sweep.done < sweep.total:
             killed.append(next(iter(cluster.workers.values())).pid)
             os.kill(killed[0], signal.SIGKILL)
 
     serial, spread = tmp_path / "serial.h5", tmp_path / "spread.h5"
-    fs.sweep(PULLEY, VARY, LOOSE, output=serial, workers=1)
+    fs.sweep(PULLEY, VARY, ALONE, output=serial, workers=1)
     address = cluster.scheduler_address
     capfd.readouterr()
-    sweep = fs.sweep(PULLEY, VARY, LOOSE, output=spread, dask=address, progress=kill_one)
+    sweep = fs.sweep(PULLEY, VARY, ALONE, output=spread, dask=address, progress=kill_one)
     assert killed
     assert spread.read_bytes() == serial.read_bytes()
     assert sweep["status"].values.tolist() == [1] * RUNS
@@ -63,26 +54,41 @@ def test_a_worker_that_is_killed_costs_nothing(
     assert sorted(os.listdir(tmp_path)) == ["serial.h5", "spread.h5"]
 
 
-def test_what_does_not_fit_is_one_sentence(
-    cluster: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_combination_that_is_not_valid_is_one_sentence(cluster: Any, tmp_path: Path) -> None:
     address, output = cluster.scheduler_address, tmp_path / "s.h5"
     with pytest.raises(fs.InputError, match=r"vary: mechanism.load=-1.0 is not valid"):
         fs.sweep(PULLEY, {LOAD: [2000.0, -1.0]}, LOOSE, output=output, dask=address)
-    monkeypatch.setattr(dask_cluster, "__version__", "9.9")
-    with pytest.raises(fs.InputError) as refused:
-        fs.sweep(PULLEY, VARY, LOOSE, output=output, dask=address)
-    assert f"has frictionsim {fs.__version__}; this is frictionsim 9.9: install" in str(
-        refused.value
-    )
     assert os.listdir(tmp_path) == []
 
 
-def test_a_scheduler_that_does_not_answer_is_reported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.slow
+def test_a_worker_of_another_version_is_refused(tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed", reason="the extra dask is not installed")
+    other, output = tmp_path / "other", tmp_path / "s.h5"
+    shutil.copytree(ROOT / "frictionsim", other / "frictionsim")
+    (other / "frictionsim" / "version.py").write_text('__version__ = "9.9"\n')
+    with distributed.LocalCluster(n_workers=0, dashboard_address=":0") as empty:
+        address = empty.scheduler_address
+        worker = subprocess.Popen(
+            [sys.executable, "-m", "distributed.cli.dask_worker", address, "--no-nanny"],
+            cwd=other,
+            env={**os.environ, "PYTHONPATH": str(other)},
+            stderr=subprocess.DEVNULL,
+        )
+        try:
+            with pytest.raises(fs.InputError) as refused:
+                fs.sweep(PULLEY, VARY, LOOSE, output=output, dask=address)
+        finally:
+            worker.kill()
+            worker.wait()
+    told = f"has frictionsim 9.9; this is frictionsim {fs.__version__}: install the same there"
+    assert told in str(refused.value)
+    assert os.listdir(tmp_path) == ["other"]
+
+
+@pytest.mark.slow  # it waits for ten seconds
+def test_a_scheduler_that_does_not_answer_is_reported(tmp_path: Path) -> None:
     pytest.importorskip("distributed", reason="the extra dask is not installed")
-    monkeypatch.setattr(dask_cluster, "SECONDS_TO_ANSWER", 0.5)
     with socket.create_server(("127.0.0.1", 0)) as silent:  # takes connections, and says nothing
         address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
         with pytest.raises(fs.InputError, match=f"dask {address}: no scheduler answers there"):
@@ -98,14 +104,3 @@ def test_a_missing_extra_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
         "dask: the package distributed is not installed; install it with"
         " pip install 'frictionsim[dask]'"
     )
-
-
-def test_workers_know_how_many_runs_there_are() -> None:
-    """Few go alone, however long the blocks are."""
-    cluster: Any = DaskCluster.__new__(DaskCluster)
-    cluster._plan = None
-    cluster._client = SimpleNamespace(submit=lambda made, *arguments, pure: made(*arguments))
-    design = design_of(values_by_key([("mechanism.load", "lin(2000.0, 2400.0, 5000)")]))
-    plan = SweepPlan(fs.load("pulley"), design)
-    cluster.start(plan, lambda: None)
-    assert cluster._combinations.__reduce__() == plan.combinations.__reduce__()

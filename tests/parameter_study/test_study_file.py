@@ -3,16 +3,16 @@
 import os
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionsim as fs
-from frictionsim.parameter_study.design import METHODS, Sampling
-from frictionsim.parameter_study.study_file import SweepOptions, SweepStudy, study_of, study_toml
-from frictionsim.parameter_study.values import Levels, values_of
+from tests.support.examples import examples
 from tests.support.scenarios import SCENARIOS
+from tests.support.sweep_files import planned
 
 PULLEY = (SCENARIOS / "pulley.toml").as_posix()
 MU_S = "effects.shaft_friction.mu_s"
@@ -25,16 +25,13 @@ seed = 7
 
 [set]
 "solver.rtol" = 1e-6
+"solver.duration" = 0.9
 mechanism.load = 2000.0
 
 [vary]
 effects.shaft_friction.mu_s = "uniform(0.1, 0.4)"
 "drive.force.value.1" = "normal(3000.0, 50.0)"
 """
-
-
-def read(folder: Path, text: str) -> SweepStudy:
-    return study_of(tomllib.loads(text), folder, "study")
 
 
 def test_a_study_reads_no_pipe(tmp_path: Path) -> None:
@@ -44,53 +41,76 @@ def test_a_study_reads_no_pipe(tmp_path: Path) -> None:
         fs.sweep(tmp_path / "study.toml")
 
 
-def test_a_study_is_read(tmp_path: Path) -> None:
-    study = read(tmp_path, STUDY)
-    assert study.scenario == fs.load(PULLEY, {"solver.rtol": 1e-6, "mechanism.load": 2000.0})
-    assert study.options.sampling == Sampling(16, "lhs", 7)
-    assert study.options.vary == {
-        MU_S: values_of("", "uniform(0.1, 0.4)"),
-        "drive.force.value.1": values_of("", "normal(3000.0, 50.0)"),
-    }
+def test_a_study_is_that_of_its_arguments(tmp_path: Path) -> None:
+    (tmp_path / "study.toml").write_text(STUDY)
+    read = fs.sweep(tmp_path / "study.toml", workers=1)
+    given = fs.sweep(
+        PULLEY,
+        {MU_S: "uniform(0.1, 0.4)", "drive.force.value.1": "normal(3000.0, 50.0)"},
+        {"solver.rtol": 1e-6, "solver.duration": 0.9, "mechanism.load": 2000.0},
+        sample=16,
+        method="lhs",
+        seed=7,
+        workers=1,
+    )
+    assert read.equals(given)
+    scenario = fs.load(
+        PULLEY, {"solver.rtol": 1e-6, "solver.duration": 0.9, "mechanism.load": 2000.0}
+    )
+    assert fs.loads(read.to_toml("scenario")).to_dict() == scenario.to_dict()
+    assert fs.loads(given.to_toml("scenario")).to_dict() == scenario.to_dict()
 
 
 def test_the_scenario_is_looked_for_beside_the_study(tmp_path: Path) -> None:
-    (tmp_path / "p.toml").write_text((SCENARIOS / "pulley.toml").read_text())
-    text = f'[study]\nscenario = "p.toml"\n[vary]\n"{MU_S}" = [0.2, 0.3]\n'
-    assert read(tmp_path, text).scenario == fs.load(PULLEY)
+    text = (SCENARIOS / "pulley.toml").read_text().replace("2224.1", "2222.0")
+    (tmp_path / "p.toml").write_text(text)
+    (tmp_path / "study.toml").write_text(
+        f'[study]\nscenario = "p.toml"\n[vary]\n"{MU_S}" = [0.2, 0.3]\n'
+    )
+    assert "load = 2222.0" in fs.sweep(tmp_path / "study.toml", workers=1).attrs["scenario"]
 
 
+SAMPLES = st.fixed_dictionaries(
+    {
+        "sample": st.sampled_from([1, 2, 16, 64]),
+        "method": st.sampled_from(["sobol", "lhs", "random"]),
+        "seed": st.integers(0, 2**63 - 1),
+        "indices": st.booleans(),
+    }
+)
+# Titles are one line without control characters; the word none removes a key.
+TEXTS = st.text(st.characters(codec="utf-8", exclude_categories=("C", "Zl", "Zp"))).filter(
+    lambda text: text != "none"
+)
+
+
+@examples(10)
 @given(
     st.one_of(
-        st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1),
-        st.lists(st.text(st.characters(codec="utf-8", exclude_categories=("Cs",))), min_size=1),
-        st.sampled_from(["lin(0.1, 0.4, 3)", "log(1, 100, 3)", "uniform(1e-3, 0.1)"]),
-    ),
-    st.one_of(
-        st.none(),
-        st.builds(
-            Sampling,
-            st.integers(1, 100),
-            st.sampled_from(METHODS),
-            st.integers(0, 2**63 - 1),
-            st.booleans(),
+        st.tuples(
+            st.just("mechanism.initial_angular_velocity"),
+            st.lists(st.floats(-1e9, 1e9), min_size=1),
+            st.just({"zip": True}),
         ),
-    ),
-    st.booleans(),
+        st.tuples(st.just("title"), st.lists(TEXTS, min_size=1, unique=True), st.just({})),
+        st.tuples(
+            st.just(MU_S), st.sampled_from(["lin(0.1, 0.4, 3)", "log(0.1, 10, 3)"]), st.just({})
+        ),
+        st.tuples(st.just(MU_S), st.just("uniform(0.1, 0.3)"), SAMPLES),
+    )
 )
 def test_a_study_that_is_written_is_the_same_when_read(
-    given_values: object, sampling: Sampling | None, together: bool
+    given: tuple[str, Any, dict[str, Any]],
 ) -> None:
-    vary = {MU_S: values_of(MU_S, given_values)}
-    of_sample = dict(zip(("sample", "method", "seed", "indices"), sampling or (), strict=False))
-    options = SweepOptions.of(vary=vary, zip=together, **of_sample)
-    study = SweepStudy(fs.load(PULLEY, {"solver.duration": 2.0}), options)
-    read = study_of(tomllib.loads(study_toml(study)), Path(), "study")
-    assert read.scenario == study.scenario
-    assert (read.options.zip, read.options.sampling) == (together, sampling)
-    before, after = vary[MU_S], read.options.vary[MU_S]
-    if isinstance(before, Levels):
-        assert isinstance(after, Levels)
-        assert after.values == before.values
-    else:
-        assert after == before
+    key, values, options = given
+    sweep = planned({key: values}, {"solver.duration": 1e-3}, **options)
+    written = tomllib.loads(sweep.attrs["study"])
+    again = planned(None, None, scenario=written)
+    assert again[key].identical(sweep[key])
+    assert again.attrs["study"] == sweep.attrs["study"]
+    for name in ("zip", "indices"):
+        assert bool(written["study"].get(name)) == options.get(name, False)
+    for name in options.keys() & {"sample", "method", "seed"}:
+        assert written["study"][name] == options[name]
+    if isinstance(values, list):
+        assert sweep[key].values.tolist() == values

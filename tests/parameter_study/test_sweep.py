@@ -4,32 +4,21 @@ import csv
 import tomllib
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 import xarray
 
 import frictionsim as fs
-from frictionsim.api import sweeping
-from frictionsim.api.sweep_result import Sweep
-from frictionsim.io.hdf5_reader import read_sweep
-from frictionsim.parameter_study import executors, single_run
-from frictionsim.simulation.combinations import MIN_TOGETHER, Combinations
-from tests.support.many_runs import together
+from tests.support.plugins import searched
 from tests.support.scenarios import SCENARIOS
+from tests.support.unreliable import ANGLE, SCENARIO, unreliable
 
 PULLEY = SCENARIOS / "pulley.toml"
 MU_S, MU_K = "effects.shaft_friction.mu_s", "effects.shaft_friction.mu_k"
 LOAD = "mechanism.load"
 BOTH = f"{MU_S},{MU_K}"
 LOOSE = {"solver.rtol": 1e-6}
-
-
-@pytest.fixture(autouse=True)
-def one_core(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All runs are in this process, with what a test changes in it, however slow they are."""
-    monkeypatch.setattr(sweeping, "available_cores", lambda: 1)
 
 
 def assert_as_single(at: xarray.Dataset, single: fs.Result) -> None:
@@ -43,7 +32,9 @@ def assert_as_single(at: xarray.Dataset, single: fs.Result) -> None:
 
 def test_a_grid_holds_what_single_runs_give(tmp_path: Path) -> None:
     levels, loads = [0.1, 0.25, 0.4], [2000.0, 2224.1, 9000.0]
-    sweep = fs.sweep(PULLEY, {MU_S: levels, LOAD: loads}, LOOSE, output=tmp_path / "s.h5")
+    sweep = fs.sweep(
+        PULLEY, {MU_S: levels, LOAD: loads}, LOOSE, output=tmp_path / "s.h5", workers=1
+    )
     assert sweep.sizes == {MU_S: 3, LOAD: 3}
     for mu, load in product(levels, loads):
         single = fs.solve(PULLEY, {**LOOSE, MU_S: mu, LOAD: load})
@@ -54,23 +45,23 @@ def test_a_grid_holds_what_single_runs_give(tmp_path: Path) -> None:
 
 def test_several_keys_have_one_value(tmp_path: Path) -> None:
     values = [0.1, 0.2]
-    sweep = fs.sweep(PULLEY, {f"{MU_S}, {MU_K}": values}, LOOSE, output=tmp_path / "s.h5")
+    sweep = fs.sweep(
+        PULLEY, {f"{MU_S}, {MU_K}": values}, LOOSE, output=tmp_path / "s.h5", workers=1
+    )
     assert dict(sweep.sizes) == {BOTH: 2}
     for mu in values:
         assert_as_single(sweep.sel({BOTH: mu}), fs.solve(PULLEY, {**LOOSE, MU_S: mu, MU_K: mu}))
     assert sweep[BOTH].attrs["units"] == "1"
-    assert sweep.equals(fs.sweep(tomllib.loads(sweep.attrs["study"])))
+    assert sweep.equals(fs.sweep(tomllib.loads(sweep.attrs["study"]), workers=1))
     assert fs.open_sweep(tmp_path / "s.h5").identical(sweep)
 
 
-def test_several_keys_have_one_value_together_and_along_the_runs(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    together(monkeypatch)
-    mu = np.linspace(0.1, 0.3, MIN_TOGETHER)
-    sweep = fs.sweep(PULLEY, {BOTH: mu, LOAD: np.linspace(1900.0, 2300.0, mu.size)}, zip=True)
-    single = fs.solve(PULLEY, {MU_S: mu[7], MU_K: mu[7], LOAD: float(sweep[LOAD][7])})
-    assert_as_single(sweep.isel(run=7), single)
+def test_several_keys_have_one_value_along_many_runs() -> None:
+    mu = np.linspace(0.1, 0.3, 60)
+    vary = {BOTH: mu, LOAD: np.linspace(1900.0, 2300.0, mu.size)}
+    sweep = fs.sweep(PULLEY, vary, LOOSE, zip=True, workers=1)
+    keys = {MU_S: mu[7], MU_K: mu[7], LOAD: float(sweep[LOAD][7])}
+    assert_as_single(sweep.isel(run=7), fs.solve(PULLEY, {**LOOSE, **keys}))
     assert sweep.isel(run=[0])[BOTH].values.tolist() == [0.1]
 
 
@@ -79,7 +70,7 @@ def test_several_keys_have_one_value_together_and_along_the_runs(
 )
 def test_a_run_that_fails_has_the_quantities_that_solve_gives(kind: str, steps: list[int]) -> None:
     path = SCENARIOS / f"{kind}.toml"
-    sweep = fs.sweep(path, {"solver.max_steps": steps})
+    sweep = fs.sweep(path, {"solver.max_steps": steps}, workers=1)
     assert sweep["status"].values.tolist() == [2, 2]
     names = [n for n in sweep.data_vars if n not in ("status", "failure", "reason", "warnings")]
     for number, limit in enumerate(steps):
@@ -95,7 +86,7 @@ def test_a_run_that_fails_has_the_quantities_that_solve_gives(kind: str, steps: 
 def test_sobol_indices_are_numbers_in_the_dataset_and_every_file(tmp_path: Path) -> None:
     vary = {MU_S: "uniform(0.15, 0.3)", LOAD: "normal(2224.0, 50.0)"}
     path, csv_path = tmp_path / "s.h5", tmp_path / "s.csv"
-    sweep = fs.sweep(PULLEY, vary, LOOSE, sample=16, indices=True, output=path)
+    sweep = fs.sweep(PULLEY, vary, LOOSE, sample=16, indices=True, output=path, workers=1)
     a, b, *mixed = sweep["force_to_lift"].values.reshape(4, 16)
     variance = np.var(np.concatenate((a, b)))
     centre = 0.5 * (a.mean() + b.mean())
@@ -110,8 +101,8 @@ def test_sobol_indices_are_numbers_in_the_dataset_and_every_file(tmp_path: Path)
     assert fs.open_sweep(path).identical(sweep)
     with xarray.open_dataset(path, engine="h5netcdf") as read:
         xarray.testing.assert_equal(read.load(), sweep.dataset)
-    swept = Sweep(read_sweep(path), path)
-    swept.save_csv(csv_path)
+    swept = fs.open_sweep(path)
+    swept.save(csv_path)
     told = swept.to_json()["sobol_indices"]
     with (tmp_path / "s.sobol.csv").open(newline="") as file:
         lines = {(line["quantity"], line["key"]): line for line in csv.DictReader(file)}
@@ -134,20 +125,17 @@ def test_sobol_indices_are_numbers_in_the_dataset_and_every_file(tmp_path: Path)
     assert "first-order index" in report
 
 
-def test_an_error_in_the_program_is_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(scenario: fs.Scenario, on_step: object) -> None:
-        raise ZeroDivisionError("division\nby zero")
-
-    monkeypatch.setattr("frictionsim.parameter_study.single_run.run", broken)
-    sweep = fs.sweep(PULLEY, {LOAD: [1.0, 2.0]})
-    assert sweep["failure"].values.tolist() == ["internal_error"] * 2
-    assert sweep["reason"].values[0] == "internal error: ZeroDivisionError: division by zero"
+def test_an_error_in_the_program_is_a_row(tmp_path: Path) -> None:
+    with searched(unreliable(tmp_path, 1, "raise ZeroDivisionError('division\\nby zero')")):
+        sweep = fs.sweep(SCENARIO, {ANGLE: [0.0, 1.0, 2.0]}, workers=1)
+    assert sweep["failure"].values.tolist() == ["", "internal_error", ""]
+    assert sweep["reason"].values[1] == "internal error: ZeroDivisionError: division by zero"
 
 
 def test_quantities_that_some_runs_lack_are_undefined_there() -> None:
     friction = "effects.shaft_friction"
     values = [{"shaft_radius": 0.0254, "mu_s": 0.2, "mu_k": 0.1}, "none"]
-    sweep = fs.sweep(PULLEY, {friction: values}, LOOSE)
+    sweep = fs.sweep(PULLEY, {friction: values}, LOOSE, workers=1)
     assert sweep["status"].values.tolist() == [1, 1]
     assert np.isfinite(sweep["breakaway_time"].values).tolist() == [True, False]
     assert np.isfinite(sweep["final_angle"].values).all()
@@ -156,7 +144,7 @@ def test_quantities_that_some_runs_lack_are_undefined_there() -> None:
 
 def test_a_sample_has_mean_and_spread_of_a_linear_model() -> None:
     # force_to_lift = W (r_e + r_s)/(r_e - r_s) is linear in the load W.
-    sweep = fs.sweep(PULLEY, {LOAD: "normal(2000.0, 50.0)"}, LOOSE, sample=256)
+    sweep = fs.sweep(PULLEY, {LOAD: "normal(2000.0, 50.0)"}, LOOSE, sample=256, workers=1)
     r_s = 0.0254 * 0.2 / np.hypot(1.0, 0.2)
     ratio = (0.0508 + r_s) / (0.0508 - r_s)
     forces = sweep["force_to_lift"]
@@ -164,27 +152,3 @@ def test_a_sample_has_mean_and_spread_of_a_linear_model() -> None:
     # Of 256 points of a Sobol sequence the mean is within a hundredth of the spread.
     assert float(forces.mean()) == pytest.approx(2000.0 * ratio, abs=0.01 * 50.0 * ratio)
     assert float(forces.std(ddof=1)) == pytest.approx(50.0 * ratio, rel=0.02)
-
-
-def test_runs_go_together_where_they_can(monkeypatch: pytest.MonkeyPatch) -> None:
-    together(monkeypatch)
-    seen: list[int] = []
-    whole = single_run.outcomes_together
-
-    def counted(combinations: Combinations, values: Any, on_step: Any) -> Any:
-        outcomes = whole(combinations, values, on_step)
-        seen.append(sum(len(runs) for runs, _ in outcomes))
-        return outcomes
-
-    monkeypatch.setattr(single_run, "outcomes_together", counted)
-    monkeypatch.setattr(executors, "SECONDS_OF_A_BLOCK", 1e6)  # however slow the machine is
-    many = {LOAD: "lin(2000.0, 2100.0, 60)"}
-    fs.sweep(PULLEY, many, LOOSE)
-    assert sum(seen) == 59  # after one that tells how long a run takes
-    # Failing runs go alone, which say why; fixed channels and other backends do not start.
-    outcomes = fs.sweep(PULLEY, many, {**LOOSE, "solver.max_steps": 5})
-    assert sum(seen) == 59
-    assert set(outcomes["failure"].values) == {"budget_exceeded"}
-    for more in ({"output.channels": ["angle"]}, {"solver.backend": "rkf45"}):
-        fs.sweep(PULLEY, many, {**LOOSE, **more})
-    assert sum(seen) == 59

@@ -1,30 +1,40 @@
 """Values of a key: lists, ranges and distributions, and refusals."""
 
 from fractions import Fraction
+from math import erf, log, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from frictionsim.parameter_study.values import Distribution, Levels, values_of
+import frictionsim as fs
+from tests.support.examples import examples
+from tests.support.sweep_files import planned
 
-KEY = "mechanism.load"
+SPEED = "mechanism.initial_angular_velocity"  # which may be any number
+STEPS = "solver.max_steps"  # a whole number without a unit
 
 
-def levels(given: object) -> tuple[object, ...]:
-    values = values_of(KEY, given)
-    assert isinstance(values, Levels)
-    return values.values
+def values_of(given: object, key: str = SPEED, **options: Any) -> Any:
+    """Return the values of a key in the runs of a sweep."""
+    return planned({key: given}, {"solver.duration": 1e-3}, **options)[key].values
+
+
+def levels(given: object, key: str = SPEED) -> tuple[object, ...]:
+    """Return the values of a list or range, which may be given twice."""
+    return tuple(values_of(given, key, zip=True).tolist())
 
 
 def test_a_list_gives_its_values() -> None:
     assert levels("[0.1, 0.2]") == (0.1, 0.2)
-    assert levels('["events", "rkf45"]') == ("events", "rkf45")
+    assert levels('["events", "rkf45"]', "solver.backend") == ("events", "rkf45")
     assert levels(np.array([1.0, 2.0])) == (1.0, 2.0)
-    assert levels((1, 2)) == (1, 2)
-    assert levels(range(3)) == (0, 1, 2)
-    assert levels("[[1.0, 2.0], [3.0, 4.0]]") == ([1.0, 2.0], [3.0, 4.0])
+    assert levels((1, 2), STEPS) == (1, 2)
+    assert levels(range(1, 4), STEPS) == (1, 2, 3)
+    two = "[[1.0, 2.0], [3.0, 4.0]]"
+    assert levels(two, "drive.force.value") == ("[1.0, 2.0]", "[3.0, 4.0]")
 
 
 def test_a_range_gives_numbers_apart_by_a_step_or_a_factor() -> None:
@@ -32,10 +42,13 @@ def test_a_range_gives_numbers_apart_by_a_step_or_a_factor() -> None:
     assert levels("log(0.01, 1.0, 3)") == (0.01, pytest.approx(0.1, rel=1e-15), 1.0)
     assert levels("lin(-1, 1.5, 1)".replace("1.5", "-1")) == (-1,)
     assert levels(" lin( 3 , 1 , 3 ) ") == (3, 2, 1)
-    assert all(type(value) is int for value in levels("lin(100, 300, 3)"))
-    assert all(type(value) is float for value in levels("lin(100.0, 300.0, 3)"))
+    # Whole numbers stay whole: such a key takes no others.
+    assert levels("lin(100, 300, 3)", STEPS) == (100, 200, 300)
+    with pytest.raises(fs.InputError, match=r"max_steps=100\.0 is not valid"):
+        levels("lin(100.0, 300.0, 3)", STEPS)
 
 
+@examples(8)
 @given(
     st.floats(-1e6, 1e6, allow_nan=False), st.floats(-1e6, 1e6, allow_nan=False), st.integers(2, 50)
 )
@@ -65,38 +78,17 @@ def test_the_numbers_of_a_range_are_nearest_to_its_decimal_numbers() -> None:
     assert levels(f"lin(1.{'1' * 5000}, 2, 2)") == (float(f"1.{'1' * 20}"), 2.0)
 
 
-# Closed forms of mean, variance and cumulated probability.
-CLOSED = [
-    ("uniform(2, 5)", 3.5, 0.75, lambda x: (x - 2) / 3),
-    ("triangular(0, 1, 4)", 5 / 3, (16 + 1 - 4) / 18, lambda x: 1 - (4 - x) ** 2 / 12),
-    ("normal(3, 2)", 3.0, 4.0, None),
-    (
-        "lognormal(0.5, 0.25)",
-        np.exp(0.5 + 0.25**2 / 2),
-        (np.exp(0.25**2) - 1) * np.exp(1 + 0.25**2),
-        None,
-    ),
-]
+# Cumulated probabilities in closed form.
+CUMULATED = {
+    "uniform(2, 5)": lambda x: (x - 2.0) / 3.0,
+    "triangular(0, 1, 4)": lambda x: x**2 / 4.0 if x < 1.0 else 1.0 - (4.0 - x) ** 2 / 12.0,
+    "normal(3, 2)": lambda x: 0.5 * (1.0 + erf((x - 3.0) / 2.0 / sqrt(2.0))),
+    "lognormal(0.5, 0.25)": lambda x: 0.5 * (1.0 + erf((log(x) - 0.5) / 0.25 / sqrt(2.0))),
+}
 
 
-@pytest.mark.parametrize(("text", "mean", "variance", "cumulated"), CLOSED)
-def test_distributions_have_their_moments(
-    text: str, mean: float, variance: float, cumulated: object
-) -> None:
-    distribution = values_of(KEY, text)
-    assert isinstance(distribution, Distribution)
-    # Midpoints of equal probabilities: the error of the tails of 1e5 points is below 1e-3.
-    p = (np.arange(100_000) + 0.5) / 100_000
-    x = distribution.quantiles(p)
-    assert np.mean(x) == pytest.approx(mean, rel=1e-3)
-    assert np.var(x) == pytest.approx(variance, rel=1e-3)
-    if callable(cumulated):
-        upper = p > 0.5
-        assert cumulated(x[upper]) == pytest.approx(p[upper], abs=1e-12)
-
-
-def test_no_quantile_is_infinite() -> None:
-    for text in ("normal(0, 1)", "lognormal(0, 1)"):
-        distribution = values_of(KEY, text)
-        assert isinstance(distribution, Distribution)
-        assert np.isfinite(distribution.quantiles(np.array([0.0, 1.0]))).all()
+@pytest.mark.parametrize("text", CUMULATED)
+def test_one_value_of_a_sample_lies_in_each_part_of_equal_probability(text: str) -> None:
+    values = values_of(text, sample=32, method="lhs")
+    probabilities = np.sort([CUMULATED[text](x) for x in values.tolist()])
+    assert (32.0 * probabilities).astype(int).tolist() == list(range(32))

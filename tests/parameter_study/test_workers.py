@@ -1,8 +1,9 @@
 """Worker processes: the same bytes whatever their number, and nothing lost when they die."""
 
 import os
-import signal
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -10,77 +11,88 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.api import sweeping
-from frictionsim.parameter_study import dispatch, executors
-from frictionsim.parameter_study.executors import (
-    InProcess,
-    ProcessPool,
-    available_cores,
-    local_executor,
-)
-from tests.support.sweep_files import LOAD, LOOSE, PULLEY, die_in
+from tests.support.plugins import searched
+from tests.support.scenarios import frictionsim, python
+from tests.support.sweep_files import LOAD, LOOSE, PULLEY, command
+from tests.support.unreliable import ANGLE, SCENARIO, unreliable
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="workers are copies, on POSIX")
 
-VARY = {LOAD: "lin(2000, 2400, 40)"}
+ANGLES = {ANGLE: "lin(0, 39, 40)"}
+DIE = (
+    "import os, pathlib, signal",
+    "times = pathlib.Path({times!r})",
+    "if left := times.read_text():",
+    "    times.write_text(left[1:])",
+    "    os.kill(os.getpid(), signal.SIGKILL)",
+)
 
 
-@pytest.fixture(scope="module")
-def serial(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """The file of a sweep in one process."""
-    path = tmp_path_factory.mktemp("serial") / "s.h5"
-    fs.sweep(PULLEY, VARY, LOOSE, output=path, workers=1)
-    return path.read_bytes()
-
-
-@pytest.fixture(autouse=True)
-def copies(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Workers are copies of this process, with what a test has changed, whatever runs the tests."""
-    monkeypatch.setattr(executors, "may_fork", lambda: True)
+@contextmanager
+def another_thread() -> Iterator[None]:
+    """Let this process have another thread: a copy of it would not be safe."""
+    done = threading.Event()
+    thread = threading.Thread(target=done.wait)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
 
 
 def _children() -> set[str]:
-    """Return the processes that this one has started, on Linux."""
-    threads = Path("/proc/self/task").glob("*/children")
-    return {word for children in threads for word in children.read_text().split()}
+    """Return the processes that this one has started, on Linux, but for Python's own tracker."""
+    found = set()
+    for children in Path("/proc/self/task").glob("*/children"):
+        for number in children.read_text().split():
+            with suppress(OSError):  # it has ended
+                words = Path(f"/proc/{number}/cmdline").read_bytes()
+                found |= set() if b"resource_tracker" in words else {number}
+    return found
 
 
 def test_the_file_does_not_depend_on_the_workers_and_none_outlives_its_sweep(
-    serial: bytes, tmp_path: Path
+    tmp_path: Path,
 ) -> None:
-    before = _children()
-    fs.sweep(PULLEY, VARY, LOOSE, output=tmp_path / "s.h5", workers=3)
-    assert (tmp_path / "s.h5").read_bytes() == serial
-    assert [path.name for path in tmp_path.iterdir()] == ["s.h5"]
+    def sweep(name: str, workers: int) -> bytes:
+        vary = {LOAD: "lin(2000, 2400, 40)"}
+        fs.sweep(PULLEY, vary, {"solver.rtol": 1e-4}, output=tmp_path / name, workers=workers)
+        return (tmp_path / name).read_bytes()
+
+    serial, before = sweep("serial.h5", 1), _children()
+    with another_thread():  # workers are new interpreters
+        assert sweep("new.h5", 2) == serial
     assert _children() <= before
+    # In a process of one thread they are its copies.
+    done = frictionsim(*command(40, "copies.h5", "--workers", "3"), cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "copies.h5").read_bytes() == serial
+    assert sorted(os.listdir(tmp_path)) == ["copies.h5", "new.h5", "serial.h5"]
 
 
-def test_new_interpreters_do_the_same(
-    serial: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(executors, "may_fork", lambda: False)
-    fs.sweep(PULLEY, VARY, LOOSE, output=tmp_path / "s.h5", workers=2)
-    assert (tmp_path / "s.h5").read_bytes() == serial
-
-
-def test_a_run_whose_worker_dies_is_run_again(
-    serial: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def dying(tmp_path: Path) -> Iterator[Path]:
+    """A kind whose run 17 kills its process as often as a file has characters."""
     times = tmp_path / "times"
-    times.write_text("xxx")  # in its block, in the same block alone, and in a half of it
-    monkeypatch.setattr(dispatch, "run_task", die_in(17, times))
-    fs.sweep(PULLEY, VARY, LOOSE, output=tmp_path / "s.h5", workers=2)
-    assert times.read_text() == ""
-    assert (tmp_path / "s.h5").read_bytes() == serial
+    times.write_text("")
+    body = [line.format(times=str(times)) for line in DIE]
+    with searched(unreliable(tmp_path / "site", 17, *body)):
+        yield times
 
 
-def test_a_run_that_kills_its_workers_fails(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    times = tmp_path / "times"
-    times.write_text("x" * 20)
-    monkeypatch.setattr(dispatch, "run_task", die_in(17, times))
-    sweep = fs.sweep(PULLEY, VARY, LOOSE, workers=2)
+def test_a_run_whose_worker_dies_is_run_again(dying: Path, tmp_path: Path) -> None:
+    serial, spread = tmp_path / "serial.h5", tmp_path / "spread.h5"
+    fs.sweep(SCENARIO, ANGLES, output=serial, workers=1)
+    dying.write_text("xxx")  # in its block, in the same block alone, and in a half of it
+    fs.sweep(SCENARIO, ANGLES, output=spread, workers=2)
+    assert dying.read_text() == ""
+    assert spread.read_bytes() == serial.read_bytes()
+
+
+def test_a_run_that_kills_its_workers_fails(dying: Path) -> None:
+    dying.write_text("x" * 20)
+    sweep = fs.sweep(SCENARIO, ANGLES, workers=2)
     assert sweep["status"].values.tolist() == [1] * 17 + [2] + [1] * 22
     assert str(sweep["failure"][17].item()) == "worker_died"
     assert str(sweep["reason"][17].item()) == (
@@ -88,24 +100,32 @@ def test_a_run_that_kills_its_workers_fails(
     )
     assert np.isnan(sweep["final_angle"][17])
     # In its block of at most 40 runs, in that alone, and in each half of a half down to itself.
-    assert len(times.read_text()) >= 20 - 2 - 6
+    assert len(dying.read_text()) >= 20 - 2 - 6
 
 
-def test_workers_that_cannot_start_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(executors, "_isolate", lambda: os._exit(3))
-    with pytest.raises(fs.InputError, match=r"no worker process can be started \(it ended with"):
-        fs.sweep(PULLEY, VARY, LOOSE, workers=2)
+@pytest.mark.slow  # six interpreters start
+def test_workers_that_cannot_start_are_reported(tmp_path: Path) -> None:
+    """Those of a script that would begin its sweep anew in each of them."""
+    (tmp_path / "script.py").write_text(
+        "import threading, frictionsim as fs\n"
+        "threading.Thread(target=threading.Event().wait, daemon=True).start()\n"
+        f"fs.sweep({str(PULLEY)!r}, {{'{LOAD}': [2000.0, 2100.0]}}, workers=2)\n"
+    )
+    done = python(tmp_path / "script.py")
+    assert done.returncode == 1
+    assert "no worker process can be started (it ended with exit code 1); a script" in done.stderr
 
 
-@pytest.mark.parametrize("seconds_here", [-1.0, 60.0])
-def test_the_first_invalid_combination_is_named_before_any_run(
-    seconds_here: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(dispatch, "SECONDS_OF_LOCAL_CHECKS", seconds_here)
-    monkeypatch.delattr(sweeping, "run_blocks")  # no run begins
-    loads = [*range(2000, 2070), -1.0, *range(2100, 2130), -2.0]
+@pytest.mark.parametrize("number", [70, 50_000])  # the more are checked by the workers
+def test_the_first_invalid_combination_is_named_before_any_run(number: int) -> None:
+    done = []
+    loads = [*np.linspace(2000.0, 2070.0, number), -1.0, *range(2100, 2130), -2.0]
+    alone = {**LOOSE, "output.channels": ["angle"]}  # many runs together would be compiled first
     with pytest.raises(fs.InputError, match=r"vary: mechanism.load=-1.0 is not valid"):
-        fs.sweep(PULLEY, {LOAD: loads}, LOOSE, workers=2)
+        fs.sweep(
+            PULLEY, {LOAD: loads}, alone, workers=2, progress=lambda told: done.append(told.done)
+        )
+    assert set(done) <= {0}
 
 
 def test_an_error_of_the_progress_function_is_not_swallowed() -> None:
@@ -116,29 +136,28 @@ def test_an_error_of_the_progress_function_is_not_swallowed() -> None:
         fs.sweep(PULLEY, {LOAD: "lin(2000, 2400, 400)"}, LOOSE, workers=2, progress=broken)
 
 
-def test_workers_use_one_thread_of_linear_algebra_and_ignore_ctrl_c(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_workers_use_one_thread_of_linear_algebra_and_ignore_ctrl_c(tmp_path: Path) -> None:
     said = tmp_path / "said"
-
-    run_task = dispatch.run_task
-
-    def tell(combinations: Any, task: Any, *more: Any) -> Any:
-        from threadpoolctl import threadpool_info
-
-        os.kill(os.getpid(), signal.SIGINT)
-        threads = {library["num_threads"] for library in threadpool_info()}
-        said.write_text(f"{threads or {1}} {threading.current_thread().name}")
-        return run_task(combinations, task, *more)
-
-    monkeypatch.setattr(dispatch, "run_task", tell)
-    sweep = fs.sweep(PULLEY, {LOAD: [2000.0, 2100.0]}, LOOSE, workers=2)
+    body = (
+        "import os, signal, threading",
+        "from threadpoolctl import threadpool_info",
+        "os.kill(os.getpid(), signal.SIGINT)",
+        "threads = {library['num_threads'] for library in threadpool_info()}",
+        f"name = '{said}'",
+        "open(name, 'w').write(f'{threads or {1}} {threading.current_thread().name}')",
+    )
+    with searched(unreliable(tmp_path / "site", 1, *body)):
+        sweep = fs.sweep(SCENARIO, {ANGLE: [0.0, 1.0]}, workers=2)
     assert sweep["status"].values.tolist() == [1, 1]
     assert said.read_text() == "{1} MainThread"
 
 
 def test_one_worker_or_one_run_needs_no_process() -> None:
-    assert available_cores() >= 1
-    assert isinstance(local_executor(1, 100), InProcess)
-    assert isinstance(local_executor(8, 1), InProcess)
-    assert isinstance(local_executor(8, 2), ProcessPool)
+    before, seen = _children(), set[str]()
+
+    def look(progress: Any) -> None:
+        seen.update(_children() - before)
+
+    for loads, workers in (("lin(2000, 2400, 40)", 1), ("[2000]", 8)):
+        fs.sweep(PULLEY, {LOAD: loads}, LOOSE, workers=workers, progress=look)
+    assert not seen

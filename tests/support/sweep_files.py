@@ -1,13 +1,14 @@
 """Small sweeps for tests, and changes to them."""
 
 import os
-import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
+import frictionsim as fs
 from tests.support.scenarios import SCENARIOS
 
 PULLEY = SCENARIOS / "pulley.toml"
@@ -23,6 +24,23 @@ def command(runs: int, target: str, *more: str) -> list[str]:
         *("sweep", str(PULLEY), "--vary", vary, "--set", "solver.rtol=1e-4"),
         *("-o", target, *more),
     ]
+
+
+def planned(vary: Any, overrides: Any, scenario: Any = PULLEY, **options: Any) -> fs.Sweep:
+    """Return a sweep that was interrupted after its first runs."""
+
+    def stop(progress: Any) -> None:
+        if progress.done:
+            raise KeyboardInterrupt
+
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "s.h5"
+        try:
+            return fs.sweep(
+                scenario, vary, overrides, output=file, workers=1, progress=stop, **options
+            )
+        except KeyboardInterrupt:
+            return fs.open_sweep(file.with_name("s.partial.h5"))
 
 
 def started(arguments: list[str], folder: Path) -> "subprocess.Popen[bytes]":
@@ -43,18 +61,3 @@ def journal_grows(path: Path, process: "subprocess.Popen[bytes]", most: float = 
             return
         time.sleep(0.005)
     raise AssertionError(f"{path} did not grow: {process.stderr and process.stderr.read()!r}")
-
-
-def die_in(number: int, times: Path) -> Any:
-    """Return a `run_task` that kills its process in one run, as often as a file has characters."""
-    from frictionsim.parameter_study.single_run import run_task
-
-    def run_or_die(combinations: Any, task: Any, *more: Any) -> Any:
-        if number in range(task.first, task.first + len(task.values)):
-            left = times.read_text()
-            if left:
-                times.write_text(left[1:])
-                os.kill(os.getpid(), signal.SIGKILL)
-        return run_task(combinations, task, *more)
-
-    return run_or_die

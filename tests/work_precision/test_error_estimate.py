@@ -1,16 +1,14 @@
 """`solve --estimate-error`: the estimate is close to the error."""
 
 import json
+import re
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from frictionsim.cli.commands import run_command_line
-from frictionsim.scenario.loading import load
-from frictionsim.work_precision.error_estimate import estimate, tighter
-from tests.support.scenarios import SCENARIOS, pulley, scenario_run, simulate
+import frictionsim as fs
+from tests.support.scenarios import SCENARIOS, pulley, simulate
 
 EXACT = simulate(pulley(solver__rtol=1e-13, solver__atol=1e-15)).quantities
 
@@ -33,9 +31,9 @@ def test_the_estimate_is_near_the_error(name: str, law: str, solver: dict[str, A
         if name == "final_angle" and law == "regularised"
         else None,
     )
-    run = simulate(data)
+    run = fs.solve(data, estimate_error=True)
     error = abs((run.quantities[name].value or 0.0) - (EXACT[name].value or 0.0))
-    error_estimate = estimate(scenario_run(run), run, lambda t: None).errors[name]
+    error_estimate = run.errors[name]
     # Where a switch falls within a step decides on a factor of two; a second run that is not
     # much more exact, as with a speed that goes in by its power 2/3, hides a fifth of the error.
     assert 0.4 * error < (error_estimate or 0.0) < 4.0 * error
@@ -59,27 +57,26 @@ def test_errors_are_shown_beside_each_quantity(cli: Callable) -> None:
 
 
 @pytest.mark.parametrize("name", ["marble_machine", "epicyclic"])
-def test_the_estimate_works_for_other_kinds(name: str, tmp_path: Path) -> None:
-    arguments = ["solve", str(SCENARIOS / f"{name}.toml"), "-q", "-o", str(tmp_path / "a.h5")]
-    assert run_command_line([*arguments, "--estimate-error"]) == 0
+def test_the_estimate_works_for_other_kinds(name: str) -> None:
+    done = fs.solve(name, estimate_error=True)
+    assert done.exit_code == 0
+    assert done.errors.keys() == done.quantities.keys()
 
 
 def test_a_belt_halves_its_automatic_step() -> None:
-    scenario = load(SCENARIOS / "belt_drive.toml", ["solver.duration=0.002"], "moreau")
-    setting = tighter(scenario)
-    assert setting.backend == "moreau"
-    assert 1e-6 < float(setting.label.split()[1]) < 1.8e-6  # 3.5e-6 s is the longest stable one
-    assert tighter(load(SCENARIOS / "belt_drive.toml", [], "rkf45")).label == "rtol 2e-7"
+    short = {"solver.duration": 2e-4}
+    fixed = fs.solve("belt_drive", {**short, "solver.backend": "moreau"}, estimate_error=True)
+    found = re.search(r"a run with step ([^ ,;]*)", fixed.error_estimate)
+    assert found, fixed.error_estimate
+    assert 1e-6 < float(found[1]) < 1.8e-6  # 3.5e-6 s is the longest stable one
+    adaptive = fs.solve("belt_drive", {**short, "solver.backend": "rkf45"}, estimate_error=True)
+    assert "a run with rtol 2e-7" in adaptive.error_estimate
 
 
-def test_a_failed_second_run_keeps_the_first(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    arguments = ["solve", str(SCENARIOS / "pulley.toml"), "-o", str(tmp_path / "a.h5")]
-    arguments += ["--estimate-error", "--set", "solver.max_steps=150"]
-    assert run_command_line(arguments) == 0
-    captured = capsys.readouterr()
-    assert "quantity                      value  unit\n" in captured.out
-    assert captured.err.startswith(
+def test_a_failed_second_run_keeps_the_first(told: Callable[..., tuple[str, str]]) -> None:
+    """It takes more than the 150 steps that are enough for the first."""
+    out, err = told("solve", "pulley", "--estimate-error", "--set", "solver.max_steps=150")
+    assert "quantity                      value  unit\n" in out
+    assert err.startswith(
         "frictionsim: warning: no error estimate: run with rtol 1e-10, atol 1e-13 failed: limit"
     )

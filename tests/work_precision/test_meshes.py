@@ -14,14 +14,8 @@ import frictionsim as fs
 from frictionsim.errors import ArgumentError, SolverError
 from frictionsim.mechanisms.belt_drive import mesh_study
 from frictionsim.mechanisms.belt_drive.model import assemble
-from frictionsim.plots.studies import cheapest_of_meshes
-from frictionsim.results import Metric, Quantity
-from frictionsim.scenario.loading import load
-from frictionsim.scenario.variants import Mesh, Setting
-from frictionsim.work_precision.outcome import Error, Reference, Row, WorkPrecision
-from frictionsim.work_precision.recommendation import recommendations
-from frictionsim.work_precision.study import extrapolated
 from tests.support.scenarios import SCENARIOS
+from tests.work_precision.made import Mesh, made_row, made_study
 
 BELT, PULLEY = str(SCENARIOS / "belt_drive.toml"), str(SCENARIOS / "pulley.toml")
 QUANTITIES = {
@@ -83,7 +77,8 @@ def test_errors_and_recommendations_are_those_of_separate_runs(seed: int) -> Non
         "effects.belt_friction.mu_s": 1.0,
         "effects.belt_friction.mu_k": drawn.uniform(0.5, 1.0),
     }
-    study = fs.cost(BELT, overrides, bodies=[own, other], **CHOSEN).data
+    done = fs.cost(BELT, overrides, bodies=[own, other], **CHOSEN)
+    study = done.data
     limit = limit_of("corrected", max(own, other), overrides)
     second = limit_of("polygon", max(own, other), overrides)
     assert study.reference
@@ -106,14 +101,15 @@ def test_errors_and_recommendations_are_those_of_separate_runs(seed: int) -> Non
         assert (row.time_error is not None) == ((model, bodies) == ("corrected", own))
         if row.time_error is not None:
             assert 0.0 < row.time_error < 0.1 * (row.error or 0.0)
-    check_advice(study)
+    check_advice(done)
 
 
-def check_advice(study: WorkPrecision) -> None:
+def check_advice(done: fs.Study) -> None:
     """Check that the recommendation suffices on all finer meshes, and nothing is faster."""
+    study = done.data
     assert study.reference
-    for advice in recommendations(study):
-        metric = advice.metric
+    for advice in done.to_json()["recommendations"]:
+        metric = advice["quantity"]
         floor = study.reference.floor[metric].relative if metric else study.floor
         errors = [
             row.errors[metric].relative if metric else max(e.relative for e in row.errors.values())
@@ -126,31 +122,29 @@ def check_advice(study: WorkPrecision) -> None:
             for other, error in zip(meshes, errors, strict=True):
                 if other.model == mesh.model and other.bodies >= mesh.bodies:
                     least[other.bodies] = min(least.get(other.bodies, error), error)
-            enough = max(errors[study.rows.index(row)], floor, *least.values()) <= advice.wanted
+            enough = max(errors[study.rows.index(row)], floor, *least.values()) <= advice["wanted"]
             good += [row.wall_seconds] if enough else []
             spread = max(spread, row.wall_spread or 0.0, 0.1 * row.wall_seconds)
-        assert (advice.row is not None) == bool(good), advice.sentence
-        if advice.row is not None:
-            assert advice.row.wall_seconds <= min(good) + spread
+        assert (advice["backend"] is not None) == bool(good), advice["sentence"]
+        if advice["backend"] is not None:
+            names = "model", "bodies", "setting"
+            (found,) = (
+                row
+                for row, mesh in zip(study.rows, meshes, strict=True)
+                if [mesh.model, mesh.bodies, row.setting.label] == [advice[n] for n in names]
+            )
+            assert found.wall_seconds <= min(good) + spread
 
 
-def hand_made(bodies: int, seconds: float, tension: float, slip: float) -> Row:
-    errors = {"tension": Error(tension, tension), "slip": Error(slip, slip)}
-    setting = Setting("moreau", "longest step", (), mesh=Mesh("corrected", bodies))
-    return Row(setting, "done", "", seconds, 1, 1, 0, 1, 5, 0, errors)
+def hand_made(bodies: int, seconds: float, tension: float, slip: float) -> Any:
+    errors, mesh = {"tension": tension, "slip": slip}, Mesh("corrected", bodies)
+    return made_row("moreau", errors, seconds, evaluations=1, label="longest step", mesh=mesh)
 
 
 def test_each_quantity_has_its_cheapest_setting() -> None:
     rows = [hand_made(60, 0.1, 5e-3, 0.2), hand_made(150, 1.0, 5e-4, 0.05)]
     rows.append(hand_made(600, 9.0, 2e-4, 5e-3))
-    metrics = tuple(Metric(name, "quantity", name) for name in ("tension", "slip"))
-    floor = {"tension": Error(1e-4, 1e-4), "slip": Error(2e-3, 2e-3)}
-    reference = Reference(fs.solve(PULLEY).record, ("a", "b"), floor)
-    scenario = load(Path(BELT))
-    said = [
-        a.sentence
-        for a in recommendations(WorkPrecision(scenario, metrics, reference, rows, *DONE))
-    ]
+    said = made_study(rows, {"tension": 1e-4, "slip": 2e-3}).recommendations
     assert [line.split(" s,")[0] for line in said] == [
         "for 1 %: moreau, corrected with 600 bodies, longest step, 9",
         "for 0.1 %: unknown, the reference uncertainty is 2.0e-03",
@@ -162,29 +156,6 @@ def test_each_quantity_has_its_cheapest_setting() -> None:
     ]
 
 
-DONE = ("done", "", 0)
-
-
-class Told:
-    """A run of one quantity and one channel."""
-
-    def __init__(self, value: float | None) -> None:
-        self.quantities = {"slip": Quantity(value, "%")}
-        self.channels: dict[str, Any] = {"speed": value}
-        self.transitions: list[Any] = []
-        self.checks: dict[str, Any] = {}
-
-
-def test_a_quadratic_error_is_extrapolated_away() -> None:
-    speed = Metric("speed", "channel", "speed")
-    fine, coarse = Told(2.0 + 0.25), Told(2.0 + 1.0)
-    limit = extrapolated(fine, coarse, (speed,))  # type: ignore[arg-type]
-    assert limit.quantities["slip"].value == pytest.approx(2.0)
-    assert float(limit.channels["speed"]) == pytest.approx(2.0)
-    unknown = extrapolated(fine, Told(None), ())  # type: ignore[arg-type]
-    assert unknown.quantities == {}
-
-
 # --- what a mesh is --------------------------------------------------------------------------
 
 
@@ -192,17 +163,17 @@ def test_a_quadratic_error_is_extrapolated_away() -> None:
     ("own", "bodies"), [(150, (60, 150, 300, 600)), (600, (240, 600)), (60, (24, 60, 120, 240))]
 )
 def test_the_default_meshes_are_about_the_scenario_s(own: int, bodies: tuple[int, ...]) -> None:
-    scenario = load(Path(BELT), {"mechanism.belt.bodies": own})
+    scenario = fs.load(BELT, {"mechanism.belt.bodies": own})
     assert mesh_study.default_bodies(scenario) == bodies  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("named", [None, 100])
 def test_a_finer_mesh_has_as_stiff_a_contact(named: int | None) -> None:
-    scenario: Any = load(Path(BELT), {"effects.contact.reference_bodies": named})
+    scenario: Any = fs.load(BELT, {"effects.contact.reference_bodies": named})
     total = 150 * contact_of(scenario)
     for bodies in (60, 300):
         mesh = mesh_study.mesh_of(scenario, "polygon", bodies)
-        finer = load(scenario.to_dict(), mesh.overrides)
+        finer = fs.load(scenario.to_dict(), mesh.overrides)
         assert finer.mechanism.belt.bodies == bodies  # type: ignore[attr-defined]
         assert finer.mechanism.belt.wrap == "polygon"  # type: ignore[attr-defined]
         assert bodies * contact_of(finer) == pytest.approx(total, rel=1e-12)
@@ -215,7 +186,7 @@ def contact_of(scenario: Any) -> float:
 
 
 def test_the_limit_is_of_the_scenario_s_own_model() -> None:
-    scenario: Any = load(Path(BELT), {"mechanism.belt.wrap": "polygon"})
+    scenario: Any = fs.load(BELT, {"mechanism.belt.wrap": "polygon"})
     first, second = mesh_study.limits(scenario, 600)
     assert first.name == "moreau, set-valued, polygon, extrapolated from 600 and 1200 bodies"
     assert second.fine.mesh is not None
@@ -315,14 +286,15 @@ def test_without_bodies_a_study_is_over_time_alone(told: Callable[..., tuple[str
 def test_a_mesh_on_which_errors_cancel_is_not_recommended() -> None:
     rows = [hand_made(60, 0.1, 1e-2, 1e-3), hand_made(150, 1.0, 5e-3, 0.05)]
     rows.append(hand_made(600, 9.0, 1e-4, 5e-3))
-    metrics = tuple(Metric(name, "quantity", name) for name in ("tension", "slip"))
-    study = WorkPrecision(load(Path(BELT)), metrics, None, rows, *DONE)
-    bodies = [
-        a.row and a.row.setting.mesh and a.row.setting.mesh.bodies for a in recommendations(study)
-    ]
+    study = made_study(rows, {})
+    bodies = [advice.get("bodies") for advice in study.to_json()["recommendations"]]
     assert bodies == [600, None, None, 60, 600, 600, None]
 
 
 def test_a_line_of_a_model_has_the_longest_step_of_each_mesh() -> None:
     rows = [hand_made(60, 0.1, 0.1, 0.2), hand_made(24, 1.0, 0.1, 0.2), hand_made(60, 9.0, 0.1, 0)]
-    assert cheapest_of_meshes(rows) == {"corrected": [rows[1], rows[0]]}
+    over_time = made_study(rows).plot().axes[0]
+    drawn = [list(map(tuple, line.get_xydata())) for line in over_time.lines]
+    # Of 24 and of 60 bodies, each with its largest error; without the slower one of 60.
+    assert [(1.0, 0.2), (0.1, 0.2)] in drawn
+    assert not any((9.0, 0.1) in points for points in drawn if len(points) > 1)
