@@ -9,16 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionsim as fs
-from frictionsim.mechanisms.belt_drive.kernels.system import kinematics_of
-from frictionsim.mechanisms.belt_drive.model import BeltModel, assemble
-from frictionsim.mechanisms.belt_drive.steppers import rkf45
-from frictionsim.mechanisms.belt_drive.steppers.rkf45 import (
-    DISSIPATION,
-    STABILITY_POLYNOMIAL,
-    max_stable_step,
-)
 from frictionsim.results import Record
 from frictionsim.solvers import runge_kutta_fehlberg as rkf
+from tests.support.belt_kernels import BeltModel, assemble, kinematics_of, rkf45
 from tests.support.belt_scenarios import pair, scenario_of, shipped
 from tests.support.belt_waves import waves
 from tests.support.cases import one_in, slow
@@ -41,19 +34,19 @@ def growth(z: complex) -> complex:
     rkf.error_estimate_5(1.0, *others, error)  # type: ignore[arg-type]
     weights = (rkf.B1, rkf.B3, rkf.B4, rkf.B5, rkf.B6)
     y5 = y[0] + sum(b * rate[0] for b, rate in zip(weights, others, strict=True))
-    return y5 + DISSIPATION * error[0]
+    return y5 + rkf45.DISSIPATION * error[0]
 
 
 @given(st.complex_numbers(max_magnitude=5.0, allow_nan=False))
 def test_the_stability_polynomial_is_that_of_the_stages(z: complex) -> None:
     # Sums of a few terms of up to 5^6/6!: rounding alone.
-    assert abs(np.polyval(STABILITY_POLYNOMIAL, z) - growth(z)) <= 1e-12
+    assert abs(np.polyval(rkf45.STABILITY_POLYNOMIAL, z) - growth(z)) <= 1e-12
 
 
 @given(st.floats(1e-3, 4.06))
 def test_every_wave_loses_energy(omega_h: float) -> None:
     """Where Fehlberg's solution of order 5 lets all waves below omega h = 2.05 grow."""
-    size = abs(np.polyval(STABILITY_POLYNOMIAL, 1j * omega_h))
+    size = abs(np.polyval(rkf45.STABILITY_POLYNOMIAL, 1j * omega_h))
     # |R|^2 = 1 + (2 (a5 - a6) - 1/72) y^6 + ...; below y = 0.01 that is less than a rounding.
     assert size < 1.0 or (omega_h < 0.01 and size <= 1.0 + 1e-15)
 
@@ -63,7 +56,7 @@ def test_every_wave_loses_energy(omega_h: float) -> None:
 )
 def test_the_longest_step_of_an_oscillator(eigenvalues: list[complex], limit: float) -> None:
     """Undamped, overdamped, and of a damping ratio of 0.2, which is stable for least."""
-    step = max_stable_step(np.array(eigenvalues) * 1e5 + 0j) * 1e5
+    step = rkf45.max_stable_step(np.array(eigenvalues) * 1e5 + 0j) * 1e5
     assert step == pytest.approx(limit, abs=0.03)  # steps of 0.02 are tried
 
 
@@ -79,7 +72,7 @@ def test_the_longest_step_is_that_of_the_waves_of_the_belt(changes: dict[str, An
     highest = float(np.max(waves(model)[0]))
     # 4.06 without damping, 3.76 at worst; bounds of the waves are up to 3 % high, and contacts
     # and tensions may be twice those at rest.
-    assert 3.5 < max_stable_step(model.eigenvalues) * highest < 4.1
+    assert 3.5 < rkf45.max_stable_step(model.eigenvalues) * highest < 4.1
 
 
 def scaled_norm(model: BeltModel, error: "np.ndarray[Any, np.dtype[np.float64]]") -> float:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.model import assemble
+from tests.support.belt_kernels import assemble
 from tests.support.belt_scenarios import every_effect, pair, scenario_of
 from tests.support.scenarios import Scenario
 

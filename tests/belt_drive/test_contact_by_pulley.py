@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.effects.contact import ContactEffect
-from frictionsim.mechanisms.belt_drive.model import assemble
+from tests.support.belt_kernels import assemble
 from tests.support.belt_reference import accelerations, potential
 from tests.support.belt_scenarios import (
     NO_FRICTION,
@@ -86,5 +85,8 @@ def test_the_stiffest_contact_bounds_the_steps() -> None:
     force = 2.0 * float(np.max(model.equilibrium.normal_force))
     expected = (8e5**2 + 4.0 * 3e7 * force) ** 0.5
     assert model.contact_stiffness == pytest.approx(expected, rel=1e-12)
-    contact, chain = model.system.effects.contact, model.system.chain
-    assert ContactEffect().decay(contact, chain).moving == pytest.approx(100.0 / chain.mass)
+    undamped = {"effects__axial_damping": None, "effects__belt_friction": None}
+    own = {"effects__contact__pulleys": STIFF_DRIVEN}
+    model = assemble(scenario_of(pair(**undamped, **own)))
+    _, decay = model.max_frequency_and_decay
+    assert decay == pytest.approx(100.0 / model.system.chain.mass)

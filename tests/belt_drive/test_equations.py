@@ -7,11 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.effects.axial import turn_bodies
-from frictionsim.mechanisms.belt_drive.effects.base import Chain
-from frictionsim.mechanisms.belt_drive.equation import find_contact_candidates, rhs
-from frictionsim.mechanisms.belt_drive.kernels.contacts import update_contact_modes
-from frictionsim.mechanisms.belt_drive.kernels.system import (
+from tests.support.belt_kernels import (
     ALPHA,
     FORCE_X,
     FORCE_Y,
@@ -22,26 +18,32 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     SPEED,
     STICKING,
     TORQUE,
-    TORQUE_OVER_TIME,
+    BeltModel,
+    Chain,
+    assemble,
     derivative,
+    find_contact_candidates,
     kinematics_of,
     padded_width,
-    stack_signals,
+    rhs,
+    turn_bodies,
+    update_contact_modes,
     value,
 )
-from frictionsim.mechanisms.belt_drive.model import BeltModel, assemble
-from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
-from frictionsim.scenario.signal_tables import signal_from
 from tests.support.belt_reference import NO_PULLEY, Accelerations, accelerations, corners
 from tests.support.belt_scenarios import (
     Array,
     every_effect,
     kinematics,
+    names_of,
     pair,
     reference,
     scenario_of,
+    slope,
+    terms_of,
 )
 from tests.support.scenarios import Scenario
+from tests.support.second_way import signal
 
 # `test_compiled` has the compiled kernels.
 uncompiled = pytest.mark.usefixtures("uncompiled")
@@ -69,7 +71,7 @@ def disturbed(model: BeltModel, seed: int) -> Array:
 
 
 def coefficients(
-    scenario: BeltDriveScenario, body_length: float, near: Array, held: Array, slip: Array
+    scenario: Any, body_length: float, near: Array, held: Array, slip: Array
 ) -> tuple[Array, Array]:
     """Return mu of each body for T > 0 and for T < 0: of the pulley it is near, of the patch.
 
@@ -78,7 +80,7 @@ def coefficients(
     law, patch = scenario.effects.belt_friction, scenario.effects.patch
     forward, backward = np.zeros(len(near)), np.zeros(len(near))
     for i, j in enumerate(near):
-        at = law.pulleys.get(scenario.mechanism.names[j], law)
+        at = law.pulleys.get(names_of(scenario)[j], law)
         if patch is not None and patch.start <= (i + 0.5) * body_length < patch.end:
             at = patch
         if held[i] or at.mu_s == at.mu_k:
@@ -138,10 +140,10 @@ class Both:
     def _kinematics(self) -> list[Array]:
         """Return the motion at the state, with the speeds that are prescribed."""
         parts = kinematics(self.state, self.model)
-        for j, name in enumerate(self.scenario.mechanism.names):
-            if name in self.scenario.drive and self.scenario.drive[name].speed is not None:
-                terms = self.scenario.drive[name].terms
-                parts[7][j] = sum(signal_from(term)(self.t) for term in terms)
+        drive, t = self.scenario.to_dict()["drive"], np.array(self.t)
+        for j, name in enumerate(names_of(self.scenario)):
+            if "speed" in drive.get(name, {}):
+                parts[7][j] = sum(float(signal(term, t)) for term in terms_of(drive[name]["speed"]))
         return parts
 
     def of_bodies(self, row: int) -> Array:
@@ -305,14 +307,11 @@ SIGNALS = {
 
 
 def test_signals_are_those_of_the_scenario() -> None:
-    tables = [
-        scenario_of(pair(drive__driver={"torque": table})).drive["driver"].torque
-        for table in SIGNALS.values()
-    ]
-    rows = stack_signals([(0, TORQUE_OVER_TIME, signal_from(table)) for table in tables])
+    """Those of one pulley, which add, are rows in the order of their list."""
+    tables = list(SIGNALS.values())
+    rows = assemble(scenario_of(pair(drive={"driver": {"torque": tables}}))).system.signals
     for k, table in enumerate(tables):
-        signal = signal_from(table)
         for t in np.linspace(0.0, 0.6, 61) + 1e-9:
             # A slope of 30/s times the roundings of a time, and of cubic coefficients of 500.
-            assert value(rows, k, t) == pytest.approx(signal(t), abs=1e-13)
-            assert derivative(rows, k, t) == pytest.approx(signal.derivative(t), abs=1e-11)
+            assert value(rows, k, t) == pytest.approx(float(signal(table, np.array(t))), abs=1e-13)
+            assert derivative(rows, k, t) == pytest.approx(slope(table, t), abs=1e-11)

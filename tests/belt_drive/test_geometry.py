@@ -5,7 +5,7 @@ from math import asin, atan2, hypot, pi, sqrt, tau
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.geometry import PulleyCircle, belt_path
+from tests.support.belt_kernels import PulleyCircle, belt_path
 
 R, D = 0.08125, 0.253
 EXACT = 1e-14  # a few roundings of lengths and angles of the order of one

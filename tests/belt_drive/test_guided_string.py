@@ -9,13 +9,15 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from frictionsim.mechanisms.belt_drive.statics import statics
+import frictionsim as fs
 from frictionsim.results import Record
 from tests.benchmarks.results_guided import errors_of
 from tests.support.belt_closed_forms import SECTION_4, two_pulley_mode
 from tests.support.belt_scenarios import (
     CONTINUED,
     NO_MOTION_ACROSS,
+    names_of,
+    path_of,
     scenario_of,
     shipped,
     stepped,
@@ -134,7 +136,7 @@ def test_a_belt_that_slips_does_the_same_backward() -> None:
 def belt_speed(done: Record) -> float:
     """Return the speed of the belt, m/s, that its kinetic energy tells."""
     inertia = 2.4e-4 * (value(done, "drive_speed") ** 2 + value(done, "driven_speed") ** 2)
-    mass = RHO * float(statics(scenario_run(done))["belt_length"].value or 0.0)
+    mass = RHO * float(fs.static(scenario_run(done))["belt_length"].value or 0.0)
     return float(np.sqrt((2.0 * value(done, "energy_kinetic") - inertia) / mass))
 
 
@@ -161,18 +163,18 @@ def test_two_pulleys_swing_against_each_other_as_the_closed_form_has_it() -> Non
 def test_the_belt_at_rest_is_exact() -> None:
     data = trio(**NO_MOTION_ACROSS, mechanism__belt__bodies=80)
     scenario = scenario_of(data)
-    quantities = {name: q.value for name, q in statics(scenario).items()}
-    path = scenario.mechanism.path()
+    quantities = {name: q.value for name, q in fs.static(scenario).items()}
+    path = path_of(scenario)
     length = path.length / (1.0 + 200.0 / 1e4)
     assert quantities["belt_length"] == pytest.approx(length, rel=1e-14)
     assert quantities["tension_min"] == quantities["tension_max"] == 200.0
-    for name, arc in zip(scenario.mechanism.names, path.arcs, strict=True):
+    for name, arc in zip(names_of(scenario), path.arcs, strict=True):
         pulls = np.array([1.0, 0.0]) - np.array([cos(arc.wrap_angle), sin(arc.wrap_angle)])
         assert quantities[f"shaft_load_{name}"] == pytest.approx(
             200.0 * np.hypot(*pulls), rel=1e-12
         )
     given_length = {"bodies": 80, "mass_per_length": 0.5, "axial_rigidity": 1e4, "length": length}
-    again = statics(scenario_of(changed(data, mechanism__belt=given_length)))
+    again = fs.static(scenario_of(changed(data, mechanism__belt=given_length)))
     assert again["pretension"].value == pytest.approx(200.0, rel=1e-10)
 
 
@@ -262,7 +264,7 @@ def test_drawn_strings_keep_energy_friction_and_balance(
         data["effects"]["patch"] = {"from": 0.2, "to": 0.6, "mu_s": 0.15, "mu_k": 0.1}
     done = sound(data)
     channels, friction = done.channels, scenario_run(done).effects.belt_friction
-    names = scenario_run(done).mechanism.names
+    names = names_of(scenario_run(done))
     size = max(friction.mu_s, *(own.mu_s for own in friction.pulleys.values()))
     limit = size * channels["normal_force"]
     assert np.all(np.abs(channels["friction_force"]) <= limit * (1.0 + 1e-9) + 1e-9)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frictionsim.results import Record
-from tests.support.belt_scenarios import Array, mirrored, pair, scenario_of, trio
+from tests.support.belt_scenarios import Array, mirrored, names_of, pair, path_of, scenario_of, trio
 from tests.support.cases import one_in
 from tests.support.scenarios import Scenario, changed, scenario_run, simulate
 
@@ -58,9 +58,9 @@ def limits(done: Record) -> Array:
     )
     mu = np.full(normal.shape, law.mu_s)
     for name, own in law.pulleys.items():
-        mu[done.channels["pulley_index"] == scenario.mechanism.names.index(name)] = own.mu_s
+        mu[done.channels["pulley_index"] == names_of(scenario).index(name)] = own.mu_s
     if patch is not None:
-        path = scenario.mechanism.path().length  # the pretension stretches it by 2 per cent
+        path = path_of(scenario).length  # the pretension stretches it by 2 per cent
         centre = (np.arange(belt.bodies) + 0.5) * path / belt.bodies / 1.02
         inside = (centre > patch.start + 0.02) & (centre < patch.end - 0.02)
         mu[:, inside] = patch.mu_s

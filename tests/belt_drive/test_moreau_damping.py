@@ -6,10 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.effects.axial import joint_forces
-from frictionsim.mechanisms.belt_drive.effects.contact import contact_forces
-from frictionsim.mechanisms.belt_drive.equation import find_contact_candidates
-from frictionsim.mechanisms.belt_drive.kernels.system import (
+from tests.support.belt_kernels import (
     ALPHA,
     BACKWARD_LIMIT,
     FORWARD_LIMIT,
@@ -20,11 +17,13 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     SLIP,
     STICK_BIAS,
     STICKING,
-    kinematics_of,
-)
-from frictionsim.mechanisms.belt_drive.model import BeltModel, assemble
-from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
+    BeltModel,
     StiffDamping,
+    assemble,
+    contact_forces,
+    find_contact_candidates,
+    joint_forces,
+    kinematics_of,
     solve_damping_and_friction,
     stiff_damping,
 )

@@ -9,12 +9,11 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+import frictionsim as fs
 from frictionsim.results import Record
-from frictionsim.scenario.loading import ValidationFailure, validate
-from frictionsim.simulation.simulate import run
 from tests.support.belt_scenarios import pair
 from tests.support.examples import examples
-from tests.support.scenarios import SCENARIOS, Scenario
+from tests.support.scenarios import Scenario
 from tests.support.second_way import Recorded, Seen
 from tests.support.second_way_belt import belt_drive, last, power_residual, torque_residuals
 
@@ -123,13 +122,12 @@ def recorded(data: Scenario, duration: float, interval: float) -> tuple[Record, 
     """Run a drive; one whose pulleys overlap, or leave no way for a belt, is not drawn."""
     data["solver"]["duration"], data["output"] = duration, {"interval": interval}
     try:
-        scenario = validate(data, SCENARIOS)
-    except ValidationFailure:
+        scenario = fs.load(data)
+    except fs.ScenarioError:
         assume(False)
-    done = run(scenario, lambda t: None)
+    done = fs.solve(scenario).record
     assert done.status == "done", done.reason
-    scenario = tomllib.loads(scenario.to_toml())
-    return done, Recorded(scenario, done.time, dict(done.channels), [])
+    return done, Recorded(tomllib.loads(scenario.to_toml()), done.time, dict(done.channels), [])
 
 
 def disagreements(done: Record, seen: dict[str, Seen]) -> dict[str, Any]:

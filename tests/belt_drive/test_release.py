@@ -5,14 +5,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.belt_simulation import observer_of
-from frictionsim.mechanisms.belt_drive.kernels.contacts import update_contact_modes
-from frictionsim.mechanisms.belt_drive.kernels.system import (
+from tests.support.belt_kernels import (
     BACKWARD_LIMIT,
     FORWARD_LIMIT,
     FRICTION,
     MODE,
     STICKING,
+    observer_of,
+    update_contact_modes,
 )
 from tests.support.belt_scenarios import NO_MOTION_ACROSS, Stepped, pair, scenario_of, stepped
 from tests.support.scenarios import simulate

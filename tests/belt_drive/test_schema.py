@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from frictionsim.scenario.loading import load
+import frictionsim as fs
 from tests.support.belt_scenarios import every_effect, pair, scenario_of
 from tests.support.scenarios import Scenario, changed
 
@@ -15,7 +15,7 @@ def test_what_a_result_holds_of_its_scenario_is_that_scenario(
 ) -> None:
     path = tmp_path / "again.toml"
     path.write_text(scenario_of(data).to_toml())
-    assert load(path) == scenario_of(data | {"output": {"interval": 1e-3}})
+    assert fs.load(path) == scenario_of(data | {"output": {"interval": 1e-3}})
 
 
 def test_a_belt_has_no_damper_that_its_scenario_does_not_name() -> None:

@@ -9,8 +9,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import Interrupted
-from frictionsim.mechanisms.belt_drive.model import BeltModel, assemble
-from frictionsim.mechanisms.belt_drive.steppers import moreau
+from tests.support.belt_kernels import BeltModel, assemble, stepper_of
 from tests.support.belt_scenarios import (
     NO_MOTION_ACROSS,
     Disturb,
@@ -128,7 +127,7 @@ def test_the_default_step_is_that_of_the_waves_alone(points: int, most: int) -> 
     inverse_steps = []
     for damping in (None, {"coefficient": 1.0, "basis": "section"}):
         scenario = scenario_of(changed(stretchy(points), effects__axial_damping=damping))
-        stepper = moreau.MoreauStepper(assemble(scenario), scenario.solver)
+        stepper = stepper_of(assemble(scenario), scenario)
         inverse_steps.append(stepper.force_per_impulse)  # one over the length of a step
     assert inverse_steps[1] == inverse_steps[0]
     assert 3.0 * inverse_steps[1] < most

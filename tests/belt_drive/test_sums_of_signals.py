@@ -9,10 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionsim as fs
-from frictionsim.mechanisms.belt_drive.belt_simulation import _discontinuities
-from frictionsim.scenario.authoring import schema
-from frictionsim.scenario.model_fields import unit_of_key
-from tests.support.belt_scenarios import NO_FRICTION, NO_MOTION_ACROSS, pair, scenario_of
+from tests.support.belt_scenarios import NO_FRICTION, NO_MOTION_ACROSS, pair
 from tests.support.scenarios import Scenario, simulate
 
 INERTIA = 2e-3  # kg m^2, of a pulley of `pair`
@@ -90,9 +87,18 @@ def test_a_given_speed_is_the_sum_of_its_signals() -> None:
 
 
 def test_a_step_ends_at_the_discontinuities_of_all_terms() -> None:
-    terms = [*RAMPS, over_speed(0.1)]
-    scenario = scenario_of(pair(drive={"driver": {"torque": terms}, "driven": {"speed": RAMPS}}))
-    assert _discontinuities(scenario) == [0.005, 0.01, 0.02, 0.03]
+    """Adaptive steps are exact for straight lines, unless a bend is within one."""
+    lines = [
+        {"time": [0.00512, 0.0203, 0.0311], "value": [0.0, -2.0, 3.0]},
+        {"time": [0.01013, 0.04], "value": [1.0, -1.0]},
+        0.5,
+    ]
+    done = simulate(smooth_pulleys(lines))
+    # The areas of trapezia; a bend of 130 N m/s within a step would be some 1e-3 rad/s.
+    momentum = 0.5 * 0.01518 * -2.0 + 0.5 * 0.0108 * (-2.0 + 3.0) + (DURATION - 0.0311) * 3.0
+    momentum += 0.01013 - 0.01 + 0.5 * DURATION
+    speed = done.channels["pulley_speed"][-1, 1]
+    assert speed == pytest.approx(momentum / INERTIA, abs=1e-10)
 
 
 def test_terms_are_set_and_varied_by_their_index() -> None:
@@ -101,21 +107,30 @@ def test_terms_are_set_and_varied_by_their_index() -> None:
     points, number = loaded.drive["driven"].torque
     assert (points.value, number) == ((0.0, 3.0), -4.0)
     assert fs.loads(loaded.to_toml()).drive == loaded.drive
-    units = {"torque.0": "N m", "torque.0.time.1": "s", "torque.time.1": "s", "speed.0": "rad/s"}
-    for key, unit in units.items():
-        assert unit_of_key(type(loaded), f"drive.driven.{key}") == unit
     table = fs.sweep(
         smooth_pulleys([1.0, over_speed(0.1)]),
         {"drive.driven.torque.0": [1.0, 2.0]},
         overrides={"solver.duration": 0.01},
         workers=1,
     )
+    for key, unit in (
+        ("torque.0", "N m"),
+        ("torque.1.value.0", "N m"),
+        ("torque.1.speed.1", "rad/s"),
+    ):
+        swept = fs.sweep(
+            smooth_pulleys([1.0, over_speed(0.1)]),
+            {f"drive.driven.{key}": [1.5e3]},
+            overrides={"solver.duration": 1e-4},
+            workers=1,
+        )
+        assert swept[f"drive.driven.{key}"].attrs["units"] == unit
     one, two = np.asarray(table["energy_input"])
     assert two == pytest.approx(4.0 * one, rel=1e-6)  # linear, so that energies are squares
 
 
 def test_the_schema_for_editors_knows_lists() -> None:
-    drive = schema("belt_drive")["$defs"]["DriveTable"]["properties"]
+    drive = fs.schema("belt_drive")["$defs"]["DriveTable"]["properties"]
     for key in ("torque", "speed"):
         (listed,) = [form for form in drive[key]["oneOf"] if form.get("type") == "array"]
         assert listed["minItems"] == 1

@@ -7,15 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.errors import BudgetExceeded
-from frictionsim.mechanisms.belt_drive.transitions import lasting_changes
+import frictionsim as fs
 from frictionsim.results import BACKWARD, FORWARD, OPEN, SLACK, STICK, TAUT
-from frictionsim.simulation.simulate import run
-from tests.support.belt_scenarios import mirrored, pair, scenario_of, trio
+from tests.support.belt_scenarios import NO_MOTION_ACROSS, mirrored, pair, trio
 from tests.support.cases import one_in, slow
 from tests.support.scenarios import Scenario, simulate
 from tests.support.second_way_belt import walked
-from tests.support.second_way_transitions import ahead, events, read
+from tests.support.second_way_transitions import ahead, events, read, read_pulley
+from tests.support.stopped_runs import interrupted_at
 
 INTERVAL = 5e-4
 RUN = {
@@ -260,33 +259,37 @@ def test_a_span_goes_slack(torque: float, slack: bool) -> None:
 # --- which changes are transitions ----------------------------------------------------------------
 
 
+def swinging(interval: float, frequency: float, mean: float = 0.0) -> Scenario:
+    """Return a belt that slides to and fro on a pulley that is held, about once an interval."""
+    sine = {"mean": mean, "amplitude": 6.0, "frequency_hz": frequency}
+    return pair(
+        **NO_MOTION_ACROSS,
+        drive={"driver": {"speed": {"sine": sine}}, "driven": {"speed": 0.0}},
+        effects__belt_friction={
+            "mu_s": 0.8,
+            "mu_k": 0.8,
+            "pulleys": {"driven": {"mu_s": 0.05, "mu_k": 0.05}},
+        },
+        solver={"backend": "moreau", "duration": 0.08},
+        output={"interval": interval},
+    )
+
+
+# Half a period has so many samples; a slip ends when ten agree.
 @pytest.mark.parametrize(
-    ("modes", "lasting"),
+    ("samples", "mean", "most"),
     [
-        ([0] * 5, []),
-        ([0, 1, 1, 0, 0, 0], []),
-        ([0, 1, 1, 1], [(1, 0, 1)]),
-        ([0, 1, 0, 1, 1, 1], [(3, 0, 1)]),
-        ([0, 1, 1, 1, *[0] * 9], [(1, 0, 1)]),
-        ([0, 1, 1, 1, *[0] * 10], [(1, 0, 1), (4, 1, 0)]),
-        ([1, *[-1] * 9, 1], []),
-        ([1, *[-1] * 10], [(1, 1, -1)]),
-        ([0, 1, -1, 1, -1, 0], []),
-        ([3, 4, 4, 4, *[3] * 10, 4, 4, 4], [(1, 3, 4), (4, 4, 3), (14, 3, 4)]),
-        ([1], []),
+        (4.7, 0.0, 1), (9.7, 3.0, 30), (12.3, 3.0, 40),
+        *(slow(x, m, 99) for x in (2.3, 8.6, 10.6, 25.0) for m in (0.0, 3.0)),
     ],
-)
-def test_a_change_that_lasts_is_a_transition(
-    modes: list[int], lasting: list[tuple[int, int, int]]
-) -> None:
-    assert lasting_changes(np.array(modes)) == lasting
-
-
-def test_a_state_that_is_a_matter_of_chance_gives_few_transitions() -> None:
-    """30 000 samples with either state at random: 29 are expected, 15 000 change."""
-    modes = np.random.default_rng(7).integers(0, 2, 30_000)
-    assert len(list(groupby(modes))) > 14_000
-    assert len(lasting_changes(modes)) < 60
+)  # fmt: skip
+def test_a_change_that_lasts_is_a_transition(samples: float, mean: float, most: int) -> None:
+    interval = 2.5e-3 / samples
+    done = simulate(swinging(interval, 200.0, mean))
+    changes = [event for event in events(done) if event[1] == "driven"]
+    assert changes == [event for event in read(done) if event[1] == "driven"]
+    assert 1 <= len(changes) <= most
+    assert len(list(groupby(read_pulley(done, 1)))) > 30
 
 
 # --- what they do not depend on -------------------------------------------------------------------
@@ -303,16 +306,12 @@ def test_transitions_do_not_depend_on_the_recorded_channels() -> None:
 
 @pytest.mark.parametrize("part", [0.029, slow(0.05), slow(0.12)])
 def test_an_interrupted_run_has_its_own_transitions_and_resumed_those_of_all(part: float) -> None:
-    def stop(t: float) -> None:
-        if t >= part:
-            raise BudgetExceeded("stopped here")
-
-    scenario = scenario_of(pulse(16.0))
-    whole = run(scenario, lambda t: None)
-    first = run(scenario, stop)
-    assert first.checkpoint is not None
+    data = pulse(16.0)
+    whole = simulate(data)
+    part_of_it = fs.solve(data, progress=interrupted_at(part))
+    assert part_of_it.status == "interrupted"
     # Of two samples after a change it is not known yet whether it lasts.
-    assert events(first) == read(first)
-    assert all(event in events(whole) for event in events(first))
-    assert events(run(scenario, lambda t: None, checkpoint=first.checkpoint)) == events(whole)
+    assert events(part_of_it.record) == read(part_of_it.record)
+    assert all(event in events(whole) for event in events(part_of_it.record))
+    assert events(fs.resume(part_of_it).record) == events(whole)
     assert len(events(whole)) == 2

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.plots import draw
 
 
 def belt(drive: Any, duration: float, patch: Any = None) -> dict[str, Any]:
@@ -68,7 +67,7 @@ def test_a_patch_is_averaged_over_whole_turns(
     assert got["slip_percent"] == pytest.approx(100.0 * (1.0 - other / first), abs=1e-6)
     assert not any("not steady" in warning for warning in run.warnings), run.warnings
     assert not any("give more pretension" in warning for warning in run.warnings)
-    label = draw(run.record, "speeds").axes[-1].lines[-1].get_label()
+    label = fs.plot(run, "speeds").axes[-1].lines[-1].get_label()
     assert label.startswith("slip of the mean speeds over whole periods")
 
 
@@ -103,7 +102,7 @@ def test_other_means_are_weighted_over_the_last_fifth(speed: Any, patch: Any) ->
     weight = np.sin(np.linspace(0.0, np.pi, len(late))) ** 2
     mean = np.average(late, axis=0, weights=weight)
     assert values(run)["drive_speed"] == pytest.approx(mean[0], rel=1e-9)
-    label = draw(run.record, "speeds").axes[-1].lines[-1].get_label()
+    label = fs.plot(run, "speeds").axes[-1].lines[-1].get_label()
     assert label.startswith("weighted mean slip over the last fifth")
 
 

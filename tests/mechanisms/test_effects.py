@@ -1,17 +1,12 @@
 """Effects and channels of one coordinate: absent ones, and integers."""
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.single_dof import cos, sin
-from frictionsim.scenario.kinds import mechanism_module
+import frictionsim as fs
+from tests.support.problems import CORD_RADIUS, INERTIA, LOAD
 from tests.support.scenarios import (
     changed,
-    mechanism_of,
-    observed,
     pulley,
     shipped,
     simulate,
@@ -54,11 +49,17 @@ def test_only_named_effects_leave_a_trace(named: tuple[str, ...], law: str, back
     assert set(run.checks) == {"energy_balance"}.union(located, *(AUDITS[name] for name in named))
 
 
-def test_absent_effects_have_no_terms() -> None:
-    mechanism = mechanism_of(simulate(pulley(effects=None)))
-    assert mechanism.contact is None
-    assert list(mechanism.power_flows) == ["energy_input"]
-    assert mechanism.applied_torque(3000.0, 1.0, 5.0) == mechanism.applied_torque(3000.0, 2.0, -7.0)
+@pytest.mark.parametrize("force", [3000.0, 2500.0, 1000.0])
+def test_absent_effects_have_no_terms(force: float) -> None:
+    """Nothing but the force and the load turns the pulley, at any angle and speed."""
+    run = simulate(pulley(effects=None, drive__force=force))
+    assert run.transitions == []
+    moment = (force - LOAD) * CORD_RADIUS
+    acceleration = run.channels["angular_acceleration"]
+    assert acceleration == pytest.approx(moment / INERTIA, rel=1e-14)  # a few roundings
+    assert run.channels["angle"] == pytest.approx(
+        0.5 * moment / INERTIA * run.time**2, rel=1e-11
+    )  # some hundred steps
 
 
 def test_absent_effects_are_bit_identical_to_effects_of_zero_strength() -> None:
@@ -95,21 +96,15 @@ def test_samples_are_at_multiples_of_the_interval_and_at_the_end() -> None:
 @pytest.mark.parametrize("name", ["marble_machine", "epicyclic", "lift"])
 def test_integers_are_the_whole_numbers_and_have_a_meaning(name: str) -> None:
     data = shipped(name)
-    info = mechanism_module(data["kind"]).CHANNELS
-    channels = observed(data).channels
-    whole = {n for n, values in channels.items() if np.array_equal(values, np.round(values))}
-    integers = {n for n in channels if info[n].integer}
-    assert {n for n in whole if np.ptp(channels[n]) > 0.0} <= integers <= whole
+    channels = fs.Result(simulate(data)).dataset
+    whole = {n for n in channels if np.array_equal(channels[n], np.round(channels[n]))}
+    integers = {n for n in channels if channels[n].dtype.kind in "iu"}
+    assert {n for n in whole if np.ptp(channels[n].values) > 0.0} <= integers <= whole
     for channel in integers - {"carried_marbles"}:
-        assert set(channels[channel]) <= {float(value) for value, _ in info[channel].flags}, channel
-
-
-@pytest.mark.parametrize("function", [sin, cos])
-def test_the_sine_of_an_angle_beyond_all_numbers_is_none(function: Callable[[Any], Any]) -> None:
-    angles = np.array([np.inf, -np.inf, np.nan, 1e308, 0.7])
-    with np.errstate(invalid="ignore"):
-        expected = function(angles)
-    assert [function(angle) for angle in angles.tolist()] == pytest.approx(expected, nan_ok=True)
+        attributes, values = channels[channel].attrs, set(channels[channel].values.tolist())
+        assert values <= set(np.asarray(attributes["flag_values"]).tolist()), channel
+        meanings = attributes["flag_meanings"].split()
+        assert len(meanings) == len(attributes["flag_values"]), channel
 
 
 def test_a_couple_that_turns_a_shaft_beyond_all_numbers_ends_the_run_by_name() -> None:

@@ -5,9 +5,8 @@ from math import exp, hypot, log, pi
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms import pulley
+import frictionsim as fs
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT, Record
-from frictionsim.scenario.loading import validate
 from tests.support.lift_reference import solve
 from tests.support.lifts import (
     CORD,
@@ -72,7 +71,7 @@ def test_an_atwood_machine_without_friction_falls_as_in_the_textbook() -> None:
 @pytest.mark.parametrize("side", ["lift", "hold"])
 def test_the_force_of_the_statics_is_the_limit_of_rest(side: str) -> None:
     data = lift(drive={"force": 0.0}, effects__shaft_friction=SHAFT)
-    limit = pulley.statics(validate(data, SCENARIOS))[f"force_to_{side}"].value
+    limit = fs.static(data)[f"force_to_{side}"].value
     assert limit is not None
     way = 1.0 if side == "lift" else -1.0
     t1, t2 = M1 * GRAVITY, limit + M2 * GRAVITY
@@ -271,7 +270,7 @@ def test_a_plain_pulley_may_be_turned_by_a_torque() -> None:
     work = result.channels["energy_input"][-1]
     assert work > 0.0
     assert np.all(result.channels["shaft_reaction"] == load)
-    quantities = pulley.statics(validate(data, SCENARIOS))
+    quantities = fs.static(data)
     assert quantities["torque_to_hold"].value == pytest.approx(load * (arm - R_S), rel=EPS)
 
 
@@ -286,7 +285,7 @@ def test_a_load_beside_the_car_is_left_out_or_zero() -> None:
     whole = scenario_run(one).to_dict()
     assert whole["mechanism"]["load"] == 0.0
     again = scenario_run(other).replace({"output.interval": 0.1})
-    assert validate(whole, SCENARIOS) == again
+    assert fs.load(whole, folder=SCENARIOS) == again
 
 
 def test_slack_of_both_ropes_is_a_warning_of_each() -> None:

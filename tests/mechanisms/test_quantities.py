@@ -8,8 +8,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+import frictionsim as fs
 from frictionsim.results import Quantities, Record
-from frictionsim.scenario.kinds import KINDS, mechanism_module
 from tests.support.drawn_scenarios import (
     gears,
     marble_machines,
@@ -67,13 +67,13 @@ def assert_second_way(data: Scenario) -> Record:
         assert seen.agrees(float(record.channels[name][-1])), name
     if "mode" in record.channels and "speed" not in record.scenario.get("drive", {}):
         assert residuals(record) == []
-    quantities = mechanism_module(data["kind"]).statics(scenario_run(done))
+    quantities = fs.static(scenario_run(done))
     assert disagreements(quantities, STATICS[data["kind"]](record.scenario)) == {}
     return record
 
 
 def test_every_kind_of_one_degree_of_freedom_has_a_reader() -> None:
-    assert READERS.keys() == STATICS.keys() == KINDS.keys() - {"belt_drive"}
+    assert READERS.keys() == STATICS.keys() == set(fs.kinds()) - {"belt_drive"}
 
 
 # Initial angles, so that no quantity depends on a start at zero.

@@ -1,14 +1,15 @@
 """Forces of impending motion of the pulley, eq 24, against closed forms and the paper."""
 
+from typing import Any
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionsim.mechanisms.effects import friction_radius
-from frictionsim.mechanisms.pulley import limit_forces, statics
-from frictionsim.scenario.loading import validate
+import frictionsim as fs
 from tests.support.problems import CORD_RADIUS, LOAD, MU_S
-from tests.support.scenarios import SCENARIOS, pulley
+from tests.support.scenarios import pulley
+from tests.support.second_way import friction_radius
 
 # The closed form evaluated with 30 digits; double precision gives it to a few roundings.
 EXACT = {
@@ -35,7 +36,7 @@ PRINTED = {
 
 @pytest.mark.parametrize("name", EXACT)
 def test_statics_are_exact(name: str) -> None:
-    quantities = statics(validate(pulley(), SCENARIOS))
+    quantities = fs.static(pulley())
     assert quantities.keys() == EXACT.keys()
     assert quantities[name].value == pytest.approx(EXACT[name], rel=1e-14)  # a few roundings
 
@@ -45,19 +46,17 @@ def test_statics_agree_with_the_paper(name: str) -> None:
     # The paper rounds r_s to 4.981 mm before it uses it and cuts digits instead of rounding;
     # the radii are printed with four digits.
     rel = 1.6e-4 if name.startswith("friction") else 5e-5
-    assert statics(validate(pulley(), SCENARIOS))[name].value == pytest.approx(
-        PRINTED[name], rel=rel
-    )
+    assert fs.static(pulley())[name].value == pytest.approx(PRINTED[name], rel=rel)
 
 
 def test_static_forces_use_the_direction_of_the_scenario() -> None:
-    quantities = statics(validate(pulley(drive__direction="horizontal"), SCENARIOS))
+    quantities = fs.static(pulley(drive__direction="horizontal"))
     assert quantities["force_to_lift"] == quantities["force_to_lift_horizontal"]
     assert quantities["force_to_hold"] == quantities["force_to_hold_horizontal"]
 
 
 def test_without_shaft_friction_the_load_balances_the_force() -> None:
-    quantities = statics(validate(pulley(effects__shaft_friction=None), SCENARIOS))
+    quantities = fs.static(pulley(effects__shaft_friction=None))
     assert {name: q.value for name, q in quantities.items() if name.startswith("force")} == {
         name: LOAD for name in EXACT if name.startswith("force")
     }
@@ -69,10 +68,29 @@ loads = st.floats(1e-3, 1e6)
 directions = st.booleans()
 
 
+def limits(arm: float, mu: float, load: float, vertical: bool, shaft: float = 0.5) -> Any:
+    """Return the friction radius and the forces to lift and to hold of a pulley.
+
+    Its shaft has a share of the arm as its radius.
+    """
+    direction = "vertical" if vertical else "horizontal"
+    quantities = fs.static(
+        pulley(
+            mechanism__cord_radius=arm,
+            mechanism__load=load,
+            drive__direction=direction,
+            effects__shaft_friction={"shaft_radius": shaft * arm, "mu_s": mu, "mu_k": mu},
+        )
+    )
+    names = ("friction_radius_static", "force_to_lift", "force_to_hold")
+    return tuple(quantities[name].value for name in names)
+
+
 @given(arms, mus, loads, directions)
 def test_forces_are_roots_of_eq_24(arm: float, mu: float, load: float, vertical: bool) -> None:
-    radius = friction_radius(0.5 * arm, mu)
-    for force in limit_forces(arm, radius, load, vertical):
+    radius, *forces = limits(arm, mu, load, vertical)
+    assert radius == pytest.approx(friction_radius(0.5 * arm, mu), rel=1e-14)
+    for force in forces:
         assert force is not None
         reaction = force + load if vertical else (force**2 + load**2) ** 0.5
         # M and r_s R are differences and roots of products near arm * (force + load).
@@ -85,16 +103,16 @@ def test_forces_are_roots_of_eq_24(arm: float, mu: float, load: float, vertical:
 def test_more_friction_increases_lift_and_decreases_hold(
     arm: float, mu: float, more: float, load: float, vertical: bool
 ) -> None:
-    little = limit_forces(arm, friction_radius(0.5 * arm, mu), load, vertical)
-    much = limit_forces(arm, friction_radius(0.5 * arm, more * mu), load, vertical)
-    assert much.lift is not None
-    assert little.lift is not None
-    assert much.lift >= little.lift >= load
-    assert much.hold <= little.hold <= load
+    _, lift, hold = limits(arm, mu, load, vertical)
+    _, more_lift, less_hold = limits(arm, more * mu, load, vertical)
+    assert more_lift is not None
+    assert lift is not None
+    assert more_lift >= lift >= load
+    assert less_hold <= hold <= load
 
 
 @pytest.mark.parametrize("vertical", [True, False])
 def test_a_shaft_that_locks_itself_has_no_force_to_lift(vertical: bool) -> None:
-    radius = friction_radius(10 * CORD_RADIUS, MU_S)
+    radius, *forces = limits(CORD_RADIUS, MU_S, LOAD, vertical, shaft=10.0)
     assert radius > CORD_RADIUS
-    assert limit_forces(CORD_RADIUS, radius, LOAD, vertical) == (None, 0.0)
+    assert forces == [None, 0.0]

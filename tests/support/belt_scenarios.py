@@ -2,20 +2,19 @@
 
 import tomllib
 from collections.abc import Callable
-from importlib import import_module
+from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionsim.mechanisms.belt_drive.model import BeltModel, assemble
-from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
-from frictionsim.scenario.loading import validate
-from frictionsim.scenario.signal_tables import SpeedTable, signal_from
+import frictionsim as fs
+from tests.support.belt_kernels import BeltModel, PulleyCircle, assemble, belt_path, stepper_of
 from tests.support.belt_reference import Belt
 from tests.support.scenarios import SCENARIOS, Scenario, changed
 from tests.support.scenarios import shipped as as_shipped
+from tests.support.second_way import signal as signal_over_time
 
 Array = NDArray[np.float64]
 
@@ -131,7 +130,7 @@ def stepped(data: Scenario, disturb: Disturb | None = None) -> Stepped:
     model = assemble(scenario)
     if disturb is not None:
         disturb(model)
-    stepper = import_module(scenario.pair.module).STEPPER(model, scenario.solver)
+    stepper = stepper_of(model, scenario)
     stepper.start()
     end = scenario.solver.duration
     while stepper.t < end * (1.0 - 1e-12):
@@ -156,10 +155,8 @@ def distance(a: Stepped, b: Stepped) -> float:
     return float(np.max(np.abs(a.state - b.state) / a.model.error_scales))
 
 
-def scenario_of(data: Scenario) -> BeltDriveScenario:
-    scenario = validate(data, SCENARIOS)
-    assert isinstance(scenario, BeltDriveScenario)
-    return scenario
+def scenario_of(data: Scenario) -> Any:
+    return fs.load(data, folder=SCENARIOS)
 
 
 def kinematics(state: Array, model: BeltModel) -> list[Array]:
@@ -173,62 +170,102 @@ def kinematics(state: Array, model: BeltModel) -> list[Array]:
     return [*(row.copy() for row in motion), state[6 * width : 6 * width + m].copy(), omega]
 
 
-def reference(scenario: BeltDriveScenario, body_length: float, tau: float = 1e-5) -> Belt:
+def reference(scenario: fs.Scenario, body_length: float, tau: float = 1e-5) -> Belt:
     """Return the scenario as the reference program takes it; friction at rest is given per run."""
-    belt, effects, pulleys = scenario.mechanism.belt, scenario.effects, scenario.mechanism.pulleys
-    contact, axial, bending = effects.contact, effects.axial_damping, effects.bending
-    share = (contact.reference_bodies or belt.bodies) / belt.bodies
-    law = effects.belt_friction
+    data = scenario.to_dict()
+    belt, pulleys = data["mechanism"]["belt"], data["mechanism"]["pulleys"]
+    effects, drive = data["effects"], data["drive"]
+    contact, axial = effects["contact"], effects.get("axial_damping")
+    bending = effects.get("bending", {"rigidity": 0.0})
+    law = effects.get("belt_friction", {"law": "set-valued", "mu_s": 0.0, "mu_k": 0.0})
+    share = contact.get("reference_bodies", belt["bodies"]) / belt["bodies"]
 
     def per_pulley(key: str) -> Array:
         """Return a number of the contact with each pulley, its own where it has one."""
-        own = [getattr(contact.pulleys.get(p.name), key, None) for p in pulleys]
-        return np.array([getattr(contact, key) if one is None else one for one in own])
+        own = [contact["pulleys"].get(p["name"], {}) for p in pulleys]
+        return np.array([{**contact, **numbers}[key] for numbers in own])
 
     return Belt(
-        n=belt.bodies,
+        n=belt["bodies"],
         l=body_length,
-        rho=belt.mass_per_length,
-        EA=belt.axial_rigidity,
-        centres=np.array([p.center for p in pulleys]),
-        radii=np.array([p.radius for p in pulleys]),
-        inertias=np.array([p.inertia for p in pulleys]),
+        rho=belt["mass_per_length"],
+        EA=belt["axial_rigidity"],
+        centres=np.array([p["center"] for p in pulleys]),
+        radii=np.array([p["radius"] for p in pulleys]),
+        inertias=np.array([p["inertia"] for p in pulleys]),
         c1=per_pulley("c1") * share,
         c2=per_pulley("c2") * share,
         b_c=per_pulley("damping") * share,
         p_max=per_pulley("p_max"),
-        b_joint=axial.coefficient if axial and axial.basis == "joint" else None,
-        b_section=axial.coefficient if axial else 0.0,
-        EI=bending.rigidity if bending else 0.0,
-        b_tor=bending.damping / body_length if bending else 0.0,
-        wrap=belt.wrap == "corrected",
-        gravity=(0.0, -effects.gravity.g) if effects.gravity else (0.0, 0.0),
-        law=law.law if law else "set-valued",
+        b_joint=axial["coefficient"] if axial and axial["basis"] == "joint" else None,
+        b_section=axial["coefficient"] if axial else 0.0,
+        EI=bending["rigidity"],
+        b_tor=bending.get("damping", 0.0) / body_length,
+        wrap=belt["wrap"] == "corrected",
+        gravity=(0.0, -effects["gravity"]["g"]) if "gravity" in effects else (0.0, 0.0),
+        law=law["law"],
         tau=tau,
-        mu_s=law.mu_s if law else 0.0,
-        mu_k=law.mu_k if law else 0.0,
-        dv=(law.transition_speed if law else None) or 1.0,
-        delta_max=(law.maximum_creep if law else None) or 1.0,
-        torque=lambda t, theta, omega: torques(scenario, t, omega),
+        mu_s=law["mu_s"],
+        mu_k=law["mu_k"],
+        dv=law.get("transition_speed", 1.0),
+        delta_max=law.get("maximum_creep", 1.0),
+        torque=lambda t, theta, omega: torques(data, t, omega),
         prescribed={
-            j: lambda t, terms=scenario.drive[p.name].terms: sum(
-                signal_from(term).derivative(t) for term in terms
-            )
+            j: partial(slope, drive[p["name"]]["speed"])
             for j, p in enumerate(pulleys)
-            if p.name in scenario.drive and scenario.drive[p.name].speed is not None
+            if "speed" in drive.get(p["name"], {})
         },
     )
 
 
-def torques(scenario: BeltDriveScenario, t: float, omega: Array) -> Array:
+def path_of(scenario: fs.Scenario) -> Any:
+    """Return the line of the ideal belt of a scenario."""
+    pulleys = scenario.to_dict()["mechanism"]["pulleys"]
+    return belt_path(
+        [PulleyCircle(p["name"], tuple(p["center"]), p["radius"], p["side"]) for p in pulleys]
+    )
+
+
+def names_of(scenario: fs.Scenario) -> list[str]:
+    """Return the names of the pulleys, in their order."""
+    return [p["name"] for p in scenario.to_dict()["mechanism"]["pulleys"]]
+
+
+def terms_of(signals: Any) -> list[Any]:
+    """Return the signals that add to one."""
+    return list(signals) if isinstance(signals, list | tuple) else [signals]
+
+
+def slope(table: Any, t: float) -> float:
+    """Return the derivative of a signal over time, or of several that add."""
+    if isinstance(table, list | tuple):
+        return sum(slope(term, t) for term in table)
+    if isinstance(table, int | float):
+        return 0.0
+    if "sine" in table:
+        s, omega = table["sine"], 2.0 * np.pi * table["sine"]["frequency_hz"]
+        phase = np.radians(s.get("phase_deg", 0.0))
+        return float(omega * s["amplitude"] * np.cos(omega * t + phase))
+    if "smooth_step" in table:
+        s = table["smooth_step"]
+        duration = s["stop"] - s["start"]
+        x = np.clip((t - s["start"]) / duration, 0.0, 1.0)
+        return float(6.0 * x * (1.0 - x) * (s["to"] - s["from"]) / duration)
+    times, values = table["time"], table["value"]
+    k = int(np.searchsorted(times, t, side="right"))
+    inside = 0 < k < len(times)
+    return (values[k] - values[k - 1]) / (times[k] - times[k - 1]) if inside else 0.0
+
+
+def torques(data: Scenario, t: float, omega: Array) -> Array:
+    """Return the torques of the drive on the pulleys of a loaded scenario, as data."""
     values = np.zeros(len(omega))
-    for j, name in enumerate(scenario.mechanism.names):
-        drive = scenario.drive.get(name)
-        for table in drive.terms if drive is not None and drive.speed is None else ():
-            if isinstance(table, SpeedTable):
-                values[j] += np.interp(omega[j], table.speed, table.value)
+    for j, pulley in enumerate(data["mechanism"]["pulleys"]):
+        for table in terms_of(data["drive"].get(pulley["name"], {}).get("torque", [])):
+            if isinstance(table, dict) and "speed" in table:
+                values[j] += np.interp(omega[j], table["speed"], table["value"])
             else:
-                values[j] += signal_from(table)(t)
+                values[j] += float(signal_over_time(table, np.array(t)))
     return values
 
 

@@ -3,9 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionsim.mechanisms.belt_drive.equation import find_contact_candidates, rhs
-from frictionsim.mechanisms.belt_drive.kernels.system import kinematics_of
-from frictionsim.mechanisms.belt_drive.model import BeltModel
+from tests.support.belt_kernels import BeltModel, find_contact_candidates, kinematics_of, rhs
 
 Array = NDArray[np.float64]
 CHANGE = 1e-8  # m

@@ -1,12 +1,11 @@
 """A guided string in plain Python, written from its equations alone, with a smoothed friction."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
-from tests.support.belt_scenarios import Array, torques
+from tests.support.belt_scenarios import Array, names_of, path_of, torques
 
 
 class Arc(NamedTuple):
@@ -18,9 +17,9 @@ class Arc(NamedTuple):
     radius: float
 
 
-def arcs_of(scenario: BeltDriveScenario) -> tuple[list[Arc], float]:
+def arcs_of(scenario: Any) -> tuple[list[Arc], float]:
     """Return the arcs in the order of the pulleys, and the length of the line, m."""
-    path, pulleys = scenario.mechanism.path(), scenario.mechanism.pulleys
+    path, pulleys = path_of(scenario), scenario.mechanism.pulleys
     at, arcs = 0.0, []
     for k, span in enumerate(path.spans):
         j = (k + 1) % len(pulleys)
@@ -46,7 +45,7 @@ def smoothed(mu: float, slip: Array, speed: float) -> Array:
     return mu * np.where(x < 1.0, 0.5 * (3.0 * x - x**3), 1.0) * np.sign(slip)
 
 
-def end_state(scenario: BeltDriveScenario) -> Array:
+def end_state(scenario: Any) -> Array:
     """Return the state at the end of a run: positions, velocities, angles and speeds."""
     belt, friction = scenario.mechanism.belt, scenario.effects.belt_friction
     arcs, length = arcs_of(scenario)
@@ -55,6 +54,7 @@ def end_state(scenario: BeltDriveScenario) -> Array:
     mass, c = belt.mass_per_length * rest, belt.axial_rigidity / rest
     damper = scenario.effects.axial_damping
     b = 0.0 if damper is None else damper.coefficient / (1.0 if damper.basis == "joint" else rest)
+    data, names = scenario.to_dict(), names_of(scenario)
     inertia = np.array([p.inertia for p in scenario.mechanism.pulleys])
 
     def rates(t: float, state: Array) -> Array:
@@ -63,13 +63,13 @@ def end_state(scenario: BeltDriveScenario) -> Array:
         before = np.append(s[-1] - length, s[:-1])
         tension = c * (s - before - rest) + b * (v - np.roll(v, 1))
         force = np.roll(tension, -1) - tension
-        moment = torques(scenario, t, omega)
+        moment = torques(data, t, omega)
         after = np.append(s[1:], s[0] + length)
         low, high = 0.5 * (before + s), 0.5 * (s + after)
         pull = 0.5 * (tension + np.roll(tension, -1)) - mass / (high - low) * v**2
         for j, arc in enumerate(arcs):
             normal = np.maximum(pull * overlap(low, high, arc, length) / arc.radius, 0.0)
-            own = friction.pulleys.get(scenario.mechanism.names[j], friction)
+            own = friction.pulleys.get(names[j], friction)
             slip = arc.radius * omega[j] - arc.sense * v
             rub = smoothed(own.mu_k, slip, friction.transition_speed) * normal
             force += arc.sense * rub
