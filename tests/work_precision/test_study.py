@@ -67,6 +67,19 @@ def test_errors_are_those_of_separate_runs() -> None:
         assert row["error"] == max(error["relative"] for error in errors.values())
 
 
+def test_an_event_that_comes_too_early_has_an_error() -> None:
+    """Smoothed friction lets a pulley that turns count as at rest before it is."""
+    turning = {"mechanism.initial_angular_velocity": 5.0, "drive.force": 2224.1}
+    options: dict[str, Any] = {"backends": ["rkf45"], "laws": ["regularised"]}
+    (row, *_) = settings_of(PULLEY, {**SHORT, **turning}, tolerances=[1e-6], **options)
+    (exact,) = fs.solve(PULLEY, {**SHORT, **turning}).transitions
+    overrides = [*row["overrides"], "solver.duration=1", "solver.backend=rkf45"]
+    (early,) = fs.solve(fs.load(PULLEY, turning), overrides).transitions
+    assert early.time < exact.time - 1e-3
+    wanted = pytest.approx(exact.time - early.time, rel=1e-6)
+    assert row["errors"]["event_time"]["absolute"] == wanted
+
+
 @pytest.mark.slow
 def test_errors_fall_with_tolerance_and_transition_speed_but_not_those_of_eq_30() -> None:
     by_line: dict[str, list[float]] = {}  # by method and law, from the loosest to the tightest
