@@ -65,7 +65,7 @@ class Case(NamedTuple):
     not_resumed : str
         Why it cannot be resumed.
     slow : bool
-        It is no default test.
+        It is no default test: it is dear, or says the same as another with other inputs.
     """
 
     scenario: str
@@ -176,6 +176,7 @@ def hard(name: str, method: str = "events", **kept: Any) -> Case:
     return Case(f"hard/{name}", method, golden=NOT_SHIPPED, **kept)
 
 
+SHORTER = {"solver__duration": 2.0}
 # As long as golden results of belts are.
 SHORT = {
     "solver__duration": 0.02,
@@ -222,15 +223,15 @@ CASES = [
     Case("pulley", "lsoda", law="regularised", mirror=RAMP, not_resumed=SCIPY,
          changes=SMOOTHED),
     Case("pulley_horizontal", golden=EXACT, mirror=SIDEWAYS),
-    Case("pulley_horizontal", "rkf45", mirror=SIDEWAYS),
+    Case("pulley_horizontal", "rkf45", mirror=SIDEWAYS, slow=True),
     Case("pulley_return", golden=EXACT, mirror=RAMP),
     Case("pulley_return", "rkf45", law="published", mirror=RAMP),
     Case(
         "pulley", changes={"effects__shaft_friction": None}, mirror=RAMP, word="without_friction"
     ),
-    hard("equal_coefficients", changes={"solver__duration": 6.0}, mirror=RAMP),
+    hard("equal_coefficients", changes={"solver__duration": 6.0}, mirror=RAMP, slow=True),
     hard("huge_inertia", mirror=RAMP),
-    hard("jump", "rkf45", mirror=RAMP),
+    hard("jump", "rkf45", mirror=RAMP, slow=True),
     hard("jump_from_csv", mirror=RAMP),
     hard("load_through_zero", mirror=SIDEWAYS),
     hard("many_cycles", changes={"solver__duration": 5.0}, mirror=RAMP),
@@ -244,7 +245,7 @@ CASES = [
     Case("shaft", golden=EXACT, mirror=OF_SHAFT, model="shaft"),
     Case("shaft", "rkf45", {"solver__duration": 1.0}, mirror=OF_SHAFT),
     Case("hoist_drum", golden=EXACT, mirror=OF_SHAFT, sampled=PEAKS),
-    Case("hoist_drum", "rkf45", {"solver__duration": 2.0}, mirror=OF_SHAFT, sampled=PEAKS),
+    Case("hoist_drum", "rkf45", SHORTER, mirror=OF_SHAFT, sampled=PEAKS, slow=True),
     Case("swing_door", golden=EXACT, mirror=OF_SHAFT, sampled=PEAKS, model="stops"),
     Case("swing_door", "rkf45", mirror=OF_SHAFT, sampled=PEAKS),
     Case(
@@ -256,14 +257,14 @@ CASES = [
         sampled=PEAKS,
     ),
     hard("bouncing_body", mirror=OF_SHAFT, sampled=PEAKS),
-    hard("bouncing_body", "rkf45", mirror=OF_SHAFT, sampled=PEAKS),
+    hard("bouncing_body", "rkf45", mirror=OF_SHAFT, sampled=PEAKS, slow=True),
     hard("shaft_short_peak", mirror=OF_SHAFT, sampled=PEAKS),
     hard("shaft_tie", mirror=OF_SHAFT, sampled=PEAKS),
-    hard("shaft_vanishing_load", mirror=OF_SHAFT, sampled=PEAKS),
+    hard("shaft_vanishing_load", mirror=OF_SHAFT, sampled=PEAKS, slow=True),
     hard("stop_load_through_zero", mirror=OF_SHAFT, sampled=PEAKS),
     # --- gears ------------------------------------------------------------------------------------
     Case("epicyclic", golden=EXACT, mirror=OF_GEAR, close=HALF_TURN, sampled=DWELL, model="gear"),
-    Case("epicyclic", "rkf45", mirror=OF_GEAR, close=HALF_TURN, sampled=DWELL),
+    Case("epicyclic", "rkf45", mirror=OF_GEAR, close=HALF_TURN, sampled=DWELL, slow=True),
     Case(
         "epicyclic",
         changes={"effects__rolling_friction__normal_load": "radial"},

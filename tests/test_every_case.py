@@ -168,7 +168,7 @@ def test_it_moves_as_its_mirror_image(case: Case, solved: Solved) -> None:
 
 
 def drawn(case: Case) -> Any:
-    marks = [] if case.model else [pytest.mark.slow]
+    marks = [] if case.model and not case.slow else [pytest.mark.slow]
     return pytest.param(case, id=str(case), marks=marks)
 
 
