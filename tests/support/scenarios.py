@@ -15,9 +15,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.results import Channel, Record, SimulationResult, Transition, failures
-from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.simulation.monitor import RunMonitor
+from frictionsim.results import Channel, Record, Transition, failures
 from frictionsim.solvers.mechanism import Mechanism
 
 ROOT = Path(__file__).parents[2]
@@ -115,17 +113,11 @@ def _own_containers(done: Record) -> Record:
 
 
 def mechanism_of(done: Record) -> Mechanism:
+    """Return the mechanism that a solver had; imported here, as it has no public way."""
+    from frictionsim.scenario.kinds import mechanism_module
+
     scenario = scenario_run(done)
     return mechanism_module(scenario.kind).build(scenario)
-
-
-def observed(data: Scenario) -> SimulationResult:
-    """Return the observation of a simulation of scenario data, in its working numbers."""
-    scenario = fs.load(data, folder=SCENARIOS)
-    simulation = mechanism_module(scenario.kind).simulation(scenario)
-    simulation.prepare(RunMonitor())
-    simulation.solve(lambda t: None)
-    return simulation.observe()
 
 
 def made_record(
