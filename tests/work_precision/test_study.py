@@ -83,7 +83,7 @@ def test_an_event_that_comes_too_early_has_an_error() -> None:
 @pytest.mark.slow
 def test_errors_fall_with_tolerance_and_transition_speed_but_not_those_of_eq_30() -> None:
     by_line: dict[str, list[float]] = {}  # by method and law, from the loosest to the tightest
-    for row in settings_of(RETURN):
+    for row in settings_of(RETURN, max_wall=60.0):
         assert row["error"] is not None, row["reason"]
         by_line.setdefault(line_of(row), []).append(row["error"])
     for backend in ("events", "rkf45"):
@@ -131,7 +131,7 @@ def test_step_counts_agree_with_the_golden_file(request: pytest.FixtureRequest) 
         f"{line_of(row)}, {row['setting']}": [
             row[name] for name in ("steps", "rejected", "rhs_evaluations")
         ]
-        for row in settings_of(PULLEY, backends=["events", "rkf45"])
+        for row in settings_of(PULLEY, backends=["events", "rkf45"], max_wall=60.0)
     }
     if request.config.getoption("--update-golden"):
         lines = ",\n".join(f"  {json.dumps(name)}: {list_}" for name, list_ in statistics.items())
