@@ -74,7 +74,7 @@ def pictures() -> Iterator[Any]:
         yield pytest.param(lambda n=name, v=view: draw(hostile(n), v), id=f"{name}-{view}")
     yield from (narrow, overlay)
     vary = {BAD: [f"a {BAD}", f"b {BAD}"]}
-    values = {BAD: lambda x: np.arange(len(x), dtype=float)}
+    values = {f"{BAD} of": lambda x: np.arange(len(x), dtype=float)}
     yield pytest.param(partial(draw_sweep, grid_of(vary, values)), id="sweep")
     costs = [row(BAD, 1e-9, 0.1), row(BAD, None, 0.01)]
     yield pytest.param(partial(cost_of, costs), id="cost")
