@@ -315,7 +315,7 @@ def _poor(statistics: Sequence[TargetResiduals]) -> Iterator[str]:
     for part in statistics:
         data = part.values + part.fitted
         spread = max(float(np.std(data)), ROUNDING * float(np.max(np.abs(data))))
-        if part.values.size > 1 and part.rms > POOR * spread:
+        if part.values.size > 1 and part.rms > POOR * spread > 0.0:  # zero of data that are all 0
             yield (
                 f"the residuals of {part.name} are {part.rms / spread:.3g} times the spread of the"
                 " data: a constant would fit these better; check the units of data and scenario"
