@@ -188,3 +188,19 @@ def test_noisy_data_have_a_minimum() -> None:
     data, free = series(frictionless(), angular_velocity=0.1), {LOAD: (50.0, 150.0)}
     fit = fs.fit(frictionless(), data=data, channels="angular_velocity", free=free)
     assert fit.finding == ("minimum", "3 of 3 searches found this minimum", None)
+
+
+@pytest.mark.parametrize("values", [[0.0, 0.0], [0.0, 0.0, 0.0], [1e-300, 0.0]])
+def test_data_of_zeros_are_no_defect(values: list[float]) -> None:
+    """A pulley that is lifted cannot have stood still: no value fits, and none is divided by."""
+    drive = {"time": [0.0, 0.8, 4.0, 5.0], "value": [1832.6, 3113.75, 3113.75, 3113.75]}
+    lifted = fs.load("pulley", {"drive.force": drive, "solver.duration": 1.0})
+    times = [0.6 + 0.1 * number for number in range(len(values))]
+    fitted = fs.fit(
+        lifted,
+        data={"time": times, "angle": values},
+        channels={"angle": "angle"},
+        free={"drive.force.value.3": (1500.0, 6000.0)},
+        starts=1,
+    )
+    assert 1500.0 <= fitted.values["drive.force.value.3"] <= 6000.0
