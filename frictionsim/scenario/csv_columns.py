@@ -34,7 +34,7 @@ MAX_ABOVE = 1000  # lines in which the first one of numbers is searched for
 QUOTED = re.compile(r'"[^"]*"')
 IN_BRACKETS = re.compile(r"\s*(?:\[[^\[\]]*\]|\([^()]*\)|\{[^{}]*\}|<[^<>]*>)")
 # What stands between a name and its unit; behind the last two another word may stand as well.
-BEFORE_UNIT = re.compile(r"(.*\S)(?:\s*(?P<sign>/|,)\s*|\s+(?P<word>in)\s+|_|\s+)")
+BEFORE_UNIT = re.compile(r"(.*?\S)(?:\s*(?P<sign>/|,)\s*|\s+(?P<word>in)\s+|_|\s+)")
 BEHIND_NAME = re.compile(r"(?<=[^\s\])])\s*(?:\[[^\[\]]*\]|\([^()]*\))")
 NO_UNIT = ("", "-")  # cells in a line of units
 GAPS = ("", "nan")  # cells of data that were not measured

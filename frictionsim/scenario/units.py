@@ -49,9 +49,12 @@ UNITS: dict[str, tuple[str, float]] = {
     "mW": ("W", 1e-3),
     "kW": ("W", 1e3),
 }
-# Other ways to write a unit; the product of two is N*m, N·m, N.m or Nm.
+# Other ways to write a unit; the product of two is N*m, N·m, N.m, N-m or Nm.
 _WRITTEN = {
-    name.replace(" ", sign): name for name in UNITS if " " in name for sign in ("*", "·", ".", "")
+    name.replace(" ", sign): name
+    for name in UNITS
+    if " " in name
+    for sign in ("*", "·", ".", "-", "")
 } | {
     "-": "1",
     "sec": "s",
@@ -64,6 +67,7 @@ _WRITTEN = {
     "min^-1": "1/min",
     "min-1": "1/min",
     **dict.fromkeys(("RPM", "rev/min", "r/min", "U/min"), "rpm"),
+    **dict.fromkeys(("lbft", "lb ft", "lb-ft", "lb.ft", "ft lb", "ft-lb", "ftlb"), "lbf ft"),
 }
 # The longest first: of n_rad/s the unit is not s.
 WRITTEN = sorted({*UNITS, *_WRITTEN} - {"1", "-"}, key=len, reverse=True)

@@ -147,3 +147,12 @@ def test_a_sweep_of_a_lift_has_no_torque_where_the_ropes_slip(
         assert [math.isnan(value) for value in sweep[name]] == [True, True, False]
     summary = json.loads(told("show", "s.h5", "--json")[0])
     assert summary["quantities"]["torque_to_lift"]["runs"] == 1
+
+
+@pytest.mark.parametrize("mu_s", [0.0, 0.03, 0.06, 0.09])
+def test_statics_say_why_there_is_no_torque(mu_s: float) -> None:
+    friction = {"effects.cord_friction.mu_s": mu_s, "effects.cord_friction.mu_k": mu_s}
+    statics = fs.static("lift", friction)
+    slips = statics["torque_to_lift"].value is None
+    assert slips == (mu_s < 0.0636)  # margins 0.92 at 0.06 and 1.01 at 0.09
+    assert [("slips at any torque" in note) for note in statics.notes] == [True] * slips

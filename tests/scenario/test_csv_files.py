@@ -299,3 +299,20 @@ def test_an_end_of_a_name_that_is_no_fitting_unit_is_a_part_of_it(
     }
     result = fs.solve(fs.load(tables, folder=tmp_path))
     assert float(result.dataset["angular_velocity"][-1]) == pytest.approx(2.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["Torque", "Torque, N-m", 2])
+@pytest.mark.parametrize("unit", ["N-m", "Nm", "N.m", "N m"])
+def test_a_heading_with_a_comma_is_named_with_or_without_its_unit(
+    name: str | int, unit: str, tmp_path: Path
+) -> None:
+    (tmp_path / "m.csv").write_text(f'"t, ms","Torque, {unit}"\n0,1\n2000,1\n')
+    column = name.replace("N-m", unit) if isinstance(name, str) else name
+    tables = {
+        "kind": "shaft",
+        "mechanism": {"inertia": 1.0},
+        "couples": [{"name": "motor", "size": {"csv": "m.csv", "time": "t", "value": column}}],
+        "solver": {"duration": 2.0},
+    }
+    result = fs.solve(fs.load(tables, folder=tmp_path))
+    assert float(result.dataset["angular_velocity"][-1]) == pytest.approx(2.0, rel=1e-9)

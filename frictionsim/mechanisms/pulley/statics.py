@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
 from frictionsim.mechanisms.single_dof import sqrt
-from frictionsim.results import Quantities, Quantity
+from frictionsim.results import Quantities, Quantity, StaticQuantities
 
 
 class LimitForces(NamedTuple):
@@ -128,8 +128,13 @@ def _statics_of_lift(scenario: PulleyScenario) -> Quantities:
     A force to lift or to hold that is negative: the counterweight alone does so.
     """
     n = scenario.lift_parameters
-    quantities = impending_motion_of_lift(scenario)
+    quantities = StaticQuantities(impending_motion_of_lift(scenario))
     name, unit = _lift_drive(n)
+    if quantities[f"{name}_to_hold"].value is None:
+        quantities.notes = (
+            "no torque lifts or holds: the weights differ by more than the friction of the cord"
+            " holds (traction_margin is below 1), so that it slips at any torque",
+        )
     lifting, lowering = _lift_limits(n, n.r_k, n.kinetic_ratio)
     quantities[f"{name}_to_keep_lifting"] = Quantity(lifting, unit)
     quantities[f"{name}_to_keep_lowering"] = Quantity(lowering, unit)
