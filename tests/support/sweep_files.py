@@ -40,7 +40,7 @@ def planned(vary: Any, overrides: Any, scenario: Any = PULLEY, **options: Any) -
                 scenario, vary, overrides, output=file, workers=1, progress=stop, **options
             )
         except KeyboardInterrupt:
-            return fs.open_sweep(file.with_name("s.partial.h5"))
+            return fs.open_sweep(file)  # where all were done at once, it is whole
 
 
 def started(arguments: list[str], folder: Path) -> "subprocess.Popen[bytes]":
