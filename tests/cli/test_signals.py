@@ -161,7 +161,7 @@ def test_a_signal_keeps_the_samples_and_sets_the_exit_code(
 
 
 # Long enough for a checkpoint on any machine: 30 000 samples take a tenth of a second or more.
-CHECKPOINTS = ["--set", "output.checkpoint=0.002", "--set", "output.interval=1e-4"]
+CHECKPOINTS = ["--set", "output.checkpoint=0.02", "--set", "output.interval=1e-4"]
 
 
 def test_a_second_signal_exits_at_once(tmp_path: Path) -> None:
