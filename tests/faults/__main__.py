@@ -2,7 +2,7 @@
 
     python -m tests.faults check                           every fault can still be set
     python -m tests.faults run                             all tests that notice each fault
-    python -m tests.faults prove                           that none is left out
+    python -m tests.faults prove                           for some faults: that none is left out
     python -m tests.faults again                           which faults are no longer noticed
     python -m tests.faults draw --seed 1 --group belts     another fault, to be described
 
@@ -10,8 +10,9 @@
 fault the files that can notice it. After each fault it writes results/who_notices.json: by fault,
 the test functions that fail with it and pass without it, and how many of their cases if several.
 Killed, it goes on where it was; rows of other sources are made anew, after those that lack. `prove`
-runs all default tests against some faults, and compares with their rows. `again` runs the files
-that noticed each fault, up to the first test that fails; `run --only` finds what notices it now.
+does so with all default tests for some faults, and says what `run` would have left out. `again`
+runs the files that noticed each fault, up to the first test that fails; `run --only` finds what
+notices it now.
 """
 
 import argparse
@@ -73,22 +74,19 @@ def _keep(fault: Fault, row: Row) -> None:
 
 
 def prove(copy: Copy, chosen: list[Fault], anew: bool) -> int:
-    """Compare rows of these sources with those of all default tests; note it in the rows."""
-    used, rows, wrong = copy.used(), read_results(), 0
-    done = [
-        fault for fault in chosen if rows.get(fault.name, {}).get("state") == copy.state_with(fault)
-    ]
-    kernels = [fault for fault in done if any(folder in fault.file for folder in KERNELS)]
-    others = [fault for fault in done if fault not in kernels]
+    """Make the rows of some faults by all default tests: none fails that would be left out."""
+    used, known, wrong = copy.used(), read_results(), 0
+    kernels = [fault for fault in chosen if any(folder in fault.file for folder in KERNELS)]
+    others = [fault for fault in chosen if fault not in kernels]
     some = kernels[:PROVEN_KERNELS] + others[: PROVEN - PROVEN_KERNELS]
-    for fault in done if anew else some:
-        row = rows[fault.name]
-        if anew or "whole" not in row:
-            whole = copy.trial(fault, copy.files, used)
-            row["whole"] = whole["tests"] == row["tests"] or whole["tests"]
+    for fault in chosen if anew else some:
+        row = known.get(fault.name, {})
+        if anew or "left_out" not in row or row["state"] != copy.state_with(fault):
+            row = copy.trial(fault, copy.files, used)
+            row["left_out"] = sorted(set(row["tests"]) - set(copy.can_notice(fault, used)))
             _keep(fault, row)
-        wrong += row["whole"] is not True
-        print(f"{fault.name}: {'the same' if row['whole'] is True else row['whole']}", flush=True)
+        wrong += bool(row["left_out"])
+        print(f"{fault.name}: {', '.join(row['left_out']) or 'nothing'} left out", flush=True)
     return 1 if wrong else 0
 
 

@@ -2,7 +2,8 @@
 
 `FAULTS_FAILED` is the file for the names of what failed, a line each. With `FAULTS_USED` it writes
 which functions of the package ran in this process, by their files and first lines, what was read
-there, and whether another process was started, where it sees nothing.
+there, what the processes that it started have imported or read (`started_python`), and whether one
+was started in which that cannot be seen.
 """
 
 import cProfile
@@ -19,24 +20,36 @@ from typing import Any
 
 import pytest
 
-PACKAGE = str(Path(__file__).parents[2] / "frictionsim") + os.sep
+ROOT = str(Path(__file__).parents[2])
+PACKAGE = os.path.join(ROOT, "frictionsim") + os.sep
 CPU_LIMIT = 150  # s a test, which other work of the machine does not use up; the dearest takes 30
 WALL_LIMIT = 900.0  # s a test, of one that waits for ever
-STARTS = {"subprocess.Popen", "os.fork", "os.forkpty", "os.posix_spawn", "os.system"}
+FORKS = {"os.fork", "os.forkpty"}  # run what is imported here
+STARTS = {"os.posix_spawn", "os.system"}
 HARMLESS = (("uname",), ("fc-list",))  # asked by numba and matplotlib for what is installed
+UNSEEING = {"-I", "-S", "-E", "-IS"}  # options of a Python that imports no `sitecustomize`
 
 profiles: list[cProfile.Profile] = []
-read: set[str] = set()
+read: set[str] = set()  # as a text here, or in any way by a process that was started
 started: set[str] = set()
 
 
 def _look(event: str, arguments: tuple[Any, ...]) -> None:
-    if event in STARTS and arguments[:1] not in HARMLESS:
-        started.add(event)
+    if event in FORKS:
+        started.add("fork")
+    elif event in STARTS or (event == "subprocess.Popen" and not _is_seen(*arguments)):
+        started.add("unseen")
     elif event == "open" and isinstance(arguments[0], str | os.PathLike):
         path = os.path.abspath(arguments[0])
         if path.startswith(PACKAGE) and "importlib" not in sys._getframe(1).f_code.co_filename:
             read.add(path)
+
+
+def _is_seen(program: Any, arguments: Any, folder: Any, environment: Any) -> bool:
+    """Return whether a process, if it is a Python, tells what it imports."""
+    given = os.environ if environment is None else environment
+    tells = "FAULTS_STARTED" in given and ROOT in given.get("PYTHONPATH", "").split(os.pathsep)
+    return (program,) in HARMLESS or (tells and not UNSEEING & set(map(str, arguments)))
 
 
 def _profile(*_: Any) -> None:
@@ -47,10 +60,11 @@ def _profile(*_: Any) -> None:
 
 
 if "FAULTS_USED" in os.environ:
+    os.environ["FAULTS_STARTED"] = os.environ["FAULTS_USED"] + "-elsewhere"
     _start = BaseProcess.start
 
     def _seen(process: BaseProcess) -> None:
-        started.add("multiprocessing")
+        started.add("fork")
         _start(process)
 
     BaseProcess.start = _seen  # type: ignore[method-assign]
@@ -68,10 +82,11 @@ def pytest_unconfigure(config: pytest.Config) -> None:
         for entry in profile.getstats():
             if not isinstance(entry.code, str) and entry.code.co_filename.startswith(PACKAGE):
                 ran[entry.code.co_filename].add(entry.code.co_firstlineno)
-    root = Path(PACKAGE).parent
+    elsewhere = Path(os.environ["FAULTS_STARTED"])
+    names = elsewhere.read_text().splitlines() if elsewhere.exists() else []
     used = {
-        "ran": {os.path.relpath(name, root): sorted(lines) for name, lines in ran.items()},
-        "read": sorted(os.path.relpath(name, root) for name in read),
+        "ran": {os.path.relpath(name, ROOT): sorted(lines) for name, lines in ran.items()},
+        "read": sorted(os.path.relpath(name, ROOT) for name in {*read, *names}),
         "started": sorted(started),
     }
     Path(os.environ["FAULTS_USED"]).write_text(json.dumps(used))

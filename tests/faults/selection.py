@@ -3,8 +3,9 @@
 Each file of tests is run once without faults in a process of its own, so that nothing is hidden
 there by what another file has left in a cache. It can notice a fault if the changed function was
 entered there. Where no profiler of Python looks, more are taken: of a function that may be compiled
-and of what is outside of functions, the files that import its module; of any fault, those that read
-the changed file as a text, and those that start other processes.
+and of what is outside of functions, the files that import its module, as do those that fork; of any
+fault, those that read the changed file as a text, those that start a process which imports it, and
+those that start one which does not tell.
 """
 
 import ast
@@ -29,8 +30,9 @@ def can_notice(fault: Fault, used: dict[str, Used], root: Path) -> list[str]:
 
     def can(use: Used) -> bool:
         ran = use["ran"].get(fault.file, [])
-        entered = any(line in lines for line in ran) if lines else bool(ran)
-        return entered or bool(use["started"]) or fault.file in use["read"]
+        told = lines and "fork" not in use["started"]
+        entered = any(line in lines for line in ran) if told else bool(ran)
+        return entered or "unseen" in use["started"] or fault.file in use["read"]
 
     return [name for name, use in used.items() if can(use)]
 

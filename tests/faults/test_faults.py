@@ -35,14 +35,17 @@ def other():
 """
 
 
+ALL = ["imports", "outer", "inner", "forks", "reads", "unseen"]
+
+
 @pytest.mark.parametrize(
     ("file", "old", "noticing"),
     [
-        ("frictionsim/io/a.py", "return 2", ["outer", "inner", "reads", "starts"]),
-        ("frictionsim/io/a.py", "return 3", ["reads", "starts"]),
-        ("frictionsim/io/a.py", "a=1", ["imports", "outer", "inner", "reads", "starts"]),
-        ("frictionsim/solvers/a.py", "return 3", ["imports", "outer", "inner", "reads", "starts"]),
-        ("frictionsim/io/page.js", "return 3", ["imports", "outer", "inner", "reads", "starts"]),
+        ("frictionsim/io/a.py", "return 2", ["outer", "inner", "forks", "reads", "unseen"]),
+        ("frictionsim/io/a.py", "return 3", ["forks", "reads", "unseen"]),
+        ("frictionsim/io/a.py", "a=1", ALL),
+        ("frictionsim/solvers/a.py", "return 3", ALL),
+        ("frictionsim/io/page.js", "return 3", ALL),
     ],
 )
 def test_what_can_notice_a_fault_is_never_too_little(
@@ -57,8 +60,9 @@ def test_what_can_notice_a_fault_is_never_too_little(
             ("imports", [1], [], []),
             ("outer", [1, 3], [], []),
             ("inner", [1, 4], [], []),
+            ("forks", [1], [], ["fork"]),
             ("reads", [], [file], []),
-            ("starts", [], [], ["os.fork"]),
+            ("unseen", [], [], ["unseen"]),
         ]
     }
     fault = Fault("", "", "", "", file, old, old.replace("return ", "return -") + "0")

@@ -62,6 +62,7 @@ class Copy:
                 shutil.copy2(ROOT / name, self.tree / name)
                 if name.startswith(DECIDING) and not name.startswith("tests/faults/"):
                     self._digests[name] = _digest((ROOT / name).read_bytes())
+        shutil.copy2(Path(__file__).with_name("started_python.py"), self.tree / "sitecustomize.py")
         self.files = [name for name in self._digests if TESTS.fullmatch(name)]
         self.state = self._state(self._digests)
 
@@ -100,7 +101,7 @@ class Copy:
         with tempfile.TemporaryDirectory() as folder:
             place, began = Path(folder) / "used", monotonic()
             code, failed = self.pytest(["-n", "0", name], {"FAULTS_USED": str(place)})
-            used = json.loads(place.read_text()) if place.exists() else {"started": ["unknown"]}
+            used = json.loads(place.read_text()) if place.exists() else {"started": ["unseen"]}
         failures = sorted(failed) if code in FINE else None
         row = {"file": name, "seconds": round(monotonic() - began, 1), "failed": failures}
         return {**row, "ran": {}, "read": [], **used}
