@@ -20,6 +20,8 @@ from typing import Any
 
 import pytest
 
+from tests.faults.started_python import read_for_a_digest
+
 ROOT = str(Path(__file__).parents[2])
 PACKAGE = os.path.join(ROOT, "frictionsim") + os.sep
 CPU_LIMIT = 150  # s a test, which other work of the machine does not use up; the dearest takes 30
@@ -41,7 +43,8 @@ def _look(event: str, arguments: tuple[Any, ...]) -> None:
         started.add("unseen")
     elif event == "open" and isinstance(arguments[0], str | os.PathLike):
         path = os.path.abspath(arguments[0])
-        if path.startswith(PACKAGE) and "importlib" not in sys._getframe(1).f_code.co_filename:
+        imported = "importlib" in sys._getframe(1).f_code.co_filename
+        if path.startswith(PACKAGE) and not imported and not read_for_a_digest():
             read.add(path)
 
 

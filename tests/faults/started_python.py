@@ -8,7 +8,17 @@ import os
 import sys
 from typing import Any
 
+DIGESTING = ("solvers/compilation.py", "hypothesis/internal/constants_ast.py")
 PACKAGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "frictionsim") + os.sep
+
+
+def read_for_a_digest() -> bool:
+    """Return whether a file is opened only to tell one text from another, or for drawn numbers."""
+    frame = sys._getframe()
+    while frame := frame.f_back:  # type: ignore[assignment]
+        if frame.f_code.co_filename.endswith(DIGESTING):
+            return True
+    return False
 
 
 def _look(event: str, arguments: tuple[Any, ...]) -> None:
@@ -17,7 +27,7 @@ def _look(event: str, arguments: tuple[Any, ...]) -> None:
         name = getattr(arguments[0], "co_filename", "")
     elif event == "open" and isinstance(arguments[0], str):
         name = os.path.abspath(arguments[0])
-    if name.startswith(PACKAGE):
+    if name.startswith(PACKAGE) and not read_for_a_digest():
         os.write(_place, f"{name}\n".encode())
 
 
