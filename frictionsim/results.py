@@ -6,7 +6,7 @@ types only and is independent of the mechanism.
 
 from math import isfinite
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn, Protocol
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn
 
 from frictionsim.errors import (
     EXIT_AUDIT_FAILED,
@@ -17,7 +17,7 @@ from frictionsim.errors import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Mapping
 
     import numpy as np
     import numpy.typing as npt
@@ -269,60 +269,6 @@ class Column(NamedTuple):
     values: list[Any]
 
 
-class Segments(Protocol):
-    """The segments of a run, numbered from 0."""
-
-    @property
-    def checksum(self) -> int:
-        """Depends on the content of all segments."""
-
-    @property
-    def place(self) -> Any:
-        """Where they are, for messages."""
-
-    @property
-    def failure(self) -> Exception | None:
-        """The error of a segment that could not be written, the last one; None without any."""
-
-    def check_places(self, count: int) -> None:
-        """Check that the first segments can be written, before the run."""
-
-    def free_bytes(self) -> int:
-        """Return how much there may still be written."""
-
-    def listing(self, rows: int) -> str:
-        """Return the list of the segments, of so many samples each."""
-
-    def write(self, number: int, record: "Record") -> None:
-        """Write a segment; if that fails, the error becomes `failure`."""
-
-    def rows(self, number: int, name: str, start: int, stop: int) -> Any:
-        """Return rows of a channel of a segment."""
-
-    def channels(self, names: list[str], count: int) -> "Iterable[dict[str, Any]]":
-        """Return some channels of each of the first segments."""
-
-    def restore(self, count: int, checksum: int) -> bool:
-        """Take over the first segments of a run that is resumed; return whether they are those."""
-
-
-class StoredSamples(NamedTuple):
-    """The segments of a run that is not over.
-
-    Attributes
-    ----------
-    segments : Segments
-    number : int
-        How many there are.
-    rows : int
-        The samples of each.
-    """
-
-    segments: Segments
-    number: int
-    rows: int
-
-
 class Record(NamedTuple):
     """The results of a run, just solved or read from its file.
 
@@ -331,9 +277,9 @@ class Record(NamedTuple):
     Attributes
     ----------
     attributes : dict of str
-        The root attributes, see `frictionsim.io.hdf5_writer`.
+        The root attributes, see `frictionsim.io.result_writer`.
     channels : dict of arrays (n,) or (n, k), including `time`
-        Integer channels hold integers; those of a file of format version 1 hold floats.
+        Integer channels hold integers. Those of a large file are read when they are wanted.
     units, long_names : dict of str
     axes : dict of str
         The axis of the columns of each channel; empty for a channel of shape (n,).
@@ -347,15 +293,13 @@ class Record(NamedTuple):
     quantities : Quantities
     checks : dict of Check
     statistics : SolverStatistics or None
-        None, as no quantities and checks, of a file of format version 1.
+        None of a run that was made elsewhere.
     checkpoint : dict of arrays or None
         The state to resume from, of a run that was just solved and can be resumed.
-    stored : StoredSamples or None
-        The segments of samples on the disk, of a run that was just solved and has any.
     """
 
     attributes: dict[str, str]
-    channels: dict[str, Any]
+    channels: "Mapping[str, Any]"
     units: dict[str, str]
     long_names: dict[str, str]
     axes: dict[str, str]
@@ -367,7 +311,6 @@ class Record(NamedTuple):
     checks: dict[str, Check] = {}  # noqa: RUF012
     statistics: SolverStatistics | None = None
     checkpoint: dict[str, Any] | None = None
-    stored: StoredSamples | None = None
 
     @property
     def time(self) -> "Array":

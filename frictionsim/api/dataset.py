@@ -4,41 +4,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray
-from xarray.backends import BackendArray
-from xarray.core import indexing
 
 from frictionsim.errors import InputError
 from frictionsim.io.result_format import is_numbered
 from frictionsim.io.sweep_table import RUN, SOBOL_NAMES, STATUS, TEXTS, Coordinate, SweepTable
 from frictionsim.results import Channel
 from frictionsim.simulation.averages import WEIGHTED
-from frictionsim.simulation.stored_channel import StoredChannel
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
-
-
-class _LazyArray(BackendArray):
-    """A stored channel as a backend array of xarray."""
-
-    def __init__(self, channel: StoredChannel) -> None:
-        self.shape, self.dtype, self._channel = channel.shape, channel.dtype, channel
-
-    def __getitem__(self, key: Any) -> Any:
-        return indexing.explicit_indexing_adapter(
-            key, self.shape, indexing.IndexingSupport.OUTER_1VECTOR, self._read
-        )
-
-    def _read(self, key: tuple[Any, ...]) -> Any:
-        rows, *columns = key
-        # One axis after the other: numpy takes lists of both for pairs.
-        chosen = self._channel[rows]
-        return chosen[(*(() if isinstance(rows, int) else (slice(None),)), *columns)]
-
-
-def lazy_array(channel: StoredChannel) -> Any:
-    """Return a channel as data of an `xarray.Variable`; only the selection is read."""
-    return indexing.LazilyIndexedArray(_LazyArray(channel))
 
 
 FORMAT_ATTRIBUTES = ("format_version", "Conventions")
@@ -104,8 +78,6 @@ def _empty(record: "Record") -> dict[str, Any]:
 
 def _fixed(values: Any) -> Any:
     """Return a view of an array that cannot be changed: results are not changed."""
-    if isinstance(values, StoredChannel):
-        return lazy_array(values)
     view = values.view()
     view.flags.writeable = False
     return view

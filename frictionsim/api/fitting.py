@@ -274,10 +274,10 @@ class Fit(ResultBase):
         OutputError
             If it cannot be written.
         """
-        from frictionsim.io.atomic_write import write_new
+        from frictionsim.io.output_file import SCENARIO, write_new
 
         target = as_path("path", path)
-        write_new(target, self.to_toml(), "scenario")
+        write_new(target, self.to_toml(), SCENARIO)
         return target
 
     def save(self, path: str | PathLike[str]) -> Path:

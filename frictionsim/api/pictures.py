@@ -11,8 +11,7 @@ from pydantic import BeforeValidator, Field
 from frictionsim.api import result as results
 from frictionsim.api.sweep_result import Sweep, quantities_of, result_or_sweep
 from frictionsim.errors import ArgumentError, InputError
-from frictionsim.io.atomic_write import check_no_clobber
-from frictionsim.io.replaceable import check_apart
+from frictionsim.io.output_file import ANIMATIONS, PICTURE, check_apart, check_free
 from frictionsim.parameter_study.statistics import is_defined
 from frictionsim.plots import (
     ALL,
@@ -194,7 +193,7 @@ class _PictureTarget(NamedTuple):
         """Check that files can be written."""
         for path in paths:
             if self.no_clobber:
-                check_no_clobber(path)
+                check_free(path, PICTURE)
             check_picture(path)
 
 
@@ -332,7 +331,7 @@ def animate(
     options = PlotOptions.among(locals())
     target = as_path("animate", path)
     if no_clobber:
-        check_no_clobber(target)
+        check_free(target, ANIMATIONS[".gif"])
     animation.check_animation(target)
     if not isinstance(source, results.Result):
         source = results.open(as_path("result", source))

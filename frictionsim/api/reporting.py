@@ -9,10 +9,8 @@ from frictionsim.api import result as results
 from frictionsim.api.studies import Study
 from frictionsim.api.sweep_result import Sweep, result_or_sweep
 from frictionsim.errors import ArgumentError, InputError
-from frictionsim.io.atomic_write import check_no_clobber, write_atomically
-from frictionsim.io.replaceable import REPORT, check_target
+from frictionsim.io.output_file import REPORT, check_free, check_output, write_file
 from frictionsim.io.sweep_table import SweepTable
-from frictionsim.results import Record
 from frictionsim.scenario.options import as_path
 
 if TYPE_CHECKING:
@@ -50,9 +48,9 @@ def study_html(source: Any) -> str | None:
 
 def _file_html(path: Path) -> str:
     from frictionsim.io.cost_table import is_costs_in_csv, read_csv
-    from frictionsim.io.hdf5_reader import read_any
-    from frictionsim.io.replaceable import SWEEP_IN_CSV
-    from frictionsim.io.unfinished import existing_name
+    from frictionsim.io.names import existing_name
+    from frictionsim.io.output_file import SWEEP_IN_CSV
+    from frictionsim.io.reading import read_any
 
     if is_costs_in_csv(path):
         return _cost_table_html(read_csv(path), path)
@@ -63,11 +61,9 @@ def _file_html(path: Path) -> str:
         raise InputError(f"{path}: cannot make a report: this is {words}")
     path = existing_name(path)
     content = read_any(path)
-    if isinstance(content, Record):
-        return _html_of_runs([results.Result(content, path)])
     if isinstance(content, SweepTable):
         return _sweep_html(Sweep(content, path))
-    return _cost_table_html(content, path)
+    return _html_of_runs([results.Result(content, path)])
 
 
 def _cost_table_html(table: "CostTable", path: Path) -> str:
@@ -178,10 +174,10 @@ def report(
         raise InputError(f"{target}: expected a file name that ends in .html or .htm")
     html = _html(source)
     if no_clobber:
-        check_no_clobber(target)
-    check_target(target, REPORT)
+        check_free(target, REPORT)
+    check_output(target, REPORT)
     # A text that a foreign program wrote may hold what UTF-8 cannot.
-    write_atomically(html.encode("utf-8", "backslashreplace"), target, REPORT.word)
+    write_file(target, html.encode("utf-8", "backslashreplace"), REPORT)
     return target
 
 

@@ -54,7 +54,7 @@ class Result(ResultBase):
     path : Path or None
         The file that holds it.
     record : Record
-        The contents of its file, see `frictionsim.io.hdf5_writer`.
+        The contents of its file, see `frictionsim.io.result_writer`.
     """
 
     def __init__(
@@ -64,16 +64,8 @@ class Result(ResultBase):
         scenario: "Scenario | None" = None,
         estimate: "Estimate | None" = None,
     ) -> None:
-        self._record, self.path, self._scenario = record, path, scenario
+        self.record, self.path, self._scenario = record, path, scenario
         self._estimate = estimate
-
-    @cached_property
-    def record(self) -> Record:
-        if self._record.stored is not None and self.path is not None:
-            from frictionsim.io.hdf5_reader import read
-
-            return read(self.path)  # the segments of the run are gone
-        return self._record
 
     @property
     def checkpoint(self) -> dict[str, Any] | None:
@@ -81,40 +73,37 @@ class Result(ResultBase):
 
         `load_checkpoint` also reads the state in a file.
         """
-        return self._record.checkpoint
+        return self.record.checkpoint
 
     @property
     def _ending(self) -> Ending:
-        code = self._record.exit_code or (self._estimate.exit_code if self._estimate else EXIT_DONE)
-        return Ending(self._record.status, self._record.reason, code)
+        code = self.record.exit_code or (self._estimate.exit_code if self._estimate else EXIT_DONE)
+        return Ending(self.record.status, self.record.reason, code)
 
     @property
     def failure(self) -> str:
         """The kind of failure, e.g. `chattering`; empty if not failed."""
-        return self._record.failure
+        return self.record.failure
 
     @property
     def kind(self) -> str:
         """The kind of mechanism."""
-        return self._record.attributes["kind"]
+        return self.record.attributes["kind"]
 
     @property
     def title(self) -> str:
         """The title of the scenario; empty if it has none."""
-        return self._record.attributes["title"]
+        return self.record.attributes["title"]
 
     @property
     def effects(self) -> tuple[str, ...]:
         """The effects that were simulated."""
-        effects = self._record.attributes.get("effects")
-        if effects is None:  # of a file of format version 1
-            return self.scenario.effect_names
-        return tuple(effects.split())
+        return tuple(self.record.attributes["effects"].split())
 
     @property
     def quantities(self) -> NamedQuantities:
         """The quantities of the summary by name, each with `value` and `unit`."""
-        return NamedQuantities(self._record.quantities)
+        return NamedQuantities(self.record.quantities)
 
     @property
     def errors(self) -> dict[str, float | None]:
@@ -129,17 +118,17 @@ class Result(ResultBase):
     @property
     def audit(self) -> dict[str, Check]:
         """The checks of the self-audit by name, each with `value`, `limit` and `ok`."""
-        return self._record.checks
+        return self.record.checks
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Reasons to doubt the quantities."""
-        return self._record.warnings
+        return self.record.warnings
 
     @property
     def statistics(self) -> SolverStatistics | None:
-        """Counts of the solver and wall times; None of a file of format version 1."""
-        return self._record.statistics
+        """Counts of the solver and wall times; a file does not have these."""
+        return self.record.statistics
 
     @cached_property
     def scenario(self) -> "Scenario":
@@ -154,7 +143,7 @@ class Result(ResultBase):
             return self._scenario
         from frictionsim.scenario.loading import scenario_from_result
 
-        return scenario_from_result(self.path or Path("result"), self._record.attributes)
+        return scenario_from_result(self.path or Path("result"), self.record.attributes)
 
     @cached_property
     def dataset(self) -> "xarray.Dataset":
@@ -191,7 +180,7 @@ class Result(ResultBase):
             return self._scenario.origin
         from frictionsim.scenario.loading import origin_of
 
-        return origin_of(self._record.attributes)
+        return origin_of(self.record.attributes)
 
     def load_checkpoint(self) -> dict[str, Any]:
         """Return the state to resume from; of a result from a file it is read and verified.
@@ -205,7 +194,7 @@ class Result(ResultBase):
             return self.checkpoint
         if self.path is None or self._scenario is not None:
             raise InputError(f"cannot resume this run: it has no checkpoint ({self.status})")
-        from frictionsim.io.hdf5_reader import read_checkpoint
+        from frictionsim.io.result_reader import read_checkpoint
 
         return read_checkpoint(self.path).state
 
@@ -246,15 +235,15 @@ class Result(ResultBase):
         OutputError
             If it cannot be written.
         """
-        from frictionsim.io.atomic_write import check_no_clobber
-        from frictionsim.io.hdf5_writer import write_record
-        from frictionsim.io.unfinished import partial_name, whole_name
+        from frictionsim.io.names import partial_name, whole_name
+        from frictionsim.io.output_file import RESULT, check_free
+        from frictionsim.io.result_writer import write
 
         target = whole_name(as_path("path", path))
         target = target if self.status == "done" else partial_name(target)
         if no_clobber:
-            check_no_clobber(target)
-        write_record(self.record, target, self._checkpoint_to_save())
+            check_free(target, RESULT)
+        write(self.record._replace(checkpoint=self._checkpoint_to_save()), target)
         return target
 
     def _checkpoint_to_save(self) -> dict[str, Any] | None:
@@ -305,8 +294,6 @@ class Result(ResultBase):
             yield audit_table([self.audit])
         if self.statistics is not None:
             yield _statistics(self.statistics, len(self.record.channels["time"]))
-        else:
-            yield "from a file of format version 1, which holds no quantities, audit and counts"
         yield f"result: {self.path or 'none'}"
         yield Data(self._json())
 
@@ -352,7 +339,7 @@ class Result(ResultBase):
     def __getstate__(self) -> dict[str, Any]:
         """Return the pickled data, without the scenario, which has functions."""
         return {
-            "_record": self.record,
+            "record": self.record,
             "path": self.path,
             "_scenario": None,
             "_estimate": self._estimate,
@@ -365,15 +352,16 @@ def open(path: str | PathLike[str]) -> Result:
     Returns
     -------
     Result
-        All data are read; the file is closed.
+        The file is closed. One of more than 64 MB is read channel by channel, when they are
+        wanted; InputError is raised then if it has changed since.
 
     Raises
     ------
     InputError
         If it does not exist or is not a result.
     """
-    from frictionsim.io.hdf5_reader import read
-    from frictionsim.io.unfinished import existing_name
+    from frictionsim.io.names import existing_name
+    from frictionsim.io.result_reader import read
 
     file = existing_name(as_path("path", path))
     return Result(read(file), file)
@@ -413,7 +401,7 @@ def _event_json(e: Transition) -> dict[str, Any]:
     return event if e.position is None else {**event, "angle": e.position}
 
 
-BYTES_OF_NUMBER = 40  # with its place in a list
+SAMPLES_AT_ONCE = 1024
 
 
 def write_channels(record: Record, file: "Writable") -> None:
@@ -424,21 +412,16 @@ def write_channels(record: Record, file: "Writable") -> None:
     """
     import csv
 
-    from frictionsim.simulation.stored_channel import blocks_of
-
-    headings, row_bytes = [], 0
-    # A file of format version 1 has its channels in the order of their names.
-    names = ["time", *(name for name in record.channels if name != "time")]
-    for name in names:
+    headings: list[str] = []
+    for name in record.channels:
         axis = record.axes[name]
         unit = f" [{record.units[name]}]"
         members = [f".{member}" for member in record.members[axis]] if axis else [""]
         headings += [f"{name}{member}{unit}" for member in members]
-        row_bytes += BYTES_OF_NUMBER * len(members)
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(headings)
-    for start, stop in blocks_of(len(record.channels["time"]), row_bytes):
-        parts = (record.channels[name][start:stop] for name in names)
+    for start in range(0, len(record.time), SAMPLES_AT_ONCE):
+        parts = (values[start : start + SAMPLES_AT_ONCE] for values in record.channels.values())
         columns = (column for part in parts for column in _columns(part))
         writer.writerows(zip(*columns, strict=True))
 

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.document import as_json, as_text
-from frictionsim.errors import InputError
 from frictionsim.scenario.options import as_path
 
 if TYPE_CHECKING:
@@ -85,38 +84,3 @@ class ResultBase(ABC):
         from frictionsim.reports.html import notebook
 
         return notebook(self.parts())
-
-
-CSV = ".csv"
-
-
-class TableResult(ResultBase):
-    """A result that is a table: a sweep or a cost study."""
-
-    @abstractmethod
-    def save_csv(self, path: Path) -> None:
-        """Write the table as CSV, with units in the header line."""
-
-    @abstractmethod
-    def save_hdf5(self, path: Path) -> Path:
-        """Write the table as HDF5; return its file."""
-
-    def save(self, path: str | PathLike[str]) -> Path:
-        """Write the table as HDF5 or CSV, by the suffix of the path; return its file.
-
-        Raises
-        ------
-        InputError
-            If the suffix is another one.
-        OutputError
-            If it cannot be written, or would replace a file of another kind.
-        """
-        from frictionsim.io.atomic_write import SUFFIXES
-
-        target = as_path("path", path)
-        if target.suffix == CSV:
-            self.save_csv(target)
-            return target
-        if target.suffix in SUFFIXES:
-            return self.save_hdf5(target)
-        raise InputError(f"{target}: expected a name that ends in {', '.join(SUFFIXES)} or {CSV}")

@@ -118,22 +118,23 @@ def write_with_schema(file: "Path", text: str) -> "tuple[list[Path], list[str]]"
     OutputError
         If a file cannot be written, or the scenario exists already.
     """
-    from frictionsim.io.atomic_write import check_new, write_new
+    from frictionsim.io.output_file import SCENARIO, SCHEMA, check_free, check_output, write_new
     from frictionsim.scenario.authoring import schema, schema_file
 
-    check_new(file, "scenario")
+    check_free(file, SCENARIO)
+    check_output(file, SCENARIO)
     kind = toml_tables(text)["kind"]
     beside, content = file.parent / schema_file(kind), f"{dumps(schema(kind), indent=2)}\n"
     files, warnings = [file], []
     if not beside.is_file():
-        write_new(beside, content, "schema")
+        write_new(beside, content, SCHEMA)
         files.append(beside)
     elif beside.read_text(encoding="utf-8", errors="replace") != content:
         warnings = [
             f"{beside}: kept, but it differs from the schema of this version;"
             f" 'frictionsim schema {kind} > {beside}' replaces it"
         ]
-    write_new(file, f"#:schema ./{beside.name}\n{text}", "scenario")
+    write_new(file, f"#:schema ./{beside.name}\n{text}", SCENARIO)
     return files, warnings
 
 

@@ -2,8 +2,7 @@
 
 import logging
 from collections.abc import Callable
-from contextlib import AbstractContextManager, closing, nullcontext
-from functools import partial
+from contextlib import AbstractContextManager
 from os import PathLike
 from pathlib import Path
 from time import perf_counter
@@ -28,7 +27,7 @@ from frictionsim.simulation.monitor import (
 from frictionsim.simulation.simulate import run
 
 if TYPE_CHECKING:
-    from frictionsim.io.destination import Destination
+    from frictionsim.io.run_files import RunFiles
     from frictionsim.results import Record
     from frictionsim.scenario.overrides import Overrides
 
@@ -155,8 +154,7 @@ def solve_with(
     """Simulate a scenario."""
     since = perf_counter()
     loaded = with_overrides(scenario, overrides)
-    destination = _destination(output, None)
-    return _simulate(loaded, destination, options, since, None)
+    return _simulate(loaded, _files(output, None), options, since, None)
 
 
 def resume_with(
@@ -166,8 +164,7 @@ def resume_with(
 ) -> Result:
     """Resume an interrupted run."""
     from frictionsim.api.sweep_result import incomplete_of  # a run needs none of it
-    from frictionsim.io.replaceable import RESULT
-    from frictionsim.io.unfinished import whole_name_beside
+    from frictionsim.io.names import whole_name
 
     since = perf_counter()
     incomplete = result if isinstance(result, Result) else incomplete_of(as_path("result", result))
@@ -176,45 +173,41 @@ def resume_with(
     state = incomplete.load_checkpoint()
     scenario, path = incomplete.scenario, incomplete.path
     if output is None and path is not None:
-        output = whole_name_beside(path, RESULT)
-    destination = _destination(output, path)
+        output = whole_name(path)
     try:
-        return _simulate(scenario, destination, options, since, state)
+        return _simulate(scenario, _files(output, path), options, since, state)
     except InputError as error:
         name = "this result" if path is None else path
         raise InputError(f"{name}: cannot resume this run: {error}") from None
 
 
-def _destination(output: str | PathLike[str] | None, resumed: Path | None) -> "Destination | None":
+def _files(output: str | PathLike[str] | None, resumed: Path | None) -> "RunFiles | None":
     if output is None:
         return None
     # Imported here because a run without a file does not need h5py.
-    from frictionsim.io.destination import Destination
+    from frictionsim.io.run_files import RunFiles
 
-    return Destination(as_path("output", output), resumed)
+    return RunFiles(as_path("output", output), resumed)
 
 
 def _simulate(
     scenario: Scenario,
-    destination: "Destination | None",
+    files: "RunFiles | None",
     options: RunOptions,
     since: float,
     state: dict[str, Any] | None,
 ) -> Result:
     # Without a file an interrupted run cannot be saved: Ctrl-C raises at once.
-    stop = None if destination is None else StopSignals()
-    with _monitor(options, since, scenario, stop) as monitor, _closing(destination):
-        watched = monitor
-        if destination is not None:
-            destination.check(options.no_clobber)
-            watched = Monitors(monitor, partial(_lock, destination))
+    stop = None if files is None else StopSignals()
+    with _monitor(options, since, scenario, stop) as monitor:
+        if files is not None:
+            files.check(options.no_clobber)
         try:
-            segments = None if destination is None else destination.segments()
-            write, steps = _checkpoint_writer(destination), options.max_steps
-            done = run(scenario, watched, write, state, segments, steps)
+            write, steps = _checkpoint_writer(files), options.max_steps
+            done = run(scenario, monitor, write, state, steps)
         except _ProgressFailed as failed:
             raise failed.__cause__ or failed from None
-        path = None if destination is None else destination.write_last(done)
+        path = None if files is None else files.write_last(done)
         estimate = None
         if options.estimate_error and done.status == "done":
             from frictionsim.work_precision.error_estimate import estimate as estimate_errors
@@ -224,15 +217,6 @@ def _simulate(
         raise KeyboardInterrupt(f"run {done.status}; its samples are in {path}")
     result = Result(done, path, scenario, estimate)
     return result.check() if options.check else result
-
-
-def _lock(destination: "Destination", t: float) -> None:
-    """Lock the files of a run at a time of it, s: from its first step on they are its own."""
-    destination.lock()
-
-
-def _closing(destination: "Destination | None") -> AbstractContextManager[Any]:
-    return nullcontext() if destination is None else closing(destination)
 
 
 def _monitor(
@@ -274,17 +258,15 @@ class _ProgressFunction(RunMonitor):
         return self._progress.compiling(expected)
 
 
-def _checkpoint_writer(
-    destination: "Destination | None",
-) -> "Callable[[Record], bool] | None":
+def _checkpoint_writer(files: "RunFiles | None") -> "Callable[[Record], bool] | None":
     """Return the callback that writes checkpoints; a failed write only warns, once."""
-    if destination is None:
+    if files is None:
         return None
     reported: set[str] = set()
 
     def write(part: "Record") -> bool:
         try:
-            destination.write_checkpoint(part)
+            files.write(part)
         except OutputError as error:
             if str(error) not in reported:
                 LOG.warning("checkpoint not written: %s", error)

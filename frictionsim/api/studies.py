@@ -1,14 +1,17 @@
 """Work-precision studies from Python: error against run time."""
 
 from collections.abc import Callable, Iterable
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.result_base import Ending, TableResult
+from frictionsim.api.result_base import Ending, ResultBase
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.display import error_text, number_text, short_text
 from frictionsim.document import Cell, Data, Document, Number, Table
+from frictionsim.errors import InputError
 from frictionsim.scenario.loading import ScenarioSource
+from frictionsim.scenario.options import as_path
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.work_precision.outcome import WorkPrecision
@@ -107,7 +110,7 @@ def _count(count: int | None) -> str:
     return "" if count is None else str(count)
 
 
-class Study(TableResult):
+class Study(ResultBase):
     """A work-precision study: errors and run times of a scenario for several settings.
 
     Attributes
@@ -145,18 +148,23 @@ class Study(TableResult):
             }
         )
 
-    def save_csv(self, path: Path) -> None:
-        """Write the table as CSV, with units in the header line."""
+    def save(self, path: str | PathLike[str]) -> Path:
+        """Write the table as CSV, with units in the header line; return its file.
+
+        Raises
+        ------
+        InputError
+            If the suffix is another one.
+        OutputError
+            If it cannot be written, or would replace a file of another kind.
+        """
         from frictionsim.io.cost_table import write_csv
 
-        write_csv(table_of(self.data), path)
-
-    def save_hdf5(self, path: Path) -> Path:
-        """Write the table as HDF5, see `frictionsim.io.hdf5_writer.write_table`."""
-        from frictionsim.io.hdf5_writer import write_table
-
-        write_table(self._scenario, table_of(self.data), path)
-        return path
+        target = as_path("path", path)
+        if target.suffix != ".csv":
+            raise InputError(f"{target}: expected a name that ends in .csv")
+        write_csv(table_of(self.data), target)
+        return target
 
     def plot(self, *, ax: "Axes | None" = None) -> "Figure":
         """Draw error against wall time and against evaluations of the right-hand side.

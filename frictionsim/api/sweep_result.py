@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.api.result import Result
-from frictionsim.api.result_base import Ending, TableResult
+from frictionsim.api.result_base import Ending, ResultBase
 from frictionsim.display import ratio_text, set_line, study_text
 from frictionsim.document import Data, Document, Table
 from frictionsim.errors import (
     EXIT_AUDIT_FAILED,
     EXIT_DONE,
     EXIT_SOLVER_FAILED,
+    InputError,
     exit_code_of_interruption,
 )
 from frictionsim.io.sweep_table import SOBOL, SobolIndices, SweepTable
@@ -52,7 +53,7 @@ if TYPE_CHECKING:
 RUNNING = "killed, or still running"
 
 
-class Sweep(TableResult):
+class Sweep(ResultBase):
     """The result of a sweep, made by `sweep`, `resume_sweep` and `open_sweep`.
 
     It has the members of its `xarray.Dataset`: ``sweep["breakaway_time"]``, ``sweep.sel(...)``;
@@ -123,6 +124,26 @@ class Sweep(TableResult):
         """
         return _parts(self.table, self.path)
 
+    def save(self, path: str | PathLike[str]) -> Path:
+        """Write the sweep as HDF5 or CSV, by the suffix of the path; return its file.
+
+        Raises
+        ------
+        InputError
+            If the suffix is another one.
+        OutputError
+            If it cannot be written, or would replace a file of another kind.
+        """
+        from frictionsim.io.output_file import SUFFIXES
+
+        target = as_path("path", path)
+        if target.suffix == ".csv":
+            self.save_csv(target)
+            return target
+        if target.suffix in SUFFIXES:
+            return self.save_hdf5(target)
+        raise InputError(f"{target}: expected a name that ends in {', '.join(SUFFIXES)} or .csv")
+
     def save_csv(self, path: Path) -> None:
         """Write a line for each run, and the Sobol indices of a sample beside it."""
         from frictionsim.parameter_study.sweep_files import write_csv
@@ -131,13 +152,11 @@ class Sweep(TableResult):
 
     def save_hdf5(self, path: Path) -> Path:
         """Write the sweep as HDF5, for `open_sweep`: NAME.partial.h5 if it is not done."""
-        from frictionsim.io.replaceable import SWEEP, check_replaceable
+        from frictionsim.io.names import partial_name, whole_name
         from frictionsim.io.sweep_file import write_sweep
-        from frictionsim.io.unfinished import partial_name, whole_name
 
         target = whole_name(path)
         target = target if self.status == "done" else partial_name(target)
-        check_replaceable(target, SWEEP)
         write_sweep(self.table, target)
         return target
 
@@ -228,8 +247,8 @@ def open_sweep(path: str | PathLike[str]) -> Sweep:
     InputError
         If it does not exist or is not a sweep.
     """
-    from frictionsim.io.hdf5_reader import read_sweep
-    from frictionsim.io.unfinished import existing_name
+    from frictionsim.io.names import existing_name
+    from frictionsim.io.sweep_file import read_sweep
 
     file = existing_name(as_path("path", path))
     return Sweep(read_sweep(file), file)
@@ -243,21 +262,17 @@ def result_or_sweep(path: Path) -> Result | Sweep:
     InputError
         If it is neither the result of a run nor a sweep.
     """
-    from frictionsim.io.hdf5_reader import read_any, result_of
-    from frictionsim.io.unfinished import existing_name
+    from frictionsim.io.names import existing_name
+    from frictionsim.io.reading import read_any
 
     path = existing_name(path)
     content = read_any(path)
-    return (
-        Sweep(content, path)
-        if isinstance(content, SweepTable)
-        else Result(result_of(content, path), path)
-    )
+    return Sweep(content, path) if isinstance(content, SweepTable) else Result(content, path)
 
 
 def incomplete_of(path: Path) -> Result | Sweep:
     """Read a file to resume, of a run or a sweep; without one, InputError names the way out."""
-    from frictionsim.io.unfinished import resumable_name
+    from frictionsim.io.names import resumable_name
 
     return result_or_sweep(resumable_name(path))
 

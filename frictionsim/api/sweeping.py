@@ -20,14 +20,8 @@ from frictionsim.errors import (
     OutputError,
     SolverError,
 )
-from frictionsim.io.replaceable import SWEEP
+from frictionsim.io.names import partial_name, resumable_name, unfinished_beside, whole_name
 from frictionsim.io.sweep_table import SweepTable
-from frictionsim.io.unfinished import (
-    partial_name,
-    unfinished_beside,
-    whole_name,
-    whole_name_beside,
-)
 from frictionsim.parameter_study.block import FAILED
 from frictionsim.parameter_study.design import METHODS as METHODS
 from frictionsim.parameter_study.design import SAMPLE, Design, check_sampling, design_of
@@ -214,8 +208,6 @@ def resume_sweep(
     OutputError
         If another process is running it, or the file cannot be written.
     """
-    from frictionsim.io.unfinished import resumable_name
-
     target = None if output is None else as_path("output", output)
     execution = ExecutionOptions.among(locals())
     return resume_study(open_sweep(resumable_name(as_path("path", path))), target, execution)
@@ -337,12 +329,12 @@ def resume_study(
     OutputError, SweepInterrupted, KeyboardInterrupt
         As for `run_study`.
     """
-    from frictionsim.io.hdf5_reader import read_sweep
+    from frictionsim.io.sweep_file import read_sweep
 
     path = incomplete.path
     assert path is not None, "it is of a file"
     _check_unfinished(path, incomplete.table)
-    files = SweepFiles(whole_name_beside(path, SWEEP) if output is None else output, path)
+    files = SweepFiles(whole_name(path) if output is None else output, path)
     files.check(execution.no_clobber)
     files.lock()
     try:

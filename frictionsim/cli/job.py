@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Callable, Sequence
-from contextlib import closing
 from functools import partial
 from os.path import exists, isdir
 from pathlib import Path
@@ -25,8 +24,8 @@ from frictionsim.errors import (
     InputError,
     OutputError,
 )
-from frictionsim.io.destination import Destination
-from frictionsim.io.unfinished import partial_name, whole_name
+from frictionsim.io.names import partial_name, whole_name
+from frictionsim.io.run_files import RunFiles
 
 if TYPE_CHECKING:
     from frictionsim.api.solving import RunOptions
@@ -199,8 +198,7 @@ def targets_of(sources: Sequence[str], output: str | None, no_clobber: bool) -> 
     targets = _targets_in(_folder(None if output is None else Path(output)), sources)
     if len(sources) > 1:
         for target in targets:
-            with closing(Destination(target)) as destination:
-                destination.check(no_clobber)
+            RunFiles(target).check(no_clobber)
     return targets
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from frictionsim.cli.app import Process
 from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_SIGNAL
-from frictionsim.io.atomic_write import discard_parts
+from frictionsim.io.output_file import discard_parts
 from frictionsim.io.terminal import is_terminal, print_on_stderr, visible, write_on_stderr
 from frictionsim.simulation.monitor import (
     Monitor,

@@ -57,33 +57,34 @@ class StudyFiles(NamedTuple):
     csv: Path | None
     plot: Path | None
 
-    def check(self, no_clobber: bool, output_kind: Any = None, csv_kind: Any = None) -> None:
+    def check(self, no_clobber: bool, csv_kind: Any = None) -> None:
         """Check that the files can be written, before the study runs.
 
-        Without a kind of replaceable file, the output must be a new file.
+        The output must be a new file.
         """
-        from frictionsim.io.atomic_write import check_new, check_no_clobber
-        from frictionsim.io.replaceable import check_apart, check_target
-        from frictionsim.io.unfinished import warn_of_name
+        from frictionsim.io.output_file import (
+            PICTURE,
+            SCENARIO,
+            check_apart,
+            check_free,
+            check_output,
+        )
 
         options = ("-o", "--csv", "--plot")
         given = {option: path for option, path in zip(options, self, strict=True) if path}
         check_apart(given)
         if no_clobber:
             for option, path in given.items():
-                if output_kind or option != "-o":
-                    check_no_clobber(path)
+                check_free(path, {"--csv": csv_kind, "--plot": PICTURE}.get(option, SCENARIO))
         if self.plot is not None:
             from frictionsim.plots.picture_file import check_picture
 
             check_picture(self.plot)
-        if self.output is not None and output_kind is None:
-            check_new(self.output, "scenario")
-        elif self.output is not None:
-            check_target(self.output, output_kind)
-            warn_of_name(self.output)
+        if self.output is not None:
+            check_free(self.output, SCENARIO)
+            check_output(self.output, SCENARIO)
         if self.csv is not None:
-            check_target(self.csv, csv_kind)
+            check_output(self.csv, csv_kind)
 
     def print(self, result: "ResultBase", as_json: bool) -> None:
         """Print the summary; with output files, an unwritable stdout only warns."""
@@ -136,9 +137,6 @@ def cost(
         int | None,
         typer.Option(metavar="N", help="Maximum number of timed runs of each setting. [3]"),
     ] = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the table as HDF5.")
-    ] = None,
     csv: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the table as CSV.")
     ] = None,
@@ -154,20 +152,20 @@ def cost(
     Each is run at several settings.
     """
     from frictionsim.api.studies import CostOptions, cost_with
-    from frictionsim.io.replaceable import COSTS, COSTS_IN_HDF5
+    from frictionsim.io.output_file import COSTS
 
     log_on_stderr(0)
     loaded = load_scenario(scenario, overrides)
-    files = StudyFiles(output, csv, plot)
+    files = StudyFiles(None, csv, plot)
     with (
         CommandMonitor(loaded.solver.duration, with_progress=False) as monitor,
         StatusLine() as line,
     ):
         options = CostOptions.among(locals(), progress=line)
-        files.check(no_clobber, COSTS_IN_HDF5, COSTS)
+        files.check(no_clobber, COSTS)
         study = cost_with(loaded, options, monitor)
     files.print(study, as_json)
-    files.write({"output": study.save_hdf5, "csv": study.save_csv, "plot": study.save_picture})
+    files.write({"csv": study.save, "plot": study.save_picture})
     if study.status != "done":
         print_error(
             f"study {study.status} {study.reason} of a run; the results cover the settings before"
@@ -435,11 +433,11 @@ def _target(output: Path | None, source: str) -> Iterator[Path]:
 def _check_csv(csv: Path | None, target: Path, no_clobber: bool, indices: bool) -> None:
     if csv is None:
         return
-    from frictionsim.io.atomic_write import check_no_clobber
-    from frictionsim.io.replaceable import check_apart, check_target, files_of_sweep_in_csv
+    from frictionsim.io.output_file import check_apart, check_free, check_output
+    from frictionsim.parameter_study.sweep_files import files_of_sweep_in_csv
 
     check_apart({"-o": target, "--csv": csv})
     for path, kind in files_of_sweep_in_csv(csv, indices).items():
         if no_clobber:
-            check_no_clobber(path)
-        check_target(path, kind)
+            check_free(path, kind)
+        check_output(path, kind)

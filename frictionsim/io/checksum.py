@@ -6,20 +6,20 @@ a trailer must match, but a missing one is accepted. Its mark tells what the fil
 """
 
 import os
-from pathlib import Path
 from typing import IO
 from zlib import crc32
 
-RESULT, SWEEP, COSTS, SEGMENT = MARKS = tuple(
-    b"\nfrictionsim %s " % word for word in (b"crc32", b"sweep", b"costs", b"segm.")
-)
+RESULT, SWEEP = MARKS = b"\nfrictionsim crc32 ", b"\nfrictionsim sweep "
 LENGTH = len(RESULT) + len(b"01234567\n")
 BLOCK = 1 << 20
 
 
-def checksum_trailer(image: bytes, mark: bytes = RESULT) -> bytes:
-    """Return the trailer of a file with the given content."""
-    return mark + b"%08x\n" % crc32(image)
+def append_trailer(file: IO[bytes], mark: bytes) -> None:
+    """Append the trailer to an open file, whose content is read back."""
+    file.flush()
+    checksum = _crc32_of(file, file.seek(0, os.SEEK_END))
+    file.seek(0, os.SEEK_END)
+    file.write(mark + b"%08x\n" % checksum)
 
 
 def mark_of(file: IO[bytes]) -> bytes:
@@ -31,25 +31,10 @@ def mark_of(file: IO[bytes]) -> bytes:
 
 def is_damaged(file: IO[bytes]) -> bool:
     """Return whether an open file has a trailer that does not match its content."""
-    mark = mark_of(file)
-    if not mark:
+    if not mark_of(file):
         return False
     stated = file.read()
     return stated != b"%08x\n" % _crc32_of(file, file.seek(0, os.SEEK_END) - LENGTH)
-
-
-def append_trailer(path: Path, mark: bytes = RESULT) -> None:
-    """Append the trailer to a file that is too large for memory."""
-    with path.open("r+b") as file:
-        checksum = _crc32_of(file, file.seek(0, os.SEEK_END))
-        file.seek(0, os.SEEK_END)
-        file.write(mark + b"%08x\n" % checksum)
-
-
-def stated_checksum(file: IO[bytes]) -> int:
-    """Return the checksum that the trailer of an open file states."""
-    mark_of(file)
-    return int(file.read(), 16)
 
 
 def _crc32_of(file: IO[bytes], length: int) -> int:

@@ -11,7 +11,6 @@ import numpy as np
 
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.scenario.toml_data import differing_keys, toml_value
-from frictionsim.simulation.stored_channel import blocks_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
 QUANTITIES = "quantities/"  # what the rows of quantities begin with
 SHARES = {"1": 1.0, "%": 100.0}  # scales of quantities without a dimension, by unit
 TURN = 2.0 * pi  # rad: scale of an angle that is not one of the motion, such as an arc
-FLOAT_BYTES = 8
 EQUAL_TIMES = 1e-9  # relative difference of times that are the same but for rounding
 MAX_KEYS = 20  # differing keys of the scenarios in the notes
 MAX_VALUE = 60  # characters of the value of a key
@@ -259,11 +257,8 @@ def _scale(name: str, golden: "Record", largest: "Callable[[str], float]") -> fl
 
 def _largest(channel: Any) -> float:
     """Return the largest finite size of the values of a channel."""
-    largest = 0.0
-    for start, stop in blocks_of(len(channel), FLOAT_BYTES * int(np.prod(channel.shape[1:]))):
-        sizes = np.abs(np.asarray(channel[start:stop], dtype=np.float64))
-        largest = float(np.max(sizes, initial=largest, where=np.isfinite(sizes)))
-    return largest
+    sizes = np.abs(channel, dtype=np.float64)
+    return float(np.max(sizes, initial=0.0, where=np.isfinite(sizes)))
 
 
 class _CommonSamples(NamedTuple):
@@ -337,15 +332,11 @@ def _compare_channel(
         return ComparedChannel(name, note=note)
     time = golden.channels["time"][common.golden]
     away = np.flatnonzero(_outside_event_windows(golden.events["time"], time, tolerances.time))
-    actual, expected = result.channels[name], golden.channels[name]
-    worst, ratio = ComparedChannel(name, 0.0, tolerances.atol, None, True), (-1.0, 0.0)
-    # In blocks, as a long channel does not fit into memory.
-    for start, stop in blocks_of(len(away), FLOAT_BYTES * int(np.prod(expected.shape[1:]))):
-        part = away[start:stop]
-        both = actual[common.result[part]], expected[common.golden[part]]
-        part_ratio, row = _worst_sample(name, *both, time[part], tolerances, columns)
-        if part_ratio >= ratio:
-            worst, ratio = row, part_ratio
+    if not len(away):
+        return ComparedChannel(name, 0.0, tolerances.atol, None, True, unit=golden.units[name])
+    actual, expected = (r.channels[name] for r in (result, golden))
+    both = actual[common.result[away]], expected[common.golden[away]]
+    worst = _worst_sample(name, *both, time[away], tolerances, columns)
     return worst._replace(unit=golden.units[name])
 
 
@@ -356,9 +347,9 @@ def _worst_sample(
     time: Any,
     tolerances: Tolerances,
     columns: tuple[str, tuple[str, ...]],
-) -> tuple[tuple[float, float], ComparedChannel]:
-    """Return the row of the largest difference, after its ratio to the tolerance and its size."""
-    # Integers are compared as numbers: format version 1 has floats.
+) -> ComparedChannel:
+    """Return the row of the sample that is furthest above its tolerance, of equal ones the last."""
+    # Integers as numbers: the difference of two of a byte may be larger than a byte.
     actual, expected = (np.asarray(v, dtype=np.float64) for v in (actual, expected))
     allowed = tolerances.allowed(np.where(np.isfinite(expected), expected, 0.0))
     difference = _difference(actual, expected)
@@ -372,7 +363,7 @@ def _worst_sample(
     note = f"{axis} {names[member[0]]}" if member else ""
     size, limit, at = (float(v) for v in (difference[worst], allowed[worst], time[sample]))
     values = float(actual[worst]), float(expected[worst])
-    return (float(ratio[worst]), size), ComparedChannel(name, size, limit, at, ok, note, *values)
+    return ComparedChannel(name, size, limit, at, ok, note, *values)
 
 
 def _difference(actual: Any, expected: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The table of a work-precision study in a file of `frictionsim cost`, in CSV or HDF5.
+"""The table of a work-precision study in a file of `frictionsim cost`, in CSV.
 
 A table in CSV has a line for each setting below a heading with units. Lines above the heading that
 begin with # are notes, for example about the machine. What holds for the whole study (ABOUT) has
@@ -15,8 +15,7 @@ from stat import S_ISREG
 from typing import Any, NamedTuple
 
 from frictionsim.errors import InputError
-from frictionsim.io.atomic_write import write_atomically
-from frictionsim.io.replaceable import COSTS, check_replaceable
+from frictionsim.io.output_file import COSTS, write_file
 from frictionsim.results import Column
 from frictionsim.scenario.csv_columns import CsvRow, read_text, separated
 
@@ -65,8 +64,7 @@ def write_csv(table: CostTable, path: Path) -> None:
     writer = csv.writer(text)
     writer.writerow([f"{c.name} [{c.unit}]" if c.unit else c.name for c in columns])
     writer.writerows(zip(*(c.values for c in columns), strict=True))
-    check_replaceable(path, COSTS)
-    write_atomically(text.getvalue().encode(), path, COSTS.word)
+    write_file(path, text.getvalue().encode(), COSTS)
 
 
 def read_csv(path: Path) -> CostTable:

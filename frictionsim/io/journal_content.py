@@ -14,10 +14,10 @@ from zlib import crc32
 
 import numpy as np
 
-from frictionsim.io.result_format import MAX_LABEL, MAX_TEXT
 from frictionsim.io.sweep_table import MAX_QUANTITIES, TEXTS
 from frictionsim.scenario.toml_data import json_value
 
+MAX_TEXT, MAX_LABEL = 64 * 1024, 200  # characters
 APPLICATION = int.from_bytes(b"fric", "big")
 TABLES = (
     "CREATE TABLE study (digest BLOB)",

@@ -3,14 +3,8 @@
 from typing import Any, NamedTuple
 
 FORMAT_VERSION = 2
-SEGMENTED_VERSION = 3  # of an unfinished result whose first samples are in segments
-READABLE_VERSIONS = (1, 2, 3)
-SEGMENTS = "segments"  # the attribute that lists them
 STATUSES = ("done", "failed", "interrupted")
 CONVENTIONS = "CF-1.11"
-MAX_TEXT = 64 * 1024  # characters of an attribute, a name or a text of a run
-MAX_LABEL = 200  # of a unit or description
-ANSWER_BYTES = 64 * 2**20  # of segments read together; a larger one is read alone
 # The datasets of /solver.
 COUNTS = {
     "steps": "accepted steps",
@@ -18,6 +12,7 @@ COUNTS = {
     "rhs_evaluations": "evaluations of the right-hand side",
     "states": "length of the state vector",
 }
+SAMPLES = "samples."  # of a checkpoint: before the name of what is known of each sample
 
 
 class Checkpoint(NamedTuple):
@@ -27,15 +22,8 @@ class Checkpoint(NamedTuple):
     state: dict[str, Any]
 
 
-class LongChannel(NamedTuple):
-    """A channel that is read by rows."""
-
-    shape: tuple[int, ...]
-    dtype: str
-
-
 def state_digest(attributes: dict[str, Any], state: dict[str, Any]) -> str:
-    """Return the SHA-256 of a checkpoint and of the attributes that it depends on.
+    """Return the SHA-256 of the arrays of a checkpoint and of the attributes that it depends on.
 
     These are the root attributes `scenario`, `kind` and `frictionsim_version`.
     """

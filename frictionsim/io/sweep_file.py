@@ -34,16 +34,25 @@ processes, the order of the runs or interruptions, and ends with the line of a c
 file.
 """
 
+from math import prod
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 
-from frictionsim.io.hdf5_writer import TEXT, describe, write_from_memory
-from frictionsim.io.replaceable import SWEEP
+from frictionsim.errors import InputError
+from frictionsim.io.output_file import SWEEP
 from frictionsim.io.result_format import CONVENTIONS
+from frictionsim.io.result_reader import flags_of, names_of, opened, text_of, values_of
+from frictionsim.io.result_writer import TEXT, describe, write_from_memory
 from frictionsim.io.sweep_table import (
+    ORDER,
     RUN,
+    SOBOL,
+    SOBOL_BASIS,
+    SOBOL_KEY,
+    SOBOL_QUANTITY,
     STATUS,
     TEXTS,
     VERSION,
@@ -54,6 +63,10 @@ from frictionsim.io.sweep_table import (
 )
 from frictionsim.results import Channel
 
+ATTRIBUTES = (
+    *("frictionsim_version", "study", "scenario", "source", "overrides"),
+    *("kind", "title", "design", "status", "reason"),
+)
 COMPRESSED_FROM = 10_000  # runs
 
 
@@ -127,3 +140,104 @@ def _add_texts(file: Any, name: str, texts: Any, long_name: str, dimensions: Any
     dataset = file.create_dataset(name, data=texts, dtype=TEXT, **storage)
     describe(dataset, Channel("", long_name), *dimensions)
     return dataset
+
+
+def read_sweep(path: Path) -> SweepTable:
+    """Read the file of a sweep.
+
+    Raises
+    ------
+    InputError
+        If there is none, it is not readable or damaged, or it is the result of a run.
+    """
+    with opened(path, "sweep") as file:
+        if VERSION_NAME not in file.attrs:
+            raise InputError(f"{path}: this is the result of a run, not a sweep; fs.open reads it")
+        version = int(file.attrs[VERSION_NAME])
+        if version != VERSION:
+            raise InputError(
+                f"{path}: cannot read this sweep: its format version is {version}, this program"
+                f" reads version {VERSION}"
+            )
+        attributes = {name: str(file.attrs[name]) for name in ATTRIBUTES}
+        attributes |= {ORDER: str(file.attrs[ORDER])} if ORDER in file.attrs else {}
+        return _table(attributes, dict(file.items()))
+
+
+def _table(attributes: dict[str, str], datasets: dict[str, Any]) -> SweepTable:
+    status = datasets.pop(STATUS)
+    statuses, shape = flags_of(status), status.shape
+    texts = {name: _texts(datasets.pop(name), shape) for name in TEXTS}
+    coordinates, dimensions = _coordinates(datasets, status)
+    sobol = _indices(datasets, list(coordinates)) if SOBOL_BASIS in datasets else None
+    columns = {n: d for n, d in datasets.items() if n != RUN and n not in coordinates}
+    outcome = values_of(status).astype(np.int8).reshape(-1)
+    if any(dataset.shape != shape for dataset in columns.values()):
+        raise ValueError("a quantity is not of the shape of the sweep")
+    if not np.isin(outcome, [number for number, _ in statuses]).all():
+        raise ValueError("a run has a status that there is not")
+    if sobol is not None and sobol.quantities != list(columns):
+        raise ValueError("its Sobol indices are of other quantities")
+    return SweepTable(
+        attributes=attributes,
+        dimensions=dimensions,
+        coordinates=coordinates,
+        units={name: text_of(dataset, "units") for name, dataset in columns.items()},
+        values={name: values_of(dataset).reshape(-1) for name, dataset in columns.items()},
+        status=outcome,
+        statuses=statuses,
+        texts=texts,
+        sobol=sobol,
+    )
+
+
+def _indices(datasets: dict[str, Any], keys: list[str]) -> SobolIndices:
+    """Return the Sobol indices; remove their datasets from `datasets`."""
+    names, stored_keys, basis = (
+        list(names_of(datasets.pop(name))) for name in (SOBOL_QUANTITY, SOBOL_KEY, SOBOL_BASIS)
+    )
+    columns = {name: values_of(datasets.pop(name)) for name in SOBOL}
+    shape = (len(names), len(keys))
+    if (
+        stored_keys != keys
+        or len(basis) != len(names)
+        or any(c.shape != shape for c in columns.values())
+    ):
+        raise ValueError("its Sobol indices are not those of its keys")
+    return SobolIndices(names, keys, basis, columns)
+
+
+def _coordinates(
+    datasets: dict[str, Any], status: Any
+) -> tuple[dict[str, Coordinate], dict[str, int]]:
+    """Return the varied keys, and the lengths of the dimensions by name."""
+    if RUN in datasets:
+        names, runs = str(status.attrs["coordinates"]).split(), int(datasets[RUN].shape[0])
+        dimensions = {RUN: runs}
+    else:
+        names = [str(next(iter(dimension.keys()))) for dimension in status.dims]
+        dimensions = {key: int(datasets[key].shape[0]) for key in names}
+    if status.shape != tuple(dimensions.values()) or prod(status.shape) < 1:
+        raise ValueError("the sweep has another shape")
+    coordinates = {}
+    for key in names:
+        dataset = datasets[key]
+        dimension = RUN if RUN in datasets else key
+        if dataset.shape != (dimensions[dimension],):
+            raise ValueError(f"{key} does not have a value for each run")
+        is_text = h5py.check_string_dtype(dataset.dtype) is not None
+        coordinates[key] = Coordinate(
+            dimension,
+            list(names_of(dataset)) if is_text else values_of(dataset),
+            "" if is_text else text_of(dataset, "units"),
+            text_of(dataset, "long_name"),
+        )
+    return coordinates, dimensions
+
+
+def _texts(dataset: Any, shape: tuple[int, ...]) -> dict[int, str]:
+    """Return the nonempty texts of a dataset by the number of the run."""
+    if dataset.shape != shape:
+        raise ValueError(f"{dataset.name} is not of the shape of the sweep")
+    texts = dataset.asstr()[...].reshape(-1).tolist()
+    return {number: text for number, text in enumerate(texts) if text}

@@ -117,13 +117,10 @@ def outcome_of(
         if done.status == "failed" and reduced is not scenario:
             done = run(scenario, monitor)  # with the samples up to the failure
         if target is not None:
-            from frictionsim.io.hdf5_writer import write
-            from frictionsim.io.replaceable import RESULT, check_no_link
-            from frictionsim.io.unfinished import partial_name
+            from frictionsim.io.names import partial_name
+            from frictionsim.io.result_writer import write
 
-            path = target if done.status == "done" else partial_name(target)
-            check_no_link(path, RESULT)
-            write(done, path)
+            write(done, target if done.status == "done" else partial_name(target))
     except OutputError:
         raise
     except FrictionsimError as error:

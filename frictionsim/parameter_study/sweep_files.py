@@ -23,9 +23,16 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from frictionsim.errors import InputError, OutputError
-from frictionsim.io.atomic_write import check_place, replaced_atomically
-from frictionsim.io.regular_file import open_regular
-from frictionsim.io.replaceable import SWEEP, check_replaceable, files_of_sweep_in_csv
+from frictionsim.io.names import check_names, partial_name, warn_of_name
+from frictionsim.io.output_file import (
+    SOBOL_IN_CSV,
+    SWEEP,
+    SWEEP_IN_CSV,
+    Kind,
+    check_output,
+    check_replaceable,
+    replacing,
+)
 from frictionsim.io.sweep_file import write_sweep
 from frictionsim.io.sweep_table import (
     RUN,
@@ -38,7 +45,6 @@ from frictionsim.io.sweep_table import (
     SobolIndices,
     SweepTable,
 )
-from frictionsim.io.unfinished import check_names, partial_name, warn_of_name
 from frictionsim.parameter_study.journal import SweepJournal, journal_name
 
 if TYPE_CHECKING:
@@ -63,11 +69,9 @@ class SweepFiles:
 
     def check(self, no_clobber: bool = False) -> None:
         """Check that the files can be written."""
-        check_names(self.whole, self._resumed, no_clobber)
+        check_names(self.whole, self.partial, self._resumed, SWEEP, no_clobber)
         for path in (self.whole, self.partial):
-            if path == self.partial or path != self._resumed:
-                check_replaceable(path, SWEEP)
-            check_place(path, SWEEP.word)
+            check_output(path, SWEEP)
         partial = self.partial
         if partial != self._resumed and partial.is_file() and partial.stat().st_size:
             SweepJournal(partial).close(remove=False)  # raises if a process is running it
@@ -168,11 +172,6 @@ def series_folder(whole: Path) -> Path:
 
 def check_series_folder(folder: Path, study: str) -> None:
     """Check that a folder can take the results of a study's runs."""
-    if folder.is_symlink():
-        raise OutputError(
-            f"{folder}: the results of the runs would be written here, and this is a link; remove"
-            " it, or give another name with -o"
-        )
     if os.path.lexists(folder) and not _is_of_study(folder, study):
         raise OutputError(
             f"{folder}: the results of the runs would be written here, and it is not a folder of"
@@ -197,8 +196,7 @@ def _is_of_study(folder: Path, study: str) -> bool:
     try:
         if (folder / STUDY).stat().st_size > len(study.encode()):
             return False
-        with open_regular(folder / STUDY) as file:
-            return bool(file.read() == study.encode())
+        return (folder / STUDY).read_bytes() == study.encode()
     except OSError:
         return False
 
@@ -233,6 +231,12 @@ class Writable(Protocol):
         """Write text."""
 
 
+def files_of_sweep_in_csv(path: Path, with_indices: bool) -> dict[Path, Kind]:
+    """Return the CSV files of a sweep: NAME.csv, and NAME.sobol.csv for indices."""
+    files = {path: SWEEP_IN_CSV}
+    return files | {path.with_suffix(".sobol.csv"): SOBOL_IN_CSV} if with_indices else files
+
+
 def write_csv(table: SweepTable, path: Path) -> None:
     """Write a sweep as CSV, each file atomically."""
     files = files_of_sweep_in_csv(path, table.sobol is not None)
@@ -240,7 +244,7 @@ def write_csv(table: SweepTable, path: Path) -> None:
         check_replaceable(target, kind)
     for target, kind in files.items():
         with (
-            replaced_atomically(target, kind.word) as part,
+            replacing(target, kind) as part,
             TextIOWrapper(part, encoding="utf-8", newline="") as file,
         ):
             if target == path:

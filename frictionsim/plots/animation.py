@@ -27,8 +27,7 @@ from frictionsim.display import (
     with_minus,
 )
 from frictionsim.errors import ArgumentError, InputError, OutputError
-from frictionsim.io.atomic_write import write_atomically
-from frictionsim.io.replaceable import ANIMATIONS, check_target
+from frictionsim.io.output_file import ANIMATIONS, check_output, write_file
 from frictionsim.motion import motion_of
 from frictionsim.motion.parts import (
     Arrow,
@@ -353,7 +352,7 @@ def animate(
     with rendering():
         frames = _frames(motion, title, timing, progress)
         image = _gif(frames, timing) if kind == ".gif" else _mp4(frames, timing)
-    write_atomically(image, path, ANIMATIONS[kind].word)
+    write_file(path, image, ANIMATIONS[kind])
 
 
 def _motion(result: "Record", name: str) -> "Motion":
@@ -378,7 +377,7 @@ def check_animation(path: Path) -> None:
             f"{path}: MP4 needs the program ffmpeg, which is not installed; install it (on Debian"
             " 'apt install ffmpeg', see https://ffmpeg.org), or give a name that ends in .gif"
         )
-    check_target(path, ANIMATIONS[kind])
+    check_output(path, ANIMATIONS[kind])
 
 
 def timing_of(motion: "Motion", kind: str, fps: float | None, speed: float | None) -> Timing:

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any
 from warnings import catch_warnings, simplefilter
 
 from frictionsim.errors import ArgumentError, InputError, OutputError
-from frictionsim.io.atomic_write import write_atomically
-from frictionsim.io.replaceable import PICTURE, check_replaceable, check_target
+from frictionsim.io.output_file import PICTURE, check_output, check_replaceable, write_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -133,7 +132,7 @@ def check_format(path: Path) -> None:
 def check_picture(path: Path) -> None:
     """Check that a picture can be written, and that no other file is replaced by one."""
     check_format(path)
-    check_target(path, PICTURE)
+    check_output(path, PICTURE)
 
 
 def save(figure: "Figure", path: Path, dpi: float = DOTS_PER_INCH) -> None:
@@ -158,7 +157,7 @@ def save(figure: "Figure", path: Path, dpi: float = DOTS_PER_INCH) -> None:
         image = _image(figure, suffix, dpi)
     except OSError as error:  # of fonts, and of what matplotlib keeps for itself
         raise OutputError(f"{path}: cannot write the picture: {error.strerror or error}") from None
-    write_atomically(image, path, PICTURE.word)
+    write_file(path, image, PICTURE)
 
 
 def _check_pixels(figure: "Figure", dpi: float) -> None:

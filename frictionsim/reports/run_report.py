@@ -144,10 +144,6 @@ STATUSES = {
     "interrupted": ("\N{DOUBLE VERTICAL LINE}", "interrupted"),
 }
 AUDIT_FAILED = ("\N{WARNING SIGN}", "done, but its audit failed")
-VERSION_1 = (
-    "This result is from a file of format version 1, which holds no quantities, audit and counts;"
-    " solve its scenario again to have them."
-)
 NO_SAMPLES = "This result has no samples: there is nothing to draw, only tables."
 
 
@@ -209,8 +205,6 @@ def _notes(run: "ReportedRun") -> str:
         notes.append(f"The run did not come to its end: what follows is what there is{until}.")
     if not len(run.record.channels["time"]):
         notes.append(NO_SAMPLES)
-    if run.record.statistics is None:
-        notes.append(VERSION_1)
     return "".join(f'<p class="note">{escaped(after_label(run, note))}</p>\n' for note in notes)
 
 

@@ -24,8 +24,6 @@ class Simulation(Protocol):
     axes : mapping of name to tuple of str
         The names of the members of each axis, without blanks; "0", "1", ... if they have no
         names. Empty for one coordinate.
-    samples : SampleStore or None
-        The samples so far, where they may be too many for the memory.
     """
 
     @property
@@ -39,9 +37,6 @@ class Simulation(Protocol):
 
     @property
     def axes(self) -> Mapping[str, tuple[str, ...]]: ...
-
-    @property
-    def samples(self) -> Any: ...
 
     def sample_at(self, times: Sequence[float]) -> None:
         """Take samples at these times, s, strictly increasing, instead of the regular ones.
@@ -117,6 +112,3 @@ class Simulation(Protocol):
 
     def observe(self) -> "SimulationResult":
         """Return the results so far; also of a run that stopped before its end."""
-
-    def observe_channels(self) -> "SimulationResult":
-        """Return the channels so far; without what follows from all samples, if that takes long."""

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.results import MODES, OPEN, OTHER_MODES, SLACK, STICK, TAUT, Record, defined
-from frictionsim.simulation.stored_channel import StoredChannel
 from frictionsim.solvers.end_stops import EVENT as END_STOP
 from frictionsim.version import __version__
 
@@ -51,31 +50,6 @@ def recorded(scenario: "Scenario", simulation: "Simulation", data: "SimulationRe
     )
 
 
-def segment_record(
-    scenario: "Scenario", simulation: "Simulation", arrays: dict[str, Any]
-) -> Record:
-    """Return the record of some samples: recorded channels, and arrays that the summary needs.
-
-    The columns of such an array are numbered.
-    """
-    info, axes = simulation.channel_info, {}
-    for name, values in arrays.items():
-        named = info[name].axis if name in info else ""
-        axes[name] = named or (f"{name}_column" if values.ndim > 1 else "")
-    numbered = {a: tuple(map(str, range(arrays[n].shape[1]))) for n, a in axes.items() if a}
-    ended = {"status": "interrupted", "reason": "a segment of a long run", "failure": ""}
-    return Record(
-        attributes=scenario_attributes(scenario) | ended,
-        channels=arrays,
-        units={name: info[name].unit if name in info else "1" for name in arrays} | {"time": "s"},
-        long_names={name: info[name].long_name if name in info else name for name in arrays},
-        axes=axes,
-        members={axis: simulation.axes.get(axis, numbered[axis]) for axis in sorted(numbered)},
-        **_events((), {}, {}),
-        flags={name: info[name].flags for name in arrays if name in info and info[name].flags},
-    )
-
-
 def scenario_attributes(scenario: "Scenario") -> dict[str, str]:
     """Return the attributes of a file that describe its scenario, as text."""
     return {
@@ -101,8 +75,6 @@ def stored_type(channel: "Channel") -> Any:
 def _typed(channel: "Channel", values: Any) -> Any:
     if not channel.integer:
         return values
-    if isinstance(values, StoredChannel):
-        return StoredChannel(values.source, values.name, values.shape, stored_type(channel))
     return np.asarray(values).astype(stored_type(channel))
 
 

@@ -14,7 +14,6 @@ from frictionsim.errors import (
     InputError,
     Interrupted,
     NonFinite,
-    OutputError,
     SolverError,
     overflow_refused,
 )
@@ -27,13 +26,13 @@ from frictionsim.simulation.checkpoint import (
     load_part,
     require_same_arrays,
 )
+from frictionsim.simulation.memory import MemoryWatch, check_memory
 from frictionsim.simulation.monitor import RunMonitor, monitor_of
-from frictionsim.simulation.record import recorded, segment_record
-from frictionsim.simulation.sample_store import check_space
+from frictionsim.simulation.record import recorded
 from frictionsim.solvers.state_values import NON_NEGATIVE
 
 if TYPE_CHECKING:
-    from frictionsim.results import Segments, SimulationResult, StoredSamples
+    from frictionsim.results import SimulationResult
     from frictionsim.scenario.settings import Scenario
     from frictionsim.simulation.base import Simulation
 
@@ -79,10 +78,8 @@ def log_end(run: "Record") -> None:
 
 LOG = logging.getLogger(__name__)
 
-NO_SUMMARY = (
-    "this is a checkpoint of a long run: quantities, events, audit and other warnings are left out;"
-    " 'frictionsim resume' continues the run, whose result has them"
-)
+CHECKPOINT_INTERVAL = 60.0  # s of wall time, if a scenario gives none
+PAUSE = 20.0  # at least, between two checkpoints, in the time that the first took
 
 
 class _Clock:
@@ -115,7 +112,6 @@ def run(
     on_step: "Callable[[float], Any]",
     on_checkpoint: "Callable[[Record], bool] | None" = None,
     checkpoint: "dict[str, Any] | None" = None,
-    segments: "Segments | None" = None,
     max_steps: int | None = None,
     sample_times: "Sequence[float] | None" = None,
 ) -> Record:
@@ -128,13 +124,11 @@ def run(
         A `RunMonitor`, or a function of the time after each step; it may show progress, or raise
         Interrupted.
     on_checkpoint : callable, optional
-        Called with the results so far every `output.checkpoint` seconds of wall time, and before
-        kernels are compiled in the middle of a run; returns whether they are written.
+        Called with the results so far every `output.checkpoint` seconds of wall time, 60 if that
+        is absent, and before kernels are compiled in the middle of a run; returns whether they are
+        written.
     checkpoint : dict of arrays, optional
         State of an earlier run of the scenario to resume from.
-    segments : Segments, optional
-        Where samples are put that are too many for the memory; without it they all stay there. At
-        each segment there is also a checkpoint. One that cannot be written interrupts the run.
     max_steps : int, optional
         Limit of steps of this part of the run, in the place of `solver.max_steps`. Like a limit of
         the wall time it is not recorded: the resumed run has the result of an unlimited one.
@@ -151,12 +145,10 @@ def run(
     log_scenario(limited)
     with overflow_refused():
         simulation: Simulation = mechanism_module(scenario.kind).simulation(limited)
-    clock, samples = _Clock(), simulation.samples
-    check_space(scenario, simulation, segments)
+    clock = _Clock()
+    check_memory(scenario, simulation)
     if sample_times is not None:
         simulation.sample_at(sample_times)
-    if samples is not None and segments is not None:
-        samples.put_into(segments, partial(segment_record, scenario, simulation))
     doubted: Callable[[], AbstractContextManager[None]] = (
         nullcontext if checkpoint is None else checkpoint_errors
     )
@@ -209,7 +201,9 @@ def _keep(
     """Write a checkpoint at a time of the run, and return whether it is written."""
     reason = f"checkpoint at t = {t:.9g} s"
     outcome = _Termination("interrupted", reason, resumable=True)
-    return on_checkpoint(_run_of(scenario, simulation, outcome, clock, at_checkpoint=True))
+    record = _run_of(scenario, simulation, outcome, clock)
+    # With a number that is not finite the run will fail, and there is nothing to continue.
+    return record.status == "interrupted" and on_checkpoint(record)
 
 
 def _with_checkpoints(
@@ -219,24 +213,24 @@ def _with_checkpoints(
     keep: "Callable[[float], bool]",
     clock: _Clock,
 ) -> "Callable[[float], Any]":
-    """Return an `on_step` that also writes checkpoints.
+    """Return an `on_step` that also writes checkpoints, and looks at the memory.
 
-    Every `output.checkpoint` seconds, and after each segment of samples.
+    They are due every `output.checkpoint` seconds, and take at most a twentieth of the time.
     """
-    last, seconds = perf_counter(), scenario.output.checkpoint or inf
-    before = _stored(simulation)
-    if seconds == inf and simulation.samples is None:
-        return on_step
+    interval = scenario.output.checkpoint
+    interval = CHECKPOINT_INTERVAL if interval is None else interval or inf
+    due, memory = perf_counter() + interval, MemoryWatch()
 
     def step_and_checkpoint(t: float) -> None:
-        nonlocal last, before
+        nonlocal due
         on_step(t)
-        stored = _stored(simulation)
-        if stored != before or perf_counter() - last >= seconds:
-            before = stored
+        memory.look(t)
+        began = perf_counter()
+        if began >= due:
             clock.stop()  # do not count the writing of the checkpoint
             keep(t)
-            last = perf_counter()
+            ended = perf_counter()
+            due = ended + max(interval, PAUSE * (ended - began))
             clock.start()
 
     return step_and_checkpoint
@@ -249,14 +243,12 @@ def _solve(
     keep: "Callable[[float], bool]",
     clock: _Clock,
 ) -> _Termination:
-    latest, samples = 0.0, simulation.samples
+    latest = 0.0
 
     def step(t: float) -> None:
         nonlocal latest
         latest = t
         on_step(t)
-        if samples is not None and samples.failure is not None:
-            raise samples.failure
 
     try:
         unprepared: bool | None = True
@@ -276,10 +268,6 @@ def _solve(
     except SolverError as error:
         resumable = isinstance(error, BudgetExceeded)
         return _Termination("failed", str(error), error.failure, resumable)
-    except OutputError as error:
-        if samples is None or error is not samples.failure:
-            raise
-        return _Termination("interrupted", str(error), resumable=True)
     except ArithmeticError:
         return _Termination("failed", OUT_OF_RANGE, NonFinite.failure)
     return _Termination()
@@ -290,15 +278,9 @@ def _run_of(
     simulation: "Simulation",
     outcome: _Termination,
     clock: _Clock,
-    at_checkpoint: bool = False,
 ) -> Record:
     """Return the results of a simulation that has stopped, or pauses."""
-    stored = _stored(simulation)
-    if at_checkpoint and stored is not None:
-        # Summary and audit would take the time to read all samples on the disk.
-        data = simulation.observe_channels()._replace(warnings=(NO_SUMMARY,))
-    else:
-        data = simulation.observe()
+    data = simulation.observe()
     if data.non_finite_tail and outcome.failure != NonFinite.failure:
         reason = f"after t = {max(data.time, default=0.0):.9g} s {OUT_OF_RANGE}"
         outcome = _Termination("failed", reason, NonFinite.failure)
@@ -318,14 +300,7 @@ def _run_of(
             *simulation.statistics(), simulation.states, clock.solving, clock.compiling
         ),
         checkpoint=_checkpoint(simulation, clock) if outcome.resumable else None,
-        stored=stored,
     )
-
-
-def _stored(simulation: "Simulation") -> "StoredSamples | None":
-    """Return the segments of samples on the disk; None if there are none."""
-    samples = simulation.samples
-    return None if samples is None else samples.stored
 
 
 def _checkpoint(simulation: "Simulation", clock: _Clock) -> "dict[str, Any] | None":

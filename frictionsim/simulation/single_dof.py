@@ -101,7 +101,6 @@ class RecordedSimulation:
     """
 
     MODE: ClassVar[Values] = DIRECTION
-    samples = None  # all are in the memory
     mode_columns = slice(MODE_COLUMN, MODE_COLUMN + 1)
 
     def __init__(
@@ -141,10 +140,6 @@ class RecordedSimulation:
     def solve(self, on_step: Callable[[float], Any]) -> bool:
         """Integrate to the end with the backend of the scenario; see `Simulation.solve`."""
         return self._solver.run(on_step)
-
-    def observe_channels(self) -> SimulationResult:
-        """Return the results so far."""
-        return self.observe()
 
     def statistics(self) -> tuple[int, int, int]:
         """Return steps, rejected steps and evaluations of the right-hand side so far."""

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 REFINEMENT = 0.1
 MIN_RTOL = 1e-14  # the minimum of solver.rtol
 RICHARDSON = 2.0
-FEW_CHANNELS = 'output.channels=["energy_input"]'
 
 
 class Estimate(NamedTuple):
@@ -64,8 +63,6 @@ def estimate(
     """
     setting = tighter(scenario)
     overrides = list(setting.overrides)
-    if first.stored is not None:  # the second run has no file for what the memory cannot hold
-        overrides.append(FEW_CHANNELS)
     second = run(scenario.replace(overrides), on_step, max_steps=max_steps)
     if second.status != "done":
         reason = f"no error estimate: run with {setting.label} {second.status}: {second.reason}"

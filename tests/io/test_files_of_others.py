@@ -13,12 +13,12 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from frictionsim.io.hdf5_structure import MAX_MEMBERS
 
 import frictionsim as fs
 from frictionsim.errors import InputError
 from frictionsim.io import hdf5_writer
 from frictionsim.io.checksum import LENGTH, append_trailer
-from frictionsim.io.hdf5_structure import MAX_MEMBERS
 from tests.support.cases import one_in
 from tests.support.scenarios import SCENARIOS, pulley, simulate
 

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from frictionsim.io.destination import Destination
+from frictionsim.io.segments import SampleSegments, SegmentFiles
 
 import frictionsim as fs
 from frictionsim.errors import InputError
 from frictionsim.io.checksum import is_damaged
-from frictionsim.io.destination import Destination
-from frictionsim.io.segments import SampleSegments, SegmentFiles
 from frictionsim.results import Record
 from tests.support.scenarios import pulley, simulate
 

@@ -8,6 +8,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from frictionsim.simulation.stored_channel import StoredChannel
 from hypothesis import example, given
 from hypothesis import strategies as st
 
@@ -18,7 +19,6 @@ from frictionsim.io import checksum, hdf5_content, hdf5_reader, hdf5_writer
 from frictionsim.plots import draw, save
 from frictionsim.results import Channel
 from frictionsim.simulation import sample_store, stored_channel
-from frictionsim.simulation.stored_channel import StoredChannel
 from tests.support.belt_results import belt_run
 from tests.support.scenarios import SCENARIOS
 

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 import tomli_w
+from frictionsim.io.hdf5_reader import read_sweep
+from frictionsim.io.unfinished import partial_name
 
 import frictionsim as fs
 from frictionsim.api import sweeping
@@ -19,10 +21,8 @@ from frictionsim.api.sweeping import SweepInterrupted
 from frictionsim.cli.commands import run_command_line
 from frictionsim.io import hdf5_reader
 from frictionsim.io.checksum import LENGTH
-from frictionsim.io.hdf5_reader import read_sweep
 from frictionsim.io.sweep_file import write_sweep
 from frictionsim.io.sweep_table import MAX_QUANTITIES, ORDER
-from frictionsim.io.unfinished import partial_name
 from frictionsim.parameter_study import dispatch, executors, sweep_files, values
 from frictionsim.parameter_study import sweep as assembling
 from frictionsim.parameter_study.block import DONE, RunOutcome, block_of

@@ -11,12 +11,12 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from frictionsim.io.unfinished import partial_name
 
 import frictionsim as fs
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io import hdf5_writer, segments
 from frictionsim.io.checksum import append_trailer
-from frictionsim.io.unfinished import partial_name
 from frictionsim.simulation import sample_store
 from tests.support.belt_scenarios import pair
 from tests.support.cases import one_in

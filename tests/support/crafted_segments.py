@@ -8,10 +8,10 @@ from zlib import compress
 
 import h5py
 import numpy as np
-
-from frictionsim.io.checksum import SEGMENT, append_trailer
 from frictionsim.io.segments import SegmentFiles, combined
 from frictionsim.io.unfinished import whole_name
+
+from frictionsim.io.checksum import SEGMENT, append_trailer
 from tests.support import crafted_checkpoints
 
 

@@ -19,7 +19,6 @@ from frictionsim.simulation.checkpoint import (
     require_array,
     require_values,
 )
-from frictionsim.simulation.sample_store import SampleStore
 from frictionsim.solvers.common import SampleTimes
 from frictionsim.solvers.state_values import unfit
 
@@ -150,7 +149,7 @@ class BeltDrive:
         if fault := stepper.restored_fault():
             raise unfit(f"stepping.{fault}", "does not go with the other numbers")
         load_part(self._times, "times", state, duration)
-        self._observer.samples.restore(state, like, duration)
+        self._observer.samples.restore(state, like)
         if len(self._observer.samples) != self._times.count:
             raise unfit("samples.time", "is of another type or shape")
         self._started, self._tried_before = True, self._steps_tried
@@ -168,18 +167,9 @@ class BeltDrive:
             )
         state.setdefault("stepping.release", np.zeros(1))
 
-    @property
-    def samples(self) -> SampleStore:
-        """The samples so far."""
-        return self._observer.samples
-
     def observe(self) -> SimulationResult:
         """Return the samples so far, with the quantities and checks that follow from them."""
         return self._observer.observe()
-
-    def observe_channels(self) -> SimulationResult:
-        """Return the samples so far."""
-        return self._observer.observe_channels()
 
 
 def _discontinuities(scenario: "BeltDriveScenario") -> list[float]:

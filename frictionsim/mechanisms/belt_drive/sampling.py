@@ -37,7 +37,6 @@ from frictionsim.mechanisms.belt_drive.run_warnings import warnings_of
 from frictionsim.mechanisms.belt_drive.slip import span_tensions
 from frictionsim.mechanisms.belt_drive.transitions import transitions_of
 from frictionsim.results import SimulationResult
-from frictionsim.simulation.record import stored_type
 from frictionsim.simulation.sample_store import SampleStore
 
 if TYPE_CHECKING:
@@ -78,13 +77,7 @@ class Observer:
             if channel.axis and name not in absent and (wanted is None or name in wanted)
         ]
         self._patch = patch_bodies(scenario.effects.patch, system.chain)
-        self.samples = SampleStore(
-            {
-                name: stored_type(channel)
-                for name, channel in CHANNELS.items()
-                if wanted is None or name in wanted
-            }
-        )
+        self.samples = SampleStore()
         self.energy_gain = 0.0  # energy that came from nowhere, over what was stored and put in
 
     def check_belt(self, stepper: Any) -> None:
@@ -292,32 +285,21 @@ class Observer:
         release = self._system.contacts.release
         release[0] = np.max(missing[some] / limit[some], initial=release[0])
 
-    def observe_channels(self) -> SimulationResult:
-        """Return the samples before the first that is not finite, and nothing that follows."""
-        samples = self.samples
-        sound = samples.n_finite()
-        names = samples.names
-        return SimulationResult(
-            time=samples.channel("time", sound) if names else np.zeros(0),
-            channels={name: samples.channel(name, sound) for name in CHANNELS if name in names},
-            transitions=[],
-            quantities={},
-            checks={},
-            non_finite_tail=sound < len(samples),
-        )
-
     def observe(self) -> SimulationResult:
         """Return the samples before the first that is not finite, and what follows from them."""
-        recorded = self.observe_channels()
-        time = np.asarray(recorded.time)
-        energies = [name for name in recorded.channels if name.startswith("energy")]
-        others = [name for name in self.samples.names if name.startswith("_")]
-        seen = self.samples.arrays(energies + others, len(time))
+        samples, sound = self.samples, self.samples.n_finite()
+        names = samples.names
+        channels = {name: samples.channel(name, sound) for name in CHANNELS if name in names}
+        time = samples.channel("time", sound) if names else np.zeros(0)
+        seen = {n: samples.channel(n, sound) for n in names if n.startswith(("energy", "_"))}
         quantities = quantities_of(self._scenario, self._model, time, seen)
-        return recorded._replace(
+        return SimulationResult(
+            time=time,
+            channels=channels,
             transitions=transitions_of(self._scenario, self._model, time, seen),
             quantities=quantities,
             checks=checks_of(self._scenario, self._model, time, seen),
+            non_finite_tail=sound < len(samples),
             warnings=warnings_of(self._scenario, self._model, time, seen, quantities),
         )
 

@@ -1,0 +1,281 @@
+"""Files that appear whole or not at all, and replace only files of their own kind.
+
+New content goes to a part in the folder of its target, .NAME.HOST.PROCESS.N.part, which is flushed
+to the disk and renamed when it is complete. What a killed process has left is removed by the next
+writer of the same name on the same host.
+
+A result replaces a result, a sweep a sweep, a picture a picture, and so on; a file of any other
+kind is refused whatever its name is. Kinds are told by how a file begins, and HDF5 also by the line
+with our checksum at its end: without it another program made or changed the file. An empty file may
+be replaced by anything: programs that reserve names create such files.
+"""
+
+import os
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from itertools import count
+from pathlib import Path
+from stat import S_IMODE
+from typing import IO, NamedTuple
+
+from frictionsim.errors import InputError, OutputError
+from frictionsim.io import checksum
+from frictionsim.results import HDF5_SIGNATURE
+
+HEAD = 2**16  # bytes that tell the kind of a file
+PROBE = bytes(4096)
+END = ".part"
+MAX_STEM = 120  # bytes of a name that its part has
+NEW, PRIVATE = 0o666, 0o600  # modes of a new file, less the umask, and of one that gets another
+SUFFIXES = (".h5", ".hdf5", ".nc")
+
+
+class Kind(NamedTuple):
+    """A kind of file that the program writes."""
+
+    word: str
+    described: str  # with its article, for messages
+    begins: bytes  # a regular expression
+    mark: bytes = b""  # start of the line with the checksum
+
+    def recognises(self, path: Path) -> bool:
+        """Return whether a file is of this kind."""
+        with path.open("rb") as file:
+            begins = re.match(self.begins, file.read(HEAD), re.DOTALL) is not None
+            return begins and (not self.mark or checksum.mark_of(file) == self.mark)
+
+    def is_unsealed(self, path: Path) -> bool:
+        """Return whether a file has this format but no checksum: another program wrote it."""
+        with path.open("rb") as file:
+            begins = re.match(self.begins, file.read(HEAD)) is not None
+            return bool(self.mark) and begins and not checksum.mark_of(file)
+
+
+HDF5 = re.escape(HDF5_SIGNATURE)
+RESULT = Kind("result", "a result", HDF5, checksum.RESULT)
+SWEEP = Kind("sweep", "a sweep", HDF5, checksum.SWEEP)
+UNFINISHED_SWEEP = Kind("sweep", "an unfinished sweep", rb'\{"sweep_version": ')
+COSTS = Kind("table", "a table of costs", rb"(#[^\n]*\n)*law,backend,setting,")
+SWEEP_IN_CSV = Kind(
+    "table", "a sweep in CSV", rb"run \[1\],[^\r\n]*,status,failure,reason,warnings\r?\n"
+)
+SOBOL_IN_CSV = Kind("table", "a table of Sobol indices in CSV", rb"quantity,key,sobol_first ")
+PICTURE = Kind("picture", "a picture", rb"\x89PNG|%PDF|<svg|<\?xml.{,4000}<svg")
+REPORT = Kind("report", "a report", rb'.{,4000}<meta name="generator" content="frictionsim"')
+SCENARIO = Kind("scenario", "a scenario", rb"(?!)")  # never replaced
+SCHEMA = Kind("schema", "a schema", rb"(?!)")
+ANIMATIONS = {
+    ".gif": Kind("animation", "a GIF", rb"GIF8[79]a"),
+    ".mp4": Kind("animation", "an MP4", rb".{4}ftyp"),
+}
+"""By suffix."""
+
+_parts: set[Path] = set()  # those that this process is writing
+
+
+@contextmanager
+def replacing(path: Path, kind: Kind) -> Iterator[IO[bytes]]:
+    """Return the context of an empty file that replaces the one at a path at its end.
+
+    On any error the existing file is as it was. A symbolic link is followed; the file has the mode
+    and, as far as the system permits, the group of the one that it replaces.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written, or would replace a file of another kind.
+    """
+    check_replaceable(path, kind)
+    with _part_of(path, kind) as (part, file):
+        yield file
+        target = Path(os.path.realpath(path))
+        file.flush()
+        _take_over_mode(file.fileno(), target)
+        os.fsync(file.fileno())
+        file.close()  # Windows renames no open file
+        part.replace(target)
+        _sync_folder(target.parent)
+
+
+@contextmanager
+def _part_of(path: Path, kind: Kind) -> Iterator[tuple[Path, IO[bytes]]]:
+    """Return the context of a new part of a file; it is removed at the end, if still there."""
+    try:
+        if reason := _problem(path):
+            raise OSError(reason)
+        target = Path(os.path.realpath(path))
+        remove_parts_of_ended_processes(target)
+        part, descriptor = _new_part(target)
+        try:
+            with open(descriptor, "w+b") as file:
+                yield part, file
+        finally:
+            with suppress(OSError):
+                part.unlink()
+            _parts.discard(part)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise OutputError(f"{path}: cannot write the {kind.word}: {reason}") from None
+
+
+def _new_part(target: Path) -> tuple[Path, int]:
+    """Return the name of a new part and its open descriptor; threads have parts of their own."""
+    flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+    for number in count():
+        part = target.with_name(f"{_start(target)}.{os.getpid()}.{number}{END}")
+        with suppress(FileExistsError):
+            descriptor = os.open(part, flags, PRIVATE if target.exists() else NEW)
+            _parts.add(part)
+            return part, descriptor
+    raise AssertionError("there is always another number")
+
+
+def _start(target: Path) -> str:
+    """Return how the names of the parts of a file begin; a long name is cut."""
+    stem = os.fsencode(target.name)[:MAX_STEM].decode(errors="ignore")
+    host = re.sub(r"[^\w-]", "_", _host())[:MAX_STEM]
+    return f".{stem}.{host}"
+
+
+def _host() -> str:
+    if hasattr(os, "uname"):
+        return os.uname().nodename
+    return os.environ.get("COMPUTERNAME", "host")
+
+
+def remove_parts_of_ended_processes(target: Path) -> None:
+    """Remove the parts of a file whose writers, on this host, have been killed."""
+    start = _start(target) + "."
+    with suppress(OSError):
+        for name in os.listdir(target.parent):
+            if name.startswith(start) and name.endswith(END):
+                process = name.removeprefix(start).split(".")[0]
+                if process.isdecimal() and not _runs(int(process)):
+                    with suppress(OSError):
+                        target.with_name(name).unlink()
+
+
+def _runs(process: int) -> bool:
+    """Return whether there is a process of a number; where it is not known, there is one."""
+    if os.name == "nt":  # there `kill` would end it
+        return True
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except OSError:
+        return True
+    return True
+
+
+def discard_parts() -> None:
+    """Remove all parts, before the process ends at once."""
+    for part in [*_parts]:
+        with suppress(OSError):
+            part.unlink()
+
+
+def write_file(path: Path, content: bytes, kind: Kind) -> None:
+    """Write a file as `replacing`."""
+    with replacing(path, kind) as file:
+        file.write(content)
+
+
+def write_new(path: Path, text: str, kind: Kind) -> None:
+    """Write a new file, whole or not at all."""
+    check_free(path, kind)
+    write_file(path, text.encode(), kind)
+
+
+def check_output(path: Path, kind: Kind) -> None:
+    """Check that a file can be written, before its content is computed, by writing its part.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written, or would replace a file of another kind.
+    """
+    check_replaceable(path, kind)
+    with _part_of(path, kind) as (_, file):
+        file.write(PROBE)
+        file.flush()
+
+
+def check_free(path: Path, kind: Kind) -> None:
+    """Check that there is no file at a path, as `no_clobber` wants; the folder is not looked at."""
+    if os.path.lexists(path) and not os.path.isdir(path):
+        raise OutputError(
+            f"{path}: cannot write the {kind.word}: the file exists and is not replaced; give"
+            " another name"
+        )
+
+
+def check_replaceable(path: Path, kind: Kind) -> None:
+    """Check that an existing file is of the kind that will replace it."""
+    if not os.path.isfile(path) or not os.path.getsize(path):
+        return
+    try:
+        if kind.recognises(path):
+            return
+        problem = f"is not {kind.described}"
+        if kind.is_unsealed(path):
+            problem = "was changed or made by another program (it has no checksum)"
+        reason = f"the existing file {problem} and is not overwritten"
+    except OSError as error:
+        reason = f"the existing file cannot be read ({error.strerror}) and is not overwritten"
+    raise OutputError(f"{path}: cannot write the {kind.word}: {reason}; give another name")
+
+
+def check_apart(paths: dict[str, Path]) -> None:
+    """Check that the files of one command, by option, are distinct."""
+    options: dict[str, str] = {}
+    for option, path in paths.items():
+        place = os.path.normcase(os.path.realpath(path))
+        if place in options:
+            raise InputError(
+                f"{options[place]} and {option} would both be written to {path}; give two names"
+            )
+        options[place] = option
+
+
+def _problem(path: Path) -> str:
+    """Return the reason not to write a file to a path; empty if it may be written."""
+    target = Path(os.path.realpath(path))
+    folder = target.parent
+    if os.path.isdir(path):
+        return "this is a folder; give a file name"
+    if target.is_symlink():
+        return "this is a link that leads to itself; give a file name"
+    if not folder.is_dir():
+        return f"there is no folder '{folder if path.is_symlink() else path.parent}'"
+    if os.path.lexists(target) and not os.path.isfile(target):
+        return "this is a device; give a file name"
+    if os.path.isfile(target) and not os.stat(target).st_mode & 0o222:
+        return "the existing file is read-only"
+    return "" if os.access(folder, os.W_OK) else f"no permission to write in '{path.parent}'"
+
+
+def _take_over_mode(descriptor: int, target: Path) -> None:
+    """Give a new file mode and group of the one that it replaces."""
+    if not hasattr(os, "fchmod") or not target.exists():
+        return
+    old = target.stat()
+    mode = S_IMODE(old.st_mode) & 0o777
+    if old.st_gid != os.fstat(descriptor).st_gid:
+        try:
+            os.fchown(descriptor, -1, old.st_gid)
+        except OSError:
+            mode &= ~0o070  # they would be of another group
+    with suppress(OSError):  # a file system without modes
+        os.fchmod(descriptor, mode)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Flush the directory entry; not every file system supports this."""
+    with suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)

@@ -1,0 +1,171 @@
+"""The files that a run writes to: NAME.h5 when it is done, and NAME.partial.h5 until then."""
+
+import logging
+import os
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import TYPE_CHECKING, Any
+
+from frictionsim.display import NO_VALUE, cut_text
+from frictionsim.errors import InputError, OutputError
+from frictionsim.io.names import check_names, partial_name, warn_of_name
+from frictionsim.io.output_file import (
+    RESULT,
+    check_output,
+    check_replaceable,
+    remove_parts_of_ended_processes,
+)
+from frictionsim.io.result_reader import opened
+from frictionsim.io.result_writer import write
+from frictionsim.scenario.toml_data import differing_keys, toml_value
+
+if TYPE_CHECKING:
+    from frictionsim.results import Record
+
+LOG = logging.getLogger(__name__)
+
+MAX_KEYS, MAX_VALUE = 3, 40  # of a note on other values, and characters of one
+
+
+class RunFiles:
+    """The files for the complete and the unfinished result of a run.
+
+    Parameters
+    ----------
+    whole : Path
+        Of the complete result.
+    resumed : Path, optional
+        The unfinished result that is continued, which is replaced if it is of this name.
+    """
+
+    def __init__(self, whole: Path, resumed: Path | None = None) -> None:
+        self.whole, self.partial = whole, partial_name(whole)
+        self._resumed = resumed
+        self._is_own = resumed == self.partial  # whether the unfinished result is of this run
+        self._before: dict[str, str] = {}
+
+    def check(self, no_clobber: bool = False) -> None:
+        """Check before the run that results can be written.
+
+        With `no_clobber` only the resumed file is replaced.
+        """
+        check_names(self.whole, self.partial, self._resumed, RESULT, no_clobber)
+        for path in (self.whole, self.partial):
+            check_output(path, RESULT)
+        warn_of_name(self.whole)
+        self._before = _attributes_in(self.whole)
+        if not self._is_own and os.path.lexists(self.partial):
+            self._check_unfinished()
+            LOG.warning(
+                "%s, the unfinished result of an earlier run, is replaced by this run, at the"
+                " latest at its end; 'frictionsim resume %s' would continue it",
+                *(self.partial, self.partial),
+            )
+
+    def _check_unfinished(self) -> None:
+        """Check that the result with the name of the unfinished one is not that of a done run."""
+        if _attributes_in(self.partial).get("status") == "done":
+            raise OutputError(
+                f"{self.partial}: cannot write the result: this file has the name of an unfinished"
+                " result, but its run is done; rename it, or give another name"
+            )
+
+    def write(self, run: "Record") -> Path | None:
+        """Write a result and return its file.
+
+        None is returned, and nothing written, if a run without samples beyond the start would
+        replace an earlier unfinished result.
+        """
+        if run.status == "done":
+            write(run, self.whole)
+            LOG.info("result written: %s", self.whole)
+            self._note_other_values(run)
+            self._remove_unfinished()
+            return self.whole
+        nothing = run.time.size <= 1 and not run.transitions
+        if nothing and self.partial.exists() and not self._is_own:
+            return None
+        write(run, self.partial)
+        LOG.info("unfinished result written: %s (%s)", self.partial, run.reason)
+        self._is_own = True
+        return self.partial
+
+    def _remove_unfinished(self) -> None:
+        """Remove the unfinished result, unless it is another file by now."""
+        with suppress(OSError, OutputError):
+            check_replaceable(self.partial, RESULT)
+            if not self._is_own:
+                self._check_unfinished()
+            self.partial.unlink()
+            LOG.info("unfinished result removed: %s", self.partial)
+        remove_parts_of_ended_processes(self.partial)
+
+    def _note_other_values(self, run: "Record") -> None:
+        """Say that the result which was replaced is one of other values."""
+        if "scenario" not in self._before:
+            return
+        before = run._replace(attributes=self._before)
+        with suppress(InputError):  # the earlier file may hold anything
+            if texts := _changes(differing_keys([before, run])):
+                LOG.warning(
+                    "%s replaces a result of other values (%s)",
+                    *(self.whole, texts),
+                    extra={"note": True},
+                )
+
+    def write_last(self, run: "Record") -> Path | None:
+        """Write the result of a stopped run as `write`; if that fails, in a temporary folder.
+
+        Raises
+        ------
+        OutputError
+            If it is not at its place; it says where the result is, and the last checkpoint.
+        """
+        try:
+            return self.write(run)
+        except OutputError as error:
+            raise OutputError(f"{error}{self._rescued(run)}{self._resumable()}") from None
+
+    def _rescued(self, run: "Record") -> str:
+        """Write a result to a temporary folder, and return its place as a sentence."""
+        with suppress(OSError):
+            folder = Path(mkdtemp(prefix="frictionsim-"))
+            place = folder / (self.whole if run.status == "done" else self.partial).name
+            try:
+                write(run, place)
+            except OutputError:
+                folder.rmdir()
+            else:
+                return f". The new result is in {place}: move it from there"
+        return ". It could not be written anywhere else and is lost: make space, and run it again"
+
+    def _resumable(self) -> str:
+        """Return the sentence about a checkpoint in the message; empty if there is none."""
+        if not self._is_own or not self.partial.exists():
+            return ""
+        return (
+            f". The last checkpoint is in {self.partial}: 'frictionsim resume {self.partial}'"
+            " continues the run"
+        )
+
+
+def _attributes_in(path: Path) -> dict[str, str]:
+    """Return the attributes of a result that will be replaced; none of one that tells nothing."""
+    with suppress(InputError):
+        if path.is_file():
+            with opened(path) as file:
+                return {name: str(value) for name, value in file.attrs.items()}
+    return {}
+
+
+def _changes(differing: Mapping[str, list[Any]]) -> str:
+    """Return the values before and now by key, the first ones: `solver.rtol: 1e-06, now 1e-09`."""
+    texts = [f"{key}: {_text(old)}, now {_text(new)}" for key, (old, new) in differing.items()]
+    more = len(texts) - MAX_KEYS
+    return "; ".join([*texts[:MAX_KEYS], f"{more} more"] if more > 0 else texts)
+
+
+def _text(value: Any) -> str:
+    return NO_VALUE if value is None else cut_text(toml_value(value), MAX_VALUE)
