@@ -172,7 +172,7 @@ def opened(path: Path, what: str = "result") -> Iterator[h5py.File]:
         raise InputError(f"{path}: cannot read this {what}: {reason}") from None
     except Exception:  # whatever h5py says of bits that are none of a file of ours
         raise InputError(
-            f"{path}: cannot read this {what}: it is HDF5, but none of frictionsim, or damaged"
+            f"{path}: cannot read this {what}: it is HDF5, but not a frictionsim {what}"
         ) from None
 
 

@@ -2,7 +2,6 @@
 
 import errno
 import os
-import resource
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -15,10 +14,10 @@ import xarray
 
 import frictionsim as fs
 from frictionsim.errors import InputError, OutputError
+from frictionsim.io import result_reader
 from frictionsim.results import Record
 from tests.support.old_results import old_result
 from tests.support.scenarios import pulley, scenario_run, simulate
-from tests.support.stopped_runs import stopped_at
 
 SINE = {"sine": {"mean": 2224.1, "amplitude": 1000.0, "frequency_hz": 1.0}}
 
@@ -181,7 +180,7 @@ def foreign(path: Path) -> None:
     [
         (lambda path: path.write_bytes(b""), "it is not a readable HDF5 file"),
         (foreign, "it is HDF5, but not a frictionsim result"),
-        (newer, "its format version is 4, this program reads versions 1 to 3"),
+        (newer, "is 4, this program reads version 2; solve its scenario again"),
     ],
 )
 def test_reader_refuses_files_that_are_not_results(
@@ -200,9 +199,13 @@ def flipped(content: bytes, place: int, bit: int) -> bytes:
     return content[:place] + bytes([content[place] ^ 1 << bit]) + content[place + 1 :]
 
 
-def test_every_flipped_bit_is_detected(tmp_path: Path) -> None:
-    path, seal = tmp_path / "a.h5", len("\nfrictionsim crc32 01234567\n")
-    fs.Result(simulate(pulley(output__interval=1.0))).save(path)
+@pytest.mark.parametrize("max_steps", [None, 20])
+def test_every_flipped_bit_is_detected(max_steps: int | None, tmp_path: Path) -> None:
+    """Of a complete result and of one with a checkpoint."""
+    seal = len("\nfrictionsim crc32 01234567\n")
+    done = fs.solve(pulley(output__interval=1.0), output=tmp_path / "a.h5", max_steps=max_steps)
+    path = done.path
+    assert path is not None
     content = path.read_bytes()
     for place in range(0, len(content) - seal, 97):
         path.write_bytes(flipped(content, place, place % 8))
@@ -210,7 +213,50 @@ def test_every_flipped_bit_is_detected(tmp_path: Path) -> None:
             fs.open(path)
     # HDF5 drops the checksum when another program changes the file.
     path.write_bytes(content[:-seal])
-    assert fs.open(path).status == "done"
+    assert fs.open(path).status == done.status
+
+
+@pytest.mark.parametrize("place", [0.0, 0.01, 0.3, 0.8, 0.999])
+def test_a_truncated_file_is_refused(place: float, result: Path, tmp_path: Path) -> None:
+    path, content = tmp_path / "a.h5", result.read_bytes()
+    path.write_bytes(content[: int(place * (len(content) - 28))])
+    with pytest.raises(InputError, match="cannot read this result"):
+        fs.open(path)
+
+
+def test_a_result_keeps_its_numbers_when_its_file_is_replaced(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    fs.solve("pulley", output=path)
+    first = fs.open(path)
+    fs.solve("pulley", {"solver.duration": 2.0}, output=path)
+    assert float(first.dataset["time"][-1]) == 3.0
+    assert float(fs.open(path).dataset["time"][-1]) == 2.0
+
+
+def test_channels_of_a_large_file_are_read_when_they_are_wanted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And told if the file has changed since; it is not open meanwhile."""
+    path = tmp_path / "a.h5"
+    fs.solve("pulley", output=path)
+    small = fs.open(path)
+    monkeypatch.setattr(result_reader, "WHOLE", 1000)
+    large = fs.open(path)
+    assert large.summary() == small.summary()
+    assert fs.compare(large, small).same
+    xarray.testing.assert_identical(large.dataset, small.dataset)
+    other = fs.open(path)
+    assert not [name for name in os.listdir("/proc/self/fd") if _leads_to(name, path)]
+    fs.solve("pulley", {"solver.duration": 2.0}, output=path)
+    with pytest.raises(InputError, match="it has changed since it was opened; open it again"):
+        other.record.channels["angle"]
+
+
+def _leads_to(descriptor: str, path: Path) -> bool:
+    try:
+        return os.readlink(f"/proc/self/fd/{descriptor}") == str(path)
+    except OSError:
+        return False
 
 
 @pytest.mark.parametrize("name", ["fsync", "replace"])
@@ -229,35 +275,3 @@ def test_a_failed_write_keeps_the_old_result_and_leaves_no_part(
             fs.Result(done).save(path)
     assert path.read_bytes() == old_result()
     assert os.listdir(tmp_path) == ["a.h5"]
-
-
-def test_symbolic_links_are_followed(done: Record, tmp_path: Path) -> None:
-    (tmp_path / "there").mkdir()
-    (tmp_path / "there" / "old.h5").write_bytes(old_result())
-    link = tmp_path / "link.h5"
-    link.symlink_to(Path("there") / "old.h5")
-    fs.Result(done).save(link)
-    assert link.is_symlink()
-    assert fs.open(tmp_path / "there" / "old.h5").status == "done"
-    assert os.listdir(tmp_path / "there") == ["old.h5"]
-
-
-@pytest.mark.slow
-def test_hdf5_survives_a_long_result_that_it_cannot_write(here: Path) -> None:
-    # More samples than one segment has; a limit of the size of files stands for a full disk.
-    result, path = fs.Result(simulate(pulley(output__interval=4e-5))), Path("old.h5")
-    result.save(path)
-    before = path.read_bytes()
-
-    def refusals() -> int:
-        messages = []
-        for limit in (1_000_000, 2_000_001, 4_000_000):
-            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
-            try:
-                result.save(path)
-            except OutputError as error:
-                messages.append(str(error))
-        return messages.count("old.h5: cannot write the result: File too large")
-
-    assert stopped_at(0, refusals, here) == 3
-    assert (path.read_bytes(), os.listdir()) == (before, ["old.h5"])

@@ -1,0 +1,192 @@
+"""Files are whole or not there: new content is a part beside its target, and is then renamed."""
+
+import errno
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import frictionsim as fs
+from frictionsim.errors import OutputError
+from tests.support.old_results import old_result
+from tests.support.scenarios import pulley, run_anew
+from tests.support.stopped_runs import stopped_at
+
+pytestmark = pytest.mark.usefixtures("here")
+Told = Callable[..., tuple[str, str]]
+
+
+def contents() -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in Path().iterdir()}
+
+
+@cache
+def result(title: str = "new") -> fs.Result:
+    """Return the result of a short run, whose file is `old_result(title)`."""
+    return fs.Result(run_anew(pulley(title=title, solver__duration=0.01)))
+
+
+def killed_while_writing() -> str:
+    """Have a process killed before it renames its part; return the name of what it leaves."""
+
+    def work() -> int:
+        os.fsync = lambda descriptor: os.kill(os.getpid(), signal.SIGKILL)
+        result().save("a.h5")
+        return 0
+
+    before = set(contents())
+    assert stopped_at(0, work, Path()) == -signal.SIGKILL
+    (left,) = set(contents()) - before
+    return left
+
+
+def test_the_part_of_a_killed_process_goes_with_the_next_write_of_its_name() -> None:
+    left = killed_while_writing()
+    host = os.uname().nodename
+    assert left.startswith(f".a.h5.{host}.")
+    assert left.endswith(".part")
+    process = left.removeprefix(f".a.h5.{host}.").split(".")[0]
+    others = {
+        f".a.h5.{host}.{os.getpid()}.7.part",  # of a process that runs
+        f".a.h5.elsewhere.{process}.0.part",  # of another host
+        f".b.h5.{host}.{process}.0.part",  # of another file
+    }
+    for name in others:
+        Path(name).write_bytes(b"theirs")
+    result().save("a.h5")
+    assert set(contents()) == {"a.h5", *others}
+    assert Path("a.h5").read_bytes() == old_result("new")
+
+
+def test_resume_removes_it_as_well() -> None:
+    fs.solve(pulley(), output="a.h5", max_steps=20)
+    killed_while_writing()
+    fs.resume("a.partial.h5")
+    assert set(contents()) == {"a.h5"}
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_while_a_file_is_written_leaves_no_part(number: int) -> None:
+    def work() -> int:
+        sync = os.fsync
+
+        def signalled(descriptor: int) -> None:
+            os.kill(os.getpid(), number)
+            sync(descriptor)
+
+        os.fsync = signalled
+        return fs.run_command_line(["plot", "r.h5", "-o", "a.png"])
+
+    result().save("r.h5")
+    assert stopped_at(0, work, Path("none")) != 0
+    assert set(contents()) == {"r.h5"}
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o664, 0o755])
+def test_the_mode_of_a_replaced_file_is_kept(mode: int) -> None:
+    Path("a.h5").touch()
+    Path("a.h5").chmod(mode)
+    result().save("a.h5")
+    assert Path("a.h5").stat().st_mode & 0o7777 == mode
+
+
+def test_a_new_file_has_the_mode_of_the_umask() -> None:
+    before = os.umask(0o027)
+    try:
+        result().save("a.h5")
+    finally:
+        os.umask(before)
+    assert Path("a.h5").stat().st_mode & 0o777 == 0o640
+
+
+def test_another_group_has_no_rights_of_the_one_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    path = Path("a.h5")
+    path.touch(0o644)
+    path.chmod(0o664)
+    kept = path.stat()
+    stat = Path.stat
+
+    def of_others(self: Path, **options: Any) -> os.stat_result:
+        status = stat(self, **options)
+        same = status.st_ino == kept.st_ino
+        return os.stat_result((*status[:5], status.st_gid + same, *status[6:10]))
+
+    def forbidden(*_: int) -> None:
+        raise PermissionError(errno.EPERM, "Operation not permitted")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "stat", of_others)
+        patched.setattr(os, "fchown", forbidden)
+        result().save(path)
+    assert path.stat().st_mode & 0o777 == 0o604
+
+
+@pytest.mark.parametrize(
+    ("path", "reason"),
+    [
+        ("a" * 260 + ".h5", "File name too long"),
+        ("loop.h5", "this is a link that leads to itself; give a file name"),
+        ("dangling.h5", "there is no folder '{here}/none'"),
+        ("fifo.h5", "this is a device; give a file name"),
+        ("/dev/null", "this is a device; give a file name"),
+        ("old.h5", "the existing file is read-only"),
+    ],
+)
+def test_what_cannot_be_written_is_seen_before_the_run(path: str, reason: str, here: Path) -> None:
+    Path("loop.h5").symlink_to("loop.h5")
+    Path("dangling.h5").symlink_to("none/a.h5")
+    os.mkfifo("fifo.h5")
+    Path("old.h5").touch(0o444)
+    steps: list[float] = []
+    with pytest.raises(OutputError) as caught:
+        fs.solve(pulley(), output=path, progress=steps.append)
+    assert steps == []
+    assert str(caught.value) == f"{path}: cannot write the result: {reason.format(here=here)}"
+
+
+def test_a_link_is_followed() -> None:
+    Path("disk").mkdir()
+    Path("a.h5").symlink_to("disk/b.h5")
+    result().save("a.h5")
+    assert Path("a.h5").is_symlink()
+    assert Path("disk/b.h5").read_bytes() == old_result("new")
+
+
+def test_two_writers_leave_the_file_of_the_last_one() -> None:
+    program = "import frictionsim as fs; fs.solve('pulley', output='a.h5')"
+    inner: list[int] = []
+
+    def meanwhile(t: float) -> None:
+        if not inner:
+            inner.append(subprocess.run([sys.executable, "-c", program], check=False).returncode)
+            assert fs.open("a.h5").status == "done"
+
+    fs.solve(pulley(title="outer"), output="a.h5", progress=meanwhile)
+    assert inner == [0]
+    assert fs.open("a.h5").title == "outer"
+    assert set(contents()) == {"a.h5"}
+
+
+def test_a_new_file_does_not_replace_another(told: Told, here: Path) -> None:
+    """A scenario is written where there is none."""
+    (here / "a.toml").write_text("mine")
+    _, said = told("new", "pulley", "a.toml", code=4)
+    assert "the file exists and is not replaced; give another name" in said
+    assert (here / "a.toml").read_text() == "mine"
+
+
+def test_nothing_is_left_of_a_file_that_cannot_be_written(
+    told: Told, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "no space")
+
+    monkeypatch.setattr(os, "fsync", full)
+    assert "no space" in told("new", "pulley", "a.toml", code=4)[1]
+    assert list(here.iterdir()) == []
