@@ -243,14 +243,13 @@ def write_csv(table: SweepTable, path: Path) -> None:
     for target, kind in files.items():
         check_replaceable(target, kind)
     for target, kind in files.items():
-        with (
-            replacing(target, kind) as part,
-            TextIOWrapper(part, encoding="utf-8", newline="") as file,
-        ):
+        with replacing(target, kind) as part:
+            text = TextIOWrapper(part, encoding="utf-8", newline="")
             if target == path:
-                write_lines(table, file)
+                write_lines(table, text)
             elif table.sobol is not None:
-                _write_indices(table.sobol, file)
+                _write_indices(table.sobol, text)
+            text.detach()  # which writes the rest, and closes nothing
 
 
 def _write_indices(indices: SobolIndices, file: Writable) -> None:

@@ -81,12 +81,13 @@ CLI = sorted((ROOT / "frictionsim" / "cli").glob("*.py"))
 # What is no part of the interface for Python, and why the command line needs it.
 LEAVES = {
     # check before a run, say where its result went, and leave no part of one
-    "frictionsim.io.destination": {"Destination"},
-    "frictionsim.io.unfinished": {"partial_name", "warn_of_name", "whole_name"},
-    "frictionsim.io.atomic_write": {"check_new", "check_no_clobber", "discard_parts"},
-    "frictionsim.io.replaceable": {
-        *("COSTS", "COSTS_IN_HDF5", "files_of_sweep_in_csv", "check_apart", "check_target")
+    "frictionsim.io.run_files": {"RunFiles"},
+    "frictionsim.io.names": {"partial_name", "whole_name"},
+    "frictionsim.io.output_file": {
+        *("COSTS", "PICTURE", "SCENARIO"),
+        *("check_apart", "check_free", "check_output", "discard_parts"),
     },
+    "frictionsim.parameter_study.sweep_files": {"files_of_sweep_in_csv"},
     # text of others on streams that may fail
     "frictionsim.io.terminal": {
         *("ReaderGone", "Stdout", "is_terminal", "print_on_stderr", "visible", "write_on_stderr")

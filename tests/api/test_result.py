@@ -16,10 +16,9 @@ import frictionsim as fs
 from frictionsim import errors
 from tests.support.belt_scenarios import pair
 from tests.support.html_elements import Elements
-from tests.support.scenarios import ROOT, SCENARIOS, pulley
+from tests.support.scenarios import SCENARIOS, pulley
 
 PULLEY, RETURN = (SCENARIOS / f"{name}.toml" for name in ("pulley", "pulley_return"))
-FORMAT_1 = ROOT / "tests" / "io" / "format_1.h5"
 
 
 @pytest.fixture(scope="module")
@@ -145,25 +144,6 @@ def test_a_belt_is_read_and_copied_as_it_was(belt: fs.Result, tmp_path: Path) ->
     assert_same(fs.open(tmp_path / "a.h5"), belt)
     for copied in COPIES.values():
         assert_same(copied(belt), belt)
-
-
-def test_format_version_1_is_read_and_saved_as_version_2(tmp_path: Path) -> None:
-    result = fs.open(FORMAT_1)
-    assert (result.status, result.quantities, result.audit, result.statistics) == (
-        "done",
-        {},
-        {},
-        None,
-    )
-    assert result.scenario.kind == "belt_drive"
-    assert result.effects == result.scenario.effect_names != ()
-    assert float(result.dataset["pulley_speed"].sel(pulley="driver")[-1]) == pytest.approx(-0.6)
-    assert "from a file of format version 1" in result.summary()
-    assert result.to_json()["solver"] == {}
-    reopened = fs.open(result.save(tmp_path / "a.h5"))
-    assert fs.compare(reopened, result).same
-    assert reopened.record.attributes["format_version"] == "2"
-    assert reopened.summary() == result.summary().replace(str(FORMAT_1), str(tmp_path / "a.h5"))
 
 
 # --- notebooks ------------------------------------------------------------------------------

@@ -64,7 +64,9 @@ def test_a_fit_writes_a_scenario_and_a_picture(told: Run, log: Path) -> None:
     _, err = told(
         "fit", PULLEY, *SET, *ONE, "--data", log, "--plot", "fit.png", "--no-clobber", code=4
     )
-    assert err.startswith("frictionsim: fit.png: the file exists and no-clobber forbids")
+    assert err.startswith(
+        "frictionsim: fit.png: cannot write the picture: the file exists and is not"
+    )
 
 
 def test_a_fit_as_json(told: Run, log: Path) -> None:

@@ -13,9 +13,8 @@ import frictionsim as fs
 from tests.cli.conftest import Run, strict_json
 from tests.support.belt_results import belt_run
 from tests.support.cases import slow
-from tests.support.scenarios import ROOT, SCENARIOS
+from tests.support.scenarios import SCENARIOS
 
-FORMAT_1 = ROOT / "tests" / "io" / "format_1.h5"
 PULLEY = str(SCENARIOS / "pulley.toml")
 
 
@@ -98,7 +97,7 @@ def test_plot_keeps_an_existing_picture(told: Run) -> None:
         picture.write_bytes(b"\x89PNG precious")
         assert told("plot", "a.h5", "--no-clobber", *options, code=4) == (
             "",
-            f"frictionsim: {picture}: the file exists and no-clobber forbids to replace it; give"
+            f"frictionsim: {picture}: cannot write the picture: the file exists and is not replaced; give"
             " another name\n",
         )
         assert picture.read_bytes() == b"\x89PNG precious"
@@ -177,4 +176,3 @@ def test_overrides_that_are_no_toml_stay_text(told: Run) -> None:
         file.attrs["overrides"] = "a=[1,\nb\nc=inf\nd=1979-05-27\ne=2"
     document = strict_json(told("show", "results/pulley.h5", "--json")[0])
     assert document["overrides"] == {"a": "[1,", "b": "", "c": "inf", "d": "1979-05-27", "e": 2}
-    assert strict_json(told("show", FORMAT_1, "--json")[0])["overrides"] == {}

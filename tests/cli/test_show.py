@@ -12,11 +12,10 @@ import pytest
 
 import frictionsim as fs
 from tests.cli.conftest import Run, strict_json
-from tests.support.scenarios import ROOT, SCENARIOS
+from tests.support.scenarios import SCENARIOS
 
 PULLEY, RETURN = str(SCENARIOS / "pulley.toml"), str(SCENARIOS / "pulley_return.toml")
 BELT = str(SCENARIOS / "belt_drive.toml")
-FORMAT_1 = ROOT / "tests" / "io" / "format_1.h5"
 WALL_TIME = re.compile(r"solved in \S+ s(?: after \S+ s of compilation)?: ")
 
 
@@ -115,17 +114,6 @@ def test_a_failed_audit_is_reported(told: Run) -> None:
     attributes = fs.open(Path("a.h5")).record.attributes
     assert attributes["status"] == "done"
     assert attributes["reason"].startswith("self-audit failed: energy")
-
-
-def test_format_1_is_shown(told: Run) -> None:
-    out, err = told("show", FORMAT_1)
-    assert out.startswith("Belt drive of 60 bodies, for verification: done\n")
-    assert "from a file of format version 1, which holds no quantities, audit and counts" in out
-    assert err.startswith("frictionsim: warning: the means of the summary")
-    document = strict_json(told("show", FORMAT_1, "--json")[0])
-    assert (document["quantities"], document["audit"], document["solver"]) == ({}, {}, {})
-    assert "time [s]" in told("show", FORMAT_1, "--csv")[0].splitlines()[0]
-    assert tomllib.loads(told("show", FORMAT_1, "--scenario")[0])["kind"] == "belt_drive"
 
 
 @pytest.mark.skipif(sys.getfilesystemencoding() != "utf-8", reason="names of files in UTF-8")

@@ -28,7 +28,7 @@ LOAD = 2224.1  # N, of the shipped pulley
 NUMBERS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 PART = "open .part 1"  # a file is about to be written
 # It is written, and about to have its name: the first checkpoint of a run, and a result.
-CHECKPOINT, WHOLE = "os.rename a.partial.h5.part 1", "os.rename pulley.h5.part 1"
+CHECKPOINT, WHOLE = "os.rename /a.partial.h5 1", "os.rename /pulley.h5 1"
 # Runs the command line, and acts once: when Python opens or renames a file, or imports.
 ACTING = """
 import os, runpy, signal, sys, time
@@ -37,7 +37,8 @@ for number in {ignored}:
     signal.signal(number, signal.SIG_IGN)
 seen = []
 def act(event, arguments):
-    if event == {event!r} and os.fsdecode(str(arguments[0])).endswith({ending!r}):
+    place = arguments[event == "os.rename"] if event == {event!r} else ""
+    if place and os.fsdecode(str(place)).endswith({ending!r}):
         seen.append(event)
         if len(seen) == {occurrence}:
             {action}

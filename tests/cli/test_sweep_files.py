@@ -16,7 +16,7 @@ from tests.support.sweep_files import LOAD, LOOSE, MU_S, PULLEY
 from tests.support.sweeps import grid_of, with_outcomes
 
 NOT_RUN, FAILED = 0, 2  # of a run, as a file has them
-RESULT = ROOT / "tests" / "io" / "format_1.h5"
+RESULT = ROOT / "tests" / "golden" / "belt_verification.h5"
 
 
 @pytest.fixture

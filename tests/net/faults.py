@@ -21,7 +21,8 @@ SOURCES = [
 METHODS = ["events", "rkf45", "moreau", "rk45", "dop853", "radau", "bdf", "lsoda", "euler", ""]
 LAWS = ["set-valued", "regularised", "published", "creep", "stribeck", ""]
 PARTS = sections("faults.txt")
-RESULTS = (ROOT / "tests" / "golden" / "pulley.h5", ROOT / "tests" / "io" / "format_1.h5")
+GOLDEN = ROOT / "tests" / "golden"
+RESULTS = (GOLDEN / "pulley.h5", GOLDEN / "belt_verification.h5")
 OF_RESULTS = ["show @/d.h5", "show @/d.h5 --csv", "resume @/d.h5", "report @/d.h5 -o r.html",
               "compare @/d.h5 @/a.h5"]  # fmt: skip
 OF_SCENARIOS = ["check", "check", "static", "solve --max-steps 5 -o r.h5"]

@@ -1,7 +1,6 @@
 """Runs that are stopped, and their checkpoints changed under a new digest and checksum."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,9 +10,8 @@ import h5py
 
 import frictionsim as fs
 from frictionsim.errors import BudgetExceeded
-from frictionsim.io.checksum import append_trailer
+from frictionsim.io.checksum import RESULT, append_trailer
 from frictionsim.io.result_format import state_digest
-from frictionsim.simulation import sample_store
 from tests.support.belt_scenarios import pair, trio
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley
 
@@ -75,20 +73,7 @@ ORIGINALS: dict[str, tuple[Callable[[], Scenario], int]] = {
     "string moreau": (lambda: belt(pair(**WITHOUT_CONTACT), "moreau"), 12),
     "string stiff moreau": (lambda: belt(pair(**WITHOUT_CONTACT, **STIFF), "moreau"), 12),
     "string rkf45": (lambda: belt(pair(**WITHOUT_CONTACT), "rkf45"), 12),
-    "belt in segments": (lambda: belt(pair(), "moreau", output__interval=2e-5), 25),
 }
-
-
-@contextmanager
-def small_segments(name: str) -> Iterator[None]:
-    """Have the samples of one original in segments of few samples."""
-    before = sample_store.SEGMENT_BYTES, sample_store.MIN_ROW_BYTES
-    if name.endswith("segments"):
-        sample_store.SEGMENT_BYTES, sample_store.MIN_ROW_BYTES = 16 * 2048, 1
-    try:
-        yield
-    finally:
-        sample_store.SEGMENT_BYTES, sample_store.MIN_ROW_BYTES = before
 
 
 @cache
@@ -101,7 +86,7 @@ def original(name: str) -> dict[str, bytes]:
         if next(left, None) is None:
             raise BudgetExceeded(f"stopped at t = {t:.9g} s")
 
-    with TemporaryDirectory() as place, small_segments(name):
+    with TemporaryDirectory() as place:
         folder = Path(place)
         result = fs.solve(data(), output=folder / "a.h5", progress=on_step)
         assert result.failure == "budget_exceeded", f"{name}: {result.status}, {result.reason}"
@@ -118,7 +103,7 @@ def write_original(name: str, folder: Path) -> Path:
 
 
 def craft(path: Path, change: Callable[[dict[str, Any]], None]) -> None:
-    """Change the state in a result, and renew its digest and seal."""
+    """Change the state in a result, and renew its digest and checksum."""
     with h5py.File(path, "r+") as file:
         group = file["checkpoint"]
         state = {name: item[...] for name, item in group.items() if not item.is_scale}
@@ -131,4 +116,5 @@ def craft(path: Path, change: Callable[[dict[str, Any]], None]) -> None:
                 if name in state:
                     group[name] = state[name]
         group.attrs["digest"] = state_digest(dict(file.attrs), state)
-    append_trailer(path)
+    with path.open("r+b") as opened:
+        append_trailer(opened, RESULT)
