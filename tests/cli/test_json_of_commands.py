@@ -97,8 +97,8 @@ def test_plot_keeps_an_existing_picture(told: Run) -> None:
         picture.write_bytes(b"\x89PNG precious")
         assert told("plot", "a.h5", "--no-clobber", *options, code=4) == (
             "",
-            f"frictionsim: {picture}: cannot write the picture: the file exists and is not replaced;"
-            " give another name\n",
+            f"frictionsim: {picture}: cannot write the picture: the file exists and is"
+            " not replaced; give another name\n",
         )
         assert picture.read_bytes() == b"\x89PNG precious"
         out, _ = told("plot", "a.h5", *options)
