@@ -178,6 +178,7 @@ def free(angle: float, speed: float, torque: float, load: str, **solver: Any) ->
     )
 
 
+@examples(8)
 @given(starts, speeds, torques, loads, st.floats(0.1, 10.0))
 def test_masses_and_torques_scale_together(
     angle: float, speed: float, torque: float, load: str, a: float

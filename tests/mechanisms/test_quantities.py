@@ -234,7 +234,7 @@ def bent() -> Any:
     )
 
 
-@examples(10)
+@examples(6)
 @given(bodies())
 def test_quantities_of_bodies_on_a_shaft(data: Scenario) -> None:
     assert_second_way(data)
