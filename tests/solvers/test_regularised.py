@@ -116,7 +116,7 @@ def test_a_prescribed_speed_uses_the_set_valued_law(backend: str) -> None:
     assert run.channels["drive_torque"] == pytest.approx(exact.channels["drive_torque"], abs=1e-4)
 
 
-@pytest.mark.parametrize("backend", SMOOTHING)
+@pytest.mark.parametrize("backend", [slow(n) if n == "radau" else n for n in SMOOTHING])
 def test_failures_of_scipy_are_reported_in_plain_words(backend: str) -> None:
     run = smoothed(backend, 1e-3, solver__max_steps=20)
     assert run.status == "failed"
