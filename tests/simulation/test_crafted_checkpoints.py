@@ -44,7 +44,7 @@ def refusal(original: str, change: Callable[[State], None], folder: Path) -> str
     return str(refused.value)
 
 
-@pytest.mark.parametrize("name", one_in(2, NAMES))
+@pytest.mark.parametrize("name", one_in(5, NAMES))
 def test_what_is_not_changed_is_resumed(name: str, tmp_path: Path) -> None:
     path = write_original(name, tmp_path)
     craft(path, lambda state: None)

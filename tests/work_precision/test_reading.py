@@ -5,6 +5,7 @@ import html
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,12 @@ MESHES = ROOT / "results" / "belt_drive_cost.csv"
 class Saved:
     study: fs.Study
     folder: Path
+
+    @cached_property
+    def page(self) -> str:
+        """The report of the study itself."""
+        page = fs.report(self.study, self.folder / "b.html")
+        return html.unescape(page.read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
@@ -109,8 +116,7 @@ def test_the_report_of_a_file_has_the_rows_and_recommendations_of_its_study(
         rows = re.findall(r"<tr>(.*?)</tr>", page, re.DOTALL)
         return [sorted(re.findall(r"<t[hd].*?</t[hd]>", row, re.DOTALL)) for row in rows]
 
-    study = html.unescape(fs.report(saved.study, tmp_path / "b.html").read_text(encoding="utf-8"))
-    wanted = rows_of(study)
+    wanted = rows_of(saved.page)
     assert len(wanted) > len(saved.study.data.rows)
     page = page_of(saved.folder / name, tmp_path)
     assert rows_of(page) == wanted
