@@ -18,7 +18,7 @@ import pytest
 
 import frictionsim as fs
 from tests.cli.conftest import Run, long_run, strict_json
-from tests.support.cases import one_in
+from tests.support.cases import one_in, slow
 from tests.support.scenarios import ROOT, SCENARIOS, frictionsim, pulley, python
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs signals of POSIX")
@@ -132,7 +132,7 @@ def test_max_wall_counts_from_the_call() -> None:
 
 
 @pytest.mark.parametrize(
-    ("number", "times"), [(signal.SIGINT, 1), (signal.SIGTERM, 3), (signal.SIGHUP, 1)]
+    ("number", "times"), [(signal.SIGINT, 1), (signal.SIGTERM, 3), slow(signal.SIGHUP, 1)]
 )
 def test_a_signal_keeps_the_samples_and_sets_the_exit_code(
     number: signal.Signals, times: int, here: Path, told: Run
@@ -161,7 +161,7 @@ def test_a_signal_keeps_the_samples_and_sets_the_exit_code(
 
 
 # Long enough for a checkpoint on any machine: 30 000 samples take a tenth of a second or more.
-CHECKPOINTS = ["--set", "output.checkpoint=0.02", "--set", "output.interval=1e-4"]
+CHECKPOINTS = ["--set", "output.checkpoint=0.05", "--set", "output.interval=1e-4"]
 
 
 def test_a_second_signal_exits_at_once(tmp_path: Path) -> None:

@@ -263,7 +263,7 @@ def test_an_end_stop_is_a_couple_and_a_missing_channel_is_named() -> None:
 @pytest.mark.parametrize(
     "appearance", [{}, slow({"width": "84mm", "style": "paper", "title": False})]
 )
-@pytest.mark.parametrize("name", ["shaft", "hoist_drum", "swing_door"])
+@pytest.mark.parametrize("name", ["shaft", slow("hoist_drum"), slow("swing_door")])
 def test_texts_of_shipped_scenarios_are_apart(name: str, appearance: dict[str, Any]) -> None:
     channels = {"time": TIMES, "angle": 2.0 * TIMES, "angular_velocity": 2.0 + 0.0 * TIMES}
     channels |= {"angular_acceleration": TIMES, "friction_torque": 0.1 + 0.0 * TIMES}
