@@ -145,7 +145,7 @@ def test_a_full_stdout_keeps_the_exit_code_of_a_run(
     with monkeypatch.context() as patched:
         patched.setattr(sys, "stdout", Failing())
         assert fs.run_command_line(["solve", PULLEY, "-o", "a.h5", *options]) == 0
-        assert fs.run_command_line(["plot", "a.h5", *options]) == 0
+        assert fs.run_command_line(["plot", "a.h5", "--channels", "angle", *options]) == 0
         assert fs.run_command_line(["show", "a.h5", *options]) == 4
     assert Path("a.png").exists()
 

@@ -16,7 +16,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionsim as fs
-from tests.support.examples import examples
 from tests.support.scenarios import SCENARIOS
 
 Cli = Callable[..., "subprocess.CompletedProcess[str]"]
@@ -136,7 +135,6 @@ SCALES: dict[str, dict[str, Callable[[fs.Result], float] | float | None]] = {
 CASES = [(run, name) for run, scales in SCALES.items() for name in scales]
 
 
-@examples(12)
 @given(
     st.sampled_from(CASES),
     st.sampled_from([1e-6, 1e-4, 3e-3]),

@@ -116,7 +116,7 @@ def test_frames_are_at_their_times(tmp_path: Path) -> None:
     assert difference(middle, end) < 0.2 * difference(start, middle)
 
 
-@pytest.mark.parametrize("kind", [slow("marble_machine"), "epicyclic", "two pulleys"])
+@pytest.mark.parametrize("kind", [slow("marble_machine"), slow("epicyclic"), "two pulleys"])
 def test_each_kind_moves_and_what_is_fixed_stays(kind: str, tmp_path: Path) -> None:
     made = shown(kind) if kind == "two pulleys" else record(kind)
     made = made._replace(attributes=made.attributes | {"title": "a title with $ and _"})

@@ -178,5 +178,6 @@ def test_without_a_home_only_the_name_of_the_picture_is_said(
     monkeypatch.setenv("HOME", "/proc/none")
     for name in ("MPLCONFIGDIR", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"):
         monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("MPL_IGNORE_SYSTEM_FONTS", "1")  # their list, which is not kept, takes long
     done = frictionsim("plot", "a.h5", cwd=here)
     assert (done.returncode, done.stdout, done.stderr) == (0, "a.png\n", "")

