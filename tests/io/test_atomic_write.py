@@ -100,7 +100,7 @@ fs.Result(belt_run(bodies=400, samples=2001)).save("a.h5")
 """
 
 
-@pytest.mark.parametrize("locking", [None, slow("FALSE"), slow("TRUE"), "BEST_EFFORT"])
+@pytest.mark.parametrize("locking", [None, slow("FALSE"), slow("TRUE"), slow("BEST_EFFORT")])
 def test_a_second_writer_of_a_long_result_is_told_whatever_hdf5_locks(locking: str | None) -> None:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     environment.pop("HDF5_USE_FILE_LOCKING", None)
