@@ -145,7 +145,7 @@ def test_the_overrides_of_a_run_are_in_its_json_and_in_its_file(told: Run) -> No
         slow(("static",)),
         ("cost", "--backends", "events", "--tolerances", "1e-3", "--repeats", "1"),
         slow(("sweep", "--vary", "mechanism.load=[2000.0, 2100.0]")),
-        ("fit", "--free", "mechanism.load=2000:2300", "--quantity", "force_to_lift=2600"),
+        slow(("fit", "--free", "mechanism.load=2000:2300", "--quantity", "force_to_lift=2600")),
     ],
     ids=lambda command: command[0],
 )
