@@ -198,6 +198,8 @@ def test_a_run_that_fails_says_why_and_keeps_what_python_keeps(
 
 AS_COMPILED = """
 from frictionsim.__main__ import main
+from frictionsim.simulation import simulate
+simulate.PAUSE = 0.0  # checkpoints at each interval, however long they take
 from frictionsim.solvers import event_driven
 from frictionsim.solvers.problems import Problem
 integrate, calls = Problem.integrate, iter(range(event_driven.PATIENCE))
