@@ -191,12 +191,15 @@ class Result(ResultBase):
             If the run cannot be resumed.
         """
         if self.checkpoint is not None:
-            return self.checkpoint
+            return dict(self.checkpoint)
         if self.path is None or self._scenario is not None:
             raise InputError(f"cannot resume this run: it has no checkpoint ({self.status})")
         from frictionsim.io.result_reader import read_checkpoint
 
-        return read_checkpoint(self.path).state
+        stored = read_checkpoint(self.path)
+        if stored.attributes != self.record.attributes:
+            raise InputError(f"{self.path}: it has changed since it was opened; open it again")
+        return stored.state
 
     def check(self) -> Self:
         """Return the result itself if the run is done and passed its audit.

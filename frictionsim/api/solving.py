@@ -267,10 +267,11 @@ def _checkpoint_writer(files: "RunFiles | None") -> "Callable[[Record], bool] | 
     def write(part: "Record") -> bool:
         try:
             files.write(part)
-        except OutputError as error:
-            if str(error) not in reported:
-                LOG.warning("checkpoint not written: %s", error)
-            reported.add(str(error))
+        except (OutputError, MemoryError) as error:
+            text = str(error) or "there is not enough memory"
+            if text not in reported:
+                LOG.warning("checkpoint not written: %s", text)
+            reported.add(text)
             return False
         return True
 

@@ -45,6 +45,13 @@ def unfinished_beside(path: Path) -> str:
     return ""
 
 
+def is_same_file(path: Path | None, other: Path | None) -> bool:
+    """Return whether two paths are those of one file."""
+    return (
+        path is not None and other is not None and os.path.realpath(path) == os.path.realpath(other)
+    )
+
+
 def check_names(whole: Path, partial: Path, resumed: Path | None, kind: Kind, new: bool) -> None:
     """Check the names of an output file and of its unfinished one.
 
@@ -56,7 +63,7 @@ def check_names(whole: Path, partial: Path, resumed: Path | None, kind: Kind, ne
             f" {whole_name(whole).name}"
         )
     for path in (whole, partial):
-        if new and path != resumed:
+        if new and not is_same_file(path, resumed):
             check_free(path, kind)
 
 

@@ -72,6 +72,7 @@ ANIMATIONS = {
 """By suffix."""
 
 _parts: set[Path] = set()  # those that this process is writing
+_numbers = count()  # of them; none is used twice
 
 
 @contextmanager
@@ -122,13 +123,10 @@ def _part_of(path: Path, kind: Kind) -> Iterator[tuple[Path, IO[bytes]]]:
 def _new_part(target: Path) -> tuple[Path, int]:
     """Return the name of a new part and its open descriptor; threads have parts of their own."""
     flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
-    for number in count():
-        part = target.with_name(f"{_start(target)}.{os.getpid()}.{number}{END}")
-        with suppress(FileExistsError):
-            descriptor = os.open(part, flags, PRIVATE if target.exists() else NEW)
-            _parts.add(part)
-            return part, descriptor
-    raise AssertionError("there is always another number")
+    part = target.with_name(f"{_start(target)}.{os.getpid()}.{next(_numbers)}{END}")
+    descriptor = os.open(part, flags, PRIVATE if target.exists() else NEW)
+    _parts.add(part)
+    return part, descriptor
 
 
 def _start(target: Path) -> str:

@@ -12,7 +12,6 @@ COUNTS = {
     "rhs_evaluations": "evaluations of the right-hand side",
     "states": "length of the state vector",
 }
-SAMPLES = "samples."  # of a checkpoint: before the name of what is known of each sample
 
 
 class Checkpoint(NamedTuple):

@@ -1,8 +1,8 @@
 """Read result files; `result_writer` and docs/result-files.md say what they hold.
 
-The checksum at the end of a file tells damage before HDF5 sees it. Of a file without one, which
-another program has written, what HDF5 would do beyond reading data is refused: links, data in other
-files, filters that load code, and more data than the file can hold.
+The checksum at the end of a file tells damage before HDF5 sees it. What HDF5 would do beyond
+reading data is refused: links, data in other files, filters that load code, and more data than the
+file can hold.
 """
 
 import os
@@ -17,13 +17,12 @@ import h5py
 import numpy as np
 
 from frictionsim.errors import InputError, near_files
-from frictionsim.io.checksum import is_damaged, mark_of
+from frictionsim.io.checksum import is_damaged
 from frictionsim.io.names import unfinished_beside
 from frictionsim.io.output_file import SUFFIXES
 from frictionsim.io.result_format import (
     COUNTS,
     FORMAT_VERSION,
-    SAMPLES,
     STATUSES,
     Checkpoint,
     numbered_members,
@@ -36,6 +35,7 @@ from frictionsim.results import (
     Record,
     SolverStatistics,
 )
+from frictionsim.simulation.sample_store import SAMPLES
 from frictionsim.version import __version__
 
 ATTRIBUTES = ("backend", "frictionsim_version", "kind", "reason", "scenario", "status", "title")
@@ -61,14 +61,15 @@ class FileChannels(Mapping[str, Any]):
         if name not in self._names:
             raise KeyError(name)
         if name not in self._read:
-            changed = f"{self._path}: it has changed since it was opened; open it again"
             try:
-                if _identity(os.stat(self._path)) != self._status:
-                    raise InputError(changed)
                 with h5py.File(self._path, "r", locking=False) as file:
-                    self._read[name] = values_of(file[name])
-            except OSError:
-                raise InputError(changed) from None
+                    values = values_of(file[name])
+                is_same = _identity(os.stat(self._path)) == self._status
+            except (OSError, KeyError):
+                is_same = False
+            if not is_same:
+                raise InputError(f"{self._path}: it has changed since it was opened; open it again")
+            self._read[name] = values
         return self._read[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -152,7 +153,6 @@ def opened(path: Path, what: str = "result") -> Iterator[h5py.File]:
         with path.open("rb") as disk:
             size = os.fstat(disk.fileno()).st_size
             source = BytesIO(disk.read()) if size <= WHOLE else disk
-            is_whole = bool(mark_of(source))
             problem = "it is damaged (its checksum does not match)" if is_damaged(source) else ""
             source.seek(0)
             if not problem and source.read(len(HDF5_SIGNATURE)) != HDF5_SIGNATURE:
@@ -162,8 +162,7 @@ def opened(path: Path, what: str = "result") -> Iterator[h5py.File]:
             # Without locks: files are replaced as a whole, and some systems do not grant one.
             place = path if source is disk else source
             with h5py.File(place, "r", locking=False) as file:
-                if not is_whole:
-                    _check_structure(file, MAX_RATIO * size)
+                _check_structure(file, MAX_RATIO * size)
                 yield file
     except InputError:
         raise
@@ -193,7 +192,7 @@ def _open_problem(path: Path) -> str:
 def _check_structure(group: Any, free: int) -> int:
     """Check the objects of a group before any data are read; return the bytes left to claim."""
     for name in group:
-        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+        if group.id.links.get_info(name.encode()).type != h5py.h5l.TYPE_HARD:
             raise ValueError(f"{name} is a link to elsewhere")
         item = group[name]
         if isinstance(item, h5py.Group):

@@ -23,11 +23,11 @@ from frictionsim.io.result_format import (
     CONVENTIONS,
     COUNTS,
     FORMAT_VERSION,
-    SAMPLES,
     is_numbered,
     state_digest,
 )
 from frictionsim.results import Channel, Record
+from frictionsim.simulation.sample_store import SAMPLES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

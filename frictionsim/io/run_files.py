@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from frictionsim.display import NO_VALUE, cut_text
 from frictionsim.errors import InputError, OutputError
-from frictionsim.io.names import check_names, partial_name, warn_of_name
+from frictionsim.io.names import check_names, is_same_file, partial_name, warn_of_name
 from frictionsim.io.output_file import (
     RESULT,
     check_output,
@@ -43,7 +43,8 @@ class RunFiles:
     def __init__(self, whole: Path, resumed: Path | None = None) -> None:
         self.whole, self.partial = whole, partial_name(whole)
         self._resumed = resumed
-        self._is_own = resumed == self.partial  # whether the unfinished result is of this run
+        # Whether the unfinished result is of this run, and can be resumed.
+        self._is_own = self._is_resumable = is_same_file(resumed, self.partial)
         self._before: dict[str, str] = {}
 
     def check(self, no_clobber: bool = False) -> None:
@@ -89,7 +90,7 @@ class RunFiles:
             return None
         write(run, self.partial)
         LOG.info("unfinished result written: %s (%s)", self.partial, run.reason)
-        self._is_own = True
+        self._is_own, self._is_resumable = True, run.checkpoint is not None
         return self.partial
 
     def _remove_unfinished(self) -> None:
@@ -100,7 +101,8 @@ class RunFiles:
                 self._check_unfinished()
             self.partial.unlink()
             LOG.info("unfinished result removed: %s", self.partial)
-        remove_parts_of_ended_processes(self.partial)
+        for path in {self.partial, self._resumed or self.partial}:
+            remove_parts_of_ended_processes(path)
 
     def _note_other_values(self, run: "Record") -> None:
         """Say that the result which was replaced is one of other values."""
@@ -143,7 +145,7 @@ class RunFiles:
 
     def _resumable(self) -> str:
         """Return the sentence about a checkpoint in the message; empty if there is none."""
-        if not self._is_own or not self.partial.exists():
+        if not self._is_resumable or not self.partial.exists():
             return ""
         return (
             f". The last checkpoint is in {self.partial}: 'frictionsim resume {self.partial}'"

@@ -1,10 +1,12 @@
 """The memory that a run needs, and what this process may use."""
 
 import logging
+from collections.abc import Mapping
 from contextlib import suppress
+from mmap import PAGESIZE
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import BudgetExceeded, InputError
 from frictionsim.simulation.record import stored_type
@@ -21,12 +23,19 @@ KEPT, KEPT_OF_PULLEY = 16, 8
 SMALL = 256 * 2**20  # bytes that are there
 LARGE = 10**9  # bytes of samples that a user should know of before
 # The largest size of a run over that of its samples: their arrays grow, some become integers, and
-# all are compressed into the image of the file. Measured: pulley 0.95; guided string 1.65, whose
-# image has 0.2 of it, and might have 0.75 if nothing could be compressed.
-PEAK = 2.3
+# all are compressed into the image of the file. Measured of a guided string: 1.65, whose image has
+# 0.2 of it, and might have 0.75 if nothing could be compressed. A mechanism of one coordinate
+# computes all channels for each checkpoint: 2.8 of a pulley.
+PEAK, PEAK_OF_COORDINATES = 2.3, 4.0
 # Of the size of the process, what a run that stops needs to write its checkpoint.
-RESERVE, LEAST_RESERVE = 0.35, 64 * 2**20
+RESERVE, LEAST_RESERVE = 1.0, 64 * 2**20
 SECONDS_BETWEEN_LOOKS = 1.0
+CONTROL_GROUPS = Path("/sys/fs/cgroup")
+# Limit and size, by the name of the controller; version 2 has one of all.
+FILES_OF_GROUP = {
+    "": ("memory.max", "memory.current"),
+    "memory": ("memory.limit_in_bytes", "memory.usage_in_bytes"),
+}
 
 processes = 1  # that share the memory: the workers of a sweep
 
@@ -42,7 +51,9 @@ class SampleBytes(NamedTuple):
 def sample_bytes(scenario: "Scenario", simulation: "Simulation") -> SampleBytes:
     """Return the bytes of the samples of a run; those at events are not known before it."""
     samples = int(scenario.solver.duration / scenario.interval) + 1
-    wanted, axes = scenario.output.channels, simulation.axes
+    axes = simulation.axes
+    # Without axes all channels are computed, whatever is recorded.
+    wanted = scenario.output.channels if axes else None
     columns = [
         (stored_type(channel)(0).itemsize, len(axes[channel.axis]) if channel.axis else 1)
         for name, channel in simulation.channel_info.items()
@@ -56,8 +67,12 @@ def sample_bytes(scenario: "Scenario", simulation: "Simulation") -> SampleBytes:
     )
 
 
-def check_memory(scenario: "Scenario", simulation: "Simulation") -> None:
+def check_memory(
+    scenario: "Scenario", simulation: "Simulation", checkpoint: Mapping[str, Any]
+) -> None:
     """Check before a run that its samples, its checkpoints and its file fit into the memory.
+
+    The run may be continued from a checkpoint, whose arrays are among those samples.
 
     Raises
     ------
@@ -65,7 +80,9 @@ def check_memory(scenario: "Scenario", simulation: "Simulation") -> None:
         If they do not; it says how much is needed, how much is there, and what helps.
     """
     needed = sample_bytes(scenario, simulation)
-    size = PEAK * needed.in_memory
+    size = (PEAK if simulation.axes else PEAK_OF_COORDINATES) * needed.in_memory
+    size -= sum(values.nbytes for values in checkpoint.values())
+    fewer = " or fewer output.channels" if simulation.axes else ""
     if size <= SMALL:
         return
     free = available_memory()
@@ -73,12 +90,11 @@ def check_memory(scenario: "Scenario", simulation: "Simulation") -> None:
     if free is not None and size > free / processes:
         raise InputError(
             f"cannot start this run: {_described(needed)}; it would need {_gigabytes(size)} of"
-            f" memory, and {_gigabytes(free)} are available{share}; give a longer output.interval"
-            " or fewer output.channels"
+            f" memory, and {_gigabytes(free)} are available{share}; give a longer"
+            f" output.interval{fewer}"
         )
     if needed.recorded >= LARGE:
-        text = "%s; a longer output.interval or fewer output.channels reduce them"
-        LOG.warning(text, _described(needed))
+        LOG.warning("%s; a longer output.interval%s makes them less", _described(needed), fewer)
 
 
 def _described(needed: SampleBytes) -> str:
@@ -108,18 +124,15 @@ class MemoryWatch:
             return
         raise BudgetExceeded(
             f"the memory is used up at t = {t:.9g} s: {_gigabytes(own)} by this run,"
-            f" {_gigabytes(free)} are free; give a longer output.interval, fewer output.channels or"
-            " output.at_events = false, or resume it where there is more memory"
+            f" {_gigabytes(free)} are free; resume it where there is more memory, or give a longer"
+            " output.interval or output.at_events = false"
         )
 
 
 def resident_memory() -> int | None:
     """Return how many bytes of memory this process has; None where it is not known."""
     with suppress(OSError, ValueError, IndexError):
-        import resource
-
-        pages = int(Path("/proc/self/statm").read_text().split()[1])
-        return pages * resource.getpagesize()
+        return int(Path("/proc/self/statm").read_text().split()[1]) * PAGESIZE
     return None
 
 
@@ -132,18 +145,19 @@ def available_memory() -> int | None:
                 sizes.append(1024 * int(line.split()[1]))
     with suppress(OSError):
         for line in Path("/proc/self/cgroup").read_text().splitlines():
-            root, group = Path("/sys/fs/cgroup"), line.partition("::")[2].strip("/")
-            for folder in (root / group, *(root / group).parents):
-                with suppress(OSError, ValueError):  # "max" is no limit
-                    sizes.append(_free_in_group(folder))
+            _, controllers, group = line.split(":", 2)
+            if controllers in ("", "memory"):  # version 2, or 1
+                lowest = CONTROL_GROUPS / controllers / group.strip("/")
+                for folder in (lowest, *lowest.parents):
+                    with suppress(OSError, ValueError):  # "max" is no limit
+                        sizes.append(_free_in_group(folder, FILES_OF_GROUP[controllers]))
     return min(sizes, default=None)
 
 
-def _free_in_group(folder: Path) -> int:
+def _free_in_group(folder: Path, files: tuple[str, str]) -> int:
     """Return the bytes that a control group has left; what it keeps of files can be given up."""
-    limit = int((folder / "memory.max").read_text())
-    used = int((folder / "memory.current").read_text())
+    limit, used = (int((folder / name).read_text()) for name in files)
     for line in (folder / "memory.stat").read_text().splitlines():
-        if line.startswith("inactive_file "):
+        if line.startswith(("inactive_file ", "total_inactive_file ")):
             used -= int(line.split()[1])
     return max(limit - used, 0)

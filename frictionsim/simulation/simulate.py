@@ -127,7 +127,7 @@ def run(
         is absent, and before kernels are compiled in the middle of a run; returns whether they are
         written.
     checkpoint : dict of arrays, optional
-        State of an earlier run of the scenario to resume from.
+        State of an earlier run of the scenario to resume from; it is emptied, to be no second copy.
     max_steps : int, optional
         Limit of steps of this part of the run, in the place of `solver.max_steps`. Like a limit of
         the wall time it is not recorded: the resumed run has the result of an unlimited one.
@@ -145,7 +145,7 @@ def run(
     with overflow_refused():
         simulation: Simulation = mechanism_module(scenario.kind).simulation(limited)
     clock = _Clock()
-    check_memory(scenario, simulation)
+    check_memory(scenario, simulation, checkpoint or {})
     if sample_times is not None:
         simulation.sample_at(sample_times)
     doubted: Callable[[], AbstractContextManager[None]] = (
@@ -156,6 +156,7 @@ def run(
         with doubted():
             _restore(simulation, clock, checkpoint, scenario)
     monitor, keep = monitor_of(on_step), _keep_nothing
+    on_step = _watching_memory(on_step)
     if on_checkpoint is not None:
         keep = partial(_keep, scenario, simulation, on_checkpoint, clock)
         on_step = _with_checkpoints(scenario, simulation, on_step, keep, clock)
@@ -183,6 +184,7 @@ def _restore(
     simulation.restore(checkpoint)
     load_part(clock, "clock", checkpoint)
     require_same_arrays(checkpoint, _checkpoint(simulation, clock) or {})
+    checkpoint.clear()
 
 
 def _keep_nothing(t: float) -> bool:
@@ -205,6 +207,17 @@ def _keep(
     return record.status == "interrupted" and on_checkpoint(record)
 
 
+def _watching_memory(on_step: "Callable[[float], Any]") -> "Callable[[float], Any]":
+    """Return an `on_step` that also looks at the memory."""
+    watch = MemoryWatch()
+
+    def step_and_look(t: float) -> None:
+        on_step(t)
+        watch.look(t)
+
+    return step_and_look
+
+
 def _with_checkpoints(
     scenario: "Scenario",
     simulation: "Simulation",
@@ -212,18 +225,17 @@ def _with_checkpoints(
     keep: "Callable[[float], bool]",
     clock: _Clock,
 ) -> "Callable[[float], Any]":
-    """Return an `on_step` that also writes checkpoints, and looks at the memory.
+    """Return an `on_step` that also writes checkpoints.
 
     They are due every `output.checkpoint` seconds, and take at most a twentieth of the time.
     """
     interval = scenario.output.checkpoint
     interval = CHECKPOINT_INTERVAL if interval is None else interval or inf
-    due, memory = perf_counter() + interval, MemoryWatch()
+    due = perf_counter() + interval
 
     def step_and_checkpoint(t: float) -> None:
         nonlocal due
         on_step(t)
-        memory.look(t)
         began = perf_counter()
         if began >= due:
             clock.stop()  # do not count the writing of the checkpoint

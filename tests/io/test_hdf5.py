@@ -252,6 +252,15 @@ def test_channels_of_a_large_file_are_read_when_they_are_wanted(
         other.record.channels["angle"]
 
 
+def test_a_result_is_not_resumed_from_the_file_of_another_run(tmp_path: Path) -> None:
+    path = tmp_path / "a.partial.h5"
+    fs.solve("pulley", output=tmp_path / "a.h5", max_steps=40)
+    result = fs.open(path)
+    fs.solve("pulley", {"solver.rtol": 1e-8}, output=tmp_path / "a.h5", max_steps=60)
+    with pytest.raises(InputError, match="it has changed since it was opened; open it again"):
+        fs.resume(result, output=tmp_path / "b.h5")
+
+
 def _leads_to(descriptor: str, path: Path) -> bool:
     try:
         return os.readlink(f"/proc/self/fd/{descriptor}") == str(path)

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -180,6 +181,13 @@ def test_two_writers_leave_the_file_of_the_last_one() -> None:
     assert inner == [0]
     assert fs.open("a.h5").title == "outer"
     assert set(contents()) == {"a.h5"}
+
+
+def test_threads_may_write_one_name() -> None:
+    with ThreadPoolExecutor(3) as threads:
+        paths = list(threads.map(result().save, ["a.h5"] * 60))
+    assert paths == [Path("a.h5")] * 60
+    assert contents() == {"a.h5": old_result("new")}
 
 
 def test_a_new_file_does_not_replace_another(told: Told, here: Path) -> None:

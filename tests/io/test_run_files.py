@@ -209,4 +209,4 @@ def test_no_clobber_lets_new_files_be_written_and_resume_replace_its_own() -> No
     for arguments in (["c.h5", "-o", "b.h5"], ["a.partial.h5"]):
         assert resume(*arguments, "--no-clobber") == 4
     assert solve("-o", "c.h5", "--no-clobber") == 4
-    assert resume("c.h5", "--no-clobber") == 0
+    assert resume("c.partial.h5", "-o", str(Path("c.h5").absolute()), "--no-clobber") == 0

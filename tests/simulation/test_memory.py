@@ -25,16 +25,30 @@ def test_what_does_not_fit_is_refused_before_the_run(
     share = ", divided by 4 workers" if workers > 1 else ""
     assert str(refused.value) == (
         "cannot start this run: 8000001 samples of all recorded channels take 1.43 GB before"
-        f" compression; it would need 6.04 GB of memory, and 5 GB are available{share}; give a"
-        " longer output.interval or fewer output.channels"
+        f" compression; it would need 10.5 GB of memory, and 5 GB are available{share}; give a"
+        " longer output.interval"
     )
     assert (steps, list(tmp_path.iterdir())) == ([], [])
 
 
-def test_fewer_channels_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_fewer_channels_of_a_belt_fit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(memory, "available_memory", lambda: 5 * 10**9)
-    scenario = fs.load("pulley", MANY | {"output.channels": ["angle"]})
-    memory.check_memory(scenario, _simulation(scenario))
+    scenario = fs.load("belt_string", {"output.interval": 1e-6, "solver.duration": 1.0})
+    with pytest.raises(
+        fs.InputError, match=r"give a longer output\.interval or fewer output\.chan"
+    ):
+        memory.check_memory(scenario, _simulation(scenario), {})
+    fewer = scenario.replace(['output.channels=["tension"]'])
+    memory.check_memory(fewer, _simulation(fewer), {})
+
+
+def test_the_samples_of_a_resumed_run_are_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario = fs.load("pulley", MANY)
+    simulation = _simulation(scenario)
+    monkeypatch.setattr(memory, "available_memory", lambda: 10 * 10**9)
+    with pytest.raises(fs.InputError, match=r"it would need 10\.5 GB"):
+        memory.check_memory(scenario, simulation, {})
+    memory.check_memory(scenario, simulation, {"samples": np.empty(10**8)})
 
 
 def _simulation(scenario: fs.Scenario) -> object:
@@ -66,7 +80,7 @@ def test_the_smallest_limit_of_a_control_group_counts(tmp_path: Path) -> None:
         ("memory.stat", "anon 1\ninactive_file 700\n"),
     ):
         (tmp_path / name).write_text(text)
-    assert memory._free_in_group(tmp_path) == 1200
+    assert memory._free_in_group(tmp_path, memory.FILES_OF_GROUP[""]) == 1200
 
 
 # Keeps samples of a belt as a run does, and writes them as its checkpoint; prints the largest size
@@ -112,5 +126,5 @@ def test_a_long_pulley_warns_of_its_size(
 ) -> None:
     monkeypatch.setattr(memory, "available_memory", lambda: 10**12)
     scenario = fs.load(SCENARIOS / "pulley.toml", MANY)
-    memory.check_memory(scenario, _simulation(scenario))
+    memory.check_memory(scenario, _simulation(scenario), {})
     assert "8000001 samples of all recorded channels take 1.43 GB" in caplog.text
