@@ -34,9 +34,7 @@ def test_what_does_not_fit_is_refused_before_the_run(
 def test_fewer_channels_of_a_belt_fit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(memory, "available_memory", lambda: 5 * 10**9)
     scenario = fs.load("belt_string", {"output.interval": 1e-6, "solver.duration": 1.0})
-    with pytest.raises(
-        fs.InputError, match="interval or fewer output.chan"
-    ):
+    with pytest.raises(fs.InputError, match=r"interval or fewer output\.chan"):
         memory.check_memory(scenario, _simulation(scenario), {})
     fewer = scenario.replace(['output.channels=["tension"]'])
     memory.check_memory(fewer, _simulation(fewer), {})
