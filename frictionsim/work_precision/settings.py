@@ -1,9 +1,8 @@
 """The options of a study and its plan: settings and references for mechanisms without a mesh."""
 
 from collections.abc import Callable, Iterable
-from copy import deepcopy
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from pydantic import BeforeValidator, Field
 
@@ -16,6 +15,7 @@ from frictionsim.scenario.overrides import apply_override
 from frictionsim.scenario.schema import unit_field
 from frictionsim.scenario.variants import (
     TOLERANCES,
+    Limit,
     Mesh,
     Setting,
     short,
@@ -23,9 +23,9 @@ from frictionsim.scenario.variants import (
     with_tolerance,
 )
 from frictionsim.solvers.mechanism import Mechanism
-from frictionsim.work_precision.outcome import Plan
 
 if TYPE_CHECKING:
+    from frictionsim.results import Metric
     from frictionsim.scenario.settings import Scenario
     from frictionsim.solvers.contacts import MultiContactMechanism
 
@@ -45,63 +45,65 @@ SPEEDS_IF_IMPLICIT = (*SPEEDS, 1e-4, 1e-5)
 RTOL_OF_REGULARISED = 1e-6
 
 NO_MESHES = "none"  # for numbers of bodies: time steps only
-SAMPLES = 500  # of the runs for the errors
-WARM_UP_FRACTION = 1e-6  # of the duration
-# Keys that the settings of a study replace.
-SET_BY_LADDERS = ("backend", "step")
 
 
-class ScenarioVariants:
-    """The variants of a scenario in a study.
+class Plan(NamedTuple):
+    """The settings and references of a study, and the metrics of their errors.
+
+    Attributes
+    ----------
+    settings : list of Setting
+    references : tuple of Setting
+        Different methods, tighter than any of the settings, on the scenario's own mesh if it has
+        one. Empty if no setting is of that mesh.
+    metrics : tuple of Metric
+    limits : tuple of Limit
+        Errors are those of the first; the second is compared with it. Empty for a study over time
+        alone, whose errors are those against the references.
+    """
+
+    settings: list[Setting]
+    references: tuple[Setting, ...]
+    metrics: "tuple[Metric, ...]"
+    limits: tuple[Limit, ...] = ()
+
+
+def variant(
+    scenario: "Scenario",
+    setting: Setting,
+    interval: float,
+    duration: float,
+    channels: list[str] | None = None,
+) -> "Scenario":
+    """Return a scenario with a setting; it replaces method, step and the laws of friction.
 
     Parameters
     ----------
-    scenario : Scenario
-        Its keys in SET_BY_LADDERS are ignored.
-    channels : iterable of str, optional
-        The channels that are compared, where those of all bodies would take much memory.
+    interval : float, s
+        Of its samples; there are none at events, whose times differ between the settings.
+    channels : list of str, optional
+        To be recorded; by default all.
+
+    Raises
+    ------
+    ScenarioError
+        If it is not valid, as a setting of a mesh may be.
     """
-
-    def __init__(self, scenario: "Scenario", channels: Iterable[str] | None = None) -> None:
-        self._data: dict[str, Any] = scenario.to_dict()
-        for key in SET_BY_LADDERS:
-            self._data["solver"].pop(key, None)
-        for name, effect in scenario.friction_effects.items():
-            for key in effect.LAW_KEYS:
-                self._data["effects"][name].pop(key, None)
-        self._channels = None if channels is None else list(channels)
-        self.duration = scenario.solver.duration
-        # Means of quantities are of samples: never fewer of them than the scenario's own.
-        self._interval = min(self.duration / SAMPLES, scenario.interval)
-
-    # A setting of a mesh may not be valid: then these raise ScenarioError.
-    def judged(self, setting: Setting) -> "Scenario":
-        """Return the scenario with a setting, sampled for the comparison with the reference."""
-        return self._with(setting, self._interval, self.duration)
-
-    def timed(self, setting: Setting) -> "Scenario":
-        """Return the scenario with a setting, sampled at start and end only, for the timing."""
-        return self._with(setting, self.duration, self.duration)
-
-    def warm_up(self, setting: Setting) -> "Scenario":
-        """Return a tiny part of the scenario, to load and compile everything before the timing."""
-        instant = self.duration * WARM_UP_FRACTION
-        return self._with(setting, instant, instant)
-
-    def _with(self, setting: Setting, interval: float, duration: float) -> "Scenario":
-        data = deepcopy(self._data)
-        data["solver"]["duration"] = duration
-        data["solver"]["backend"] = setting.backend
-        # No samples at events: their times differ between the settings.
-        data["output"] = {"interval": interval, "at_events": False}
-        if self._channels is not None:
-            data["output"]["channels"] = self._channels
-        for override in setting.all_overrides:
-            apply_override(data, override)
-        try:
-            return validate(data, Path())
-        except ValidationFailure as failure:
-            raise ScenarioError(failure.lines()) from None
+    data = scenario.to_dict()
+    data["solver"].pop("step", None)
+    data["solver"] |= {"duration": duration, "backend": setting.backend}
+    for name, effect in scenario.friction_effects.items():
+        for key in effect.LAW_KEYS:
+            data["effects"][name].pop(key, None)
+    data["output"] = {"interval": interval, "at_events": False}
+    if channels is not None:
+        data["output"]["channels"] = channels
+    for override in setting.all_overrides:
+        apply_override(data, override)
+    try:
+        return validate(data, Path())
+    except ValidationFailure as failure:
+        raise ScenarioError(failure.lines()) from None
 
 
 def _tolerances(given: Any) -> tuple[float, ...]:
