@@ -65,7 +65,8 @@ class Case(NamedTuple):
     not_resumed : str
         Why it cannot be resumed.
     slow : bool
-        It is no default test: it is dear, or says the same as another with other inputs.
+        It is no default test: it is dear, or says the same as another with other inputs. Default
+        tests of `robustness` hold what most of the hard ones give against references.
     """
 
     scenario: str
@@ -230,15 +231,15 @@ CASES = [
         "pulley", changes={"effects__shaft_friction": None}, mirror=RAMP, word="without_friction"
     ),
     hard("equal_coefficients", changes={"solver__duration": 6.0}, mirror=RAMP, slow=True),
-    hard("huge_inertia", mirror=RAMP),
+    hard("huge_inertia", mirror=RAMP, slow=True),
     hard("jump", "rkf45", mirror=RAMP, slow=True),
     hard("jump_from_csv", mirror=RAMP),
-    hard("load_through_zero", mirror=SIDEWAYS),
-    hard("many_cycles", changes={"solver__duration": 5.0}, mirror=RAMP),
-    hard("no_static_friction", mirror=RAMP),
+    hard("load_through_zero", mirror=SIDEWAYS, slow=True),
+    hard("many_cycles", changes={"solver__duration": 5.0}, mirror=RAMP, slow=True),
+    hard("no_static_friction", mirror=RAMP, slow=True),
     # --- lifts ------------------------------------------------------------------------------------
     Case("lift", golden=EXACT, mirror=OF_LIFT, sampled=LARGEST, model="lift"),
-    hard("lift_moment_of_slack", mirror=OF_LIFT, sampled=LARGEST),
+    hard("lift_moment_of_slack", mirror=OF_LIFT, sampled=LARGEST, slow=True),
     hard("lift_slack_rope", changes={"output__interval": 0.01}, mirror=OF_LIFT, sampled=LARGEST),
     hard("lift_traction_limit", mirror=AT_THE_LIMIT, sampled=LARGEST),
     # --- bodies on a shaft ------------------------------------------------------------------------
@@ -255,13 +256,14 @@ CASES = [
         law="regularised",
         mirror=OF_SHAFT,
         sampled=PEAKS,
+        slow=True,
     ),
-    hard("bouncing_body", mirror=OF_SHAFT, sampled=PEAKS),
+    hard("bouncing_body", mirror=OF_SHAFT, sampled=PEAKS, slow=True),
     hard("bouncing_body", "rkf45", mirror=OF_SHAFT, sampled=PEAKS, slow=True),
-    hard("shaft_short_peak", mirror=OF_SHAFT, sampled=PEAKS),
+    hard("shaft_short_peak", mirror=OF_SHAFT, sampled=PEAKS, slow=True),
     hard("shaft_tie", mirror=OF_SHAFT, sampled=PEAKS),
     hard("shaft_vanishing_load", mirror=OF_SHAFT, sampled=PEAKS, slow=True),
-    hard("stop_load_through_zero", mirror=OF_SHAFT, sampled=PEAKS),
+    hard("stop_load_through_zero", mirror=OF_SHAFT, sampled=PEAKS, slow=True),
     # --- gears ------------------------------------------------------------------------------------
     Case("epicyclic", golden=EXACT, mirror=OF_GEAR, close=HALF_TURN, sampled=DWELL, model="gear"),
     Case("epicyclic", "rkf45", mirror=OF_GEAR, close=HALF_TURN, sampled=DWELL, slow=True),
@@ -280,14 +282,14 @@ CASES = [
         sampled=DWELL,
         word="given_speed",
     ),
-    hard("decay", mirror=UPRIGHT, sampled=DWELL),
+    hard("decay", mirror=UPRIGHT, sampled=DWELL, slow=True),
     # --- marble machines --------------------------------------------------------------------------
     Case("marble_machine", golden=EXACT, mirror=GRAVITY, model="machine"),
     Case("marble_machine", "rkf45", mirror=GRAVITY),
     Case("marble_machine", changes=FREE, mirror=OF_MACHINE, close=0.0, word="free"),
     Case("marble_machine", "rkf45", FREE, mirror=OF_MACHINE, close=0.0, word="free"),
-    hard("motor_runs_back", mirror=GRAVITY),
-    hard("motor_stalls", mirror=GRAVITY),
+    hard("motor_runs_back", mirror=GRAVITY, slow=True),
+    hard("motor_stalls", mirror=GRAVITY, slow=True),
     # --- belts: in the plane and guided, by two methods each, as default tests have kernels for --
     belt("belt_drive", "rkf45", SHORT, golden=BELT),
     belt("belt_drive", "rkf45", WHOLE, word="whole", model="belt"),

@@ -62,26 +62,39 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 BY_NAME = {str(case): case for case in CASES}
 
-# The belts with whose effects tests of belts run, in the plane and guided.
-COMPILED_FIRST = ("belt_drive", "belt_string")
+# The belts with whose effects tests of belts run: in the plane and guided, with dampers that are
+# stiffer than the waves and those that are not.
+STIFF = "hard/belt_stiff_damping"
+COMPILED_FIRST: list[tuple[str, dict[str, Any]]] = [
+    ("belt_drive", {"solver.backend": "rkf45"}),
+    ("belt_drive", {"solver.backend": "moreau"}),
+    (STIFF, {}),
+    (STIFF, {"effects.contact": None, "effects.bending": None}),
+    ("belt_string", {"solver.backend": "moreau"}),
+    ("belt_string", {"solver.backend": "rkf45"}),
+]
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:
     """Have workers of pytest-xdist compile belts beside each other, before the first test.
 
-    Each begins with another belt, and waits for what another one compiles. Without workers a test
-    compiles what it needs. Imported objects are excluded from all later searches for garbage.
+    They begin at both ends of the list, and one waits for what another one compiles. Without
+    workers a test compiles what it needs. Imported objects are excluded from all later searches for
+    garbage.
 
     """
     worker = os.environ.get("PYTEST_XDIST_WORKER", "")
     if worker and any(item.path.parent.name == "belt_drive" for item in session.items):
         # The folder of the workers' own ones, of which pytest removes all but the latest.
         folder = session.config._tmp_path_factory.getbasetemp().parent  # type: ignore[attr-defined]
-        first = int(worker.removeprefix("gw")) % len(COMPILED_FIRST)
-        for name in COMPILED_FIRST[first:] + COMPILED_FIRST[:first]:
-            with FileLock(folder / f"{name}.lock"):
-                for backend in ("rkf45", "moreau"):
-                    fs.solve(name, {"solver.duration": 1e-6, "solver.backend": backend})
+        numbers = range(len(COMPILED_FIRST))
+        for number in reversed(numbers) if int(worker.removeprefix("gw")) % 2 else numbers:
+            name, changes = COMPILED_FIRST[number]
+            data = fs.load(name).to_dict()
+            for key, value in {"solver.duration": 1e-6, **changes}.items():
+                data = scenarios.changed(data, **{key.replace(".", "__"): value})
+            with FileLock(folder / f"kernels-{number}.lock"):
+                fs.solve(data)
     _keep_what_is_there()
 
 

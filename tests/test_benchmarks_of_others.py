@@ -61,6 +61,7 @@ def test_the_friction_oscillator_comes_to_rest_when_and_where_it_must() -> None:
     assert quantity_of(done, "final_angle") == pytest.approx(place, abs=1e-9)
 
 
+@examples(8)
 @given(st.floats(0.0, 20.0), st.floats(0.1, 20.0), st.sampled_from([1.0, -1.0]))
 def test_drawn_friction_oscillators_come_to_rest_when_and_where_they_must(
     x: float, v: float, sense: float

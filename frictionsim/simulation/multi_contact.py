@@ -17,7 +17,7 @@ from array import array
 from collections.abc import Sequence
 from itertools import product
 from math import inf
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -48,11 +48,10 @@ from frictionsim.solvers.contacts import HOLDING, Contact, Friction, MultiContac
 from frictionsim.solvers.event_driven import EventDrivenSolver
 from frictionsim.solvers.mechanism import Trajectory
 from frictionsim.solvers.one_contact_state import Y
-from frictionsim.solvers.problems import MODE, event_names
+from frictionsim.solvers.problems import event_names
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.solvers.state_values import Values
 
 
 Modes = tuple[int, ...]
@@ -309,8 +308,6 @@ class MultiContactSimulation(RecordedSimulation):
     mechanism : MultiContactMechanism
         Built from the scenario.
     """
-
-    MODE: ClassVar["Values"] = MODE
 
     def __init__(self, scenario: "Scenario", mechanism: MultiContactMechanism) -> None:
         first = 3 * len(mechanism.position) + mechanism.system.contacts.terms

@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionsim.simulation.checkpoint import Arrays, require_array, require_names
-from frictionsim.solvers.state_values import unfit
+from frictionsim.simulation.checkpoint import Arrays, require_array, require_names, unfit
 
 MIN_CAPACITY = 256  # samples that there is memory for from the start
 GROWTH = 1.5

@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from math import inf
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import (
     OUT_OF_RANGE,
@@ -29,7 +29,6 @@ from frictionsim.simulation.checkpoint import (
 from frictionsim.simulation.memory import MemoryWatch, check_memory
 from frictionsim.simulation.monitor import RunMonitor, monitor_of
 from frictionsim.simulation.record import recorded
-from frictionsim.solvers.state_values import NON_NEGATIVE
 
 if TYPE_CHECKING:
     from frictionsim.results import SimulationResult
@@ -85,7 +84,7 @@ PAUSE = 20.0  # at least, between two checkpoints, in the time that the first to
 class _Clock:
     """Wall time of solving and of compiling, s, including the parts before an interruption."""
 
-    CHECKPOINT_FIELDS: ClassVar = {"solving": NON_NEGATIVE, "compiling": NON_NEGATIVE}
+    CHECKPOINT_FIELDS = ("solving", "compiling")
 
     def __init__(self) -> None:
         self.solving = self.compiling = 0.0
@@ -182,7 +181,7 @@ def _restore(
     if not METHODS[scenario.solver.backend].resumable:
         raise InputError("its backend leaves no state to resume from")
     simulation.restore(checkpoint)
-    load_part(clock, "clock", checkpoint, scenario.solver.duration)
+    load_part(clock, "clock", checkpoint)
     require_same_arrays(checkpoint, _checkpoint(simulation, clock) or {})
 
 

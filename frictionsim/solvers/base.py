@@ -5,7 +5,7 @@ ends a step. Integrator, state and equation are those of the loop for located ev
 """
 
 from array import array
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
@@ -21,7 +21,6 @@ from frictionsim.solvers.one_contact_location import against_load, beyond_surfac
 from frictionsim.solvers.one_contact_step import derivatives
 from frictionsim.solvers.problems import Problem, stepper_fields
 from frictionsim.solvers.root_finding import bracket_root
-from frictionsim.solvers.state_values import DIRECTION, FLAG, TIME, Values
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
@@ -79,17 +78,11 @@ class Solver:
         Of the samples in the last step.
     segment_end : float, s
         Up to which the equation is smooth, for steps to end there.
-    CHECKPOINT_FIELDS : mapping of str to Values
-        Attributes in a checkpoint, and what they may hold; `checkpoint_parts` are all objects in
-        it.
+    CHECKPOINT_FIELDS : tuple of str
+        Attributes in a checkpoint; `checkpoint_parts` are all objects in it.
     """
 
-    CHECKPOINT_FIELDS: ClassVar[Mapping[str, Values]] = {
-        "t": TIME,
-        "started": FLAG,
-        "mode": DIRECTION,
-        "segment_end": TIME,
-    }
+    CHECKPOINT_FIELDS: ClassVar[tuple[str, ...]] = ("t", "started", "mode", "segment_end")
     # Across a jump of the friction no step meets the tolerance. A step of this number of units in
     # the last place of the time is accepted.
     JUMP_ULPS: ClassVar[float] = 0.0
@@ -171,10 +164,6 @@ class Solver:
         """Start at the initial state."""
         self.stepper.start(0.0, self.mechanism.initial_state)
         self.process_step()
-
-    def resume(self) -> None:
-        """Start at the restored state."""
-        self.stepper.resume()
 
     def step(self) -> None:
         """Take one step, within which samples can be taken afterwards."""

@@ -4,12 +4,10 @@ from array import array
 from collections import deque
 from collections.abc import Sequence
 from math import floor
-from typing import ClassVar
 
 from frictionsim.errors import Chattering
 from frictionsim.results import BACKWARD, FORWARD, STICK, Transition
 from frictionsim.solvers.one_contact_state import sample_time
-from frictionsim.solvers.state_values import COUNT, SAMPLE, TIME, Values
 
 # A root search stops at an interval of two units in the last place of the time.
 SAME_TIME_ULPS = 2.0
@@ -24,8 +22,7 @@ def direction_of(v: float) -> int:
 class SampleTimes:
     """The sample times: 0, interval, 2 interval, ..., duration, unless others are given."""
 
-    # After the last sample the next one is never: inf.
-    CHECKPOINT_FIELDS: ClassVar = {"_next": COUNT, "next": Values(low=0.0, finite=False)}
+    CHECKPOINT_FIELDS = ("_next", "next")  # after the last sample the next one is never: inf
 
     def __init__(self, duration: float, interval: float) -> None:
         self.interval, self.end, self.given = interval, duration, array("d")
@@ -54,12 +51,6 @@ class SampleTimes:
         """Set the number of samples that were taken."""
         self._next, self.next = number, sample_time(self, number)
 
-    def restored_fault(self) -> str:
-        """Return the field that does not go with the others, empty if all do."""
-        if self._next > self.last + 2:
-            return "_next"
-        return "" if self.next == sample_time(self, self._next) else "next"
-
 
 SampleRow = tuple[float, ...]
 """A sample: time, drive, position, velocity, acceleration, friction, mode, energy integrals."""
@@ -77,7 +68,7 @@ class SampleBuffer:
         Two samples for each transition: immediately before and after it.
     """
 
-    CHECKPOINT_FIELDS: ClassVar = {"rows": SAMPLE, "sides": SAMPLE}
+    CHECKPOINT_FIELDS = ("rows", "sides")
 
     def __init__(self, times: SampleTimes) -> None:
         self.times = times
@@ -111,7 +102,7 @@ class ChatteringDetector:
         End of the message.
     """
 
-    CHECKPOINT_FIELDS: ClassVar = {"_times": TIME._replace(ascending=True)}
+    CHECKPOINT_FIELDS = ("_times",)
 
     def __init__(self, window: float, max_events: int, what: str, advice: str) -> None:
         self._window = window

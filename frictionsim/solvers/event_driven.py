@@ -19,7 +19,6 @@ from frictionsim.solvers.one_contact import DONE, PAUSED
 from frictionsim.solvers.one_contact_state import CHATTERING_EVENTS, EVENT_COLUMNS, Failure
 from frictionsim.solvers.problems import Field, Problem, problem_of, stepper_fields
 from frictionsim.solvers.root_finding import hidden_event
-from frictionsim.solvers.state_values import TIME, Values, unfit
 from frictionsim.solvers.stepper import non_finite_error, step_underflow
 
 if TYPE_CHECKING:
@@ -94,12 +93,11 @@ class StatePart:
 
     _problem: Problem
     _state: "array[float]"
-    CHECKPOINT_FIELDS: Mapping[str, Values]
+    CHECKPOINT_FIELDS: tuple[str, ...]
 
     def __init__(self, problem: Problem, fields: Mapping[str, Field]) -> None:
-        expected = {name: field.expected for name, field in fields.items()}
         self.__dict__.update(_problem=problem, _state=problem.state, _fields=fields)
-        self.__dict__.update(CHECKPOINT_FIELDS=expected)
+        self.__dict__.update(CHECKPOINT_FIELDS=tuple(fields))
 
     def __getattr__(self, name: str) -> Any:
         field = self.__dict__["_fields"].get(name)
@@ -120,30 +118,23 @@ class StatePart:
 class SolverPart(StatePart):
     """The numbers of the phase."""
 
-    def restored_fault(self) -> str:
-        """Return the field that does not go with the others, empty if all do."""
-        return self._problem.restored_fault()
+    def restored(self) -> None:
+        """Set what follows from the fields."""
+        self._problem.restored()
 
 
 class StepperPart(StatePart):
     """The numbers of the integrator."""
 
-    def restored_fault(self) -> str:
-        """Return the field that does not go with the others, empty if all do.
-
-        The part of a run that begins now has all the steps of the limit.
-        """
+    def restored(self) -> None:
+        """Give the part of a run that begins now all the steps of the limit."""
         self._state[layout.GRANTED] = self.steps + self.rejected
-        fixed = self._problem.run.fixed_step
-        if fixed and self._h not in (0.0, fixed):
-            return "_h"
-        return "" if self.t_old <= self.t else "t_old"
 
 
 class SwitchTimes:
     """The times of the last changes of mode, of the oldest first: a part of a checkpoint."""
 
-    CHECKPOINT_FIELDS: Mapping[str, Values] = {"_times": TIME._replace(ascending=True)}
+    CHECKPOINT_FIELDS = ("_times",)
 
     def __init__(self, state: "array[float]") -> None:
         self._state = state
@@ -211,11 +202,6 @@ class EventDrivenSolver:
             "times": self._buffer.times,
             "chattering": SwitchTimes(self._state),
         }
-
-    def resume(self) -> None:
-        """Start at the restored state."""
-        if self._problem.moves and not self.stepper._h > 0.0:
-            raise unfit("stepper._h", "is not a length of a step")
 
     def run(self, on_step: Callable[[float], object]) -> bool:
         """Integrate to the end, from the start or from where the last call ended.

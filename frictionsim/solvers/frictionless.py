@@ -6,7 +6,6 @@ from frictionsim.results import STICK
 from frictionsim.solvers import one_contact_state as layout
 from frictionsim.solvers.base import Solver, StateList
 from frictionsim.solvers.common import direction_of
-from frictionsim.solvers.state_values import FLAG, TIME
 
 
 class _Frictionless(NamedTuple):
@@ -26,7 +25,7 @@ class _Frictionless(NamedTuple):
 class FrictionlessSolver(Solver):
     """Solver for a mechanism without dry friction: smooth between discontinuities."""
 
-    CHECKPOINT_FIELDS: ClassVar = {"t": TIME, "started": FLAG}  # it has no mode
+    CHECKPOINT_FIELDS: ClassVar = ("t", "started")  # it has no mode
 
     def new_law(self) -> Any:
         return _Frictionless(self.system, self.system.drive, self.system.inertia)

@@ -12,7 +12,6 @@ from frictionsim.solvers.one_contact_step import (
     write_inside,
 )
 from frictionsim.solvers.problems import Problem
-from frictionsim.solvers.state_values import unfit
 
 DIRECTION = 1.0  # of sliding, which a law does not ask for
 
@@ -83,11 +82,6 @@ class LawStepper:
         """Start a segment at (t, y), with a new initial step size."""
         self._s[layout.Y : layout.Y + len(y)] = array("d", y)
         start_segment(self._law, self._problem.run, self._s, t)
-
-    def resume(self) -> None:
-        """Resume a segment after the state was restored."""
-        if not self._s[layout.STEP] > 0.0:
-            raise unfit("stepper._h", "is not a length of a step")
 
     def advance(self, limit: float) -> None:
         """Take one accepted step that ends at `limit`, s, at the latest."""

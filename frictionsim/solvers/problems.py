@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from math import copysign, inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
+from frictionsim.results import TAUT
 from frictionsim.scenario.methods import SET_VALUED
 from frictionsim.solvers import multi_contact, one_contact
 from frictionsim.solvers import multi_contact_state as multi
@@ -17,24 +17,11 @@ from frictionsim.solvers.common import SampleBuffer
 from frictionsim.solvers.contacts import Friction, MultiContactMechanism
 from frictionsim.solvers.end_stops import ENERGY, EVENT
 from frictionsim.solvers.one_contact_state import MAX_STATES, NEVER, ROW_COLUMNS, Run
-from frictionsim.solvers.state_values import (
-    COUNT,
-    DIRECTION,
-    FLAG,
-    NON_NEGATIVE,
-    NUMBER,
-    TIME,
-    Values,
-)
-from frictionsim.solvers.stepper import MIN_ERROR_NORM
 from frictionsim.solvers.system import system_of
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import SolverSettings
     from frictionsim.solvers.mechanism import Mechanism
-
-# Of a contact in a table of several.
-MODE = Values(low=BACKWARD, high=SLACK, whole=True)
 
 # Contacts: with 3^10 combinations of modes a search takes a second compiled, a minute as Python.
 MAX_SEARCHED = 10
@@ -45,14 +32,12 @@ class Field(NamedTuple):
 
     Attributes
     ----------
-    expected : Values
     place : int
         In the state.
     kind : type
         A list is that of `length` numbers.
     """
 
-    expected: Values
     place: int
     kind: type = float
     length: int = 1
@@ -61,19 +46,17 @@ class Field(NamedTuple):
 def stepper_fields(states: int) -> dict[str, Field]:
     """Return the fields of the integrator."""
     return {
-        "t_old": Field(TIME, layout.T_OLD),
-        "t": Field(TIME, layout.T_NEW),
-        "y_old": Field(NUMBER, layout.Y_OLD, list, states),
-        "y": Field(NUMBER, layout.Y_NEW, list, states),
-        "f_old": Field(NUMBER, layout.F_OLD, list, states),
-        # Beyond the range of double precision in a state that a step may end at; the next step
-        # fails by name then.
-        "f": Field(Values(finite=False), layout.F_NEW, list, states),
-        "_h": Field(NON_NEGATIVE, layout.STEP),  # 0 before the first segment
-        "_error_before": Field(Values(low=MIN_ERROR_NORM), layout.ERROR_BEFORE),
-        "steps": Field(COUNT, layout.STEPS, int),
-        "rejected": Field(COUNT, layout.REJECTED, int),
-        "nfev": Field(COUNT, layout.EVALUATIONS, int),
+        "t_old": Field(layout.T_OLD),
+        "t": Field(layout.T_NEW),
+        "y_old": Field(layout.Y_OLD, list, states),
+        "y": Field(layout.Y_NEW, list, states),
+        "f_old": Field(layout.F_OLD, list, states),
+        "f": Field(layout.F_NEW, list, states),
+        "_h": Field(layout.STEP),  # 0 before the first segment
+        "_error_before": Field(layout.ERROR_BEFORE),
+        "steps": Field(layout.STEPS, int),
+        "rejected": Field(layout.REJECTED, int),
+        "nfev": Field(layout.EVALUATIONS, int),
     }
 
 
@@ -128,20 +111,19 @@ class Problem:
     def fields(self) -> Mapping[str, Field]:
         """The fields of the phase in a checkpoint."""
         return {
-            "t": Field(TIME, layout.TIME),
-            "started": Field(FLAG, layout.STARTED, bool),
-            "y": Field(NUMBER, layout.Y, list, self.run.states),
-            "mode": Field(DIRECTION, layout.MODE, int),
-            "sampled_until": Field(TIME, layout.SAMPLED_UNTIL),
-            "phase_ends": Field(FLAG, layout.PHASE_ENDS, bool),
-            "direction": Field(DIRECTION, layout.DIRECTION, int),
-            "held": Field(TIME._replace(low=NEVER), layout.HELD),
-            "segment_end": Field(TIME, layout.SEGMENT_END),
+            "t": Field(layout.TIME),
+            "started": Field(layout.STARTED, bool),
+            "y": Field(layout.Y, list, self.run.states),
+            "mode": Field(layout.MODE, int),
+            "sampled_until": Field(layout.SAMPLED_UNTIL),
+            "phase_ends": Field(layout.PHASE_ENDS, bool),
+            "direction": Field(layout.DIRECTION, int),
+            "held": Field(layout.HELD),
+            "segment_end": Field(layout.SEGMENT_END),
         }
 
-    def restored_fault(self) -> str:
-        """Return the field that does not go with the others, empty if all do."""
-        return ""
+    def restored(self) -> None:
+        """Set what follows from the fields."""
 
     @property
     def moves(self) -> bool:
@@ -180,24 +162,18 @@ class MultiContactProblem(Problem):
     @property
     def fields(self) -> Mapping[str, Field]:
         return {
-            "t": Field(TIME, layout.TIME),
-            "started": Field(FLAG, layout.STARTED, bool),
-            "y": Field(NUMBER, layout.Y, list, self.run.states),
-            "modes": Field(MODE, multi.MODES, list, self.contacts),
-            "ends": Field(DIRECTION, multi.ENDS, list, self.contacts),
-            "sampled_until": Field(TIME, layout.SAMPLED_UNTIL),
-            "held": Field(TIME._replace(low=NEVER), layout.HELD),
-            "segment_end": Field(TIME, layout.SEGMENT_END),
+            "t": Field(layout.TIME),
+            "started": Field(layout.STARTED, bool),
+            "y": Field(layout.Y, list, self.run.states),
+            "modes": Field(multi.MODES, list, self.contacts),
+            "ends": Field(multi.ENDS, list, self.contacts),
+            "sampled_until": Field(layout.SAMPLED_UNTIL),
+            "held": Field(layout.HELD),
+            "segment_end": Field(layout.SEGMENT_END),
         }
 
-    def restored_fault(self) -> str:
-        modes = self.state[multi.MODES : multi.MODES + self.contacts]
-        for contact, mode in zip(self._mechanism.contacts, modes, strict=True):
-            friction = isinstance(contact.law, Friction)
-            if mode not in ((STICK, FORWARD, BACKWARD) if friction else (TAUT, SLACK)):
-                return "modes"
+    def restored(self) -> None:
         multi.write_phase(self.system, self.state)
-        return ""
 
     @property
     def moves(self) -> bool:

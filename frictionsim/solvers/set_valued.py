@@ -16,13 +16,12 @@ from frictionsim.solvers.common import SampleRow, direction_of
 from frictionsim.solvers.one_contact import breakaway
 from frictionsim.solvers.one_contact_location import excess
 from frictionsim.solvers.root_finding import bracket_root
-from frictionsim.solvers.state_values import FLAG
 
 
 class SetValuedSolver(Solver):
     """Solver with set-valued friction; `mode` is the direction of sliding, or STICK."""
 
-    CHECKPOINT_FIELDS: ClassVar = {**Solver.CHECKPOINT_FIELDS, "is_new": FLAG}
+    CHECKPOINT_FIELDS: ClassVar = (*Solver.CHECKPOINT_FIELDS, "is_new")
     # Such a step leaves an error of the order of the roundoff.
     JUMP_ULPS: ClassVar[float] = 16.0
     is_new: bool = False  # the mode is not yet updated after the last step

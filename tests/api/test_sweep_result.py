@@ -47,16 +47,17 @@ def test_a_sweep_without_a_sound_run_has_another_exit_code(
 
 
 def test_results_are_summarised_drawn_and_saved_alike(swept: fs.Sweep, tmp_path: Path) -> None:
-    for outcome, name in zip((*results(), swept), ("a.h5", "b.h5", "c.toml", "d.h5"), strict=True):
+    for outcome, name in zip((*results(), swept), ("a.h5", "b.csv", "c.toml", "d.h5"), strict=True):
         assert (outcome.status, outcome.reason, outcome.exit_code) == ("done", "", 0)
         assert outcome.summary().splitlines()[0] in outcome._repr_html_().replace("&#x27;", "'")
         assert outcome.to_json()["status"] == "done"
-        assert isinstance(outcome.plot(), Figure)
+        alone = outcome.plot()
+        assert isinstance(alone, Figure)
         figure, axes = plt.subplots(1, 2, figsize=(14, 6), layout="constrained")
         assert outcome.plot(ax=axes[1]) is figure
         assert axes[0] in figure.axes
         assert axes[1] not in figure.axes
-        assert [len(part.axes) for part in figure.subfigs] == [len(outcome.plot().axes)]
+        assert [len(part.axes) for part in figure.subfigs] == [len(alone.axes)]
         plt.close(figure)
         assert outcome.save(tmp_path / name) == tmp_path / name
         assert (tmp_path / name).stat().st_size

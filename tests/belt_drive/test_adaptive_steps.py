@@ -1,6 +1,5 @@
 """The adaptive steps of belts: the waves they damp, their longest length, tolerance, default."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,14 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import frictionsim as fs
 from frictionsim.results import Record
 from frictionsim.solvers import runge_kutta_fehlberg as rkf
 from tests.support.belt_kernels import BeltModel, assemble, kinematics_of, rkf45
 from tests.support.belt_scenarios import pair, scenario_of, shipped
 from tests.support.belt_waves import waves
 from tests.support.cases import one_in, slow
-from tests.support.crafted_checkpoints import craft, write_original
 from tests.support.scenarios import changed, simulate
 
 NO_DAMPER = {"effects__axial_damping": None, "effects__contact__damping": 0.0}
@@ -174,30 +171,3 @@ def test_the_default_beats_fixed_steps_on_a_guided_belt(bodies: int) -> None:
     # Measured: a fourth to a tenth of the error of `moreau`, or 1e-6 rad/s, where references part.
     assert speed_error(own, tight) < max(speed_error(fixed, tight), 3e-6)
     assert speed_error(rough, tight) < 1e-3
-
-
-def of_order_5(state: dict[str, Any]) -> None:
-    state["stepping.counts"] = np.append(state["stepping.counts"], 0.0)
-
-
-@pytest.mark.parametrize(
-    ("name", "change"),
-    [
-        ("belt rkf45", of_order_5),
-        ("belt stiff moreau", lambda state: state.pop("stepping.dampers")),
-    ],
-)
-def test_a_checkpoint_of_other_steps_is_refused(name: str, change: Any, tmp_path: Path) -> None:
-    path = write_original(name, tmp_path)
-    craft(path, change)
-    with pytest.raises(fs.InputError, match=r"an earlier version, whose .* took other steps"):
-        fs.resume(path)
-
-
-@pytest.mark.parametrize("name", ["belt moreau", "string moreau"])
-def test_a_checkpoint_of_earlier_fixed_steps_is_resumed(name: str, tmp_path: Path) -> None:
-    path = write_original(name, tmp_path)
-    craft(path, lambda state: state.pop("stepping.release"))
-    done = fs.resume(path)
-    assert done.status == "done"
-    assert done.audit["release"].ok

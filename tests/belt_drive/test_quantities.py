@@ -152,7 +152,7 @@ def test_quantities_at_fixed_steps_are_those_of_a_second_way(data: Scenario) -> 
     assert_second_way(data)
 
 
-@examples(4)
+@examples(3)
 @given(data=drives(bodies=st.integers(60, 100), speeds=False))
 def test_quantities_at_adaptive_steps_are_those_of_a_second_way(data: Scenario) -> None:
     data["solver"]["backend"] = "rkf45"

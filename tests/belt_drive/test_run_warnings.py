@@ -8,6 +8,7 @@ import pytest
 from frictionsim.results import Record
 from tests.support.belt_scenarios import NO_MOTION_ACROSS, pair, shipped, trio
 from tests.support.cases import slow
+from tests.support.falsified import falsified
 from tests.support.scenarios import Scenario, scenario_run, simulate
 
 LONG = {"solver__duration": 0.3, "solver__backend": "moreau"}
@@ -108,6 +109,16 @@ def test_means_of_a_few_samples_are_warned_of() -> None:
     assert not warned(simulate(pair(solver__backend="moreau")), "samples; give")
 
 
+@pytest.mark.parametrize(("share", "told"), [(0.995, False), (0.98, True)])
+def test_energy_that_comes_from_nowhere_is_warned_of(share: float, told: bool) -> None:
+    """Of samples whose elastic energy is less than it was: more than 1 % of it is too much."""
+    solver = {"backend": "moreau", "duration": 0.01}
+    data = pair(**NO_MOTION_ACROSS, drive__driver__torque=0.0, solver=solver)
+    run = falsified(data, 9e-3, energy_potential=lambda energy: share * energy)
+    assert any("the steps have put" in warning for warning in run.warnings) is told
+
+
+@pytest.mark.slow
 def test_energy_that_the_steps_put_in_is_warned_of() -> None:
     """The published creep law chatters about rest, and its steps with it."""
     done = simulate(shipped("belt_drive_published", solver__backend="rkf45", solver__duration=4e-3))

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import frictionsim as fs
 from tests.support.belt_scenarios import NO_FRICTION, NO_MOTION_ACROSS, pair
+from tests.support.examples import examples
 from tests.support.scenarios import Scenario, simulate
 
 INERTIA = 2e-3  # kg m^2, of a pulley of `pair`
@@ -27,6 +28,7 @@ def over_speed(slope: float, offset: float = 0.0) -> dict[str, Any]:
     return {"speed": [-1e3, 1e3], "value": [offset + 1e3 * slope, offset - 1e3 * slope]}
 
 
+@examples(8)
 @given(
     st.lists(st.floats(-2.0, 2.0), min_size=1, max_size=3),
     st.lists(st.tuples(st.floats(0.01, 0.1), st.floats(-1.0, 1.0)), min_size=1, max_size=3),

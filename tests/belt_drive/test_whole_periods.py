@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
+from tests.support.cases import one_in, slow
 
 
 def belt(drive: Any, duration: float, patch: Any = None) -> dict[str, Any]:
@@ -26,7 +27,7 @@ def belt(drive: Any, duration: float, patch: Any = None) -> dict[str, Any]:
         }
         | ({"patch": patch} if patch else {}),
         "solver": {"backend": "moreau", "duration": duration},
-        "output": {"interval": 2.5e-4},
+        "output": {"interval": 5e-4},
     }
 
 
@@ -47,7 +48,12 @@ LITTLE = {"from": 0.1, "to": 0.2, "mu_s": 0.2, "mu_k": 0.15}
 
 @pytest.mark.parametrize(
     ("speed", "patch", "duration", "turns"),
-    [(100.0, OIL, 0.32, 1), (-100.0, OIL, 0.6, 1), (60.0, LITTLE, 0.45, 1), (200.0, OIL, 1.8, 2)],
+    [
+        (100.0, OIL, 0.32, 1),
+        (-100.0, OIL, 0.32, 1),
+        (60.0, LITTLE, 0.45, 1),
+        slow(200.0, OIL, 1.8, 2),
+    ],
 )
 def test_a_patch_is_averaged_over_whole_turns(
     speed: float, patch: Any, duration: float, turns: int
@@ -106,7 +112,7 @@ def test_other_means_are_weighted_over_the_last_fifth(speed: Any, patch: Any) ->
     assert label.startswith("weighted mean slip over the last fifth")
 
 
-@pytest.mark.parametrize("frequency", [20.0, 50.0, 80.0])
+@pytest.mark.parametrize("frequency", one_in(3, [50.0, 20.0, 80.0]))
 def test_periods_that_differ_are_warned_of(frequency: float) -> None:
     """A ramp goes on below the sine."""
     sine = {"sine": {"amplitude": 5.0, "frequency_hz": frequency}}

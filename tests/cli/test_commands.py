@@ -25,7 +25,6 @@ LOOSE = ["--set", "solver.rtol=1e-4", "-q"]
     [
         ["solve", PULLEY, *LOOSE],
         ["sweep", PULLEY, "--vary", "mechanism.load=[2000.0, 2100.0]", *LOOSE, "-j", "1"],
-        ["cost", PULLEY, "--backends", "events", "--tolerances", "1e-3", "--repeats", "1"],
         ["resume", "incomplete.partial.h5", "-q"],
     ],
     ids=lambda command: command[0],

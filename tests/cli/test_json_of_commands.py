@@ -97,8 +97,8 @@ def test_plot_keeps_an_existing_picture(told: Run) -> None:
         picture.write_bytes(b"\x89PNG precious")
         assert told("plot", "a.h5", "--no-clobber", *options, code=4) == (
             "",
-            f"frictionsim: {picture}: cannot write the picture: the file exists and is not replaced;"
-            " give another name\n",
+            f"frictionsim: {picture}: cannot write the picture: the file exists and is"
+            " not replaced; give another name\n",
         )
         assert picture.read_bytes() == b"\x89PNG precious"
         out, _ = told("plot", "a.h5", *options)
@@ -145,7 +145,7 @@ def test_the_overrides_of_a_run_are_in_its_json_and_in_its_file(told: Run) -> No
         slow(("static",)),
         ("cost", "--backends", "events", "--tolerances", "1e-3", "--repeats", "1"),
         slow(("sweep", "--vary", "mechanism.load=[2000.0, 2100.0]")),
-        ("fit", "--free", "mechanism.load=2000:2300", "--quantity", "force_to_lift=2600"),
+        slow(("fit", "--free", "mechanism.load=2000:2300", "--quantity", "force_to_lift=2600")),
     ],
     ids=lambda command: command[0],
 )

@@ -43,7 +43,7 @@ def told(
 @pytest.mark.parametrize(
     ("options", "files"),
     one_in(
-        2,
+        3,
         [
             (["gear.h5"], ["gear.png"]),
             (["gear.h5", "--view", "torque,path", "-o", "t.svg"], ["t-torque.svg", "t-path.svg"]),

@@ -18,7 +18,7 @@ import pytest
 
 import frictionsim as fs
 from tests.cli.conftest import Run, long_run, strict_json
-from tests.support.cases import one_in
+from tests.support.cases import one_in, slow
 from tests.support.scenarios import ROOT, SCENARIOS, frictionsim, pulley, python
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs signals of POSIX")
@@ -133,7 +133,7 @@ def test_max_wall_counts_from_the_call() -> None:
 
 
 @pytest.mark.parametrize(
-    ("number", "times"), [(signal.SIGINT, 1), (signal.SIGTERM, 3), (signal.SIGHUP, 1)]
+    ("number", "times"), [(signal.SIGINT, 1), (signal.SIGTERM, 3), slow(signal.SIGHUP, 1)]
 )
 def test_a_signal_keeps_the_samples_and_sets_the_exit_code(
     number: signal.Signals, times: int, here: Path, told: Run
@@ -162,7 +162,8 @@ def test_a_signal_keeps_the_samples_and_sets_the_exit_code(
 
 
 # Long enough for a checkpoint on any machine: 30 000 samples take a tenth of a second or more.
-CHECKPOINTS = ["--set", "output.checkpoint=0.02", "--set", "output.interval=1e-4"]
+CHECKPOINTS = ["--set", "output.checkpoint=0.05", "--set", "output.interval=1e-4"]
+CHECKPOINTS += ["--set", 'output.channels=["angle"]']
 
 
 def test_a_second_signal_exits_at_once(tmp_path: Path) -> None:
@@ -258,7 +259,7 @@ def test_a_signal_during_a_fit_says_that_nothing_was_written(tmp_path: Path) -> 
     [
         ("plot a.h5", "drawing"),
         pytest.param("plot a.h5 --animate b.gif --fps 2", "drawing", marks=pytest.mark.slow),
-        ("report a.h5", "writing the report"),
+        pytest.param("report a.h5", "writing the report", marks=pytest.mark.slow),
     ],
 )
 def test_a_signal_during_a_picture_or_report_is_told_and_leaves_no_part(

@@ -92,7 +92,7 @@ def test_sobol_indices_replace_no_other_file(told: Run, here: Path) -> None:
         ("--vary", f"{key}=uniform({values})")
         for key, values in (("effects.shaft_friction.mu_s", "0.15, 0.3"), (LOAD, "2000, 2400"))
     ]
-    options = ["--sample", "16", "--indices", "-q", "-j", "1"]
+    options = ["--sample", "8", "--indices", "-q", "-j", "1"]
     arguments = ["sweep", PULLEY, *vary[0], *vary[1], *options]
     Path("s.sobol.csv").write_text("mine\n")
     _, err = told(*arguments, "-o", "s.h5", "--csv", "s.csv", code=4)

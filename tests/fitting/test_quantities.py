@@ -105,7 +105,8 @@ def test_a_quantity_that_the_scenario_jumps_over() -> None:
         quantities={"breakaway_time": 0.5},
         sigma={"breakaway_time": 0.01},
         free={MU_S: (0.1, 0.4)},
-        bootstrap=3,
+        starts=1,
+        bootstrap=2,
     )
     assert fit.values[MU_S] == pytest.approx(0.19672, rel=1e-4)
     assert (fit.standard_errors[MU_S], fit.intervals[MU_S]) == (None, None)

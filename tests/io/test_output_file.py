@@ -89,10 +89,19 @@ def test_a_signal_while_a_file_is_written_leaves_no_part(number: int) -> None:
 
 
 @pytest.mark.parametrize("mode", [0o600, 0o640, 0o664, 0o755])
-def test_the_mode_of_a_replaced_file_is_kept(mode: int) -> None:
+def test_the_mode_of_a_replaced_file_is_kept(mode: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its part is private until then."""
     Path("a.h5").touch()
     Path("a.h5").chmod(mode)
+    modes, change = list[int](), os.fchmod
+
+    def seen(descriptor: int, new: int) -> None:
+        modes.append(os.fstat(descriptor).st_mode & 0o777)
+        change(descriptor, new)
+
+    monkeypatch.setattr(os, "fchmod", seen)
     result().save("a.h5")
+    assert modes == [0o600]
     assert Path("a.h5").stat().st_mode & 0o7777 == mode
 
 

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionsim.results import Record
+from tests.support.examples import examples
 from tests.support.scenarios import Scenario, changed, pulley, simulate, sound
 from tests.support.second_way import friction_radius
 
@@ -204,6 +205,7 @@ def test_without_losses_energy_is_kept_and_motion_reverses(data: Scenario) -> No
     assert close(turned, 0.0, 1e-6 * (1 + abs(run.channels["angle"][-1])))
 
 
+@examples(10)
 @given(scenarios())
 def test_terminal_velocity_balances_the_drag(data: Scenario) -> None:
     geometry, friction = data["mechanism"], data["effects"]["shaft_friction"]

@@ -84,7 +84,7 @@ TEXTS = st.text(st.characters(codec="utf-8", exclude_categories=("C", "Zl", "Zp"
 )
 
 
-@examples(10)
+@examples(6)
 @given(
     st.one_of(
         st.tuples(

@@ -12,6 +12,7 @@ from PIL import Image
 import frictionsim as fs
 from frictionsim.errors import InputError, OutputError
 from frictionsim.results import Record
+from tests.support.cases import slow
 from tests.support.motions import record_of
 from tests.support.records import shown
 from tests.support.scenarios import shipped
@@ -115,7 +116,7 @@ def test_frames_are_at_their_times(tmp_path: Path) -> None:
     assert difference(middle, end) < 0.2 * difference(start, middle)
 
 
-@pytest.mark.parametrize("kind", ["marble_machine", "epicyclic", "two pulleys"])
+@pytest.mark.parametrize("kind", [slow("marble_machine"), slow("epicyclic"), "two pulleys"])
 def test_each_kind_moves_and_what_is_fixed_stays(kind: str, tmp_path: Path) -> None:
     made = shown(kind) if kind == "two pulleys" else record(kind)
     made = made._replace(attributes=made.attributes | {"title": "a title with $ and _"})

@@ -43,7 +43,7 @@ def test_pulleys_are_named_and_a_belt_without_friction_has_no_word_of_it(view: s
 
 
 @pytest.mark.parametrize(
-    ("view", "bodies"), one_in(3, list(zip(VIEWS["belt_drive"], [400, 1500] * 2, strict=True)))
+    ("view", "bodies"), one_in(4, list(zip(VIEWS["belt_drive"], [400, 1500] * 2, strict=True)))
 )
 def test_pictures_of_large_belts_are_small_files_with_details_of_the_first_pulleys(
     view: str, bodies: int

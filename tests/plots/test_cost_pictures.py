@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from frictionsim.io.cost_table import read_csv
 from frictionsim.plots.studies import STRIP, cost_diagram
-from tests.support.cases import one_in
+from tests.support.cases import one_in, slow
 from tests.work_precision.made import made_row as row
 from tests.work_precision.made import made_table
 
@@ -26,7 +26,7 @@ def crosses(ax: Any) -> list[Any]:
     return [line for line in ax.lines if line.get_marker() == "x"]
 
 
-@pytest.mark.parametrize("worst", [1e-9, 0.5, 3e4])
+@pytest.mark.parametrize("worst", [slow(1e-9), slow(0.5), 3e4])
 def test_crosses_of_failed_runs_lie_inside_both_panels_above_all_errors(worst: float) -> None:
     rows = [row("a", 1e-10, 0.1), row("a", worst, 0.01), row("a", None, 0.2), row("b", None, 9.0)]
     figure = drawn([*rows, row("b", None, 0.0, 0)])
@@ -61,7 +61,7 @@ def test_without_failed_runs_there_is_no_strip() -> None:
 
 @pytest.mark.parametrize(
     ("mesh", "ratio"),
-    one_in(5, product([None, ("corrected", 50)], [1.02, 1.3, 3.0, 10.0, 70.0, 1e3])),
+    one_in(12, product([None, ("corrected", 50)], [1.02, 1.3, 3.0, 10.0, 70.0, 1e3])),
 )
 def test_labels_of_work_are_several_and_apart(ratio: float, mesh: tuple[str, int] | None) -> None:
     ends = (1.3e-3, 130), (1.3e-3 * ratio, int(130 * ratio))

@@ -14,7 +14,7 @@ from frictionsim.errors import InputError
 from frictionsim.results import Record
 from tests.plots.test_paper import check_texts
 from tests.support import motions
-from tests.support.cases import slow
+from tests.support.cases import one_in, slow
 from tests.support.records import draw, shown, with_channels, without
 from tests.support.scenarios import shipped
 from tests.support.shaft_forces import TIMES, acting, couples, drawn_motion, drawn_shaft, moment
@@ -57,7 +57,7 @@ def crank() -> Record:
     return shown("shaft", solver__rtol=1e-6, solver__duration=0.9, output__interval=0.05)
 
 
-@pytest.mark.parametrize("number", DRAWN)
+@pytest.mark.parametrize("number", one_in(2, DRAWN))
 @pytest.mark.parametrize("sample", [0, 13])
 def test_arrows_act_where_the_forces_do_balance_and_have_their_moments(
     number: int, sample: int
@@ -263,7 +263,7 @@ def test_an_end_stop_is_a_couple_and_a_missing_channel_is_named() -> None:
 @pytest.mark.parametrize(
     "appearance", [{}, slow({"width": "84mm", "style": "paper", "title": False})]
 )
-@pytest.mark.parametrize("name", ["shaft", "hoist_drum", "swing_door"])
+@pytest.mark.parametrize("name", ["shaft", slow("hoist_drum"), slow("swing_door")])
 def test_texts_of_shipped_scenarios_are_apart(name: str, appearance: dict[str, Any]) -> None:
     channels = {"time": TIMES, "angle": 2.0 * TIMES, "angular_velocity": 2.0 + 0.0 * TIMES}
     channels |= {"angular_acceleration": TIMES, "friction_torque": 0.1 + 0.0 * TIMES}

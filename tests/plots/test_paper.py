@@ -62,7 +62,7 @@ def check_texts(figure: Figure) -> None:
 @pytest.mark.parametrize(
     ("name", "view", "style"),
     one_in(
-        3,
+        5,
         [
             *((name, view, None) for name, view in drawn_views(NAMES)),
             ("pulley_return", "response", "paper"),
@@ -82,7 +82,7 @@ def test_texts_of_a_narrow_picture_are_apart_and_inside(
 @pytest.mark.parametrize(
     ("name", "view", "appearance"),
     [
-        ("four pulleys", "drive", {"width": "174mm"}),
+        slow("four pulleys", "drive", {"width": "174mm"}),
         slow("four pulleys", "body", {"width": "174mm"}),
         ("marble_machine", "torque", {"style": "talk"}),
     ],
@@ -109,7 +109,7 @@ def points_on(lines: LineCollection) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "appearance", [{}, slow({"width": "84mm", "style": "paper"}), {"style": "talk"}]
+    "appearance", [{}, slow({"width": "84mm", "style": "paper"}), slow({"style": "talk"})]
 )
 def test_names_of_pulleys_are_within_the_frame_beside_the_belt(appearance: dict[str, Any]) -> None:
     figure = draw(belt_run(FIVE), "drive", appearance=Appearance.of(**appearance))

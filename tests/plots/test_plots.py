@@ -28,15 +28,11 @@ MAX_BYTES = 200_000  # of a picture, so that a page with several of them opens q
 def test_view_all_draws_each_view_that_has_channels_into_its_own_file(
     told: Callable, here: Path
 ) -> None:
-    gear = shipped("epicyclic", solver__duration=0.3)
-    fs.Result(simulate(gear)).save(here / "gear.h5")
-    names = [f"g-{view}.svg" for view in ("response", "torque", "path")]
-    assert told("plot", "gear.h5", "--view", "all", "-o", "g.svg") == ("\n".join(names) + "\n", "")
-    assert all((here / name).is_file() for name in names)
-    del gear["effects"]["tracer_point"]
+    gear = shipped("epicyclic", solver__duration=0.3, effects__tracer_point=None)
     fs.Result(simulate(gear)).save(here / "gear.h5")
     out, err = told("plot", "gear.h5", "--view", "all")
     assert out.split() == ["gear-response.png", "gear-torque.png"]
+    assert all((here / name).is_file() for name in out.split())
     assert "view skipped: cannot draw the view 'path'" in err
     out, err = told("plot", "gear.h5", "--view", "path", code=2)
     assert (out, "effects.tracer_point" in err) == ("", True)
@@ -44,7 +40,7 @@ def test_view_all_draws_each_view_that_has_channels_into_its_own_file(
 
 
 @pytest.mark.parametrize(
-    "name", one_in(2, [name for name in DRAWN if name != "four pulleys"] + ["shaft", "hoist_drum"])
+    "name", one_in(5, [name for name in DRAWN if name != "four pulleys"] + ["shaft", "hoist_drum"])
 )
 def test_one_sample_is_enough_and_none_is_refused(name: str) -> None:
     record = shown(name)
@@ -182,5 +178,6 @@ def test_without_a_home_only_the_name_of_the_picture_is_said(
     monkeypatch.setenv("HOME", "/proc/none")
     for name in ("MPLCONFIGDIR", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"):
         monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("MPL_IGNORE_SYSTEM_FONTS", "1")  # their list, which is not kept, takes long
     done = frictionsim("plot", "a.h5", cwd=here)
     assert (done.returncode, done.stdout, done.stderr) == (0, "a.png\n", "")

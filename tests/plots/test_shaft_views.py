@@ -42,7 +42,7 @@ FORCES = {
 
 @pytest.mark.parametrize(
     ("ends", "part"),
-    one_in(2, [*((ends, False) for ends in FORCES), ("both at the lower edge", True)]),
+    one_in(3, [*((ends, False) for ends in FORCES), ("both at the lower edge", True)]),
 )
 def test_labels_of_forces_stay_beside_their_panel(ends: str, part: bool) -> None:
     count = pulley_record().channels["time"].size

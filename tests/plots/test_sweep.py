@@ -14,6 +14,7 @@ import frictionsim as fs
 from frictionsim.errors import InputError
 from tests.plots.test_paper import check_texts
 from tests.plots.test_plots import MAX_BYTES
+from tests.support.cases import slow
 from tests.support.records import png
 from tests.support.sweeps import (
     AUDIT_FAILED,
@@ -320,7 +321,7 @@ def test_a_sample_without_indices_says_why() -> None:
 LONG = "mechanism.pulleys.of_the_second_shaft.contact_of_the_rim.friction.static_coefficient"
 
 
-@pytest.mark.parametrize("kind", ["curves", "map", "sample"])
+@pytest.mark.parametrize("kind", ["curves", slow("map"), slow("sample")])
 def test_long_titles_and_keys_do_not_overlap_and_are_no_formulas(kind: str) -> None:
     name = "an_uncommonly_long_quantity_of_a_mechanism"
     if kind == "curves":

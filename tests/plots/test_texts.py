@@ -31,7 +31,7 @@ from tests.plots.test_cost_pictures import drawn as cost_of
 from tests.plots.test_cost_pictures import row
 from tests.plots.test_fit_picture import over_a_key
 from tests.support import motions
-from tests.support.cases import one_in
+from tests.support.cases import one_in, slow
 from tests.support.records import drawn_views, picture, shown
 from tests.support.sweeps import grid_of
 
@@ -80,7 +80,7 @@ def pictures() -> Iterator[Any]:
     yield pytest.param(partial(cost_of, costs), id="cost")
 
 
-@pytest.mark.parametrize("drawn", one_in(2, list(pictures())))
+@pytest.mark.parametrize("drawn", one_in(4, list(pictures())))
 def test_no_text_of_a_file_is_read_as_a_formula(drawn: Callable[[], Figure]) -> None:
     formulas = [text for text in texts_of(drawn()) if r"\frac" in text.get_text()]
     assert formulas
@@ -126,7 +126,7 @@ def test_tex_gets_no_commands() -> None:
         )
 
 
-@pytest.mark.parametrize("unit", [BAD, "\x1b\u202e"])
+@pytest.mark.parametrize("unit", [BAD, slow("\x1b\u202e")])
 def test_an_animation_shows_texts_as_they_are(unit: str, tmp_path: Path) -> None:
     time = np.linspace(0.0, 1.0, 5)
     record = motions.record_of("pulley", {"time": time, "angle": time, "angular_velocity": time})
@@ -180,7 +180,7 @@ def labelled() -> Iterator[Any]:
     yield lambda: over_a_key().plot()
 
 
-@pytest.mark.parametrize("drawn", list(labelled()))
+@pytest.mark.parametrize("drawn", one_in(2, list(labelled())))
 def test_every_axis_says_quantity_and_unit(drawn: Callable[[], Figure]) -> None:
     axes = drawn().axes
     labels = [label for ax in axes for label in (ax.get_xlabel(), ax.get_ylabel()) if label]

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 import frictionsim as fs
 from frictionsim.errors import InputError
 from frictionsim.results import Record
+from tests.support.cases import slow
 from tests.support.records import draw, shown
 
 COLOURS = ["#0072B2", "#D55E00"]  # of the first lines
@@ -138,7 +139,7 @@ def test_results_are_drawn_over_each_other_with_a_key() -> None:
     ]
 
 
-@pytest.mark.parametrize("appearance", [{}, {"width": "84mm", "style": "paper"}])
+@pytest.mark.parametrize("appearance", [{}, slow({"width": "84mm", "style": "paper"})])
 def test_rows_above_panels_are_distinguished_without_colour(appearance: dict[str, str]) -> None:
     figure = overlay(*pair(), **appearance)
     figure.draw_without_rendering()

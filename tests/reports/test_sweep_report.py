@@ -22,13 +22,13 @@ MAX_BYTES = 6e6
 
 
 # The picture of each takes a third of a second.
-QUANTITIES = ("force_to_lift", "breakaway_time", "final_angle")
+QUANTITIES = ("force_to_lift", "final_angle")
 
 
-def with_few_quantities(sweep: fs.Sweep, path: Path) -> Path:
+def with_few_quantities(sweep: fs.Sweep, path: Path, *names: str) -> Path:
     """Write a sweep with some of its quantities."""
     table = sweep.table
-    values, units = ({name: of[name] for name in QUANTITIES} for of in (table.values, table.units))
+    values, units = ({name: of[name] for name in names} for of in (table.values, table.units))
     return fs.Sweep(table._replace(values=values, units=units)).save(path)
 
 
@@ -37,14 +37,16 @@ def grid(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A grid of three keys; the runs with the largest friction fail: it has no budget for them."""
     path = tmp_path_factory.mktemp("sweeps") / "grid.h5"
     vary = {MU: [0.2, 0.25, 0.3], LOAD: [1900.0, 2000.0], "solver.max_steps": [5, 1000]}
-    return with_few_quantities(fs.sweep(PULLEY, vary, LOOSE, workers=1), path)
+    return with_few_quantities(fs.sweep(PULLEY, vary, LOOSE, workers=1), path, *QUANTITIES)
 
 
 @pytest.fixture(scope="module")
 def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("sweeps") / "sample.h5"
     vary = {MU: "uniform(0.2, 0.3)", LOAD: "normal(2000, 50)"}
-    return with_few_quantities(fs.sweep(PULLEY, vary, LOOSE, sample=32, workers=1), path)
+    return with_few_quantities(
+        fs.sweep(PULLEY, vary, LOOSE, sample=16, workers=1), path, QUANTITIES[-1]
+    )
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +114,7 @@ def test_a_report_of_a_sweep_is_complete_without_scripts(
 def hostile(dataset: Any) -> Any:
     """Return a sweep with markup in title, keys, values, names, units, reasons and warnings."""
     # `array` and `__proto__` are names that scripts might take for their own.
-    renamed = dataset.rename({LOAD: HOSTILE, "final_angle": "array", "energy_input": "__proto__"})
+    renamed = dataset.rename({LOAD: HOSTILE, "final_angle": "array", "force_to_lift": "__proto__"})
     renamed = renamed.assign_coords({MU: [HOSTILE, "b", "c"]})
     renamed.attrs |= {"title": HOSTILE, "study": HOSTILE}
     renamed["array"].attrs["units"] = HOSTILE
@@ -160,34 +162,31 @@ def large(shape: tuple[int, int]) -> Any:
 
 
 def test_a_large_sweep_is_thinned_and_keeps_extremes_and_failures(tmp_path: Path) -> None:
-    sweep = large((200, 130)).drop_vars(["value1", "value2", "value3"])
+    sweep = large((100, 130)).drop_vars(["value1", "value2", "value3"])
     html = fs.report(sweep, tmp_path / "a.html").read_text(encoding="utf-8")
     assert len(html) < MAX_BYTES
     table = html[html.index('id="runs"') :]
     rows = table[: table.index("</table>")].count("<tr>") - 1
     assert 1000 < rows < 12_000 / 4  # as many cells as a page has room for
-    assert f"{rows} of 26000 runs are in the table, with extremes" in html
+    assert f"{rows} of 13000 runs are in the table, with extremes" in html
     assert f'data-value="{77 * 130 + 123}"' in html  # the largest value
     assert f'data-value="{5 * 130 + 3}"' in html  # which failed
     assert "diverged" in html
 
 
-def test_a_sweep_that_was_stopped_shows_what_is_left(
-    browser: Any, grid: Path, tmp_path: Path
-) -> None:
+def test_a_sweep_that_was_stopped_shows_what_is_left(grid: Path, tmp_path: Path) -> None:
     with fs.open_sweep(grid) as dataset:
-        sweep = dataset.load()
+        sweep = dataset.load().drop_vars("force_to_lift")
     sweep["status"][2] = 0
     sweep["final_angle"][2] = np.nan
     sweep.attrs |= {"status": "interrupted", "reason": "stopped by Ctrl-C"}
-    with opened(browser, fs.report(sweep, tmp_path / "a.html")) as page:
-        shown = page.inner_text("body")
-        assert "sweep interrupted" in shown
-        assert "4 not run" in shown
-        assert "stopped: stopped by Ctrl-C" in shown
+    shown = fs.report(sweep, tmp_path / "a.html").read_text(encoding="utf-8")
+    assert "sweep interrupted" in shown
+    assert "4 not run" in shown
+    assert "stopped: stopped by Ctrl-C" in shown
 
 
-def test_numbers_that_are_non_finite_have_a_report(browser: Any, tmp_path: Path) -> None:
+def test_numbers_that_are_non_finite_have_a_report(tmp_path: Path) -> None:
     sweep = large((100, 130)).isel({MU: slice(0, 4), LOAD: slice(0, 3)})
     sweep["value0"][0] = np.inf
     sweep["value1"][:] = np.inf
@@ -203,8 +202,6 @@ def test_numbers_that_are_non_finite_have_a_report(browser: Any, tmp_path: Path)
     titles = {title for title, _ in pictures_of(report)}
     assert {"value0", "value3"} <= titles
     assert "value1" not in titles  # it does not vary
-    assert re.search(
-        "Without a picture: [^;]*value1[^;]*; the table has", report.read_text("utf-8")
-    )
-    with opened(browser, report) as page:
-        assert "none" in page.inner_text("#runs")
+    text = report.read_text("utf-8")
+    assert re.search("Without a picture: [^;]*value1[^;]*; the table has", text)
+    assert ">none<" in text[text.index('id="runs"') :]

@@ -208,9 +208,14 @@ def test_two_runs_into_one_file_leave_one_complete_result(here: Path) -> None:
 
 
 SURROUNDINGS: list[dict[str, str]] = [
-    {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
     {"OMP_NUM_THREADS": "7", "NUMBA_NUM_THREADS": "2", "LC_ALL": "de_DE.UTF-8"},
-    {"LC_ALL": "tr_TR.UTF-8", "LANG": "C", "TZ": "Asia/Kolkata", "PYTHONHASHSEED": "123"},
+    {
+        **dict.fromkeys(("OMP_NUM_THREADS", "NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"),
+        "LC_ALL": "tr_TR.UTF-8",
+        "LANG": "C",
+        "TZ": "Asia/Kolkata",
+        "PYTHONHASHSEED": "123",
+    },
 ]
 
 

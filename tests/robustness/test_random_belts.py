@@ -11,6 +11,7 @@ import frictionsim as fs
 from frictionsim.errors import BudgetExceeded
 from tests.support.belt_scenarios import pair
 from tests.support.drawn_scenarios import of_size
+from tests.support.examples import examples
 from tests.support.scenarios import Scenario
 
 by_both = pytest.mark.parametrize("backend", ["moreau", "rkf45"])
@@ -55,6 +56,7 @@ def simulated(data: Scenario, backend: str, progress: Any = False) -> fs.Result 
 
 
 @by_both
+@examples(10)
 @given(data=belts())
 def test_random_belts_obey_the_friction_law_and_pass_the_audit(
     backend: str, data: Scenario

@@ -24,12 +24,13 @@ def folder() -> Any:
         yield Path(name)
 
 
+@examples(12)
 @given(scenarios())
 def test_results_of_random_scenarios_are_sound(folder: Path, data: Scenario) -> None:
     assert_sound(data, folder)
 
 
-@examples(10)
+@examples(6)
 @given(
     st.lists(st.floats(-20.0, 20.0), min_size=2, max_size=4),
     st.lists(st.floats(-30.0, 30.0), min_size=2, max_size=4),

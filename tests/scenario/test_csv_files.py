@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionsim as fs
+from tests.support.cases import one_in
 
 Told = Callable[..., tuple[str, str]]
 
@@ -239,16 +240,16 @@ def test_keys_of_all_forms_of_points_are_suggested(
     ]
 
 
+HEADINGS = [
+    *("{} [{}]", "{} ({})", "{} {{{}}}", "{} <{}>", "[{1}] {0}", "{} [{}] filtered"),
+    *("{}/{}", "{} / {}", "{} in {}", "{}_{}", "{} {}", "{1}", '"{}, {}"', "# {} [{}]"),
+]
+UNITS = [("rpm", pi / 30.0), ("RPM", pi / 30.0), ("U/min", pi / 30.0), ("deg/s", pi / 180.0)]
+
+
 @pytest.mark.parametrize(
-    "heading",
-    [
-        *("{} [{}]", "{} ({})", "{} {{{}}}", "{} <{}>", "[{1}] {0}", "{} [{}] filtered"),
-        *("{}/{}", "{} / {}", "{} in {}", "{}_{}", "{} {}", "{1}", '"{}, {}"', "# {} [{}]"),
-    ],
-)
-@pytest.mark.parametrize(
-    ("unit", "size"),
-    [("rpm", pi / 30.0), ("RPM", pi / 30.0), ("U/min", pi / 30.0), ("deg/s", pi / 180.0)],
+    ("heading", "unit", "size"),  # by default every heading, and each unit in some
+    one_in(3, [(heading, *unit) for heading in HEADINGS for unit in UNITS]),
 )
 def test_every_way_to_write_a_unit_in_a_heading(
     heading: str, unit: str, size: float, tmp_path: Path

@@ -89,7 +89,7 @@ def test_every_pair_of_law_and_method_runs(kind: str, pair: tuple[str, str]) -> 
 
 def test_methods_agree_on_a_law() -> None:
     """They integrate the same equation and differ by their tolerances only."""
-    data = changed(pulley(), solver__rtol=1e-9, effects__shaft_friction__law="regularised")
+    data = changed(pulley(), solver={"rtol": 1e-9, "duration": 1.5})
     data["effects"]["shaft_friction"]["transition_speed"] = 0.05
     angles = [
         float(simulate(with_method(data, "regularised", name)).channels["angle"][-1])

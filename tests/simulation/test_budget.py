@@ -44,7 +44,7 @@ PARTS = [
 ]
 
 
-@pytest.mark.parametrize("name", one_in(3, PARTS))
+@pytest.mark.parametrize("name", one_in(6, PARTS))
 def test_a_run_in_parts_of_few_steps_gives_the_bytes_of_a_whole_one(
     name: str, tmp_path: Path
 ) -> None:

@@ -213,8 +213,8 @@ main()
 def test_a_compiled_run_is_ended_by_a_signal_and_by_max_wall_and_resumed(
     told: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of 4 10^6 steps, more than a minute as Python, which takes the first 2000 alone."""
-    data = changed(SWINGS, solver__max_step=1e-6, output={"interval": 0.5, "checkpoint": 0.05})
+    """Of 2 10^6 steps, half a minute as Python, which takes the first 2000 alone."""
+    data = changed(SWINGS, solver__max_step=2e-6, output={"interval": 0.5, "checkpoint": 0.05})
     simulation: Any = simulation_of(validate(data, Path()))
     simulation._solver.compile()  # also for the disk, where the other process finds it
     Path("long.toml").write_text(tomli_w.dumps(data))
@@ -255,20 +255,28 @@ def without_numba(tmp_path: Path) -> str:
     return os.pathsep.join([str(package.parent), str(ROOT)])
 
 
+AS_LONG = """
+from frictionsim.__main__ import main
+from frictionsim.solvers import event_driven
+event_driven.PATIENCE, event_driven.STEPS_THAT_PAY = 100, 1000.0
+main()
+"""
+
+
 def test_without_numba_a_long_run_is_one_warning_and_the_result_of_python(
     without_numba: str, told: Any
 ) -> None:
     data = changed(
         SWINGS,
         mechanism__initial_angular_velocity=5.0,
-        solver__max_step=8e-5,
+        solver__max_step=1e-3,
         output__interval=0.01,
     )
     simulation: Any = simulation_of(validate(data, Path()))
     simulation._solver.compile()  # with code on the disk the run is long enough to load it
     Path("long.toml").write_text(tomli_w.dumps(data))
     told("solve", "long.toml", "-o", "whole.h5")
-    command = ["-m", "frictionsim", "solve", "long.toml", "-o", "a.h5", "--quiet"]
+    command = ["-c", AS_LONG, "solve", "long.toml", "-o", "a.h5", "--quiet"]
     done = python(*command, cwd=Path(), PYTHONPATH=without_numba)
     assert (done.returncode, done.stderr) == (
         0,
@@ -573,13 +581,10 @@ def test_another_process_finds_no_code_of_another_source_of_this_package(tmp_pat
     def printed(edit: str = "") -> str:
         return new_process(OF_THE_PACKAGE.format(edit=edit), tmp_path)
 
-    assert [printed(), printed()] == ["0.0 1.0 False 0", "0.0 1.0 True 1"]
+    assert printed() == "0.0 1.0 False 0"
     assert [printed(EDIT), printed()] == ["0.0 1.0 False 0", "0.2 1.0 False 0"]
-    for name, old, new, expected in (
-        ("solvers/multi_contact_modes.py", "return 0.2 if", "return 0.5 if", "0.5 1.0 False 0"),
-        ("results.py", "TAUT, SLACK = 2, 3, 4", "TAUT, SLACK = 2, 5, 3", "1.0 4.0 False 0"),
-    ):
-        text = (package / name).read_text()
-        assert text.count(old) == 1
-        replace_text(package / name, text.replace(old, new))
-        assert printed() == expected
+    constants = package / "results.py"
+    text = constants.read_text()
+    assert text.count("TAUT, SLACK = 2, 3, 4") == 1
+    replace_text(constants, text.replace("TAUT, SLACK = 2, 3, 4", "TAUT, SLACK = 2, 5, 3"))
+    assert printed() == "1.0 4.0 False 0"

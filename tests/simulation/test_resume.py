@@ -45,7 +45,7 @@ def test_run_time_is_summed_over_all_parts() -> None:
 
 def test_runs_resume_from_periodic_checkpoints(tmp_path: Path) -> None:
     """Each checkpoint is a valid file, and resuming from it gives identical bytes."""
-    data = pulley(drive__force=SINE, output__checkpoint=1e-3, output__interval=0.01)
+    data = pulley(drive__force=SINE, output__checkpoint=1e-3, solver__duration=1.0)
     whole, unfinished = tmp_path / "whole.h5", tmp_path / "whole.partial.h5"
     kept: list[Path] = []
     sizes: set[tuple[int, int]] = set()

@@ -90,7 +90,7 @@ def test_period_of_a_table_with_plateaus() -> None:
 
 @pytest.mark.parametrize(
     ("seed", "backend"),
-    one_in(3, [*((seed, "events") for seed in range(15)), *((seed, "rkf45") for seed in range(4))]),
+    one_in(5, [*((seed, "events") for seed in range(15)), *((seed, "rkf45") for seed in range(4))]),
 )
 def test_warns_of_an_interval_too_long_for_stick_slip(seed: int, backend: str) -> None:
     rng = random.Random(seed)
@@ -269,7 +269,10 @@ def machine_run(seed: int) -> Record:
     return simulate(drawn_machine(seed)[0])
 
 
-@pytest.mark.parametrize("seed", one_in(3, range(60)))
+OFTEN = 3  # each how manieth machine is drawn by default
+
+
+@pytest.mark.parametrize("seed", one_in(OFTEN, range(60)))
 def test_warns_of_a_machine_that_stalls_or_runs_back(seed: int) -> None:
     data, least = drawn_machine(seed)
     record = machine_run(seed)
@@ -333,10 +336,10 @@ def test_a_machine_without_torque_does_not_stall(last: float, expected: bool) ->
 
 
 def test_the_drawn_machines_cover_all_warnings() -> None:
-    runs = [machine_run(seed) for seed in range(60)]
+    runs = [machine_run(seed) for seed in range(0, 60, OFTEN)]
     for words in ("not above", "ran back", "stands still"):
-        assert 5 < sum(bool(warnings_with(run, words)) for run in runs) < 55, words
-    assert sum(not run.warnings for run in runs) > 5
+        assert 2 <= sum(bool(warnings_with(run, words)) for run in runs) < 18, words
+    assert sum(not run.warnings for run in runs) >= 2
 
 
 @pytest.mark.parametrize("torque", [-4.0, -1.5, 1.5, 4.0])

@@ -6,6 +6,7 @@ from math import acos, degrees, exp, hypot, pi, sqrt
 import pytest
 
 import frictionsim as fs
+from tests.support.cases import one_in, slow
 from tests.support.scenarios import SCENARIOS
 
 
@@ -58,10 +59,16 @@ def test_the_closed_form_is_right() -> None:
     assert at_rest(12.0, 6.0) == pytest.approx((22.423556350699, 0.682178936724), rel=1e-12)
 
 
-@pytest.mark.parametrize("size", [1.0, 1e-3, 1e-5, 1e-6, 1e-9, 1e-12])
+SIZES = [1.0, 1e-3, 1e-5, 1e-6, 1e-9, 1e-12]
+OSCILLATORS = [
+    *[(12.0, 6.0, 1.0, 1.0), (12.0, 6.0, 6.0, 6.0)],
+    *[(-7.3, 4.0, 1e-3, 2e3), (0.0, 9.0, 50.0, 0.1)],
+]
+
+
 @pytest.mark.parametrize(
-    ("x", "v", "inertia", "stiffness"),
-    [(12.0, 6.0, 1.0, 1.0), (12.0, 6.0, 6.0, 6.0), (-7.3, 4.0, 1e-3, 2e3), (0.0, 9.0, 50.0, 0.1)],
+    ("size", "x", "v", "inertia", "stiffness"),  # by default every oscillator, and most sizes
+    one_in(5, [(size, *one) for one in OSCILLATORS for size in SIZES]),
 )
 def test_a_tiny_oscillator_comes_to_rest_when_and_where_it_must(
     size: float, x: float, v: float, inertia: float, stiffness: float
@@ -111,7 +118,7 @@ def tiny_pulley(size: float) -> fs.Scenario:
     return fs.load(tables)
 
 
-@pytest.mark.parametrize("size", [1e-8, 1e-9, 1e-12])
+@pytest.mark.parametrize("size", [1e-8, slow(1e-9), 1e-12])
 def test_a_motion_that_the_tolerance_does_not_resolve_is_told_with_the_way_out(size: float) -> None:
     rest = fs.solve(tiny_pulley(1.0)).quantities["last_rest_time"].value
     told = fs.solve(tiny_pulley(size))
@@ -121,7 +128,8 @@ def test_a_motion_that_the_tolerance_does_not_resolve_is_told_with_the_way_out(s
     assert again.warnings == ()
     # Of a rest, rtol 1e-9 leaves some 1e-9 s.
     assert again.quantities["last_rest_time"].value == pytest.approx(rest, abs=2e-8)
-    swept = fs.sweep(tiny_pulley(size), vary={"effects.shaft_friction.mu_s": [0.2, 0.201]})
+    values = {"effects.shaft_friction.mu_s": [0.2, 0.201]}
+    swept = fs.sweep(tiny_pulley(size), vary=values, workers=1)
     assert "no small part" in swept.summary()
 
 

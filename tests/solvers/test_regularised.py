@@ -11,6 +11,7 @@ import pytest
 
 from frictionsim.results import Record
 from frictionsim.solvers.friction_curve import friction_curve
+from tests.support.cases import slow
 from tests.support.problems import BREAKAWAY, CORD_RADIUS, INERTIA, LOAD, R_K, R_S, RAMP
 from tests.support.scenarios import SCENARIOS, changed, pulley, shipped, simulate, with_method
 
@@ -40,11 +41,8 @@ def test_the_curve_passes_the_static_and_the_kinetic_limit() -> None:
 
 
 @pytest.mark.parametrize(
-    "backend",  # explicit methods of high order take the most steps
-    [
-        pytest.param(name, marks=pytest.mark.slow) if name in ("rk45", "dop853") else name
-        for name in SMOOTHING
-    ],
+    "backend",  # explicit methods take the most steps; `test_shaft_reference` has rkf45
+    [slow(name) if name in ("rkf45", "rk45", "dop853") else name for name in SMOOTHING],
 )
 def test_the_regularised_ramp_approximates_the_exact_one(backend: str) -> None:
     run = smoothed(backend, 1e-4, solver__duration=2.0)
@@ -118,7 +116,7 @@ def test_a_prescribed_speed_uses_the_set_valued_law(backend: str) -> None:
     assert run.channels["drive_torque"] == pytest.approx(exact.channels["drive_torque"], abs=1e-4)
 
 
-@pytest.mark.parametrize("backend", SMOOTHING)
+@pytest.mark.parametrize("backend", [slow(n) if n == "radau" else n for n in SMOOTHING])
 def test_failures_of_scipy_are_reported_in_plain_words(backend: str) -> None:
     run = smoothed(backend, 1e-3, solver__max_steps=20)
     assert run.status == "failed"

@@ -169,7 +169,7 @@ def _dwell(gear: Gear, point: Table, record: Recorded) -> Seen:
     """
     time, angle = record.time, record.channels["angle"]
     near = pi - radians(point["angle_deg"])  # what (lambda - 1) phi is at such a place, and 2 pi k
-    away = np.linspace(0.0, 2.0 * pi, 400_001)
+    half = _half_of_a_passage(gear, point, near / gear.relative)
     passages = []
     for way in (1.0, -1.0):
         grows = np.concatenate([[False], np.diff(way * angle) > 0.0, [False]])
@@ -180,15 +180,21 @@ def _dwell(gear: Gear, point: Table, record: Recorded) -> Seen:
             number = np.array([low, high]) * gear.relative - near
             k = np.arange(np.floor(number[0] / (2.0 * pi)), np.ceil(number[1] / (2.0 * pi)) + 1.0)
             for place in (near + 2.0 * pi * k) / gear.relative:
-                x, y = gear.position(place, point)
-                ends = []
-                for side in (-1.0, 1.0):
-                    path = gear.position(place + side * away, point)
-                    outside = np.hypot(path[0] - x, path[1] - y) > point["dwell_distance"]
-                    ends.append(side * away[int(np.argmax(outside))] if outside.any() else np.inf)
-                start, stop = sorted(way * (place + end) for end in ends)
+                start, stop = way * place - half, way * place + half
                 if run[0] <= start and stop <= run[-1]:
                     passages.append(float(np.diff(np.interp([start, stop], run, when))[0]))
     if point["radius"] == 0.0 or not passages:
         return Seen(None)
     return Seen(max(passages), 3.0 * float(np.max(np.diff(time))))
+
+
+def _half_of_a_passage(gear: Gear, point: Table, place: float) -> float:
+    """Return how far the crank turns from a place until its point is beyond the distance, rad.
+
+    It is as far on both sides, and from all places: the paths are the same, turned and mirrored.
+    """
+    away = np.linspace(0.0, 2.0 * pi, 400_001)
+    x, y = gear.position(place, point)
+    path = gear.position(place + away, point)
+    outside = np.hypot(path[0] - x, path[1] - y) > point["dwell_distance"]
+    return float(away[int(np.argmax(outside))]) if outside.any() else np.inf

@@ -22,27 +22,16 @@ from frictionsim.mechanisms.belt_drive.equilibrium import (
 )
 from frictionsim.mechanisms.belt_drive.kernels.system import (
     ANGLE,
-    BACKWARD,
-    CENTRE_X,
-    CENTRE_Y,
-    FORWARD,
     INERTIA,
-    KINETIC,
-    MODE,
     POSITION,
     PULLEY_RADIUS,
     PULLEY_X,
     PULLEY_Y,
-    RADIUS,
-    SIMD_WIDTH,
     SPIN,
-    STATIC,
-    STICKING,
     VELOCITY,
     VX,
     VY,
     Array,
-    Indices,
     PitchLine,
     System,
     X,
@@ -56,15 +45,6 @@ from frictionsim.mechanisms.belt_drive.stability_limits import (
     friction_rate,
     max_decay_rate,
     oscillator_eigenvalues,
-)
-from frictionsim.solvers.state_values import (
-    DIRECTION,
-    FLAG,
-    NON_NEGATIVE,
-    Expected,
-    FixedRows,
-    Rows,
-    Values,
 )
 
 if TYPE_CHECKING:
@@ -191,54 +171,6 @@ class BeltModel(NamedTuple):
             "pulleys": pulleys.table,
         }
 
-    def contact_values(self) -> dict[str, Expected]:
-        """Return the valid values of the arrays of `contact_state`, by name."""
-        system = self.system
-        capacity, width = len(system.contacts.body), system.layout.width
-        largest = float(np.max(system.pulleys.table[PULLEY_RADIUS]))
-        coefficients = dict.fromkeys((STATIC, KINETIC, FORWARD, BACKWARD), NON_NEGATIVE)
-        candidates = {RADIUS: Values(0.0, largest), MODE: DIRECTION, STICKING: FLAG}
-        return {
-            "contact_offsets": Values(0.0, capacity, whole=True, ascending=True),
-            "contact_bodies": Values(0.0, width - SIMD_WIDTH - 1, whole=True),
-            "contacts": Rows({**candidates, **coefficients}),
-            "release": NON_NEGATIVE,
-            "pulleys": FixedRows(system.pulleys.table[: INERTIA + 1].copy()),
-        }
-
-    def contact_fault(self) -> str:
-        """Return the array of `contact_state` that contradicts the others; empty if none does.
-
-        Offsets divide the candidates by pulleys, in full vectors. Those of a pulley are blocks of
-        neighbours, each at most once, and some of each block are near it: their radius is its own.
-        """
-        contacts, pulleys = self.system.contacts, self.system.pulleys.table
-        bodies, count = self.system.layout.bodies, int(contacts.offsets[-1])
-        if self._offsets_are_wrong:
-            return "contact_offsets"
-        pulley = np.repeat(np.arange(pulleys.shape[1]), np.diff(contacts.offsets))
-        blocks = contacts.body[:count].astype(np.int64).reshape(-1, SIMD_WIDTH)
-        first = blocks[:, 0]
-        neighbours = np.array_equal(blocks, first[:, None] + np.arange(SIMD_WIDTH))
-        again = (np.diff(first) <= 0) & (np.diff(pulley[::SIMD_WIDTH]) == 0)
-        if not neighbours or np.any(first % SIMD_WIDTH) or np.any(first >= bodies) or again.any():
-            return "contact_bodies"
-        table = contacts.table[:, :count]
-        near = table[RADIUS] > 0.0
-        is_of_pulley = (
-            (table[RADIUS] == pulleys[PULLEY_RADIUS, pulley])
-            & (table[CENTRE_X] == pulleys[PULLEY_X, pulley])
-            & (table[CENTRE_Y] == pulleys[PULLEY_Y, pulley])
-            & (blocks.ravel() < bodies)
-        )
-        some = near.reshape(-1, SIMD_WIDTH).any(axis=1)
-        return "" if np.all(is_of_pulley[near]) and some.all() else "contacts"
-
-    @property
-    def _offsets_are_wrong(self) -> bool:
-        offsets = self.system.contacts.offsets
-        return bool(offsets[0] != 0 or np.any(offsets % SIMD_WIDTH))
-
 
 class StringModel(BeltModel):
     """A guided string ready to be stepped."""
@@ -284,53 +216,6 @@ class StringModel(BeltModel):
         """Return the state of the contacts between steps, by name."""
         line = self.system.kinematics
         return {**super().contact_state(), "runs": line.runs, "run_count": line.run_count}
-
-    def contact_values(self) -> "dict[str, Expected]":
-        """Return the valid values of the arrays of `contact_state`, by name."""
-        system, runs = self.system, self.system.kinematics.runs
-        capacity = max(len(system.contacts.body), system.layout.bodies)
-        return {
-            **super().contact_values(),
-            "runs": Values(0.0, capacity, whole=True),
-            "run_count": Values(0.0, runs.shape[1], whole=True),
-        }
-
-    def contact_fault(self) -> str:
-        """Return the array of `contact_state` that contradicts the others; empty if none does.
-
-        A run lists candidates of one pulley and points that follow each other; each candidate that
-        is near a pulley is in one run.
-        """
-        system, line = self.system, self.system.kinematics
-        if self._offsets_are_wrong:
-            return "contact_offsets"
-        contacts, radii = system.contacts, system.pulleys.table[PULLEY_RADIUS]
-        points, candidates, counts, pulleys = line.runs[:, : int(line.run_count[0])]
-        if np.any(counts < 1) or np.any(pulleys >= len(radii)):
-            return "runs"
-        low, high = contacts.offsets[pulleys], contacts.offsets[pulleys + 1]
-        inside = (candidates >= low) & (candidates + counts <= high)
-        if not np.all(inside & (points + counts <= system.layout.bodies)):
-            return "runs"
-        near = np.flatnonzero(contacts.table[RADIUS, : contacts.offsets[-1]] > 0.0)
-        if np.sum(counts) != len(near):
-            return "runs"
-        listed = _counted_from(candidates, counts)
-        if not np.array_equal(listed, near):
-            return "runs"
-        if not np.array_equal(
-            contacts.body[listed].astype(np.int64), _counted_from(points, counts)
-        ):
-            return "contact_bodies"
-        radius = contacts.table[RADIUS, listed]
-        return "" if np.array_equal(radius, np.repeat(radii[pulleys], counts)) else "contacts"
-
-
-def _counted_from(starts: Indices, counts: Indices) -> Indices:
-    """Return start, start + 1, ... of each run, one behind the other."""
-    before = np.cumsum(counts) - counts
-    numbers: Indices = np.repeat(starts - before, counts) + np.arange(int(np.sum(counts)))
-    return numbers
 
 
 def assemble(scenario: "BeltDriveScenario") -> BeltModel:

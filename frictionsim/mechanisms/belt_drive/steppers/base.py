@@ -6,7 +6,6 @@ from frictionsim.mechanisms.belt_drive.kernels.system import Array
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.model import BeltModel
-    from frictionsim.solvers.state_values import Expected
 
 
 class Stepper:
@@ -63,16 +62,5 @@ class Stepper:
         """Return all that the next steps depend on, by name; writing to them restores it."""
         return {**self._own_arrays(), **self._model.contact_state()}
 
-    def checkpoint_values(self, duration: float) -> "dict[str, Expected]":
-        """Return the valid values of the arrays of a checkpoint, by name."""
-        return {**self._own_values(duration), **self._model.contact_values()}
-
-    def restored_fault(self) -> str:
-        """Return the array of a checkpoint that contradicts the others; empty if none does."""
-        return self._model.contact_fault()
-
     def _own_arrays(self) -> dict[str, Any]:
-        raise NotImplementedError
-
-    def _own_values(self, duration: float) -> "dict[str, Expected]":
         raise NotImplementedError

@@ -67,12 +67,10 @@ from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
     reset_damping_prediction,
     stiff_damping,
 )
-from frictionsim.solvers.state_values import COUNT, NUMBER, Rows, Values
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.model import BeltModel
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
-    from frictionsim.solvers.state_values import Expected
 
 
 CANDIDATE_UPDATE_INTERVAL = 16  # steps from one search for contact candidates to the next
@@ -350,15 +348,6 @@ class MoreauStepper(Stepper):
         s, dampers = self._state, self._plan.dampers
         own = {"y_old": s.y_old, "y": s.y, "counts": self._saved_counts}
         return own if dampers is None else {**own, "dampers": dampers}
-
-    def _own_values(self, duration: float) -> "dict[str, Expected]":
-        most = float(np.ceil(duration / self._plan.h) + 1.0)  # the last step may go past the end
-        counts = {STEPS: COUNT._replace(high=most), SINCE_SEARCH: COUNT._replace(high=LAST_STEP)}
-        if len(self._saved_counts) > IMPLICIT_NOW:
-            implicit = Values(0.0, float(self._plan.stiff is not None), whole=True)
-            counts.update({IMPLICIT_NOW: implicit, IMPLICIT_STEPS: COUNT})
-        own: dict[str, Expected] = {"y_old": NUMBER, "y": NUMBER, "counts": Rows(counts)}
-        return own if self._plan.dampers is None else {**own, "dampers": NUMBER}
 
     def interpolate(self, t: float) -> Array:
         """Return the state at a time in the last step; the forces are those of the step."""

@@ -50,7 +50,6 @@ from frictionsim.solvers.runge_kutta_fehlberg import (
     E5,
     E6,
 )
-from frictionsim.solvers.state_values import COUNT, NUMBER, POSITIVE, TIME, Expected, Rows, Values
 from frictionsim.solvers.stepper import MIN_ERROR_NORM
 
 if TYPE_CHECKING:
@@ -103,22 +102,6 @@ class RKF45State(NamedTuple):
     inv_error_scale: Array
     clock: Array
     counts: Indices
-
-
-# Valid values of the arrays of a checkpoint, without those of the contacts.
-STATE_VALUES: dict[str, Expected] = {
-    "y": NUMBER,
-    # Beyond the range of double precision in a state that a step may end at; the next step fails
-    # by name then.
-    "f": Values(finite=False),
-    "clock": Rows({T_OLD: TIME, T: TIME, H: POSITIVE, ERROR: Values(low=MIN_ERROR_NORM)}),
-    "counts": Rows(
-        {
-            **dict.fromkeys((STEPS, REJECTED, NFEV), COUNT),
-            SINCE_SEARCH: COUNT._replace(high=CANDIDATE_UPDATE_INTERVAL),
-        }
-    ),
-}
 
 
 stage_2 = inline_kernel(runge_kutta_fehlberg.stage_2)
@@ -410,14 +393,6 @@ class RKF45Stepper(Stepper):
         self._restore_contacts()
         s = self._state
         return {"y": s.y, "f": s.f, "clock": s.clock, "counts": s.counts}
-
-    def _own_values(self, duration: float) -> dict[str, Expected]:
-        return STATE_VALUES
-
-    def restored_fault(self) -> str:
-        """Return the array of a checkpoint that contradicts the others; empty if none does."""
-        is_ordered = self._state.clock[T_OLD] <= self._state.clock[T]
-        return super().restored_fault() if is_ordered else "clock"
 
 
 STEPPER = RKF45Stepper
