@@ -81,8 +81,8 @@ def estimate(
 
 def tighter(scenario: "Scenario") -> Setting:
     """Return a more accurate setting of the backend of a scenario; its kind may provide one."""
-    kind = mechanism_module(scenario.kind)
-    setting: Setting | None = kind.tighter(scenario) if hasattr(kind, "tighter") else None
+    of_kind = getattr(mechanism_module(scenario.kind), "tighter", lambda scenario: None)
+    setting: Setting | None = of_kind(scenario)
     if setting is not None:
         return setting
     solver = scenario.solver

@@ -196,7 +196,7 @@ class Benchmark:
         done, reasons = {}, []
         for name, settings in candidates:
             try:
-                runs = [self._known_run(setting, time_factor) for setting in settings]
+                runs = [self._judged(setting, time_factor) for setting in settings]
                 failed = [result.reason for result in runs if result.status != "done"]
             except InputError as refused:  # too few bodies
                 failed = [_one_line(refused)]
@@ -225,7 +225,7 @@ class Benchmark:
             If a signal stopped a run.
         """
         try:
-            judged = self._known.get(setting) or self._judged(setting)
+            judged = self._judged(setting)
         except InputError as refused:  # an effect that the model does not have, too few bodies
             return Row(setting, "failed", _one_line(refused))
         timed = self._timed(setting) if judged.status == "done" else [judged]
@@ -251,16 +251,14 @@ class Benchmark:
     def _errors(self, outcome: Record, reference: Record) -> dict[str, Error]:
         return metric_errors(self._metrics, outcome, reference, self._duration)
 
-    def _known_run(self, setting: Setting, time_factor: float) -> Record:
-        if setting not in self._known:
-            self._known[setting] = self._judged(setting, time_factor)
-        return self._known[setting]
-
     def _judged(self, setting: Setting, time_factor: float = 1.0) -> Record:
         """Return the run with a setting, sampled for the comparison with the reference.
 
-        All that its backend needs is loaded and compiled before, by a tiny part of the run.
+        All that its backend needs is loaded and compiled before, by a tiny part of the run. The
+        finest mesh that is compared has been solved for the limit.
         """
+        if setting in self._known:
+            return self._known[setting]
         # Means of quantities are of samples: never fewer of them than the scenario's own.
         interval = min(self._duration / SAMPLES, self._scenario.interval)
         judged = self._variant(setting, interval, self._duration)
@@ -268,7 +266,8 @@ class Benchmark:
             instant = self._duration * WARM_UP_FRACTION
             self._run(self._variant(setting, instant, instant), inf)
             self._warm.add(setting.line)
-        return self._run(judged, time_factor)
+        self._known[setting] = self._run(judged, time_factor)
+        return self._known[setting]
 
     def _timed(self, setting: Setting) -> list[Record]:
         """Return the runs with samples at start and end only, up to the first that fails."""
