@@ -79,6 +79,19 @@ def test_nothing_is_recommended_below_the_reference_uncertainty(tmp_path: Path) 
     assert found == ["events", unknown, unknown]
 
 
+def test_a_study_with_loose_references_knows_no_setting_for_small_errors() -> None:
+    """Its references, at rtol 5e-3 and 1e-2, differ by 0.8 %."""
+    study = fs.cost("pulley_return", backends="events", tolerances=0.1, repeats=1)
+    told = study.to_json()
+    floor = max(error["relative"] for error in told["floor"].values())
+    assert 1e-3 < floor < 1e-2
+    for advice in told["recommendations"]:
+        is_known = advice["wanted"] >= floor
+        assert ("unknown" not in advice["sentence"]) == is_known
+        assert (advice["backend"] is not None) == is_known
+        assert (advice["overrides"] is not None) == is_known
+
+
 def test_a_mesh_on_which_errors_cancel_is_not_recommended(tmp_path: Path) -> None:
     def row(model: str, bodies: int, error: float, seconds: float) -> dict[str, Any]:
         return made_row("moreau", error, seconds, mesh=(model, bodies))
