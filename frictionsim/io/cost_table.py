@@ -168,13 +168,13 @@ def _columns(headings: list[str], lines: list[tuple[int, list[str]]]) -> dict[st
         if unit:
             values = [_number(cells[number], line, name) for line, cells in lines]
         columns[name] = Column(name, unit, name.replace("_", " "), values)
-    if missing := [name for name in REQUIRED if name not in columns]:
-        raise ValueError(f"it has no column '{missing[0]}'")
     for name, column in columns.items():
         if name in TEXTS and column.unit:
             raise ValueError(f"its column '{name}' does not hold text without a unit")
         if (name in NUMBERS or name.endswith(RELATIVE)) and not column.unit:
             raise ValueError(f"its column '{name}' does not hold numbers with a unit")
+    if missing := [name for name in REQUIRED if name not in columns]:
+        raise ValueError(f"it has no column '{missing[0]}'")
     for status in columns["status"].values:
         if status not in ("done", "failed"):
             raise ValueError(
