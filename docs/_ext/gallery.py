@@ -263,8 +263,8 @@ HOISTS = (
 OF_SWEEP = (*HOIST, HOISTS, "frictionsim report results/hoist_sweep.h5")
 OF_COST = (
     *HOIST,
-    "frictionsim cost hoist.toml -o results/hoist_cost.h5",
-    "frictionsim report results/hoist_cost.h5",
+    "frictionsim cost hoist.toml --csv hoist_cost.csv",
+    "frictionsim report hoist_cost.csv",
 )
 OF_RUN = (*HOIST, "frictionsim report results/hoist.h5")
 HOIST_PICTURES = [

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from frictionsim.document import Picture
     from frictionsim.io.cost_table import CostTable
     from frictionsim.reports.run_tables import ReportedRun
-    from frictionsim.work_precision.outcome import WorkPrecision
 
 
 def study_html(source: Any) -> str | None:
@@ -36,7 +35,7 @@ def study_html(source: Any) -> str | None:
         If the file is damaged.
     """
     if isinstance(source, Study):
-        return _costs_html(source.data, "")
+        return _costs_html(source.table, "")
     if isinstance(source, Sweep):
         return _sweep_html(source)
     if hasattr(source, "data_vars"):
@@ -47,13 +46,16 @@ def study_html(source: Any) -> str | None:
 
 
 def _file_html(path: Path) -> str:
-    from frictionsim.io.cost_table import is_costs_in_csv, read_csv
+    from frictionsim.io.cost_table import read_csv
     from frictionsim.io.names import existing_name
-    from frictionsim.io.output_file import SWEEP_IN_CSV
+    from frictionsim.io.output_file import COSTS, SWEEP_IN_CSV
     from frictionsim.io.reading import read_any
 
-    if is_costs_in_csv(path):
-        return _cost_table_html(read_csv(path), path)
+    if path.is_file() and COSTS.recognises(path):
+        table = read_csv(path)
+        # A table of an earlier version does not name its study.
+        named = table if table.title or table.kind else table._replace(title=path.name)
+        return _costs_html(named, str(path))
     if path.is_file() and path.suffix == ".csv":
         words = "neither a table of 'frictionsim cost' nor a result"
         if SWEEP_IN_CSV.recognises(path):
@@ -66,35 +68,19 @@ def _file_html(path: Path) -> str:
     return _html_of_runs([results.Result(content, path)])
 
 
-def _cost_table_html(table: "CostTable", path: Path) -> str:
-    from frictionsim.work_precision.table import study_of
-
-    try:
-        study = study_of(table)
-    except ValueError as error:
-        raise InputError(f"{path}: cannot read this table of costs: {error}") from None
-    if not (study.title or study.kind):  # a table in CSV of an earlier version
-        study = study._replace(title=path.name)
-    return _costs_html(study, str(path))
-
-
-def _costs_html(study: "WorkPrecision", source: str) -> str:
+def _costs_html(table: "CostTable", source: str) -> str:
     from frictionsim.api.studies import study_parts
     from frictionsim.document import Picture
     from frictionsim.plots.picture_file import image_for_page
-    from frictionsim.plots.studies import cost_diagram
+    from frictionsim.plots.studies import cost_diagram, drawable
     from frictionsim.reports.study_report import cost_page
 
-    drawn = study._replace(rows=study.drawable)
-    omitted = len(study.rows) - len(drawn.rows)
-    note = (
-        f"{omitted} settings have numbers that no axis shows; the table has them."
-        if omitted
-        else ""
-    )
+    drawn = drawable(table)
+    omitted = len(table.rows) - len(drawn.rows)
+    words = f"{omitted} settings have numbers that no axis shows; the table has them."
     title = "Error against work, one line for each method"
-    diagram = Picture(title, image_for_page(cost_diagram(drawn)), note)
-    return cost_page(study, study_parts(study), source, diagram)
+    diagram = Picture(title, image_for_page(cost_diagram(drawn)), words if omitted else "")
+    return cost_page(table, study_parts(table), source, diagram)
 
 
 def _sweep_html(sweep: Sweep) -> str:
@@ -149,7 +135,7 @@ def report(
     Parameters
     ----------
     source : Result, Study, Sweep, xarray.Dataset or path, or sequence of results and paths
-        The result of a run, a table of `frictionsim cost` in CSV or HDF5, or a sweep; several
+        The result of a run, a table of `frictionsim cost` in CSV, or a sweep; several
         results of one kind are compared.
     path : path
         HTML file, which ends in .html or .htm.

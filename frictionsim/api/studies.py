@@ -1,6 +1,6 @@
 """Work-precision studies from Python: error against run time."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,16 +10,15 @@ from frictionsim.api.scenarios import with_overrides
 from frictionsim.display import error_text, number_text, short_text
 from frictionsim.document import Cell, Data, Document, Number, Table
 from frictionsim.errors import InputError
+from frictionsim.io.cost_table import COUNTS, RELATIVE, CostTable
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.options import as_path
-from frictionsim.scenario.settings import Scenario
+from frictionsim.scenario.settings import Origin, Scenario
 from frictionsim.simulation.monitor import RunMonitor
-from frictionsim.work_precision.outcome import WorkPrecision
-from frictionsim.work_precision.recommendation import recommendations
 from frictionsim.work_precision.settings import MAX_WALL, REPEATS
 from frictionsim.work_precision.settings import CostOptions as CostOptions
 from frictionsim.work_precision.study import study
-from frictionsim.work_precision.table import study_json, table_of
+from frictionsim.work_precision.study_table import recommendations, table_json
 
 if TYPE_CHECKING:
     import xarray
@@ -27,87 +26,73 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from frictionsim.scenario.overrides import Overrides
-    from frictionsim.work_precision.outcome import Row
 
 
-def study_parts(study: WorkPrecision) -> Document:
+# Columns of the summary before the errors and behind them, and headings that are not their names.
+FIRST = ("model", "bodies", "law", "backend", "setting", "error", "time_error")
+LAST = ("events", "wall_seconds", "wall_spread", "steps", "rejected", "rhs_evaluations", "reason")
+HEADINGS = {name: name for name in ("model", "law", "setting", "reason")} | {
+    "backend": "method",
+    "time_error": ">in time",
+    "wall_seconds": ">wall time [s]",
+    "wall_spread": ">spread [s]",
+    "rhs_evaluations": ">evaluations",
+}
+
+
+def study_parts(table: CostTable) -> Document:
     """Yield the reference uncertainty, the table and the recommendations of a study."""
-    yield f"{study.title or study.kind}: error against run time ({study.status})"
-    yield from _reference_lines(study)
-    names = [metric.name for metric in study.metrics]
-    mesh_headings, time_heading = (
-        (["model", ">bodies"], [">in time"]) if study.of_meshes else ([], [])
-    )
-    headings = [
-        *(*mesh_headings, "law", "method", "setting", ">error", *time_heading),
-        *(f">{name}" for name in names),
-        *(">events", ">wall time [s]", ">spread [s]", ">steps", ">rejected", ">evaluations"),
-    ]
-    rows = [_cells(study, row, names) for row in study.rows]
-    if any(row.reason for row in study.rows):
-        headings.append("reason")
-        rows = [[*cells, row.reason] for cells, row in zip(rows, study.rows, strict=True)]
-    yield Table(headings, rows)
-    yield from (advice.sentence for advice in recommendations(study))
+    yield f"{table.title or table.kind}: error against run time ({table.status})"
+    if table.overrides:
+        yield f"set: {table.overrides}"
+    yield from _reference_lines(table)
+    relative = [name + RELATIVE for name in table.measures]
+    names = [name for name in (*FIRST, *relative, *LAST) if name in table.columns]
+    if "reason" in names and not any(table.columns["reason"].values):
+        names.remove("reason")
+    headings = [HEADINGS.get(name, f">{name.removesuffix(RELATIVE)}") for name in names]
+    yield Table(headings, [[_cell(row, name) for name in names] for row in table.rows])
+    yield from (advice.sentence for advice in recommendations(table))
 
 
-def _reference_lines(study: WorkPrecision) -> list[str]:
-    reference = study.reference
-    lines: list[str] = []
-    if reference is not None and reference.names:
-        lines.append(f"reference: {' and '.join(reference.names)}")
-    if reference is not None and reference.floor:
-        parts = ", ".join(f"{name} {error_text(e.relative)}" for name, e in reference.floor.items())
-        lines.append(
-            f"reference uncertainty: {error_text(study.floor)}, the difference of the references"
-            f" ({parts}); smaller errors cannot be resolved"
+def _reference_lines(table: CostTable) -> Iterator[str]:
+    if table.references:
+        yield f"reference: {' and '.join(table.references)}"
+    if table.uncertainty:
+        each = ", ".join(
+            f"{name} {error_text(e.relative)}" for name, e in table.uncertainty.items()
         )
-    elif reference is not None and len(reference.names) == 1:
-        lines.append("reference uncertainty: unknown, the second reference failed")
+        yield (
+            f"reference uncertainty: {error_text(table.floor)}, the difference of the references"
+            f" ({each}); smaller errors cannot be resolved"
+        )
+    elif len(table.references) == 1:
+        yield "reference uncertainty: unknown, the second reference failed"
     else:
-        lines.append("reference uncertainty: unknown; errors may not be resolved so finely")
-    if study.time_reference is not None:
-        lines.append(
-            f"`in time`: error against {' and '.join(study.time_reference.names)}, which differ by"
-            f" {error_text(study.time_reference.uncertainty)}"
-        )
-    return [
-        *lines,
+        yield "reference uncertainty: unknown; errors may not be resolved so finely"
+    if table.time_references:
+        greatest = table.time_uncertainty
+        differ = "" if greatest is None else f", which differ by {error_text(greatest)}"
+        yield f"`in time`: error against {' and '.join(table.time_references)}{differ}"
+    yield (
         "errors are relative, `error` is the largest; * below the reference uncertainty; spread:"
-        " largest minus least wall time of the repeats; evaluations: of the right-hand side",
-    ]
+        " largest minus least wall time of the repeats; evaluations: of the right-hand side"
+    )
 
 
-def _cells(study: WorkPrecision, row: "Row", names: list[str]) -> list[Cell]:
-    below, has_meshes = study.below_uncertainty(row), study.of_meshes
-
-    def marked(name: str, error: float | None) -> Cell:
-        if error is None:
-            return error_text(error)
-        return Number(error_text(error) + "*" * (name in below), error)
-
-    mesh = row.setting.mesh
-    spread = row.wall_spread
-    return [
-        *((mesh.model, str(mesh.bodies)) if mesh else ("", "") if has_meshes else ()),
-        row.setting.law,
-        row.setting.backend,
-        row.setting.label,
-        marked("error", row.error) or "failed",
-        *((marked("time_error", row.time_error),) if has_meshes else ()),
-        *(marked(n, row.errors[n].relative if n in row.errors else None) for n in names),
-        _count(row.events),
-        short_text(row.wall_seconds),
-        "" if spread is None else number_text(spread, 2),
-        _count(row.steps),
-        _count(row.rejected),
-        _count(row.rhs_evaluations),
-    ]
-
-
-def _count(count: int | None) -> str:
-    """Return a count; an older file may lack it."""
-    return "" if count is None else str(count)
+def _cell(row: dict[str, Any], name: str) -> Cell:
+    """Return the text of a value in a column of the table; of an error with its star."""
+    value = row[name]
+    if isinstance(value, str):
+        return value
+    if value != value:
+        return "failed" if name == "error" else ""
+    if name in ("error", "time_error") or name.endswith(RELATIVE):
+        below = row.get("below_uncertainty", "").split()
+        return Number(error_text(value) + "*" * (name.removesuffix(RELATIVE) in below), value)
+    if name in COUNTS:
+        return f"{value:.0f}"
+    return number_text(value, 2) if name == "wall_spread" else short_text(value)
 
 
 class Study(ResultBase):
@@ -115,26 +100,24 @@ class Study(ResultBase):
 
     Attributes
     ----------
-    data : frictionsim.work_precision.outcome.WorkPrecision
-        Its rows, reference and metrics.
+    table : CostTable
+        Its columns, with a row for each setting, and its references.
+    origin : Origin
+        The scenario's file and overrides.
     """
 
-    def __init__(self, data: WorkPrecision) -> None:
-        self.data = data
-
-    @property
-    def _scenario(self) -> Scenario:
-        assert self.data.scenario is not None, "a study that was just run has its scenario"
-        return self.data.scenario
+    def __init__(self, table: CostTable, origin: Origin, exit_code: int) -> None:
+        self.table, self.origin = table, origin
+        self._exit_code = exit_code
 
     @property
     def _ending(self) -> Ending:
-        return Ending(self.data.status, self.data.reason, self.data.exit_code)
+        return Ending(self.table.status, self.table.reason, self._exit_code)
 
     @property
     def recommendations(self) -> list[str]:
         """The cheapest setting for each of several errors, in a sentence each."""
-        return [advice.sentence for advice in recommendations(self.data)]
+        return [advice.sentence for advice in recommendations(self.table)]
 
     @property
     def dataset(self) -> "xarray.Dataset":
@@ -144,7 +127,7 @@ class Study(ResultBase):
         return xarray.Dataset(
             {
                 name: ("row", values, {"long_name": words} | ({"units": unit} if unit else {}))
-                for name, unit, words, values in table_of(self.data).columns.values()
+                for name, unit, words, values in self.table.columns.values()
             }
         )
 
@@ -163,7 +146,7 @@ class Study(ResultBase):
         target = as_path("path", path)
         if target.suffix != ".csv":
             raise InputError(f"{target}: expected a name that ends in .csv")
-        write_csv(table_of(self.data), target)
+        write_csv(self.table, target)
         return target
 
     def plot(self, *, ax: "Axes | None" = None) -> "Figure":
@@ -176,17 +159,18 @@ class Study(ResultBase):
         """
         from frictionsim.plots.studies import cost_diagram
 
-        return cost_diagram(self.data, ax=ax)
+        return cost_diagram(self.table, ax=ax)
 
     def parts(self) -> Document:
         """Yield the reference uncertainty, the table and the recommendations, and their data."""
-        yield from study_parts(self.data)
-        yield Data(study_json(self.data, self._scenario))
+        yield from study_parts(self.table)
+        scenario = {"scenario": self.origin.source, "overrides": self.origin.values}
+        yield Data(scenario | table_json(self.table))
 
     def __repr__(self) -> str:
-        study, rows = self.data, len(self.data.rows)
-        title = f" '{study.title}'" if study.title else ""
-        return f"<frictionsim.Study {study.kind}{title}: {self.status}, {rows} settings>"
+        table, settings = self.table, len(self.table.rows)
+        title = f" '{table.title}'" if table.title else ""
+        return f"<frictionsim.Study {table.kind}{title}: {self.status}, {settings} settings>"
 
 
 def cost(
@@ -240,5 +224,5 @@ def cost(
 def cost_with(scenario: Scenario, options: CostOptions, monitor: RunMonitor | None = None) -> Study:
     """Run a study of a scenario."""
     show = options.progress or (lambda name: None)
-    limits = (options.max_wall, options.repeats)
-    return Study(study(scenario, options.plan(scenario), *limits, monitor or RunMonitor(), show))
+    table, exit_code = study(scenario, options, monitor or RunMonitor(), show)
+    return Study(table, scenario.origin, exit_code)

@@ -164,13 +164,48 @@ def cost(
         options = CostOptions.among(locals(), progress=line)
         files.check(no_clobber, COSTS)
         study = cost_with(loaded, options, monitor)
-    files.print(study, as_json)
-    files.write({"csv": study.save, "plot": study.save_picture})
+    _write_and_print(
+        study, {"table": (csv, study.save), "picture": (plot, study.save_picture)}, as_json
+    )
     if study.status != "done":
         print_error(
             f"study {study.status} {study.reason} of a run; the results cover the settings before"
         )
     return study.exit_code
+
+
+def _write_and_print(
+    result: "ResultBase",
+    files: "Mapping[str, tuple[Path | None, Callable[[Path], Any]]]",
+    as_json: bool,
+) -> None:
+    """Write the files that are wanted, and print the summary with the names of those written.
+
+    Parameters
+    ----------
+    files : mapping
+        By the word for it, its path, None if it is not wanted, and what writes it.
+
+    Raises
+    ------
+    OutputError
+        If one cannot be written, after all else is done.
+    """
+    written: dict[str, str | None] = dict.fromkeys(files)
+    errors = []
+    for word, (path, write) in files.items():
+        if path is not None:
+            try:
+                write(path)
+                written[word] = str(path)
+            except OutputError as error:
+                errors.append(str(error))
+    named = (f"{word}: {name}" for word, name in written.items() if name)
+    # Where files are written, a standard output that cannot be is a warning.
+    show = print_beside_files if any(written.values()) else print_data
+    show(result.to_json() | written if as_json else "\n".join((result.summary(), *named)))
+    if errors:
+        raise OutputError("\n".join(errors))
 
 
 @app.command()

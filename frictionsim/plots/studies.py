@@ -9,7 +9,7 @@ the errors.
 """
 
 from collections.abc import Sequence
-from math import floor, log10
+from math import floor, isnan, log10
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from frictionsim.display import BLACK, COLOURS, GREY, STICK_SHADE, VERMILION, WINE
+from frictionsim.io.cost_table import line_of
 from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.style import (
     LABEL_WIDTH,
@@ -33,9 +34,10 @@ if TYPE_CHECKING:
 
     from frictionsim.fitting.data import Target
     from frictionsim.fitting.outcome import FitOutcome, TargetResiduals
-    from frictionsim.work_precision.outcome import Row, WorkPrecision
+    from frictionsim.io.cost_table import CostTable
 
     Array = npt.NDArray[np.float64]
+    Row = dict[str, Any]  # of a table of costs
 
 
 BELOW = "below the reference uncertainty"
@@ -84,173 +86,99 @@ MESH_MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")  # of numbers 
 MESH_LINES: tuple[Any, ...] = ("-", "--", "-.", ":")  # of models
 STEP_MARKERS = ("+", "x", "1", "2", "3", "4", "|", "_")  # of methods on the scenario's own mesh
 MESH_HEIGHT = 5.1  # inches, without the legend
-MIN_MESH_ERROR = 1e-12  # smaller errors are drawn here
+MIN_MESH_ERROR, MIN_ERROR = 1e-12, 1e-16  # smaller errors are drawn here
 TARGETS = (1e-2, 1e-3)
-
-
-def draw_mesh_study(study: "WorkPrecision", figure: "Figure | SubFigure") -> None:
-    """Draw both panels into an empty figure."""
-    set_title(
-        figure, f"{study.title or study.kind}: what accuracy costs", MESH_HEIGHT, scaled=False
-    )
-    left, right = figure.subplots(1, 2, sharex=True, sharey=True)
-    in_time = study.floor_in_time
-    titles = ("against the limit of fine meshes", "in time alone, on the scenario's own mesh")
-    for ax, title in zip((left, right), titles, strict=True):
-        ax.set_xscale("log")
-        ax.set_yscale("log")
-        ax.grid(linewidth=0.3)
-        ax.set_xlabel("wall time, s")
-        ax.set_title(title, fontsize="medium")
-    left.set_ylabel("largest relative error")
-    lowest = _lowest(study, in_time)
-    for ax, height in ((left, study.floor), (right, in_time)):
-        if height > 0.0:
-            ax.axhspan(lowest, max(height, lowest), color=STICK_SHADE, linewidth=0)
-    handles: list[Any] = list(_draw_models(left, study.rows))
-    handles += _draw_methods(left, right, [row for row in study.rows if row.time_error is not None])
-    left.set_ylim(lowest, None)
-    _set_work_ticks(left, [row.wall_seconds for row in study.rows])
-    handles += _draw_failed_meshes(left, study.rows)
-    if max(study.floor, in_time) > 0.0:
-        handles.append(Patch(color=STICK_SHADE, label=BELOW))
-    for ax in (left, right):
-        for target in TARGETS:
-            ax.axhline(target, color=GREY, linewidth=0.8, linestyle=":")
-    add_legend(figure, handles)
-
-
-def _lowest(study: "WorkPrecision", in_time: float) -> float:
-    errors = [study.floor, in_time]
-    errors += [row.error for row in study.rows if row.error is not None]
-    errors += [row.time_error for row in study.rows if row.time_error is not None]
-    least = min((value for value in errors if value > 0.0), default=MIN_MESH_ERROR)
-    return float(10.0 ** floor(log10(max(least, MIN_MESH_ERROR))))
-
-
-def cheapest_of_meshes(rows: "list[Row]") -> "dict[str, list[Row]]":
-    """Return, by model, the first row of each of its meshes that is done: its longest step."""
-    cheapest: dict[str, dict[int, Row]] = {}
-    for row in rows:
-        mesh = row.setting.mesh
-        if mesh is not None and row.error is not None and row.setting.backend == "moreau":
-            cheapest.setdefault(mesh.model, {}).setdefault(mesh.bodies, row)
-    return {model: [of[count] for count in sorted(of)] for model, of in cheapest.items()}
-
-
-def _draw_models(ax: Any, rows: "list[Row]") -> list[Line2D]:
-    """Draw a line for each model; return legend handles: models, then bodies."""
-    counts = sorted({row.setting.mesh.bodies for row in rows if row.setting.mesh})
-    markers = {count: MESH_MARKERS[i % len(MESH_MARKERS)] for i, count in enumerate(counts)}
-    handles = []
-    for number, (model, model_rows) in enumerate(cheapest_of_meshes(rows).items()):
-        colour = COLOURS[number % len(COLOURS)]
-        style = {"color": colour, "linestyle": MESH_LINES[number % len(MESH_LINES)]}
-        points = [(row.wall_seconds, max(row.error or 0.0, MIN_MESH_ERROR)) for row in model_rows]
-        ax.plot(*zip(*points, strict=True), **style)
-        for row, (x, y) in zip(model_rows, points, strict=True):
-            if row.setting.mesh is not None:
-                ax.plot(x, y, marker=markers[row.setting.mesh.bodies], color=colour)
-        handles.append(Line2D([], [], **style, label=f"moreau, {model}"))
-    return handles + [
-        Line2D([], [], color=GREY, linestyle="", marker=marker, label=f"{count} bodies")
-        for count, marker in markers.items()
-    ]
-
-
-def _draw_methods(left: Any, right: Any, rows: "list[Row]") -> list[Line2D]:
-    """Draw the settings of the scenario's own mesh into both panels."""
-    handles = []
-    for number, line in enumerate(dict.fromkeys(row.setting.line for row in rows)):
-        style: dict[str, Any] = {
-            "color": COLOURS[-1 - number % len(COLOURS)],
-            "marker": STEP_MARKERS[number % len(STEP_MARKERS)],
-            "markersize": 8,
-            "linewidth": 0.8,
-        }
-        line_rows = [row for row in rows if row.setting.line == line]
-        seconds = [row.wall_seconds for row in line_rows]
-        left.plot(seconds, [max(row.error or 0.0, MIN_MESH_ERROR) for row in line_rows], **style)
-        right.plot(
-            seconds, [max(row.time_error or 0.0, MIN_MESH_ERROR) for row in line_rows], **style
-        )
-        bodies = line_rows[0].setting.mesh.bodies if line_rows[0].setting.mesh else 0
-        handles.append(Line2D([], [], **style, label=f"{line}, {bodies} bodies"))
-    return handles
-
-
-def _draw_failed_meshes(ax: Any, rows: "list[Row]") -> list[Line2D]:
-    """Mark runs without an error in a strip above the others."""
-    failed = [row for row in rows if row.error is None]
-    if not failed:
-        return []
-    style: dict[str, Any] = {"color": "black", "marker": "x", "linestyle": "", "markersize": 7}
-    at = places_of([row.wall_seconds for row in failed], [row.wall_seconds for row in rows])
-    ax.plot(at, np.full(at.size, add_strip(ax)), **style)
-    return [Line2D([], [], **style, label=f"{len(failed)} failed")]
-
-
 LINE_COLOURS = (*COLOURS, WINE)
 # Markers and line styles differ too, for grey print.
-MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")
 LINES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)))
 WIDTH, HEIGHT = 9.0, 4.9  # inches, without the legend
 COLUMNS = 5  # of the legend
-MIN_ERROR = 1e-16  # smaller errors are drawn here
 WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand-side evaluations"))
+MAX_DRAWN = 1e100
 
 
-def cost_diagram(study: "WorkPrecision", ax: Any = None) -> "Figure":
+def drawable(table: "CostTable") -> "CostTable":
+    """Return the table with the rows whose numbers have a place on logarithmic axes."""
+    numbers = ("wall_seconds", "rhs_evaluations", "error", "time_error")
+
+    def is_drawable(row: "Row") -> bool:
+        known = (row[name] for name in numbers if name in row and not isnan(row[name]))
+        return all(0.0 <= number < MAX_DRAWN for number in known)
+
+    return table.of(list(filter(is_drawable, table.rows)))
+
+
+def cost_diagram(table: "CostTable", ax: Any = None) -> "Figure":
     """Draw one line for each backend; failed settings are marked in a strip above them.
 
-    A study of meshes has the panels of `frictionsim.plots.studies`.
+    A study of meshes has the panels that the head of this module names.
 
     Parameters
     ----------
-    study : WorkPrecision
     ax : optional
         As in `frictionsim.plots.draw`.
     """
-    draw = draw_mesh_study if study.of_meshes else _draw
-    return drawn_in(lambda target: draw(study, target), ax, WIDTH)
+    draw = _draw_meshes if table.of_meshes else _draw
+    return drawn_in(lambda target: draw(table, target), ax, WIDTH)
 
 
-def _draw(study: "WorkPrecision", figure: "Figure | SubFigure") -> None:
-    set_title(figure, f"{study.title or study.kind}: error against run time", HEIGHT, scaled=False)
+def _draw(table: "CostTable", figure: "Figure | SubFigure") -> None:
+    set_title(figure, f"{table.title or table.kind}: error against run time", HEIGHT, scaled=False)
     axes = figure.subplots(1, 2, sharey=True)
     for ax, (quantity, label) in zip(axes, WORK, strict=True):
-        _draw_panel(ax, study, quantity)
-        ax.set_xlabel(label)
+        _set_scales(ax, label)
+        _draw_panel(ax, table, quantity)
     axes[0].set_ylabel("largest relative error")
     add_legend(figure, axes[0].get_legend_handles_labels()[0], COLUMNS)
 
 
-def _draw_panel(ax: Any, study: "WorkPrecision", quantity: str) -> None:
+def _set_scales(ax: Any, label: str) -> None:
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.grid(linewidth=0.3)
-    errors = [max(row.error, MIN_ERROR) for row in study.rows if row.error is not None]
-    floor_height = max(study.floor, MIN_ERROR)
-    lowest = 10.0 ** floor(log10(min([floor_height, *errors]))) / 10.0
+    ax.set_xlabel(label)
+
+
+def _draw_panel(ax: Any, table: "CostTable", quantity: str) -> None:
+    rows = table.rows
+    done = [row for row in rows if not isnan(row["error"])]
+    errors = [max(row["error"], MIN_ERROR) for row in done]
+    uncertainty = max(table.floor, MIN_ERROR)
+    lowest = 10.0 ** floor(log10(min([uncertainty, *errors]))) / 10.0
     ax.set_ylim(lowest, 10.0 * max([1.0, *errors]))
-    if study.floor > 0.0:
-        ax.axhspan(
-            lowest,
-            floor_height,
-            color=STICK_SHADE,
-            linewidth=0,
-            label=BELOW,
-        )
-    work = [getattr(row, quantity) for row in study.rows]
+    if table.floor > 0.0:
+        ax.axhspan(lowest, uncertainty, color=STICK_SHADE, linewidth=0, label=BELOW)
+    work = [row[quantity] for row in rows]
     _set_work_ticks(ax, work)
-    middle = add_strip(ax) if any(row.error is None for row in study.rows) else 0.0
-    names = list(dict.fromkeys(row.setting.line for row in study.rows))
-    for number, name in enumerate(names):
-        rows = [row for row in study.rows if row.setting.line == name]
-        _draw_backend(ax, rows, quantity, number)
-        places = places_of([getattr(row, quantity) for row in rows if row.error is None], work)
-        if places.size:
-            _draw_failed(ax, places, middle, number, f"{name}: {places.size} failed")
+    middle = add_strip(ax) if len(done) < len(rows) else 0.0
+    for number, name in enumerate(dict.fromkeys(map(line_of, rows))):
+        of_line = [row for row in done if line_of(row) == name]
+        colour = LINE_COLOURS[number % len(LINE_COLOURS)]
+        if of_line:
+            ax.plot(
+                [row[quantity] for row in of_line],
+                [max(row["error"], MIN_ERROR) for row in of_line],
+                color=colour,
+                marker=MESH_MARKERS[number % len(MESH_MARKERS)],
+                linestyle=LINES[number % len(LINES)],
+                linewidth=1.2,
+                markersize=6,
+                label=name,
+            )
+        failed = [r[quantity] for r in rows if isnan(r["error"]) and line_of(r) == name]
+        if failed:
+            _draw_failed(ax, failed, work, middle, f"{name}: {len(failed)} failed", color=colour)
+
+
+def _draw_failed(
+    ax: Any, failed: Sequence[float], work: Sequence[float], middle: float, label: str, **style: Any
+) -> Line2D:
+    """Mark failed runs by crosses in the middle of their strip; return the crosses."""
+    style = {"marker": "x", "linestyle": "", "markersize": 8, "markeredgewidth": 2.0} | style
+    (crosses,) = ax.plot(
+        places_of(failed, work), np.full(len(failed), middle), **style, label=label
+    )
+    return crosses
 
 
 def _set_work_ticks(ax: Any, work: Sequence[float]) -> None:
@@ -260,34 +188,81 @@ def _set_work_ticks(ax: Any, work: Sequence[float]) -> None:
         set_log_ticks(ax.xaxis, max(done) / min(done))
 
 
-def _draw_backend(ax: Any, rows: "list[Row]", quantity: str, number: int) -> None:
-    colour = LINE_COLOURS[number % len(LINE_COLOURS)]
-    done = [row for row in rows if row.error is not None]
-    if done:
-        ax.plot(
-            [getattr(row, quantity) for row in done],
-            [max(row.error or 0.0, MIN_ERROR) for row in done],
-            color=colour,
-            marker=MARKERS[number % len(MARKERS)],
-            linestyle=LINES[number % len(LINES)],
-            linewidth=1.2,
-            markersize=6,
-            label=done[0].setting.line,
-        )
-
-
-def _draw_failed(ax: Any, places: Any, middle: float, number: int, words: str) -> None:
-    """Mark the failed runs of a backend in their strip."""
-    ax.plot(
-        places,
-        np.full(places.size, middle),
-        color=LINE_COLOURS[number % len(LINE_COLOURS)],
-        marker="x",
-        linestyle="",
-        markersize=8,
-        markeredgewidth=2.0,
-        label=words,
+def _draw_meshes(table: "CostTable", figure: "Figure | SubFigure") -> None:
+    """Draw both panels into an empty figure."""
+    set_title(
+        figure, f"{table.title or table.kind}: what accuracy costs", MESH_HEIGHT, scaled=False
     )
+    left, right = figure.subplots(1, 2, sharex=True, sharey=True)
+    titles = ("against the limit of fine meshes", "in time alone, on the scenario's own mesh")
+    rows, bands = table.rows, (table.floor, table.time_uncertainty or 0.0)
+    done = [row for row in rows if not isnan(row["error"])]
+    errors = [row[name] for row in done for name in ("error", "time_error")]
+    least = min((value for value in (*bands, *errors) if value > 0.0), default=MIN_MESH_ERROR)
+    lowest = 10.0 ** floor(log10(max(least, MIN_MESH_ERROR)))
+    for ax, title, band in zip((left, right), titles, bands, strict=True):
+        _set_scales(ax, "wall time, s")
+        ax.set_title(title, fontsize="medium")
+        if band > 0.0:
+            ax.axhspan(lowest, max(band, lowest), color=STICK_SHADE, linewidth=0)
+        for target in TARGETS:
+            ax.axhline(target, color=GREY, linewidth=0.8, linestyle=":")
+    left.set_ylabel("largest relative error")
+    handles = [*_draw_models(left, done), *_draw_methods(left, right, done)]
+    left.set_ylim(lowest, None)
+    work = [row["wall_seconds"] for row in rows]
+    _set_work_ticks(left, work)
+    if failed := [row["wall_seconds"] for row in rows if isnan(row["error"])]:
+        words = f"{len(failed)} failed"
+        style = {"color": "black", "markersize": 7, "markeredgewidth": 1.5}
+        handles.append(_draw_failed(left, failed, work, add_strip(left), words, **style))
+    if max(bands) > 0.0:
+        handles.append(Patch(color=STICK_SHADE, label=BELOW))
+    add_legend(figure, handles)
+
+
+def _draw_models(ax: Any, rows: "list[Row]") -> list[Any]:
+    """Draw a line for each model; return legend handles: models, then bodies."""
+    counts = sorted({row["bodies"] for row in rows})
+    markers = {count: MESH_MARKERS[i % len(MESH_MARKERS)] for i, count in enumerate(counts)}
+    cheapest: dict[str, dict[float, Row]] = {}  # by model and bodies: that with the longest step
+    for row in rows:
+        if row["backend"] == "moreau":
+            cheapest.setdefault(row["model"], {}).setdefault(row["bodies"], row)
+    handles = []
+    for number, (model, of_model) in enumerate(cheapest.items()):
+        colour = COLOURS[number % len(COLOURS)]
+        style = {"color": colour, "linestyle": MESH_LINES[number % len(MESH_LINES)]}
+        by_bodies = [of_model[count] for count in sorted(of_model)]
+        points = [(row["wall_seconds"], max(row["error"], MIN_MESH_ERROR)) for row in by_bodies]
+        ax.plot(*zip(*points, strict=True), **style)
+        for row, point in zip(by_bodies, points, strict=True):
+            ax.plot(*point, marker=markers[row["bodies"]], color=colour)
+        handles.append(Line2D([], [], **style, label=f"moreau, {model}"))
+    return handles + [
+        Line2D([], [], color=GREY, linestyle="", marker=marker, label=f"{count:.0f} bodies")
+        for count, marker in markers.items()
+    ]
+
+
+def _draw_methods(left: Any, right: Any, rows: "list[Row]") -> list[Any]:
+    """Draw the settings of the scenario's own mesh into both panels."""
+    in_time = [row for row in rows if not isnan(row["time_error"])]
+    handles = []
+    for number, name in enumerate(dict.fromkeys(map(line_of, in_time))):
+        style: dict[str, Any] = {
+            "color": COLOURS[-1 - number % len(COLOURS)],
+            "marker": STEP_MARKERS[number % len(STEP_MARKERS)],
+            "markersize": 8,
+            "linewidth": 0.8,
+        }
+        of_line = [row for row in in_time if line_of(row) == name]
+        seconds = [row["wall_seconds"] for row in of_line]
+        for ax, error in ((left, "error"), (right, "time_error")):
+            ax.plot(seconds, [max(row[error], MIN_MESH_ERROR) for row in of_line], **style)
+        label = f"{name}, {of_line[0]['bodies']:.0f} bodies"
+        handles.append(Line2D([], [], **style, label=label))
+    return handles
 
 
 FIT_HEIGHT, FIT_MARGIN = 3.4, 0.8  # inches, of a channel with its residuals, and of title and axis

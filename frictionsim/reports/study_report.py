@@ -7,6 +7,7 @@ import numpy as np
 
 from frictionsim.display import labelled, set_line
 from frictionsim.document import Block, Cell, Document, Number, Picture, Table
+from frictionsim.io.cost_table import CostTable
 from frictionsim.io.sweep_table import SweepTable
 from frictionsim.parameter_study.block import DONE
 from frictionsim.parameter_study.design import SAMPLE
@@ -30,7 +31,6 @@ from frictionsim.reports.html import (
     study_table,
 )
 from frictionsim.reports.page import study_page
-from frictionsim.work_precision.outcome import WorkPrecision
 
 MAX_KEYS, MAX_QUANTITIES = 30, 60  # columns of the table of runs
 MAX_WITH_INDICES = 6  # quantities
@@ -238,8 +238,8 @@ MAX_CELLS_OF_COSTS = 40_000  # in the page; a study has some hundred rows of twe
 MAX_NOTES, MAX_LINE = 10, 2000
 
 
-def cost_page(study: WorkPrecision, parts: Document, source: str, diagram: Picture) -> str:
-    """Return the HTML of the report of a study.
+def cost_page(costs: CostTable, parts: Document, source: str, diagram: Picture) -> str:
+    """Return the HTML of the report of a cost study.
 
     Parameters
     ----------
@@ -249,13 +249,14 @@ def cost_page(study: WorkPrecision, parts: Document, source: str, diagram: Pictu
         Name of its file; empty if there is none.
     diagram : Picture
     """
-    title = f"{study.title or study.kind}: error against run time"
-    failed = sum(row.status != "done" for row in study.rows)
-    counts = f"{len(study.rows)} settings" + (f", {failed} failed" if failed else "")
+    title = f"{costs.title or costs.kind}: error against run time"
+    failed = costs.columns["status"].values.count("failed")
+    counts = f"{len(costs.rows)} settings" + (f", {failed} failed" if failed else "")
+    ending = f"{': '.join(filter(None, (costs.status, costs.reason)))}, " if costs.status else ""
     lines = [
-        f"kind {study.kind}" if study.kind else "",
-        f"{_status(study)}{counts}" + (f", from {source}" if source else ""),
-        *study.notes[:MAX_NOTES],
+        f"kind {costs.kind}" if costs.kind else "",
+        f"{ending}{counts}" + (f", from {source}" if source else ""),
+        *costs.notes[:MAX_NOTES],
     ]
     _, *blocks = parts
     (table,) = (block for block in blocks if isinstance(block, Table))
@@ -263,25 +264,17 @@ def cost_page(study: WorkPrecision, parts: Document, source: str, diagram: Pictu
     sections = (
         section("What to use", listed(map(short, after))),
         section("Diagram", picture(diagram)),
-        section("Settings", *(short(line, MAX_LINE) for line in before), *_settings(study, table)),
+        section("Settings", *(short(line, MAX_LINE) for line in before), *_settings(costs, table)),
     )
     return study_page(title, (title, *lines), sections)
 
 
-def _status(study: WorkPrecision) -> str:
-    if not study.status:
-        return ""
-    return f"{study.status}{': ' if study.reason else ''}{study.reason}, "
-
-
-def _settings(study: WorkPrecision, table: Table) -> Iterator[Block]:
+def _settings(costs: CostTable, table: Table) -> Iterator[Block]:
     """Yield the table of settings, with the keys that each sets."""
-    count = min(len(study.rows), MAX_CELLS_OF_COSTS // (len(table.headings) + 1))
-    if count < len(study.rows):
-        yield f"The first {count} of {len(study.rows)} rows are shown."
-    rows = [
-        [*cells, " ".join(row.setting.all_overrides)]
-        for cells, row in zip(table.rows[:count], study.rows, strict=False)
-    ]
+    count = min(len(table.rows), MAX_CELLS_OF_COSTS // (len(table.headings) + 1))
+    if count < len(table.rows):
+        yield f"The first {count} of {len(table.rows)} rows are shown."
+    overrides = [row.get("overrides", "") for row in costs.rows[:count]]
+    rows = [[*cells, keys] for cells, keys in zip(table.rows, overrides, strict=False)]
     headings = (*table.headings, "keys it sets")
     yield study_table(Table(headings, rows, "All settings, one row each", "settings"))

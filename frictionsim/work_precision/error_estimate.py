@@ -62,34 +62,27 @@ def estimate(
         Limit of steps of the second run.
     """
     setting = tighter(scenario)
-    overrides = list(setting.overrides)
-    second = run(scenario.replace(overrides), on_step, max_steps=max_steps)
+    second = run(scenario.replace(list(setting.overrides)), on_step, max_steps=max_steps)
     if second.status != "done":
         reason = f"no error estimate: run with {setting.label} {second.status}: {second.reason}"
         return Estimate({}, reason, second.exit_code if second.status == "interrupted" else 0)
+    halved = any(override.startswith("solver.step=") for override in setting.overrides)
+    errors: dict[str, float | None] = dict.fromkeys(first.quantities)
+    for name, quantity in first.quantities.items():
+        other = second.quantities.get(name)
+        if quantity.value is not None and other is not None and other.value is not None:
+            errors[name] = (RICHARDSON if halved else 1.0) * abs(quantity.value - other.value)
     of_mesh = ""
     if hasattr(mechanism_module(scenario.kind), "mesh_study"):
         of_mesh = "; that of the mesh is not included, 'frictionsim cost' compares meshes"
-    halved = any(override.startswith("solver.step=") for override in setting.overrides)
-    factor = RICHARDSON if halved else 1.0
-    return Estimate(
-        {
-            name: _difference(quantity.value, second, name, factor)
-            for name, quantity in first.quantities.items()
-        },
-        f"error: {'twice ' if halved else ''}the difference to a run with {setting.label}{of_mesh}",
-    )
-
-
-def _difference(value: float | None, second: Record, name: str, factor: float) -> float | None:
-    other = second.quantities[name].value if name in second.quantities else None
-    return None if value is None or other is None else factor * abs(value - other)
+    difference = f"{'twice ' if halved else ''}the difference to a run with {setting.label}"
+    return Estimate(errors, f"error: {difference}{of_mesh}")
 
 
 def tighter(scenario: "Scenario") -> Setting:
     """Return a more accurate setting of the backend of a scenario; its kind may provide one."""
-    kind = mechanism_module(scenario.kind)
-    setting: Setting | None = kind.tighter(scenario) if hasattr(kind, "tighter") else None
+    of_kind = getattr(mechanism_module(scenario.kind), "tighter", lambda scenario: None)
+    setting: Setting | None = of_kind(scenario)
     if setting is not None:
         return setting
     solver = scenario.solver

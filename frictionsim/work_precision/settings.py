@@ -1,9 +1,8 @@
 """The options of a study and its plan: settings and references for mechanisms without a mesh."""
 
-from collections.abc import Callable, Iterable
-from copy import deepcopy
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from pydantic import BeforeValidator, Field
 
@@ -16,6 +15,7 @@ from frictionsim.scenario.overrides import apply_override
 from frictionsim.scenario.schema import unit_field
 from frictionsim.scenario.variants import (
     TOLERANCES,
+    Limit,
     Mesh,
     Setting,
     short,
@@ -23,13 +23,10 @@ from frictionsim.scenario.variants import (
     with_tolerance,
 )
 from frictionsim.solvers.mechanism import Mechanism
-from frictionsim.work_precision.outcome import Plan
 
 if TYPE_CHECKING:
+    from frictionsim.results import Metric
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.solvers.contacts import MultiContactMechanism
-
-    AnyMechanism = Mechanism | MultiContactMechanism
 
 # Tolerance of the references, relative to the tightest tolerance of the study.
 REFERENCE_REFINEMENT = 0.1
@@ -45,63 +42,65 @@ SPEEDS_IF_IMPLICIT = (*SPEEDS, 1e-4, 1e-5)
 RTOL_OF_REGULARISED = 1e-6
 
 NO_MESHES = "none"  # for numbers of bodies: time steps only
-SAMPLES = 500  # of the runs for the errors
-WARM_UP_FRACTION = 1e-6  # of the duration
-# Keys that the settings of a study replace.
-SET_BY_LADDERS = ("backend", "step")
 
 
-class ScenarioVariants:
-    """The variants of a scenario in a study.
+class Plan(NamedTuple):
+    """The settings and references of a study, and the metrics of their errors.
+
+    Attributes
+    ----------
+    settings : list of Setting
+    references : tuple of Setting
+        Different methods, tighter than any of the settings, on the scenario's own mesh if it has
+        one. Empty if no setting is of that mesh.
+    metrics : tuple of Metric
+    limits : tuple of Limit
+        Errors are those of the first; the second is compared with it. Empty for a study over time
+        alone, whose errors are those against the references.
+    """
+
+    settings: list[Setting]
+    references: tuple[Setting, ...]
+    metrics: "tuple[Metric, ...]"
+    limits: tuple[Limit, ...] = ()
+
+
+def variant(
+    scenario: "Scenario",
+    setting: Setting,
+    interval: float,
+    duration: float,
+    channels: list[str] | None = None,
+) -> "Scenario":
+    """Return a scenario with a setting; it replaces method, step and the laws of friction.
 
     Parameters
     ----------
-    scenario : Scenario
-        Its keys in SET_BY_LADDERS are ignored.
-    channels : iterable of str, optional
-        The channels that are compared, where those of all bodies would take much memory.
+    interval : float, s
+        Of its samples; there are none at events, whose times differ between the settings.
+    channels : list of str, optional
+        To be recorded; by default all.
+
+    Raises
+    ------
+    ScenarioError
+        If it is not valid, as a setting of a mesh may be.
     """
-
-    def __init__(self, scenario: "Scenario", channels: Iterable[str] | None = None) -> None:
-        self._data: dict[str, Any] = scenario.to_dict()
-        for key in SET_BY_LADDERS:
-            self._data["solver"].pop(key, None)
-        for name, effect in scenario.friction_effects.items():
-            for key in effect.LAW_KEYS:
-                self._data["effects"][name].pop(key, None)
-        self._channels = None if channels is None else list(channels)
-        self.duration = scenario.solver.duration
-        # Means of quantities are of samples: never fewer of them than the scenario's own.
-        self._interval = min(self.duration / SAMPLES, scenario.interval)
-
-    # A setting of a mesh may not be valid: then these raise ScenarioError.
-    def judged(self, setting: Setting) -> "Scenario":
-        """Return the scenario with a setting, sampled for the comparison with the reference."""
-        return self._with(setting, self._interval, self.duration)
-
-    def timed(self, setting: Setting) -> "Scenario":
-        """Return the scenario with a setting, sampled at start and end only, for the timing."""
-        return self._with(setting, self.duration, self.duration)
-
-    def warm_up(self, setting: Setting) -> "Scenario":
-        """Return a tiny part of the scenario, to load and compile everything before the timing."""
-        instant = self.duration * WARM_UP_FRACTION
-        return self._with(setting, instant, instant)
-
-    def _with(self, setting: Setting, interval: float, duration: float) -> "Scenario":
-        data = deepcopy(self._data)
-        data["solver"]["duration"] = duration
-        data["solver"]["backend"] = setting.backend
-        # No samples at events: their times differ between the settings.
-        data["output"] = {"interval": interval, "at_events": False}
-        if self._channels is not None:
-            data["output"]["channels"] = self._channels
-        for override in setting.all_overrides:
-            apply_override(data, override)
-        try:
-            return validate(data, Path())
-        except ValidationFailure as failure:
-            raise ScenarioError(failure.lines()) from None
+    data = scenario.to_dict()
+    data["solver"].pop("step", None)
+    data["solver"] |= {"duration": duration, "backend": setting.backend}
+    for name, effect in scenario.friction_effects.items():
+        for key in effect.LAW_KEYS:
+            data["effects"][name].pop(key, None)
+    data["output"] = {"interval": interval, "at_events": False}
+    if channels is not None:
+        data["output"]["channels"] = channels
+    for override in setting.all_overrides:
+        apply_override(data, override)
+    try:
+        return validate(data, Path())
+    except ValidationFailure as failure:
+        raise ScenarioError(failure.lines()) from None
 
 
 def _tolerances(given: Any) -> tuple[float, ...]:
@@ -161,26 +160,19 @@ class CostOptions(Options):
         if not hasattr(kind, "METRICS"):
             raise InputError(f"cost: the kind '{scenario.kind}' defines no error metrics")
 
-        def kind_settings(name: str, default: Callable[..., Any], argument: Any) -> Any:
-            """Return the settings by the function of the kind, or by the default one."""
-            if hasattr(kind, name):
-                return getattr(kind, name)(scenario, argument)
-            return default(scenario, argument, kind.build(scenario))
-
-        def over_time() -> list[Setting]:
-            settings = kind_settings("ladders", ladders, self.tolerances)
-            return [s for s in settings if s.backend in methods and (not s.law or s.law in laws)]
-
+        # A kind may have functions of its own in the place of those below.
+        over_time = getattr(kind, "ladders", ladders)(scenario, self.tolerances)
+        over_time = [s for s in over_time if s.backend in methods and (not s.law or s.law in laws)]
         rtol = min(self.tolerances) * REFERENCE_REFINEMENT
-        best = kind_settings("references", references, rtol)
+        best = getattr(kind, "references", references)(scenario, rtol)
         meshes = self._meshes(kind, scenario)
         if not meshes:
-            return Plan(over_time(), best, kind.METRICS)
+            return Plan(over_time, best, kind.METRICS)
         study, settings = kind.mesh_study, []
         own = study.own_mesh(scenario)
         for mesh in meshes:
             if mesh == own:
-                settings += [setting._replace(mesh=own) for setting in over_time()]
+                settings += [setting._replace(mesh=own) for setting in over_time]
             else:
                 settings += study.mesh_settings(scenario, mesh, methods, laws)
         own_references = tuple(s._replace(mesh=own) for s in best) if own in meshes else ()
@@ -226,75 +218,58 @@ def _known(
     return known if given is None else given
 
 
-def ladders(
-    scenario: "Scenario", tolerances: Iterable[float], mechanism: "AnyMechanism"
-) -> list[Setting]:
+def ladders(scenario: "Scenario", tolerances: Iterable[float]) -> list[Setting]:
     """Return the settings of every law and method for a mechanism without a mesh.
 
-    Adaptive methods have several tolerances, fixed-step methods several steps, and the regularised
-    law several transition speeds at one tolerance. Without dry friction, or with a prescribed
-    speed, there is no law, and every method has several tolerances.
-
-    Parameters
-    ----------
-    scenario : Scenario
-    tolerances : iterable of float
-        Relative tolerances.
-    mechanism : Mechanism or MultiContactMechanism
+    Adaptive methods have several relative tolerances, fixed-step methods several steps, and the
+    regularised law several transition speeds at one tolerance. Without dry friction, or with a
+    prescribed speed, there is no law, and every method has several tolerances.
     """
-    if _is_smooth(mechanism):
+    if _is_smooth(scenario):
         names = methods_of(scenario.pairs)
         return [with_tolerance(name, rtol) for name in names for rtol in tolerances]
     settings: list[Setting] = []
     for (law, name), pair in scenario.pairs.items():
         if pair.fixed_step:
-            duration = scenario.solver.duration
-            pair_settings = [_with_step(name, fraction * duration) for fraction in STEPS]
+            steps = [fraction * scenario.solver.duration for fraction in STEPS]
+            of_pair = [
+                Setting(name, f"step {short(step)}", (f"solver.step={step:.12g}",))
+                for step in steps
+            ]
         elif law == REGULARISED:
             speeds = SPEEDS_IF_IMPLICIT if METHODS[name].implicit else SPEEDS
-            pair_settings = [_with_speed(name, speed, scenario) for speed in speeds]
+            of_pair = [_with_speed(name, speed, scenario) for speed in speeds]
         else:
-            pair_settings = [with_tolerance(name, rtol) for rtol in tolerances]
-        settings += [setting.with_law(law, scenario) for setting in pair_settings]
+            of_pair = [with_tolerance(name, rtol) for rtol in tolerances]
+        settings += [setting.with_law(law, scenario) for setting in of_pair]
     return settings
 
 
-def references(
-    scenario: "Scenario", rtol: float, mechanism: "AnyMechanism"
-) -> tuple[Setting, Setting]:
+def references(scenario: "Scenario", rtol: float) -> tuple[Setting, ...]:
     """Return two references with different methods for a mechanism without a mesh.
 
     Where there is one method only, the second has short steps, too.
     """
+    first = with_tolerance("events", REFERENCE_OFFSET * rtol)
+    if _is_smooth(scenario):  # `events` and `rkf45` are the same method
+        return first, with_tolerance("dop853", rtol)
+    second = with_tolerance("rkf45", rtol)
     if methods_of(scenario.pairs) == ("events",):
         step = REFERENCE_STEP * scenario.solver.duration
-        first, second = (with_tolerance("events", x * rtol) for x in (REFERENCE_OFFSET, 1.0))
-        label, overrides = f"{second.label}, max_step {short(step)}", f"solver.max_step={step:.6g}"
-        second = second._replace(label=label, overrides=(*second.overrides, overrides))
-        return first.with_law(SET_VALUED, scenario), second.with_law(SET_VALUED, scenario)
-    smooth = _is_smooth(mechanism)
-    # Without dry friction, `events` and `rkf45` are the same method.
-    other = "dop853" if smooth else "rkf45"
-    first = with_tolerance("events", REFERENCE_OFFSET * rtol)
-    second = with_tolerance(other, rtol)
-    if smooth:
-        return first, second
+        overrides = (*tolerance_overrides(rtol), f"solver.max_step={step:.6g}")
+        second = Setting("events", f"rtol {short(rtol)}, max_step {short(step)}", overrides)
     return first.with_law(SET_VALUED, scenario), second.with_law(SET_VALUED, scenario)
 
 
-def _is_smooth(mechanism: "AnyMechanism") -> bool:
-    """Return whether the mechanism needs no friction law, so that every method is possible."""
+def _is_smooth(scenario: "Scenario") -> bool:
+    """Return whether no friction law is needed, so that every method is possible."""
+    mechanism = mechanism_module(scenario.kind).build(scenario)
     if isinstance(mechanism, Mechanism):
         return mechanism.contact is None or mechanism.prescribed
     return False
 
 
-def _with_step(backend: str, step: float) -> Setting:
-    return Setting(backend, f"step {short(step)}", (f"solver.step={step:.12g}",))
-
-
 def _with_speed(backend: str, speed: float, scenario: "Scenario") -> Setting:
     speeds = (f"effects.{name}.transition_speed={speed:g}" for name in scenario.friction_effects)
-    return Setting(
-        backend, f"speed {short(speed)}", (*tolerance_overrides(RTOL_OF_REGULARISED), *speeds)
-    )
+    overrides = (*tolerance_overrides(RTOL_OF_REGULARISED), *speeds)
+    return Setting(backend, f"speed {short(speed)}", overrides)

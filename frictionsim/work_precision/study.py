@@ -1,38 +1,99 @@
 """A work-precision study: errors and run times of a scenario for several settings."""
 
 import gc
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from math import inf
 from statistics import median
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
+from frictionsim.display import set_line
 from frictionsim.errors import EXIT_DONE, InputError, SolverError
+from frictionsim.io.cost_table import CostTable, Error
 from frictionsim.results import Quantity, Record, SolverStatistics, failures
 from frictionsim.scenario.methods import METHODS
-from frictionsim.scenario.variants import Limit, Setting
+from frictionsim.scenario.variants import Setting
 from frictionsim.simulation.monitor import Monitors, RunMonitor, WallTimeLimit
 from frictionsim.simulation.simulate import run
-from frictionsim.work_precision.outcome import (
-    Comparable,
-    Error,
-    Plan,
-    Reference,
-    ReferenceOutcome,
-    Row,
-    WorkPrecision,
-    metric_errors,
-)
-from frictionsim.work_precision.settings import ScenarioVariants
+from frictionsim.work_precision.settings import CostOptions, Plan, variant
+from frictionsim.work_precision.study_table import SECONDS_OF_REPEATS, Row, columns_of, greatest
 
 if TYPE_CHECKING:
-    from frictionsim.results import Metric
+    from frictionsim.results import Array, Metric
     from frictionsim.scenario.settings import Scenario
 
+SAMPLES = 500  # of the runs for the errors
+WARM_UP_FRACTION = 1e-6  # of the duration
+# The wall-time limit of a reference, relative to that of the other runs.
+REFERENCE_TIME_FACTOR = 10.0
+# The same for a run of a limit of meshes: half the length of a body takes four times as long.
+LIMIT_TIME_FACTOR = 40.0
+NO_REFERENCE = "all reference runs failed: {}"
+NO_LIMIT = (
+    "no mesh is fine enough to judge by: {}; compare fewer bodies or allow each run more wall time"
+)
 # A belt of fine bodies converges with the square of their length.
 ORDER = 2
 
+# Missing or incomparable data count as 100 % error.
+TOTAL_ERROR = Error(None, 1.0)
 
-def extrapolated(fine: "Record", coarse: "Record", metrics: "Iterable[Metric]") -> ReferenceOutcome:
+
+def metric_errors(
+    metrics: "Iterable[Metric]", outcome: Record, reference: Record, duration: float
+) -> dict[str, Error]:
+    """Return the error for each metric, by name.
+
+    Parameters
+    ----------
+    metrics : iterable of Metric
+    outcome, reference : Record
+        Sampled at the same times.
+    duration : float, s
+        Scale of the errors of event times.
+    """
+    return {metric.name: _error(metric, outcome, reference, duration) for metric in metrics}
+
+
+def _error(metric: "Metric", outcome: Record, reference: Record, duration: float) -> Error:
+    source = metric.source
+    if metric.what == "check":
+        violation = outcome.checks[source].value
+        return Error(violation, violation)
+    if metric.what == "events":
+        pairs = [(e.contact, e.mode_from, e.mode_to) for e in outcome.transitions]
+        if pairs != [(e.contact, e.mode_from, e.mode_to) for e in reference.transitions]:
+            return TOTAL_ERROR
+        both = zip(outcome.transitions, reference.transitions, strict=True)
+        return _scaled(max((abs(a.time - b.time) for a, b in both), default=0.0), duration)
+    if metric.what == "channel":
+        values, expected = outcome.channels.get(source), reference.channels[source]
+        if values is None or values.shape != expected.shape:
+            return TOTAL_ERROR
+        return _scaled(_mean_size(values - expected), _mean_size(expected))
+    value, wanted = (
+        side.quantities[source].value if source in side.quantities else None
+        for side in (outcome, reference)
+    )
+    if value is None or wanted is None:
+        return Error(0.0, 0.0) if value is wanted else TOTAL_ERROR
+    channel = reference.channels[metric.scale] if metric.scale else None
+    scale = abs(wanted) if channel is None else float(np.max(np.abs(channel - channel[0])))
+    return _scaled(abs(value - wanted), scale)
+
+
+def _mean_size(values: "Array") -> float:
+    return float(np.mean(np.abs(values)))
+
+
+def _scaled(error: float, scale: float) -> Error:
+    if error == 0.0:
+        return Error(0.0, 0.0)
+    return Error(error, error / scale if scale > 0.0 else inf)
+
+
+def extrapolated(fine: Record, coarse: Record, metrics: "Iterable[Metric]") -> Record:
     """Return the limit of two runs on meshes of ratio 2, by Richardson.
 
     Parameters
@@ -40,12 +101,8 @@ def extrapolated(fine: "Record", coarse: "Record", metrics: "Iterable[Metric]") 
     fine, coarse : Record
         Sampled at the same times.
     metrics : iterable of Metric
-        Only their channels are extrapolated, and all quantities that both runs have.
-
-    Returns
-    -------
-    ReferenceOutcome
-        Its events and checks are those of the fine run.
+        Only their channels are extrapolated, and all quantities that both runs have. Events and
+        checks are those of the fine run.
     """
     share = 1.0 / (2**ORDER - 1)
     channels = {
@@ -58,15 +115,25 @@ def extrapolated(fine: "Record", coarse: "Record", metrics: "Iterable[Metric]") 
         if quantity.value is not None and other is not None and other.value is not None:
             value = quantity.value + share * (quantity.value - other.value)
             quantities[name] = Quantity(value, quantity.unit)
-    return ReferenceOutcome(channels, fine.transitions, quantities, fine.checks)
+    return fine._replace(channels=channels, quantities=quantities)
 
 
-# A setting is not repeated after this total time, s: the timing is accurate enough.
-SECONDS_OF_REPEATS = 1.0
-# The wall-time limit of a reference, relative to that of the other runs.
-REFERENCE_TIME_FACTOR = 10.0
-# The same for a run of a limit of meshes: half the length of a body takes four times as long.
-LIMIT_TIME_FACTOR = 40.0
+class Reference(NamedTuple):
+    """What errors are relative to.
+
+    Attributes
+    ----------
+    outcome : Record
+        A run, or the limit of two.
+    names : tuple of str
+        Backends and settings of the references that are known.
+    uncertainty : dict of Error
+        Difference of the first two, by metric; empty if there is only one.
+    """
+
+    outcome: Record
+    names: tuple[str, ...]
+    uncertainty: dict[str, Error]
 
 
 class Stopped(Exception):
@@ -82,25 +149,42 @@ class Benchmark:
 
     Parameters
     ----------
-    variants : ScenarioVariants
-    metrics : iterable of Metric
-    max_wall : float, s
-        Limit of each run.
-    repeats : int
-        Maximum number of timed runs of each setting.
+    scenario : Scenario
+    plan : Plan
+    options : CostOptions
+        With the limit of each run, and the number of timed runs of each setting.
+    monitor : RunMonitor
+        Called with the time after each step; it may raise Interrupted.
     """
 
     def __init__(
-        self, variants: ScenarioVariants, metrics: "Iterable[Metric]", max_wall: float, repeats: int
+        self, scenario: "Scenario", plan: Plan, options: CostOptions, monitor: RunMonitor
     ) -> None:
-        self._variants, self._metrics = variants, tuple(metrics)
-        self._checks = {m.source for m in self._metrics if m.what == "check"}
-        self._max_wall, self._repeats = max_wall, repeats
+        self._scenario, self._metrics, self._monitor = scenario, plan.metrics, monitor
+        self._max_wall, self._repeats = options.max_wall, options.repeats
+        self._duration = scenario.solver.duration
+        # The channels of all bodies would take much memory.
+        of_metrics = [m.source for m in self._metrics if m.what == "channel"]
+        self._channels = of_metrics if plan.limits else None
         self._warm: set[str] = set()
-        self._limit_records: dict[Setting, Record] = {}
+        self._known: dict[Setting, Record] = {}
 
-    def reference(self, settings: tuple[Setting, ...], monitor: RunMonitor) -> Reference:
-        """Solve with the settings of the references; the first that is done is the reference.
+    def reference(
+        self,
+        candidates: "Iterable[tuple[str, Sequence[Setting]]]",
+        time_factor: float,
+        failure: str,
+    ) -> Reference:
+        """Solve with the settings of all candidates; the first that is done is the reference.
+
+        Parameters
+        ----------
+        candidates : sequence of (str, sequence of Setting)
+            Name, and one setting, or two on meshes of ratio 2, which are extrapolated.
+        time_factor : float
+            Wall-time limit relative to that of other runs.
+        failure : str
+            Message if all of them fail, with {} for the reasons.
 
         Raises
         ------
@@ -109,79 +193,30 @@ class Benchmark:
         Stopped
             If a signal stopped a run.
         """
-        runs, names, reasons = [], [], []
-        for setting in settings:
-            self._warm_up(setting, monitor)
-            max_wall = self._max_wall * REFERENCE_TIME_FACTOR
-            result = _run(self._variants.judged(setting), monitor, max_wall)
-            name = setting.name
-            if result.status == "done":
-                runs.append(result)
-                names.append(name)
-            else:
-                reasons.append(f"{name}: {result.reason}")
-        if not runs:
-            raise SolverError(f"all reference runs failed: {'; '.join(reasons)}")
-        duration = self._variants.duration
-        floor = metric_errors(self._metrics, runs[1], runs[0], duration) if len(runs) > 1 else {}
-        return Reference(runs[0], tuple(names), floor)
-
-    def limit(self, limits: tuple[Limit, ...], monitor: RunMonitor) -> Reference:
-        """Solve on the meshes of the limits; the first limit that is known is the reference.
-
-        Raises
-        ------
-        SolverError
-            If none of them is known.
-        Stopped
-            If a signal stopped a run.
-        """
-        references, names, reasons = [], [], []
-        for limit in limits:
+        done, reasons = {}, []
+        for name, settings in candidates:
             try:
-                runs = [self._limit_record(setting, monitor) for setting in limit]
-                failed = [r.reason for r in runs if r.status != "done"]
-            except InputError as refused:
-                failed = [one_line(refused)]
+                runs = [self._judged(setting, time_factor) for setting in settings]
+                failed = [result.reason for result in runs if result.status != "done"]
+            except InputError as refused:  # too few bodies
+                failed = [_one_line(refused)]
             if failed:
-                reasons.append(f"{limit.name}: {failed[0]}")
+                reasons.append(f"{name}: {failed[0]}")
             else:
-                references.append(extrapolated(runs[0], runs[1], self._metrics))
-                names.append(limit.name)
-        if not references:
-            raise SolverError(
-                f"no mesh is fine enough to judge by: {'; '.join(reasons)}; compare fewer bodies"
-                " or allow each run more wall time"
-            )
-        duration = self._variants.duration
-        several = len(references) > 1
-        floor = (
-            metric_errors(self._metrics, references[1], references[0], duration) if several else {}
-        )
-        return Reference(references[0], tuple(names), floor)
+                fine, *coarse = runs
+                done[name] = extrapolated(fine, coarse[0], self._metrics) if coarse else fine
+        if not done:
+            raise SolverError(failure.format("; ".join(reasons)))
+        first, *others = done.values()
+        uncertainty = self._errors(others[0], first) if others else {}
+        return Reference(first, tuple(done), uncertainty)
 
-    def _limit_record(self, setting: Setting, monitor: RunMonitor) -> Record:
-        if setting not in self._limit_records:
-            self._warm_up(setting, monitor)
-            limit = self._max_wall * LIMIT_TIME_FACTOR
-            self._limit_records[setting] = _run(self._variants.judged(setting), monitor, limit)
-        return self._limit_records[setting]
-
-    def row(
-        self,
-        setting: Setting,
-        reference: Comparable,
-        monitor: RunMonitor,
-        in_time: Comparable | None = None,
-    ) -> Row:
+    def row(self, setting: Setting, reference: Record, in_time: Record | None) -> Row:
         """Solve once for the errors, and several times for the wall time.
 
         Parameters
         ----------
-        setting : Setting
-        reference : Comparable
-        monitor : RunMonitor
-        in_time : Comparable, optional
+        in_time : Record or None
             The same mesh, converged in time.
 
         Raises
@@ -190,141 +225,143 @@ class Benchmark:
             If a signal stopped a run.
         """
         try:
-            scenario = self._variants.judged(setting)
+            judged = self._judged(setting)
         except InputError as refused:  # an effect that the model does not have, too few bodies
-            return _refused(setting, one_line(refused))
-        self._warm_up(setting, monitor)
-        judged = self._limit_records.get(setting) or _run(scenario, monitor, self._max_wall)
-        last, seconds = judged, [_seconds(judged)]
-        errors: dict[str, Error] = {}
-        time_errors: dict[str, Error] = {}
-        if judged.status == "done":
-            duration = scenario.solver.duration
-            last, seconds = self._timed(setting, monitor)
-            if last.status == "done":
-                errors = metric_errors(self._metrics, judged, reference, duration)
-            if last.status == "done" and in_time is not None:
-                time_errors = metric_errors(self._metrics, judged, in_time, duration)
-        statistics = _statistics(last)
-        counts_rejected = METHODS[setting.backend].counts_rejected
+            return Row(setting, "failed", _one_line(refused))
+        timed = self._timed(setting) if judged.status == "done" else [judged]
+        seconds = [_statistics(result).wall_seconds or 0.0 for result in timed]
+        last, statistics = timed[-1], _statistics(timed[-1])
+        done = last.status == "done"
         return Row(
             setting=setting,
             status=last.status,
-            reason=_audit_text(judged, self._checks) if last.status == "done" else last.reason,
+            reason=self._failed_checks(judged) if done else last.reason,
             wall_seconds=median(seconds),
-            repeats=len(seconds),
             steps=statistics.steps,
-            rejected=statistics.rejected if counts_rejected else None,
+            rejected=statistics.rejected if METHODS[setting.backend].counts_rejected else None,
             rhs_evaluations=statistics.rhs_evaluations,
-            states=statistics.states,
             events=len(judged.transitions),
-            errors=errors,
-            time_errors=time_errors,
+            errors=self._errors(judged, reference) if done else {},
+            time_errors=self._errors(judged, in_time) if done and in_time else {},
+            states=statistics.states,
+            repeats=len(seconds),
             wall_spread=max(seconds) - min(seconds) if len(seconds) > 1 else None,
         )
 
-    def _warm_up(self, setting: Setting, monitor: RunMonitor) -> None:
-        """Load and compile everything that a backend needs, once."""
+    def _errors(self, outcome: Record, reference: Record) -> dict[str, Error]:
+        return metric_errors(self._metrics, outcome, reference, self._duration)
+
+    def _judged(self, setting: Setting, time_factor: float = 1.0) -> Record:
+        """Return the run with a setting, sampled for the comparison with the reference.
+
+        All that its backend needs is loaded and compiled before, by a tiny part of the run. The
+        finest mesh that is compared has been solved for the limit.
+        """
+        if setting in self._known:
+            return self._known[setting]
+        # Means of quantities are of samples: never fewer of them than the scenario's own.
+        interval = min(self._duration / SAMPLES, self._scenario.interval)
+        judged = self._variant(setting, interval, self._duration)
         if setting.line not in self._warm:
-            _run(self._variants.warm_up(setting), monitor, inf)
+            instant = self._duration * WARM_UP_FRACTION
+            self._run(self._variant(setting, instant, instant), inf)
             self._warm.add(setting.line)
+        self._known[setting] = self._run(judged, time_factor)
+        return self._known[setting]
 
-    def _timed(self, setting: Setting, monitor: RunMonitor) -> tuple[Record, list[float]]:
-        scenario = self._variants.timed(setting)
+    def _timed(self, setting: Setting) -> list[Record]:
+        """Return the runs with samples at start and end only, up to the first that fails."""
+        scenario = self._variant(setting, self._duration, self._duration)
         gc.collect()  # automatic garbage collection is off
-        seconds: list[float] = []
-        while True:
-            result = _run(scenario, monitor, self._max_wall)
-            seconds.append(_seconds(result))
-            enough = len(seconds) >= self._repeats or sum(seconds) > SECONDS_OF_REPEATS
-            if enough or result.status != "done":
-                return result, seconds
+        runs: list[Record] = []
+        seconds = 0.0
+        while len(runs) < self._repeats and seconds <= SECONDS_OF_REPEATS:
+            runs.append(self._run(scenario))
+            seconds += _statistics(runs[-1]).wall_seconds or 0.0
+            if runs[-1].status != "done":
+                break
+        return runs
 
+    def _variant(self, setting: Setting, interval: float, duration: float) -> "Scenario":
+        return variant(self._scenario, setting, interval, duration, self._channels)
 
-def _run(scenario: "Scenario", monitor: RunMonitor, max_wall: float) -> Record:
-    solver = scenario.solver
-    limit = WallTimeLimit(max_wall, solver.duration, scenario.budget_advice)
-    result = run(scenario, Monitors(monitor, limit))
-    if result.status == "interrupted":
-        raise Stopped(result)
-    return result
+    def _run(self, scenario: "Scenario", time_factor: float = 1.0) -> Record:
+        limit = WallTimeLimit(
+            self._max_wall * time_factor, scenario.solver.duration, scenario.budget_advice
+        )
+        result = run(scenario, Monitors(self._monitor, limit))
+        if result.status == "interrupted":
+            raise Stopped(result)
+        return result
 
-
-def _audit_text(result: Record, metrics: set[str]) -> str:
-    """Return the failed checks of the audit, except those that are metrics."""
-    failed = failures({name: c for name, c in result.checks.items() if name not in metrics})
-    return f"self-audit failed: {failed}" if failed and result.status == "done" else ""
+    def _failed_checks(self, judged: Record) -> str:
+        """Return the failed checks of the audit, except those that are metrics."""
+        measured = {metric.source for metric in self._metrics if metric.what == "check"}
+        failed = failures({n: c for n, c in judged.checks.items() if n not in measured})
+        return f"self-audit failed: {failed}" if failed else ""
 
 
 def study(
-    scenario: "Scenario",
-    plan: Plan,
-    max_wall: float,
-    repeats: int,
-    monitor: RunMonitor,
-    show: Callable[[str], Any],
-) -> WorkPrecision:
-    """Run all settings.
+    scenario: "Scenario", options: CostOptions, monitor: RunMonitor, show: Callable[[str], Any]
+) -> tuple[CostTable, int]:
+    """Run all settings; return their table and the exit code.
+
+    If a signal stops a run, the table has the rows of the settings before.
 
     Parameters
     ----------
-    scenario : Scenario
-    plan : Plan
-    max_wall : float, s
-        Limit of each run.
-    repeats : int
-        Maximum number of timed runs of each setting.
-    monitor : RunMonitor
-        Called with the time after each step; it may raise Interrupted.
     show : callable
         Called with a description of the next run.
 
-    Returns
-    -------
-    WorkPrecision
-        If a signal stopped it, with the rows of the settings before.
+    Raises
+    ------
+    InputError
+        If an option does not apply to the scenario.
+    SolverError
+        If no reference is known.
     """
-    metrics = plan.metrics
-    channels = [m.source for m in metrics if m.what == "channel"] if plan.limits else None
-    benchmark = Benchmark(ScenarioVariants(scenario, channels), metrics, max_wall, repeats)
+    plan = options.plan(scenario)
+    benchmark = Benchmark(scenario, plan, options, monitor)
     rows: list[Row] = []
-    reference = in_time = None
-    status, reason, code = "done", "", EXIT_DONE
+    reference: Reference | None = None
+    in_time: Reference | None = None
+    status, reason, exit_code = "done", "", EXIT_DONE
     try:
         show("references")
         if plan.references:
-            reference = benchmark.reference(plan.references, monitor)
+            candidates = [(setting.name, (setting,)) for setting in plan.references]
+            reference = benchmark.reference(candidates, REFERENCE_TIME_FACTOR, NO_REFERENCE)
         if plan.limits:
-            in_time = reference
             show("references, fine meshes")
-            reference = benchmark.limit(plan.limits, monitor)
-        if reference is None:
-            raise SolverError("a study needs references or limits")
+            in_time, limits = reference, [(limit.name, limit) for limit in plan.limits]
+            reference = benchmark.reference(limits, LIMIT_TIME_FACTOR, NO_LIMIT)
         own = plan.references[0].mesh if plan.references else None
         for number, setting in enumerate(plan.settings, start=1):
             show(f"{number} of {len(plan.settings)}: {setting.name}")
             same = in_time.outcome if in_time and setting.mesh == own else None
-            rows.append(benchmark.row(setting, reference.outcome, monitor, same))
+            assert reference is not None, "a plan has references or limits"
+            rows.append(benchmark.row(setting, reference.outcome, same))
     except Stopped as stop:
-        status, reason, code = "interrupted", stop.run.reason, stop.run.exit_code
-    return WorkPrecision(
-        scenario, metrics, reference, rows, status, reason, code, in_time,
-        title=scenario.title, kind=scenario.kind,
-    )  # fmt: skip
+        status, reason, exit_code = "interrupted", stop.run.reason, stop.run.exit_code
+    uncertainty = reference.uncertainty if reference else {}
+    time_uncertainty = greatest(in_time.uncertainty) if in_time else None
+    return CostTable(
+        columns_of(rows, plan.metrics, uncertainty, time_uncertainty),
+        title=scenario.title,
+        kind=scenario.kind,
+        overrides=set_line({"overrides": "\n".join(scenario.origin.overrides)})[len("set: ") :],
+        references=reference.names if reference else (),
+        time_references=in_time.names if in_time else (),
+        uncertainty=uncertainty,
+        time_uncertainty=time_uncertainty,
+        status=status,
+        reason=reason,
+    ), exit_code
 
 
-def _refused(setting: Setting, reason: str) -> Row:
-    """Return the row of a setting whose scenario is not valid."""
-    return Row(setting, "failed", reason, 0.0, 0, 0, None, 0, 0, 0, {})
-
-
-def one_line(error: Exception) -> str:
+def _one_line(error: Exception) -> str:
     """Return the fault of a scenario in one line of a table."""
     return "; ".join(str(error).splitlines())
-
-
-def _seconds(run: Record) -> float:
-    return _statistics(run).wall_seconds or 0.0  # None is of files only
 
 
 def _statistics(run: Record) -> SolverStatistics:

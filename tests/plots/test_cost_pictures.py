@@ -1,34 +1,25 @@
 """Cost diagrams: failed runs are seen, inside the panels."""
 
 from itertools import combinations, product
-from types import SimpleNamespace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from frictionsim.io.cost_table import read_csv
 from frictionsim.plots.studies import STRIP, cost_diagram
-from frictionsim.scenario.variants import Mesh, Setting
-from frictionsim.work_precision.outcome import Error, Row, WorkPrecision
 from tests.support.cases import one_in, slow
+from tests.work_precision.made import made_row as row
+from tests.work_precision.made import made_table
 
 
-def row(
-    backend: str,
-    error: float | None,
-    seconds: float,
-    evaluations: int = 100,
-    mesh: Mesh | None = None,
-) -> Row:
-    errors = {} if error is None else {"angle": Error(error, error)}
-    status = "failed" if error is None else "done"
-    setting = Setting(backend, "rtol 1", (), mesh=mesh)
-    return Row(setting, status, "", seconds, 1, 1, 0, evaluations, 5, 1, errors)
-
-
-def drawn(rows: list[Row], reference: Any = None) -> Figure:
-    return cost_diagram(WorkPrecision(None, (), reference, rows, "done", "", 0, title="A pulley"))
+def drawn(rows: list[dict[str, Any]], uncertainty: float = 0.0) -> Figure:
+    with TemporaryDirectory() as folder:
+        table = made_table(Path(folder, "a.csv"), rows, {"angle": uncertainty})
+        return cost_diagram(read_csv(table))
 
 
 def crosses(ax: Any) -> list[Any]:
@@ -70,9 +61,9 @@ def test_without_failed_runs_there_is_no_strip() -> None:
 
 @pytest.mark.parametrize(
     ("mesh", "ratio"),
-    one_in(12, product([None, Mesh("corrected", 50)], [1.02, 1.3, 3.0, 10.0, 70.0, 1e3])),
+    one_in(12, product([None, ("corrected", 50)], [1.02, 1.3, 3.0, 10.0, 70.0, 1e3])),
 )
-def test_labels_of_work_are_several_and_apart(ratio: float, mesh: Mesh | None) -> None:
+def test_labels_of_work_are_several_and_apart(ratio: float, mesh: tuple[str, int] | None) -> None:
     ends = (1.3e-3, 130), (1.3e-3 * ratio, int(130 * ratio))
     figure = drawn([row("moreau", 1e-6, *end, mesh=mesh) for end in ends])
     figure.draw_without_rendering()
@@ -86,10 +77,9 @@ def test_labels_of_work_are_several_and_apart(ratio: float, mesh: Mesh | None) -
 
 
 def test_crosses_of_failed_meshes_lie_inside_the_left_panel() -> None:
-    meshes = [Mesh("corrected", bodies) for bodies in (50, 100)]
-    rows = [row("moreau", 0.1 / m.bodies, 0.1 * m.bodies, mesh=m) for m in meshes]
-    reference = SimpleNamespace(uncertainty=1e-3)
-    figure = drawn([*rows, row("moreau", None, 0.0, mesh=meshes[0])], reference)
+    meshes = [("corrected", bodies) for bodies in (50, 100)]
+    rows = [row("moreau", 0.1 / m[1], 0.1 * m[1], mesh=m) for m in meshes]
+    figure = drawn([*rows, row("moreau", None, 0.0, mesh=meshes[0])], 1e-3)
     figure.draw_without_rendering()
     left, right = figure.axes
     frame = left.get_window_extent()

@@ -7,7 +7,6 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-import h5py
 import matplotlib as mpl
 import numpy as np
 import pytest
@@ -33,33 +32,19 @@ def study() -> fs.Study:
 
 
 @pytest.fixture(scope="module")
-def files(study: fs.Study, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    folder = tmp_path_factory.mktemp("costs")
-    return {name: study.save(folder / f"costs{name}") for name in (".h5", ".csv")}
+def file(study: fs.Study, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return study.save(tmp_path_factory.mktemp("costs") / "costs.csv")
 
 
 @pytest.fixture(scope="module")
-def report(files: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return fs.report(files[".h5"], tmp_path_factory.mktemp("reports") / "costs.html")
+def report(file: Path) -> Path:
+    return fs.report(file, file.with_suffix(".html"))
 
 
 def lines_of(file: Path, error: str, work: str) -> dict[str, list[tuple[float, float]]]:
     """Return the points of each line, read by others' readers."""
-    if file.suffix == ".csv":
-        rows = list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
-        plain = [{key.split(" [")[0]: value for key, value in row.items()} for row in rows]
-    else:
-        with h5py.File(file) as read:
-            group = read["cost"]
-            plain = [
-                {
-                    name: group[name].asstr()[i]
-                    if group[name].dtype.kind == "O"
-                    else group[name][i]
-                    for name in group
-                }
-                for i in range(len(group["row"]))
-            ]
+    rows = list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
+    plain = [{key.split(" [")[0]: value for key, value in row.items()} for row in rows]
     lines: dict[str, list[tuple[float, float]]] = {}
     for row in plain:
         if row["status"] == "done" and float(row[error]) > 0.0:
@@ -84,14 +69,12 @@ def drawn(figure: Figure) -> dict[str, list[tuple[float, float]]]:
     }
 
 
-@pytest.mark.parametrize("suffix", [".h5", slow(".csv")])
 def test_the_picture_is_that_of_the_study_and_holds_the_numbers_of_the_table(
-    suffix: str, study: fs.Study, files: dict[str, Path], report: Path, tmp_path: Path
+    study: fs.Study, file: Path, report: Path
 ) -> None:
     figure = study.plot()
-    assert drawn(figure) == lines_of(files[suffix], "error", "wall_seconds")
-    of_file = report if suffix == ".h5" else fs.report(files[suffix], tmp_path / "a.html")
-    page = of_file.read_text(encoding="utf-8")
+    assert drawn(figure) == lines_of(file, "error", "wall_seconds")
+    page = report.read_text(encoding="utf-8")
     wanted = BytesIO()
     # Names of elements that do not depend on chance.
     with mpl.rc_context({"svg.hashsalt": "frictionsim"}):
@@ -99,12 +82,10 @@ def test_the_picture_is_that_of_the_study_and_holds_the_numbers_of_the_table(
     assert image_in(page) == wanted.getvalue()
 
 
-def test_numbers_that_no_axis_shows_are_in_the_table_only(
-    files: dict[str, Path], tmp_path: Path
-) -> None:
+def test_numbers_that_no_axis_shows_are_in_the_table_only(file: Path, tmp_path: Path) -> None:
     cells = [(1, "error", "1e300"), (2, "wall_seconds", "inf")]
-    file = rewritten(files[".csv"], tmp_path / "a.csv", *cells)
-    page = fs.report(file, tmp_path / "a.html").read_text(encoding="utf-8")
+    changed_file = rewritten(file, tmp_path / "a.csv", *cells)
+    page = fs.report(changed_file, tmp_path / "a.html").read_text(encoding="utf-8")
     assert "2 settings have numbers that no axis shows; the table has them." in page
     assert "1e+300" in page
 
@@ -113,7 +94,9 @@ def test_the_table_is_sorted_by_numbers_with_the_keyboard(
     browser: Any, study: fs.Study, report: Path
 ) -> None:
     with opened(browser, report) as page:
-        check_sorting(page, "#settings", "steps", [row.steps for row in study.data.rows])
+        check_sorting(
+            page, "#settings", "steps", [row["steps"] for row in study.to_json()["settings"]]
+        )
 
 
 def test_a_wide_table_has_a_shadow_where_columns_are_hidden(browser: Any, report: Path) -> None:
@@ -141,7 +124,7 @@ def test_a_report_of_costs_is_complete_without_scripts(
         assert re.search(r"for 1 %: .*, [\d.e-]+ s, error", shown)
         assert "wall time [s]" in shown
         assert " / " not in page.inner_text("#settings thead")
-        assert page.locator("#settings tbody tr").count() == len(study.data.rows)
+        assert page.locator("#settings tbody tr").count() == len(study.to_json()["settings"])
         assert page.locator("th:not([scope]), table:not(:has(caption))").count() == 0
         assert page.locator("img.picture").count() == 1
 
@@ -158,13 +141,11 @@ def rewritten(file: Path, target: Path, *cells: tuple[int, str, str]) -> Path:
     return target
 
 
-def test_markup_in_a_table_of_costs_stays_text(
-    browser: Any, files: dict[str, Path], tmp_path: Path
-) -> None:
+def test_markup_in_a_table_of_costs_stays_text(browser: Any, file: Path, tmp_path: Path) -> None:
     columns = ("law", "backend", "setting", "reason", "overrides")
     cells = [*((1, name, HOSTILE) for name in columns), (2, "status", "failed")]
-    file = rewritten(files[".csv"], tmp_path / "a.csv", *cells, (2, "reason", HOSTILE))
-    with opened(browser, fs.report(file, tmp_path / "hostile.html")) as page:
+    hostile = rewritten(file, tmp_path / "a.csv", *cells, (2, "reason", HOSTILE))
+    with opened(browser, fs.report(hostile, tmp_path / "hostile.html")) as page:
         assert page.locator("body b, body script[src], #settings script").count() == 0
         settings = page.inner_text("#settings")
         for words in (r"\x1b[31m", "</script><script>alert(1)</script>", r"\u202eend"):
@@ -172,12 +153,10 @@ def test_markup_in_a_table_of_costs_stays_text(
         assert re.search(r"\d+ settings, [1-9] failed", page.inner_text("body"))
 
 
-def test_a_table_without_uncertainty_says_so(
-    files: dict[str, Path], report: Path, tmp_path: Path
-) -> None:
+def test_a_table_without_uncertainty_says_so(file: Path, report: Path, tmp_path: Path) -> None:
     """As CSV tables of earlier versions are, which do not name their study either."""
     old = tmp_path / "old.csv"
-    with files[".csv"].open(newline="", encoding="utf-8") as read:
+    with file.open(newline="", encoding="utf-8") as read:
         rows = list(csv.reader(read))
     with old.open("w", newline="", encoding="utf-8") as write:
         csv.writer(write).writerows(row[: rows[0].index("kind")] for row in rows)
@@ -198,9 +177,9 @@ def test_a_table_without_uncertainty_says_so(
     ],
 )
 def test_a_damaged_table_is_refused_by_line_and_column(
-    column: str, message: str, files: dict[str, Path], tmp_path: Path
+    column: str, message: str, file: Path, tmp_path: Path
 ) -> None:
-    damaged = rewritten(files[".csv"], tmp_path / "damaged.csv", (1, column, "x"))
+    damaged = rewritten(file, tmp_path / "damaged.csv", (1, column, "x"))
     with pytest.raises(InputError) as caught:
         fs.report(damaged, tmp_path / "a.html")
     assert str(caught.value) == f"{damaged}: cannot read this table of costs: {message}"

@@ -1,67 +1,65 @@
-"""Studies of costs whose rows are made by hand, from those of a study that was run."""
+"""Tables of costs whose rows are made by hand, in CSV."""
 
+import csv
+import html
+import json
+import re
 from collections.abc import Mapping
-from functools import cache
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import Any
 
 import frictionsim as fs
-from frictionsim.results import Metric
-from tests.support.scenarios import pulley
-
-
-class Mesh(NamedTuple):
-    """A model of a belt with a number of bodies."""
-
-    model: str
-    bodies: int
-    overrides: tuple[str, ...] = ()
-
-
-@cache
-def measured() -> fs.Study:
-    """Return a short study of the pulley."""
-    scenario = pulley(solver__duration=1.0)
-    return fs.cost(scenario, backends=["events", "lsoda"], tolerances=[1e-3, 1e-6], repeats=1)
-
-
-def errors_of(relative: Mapping[str, float]) -> dict[str, Any]:
-    known = next(iter(measured().data.rows[0].errors.values()))
-    return {name: known._replace(absolute=e, relative=e) for name, e in relative.items()}
 
 
 def made_row(
     backend: str,
-    errors: Mapping[str, float],
+    error: float | None,
     seconds: float,
-    evaluations: int = 6,
-    spread: float | None = None,
-    label: str = "rtol 1",
-    mesh: Mesh | None = None,
-) -> Any:
-    """Return a row; without errors that of a run that failed."""
-    first = measured().data.rows[0]
-    setting = first.setting._replace(backend=backend, law="", laws=(), overrides=())
-    return first._replace(
-        setting=setting._replace(label=label, mesh=mesh),
-        status="done" if errors else "failed",
-        errors=errors_of(errors),
-        wall_seconds=seconds,
-        wall_spread=spread,
-        rhs_evaluations=evaluations,
-    )
+    evaluations: int = 100,
+    repeats: int = 3,
+    mesh: tuple[str, int] | None = None,
+    **others: Any,
+) -> dict[str, Any]:
+    """Return a row of a table; without an error that of a run that failed."""
+    shown = "nan" if error is None else error
+    of_mesh = {}
+    if mesh:
+        of_mesh = {"model": mesh[0], "bodies [1]": mesh[1], "time_error [1]": "nan"}
+    return {
+        "law": "",
+        "backend": backend,
+        "setting": "rtol 1",
+        **of_mesh,
+        "status": "failed" if error is None else "done",
+        "error [1]": shown,
+        "angle_error [rad]": shown,
+        "angle_relative [1]": shown,
+        "wall_seconds [s]": seconds,
+        "repeats [1]": repeats,
+        "steps [1]": 1,
+        "rhs_evaluations [1]": evaluations,
+        "title": "A pulley",
+        **others,
+    }
 
 
-def made_study(rows: list[Any], uncertainty: Mapping[str, float] | None = None) -> fs.Study:
-    """Return a study of rows, with the difference of its references by measure."""
-    data = measured().data
-    names = list(dict.fromkeys(name for row in rows for name in row.errors))
-    floor = errors_of(dict.fromkeys(names, 0.0) if uncertainty is None else uncertainty)
-    reference = data.reference
-    assert reference is not None
-    return fs.Study(
-        data._replace(
-            rows=rows,
-            metrics=tuple(Metric(name, "quantity", name) for name in names),
-            reference=reference._replace(names=("one", "two"), floor=floor),
-        )
-    )
+def made_table(
+    path: Path, rows: list[dict[str, Any]], uncertainty: Mapping[str, float] | None = None
+) -> Path:
+    """Write rows as the file of a study, with the difference of its references by measure."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        about = {
+            "references": "one and two",
+            "reference_uncertainty": json.dumps(uncertainty or {}),
+        }
+        writer = csv.DictWriter(file, [*rows[0], *about])
+        writer.writeheader()
+        writer.writerows(row | about for row in rows)
+    return path
+
+
+def said_of(path: Path) -> list[str]:
+    """Return what the report of a table recommends."""
+    page = fs.report(path, path.with_suffix(".html")).read_text(encoding="utf-8")
+    found = re.findall(r">\s*(for [0-9.]+ %[^<]*?)\s*<", html.unescape(page))
+    return [sentence.replace("\N{MINUS SIGN}", "-") for sentence in found]

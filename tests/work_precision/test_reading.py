@@ -1,96 +1,42 @@
-"""Studies from their tables: a report of a file says what its study does."""
+"""Tables of costs in CSV: a report of a file says what its study does."""
 
 import csv
 import html
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-from typing import Any
 
-import h5py
-import numpy as np
 import pytest
-import xarray
 
 import frictionsim as fs
-from tests.support.scenarios import ROOT
-from tests.work_precision.made import measured
-
-MESHES = ROOT / "results" / "belt_drive_cost.csv"
-
-
-@dataclass
-class Saved:
-    study: fs.Study
-    folder: Path
-
-    @cached_property
-    def page(self) -> str:
-        """The report of the study itself."""
-        page = fs.report(self.study, self.folder / "b.html")
-        return html.unescape(page.read_text(encoding="utf-8"))
+from tests.support.scenarios import pulley
+from tests.work_precision.made import made_row, made_table, said_of
 
 
 @pytest.fixture(scope="module")
-def saved(tmp_path_factory: pytest.TempPathFactory) -> Saved:
-    folder = tmp_path_factory.mktemp("costs")
-    measured().save(folder / "a.h5")
-    measured().save(folder / "a.csv")
-    return Saved(measured(), folder)
+def study() -> fs.Study:
+    changed = {"solver.duration": 1.0, "mechanism.load": 2200.0}
+    return fs.cost(
+        pulley(), changed, backends=["events", "lsoda"], tolerances=[1e-3, 1e-6], repeats=1
+    )
 
 
-def page_of(path: Path, folder: Path) -> str:
-    return html.unescape(fs.report(path, folder / "page.html").read_text(encoding="utf-8"))
+@pytest.fixture(scope="module")
+def saved(study: fs.Study, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return study.save(tmp_path_factory.mktemp("costs") / "a.csv")
 
 
-def changed(path: Path, folder: Path, edit: Callable[[list[dict[str, str]]], None]) -> Path:
-    """Return a copy of a table in CSV, with an edit of its rows by column."""
+def lines_of(path: Path) -> list[dict[str, str]]:
     with path.open(newline="", encoding="utf-8") as file:
-        lines = list(csv.DictReader(line for line in file if not line.startswith("#")))
-    edit(lines)
-    copy = folder / "edited.csv"
-    with copy.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(lines[0]))
-        writer.writeheader()
-        writer.writerows(lines)
-    return copy
+        return list(csv.DictReader(file))
 
 
-def with_about(path: Path, folder: Path, **about: str) -> Path:
-    """Return a copy of a table in CSV that says something else of its study."""
-
-    def edit(lines: list[dict[str, str]]) -> None:
-        for line in lines:
-            line.update(about)
-
-    return changed(path, folder, edit)
-
-
-def sentences_of(path: Path, folder: Path) -> list[str]:
-    return recommended_in(page_of(path, folder))
-
-
-def recommended_in(page: str) -> list[str]:
-    found = re.findall(r">\s*(for [0-9.]+ %[^<]*?)\s*<", page)
-    return [sentence.replace("\N{MINUS SIGN}", "-") for sentence in found]
-
-
-def test_files_have_the_rows_of_their_study(saved: Saved) -> None:
-    dataset = saved.study.dataset
-    with xarray.open_dataset(saved.folder / "a.h5", group="cost", engine="h5netcdf") as read:
-        assert set(read.data_vars) >= set(dataset.data_vars)
-        for name, column in dataset.data_vars.items():
-            numbers = column.dtype.kind == "f"
-            assert np.array_equal(read[name].values, column.values, equal_nan=numbers), name
-    with (saved.folder / "a.csv").open(newline="", encoding="utf-8") as file:
-        lines = list(csv.DictReader(file))
+def test_a_file_has_the_columns_of_its_study_with_units(study: fs.Study, saved: Path) -> None:
+    dataset, lines = study.dataset, lines_of(saved)
     assert len(lines) == dataset.sizes["row"]
     for number, line in enumerate(lines):
         for name, column in dataset.data_vars.items():
-            unit = column.attrs.get("units")
-            value = column.values[number]
+            unit, value = column.attrs.get("units"), column.values[number]
             if unit is None:
                 assert line[str(name)] == value, name
             else:
@@ -98,52 +44,101 @@ def test_files_have_the_rows_of_their_study(saved: Saved) -> None:
                 assert float(cell or "nan") == pytest.approx(value, nan_ok=True, rel=0), name
 
 
-def test_files_say_what_the_errors_are_relative_to(saved: Saved) -> None:
+def test_a_file_says_what_the_errors_are_relative_to(study: fs.Study, saved: Path) -> None:
     references = ["events, set-valued, rtol 5e-8", "rkf45, set-valued, rtol 1e-7"]
-    assert saved.study.to_json()["references"] == references
-    with (saved.folder / "a.csv").open(newline="", encoding="utf-8") as file:
-        assert next(csv.DictReader(file))["references"] == " and ".join(references)
-    with h5py.File(saved.folder / "a.h5") as file:
-        assert file.attrs["references"] == "\n".join(references)
+    assert study.to_json()["references"] == references
+    line = lines_of(saved)[0]
+    assert line["references"] == " and ".join(references)
+    assert line["set"] == "solver.duration = 1.0, mechanism.load = 2200.0"
 
 
-@pytest.mark.parametrize("name", ["a.h5", "a.csv"])
+def test_json_text_and_columns_have_the_same_numbers(study: fs.Study) -> None:
+    told, dataset = study.to_json(), study.dataset
+    assert told["overrides"] == {"solver.duration": 1.0, "mechanism.load": 2200.0}
+    heading, *rows = (line for line in study.summary().splitlines() if re.search(" {2}", line))
+    assert heading.split()[:4] == ["law", "method", "setting", "error"]
+    for number, (setting, text) in enumerate(zip(told["settings"], rows, strict=True)):
+        for name in ("law", "backend", "setting", "status", "error", "wall_seconds"):
+            assert setting[name] == dataset[name].values[number]
+        for name in ("events", "steps", "rhs_evaluations", "states", "repeats"):
+            assert setting[name] == int(dataset[name].values[number])
+            assert isinstance(setting[name], int)
+        assert setting["overrides"] == dataset["overrides"].values[number].split()
+        for name, error in setting["errors"].items():
+            assert error["relative"] == dataset[f"{name}_relative"].values[number]
+            assert error["absolute"] == dataset[f"{name}_error"].values[number]
+        assert text.split()[-1] == str(setting["rhs_evaluations"])
+        assert f"{setting['error']:.1e}" in text
+
+
 def test_the_report_of_a_file_has_the_rows_and_recommendations_of_its_study(
-    name: str, saved: Saved, tmp_path: Path
+    study: fs.Study, saved: Path, tmp_path: Path
 ) -> None:
-    def rows_of(page: str) -> list[list[str]]:
-        """Return the cells of each row; a file may have the errors in another order."""
-        rows = re.findall(r"<tr>(.*?)</tr>", page, re.DOTALL)
-        return [sorted(re.findall(r"<t[hd].*?</t[hd]>", row, re.DOTALL)) for row in rows]
+    def rows_of(page: str) -> list[str]:
+        return re.findall(r"<tr>(.*?)</tr>", page, re.DOTALL)
 
-    wanted = rows_of(saved.page)
-    assert len(wanted) > len(saved.study.data.rows)
-    page = page_of(saved.folder / name, tmp_path)
-    assert rows_of(page) == wanted
-    assert len(saved.study.recommendations) == 3
-    assert recommended_in(page) == saved.study.recommendations
-
-
-def test_an_uncertain_reference_recommends_nothing(saved: Saved, tmp_path: Path) -> None:
-    about = {"reference_uncertainty": '{"final_angle": 5e-3}'}
-    sentences = sentences_of(with_about(saved.folder / "a.csv", tmp_path, **about), tmp_path)
-    assert sentences[0].startswith("for 1 %: ")
-    assert sentences[1] == "for 0.1 %: unknown, the reference uncertainty is 5.0e-03"
+    page = fs.report(study, tmp_path / "b.html").read_text(encoding="utf-8")
+    of_file = fs.report(saved, tmp_path / "c.html").read_text(encoding="utf-8")
+    assert len(rows_of(page)) > len(study.to_json()["settings"])
+    assert rows_of(of_file) == rows_of(page)
+    assert said_of(saved) == study.recommendations
+    text = html.unescape(of_file)
+    for line in study.summary().splitlines()[1:4]:  # overrides, references, their uncertainty
+        assert line.replace("e-", "e\N{MINUS SIGN}") in text or line in text
 
 
-def test_tables_of_meshes_recommend_for_each_quantity(tmp_path: Path) -> None:
-    def edit(lines: list[dict[str, Any]]) -> None:
-        assert {line["bodies [1]"] for line in lines} >= {"60.0", "600.0"}
-        for line in lines:
-            line["quantities"] = "slip driven_speed no_measure"
-
-    sentences = sentences_of(changed(MESHES, tmp_path, edit), tmp_path)
-    assert len(sentences) == 3 + 2 * 2
-    assert sentences[3].startswith("for 1 % of driven_speed: moreau, set-valued")
+def test_errors_below_the_reference_uncertainty_are_marked(tmp_path: Path) -> None:
+    """A study of one tolerance is as exact as its references allow."""
+    options = {"backends": ["events"], "tolerances": [1e-11], "repeats": 1}
+    study = fs.cost(pulley(), {"solver.duration": 1.0}, **options)
+    told = study.to_json()
+    (row,) = told["settings"]
+    floor = {name: error["relative"] for name, error in told["floor"].items()}
+    below = [name for name, error in row["errors"].items() if error["relative"] < floor[name]]
+    if row["error"] < max(floor.values()):
+        below.insert(0, "error")
+    assert row["below_uncertainty"] == below
+    assert study.summary().count("* ") == len(below) + 1  # and the one that explains them
+    rows = [made_row("a", 2e-6, 1.0, below_uncertainty="angle"), made_row("b", 5e-7, 1.0)]
+    rows[1]["below_uncertainty"] = "error angle"
+    table = made_table(tmp_path / "a.csv", rows, {"angle": 1e-6})
+    page = fs.report(table, tmp_path / "a.html").read_text(encoding="utf-8")
+    assert page.count("2.0e\N{MINUS SIGN}06*") == 1
+    assert page.count("5.0e\N{MINUS SIGN}07*") == 2
+    assert "* below the reference uncertainty" in page
 
 
 @pytest.mark.parametrize("damage", ["[1]", "{", '{"a": "x"}', '{"a": 1e999}', "null"])
-def test_a_damaged_uncertainty_is_refused(saved: Saved, damage: str, tmp_path: Path) -> None:
-    path = with_about(saved.folder / "a.csv", tmp_path, reference_uncertainty=damage)
-    with pytest.raises(fs.InputError, match="its reference uncertainty is"):
+def test_a_damaged_uncertainty_is_refused(damage: str, tmp_path: Path) -> None:
+    path = made_table(tmp_path / "a.csv", [made_row("a", 1e-3, 1.0)])
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("{}", '"' + damage.replace('"', '""') + '"'), encoding="utf-8")
+    with pytest.raises(fs.InputError, match="its reference uncertainty is damaged"):
         fs.report(path, tmp_path / "page.html")
+
+
+def test_the_report_of_a_table_of_the_command_says_what_the_terminal_said(
+    told: Callable[..., tuple[str, str]], here: Path
+) -> None:
+    Path("untitled.toml").write_text(
+        'kind = "shaft"\nmechanism = { inertia = 0.1, initial_angular_velocity = 2.0 }\n'
+        "[effects.shaft_friction]\nshaft_radius = 0.01\nmu_s = 0.3\nmu_k = 0.2\n"
+        '[[forces]]\nname = "load"\nsize = 50.0\npoint = [0.0, 0.0]\ndirection = [0.0, -1.0]\n'
+        "[solver]\nduration = 0.3\n",
+        encoding="utf-8",
+    )
+    for scenario, backend in (("marble_machine", "events"), ("untitled.toml", "lsoda")):
+        options = ("--backends", backend, "--tolerances", "1e-2", "--repeats", "1")
+        said, _ = told("cost", scenario, *options, "--set", "solver.duration=0.6", "--csv", "c.csv")
+        told("report", "c.csv", "-o", "c.html")
+        page = Path("c.html").read_text(encoding="utf-8")
+        page = html.unescape(re.sub(r"<[^>]+>", " ", page))
+        first, *lines = said.splitlines()
+        heading = first.removesuffix(" (done)")
+        # Without a title a study is called by its kind.
+        assert re.fullmatch(r"\S.*: error against run time", heading)
+        assert heading in page
+        wanted = [line for line in lines if line.startswith(("for ", "reference", "set: "))]
+        assert len(wanted) == 6  # overrides, references, their uncertainty, and three goals
+        for line in wanted:
+            assert line in page

@@ -1,113 +1,126 @@
-"""What a study recommends: the fastest setting that suffices, by times within their spread."""
+"""What a study recommends: the cheapest setting that suffices."""
 
+import random
 from pathlib import Path
 from typing import Any
 
-from hypothesis import given
-from hypothesis import strategies as st
+import pytest
 
 import frictionsim as fs
-from tests.work_precision.made import errors_of, made_row, made_study
+from tests.support.scenarios import ROOT, pulley
+from tests.work_precision.made import made_row, made_table, said_of
+
+PERCENT = (1.0, 0.1, 0.01)
 
 
-def row(
-    backend: str,
-    error: float | None,
-    seconds: float,
-    evaluations: int = 6,
-    spread: float | None = None,
-) -> Any:
-    errors = {} if error is None else {"angle": error, "energy": 0.0}
-    return made_row(backend, errors, seconds, evaluations, spread)
+def recommended(path: Path, rows: list[dict[str, Any]], uncertainty: Any = None) -> list[str]:
+    """Return the methods for 1 %, 0.1 % and 0.01 %; else why there is none."""
+    said = said_of(made_table(path / "a.csv", rows, uncertainty))
+    goals, methods = zip(*(sentence.split(": ", 1) for sentence in said), strict=True)
+    assert goals == tuple(f"for {percent:g} %" for percent in PERCENT)
+    return [text.split(" with ")[0] for text in methods]
 
 
-def recommended(rows: list[Any]) -> list[str | None]:
-    """Return the methods for 1 %, 0.1 % and 0.01 %; None where no setting reaches that."""
-    told = made_study(rows).to_json()["recommendations"]
-    assert [advice["wanted"] for advice in told] == [1e-2, 1e-3, 1e-4]
-    return [advice["backend"] for advice in told]
-
-
-def test_the_fastest_sufficient_setting_is_recommended() -> None:
+def test_the_fastest_sufficient_setting_is_recommended(tmp_path: Path) -> None:
     rows = [
-        row("slow", 1e-9, 3.0),
-        row("rough", 5e-3, 0.1),
-        row("good", 5e-4, 1.0),
-        row("bad", 2.0, 0.01),
-        row("broken", None, 0.001),
+        made_row("slow", 1e-9, 3.0),
+        made_row("rough", 5e-3, 0.1, evaluations=900),
+        made_row("good", 5e-4, 1.0),
+        made_row("bad", 2.0, 0.01),
+        made_row("broken", None, 0.001),
     ]
-    assert recommended(rows) == ["rough", "good", "slow"]
-    sentences = made_study(rows).recommendations
-    assert sentences[1] == "for 0.1 %: good with rtol 1, 1 s, error 5.0e-04"
-    assert made_study(rows[1:2]).recommendations[1] == "for 0.1 %: no setting reached it"
-    assert recommended([]) == [None, None, None]
+    assert recommended(tmp_path, rows) == ["rough", "good", "slow"]
+    said = said_of(made_table(tmp_path / "b.csv", rows))
+    assert said[1] == "for 0.1 %: good with rtol 1, 1 s, error 5.0e-04"
+    none = "no setting reached it"
+    assert recommended(tmp_path, rows[1:2]) == ["rough", none, none]
 
 
-def test_equal_times_prefer_the_first_setting() -> None:
-    rows = [row("default", 1e-9, 1.05), row("same", 1e-9, 1.0), row("other", 1e-9, 1.2)]
-    assert set(recommended(rows)) == {"default"}
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_nothing_beats_what_is_recommended(seed: int, tmp_path: Path) -> None:
+    drawn = random.Random(seed)
+    rows = [
+        made_row(str(i), 10.0 ** drawn.uniform(-5, 0), drawn.uniform(0.1, 2.0), repeats=2 + i % 2)
+        for i in range(30)
+    ]
+    for percent, found in zip(PERCENT, recommended(tmp_path, rows), strict=True):
+        enough = [row for row in rows if row["error [1]"] <= percent / 100.0]
+        assert rows[int(found)] == min(enough, key=lambda row: row["wall_seconds [s]"])
 
 
-def test_times_within_their_spread_are_ranked_by_evaluations() -> None:
-    rows = [row("fast", 1e-9, 1.0, 90, 0.02), row("few", 1e-9, 1.3, 40, 0.4)]
-    assert recommended(rows)[0] == "few"
-    sentence = made_study(rows).recommendations[0]
-    assert sentence.endswith("; of 2 as fast, the fewest evaluations")
-    # They differ by more than the spread of both.
-    apart = [row("fast", 1e-9, 1.0, 90, 0.02), row("few", 1e-9, 1.3, 40, 0.2)]
-    assert recommended(apart)[0] == "fast"
-    # Of a single run the spread is not known: 10 %.
-    single = [row("fast", 1e-9, 1.0, 90), row("few", 1e-9, 1.05, 40), row("slow", 1e-9, 1.2, 1)]
-    assert recommended(single)[0] == "few"
+def test_short_runs_that_were_timed_once_are_compared_by_evaluations(tmp_path: Path) -> None:
+    rows = [made_row("fast", 1e-9, 0.1, 90, repeats=1), made_row("few", 1e-9, 0.2, 40, repeats=1)]
+    sentence = said_of(made_table(tmp_path / "a.csv", rows))[0]
+    assert sentence.startswith("for 1 %: few with rtol 1, 0.2 s")
+    assert sentence.endswith("; the fewest evaluations, as times of one run each differ by chance")
+    # There is nothing to compare a single one with.
+    assert said_of(made_table(tmp_path / "b.csv", rows[:1]))[0].endswith("error 1.0e-09")
+    # A run of more than a second is never repeated; its time is known well enough.
+    long = [made_row("fast", 1e-9, 1.1, 90, repeats=1), made_row("few", 1e-9, 2.0, 40, repeats=1)]
+    assert recommended(tmp_path, long)[0] == "fast"
 
 
-@given(
-    st.lists(
-        st.tuples(st.floats(0.1, 2.0), st.integers(1, 5), st.none() | st.floats(0.0, 1.0)),
-        min_size=1,
-    )
+def test_a_study_of_single_runs_goes_by_evaluations() -> None:
+    study = fs.cost(pulley(), {"solver.duration": 1.0}, backends=["events", "lsoda"], repeats=1)
+    told = study.to_json()
+    for advice in told["recommendations"]:
+        enough = [s for s in told["settings"] if s["error"] <= advice["wanted"]]
+        best = min(enough, key=lambda setting: setting["rhs_evaluations"])
+        found = [advice[name] for name in ("law", "backend", "setting", "overrides")]
+        assert found == [best[name] for name in ("law", "backend", "setting", "overrides")]
+        assert "fewest evaluations" in advice["sentence"]
+    assert study.recommendations == [advice["sentence"] for advice in told["recommendations"]]
+
+
+def test_nothing_is_recommended_below_the_reference_uncertainty(tmp_path: Path) -> None:
+    unknown = "unknown, the reference uncertainty is 2.0e-03"
+    rows = [made_row("events", 1e-6, 1.0)]
+    found = recommended(tmp_path, rows, {"angle": 2e-3, "energy": 1e-5})
+    assert found == ["events", unknown, unknown]
+
+
+def test_a_study_with_loose_references_knows_no_setting_for_small_errors() -> None:
+    """Its references, at rtol 5e-3 and 1e-2, differ by 0.8 %."""
+    study = fs.cost("pulley_return", backends="events", tolerances=0.1, repeats=1)
+    told = study.to_json()
+    floor = max(error["relative"] for error in told["floor"].values())
+    assert 1e-3 < floor < 1e-2
+    for advice in told["recommendations"]:
+        is_known = advice["wanted"] >= floor
+        assert ("unknown" not in advice["sentence"]) == is_known
+        assert (advice["backend"] is not None) == is_known
+        assert (advice["overrides"] is not None) == is_known
+
+
+def test_a_mesh_on_which_errors_cancel_is_not_recommended(tmp_path: Path) -> None:
+    def row(model: str, bodies: int, error: float, seconds: float) -> dict[str, Any]:
+        return made_row("moreau", error, seconds, mesh=(model, bodies))
+
+    rows = [row("string", 60, 1e-3, 0.1), row("string", 150, 0.05, 1.0)]
+    rows += [row("string", 600, 5e-3, 9.0), row("polygon", 30, 0.5, 0.1)]
+    said = said_of(made_table(tmp_path / "a.csv", rows))
+    assert said[0] == "for 1 %: moreau, string with 600 bodies, rtol 1, 9 s, error 5.0e-03"
+    assert said[1] == "for 0.1 %: no setting reached it"
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("pulley", ["events, set-valued with rtol 1e-3, 0.00118 s"] * 3),
+        ("pulley_return", ["events, set-valued with rtol 1e-3, 0.00254 s"] * 3),
+        ("marble_machine", ["rkf45, set-valued with rtol 1e-3, 0.0117 s"] * 3),
+        (
+            "epicyclic",
+            [f"events, set-valued with rtol {x}" for x in ("1e-3", "1e-3", "1e-5, 0.00717 s")],
+        ),
+        ("belt_verification", ["rkf45, set-valued with rtol 2e-6, 1.18 s", *["no setting"] * 2]),
+        ("belt_drive", ["no setting"] * 3),
+    ],
 )
-def test_nothing_beats_what_is_recommended(drawn: list[tuple[float, int, float | None]]) -> None:
-    rows = [row(str(i), 1e-9, *values) for i, values in enumerate(drawn)]
-    found = recommended(rows)[0]
-    assert found is not None
-    best = rows[int(found)]
-    for other in rows:
-        least = 0.1 * max(other.wall_seconds, best.wall_seconds)
-        spread = max(other.wall_spread or 0.0, best.wall_spread or 0.0, least)
-        if other.wall_seconds < best.wall_seconds - spread:
-            # Then another one, as fast as both, has times with a larger spread.
-            assert best.rhs_evaluations <= other.rhs_evaluations
-
-
-def test_nothing_is_recommended_below_the_reference_uncertainty() -> None:
-    study = made_study([row("events", 1e-6, 1.0)], {"angle": 2e-3})
-    found = [advice["backend"] for advice in study.to_json()["recommendations"]]
-    assert found == ["events", None, None]
-    wanted = "for 0.01 %: unknown, the reference uncertainty is 2.0e-03"
-    assert study.recommendations[2] == wanted
-
-
-def test_errors_below_the_reference_uncertainty_are_marked(tmp_path: Path) -> None:
-    rows = [row("a", 2e-6, 1.0), row("b", 5e-7, 1.0), row("c", None, 1.0)]
-    rows[0].errors.update(errors_of({"energy": 5e-10}))
-    rows[1].errors.update(errors_of({"energy": 5e-9}))
-    study = made_study(rows, {"angle": 1e-6, "energy": 1e-9})
-    wanted = [["energy"], ["error", "angle"], []]
-    assert [line["below_uncertainty"] for line in study.to_json()["settings"]] == wanted
-    assert [text.split() for text in study.dataset["below_uncertainty"].values] == wanted
-    cells = [line.split() for line in study.summary().splitlines() if "rtol 1 " in line]
-    assert [cells[0][3:6], cells[1][3:6]] == [
-        ["2.0e-06", "2.0e-06", "5.0e-10*"],
-        ["5.0e-07*", "5.0e-07*", "5.0e-09"],
-    ]
-    for name in ("a.csv", "a.h5"):
-        study.save(tmp_path / name)
-        page = fs.report(tmp_path / name, tmp_path / "a.html").read_text(encoding="utf-8")
-        # Two stars of the second row, one of the first, and one that explains them.
-        assert page.count("5.0e\N{MINUS SIGN}07*") == 2
-        assert page.count("5.0e\N{MINUS SIGN}10*") == 1
-        assert page.count("5.0e\N{MINUS SIGN}09*") == 0
-        assert "* below the reference uncertainty" in page
-    other = made_study(rows, {})
-    assert [line["below_uncertainty"] for line in other.to_json()["settings"]] == [[], [], []]
+def test_shipped_tables_recommend_what_they_did(name: str, said: list[str], tmp_path: Path) -> None:
+    copy = tmp_path / "a.csv"
+    copy.write_bytes((ROOT / "results" / f"{name}_cost.csv").read_bytes())
+    found = said_of(copy)
+    assert len(found) == 3
+    for sentence, percent, words in zip(found, PERCENT, said, strict=True):
+        assert sentence.startswith(f"for {percent:g} %: {words}")

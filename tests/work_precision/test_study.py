@@ -7,7 +7,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 import pytest
 
@@ -234,43 +233,56 @@ def test_an_interrupted_study_shows_its_results(
 # --- the command ---------------------------------------------------------------------------
 
 
-def test_the_command_writes_table_json_csv_hdf5_and_picture(
+def test_the_command_writes_and_names_table_and_picture(
     cli: Callable[..., Any], tmp_path: Path
 ) -> None:
-    done = cli(
+    command = (
         *("cost", PULLEY, "--backends", "events,lsoda", "--tolerances", "1e-4,1e-8"),
         *("--set", "solver.duration=1", "--repeats", "1"),
-        *("--json", "-o", "a.h5", "--csv", "a.csv", "--plot", "a.png"),
     )
+    done = cli(*command, "--json", "--csv", "a.csv", "--plot", "a.png")
     assert (done.returncode, done.stderr) == (0, "")
     told = json.loads(done.stdout)
+    assert told["overrides"] == {"solver.duration": 1}
+    assert (told["table"], told["picture"]) == ("a.csv", "a.png")
     assert [s["setting"] for s in told["settings"][:2]] == ["rtol 1e-4", "rtol 1e-8"]
     assert told["settings"][0]["overrides"] == [
         "effects.shaft_friction.law=set-valued",
         *("solver.rtol=0.0001", "solver.atol=1e-07"),
     ]
-    assert told["recommendations"][0]["backend"] in ("events", "lsoda")  # another load may decide
     assert told["references"] == ["events, set-valued, rtol 5e-10", "rkf45, set-valued, rtol 1e-9"]
-    errors = [s["error"] for s in told["settings"]]
     with (tmp_path / "a.csv").open(encoding="utf-8") as file:
         lines = list(csv.DictReader(file))
-    assert [float(line["error [1]"]) for line in lines] == errors
-    with h5py.File(tmp_path / "a.h5") as file:
-        assert list(file["cost/error"][...]) == errors
-        assert file["cost/wall_seconds"].attrs["units"] == "s"
-        assert file["cost/backend"].asstr()[0] == "events"
+    assert [float(line["error [1]"]) for line in lines] == [s["error"] for s in told["settings"]]
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     assert (tmp_path / "a.png").stat().st_size < 200_000
-    refused = cli("compare", "a.h5", "a.h5")
-    assert refused.returncode == 2
-    assert "this is a table of `frictionsim cost`, not the result of a run" in refused.stderr
+    shown = cli(*command, "--csv", "b.csv").stdout.splitlines()
+    assert shown[1] == "set: solver.duration = 1"
+    assert shown[-1] == "table: b.csv"
+    assert shown[-2].startswith("for 0.01 %: ")
+
+
+def test_files_that_cannot_be_written_cost_no_result(
+    cli: Callable[..., Any], tmp_path: Path
+) -> None:
+    """The disk fills while the study runs: here the folder goes."""
+    folder = tmp_path / "site"
+    body = ("import pathlib, shutil", "shutil.rmtree('gone', ignore_errors=True)")
+    (tmp_path / "gone").mkdir()
+    with searched(unreliable(folder, 0, *body)):
+        done = cli(
+            *("cost", SCENARIO, "--backends", "events", "--tolerances", "1e-3", "--repeats", "1"),
+            *("--csv", "gone/a.csv", "--plot", "b.png"),
+        )
+    assert done.returncode == 4
+    assert "gone/a.csv: cannot write the table" in done.stderr
+    assert done.stdout.splitlines()[-1] == "picture: b.png"
+    assert "table: " not in done.stdout
 
 
 @pytest.mark.parametrize("suffix", [".pdf", slow(".svg")])
 def test_a_study_with_failures_can_be_drawn(suffix: str, failing: fs.Study, tmp_path: Path) -> None:
     failing.save_picture(tmp_path / f"a{suffix}")
-    without = fs.Study(failing.data._replace(rows=[], reference=None))
-    without.save_picture(tmp_path / f"b{suffix}")
     if suffix == ".svg":
         drawn = (tmp_path / "a.svg").read_text(encoding="utf-8")
         failed = sum(row["status"] == "failed" for row in failing.to_json()["settings"])

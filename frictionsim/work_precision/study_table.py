@@ -1,0 +1,247 @@
+"""The rows of a study, the table that is made of them, and the settings that it recommends."""
+
+from collections.abc import Mapping, Sequence
+from math import isfinite, nan
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from frictionsim.display import error_text, short_text, study_text
+from frictionsim.io.cost_table import COUNTS, RELATIVE, CostTable, Error, line_of
+from frictionsim.results import Column, finite
+from frictionsim.scenario.variants import Setting
+
+if TYPE_CHECKING:
+    from frictionsim.results import Metric
+
+TARGET_ERRORS = (1e-2, 1e-3, 1e-4)
+SECONDS_OF_REPEATS = 1.0
+"""Runs of a setting are not repeated after this total time, s: the timing is accurate enough."""
+
+
+class Row(NamedTuple):
+    """The results of a setting; those of one that is refused, but for its reason.
+
+    Attributes
+    ----------
+    status : str
+        `done` or `failed`.
+    reason : str
+        Why it failed, or which checks of the audit failed.
+    wall_seconds : float, s
+        Median over the repeats, or the time of the failed run.
+    steps, rejected, rhs_evaluations, events : int
+        Without evaluations for samples. `rejected` is None if the backend does not report it.
+    errors : dict of Error
+        By measure; empty if it failed.
+    time_errors : mapping of Error
+        Against the same mesh converged in time; empty if that is not known, and without meshes.
+    states : int
+        Length of the state vector.
+    repeats : int
+        Number of timed runs.
+    wall_spread : float or None, s
+        Largest minus least wall time of the repeats; None of a single run.
+    """
+
+    setting: Setting
+    status: str
+    reason: str
+    wall_seconds: float = 0.0
+    steps: int = 0
+    rejected: int | None = None
+    rhs_evaluations: int = 0
+    events: int = 0
+    errors: Mapping[str, Error] = MappingProxyType({})
+    time_errors: Mapping[str, Error] = MappingProxyType({})
+    states: int = 0
+    repeats: int = 0
+    wall_spread: float | None = None
+
+
+def columns_of(
+    rows: Sequence[Row],
+    metrics: "Sequence[Metric]",
+    uncertainty: Mapping[str, Error],
+    time_uncertainty: float | None,
+) -> dict[str, Column]:
+    """Return the columns of a table of rows.
+
+    Parameters
+    ----------
+    uncertainty, time_uncertainty
+        As in `CostTable`; errors below them are named in a column of their own.
+    """
+    columns: dict[str, Column] = {}
+
+    def add(name: str, unit: str, words: str, values: list[Any]) -> None:
+        if unit:
+            values = [nan if value is None else float(value) for value in values]
+        columns[name] = Column(name, unit, words, values)
+
+    def below(row: Row) -> str:
+        limits = {"error": greatest(uncertainty), "time_error": time_uncertainty}
+        limits |= {name: error.relative for name, error in uncertainty.items()}
+        errors = {"error": greatest(row.errors), "time_error": greatest(row.time_errors)}
+        errors |= {name: error.relative for name, error in row.errors.items()}
+        return " ".join(
+            name
+            for name, limit in limits.items()
+            if limit is not None and (error := errors.get(name)) is not None and error < limit
+        )
+
+    add("law", "", "friction law", [row.setting.law for row in rows])
+    add("backend", "", "integration method", [row.setting.backend for row in rows])
+    add("setting", "", "setting of the method", [row.setting.label for row in rows])
+    meshes = [row.setting.mesh for row in rows if row.setting.mesh]  # of all rows, or of none
+    if meshes:
+        add("model", "", "model in space", [mesh.model for mesh in meshes])
+        add("bodies", "1", "number of bodies", [mesh.bodies for mesh in meshes])
+    add("overrides", "", "keys it sets", [" ".join(row.setting.all_overrides) for row in rows])
+    add("status", "", "done or failed", [row.status for row in rows])
+    add("reason", "", "why it failed", [row.reason for row in rows])
+    add("error", "1", "largest relative error", [greatest(row.errors) for row in rows])
+    if meshes:
+        words = "largest relative error in time alone"
+        add("time_error", "1", words, [greatest(row.time_errors) for row in rows])
+    words = "errors that are below the reference uncertainty"
+    add("below_uncertainty", "", words, list(map(below, rows)))
+    for metric in metrics:
+        name = metric.name
+        errors = [row.errors.get(name, Error(None, nan)) for row in rows]
+        add(f"{name}_error", metric.unit, f"error of {name}", [e.absolute for e in errors])
+        add(f"{name}{RELATIVE}", "1", f"relative error of {name}", [e.relative for e in errors])
+    add("events", "1", "events of the run", [row.events for row in rows])
+    words = "median wall time of the solution alone"
+    add("wall_seconds", "s", words, [row.wall_seconds for row in rows])
+    words = "largest minus least wall time of the repeats"
+    add("wall_spread", "s", words, [row.wall_spread for row in rows])
+    add("repeats", "1", "runs that were timed", [row.repeats for row in rows])
+    add("steps", "1", "accepted steps", [row.steps for row in rows])
+    add("rejected", "1", "rejected steps", [row.rejected for row in rows])
+    words = "evaluations of the right-hand side"
+    add("rhs_evaluations", "1", words, [row.rhs_evaluations for row in rows])
+    add("states", "1", "length of the state vector", [row.states for row in rows])
+    return columns
+
+
+def greatest(errors: Mapping[str, Error]) -> float | None:
+    """Return the largest relative error; None if there is none."""
+    return max((error.relative for error in errors.values()), default=None)
+
+
+class Advice(NamedTuple):
+    """The cheapest setting with an error of at most `wanted`; None if no setting is known to be.
+
+    `is_by_work` tells that there were several, and evaluations decided as times could not.
+    """
+
+    wanted: float
+    floor: float
+    row: dict[str, Any] | None
+    is_by_work: bool
+
+    @property
+    def sentence(self) -> str:
+        """The recommendation as text."""
+        goal = f"for {study_text(100 * self.wanted)} %"
+        if self.floor > self.wanted:
+            return f"{goal}: unknown, the reference uncertainty is {error_text(self.floor)}"
+        if self.row is None:
+            return f"{goal}: no setting reached it"
+        row = self.row
+        bodies = f"{row['bodies']:.0f} bodies, " if row.get("model") else ""
+        work = "; the fewest evaluations, as times of one run each differ by chance"
+        return (
+            f"{goal}: {line_of(row)} with {bodies}{row['setting']},"
+            f" {short_text(row['wall_seconds'])} s, error {error_text(row['error'])}"
+            f"{work if self.is_by_work else ''}"
+        )
+
+
+def recommendations(table: CostTable) -> list[Advice]:
+    """Return the cheapest setting for each of TARGET_ERRORS.
+
+    The fastest one; that with the fewest evaluations if a run of less than SECONDS_OF_REPEATS was
+    timed only once. Where the reference uncertainty is larger than an error, none is known.
+    """
+    return [_cheapest(table, wanted) for wanted in TARGET_ERRORS]
+
+
+def _cheapest(table: CostTable, wanted: float) -> Advice:
+    rows = [row for row in table.rows if row["error"] <= wanted and row["status"] == "done"]
+    rows = [row for row in rows if table.floor <= wanted and _holds(row, table.rows, wanted)]
+    is_by_work = len(rows) > 1 and any(
+        row.get("repeats") == 1 and row["wall_seconds"] < SECONDS_OF_REPEATS for row in rows
+    )
+    cost = "rhs_evaluations" if is_by_work else "wall_seconds"
+    row = min(rows, key=lambda row: float(row[cost]), default=None)
+    return Advice(wanted, table.floor, row, is_by_work)
+
+
+def _holds(row: dict[str, Any], rows: list[dict[str, Any]], wanted: float) -> bool:
+    """Return whether finer meshes of the model of a row have no larger an error either.
+
+    On one mesh errors of opposite sign may cancel; that is no reason to trust it.
+    """
+    best: dict[float, float] = {}
+    for other in rows:
+        finer = row.get("model") and other["model"] == row["model"]
+        if finer and other["bodies"] > row["bodies"] and other["error"] == other["error"]:
+            bodies = other["bodies"]
+            best[bodies] = min(other["error"], best.get(bodies, other["error"]))
+    return all(error <= wanted for error in best.values())
+
+
+def table_json(table: CostTable) -> dict[str, Any]:
+    """Return the JSON of a table: its measures, references, settings and recommendations."""
+    measures = table.measures
+    return {
+        "kind": table.kind,
+        "status": table.status,
+        "reason": table.reason,
+        "measures": {name: {"unit": table.columns[f"{name}_error"].unit} for name in measures},
+        "references": list(table.references),
+        "floor": {name: _error_json(*error) for name, error in table.uncertainty.items()},
+        "time_references": list(table.time_references),
+        "settings": [_row_json(row, measures) for row in table.rows],
+        "recommendations": [_advice_json(advice) for advice in recommendations(table)],
+    }
+
+
+def _row_json(row: dict[str, Any], measures: list[str]) -> dict[str, Any]:
+    known = {
+        name: _error_json(row[f"{name}_error"], row[name + RELATIVE])
+        for name in measures
+        if row[name + RELATIVE] == row[name + RELATIVE]
+    }
+    numbers = ("error", "time_error", "wall_seconds", "wall_spread")
+    return {
+        **_setting_json(row),
+        "status": row["status"],
+        "reason": row["reason"],
+        "errors": known,
+        **{name: finite(row.get(name)) for name in numbers},
+        **{name: _count(row[name]) for name in COUNTS if name in row},
+        "below_uncertainty": row["below_uncertainty"].split(),
+    }
+
+
+def _advice_json(advice: Advice) -> dict[str, Any]:
+    setting = _setting_json(advice.row) if advice.row else dict.fromkeys(SETTING)
+    return {"wanted": advice.wanted, **setting, "sentence": advice.sentence}
+
+
+SETTING = ("law", "backend", "setting", "overrides")
+
+
+def _setting_json(row: dict[str, Any]) -> dict[str, Any]:
+    mesh = {"model": row["model"], "bodies": _count(row["bodies"])} if row.get("model") else {}
+    return {**{name: row[name] for name in SETTING}, **mesh, "overrides": row["overrides"].split()}
+
+
+def _error_json(absolute: float | None, relative: float) -> dict[str, float | None]:
+    return {"absolute": finite(absolute), "relative": finite(relative)}
+
+
+def _count(value: float) -> int | None:
+    return int(value) if isfinite(value) else None
