@@ -1,6 +1,6 @@
 """The measured data of a fit: time series of one run, or a table of runs and their noise."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from math import isfinite
 from os import PathLike
 from pathlib import Path
@@ -56,35 +56,15 @@ def _file_or_columns(data: Any) -> Any:
     return data
 
 
-def _bounds_by_key(bounds: Any) -> dict[Any, Any]:
-    """Return the bounds of free keys from a mapping, or from texts KEY=LOW:HIGH[:START]."""
-    if isinstance(bounds, Mapping):
-        return dict(bounds)
-    if isinstance(bounds, str) or not isinstance(bounds, Iterable):
-        raise ValueError(
-            f"expected bounds by key, e.g. {{'drive.force': (0.0, 1.0)}}, got {bounds!r}"
-        )
-    return dict(map(_bounds, bounds))
-
-
-def _bounds(text: Any) -> tuple[str, tuple[float, ...]]:
-    key, _, value = (part.strip() for part in str(text).partition("="))
+def _bounds(text: str) -> tuple[float, ...]:
+    """Return the numbers of LOW:HIGH or LOW:HIGH:START."""
     try:
-        numbers = tuple(float(part) for part in value.split(":"))
+        numbers = tuple(map(float, text.split(":")))
     except ValueError:
         numbers = ()
-    if not key or len(numbers) not in (2, 3):
-        raise ValueError(f"expected {BOUNDS}; a free key needs bounds, got {text!r}")
-    return ",".join(part.strip() for part in key.split(",")), numbers
-
-
-def _deviations(raw: Any) -> dict[str, float | str]:
-    """Return standard deviations, or the names of their columns."""
-    values = by_name("NAME=VALUE", number_or_name)(raw)
-    for name, value in values.items():
-        if not isinstance(value, str) and not _finite(name, value) > 0.0:
-            raise ValueError(f"{name}: expected a number above 0, got {value:g}")
-    return {name: v if isinstance(v, str) else _finite(name, v) for name, v in values.items()}
+    if len(numbers) not in (2, 3):
+        raise ValueError(f"expected {BOUNDS}, got {text!r}")
+    return numbers
 
 
 def _finite(name: str, value: Any, hint: str = "") -> float:
@@ -101,12 +81,14 @@ class FitOptions(Options):
     channels: ColumnsOption = Field({})
     over: ColumnsOption = Field({})
     quantities: dict[str, Any] = Field({})  # values; with `over` columns
-    sigma: Annotated[dict[str, Any], BeforeValidator(_deviations)] = Field({})
+    sigma: Annotated[dict[str, Any], BeforeValidator(by_name("NAME=VALUE", number_or_name))] = (
+        Field({})
+    )
     units: Annotated[dict[str, str], BeforeValidator(by_name("NAME=UNIT", str))] = Field({})
     time: str | int | None = None
     time_unit: str | None = None
     time_offset: float = unit_field("s", "Offset added to the times of the data.", 0.0)
-    free: Annotated[dict[str, Any], BeforeValidator(_bounds_by_key)] = Field({})
+    free: Annotated[dict[str, Any], BeforeValidator(by_name(BOUNDS, _bounds))] = Field({})
     starts: int = Field(STARTS, ge=1)
     seed: int = Field(0, ge=0)
     bootstrap: int = Field(0, ge=0)
@@ -402,14 +384,14 @@ def _sigma(
     sigma = source.sigma.get(name)
     if sigma is None:
         return None
-    if not isinstance(sigma, str):
-        values = np.full(len(rows), float(sigma) * size)
-    elif columns is None:
-        raise ArgumentError("sigma", f"{name}: expected a number, got '{sigma}'")
-    else:
+    if isinstance(sigma, str) and columns is not None:
         values = columns.values[sigma][rows] * size
+    else:
+        values = np.full(len(rows), sigma * size if isinstance(sigma, int | float) else np.nan)
     if not (np.isfinite(values) & (values >= MIN_NUMBER)).all():
-        raise ArgumentError("sigma", f"{name}: expected standard deviations above 0")
+        column = f" in the column '{sigma}'" if isinstance(sigma, str) and columns else ""
+        found = column or f", got {sigma!r}"
+        raise ArgumentError("sigma", f"{name}: expected standard deviations above 0{found}")
     return values
 
 

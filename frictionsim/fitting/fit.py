@@ -37,6 +37,8 @@ from frictionsim.fitting.search import (
     search,
 )
 from frictionsim.fitting.uncertainty import (
+    JUMP,
+    JUMPS,
     NO_BETTER,
     NO_CHANGE,
     Identification,
@@ -44,7 +46,6 @@ from frictionsim.fitting.uncertainty import (
     autocorrelation,
     identify,
     interval,
-    jumps,
     misfit_of_noise,
     quantile,
 )
@@ -79,7 +80,8 @@ def fit(problem: FitProblem, options: FitOptions) -> FitOutcome:
     if options.bootstrap:
         determined = [known and key.key not in identification.reasons for key in keys]
         drawn = bootstrap(problem, noise, best, determined, options)
-    identification = identification.without(keys, jumps(keys, changes))
+    rough = {key.key: JUMP for key, change in zip(keys, changes, strict=True) if change > JUMPS}
+    identification = identification.without(keys, rough)
     if not known:
         unknown = np.full_like(identification.covariance, np.nan)
         identification = identification._replace(covariance=unknown)

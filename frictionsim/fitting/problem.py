@@ -89,7 +89,7 @@ def free_keys(bounds_by_key: Mapping[str, Any], scenario: "Scenario") -> tuple[F
     keys, chosen = [], []
     for key, bounds in bounds_by_key.items():
         low, high, start = _bounds(key, bounds)
-        names = names_in(key)
+        names = [name.strip() for name in names_in(key)]
         for name in names:
             _check_key(name, low, high, scenario)
         if start is None:
@@ -97,8 +97,9 @@ def free_keys(bounds_by_key: Mapping[str, Any], scenario: "Scenario") -> tuple[F
             within = current is not None and low <= current <= high
             start = current if current is not None and within else _middle(low, high)
         else:
-            chosen.append(key)
-        keys.append(FreeKey(key, low, high, start, unit_of_key(type(scenario), names[0])))
+            chosen.append(",".join(names))
+        unit = unit_of_key(type(scenario), names[0])
+        keys.append(FreeKey(",".join(names), low, high, start, unit))
     return _with_valid_starts(tuple(keys), chosen, scenario)
 
 

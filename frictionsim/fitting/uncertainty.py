@@ -23,6 +23,7 @@ MIN_SINGULAR = 1e-4  # of derivatives scaled to length 1: smaller ones may be er
 MIN_COMPONENT = 0.1  # of a unit vector: a smaller component is no part of a combination
 NO_CHANGE = "the data do not change with it"
 NO_BETTER = "the data determine it no better than its bounds do"
+JUMP = "the run jumps or kinks at the estimate or beside it; a bootstrap needs no derivatives"
 ROUNDING = 1e-7  # of the spread of the data
 JUMPS = 0.25  # relative change of derivatives with their step: that of the error is as large
 EXACT = 1e-9  # of the spread: least standard deviation
@@ -138,22 +139,6 @@ def identify(
     directions = right[determined] / singular[determined, None]
     covariance[np.ix_(active, active)] = directions.T @ directions / np.outer(lengths, lengths)
     return Identification({}, covariance, int(np.sum(determined))).without(keys, reasons)
-
-
-def jumps(keys: tuple[FreeKey, ...], changes: "Array") -> dict[str, str]:
-    """Return why keys by which the run jumps or kinks at the estimate have no standard error.
-
-    The changes (keys,) are those of derivatives with the step of their differences.
-    """
-    return {
-        key.key: (
-            "the run jumps or kinks at the estimate (its derivatives change by"
-            f" {100.0 * change:.0f} % with the step of their differences); a bootstrap does not"
-            " need them"
-        )
-        for key, change in zip(keys, changes, strict=True)
-        if change > JUMPS
-    }
 
 
 def quantile(degrees: int | None) -> float:
