@@ -163,8 +163,7 @@ def _identified(
     keys, solver = problem.keys, problem.scenario.solver
     accuracy = 0.0 if problem.scenario.pair.fixed_step else solver.rtol
     task = Search(problem, 1.0 / noise.sigma)
-    jacobian = task.jacobian(best.x)
-    changes = task.changes(best.x, jacobian)
+    jacobian, changes = task.checked_jacobian(best.x)
 
     def identified() -> Identification:
         scaled = jacobian / (noise.sigma * task.weights)[:, None]

@@ -34,7 +34,8 @@ SCANNED = 12  # points for each start
 APART = 0.1  # of the bounds: least distance of starts
 MIN_STEP, MAX_STEP = 3e-4, 1e-2  # of differences, as a part of the bounds
 FIXED_STEP = 3e-3  # where the error of the runs is not known from a tolerance
-SHORTER = 0.25  # of the step, in a check of the derivatives
+SHORTER = (0.25, 0.0625)  # steps of differences, in a check of the derivatives
+DISAGREE = 0.1  # relative: derivatives of a shorter step are taken
 TOLERANCE = 1e-10  # relative change of the places, and of the sum of squares, at the end
 NO_SLOPE = 1e-15  # of the gradient: the data do not change with any key
 MAX_ITERATIONS = 60
@@ -94,11 +95,21 @@ class Search:
         """
         return np.array([self._slope(x, j, step or self.step) for j in range(len(x))]).T
 
-    def changes(self, x: "Array", jacobian: "Array") -> "Array":
-        """Return the relative differences (keys,) of derivatives from those of a shorter step."""
-        shorter = self.jacobian(x, SHORTER * self.step)
-        size = np.maximum(np.linalg.norm(jacobian, axis=0), np.linalg.norm(shorter, axis=0))
-        return np.linalg.norm(shorter - jacobian, axis=0) / np.where(size > 0.0, size, 1.0)
+    def checked_jacobian(self, x: "Array") -> "tuple[Array, Array]":
+        """Return the derivatives, and their relative changes (keys,) with the step.
+
+        Where a step passes a jump or a kink, such as an appearing event, shorter ones are tried.
+        """
+        jacobian, changes = self.jacobian(x), np.full(len(x), np.inf)
+        for part in SHORTER:
+            shorter = self.jacobian(x, part * self.step)
+            size = np.maximum(np.linalg.norm(jacobian, axis=0), np.linalg.norm(shorter, axis=0))
+            change = np.linalg.norm(shorter - jacobian, axis=0) / np.where(size > 0.0, size, 1.0)
+            changes = np.where(changes > DISAGREE, change, changes)
+            if (changes <= DISAGREE).all():
+                break
+            jacobian = np.where(changes > DISAGREE, shorter, jacobian)
+        return jacobian, changes
 
     def _slope(self, x: "Array", j: int, h: float) -> "Array":
         def values_at(distance: float) -> "Array | None":

@@ -23,9 +23,9 @@ MIN_SINGULAR = 1e-4  # of derivatives scaled to length 1: smaller ones may be er
 MIN_COMPONENT = 0.1  # of a unit vector: a smaller component is no part of a combination
 NO_CHANGE = "the data do not change with it"
 NO_BETTER = "the data determine it no better than its bounds do"
-JUMP = "the run jumps or kinks at the estimate or beside it; a bootstrap needs no derivatives"
+JUMP = "the run jumps or kinks at the estimate; a bootstrap needs no derivatives"
 ROUNDING = 1e-7  # of the spread of the data
-JUMPS = 0.25  # relative change of derivatives with their step: that of the error is as large
+JUMPS = 0.5  # relative change of derivatives with their step
 EXACT = 1e-9  # of the spread: least standard deviation
 
 

@@ -281,17 +281,24 @@ def test_as_many_values_as_keys_need_a_sigma() -> None:
     assert given.standard_errors[FORCE] == pytest.approx(0.1 / (0.5 * SLOPE))
 
 
-def test_beside_a_jump_there_is_no_standard_error() -> None:
-    """Below mu_s = 0.19664 the pulley slips back at the start; differences step over 0.0015."""
+def test_differences_do_not_pass_a_jump() -> None:
+    """Below mu_s = 0.19664 the pulley slips back at the start; a step is 0.00075 long."""
     truth = 0.197
     data = series(pulley().replace({MU_S: truth}), angular_velocity=0.0)
-    sigma, free = {"angular_velocity": 0.1}, {MU_S: (0.05, 0.4, truth)}
-    fit = fit_velocity(pulley(), data, free, sigma=sigma, starts=1, bootstrap=3)
-    assert fit.values[MU_S] == pytest.approx(truth)
-    assert fit.not_identified[MU_S].startswith("the run jumps or kinks at the estimate")
-    assert (fit.standard_errors[MU_S], fit.intervals[MU_S]) == (None, None)
-    assert fit.bootstrap is not None
-    assert fit.bootstrap.intervals[MU_S] is not None
+    free = {MU_S: (0.05, 0.4, truth)}
+    exact, rough = (
+        fit_velocity(pulley(), data, free, sigma={"angular_velocity": sigma}, starts=1)
+        for sigma in (1e-3, 0.1)
+    )
+    near = [
+        series(pulley().replace({MU_S: mu}), angular_velocity=0.0)["angular_velocity"]
+        for mu in (truth - 1e-4, truth + 1e-4)
+    ]
+    slope = (near[1] - near[0]) / 2e-4
+    error = 1.0 / np.linalg.norm(slope)
+    assert exact.standard_errors[MU_S] == pytest.approx(1e-3 * error, rel=1e-3)
+    assert rough.standard_errors[MU_S] == pytest.approx(0.1 * error, rel=1e-3)
+    assert exact.warnings == rough.warnings == ()
 
 
 @pytest.mark.parametrize("bounds", [(299.0, 400.0), (200.0, 303.0), (299.0, 303.0)])
