@@ -1,40 +1,53 @@
 """Fits of free keys of a scenario to measured data from Python: fit and Fit."""
 
 from collections.abc import Callable, Iterable, Mapping
+from itertools import count
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.api.result_base import Ending, ResultBase
 from frictionsim.api.scenarios import with_overrides
-from frictionsim.display import number_text, ratio_text, study_text
+from frictionsim.display import number_text, ratio_text, set_line, study_text
 from frictionsim.document import Data, Document, Table
 from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_DONE, EXIT_SOLVER_FAILED, counted
 from frictionsim.fitting.data import STARTS, measured
 from frictionsim.fitting.data import FitOptions as FitOptions
 from frictionsim.fitting.fit import fit as fit_problem
-from frictionsim.fitting.outcome import OUT_OF_REACH, Bootstrap, Finding, FitOutcome, outcome_json
+from frictionsim.fitting.outcome import (
+    OUT_OF_REACH,
+    Bootstrap,
+    Finding,
+    FitOutcome,
+    TargetResiduals,
+    outcome_json,
+)
 from frictionsim.fitting.problem import FitProblem, check_runs, free_keys
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.options import as_path
-from frictionsim.scenario.settings import Scenario
+from frictionsim.scenario.settings import Origin, Scenario
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from frictionsim.fitting.outcome import TargetResiduals
     from frictionsim.scenario.overrides import Overrides
 
 FITTED = "# Fitted by 'frictionsim fit'"
+NO_INTERVAL = (None, None)
 
 
-def fit_parts(outcome: "FitOutcome") -> Document:
-    """Yield the estimates, their correlations, the residuals and the keys not identified."""
+def fit_parts(outcome: "FitOutcome", overrides: str) -> Document:
+    """Yield the estimates, their correlations, the residuals and the keys not identified.
+
+    The line of the overrides of the scenario may be empty.
+    """
     scenario = outcome.fitted
     values = sum(part.values.size for part in outcome.residuals)
     fit = f"fit of {counted(len(outcome.keys), 'key')} to {counted(values, 'value')}"
     yield f"{scenario.title or scenario.kind}: {fit}"
+    if overrides:
+        yield overrides
     yield _estimates(outcome)
     if len(outcome.keys) > 1:
         yield _correlations(outcome)
@@ -58,22 +71,17 @@ def fit_parts(outcome: "FitOutcome") -> Document:
 
 
 def _estimates(outcome: "FitOutcome") -> Table:
-    bootstrap = outcome.bootstrap
-    drawn = (">bootstrap from", ">to") if bootstrap else ()
-    headings = ("key", ">estimate", ">standard error", ">95 % from", ">to", *drawn, "unit")
+    drawn = outcome.bootstrap.intervals if outcome.bootstrap else None
+    headings = ["key", ">estimate", ">standard error", ">95 % from", ">to"]
+    headings += [">bootstrap from", ">to"] if drawn else []
     rows = []
-    for key in outcome.keys:
-        name = key.key
-        cells = [
-            name,
-            study_text(outcome.values[name]),
-            number_text(outcome.standard_errors[name], 3),
-        ]
-        cells += _pair(outcome.intervals[name])
-        if bootstrap is not None:
-            cells += _pair(bootstrap.intervals[name])
-        rows.append((*cells, key.unit))
-    return Table(headings, rows)
+    for key, value in outcome.values.items():
+        error = number_text(outcome.standard_errors[key], 3)
+        ends = [*(outcome.intervals[key] or NO_INTERVAL)]
+        ends += (drawn[key] or NO_INTERVAL) if drawn else ()
+        rows.append([key, study_text(value), error, *map(study_text, ends)])
+    units = [key.unit for key in outcome.keys]
+    return Table((*headings, "unit"), [(*row, u) for row, u in zip(rows, units, strict=True)])
 
 
 def _correlations(outcome: "FitOutcome") -> Table:
@@ -105,7 +113,8 @@ def _residuals(outcome: "FitOutcome") -> Table:
 
 def _searches(outcome: "FitOutcome") -> str:
     ended = "" if outcome.status == "done" else f"; {outcome.status}: {outcome.reason}"
-    return f"{outcome.finding.sentence}, in {counted(outcome.runs, 'run')}{ended}"
+    also = f"; {outcome.finding.also}" if outcome.finding.also else ""
+    return f"{outcome.finding.sentence}, in {counted(outcome.runs, 'run')}{also}{ended}"
 
 
 def _read_as(part: "TargetResiduals") -> str:
@@ -115,10 +124,6 @@ def _read_as(part: "TargetResiduals") -> str:
         column = f" from column {part.column}"
     unit = "" if part.data_unit in ("", "1") else f" in {part.data_unit}"
     return f"{part.name}{column}{unit}"
-
-
-def _pair(interval: tuple[float, float] | None) -> list[str]:
-    return ["none", "none"] if interval is None else [study_text(end) for end in interval]
 
 
 def toml_of(outcome: "FitOutcome", source: str) -> str:
@@ -166,10 +171,9 @@ class Fit(ResultBase):
         Overrides of the scenario, by key.
     """
 
-    def __init__(
-        self, data: FitOutcome, source: str = "", overrides: Mapping[str, Any] | None = None
-    ) -> None:
-        self.data, self.source, self.overrides = data, source, dict(overrides or {})
+    def __init__(self, data: FitOutcome, origin: Origin) -> None:
+        self.data, self.source, self.overrides = data, origin.source, origin.values
+        self._set_line = set_line({"overrides": "\n".join(origin.overrides)})
 
     @property
     def values(self) -> dict[str, float]:
@@ -218,7 +222,7 @@ class Fit(ResultBase):
     @property
     def starts(self) -> list[dict[str, Any]]:
         """The local searches by their costs: where each started and ended, and its cost."""
-        return [start._asdict() for start in self.data.starts]
+        return self.data.starts
 
     @property
     def bootstrap(self) -> Bootstrap | None:
@@ -287,7 +291,7 @@ class Fit(ResultBase):
 
     def parts(self) -> Document:
         """Yield the estimates, their correlations and the residuals, and their data."""
-        yield from fit_parts(self.data)
+        yield from fit_parts(self.data, self._set_line)
         yield Data(outcome_json(self.data, self.source, self.overrides))
 
     def __repr__(self) -> str:
@@ -370,5 +374,11 @@ def fit_with(scenario: Scenario, options: FitOptions) -> Fit:
     keys = free_keys(options.free, scenario)
     data = measured(options, scenario)
     check_runs(data, keys, scenario)
-    problem = FitProblem(scenario, keys, data, options.progress or (lambda runs: None))
-    return Fit(fit_problem(problem, options), scenario.origin.source, scenario.origin.values)
+    runs, progress = count(1), options.progress or (lambda runs: None)
+
+    def on_runs(further: int) -> None:
+        for _ in range(further):
+            progress(next(runs))
+
+    problem = FitProblem(scenario, keys, data, on_runs)
+    return Fit(fit_problem(problem, options), scenario.origin)

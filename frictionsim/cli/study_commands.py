@@ -2,7 +2,7 @@
 
 import gc
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from time import monotonic
@@ -37,7 +37,6 @@ from frictionsim.cli.messages import (
 )
 from frictionsim.cli.monitor import CommandMonitor, EndingSignals, StatusLine, SweepMonitor
 from frictionsim.errors import EXIT_SIGNAL, InputError, OutputError, counted
-from frictionsim.simulation.monitor import Monitor, compilation_text
 
 if TYPE_CHECKING:
     from frictionsim.api.result_base import ResultBase
@@ -90,6 +89,29 @@ class StudyFiles(NamedTuple):
         """Print the summary; with output files, an unwritable stdout only warns."""
         show = print_beside_files if any(self) else print_data
         show(result.to_json() if as_json else result.summary())
+
+    def finish(
+        self, result: "ResultBase", as_json: bool, writers: Mapping[str, Callable[[Path], Any]]
+    ) -> None:
+        """Write all files, print the summary that names them, and raise the errors of the others.
+
+        In JSON the name of each file is the value of its option, null of one that is not there.
+        """
+        written: dict[str, str | None] = dict.fromkeys(writers)
+        errors = []
+        for name, write in writers.items():
+            if (path := getattr(self, name)) is not None:
+                try:
+                    write(path)
+                    written[name] = str(path)
+                except OutputError as error:
+                    errors.append(str(error))
+        names = ", ".join(filter(None, written.values()))
+        summary = f"{result.summary()}\nwritten: {names}" if names else result.summary()
+        show = print_beside_files if any(self) else print_data
+        show(result.to_json() | written if as_json else summary)
+        if errors:
+            raise OutputError("\n".join(errors))
 
     def write(self, writers: Mapping[str, Callable[[Path], Any]]) -> None:
         """Write all files; then raise the errors of those that cannot be written."""
@@ -308,8 +330,7 @@ def fit(
         files = StudyFiles(output, None, plot)
         files.check(no_clobber)
         result = fit_with(loaded, options)
-    files.print(result, as_json)
-    files.write({"output": result.save_toml, "plot": result.save})
+    files.finish(result, as_json, {"output": result.save_toml, "plot": result.save_picture})
     if result.not_identified and not as_json:
         named = ", ".join(result.not_identified)
         keys = counted(len(result.values), "key")
@@ -320,8 +341,8 @@ def fit(
     return result.exit_code
 
 
-class _Updates(Monitor[int]):
-    """Shows the number of runs of a fit several times per second, and announces a compilation."""
+class _Updates:
+    """Shows the number of runs of a fit several times per second."""
 
     def __init__(self, line: StatusLine) -> None:
         self._line, self._shown = line, 0.0
@@ -330,10 +351,6 @@ class _Updates(Monitor[int]):
         if monotonic() - self._shown > SECONDS_BETWEEN_UPDATES:
             self._shown = monotonic()
             self._line(f"{runs} runs")
-
-    def compiling(self, expected: float) -> AbstractContextManager[None]:
-        self._line(compilation_text(expected))
-        return nullcontext()
 
 
 @app.command()

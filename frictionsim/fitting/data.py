@@ -1,6 +1,6 @@
 """The measured data of a fit: time series of one run, or a table of runs and their noise."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from math import isfinite
 from os import PathLike
 from pathlib import Path
@@ -38,80 +38,14 @@ if TYPE_CHECKING:
     from frictionsim.results import Array
     from frictionsim.scenario.settings import Scenario
 
-
-EXACT = 1e-9  # of the spread: least standard deviation
-
-
-class Noise:
-    """The standard deviations of the data, given or estimated."""
-
-    def __init__(self, targets: "Iterable[Target]") -> None:
-        targets = list(targets)
-        # Of each value (n,).
-        self.spread = np.concatenate([t.scale for t in targets])
-        self.sigma = np.concatenate([t.scale if t.sigma is None else t.sigma for t in targets])
-        names = [t.group if t.sigma is None else "" for t in targets for _ in t.values]
-        groups = [name for name in dict.fromkeys(names) if name]
-        self.groups = [np.array([n == name for n in names]) for name in groups]
-        self.all_given = not self.groups
-        self.is_to_be_balanced = len(dict.fromkeys(names)) > 1
-
-    def estimate(self, residuals: "Array", determined: int) -> float:
-        """Estimate the standard deviations that were not given; return their relative change.
-
-        `determined` is the number of values determined from the data.
-        """
-        change, share = 0.0, max(1.0 - determined / residuals.size, 0.0)
-        for group in self.groups:
-            relative = residuals[group] / self.spread[group]
-            size = np.sqrt(np.mean(relative**2) / share) if share else np.sqrt(np.mean(relative**2))
-            sigma = self.spread[group] * max(float(size), EXACT)
-            change = max(change, abs(float(sigma[0] / self.sigma[group][0]) - 1.0))
-            self.sigma[group] = sigma
-        return change
-
-
+STARTS = 3  # local searches
+BOUNDS = "KEY=LOW:HIGH or KEY=LOW:HIGH:START, e.g. effects.shaft_friction.mu_s=0.05:0.4"
 AT_END = 1e-9  # of the duration: a time this far outside the run is at its start or end
 DEFAULT_TIME = "time"
 SHARED = "quantities"  # group of single quantities without sigma, whose errors are relative
 
 
-class Target(NamedTuple):
-    """Measured values of a channel or quantity."""
-
-    name: str  # as `angular_velocity`, or `pulley_speed.driven` of a channel with members
-    kind: Literal["channel", "quantity"]
-    unit: str  # of the channel; of a quantity that of the data, empty if not given
-    values: "Array"
-    sigma: "Array | None"  # standard deviations
-    times: "Array"  # in the run, s; empty for a quantity
-    runs: "npt.NDArray[np.int64]"  # the run of each value
-    group: str  # values of one group without sigma have one noise level
-    scale: "Array"  # reference of their errors until the noise is known
-    column: ColumnKey | None = None  # of the data; None for a value given directly
-    data_unit: str = ""  # unit of the data as read; empty for that of the quantity
-    unit_is_certain: bool = True  # else `unit` may be a part of the column's name
-
-
-class Measured(NamedTuple):
-    """Measured data."""
-
-    targets: tuple[Target, ...]
-    runs: tuple[dict[str, float], ...]  # overrides of each run; one empty run for time series
-    over: tuple[str, ...] = ()  # the keys of these overrides
-
-    @property
-    def times(self) -> "Array":
-        """All distinct times of the channels, s, ascending."""
-        return np.unique(np.concatenate([t.times for t in self.targets] or [np.empty(0)]))
-
-    @property
-    def size(self) -> int:
-        """The number of values."""
-        return sum(target.values.size for target in self.targets)
-
-
-BOUNDS = "KEY=LOW:HIGH or KEY=LOW:HIGH:START, e.g. effects.shaft_friction.mu_s=0.05:0.4"
+# --- what is asked for ---------------------------------------------------------------------------
 
 
 def _file_or_columns(data: Any) -> Any:
@@ -122,35 +56,15 @@ def _file_or_columns(data: Any) -> Any:
     return data
 
 
-def _bounds_by_key(bounds: Any) -> dict[Any, Any]:
-    """Return the bounds of free keys from a mapping, or from texts KEY=LOW:HIGH[:START]."""
-    if isinstance(bounds, Mapping):
-        return dict(bounds)
-    if isinstance(bounds, str) or not isinstance(bounds, Iterable):
-        raise ValueError(
-            f"expected bounds by key, e.g. {{'drive.force': (0.0, 1.0)}}, got {bounds!r}"
-        )
-    return dict(map(_bounds, bounds))
-
-
-def _bounds(text: Any) -> tuple[str, tuple[float, ...]]:
-    key, _, value = (part.strip() for part in str(text).partition("="))
+def _bounds(text: str) -> tuple[float, ...]:
+    """Return the numbers of LOW:HIGH or LOW:HIGH:START."""
     try:
-        numbers = tuple(float(part) for part in value.split(":"))
+        numbers = tuple(map(float, text.split(":")))
     except ValueError:
         numbers = ()
-    if not key or len(numbers) not in (2, 3):
-        raise ValueError(f"expected {BOUNDS}; a free key needs bounds, got {text!r}")
-    return ",".join(part.strip() for part in key.split(",")), numbers
-
-
-def _deviations(raw: Any) -> dict[str, float | str]:
-    """Return standard deviations, or the names of their columns."""
-    values = by_name("NAME=VALUE", number_or_name)(raw)
-    for name, value in values.items():
-        if not isinstance(value, str) and not _finite(name, value) > 0.0:
-            raise ValueError(f"{name}: expected a number above 0, got {value:g}")
-    return {name: v if isinstance(v, str) else _finite(name, v) for name, v in values.items()}
+    if len(numbers) not in (2, 3):
+        raise ValueError(f"expected {BOUNDS}, got {text!r}")
+    return numbers
 
 
 def _finite(name: str, value: Any, hint: str = "") -> float:
@@ -160,9 +74,6 @@ def _finite(name: str, value: Any, hint: str = "") -> float:
     return float(number)
 
 
-STARTS = 3  # local searches
-
-
 class FitOptions(Options):
     """The data of a fit, their columns that are fitted, and the settings of the search."""
 
@@ -170,12 +81,14 @@ class FitOptions(Options):
     channels: ColumnsOption = Field({})
     over: ColumnsOption = Field({})
     quantities: dict[str, Any] = Field({})  # values; with `over` columns
-    sigma: Annotated[dict[str, Any], BeforeValidator(_deviations)] = Field({})
+    sigma: Annotated[dict[str, Any], BeforeValidator(by_name("NAME=VALUE", number_or_name))] = (
+        Field({})
+    )
     units: Annotated[dict[str, str], BeforeValidator(by_name("NAME=UNIT", str))] = Field({})
     time: str | int | None = None
     time_unit: str | None = None
     time_offset: float = unit_field("s", "Offset added to the times of the data.", 0.0)
-    free: Annotated[dict[str, Any], BeforeValidator(_bounds_by_key)] = Field({})
+    free: Annotated[dict[str, Any], BeforeValidator(by_name(BOUNDS, _bounds))] = Field({})
     starts: int = Field(STARTS, ge=1)
     seed: int = Field(0, ge=0)
     bootstrap: int = Field(0, ge=0)
@@ -217,182 +130,199 @@ class FitOptions(Options):
                 yield "over", f"'{name}' is free, too; the data give it or the fit does"
 
 
-class _DataTable:
-    """Columns of the data, from a file or a mapping."""
-
-    def __init__(self, source: FitOptions, time: ColumnKey | None) -> None:
-        self._source, self._time = source, time
-        columns = [*source.channels.values(), *source.over.values()]
-        if source.over:
-            columns += source.quantities.values()
-        columns += [value for value in source.sigma.values() if isinstance(value, str)]
-        wanted = list(dict.fromkeys([*([] if time is None else [time]), *columns]))
-        no_gaps = [*([] if time is None else [time]), *source.over.values()]
-        if isinstance(source.data, Path):
-            try:
-                self._columns, self._lines = read_columns(source.data, wanted, no_gaps)
-            except InputError as error:
-                raise ArgumentError("data", str(error)) from None
-            self.values = {column: np.array(self._columns[column].values) for column in wanted}
-        else:
-            self.values, self._columns, self._lines = {}, {}, []
-            for place, column in enumerate(wanted):
-                self.values[column] = self._mapping_column(column)
-                unit = getattr(source.data[column], "attrs", {}).get("units")
-                _, named, is_certain = heading(str(column))
-                if isinstance(unit, str) and unit:
-                    named, is_certain = unit, True
-                where = f"unit of the column '{column}'"
-                self._columns[column] = CsvColumn([], place, named, where, is_certain)
-            self._check_lengths()
-        for column in no_gaps:
-            self._check_finite(column)
-        for column in wanted:
-            self._check_magnitude(column)
-
-    def _mapping_column(self, column: ColumnKey) -> "Array":
-        data = self._source.data
-        try:
-            values = np.asarray(data[column], dtype=np.float64)
-        except KeyError:
-            known = [str(name) for name in data]
-            raise ArgumentError("data", unknown("column", str(column), known)) from None
-        except (TypeError, ValueError):
-            raise ArgumentError("data", f"expected numbers in '{column}'") from None
-        if values.ndim != 1 or not values.size:
-            raise ArgumentError(
-                "data",
-                f"expected a list of numbers in '{column}', got an array of shape {values.shape}",
-            )
-        if np.isinf(values).any():
-            raise ArgumentError("data", f"expected finite numbers in '{column}', got inf")
-        return values
-
-    def _check_lengths(self) -> None:
-        sizes = {str(column): values.size for column, values in self.values.items()}
-        if len(set(sizes.values())) > 1:
-            lengths = ", ".join(f"{name} {size}" for name, size in sizes.items())
-            raise ArgumentError("data", f"expected columns of one length, got {lengths}")
-
-    def _check_finite(self, column: ColumnKey) -> None:
-        bad = np.flatnonzero(~np.isfinite(self.values[column]))
-        if bad.size:
-            raise ArgumentError("data", f"{self.place(int(bad[0]))}: no number in '{column}'")
-
-    def _check_magnitude(self, column: ColumnKey) -> None:
-        large = np.flatnonzero(np.abs(self.values[column]) > MAX_NUMBER)
-        if large.size:
-            row = int(large[0])
-            value = self.values[column][row]
-            raise ArgumentError("data", f"{self.place(row)}: {_too_large(value)}")
-
-    def place(self, row: int) -> str:
-        """Return the position of a row, for messages."""
-        if isinstance(self._source.data, Path):
-            return f"line {self._lines[row]} of '{self._source.data}'"
-        return f"row {row}"
-
-    def unit_factor(self, column: ColumnKey, model_unit: str) -> float:
-        """Return the factor from the unit in the heading of a column to that of the model."""
-        try:
-            return self._columns[column].factor(model_unit)
-        except InputError as error:
-            raise ArgumentError("data", f"{error}; a unit that is given counts instead") from None
-
-    def unit(self, column: ColumnKey, model_unit: str) -> str:
-        """Return the unit in the heading of a column; empty if it has none."""
-        return self._columns[column].unit_in(model_unit)
-
-    def likely_unit(self, column: ColumnKey) -> tuple[str, bool]:
-        """Return the unit in the heading of a column, and whether it is no part of the name."""
-        found = self._columns[column]
-        return found.unit, found.is_certain
+# --- measured values -----------------------------------------------------------------------------
 
 
-def _too_large(value: float) -> str:
-    return f"{value:.3g} is too large; the magnitude must not exceed {MAX_NUMBER:g}"
+class Target(NamedTuple):
+    """Measured values of a channel or quantity."""
+
+    name: str  # as `angular_velocity`, or `pulley_speed.driven` of a channel with members
+    kind: Literal["channel", "quantity"]
+    unit: str  # of the channel; of a quantity that of the data, empty if not given
+    values: "Array"
+    sigma: "Array | None"  # standard deviations
+    times: "Array"  # in the run, s; empty for a quantity
+    runs: "npt.NDArray[np.int64]"  # the run of each value
+    group: str  # values of one group without sigma have one noise level
+    scale: "Array"  # reference of their errors until the noise is known
+    column: ColumnKey | None = None  # of the data; None for a value given directly
+    data_unit: str = ""  # unit of the data as read; empty for that of the quantity
+    unit_is_certain: bool = True  # else `unit` may be a part of the column's name
+
+
+class Measured(NamedTuple):
+    """Measured data."""
+
+    targets: tuple[Target, ...]
+    runs: tuple[dict[str, float], ...]  # overrides of each run; one empty run for time series
+    over: tuple[str, ...] = ()  # the keys of these overrides
+
+    @property
+    def times(self) -> "Array":
+        """All distinct times of the channels, s, ascending."""
+        return np.unique(np.concatenate([t.times for t in self.targets] or [np.empty(0)]))
+
+    @property
+    def values(self) -> "Array":
+        """The values of all targets (n,)."""
+        return np.concatenate([target.values for target in self.targets])
+
+    @property
+    def scale(self) -> "Array":
+        """Reference of the errors of all values (n,)."""
+        return np.concatenate([target.scale for target in self.targets])
+
+    @property
+    def size(self) -> int:
+        """The number of values."""
+        return sum(target.values.size for target in self.targets)
 
 
 def measured(source: FitOptions, scenario: "Scenario") -> Measured:
     """Return the measured data in the units of the channels of a scenario."""
     if source.over:
         return _run_data(source, scenario)
-    targets = [*_channel_targets(source, scenario)] if source.channels else []
-    for name, value in source.quantities.items():
-        targets.append(_quantity_target(source, name, value, source.units.get(name, "")))
+    targets = _channel_targets(source, scenario) if source.channels else []
+    targets += [_quantity_target(source, *given) for given in source.quantities.items()]
     return Measured(tuple(targets), ({},))
 
 
-def _time_column(source: FitOptions) -> ColumnKey:
-    """Return the column of times: `time`, or else the first of a file."""
-    if source.time is not None or not isinstance(source.data, Path):
-        return DEFAULT_TIME if source.time is None else source.time
+class _Columns:
+    """Columns of the data, from a file or a mapping."""
+
+    def __init__(self, source: FitOptions, time: ColumnKey | None) -> None:
+        self._data = source.data
+        no_gaps = [*([] if time is None else [time]), *source.over.values()]
+        compared = [*source.channels.values(), *(source.quantities.values() if source.over else ())]
+        deviations = [value for value in source.sigma.values() if isinstance(value, str)]
+        wanted = list(dict.fromkeys([*no_gaps, *compared, *deviations]))
+        self._lines: list[int] = []
+        if isinstance(self._data, Path):
+            try:
+                self._columns, self._lines = read_columns(self._data, wanted, no_gaps)
+            except InputError as error:
+                raise ArgumentError("data", str(error)) from None
+        else:
+            self._columns = {column: _mapped(self._data, column) for column in wanted}
+        self.values = {name: np.array(self._columns[name].values) for name in wanted}
+        sizes = {str(name): values.size for name, values in self.values.items()}
+        if len(set(sizes.values())) > 1:
+            lengths = ", ".join(f"{name} {size}" for name, size in sizes.items())
+            raise ArgumentError("data", f"expected columns of one length, got {lengths}")
+        for name, values in self.values.items():
+            gaps = np.flatnonzero(np.isnan(values))
+            if name in no_gaps and gaps.size:
+                raise ArgumentError("data", f"{self.place(gaps[0])}: no number in '{name}'")
+            large = np.flatnonzero(np.abs(values) > MAX_NUMBER)
+            if large.size:
+                fault = _too_large(values[large[0]])
+                raise ArgumentError("data", f"{self.place(large[0])}: {fault}")
+
+    def place(self, row: int) -> str:
+        """Return the position of a row, for messages."""
+        return f"line {self._lines[row]} of '{self._data}'" if self._lines else f"row {row}"
+
+    def column(self, name: ColumnKey) -> CsvColumn:
+        """Return a column with its unit."""
+        return self._columns[name]
+
+    def unit_factor(self, name: ColumnKey, model_unit: str) -> float:
+        """Return the factor from the unit in the heading of a column to that of the model."""
+        try:
+            return self._columns[name].factor(model_unit)
+        except InputError as error:
+            raise ArgumentError("data", f"{error}; a unit that is given counts instead") from None
+
+
+def _mapped(data: Any, name: ColumnKey) -> CsvColumn:
+    """Return a column of a mapping; its unit is in the attributes of an array or in the name."""
     try:
-        read_columns(source.data, [DEFAULT_TIME], [])
-    except NoSuchColumn:
-        return 1
-    except InputError as error:
-        raise ArgumentError("data", str(error)) from None
-    return DEFAULT_TIME
+        values = np.asarray(data[name], dtype=np.float64)
+    except KeyError:
+        known = [str(one) for one in data]
+        raise ArgumentError("data", unknown("column", str(name), known)) from None
+    except (TypeError, ValueError):
+        raise ArgumentError("data", f"expected numbers in '{name}'") from None
+    if values.ndim != 1 or not values.size:
+        raise ArgumentError(
+            "data", f"expected a list of numbers in '{name}', got an array of shape {values.shape}"
+        )
+    if np.isinf(values).any():
+        raise ArgumentError("data", f"expected finite numbers in '{name}', got inf")
+    _, unit, is_certain = heading(str(name))
+    attribute = getattr(data[name], "attrs", {}).get("units")
+    if isinstance(attribute, str) and attribute:
+        unit, is_certain = attribute, True
+    return CsvColumn(values.tolist(), 0, unit, f"unit of the column '{name}'", is_certain)
+
+
+def _too_large(value: float) -> str:
+    return f"{value:.3g} is too large; the magnitude must not exceed {MAX_NUMBER:g}"
 
 
 def _channel_targets(source: FitOptions, scenario: "Scenario") -> list[Target]:
     units = {name: _channel_unit(name, scenario) for name in source.channels}
     time_column = _time_column(source)
-    table = _DataTable(source, time_column)
+    columns = _Columns(source, time_column)
     if source.time_unit:
-        size = _checked_factor("time_unit", "", source.time_unit, "s")
+        size = _given_factor("time_unit", "", source.time_unit, "s")
     else:
-        size = table.unit_factor(time_column, "s")
-    times = table.values[time_column] * size
-    times = times + source.time_offset
-    _check_times(times, scenario.solver.duration, table, source.time_offset)
-    times = np.clip(times, 0.0, scenario.solver.duration)
+        size = columns.unit_factor(time_column, "s")
+    duration = scenario.solver.duration
+    times = columns.values[time_column] * size + source.time_offset
+    _check_times(times, duration, columns, source.time_offset)
+    times = np.clip(times, 0.0, duration)
     targets = []
     for name, column in source.channels.items():
-        model_unit = units[name]
-        unit = source.units.get(name)
-        size = (
-            _checked_factor("units", f"{name}: ", unit, model_unit)
-            if unit
-            else table.unit_factor(column, model_unit)
+        unit, model_unit = source.units.get(name), units[name]
+        if unit:
+            size = _given_factor("units", f"{name}: ", unit, model_unit)
+        else:
+            size = columns.unit_factor(column, model_unit)
+        target = _column_target(source, columns, name, column, size)
+        targets.append(
+            target._replace(
+                kind="channel",
+                unit=model_unit,
+                times=times[target.runs],
+                runs=np.zeros_like(target.runs),
+                data_unit=unit or columns.column(column).unit_in(model_unit) or model_unit,
+            )
         )
-        target = _column_target(source, table, name, column, size)
-        target = target._replace(kind="channel", unit=model_unit, times=times[target.runs])
-        data_unit = unit or table.unit(column, model_unit) or model_unit
-        targets.append(target._replace(runs=np.zeros_like(target.runs), data_unit=data_unit))
     return targets
 
 
-def _column_target(
-    source: FitOptions, table: "_DataTable", name: str, column: ColumnKey, size: float = 1.0
-) -> Target:
-    """Return the target of a column, multiplied by a factor; each row is a run."""
-    values = table.values[column] * size
-    finite = np.isfinite(values)
-    if not finite.any():
-        raise ArgumentError("data", f"no numbers in the column '{column}'")
-    unit, is_certain = table.likely_unit(column)
-    if given := source.units.get(name):
-        unit, is_certain = given, True
-    rows = np.flatnonzero(finite)
-    return Target(
-        name=name,
-        kind="quantity",
-        unit=unit,
-        values=values[finite],
-        sigma=_sigma(source, name, table, size, finite),
-        times=np.empty(0),
-        runs=rows,
-        group=name,
-        scale=np.full(rows.size, _spread(values[finite])),
-        column=column,
-        data_unit=unit if is_certain else "",
-        unit_is_certain=is_certain,
-    )
+def _channel_unit(name: str, scenario: "Scenario") -> str:
+    """Return the unit of a channel, which may have a member: `pulley_speed.driven`."""
+    base, _, member = name.partition(".")
+    if base not in scenario.CHANNELS:
+        raise ArgumentError("channels", unknown("channel", base, list(scenario.CHANNELS)))
+    channel = scenario.CHANNELS[base]
+    if channel.integer:
+        raise ArgumentError("channels", f"'{base}' counts or names something; it cannot be fitted")
+    if channel.axis and not member:
+        wanted = f"has a value for each {channel.axis}; give one, e.g. {base}.NAME"
+        raise ArgumentError("channels", f"'{base}' {wanted}")
+    if member and not channel.axis:
+        raise ArgumentError("channels", f"'{base}' has one value; give it without '.{member}'")
+    return channel.unit
 
 
-def _checked_factor(argument: str, where: str, unit: str, model_unit: str) -> float:
+def _time_column(source: FitOptions) -> ColumnKey:
+    """Return the column of times: `time`, or else the first of a file."""
+    if source.time is not None:
+        return source.time
+    if isinstance(source.data, Path):
+        try:
+            read_columns(source.data, [DEFAULT_TIME], [])
+        except NoSuchColumn:
+            return 1
+        except InputError as error:
+            raise ArgumentError("data", str(error)) from None
+    return DEFAULT_TIME
+
+
+def _given_factor(argument: str, where: str, unit: str, model_unit: str) -> float:
     """Return the factor from a given unit to that of the model."""
     try:
         return factor(unit, model_unit)
@@ -400,13 +330,13 @@ def _checked_factor(argument: str, where: str, unit: str, model_unit: str) -> fl
         raise ArgumentError(argument, f"{where}{error}") from None
 
 
-def _check_times(times: "Array", duration: float, table: _DataTable, offset: float) -> None:
+def _check_times(times: "Array", duration: float, columns: _Columns, offset: float) -> None:
     late = np.flatnonzero(~(np.diff(times) > 0.0))
     if late.size:
         row = int(late[0]) + 1
         raise ArgumentError(
             "data",
-            f"{table.place(row)}: times must increase from row to row, but"
+            f"{columns.place(row)}: times must increase from row to row, but"
             f" {times[row]:.9g} s follows {times[row - 1]:.9g} s",
         )
     if times[0] < -duration * AT_END or times[-1] > duration * (1.0 + AT_END):
@@ -418,69 +348,71 @@ def _check_times(times: "Array", duration: float, table: _DataTable, offset: flo
         )
 
 
-def _channel_unit(name: str, scenario: "Scenario") -> str:
-    """Return the unit of a channel, which may have a member: `pulley_speed.driven`."""
-    base, _, member = name.partition(".")
-    if base not in scenario.CHANNELS:
-        raise ArgumentError("channels", unknown("channel", base, list(scenario.CHANNELS)))
-    channel = scenario.CHANNELS[base]
-    if channel.integer:
-        raise ArgumentError("channels", f"'{base}' counts or names something; it cannot be fitted")
-    if bool(channel.axis) != bool(member):
-        wanted = (
-            f"has a value for each {channel.axis}; give one, e.g. {base}.NAME"
-            if channel.axis
-            else f"has one value; give it without '.{member}'"
-        )
-        raise ArgumentError("channels", f"'{base}' {wanted}")
-    return channel.unit
-
-
-def _spread(values: "Array") -> float:
-    """Return the upper limit of the noise in values, from which their weights start."""
-    sizes = float(np.std(values)), float(np.max(np.abs(values)))
-    return next((size for size in sizes if size >= MIN_NUMBER), 1.0)
+def _column_target(
+    source: FitOptions, columns: _Columns, name: str, column: ColumnKey, size: float = 1.0
+) -> Target:
+    """Return the target of a column, multiplied by a factor; each row is a run."""
+    values = columns.values[column] * size
+    rows = np.flatnonzero(np.isfinite(values))
+    if not rows.size:
+        raise ArgumentError("data", f"no numbers in the column '{column}'")
+    sizes = float(np.std(values[rows])), float(np.max(np.abs(values[rows])))
+    spread = next((size for size in sizes if size >= MIN_NUMBER), 1.0)
+    found = columns.column(column)
+    given = source.units.get(name, "")
+    is_certain = bool(given) or found.is_certain
+    return Target(
+        name=name,
+        kind="quantity",
+        unit=given or found.unit,
+        values=values[rows],
+        sigma=_sigma(source, name, size, columns, rows),
+        times=np.empty(0),
+        runs=rows,
+        group=name,
+        scale=np.full(rows.size, spread),
+        column=column,
+        data_unit=(given or found.unit) if is_certain else "",
+        unit_is_certain=is_certain,
+    )
 
 
 def _sigma(
-    source: FitOptions, name: str, table: "_DataTable | None", size: float, mask: Any
+    source: FitOptions, name: str, size: float, columns: _Columns | None, rows: Any
 ) -> "Array | None":
     """Return the standard deviations of a target; None if none are given."""
     sigma = source.sigma.get(name)
     if sigma is None:
         return None
-    if isinstance(sigma, str):
-        if table is None:
-            raise ArgumentError("sigma", f"{name}: expected a number, got '{sigma}'")
-        values = table.values[sigma][mask] * size
+    if isinstance(sigma, str) and columns is not None:
+        values = columns.values[sigma][rows] * size
     else:
-        values = np.full(int(np.sum(mask)), float(sigma) * size)
+        values = np.full(len(rows), sigma * size if isinstance(sigma, int | float) else np.nan)
     if not (np.isfinite(values) & (values >= MIN_NUMBER)).all():
-        raise ArgumentError("sigma", f"{name}: expected standard deviations above 0")
+        column = f" in the column '{sigma}'" if isinstance(sigma, str) and columns else ""
+        found = column or f", got {sigma!r}"
+        raise ArgumentError("sigma", f"{name}: expected standard deviations above 0{found}")
     return values
 
 
-def _quantity_target(source: FitOptions, name: str, value: float, unit: str) -> Target:
+def _quantity_target(source: FitOptions, name: str, value: float) -> Target:
     """Return the target of one measured quantity."""
     if abs(value) > MAX_NUMBER:
         raise ArgumentError("quantities", f"{name}: {_too_large(value)}")
-    values, one = np.array([float(value)]), np.ones(1, dtype=bool)
-    sigma = _sigma(source, name, None, 1.0, one)
+    values, runs = np.array([value]), np.zeros(1, dtype=np.int64)
     scale = np.abs(values) if abs(value) >= MIN_NUMBER else np.ones(1)  # no relative error of 0
-    runs, times = np.zeros(1, dtype=np.int64), np.empty(0)
-    return Target(name, "quantity", unit, values, sigma, times, runs, SHARED, scale)
+    unit, sigma = source.units.get(name, ""), _sigma(source, name, 1.0, None, runs)
+    return Target(name, "quantity", unit, values, sigma, np.empty(0), runs, SHARED, scale)
 
 
 def _run_data(source: FitOptions, scenario: "Scenario") -> Measured:
     """Return the data of a table whose rows are runs."""
-    table = _DataTable(source, None)
-    keys, columns = list(source.over), []
+    columns = _Columns(source, None)
+    values = []
     for key, column in source.over.items():
         model_unit = unit_of_key(type(scenario), key)
-        size = table.unit_factor(column, model_unit) if model_unit else 1.0
-        columns.append((table.values[column] * size).tolist())
-    runs = tuple(dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True))
-    targets = [
-        _column_target(source, table, name, column) for name, column in source.quantities.items()
-    ]
-    return Measured(tuple(targets), runs, tuple(keys))
+        size = columns.unit_factor(column, model_unit) if model_unit else 1.0
+        values.append((columns.values[column] * size).tolist())
+    runs = (dict(zip(source.over, row, strict=True)) for row in zip(*values, strict=True))
+    targets = (_column_target(source, columns, *named) for named in source.quantities.items())
+    return Measured(tuple(targets), tuple(runs), tuple(source.over))

@@ -5,42 +5,49 @@ standard errors follow from it. Otherwise that of each channel or quantity is es
 residuals; with several of them the fit is repeated with these weights until they converge
 (iterated weighted least squares).
 
-The bootstrap gives intervals from fits to resampled data, without linearisation. Warnings concern
-the last runs, their derivatives, and residuals that are too large.
+The bootstrap gives intervals from fits to resampled data, without linearisation.
 """
 
-from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from frictionsim.errors import ArgumentError, counted
-from frictionsim.fitting.data import FitOptions, Noise
+from frictionsim.fitting.data import FitOptions
 from frictionsim.fitting.outcome import (
     DONE,
+    NO_SCATTER,
     OUT_OF_REACH,
     STOPPED,
     Bootstrap,
     FitOutcome,
     TargetResiduals,
-    derivative_warnings,
     finding_of,
     residual_warnings,
     run_warnings,
+    start_of,
 )
-from frictionsim.fitting.problem import FitProblem, residuals_of
-from frictionsim.fitting.search import MAX_ITERATIONS, SCANNED, Minimum, Search, minima, search
+from frictionsim.fitting.problem import FitProblem
+from frictionsim.fitting.search import (
+    EVALUATIONS_OF_A_KEY,
+    MAX_ITERATIONS,
+    Minimum,
+    Search,
+    minima,
+    search,
+)
 from frictionsim.fitting.uncertainty import (
+    JUMP,
+    JUMPS,
+    NO_BETTER,
     NO_CHANGE,
-    Accuracy,
     Identification,
+    Noise,
     autocorrelation,
-    correlations,
     identify,
     interval,
+    misfit_of_noise,
     quantile,
-    without_jumps,
-    without_wide_intervals,
 )
 from frictionsim.scenario.model_fields import expanded
 
@@ -50,67 +57,70 @@ if TYPE_CHECKING:
 REWEIGHTED = 20  # times at most
 SAME_NOISE = 1e-3  # relative change of the estimated standard deviations
 SAME_COST = 1e-9  # relative
-EVALUATIONS_OF_A_KEY = 10  # in a local search: some five derivatives by two evaluations each
 MIN_SERIES = 20  # values, for a meaningful correlation of neighbours
-NO_SCATTER = (
-    "no standard error is known: there are as many values as free keys, which leave no scatter;"
-    " give sigma"
-)
+APART = 1e-2  # of the bounds: different ends of searches
+SAME = 1e-3  # relative difference of costs below which minima are equal
+ROUNDED = 1e-12  # cost of the rounding of data without noise, in units of their spread
 
 
 def fit(problem: FitProblem, options: FitOptions) -> FitOutcome:
     """Fit the free keys of a problem."""
     _check(problem)
-    of_searches = EVALUATIONS_OF_A_KEY * len(problem.keys) * (options.starts + options.bootstrap)
-    problem.expect(SCANNED * options.starts + of_searches)
-    noise = Noise(problem.data.targets)
-    best, starts = search(problem, 1.0 / noise.sigma, options.starts, options.seed)
-    if noise.is_to_be_balanced:
-        best = _reweigh(problem, noise, best)
-    best, identification, rough = _identification(problem, noise, best)
-    model = problem.model(best.x)
+    keys, noise = problem.keys, Noise(problem.data.targets)
+    found = search(problem, 1.0 / noise.sigma, options.starts, options.seed)
+    best = _reweighed(problem, noise, found[0]) if noise.is_to_be_balanced else found[0]
+    best, identification, changes = _identified(problem, noise, best)
     degrees = problem.data.size - identification.rank
-    reliable = noise.all_given or degrees > 0
-    if reliable:
-        factor = quantile(None if noise.all_given else degrees)
-        identification = without_wide_intervals(identification, problem.keys, factor)
-    else:
-        unknown = np.full_like(identification.covariance, np.nan)
-        identification, factor = identification._replace(covariance=unknown), 0.0
+    known = noise.all_given or degrees > 0
+    factor = quantile(None if noise.all_given else degrees) if known else np.nan
+    half_widths = factor * identification.deviations
+    wide = {key.key: NO_BETTER for key, half in zip(keys, half_widths, strict=True) if half > 1.0}
+    identification = identification.without(keys, wide)
     drawn = None
     if options.bootstrap:
-        known = [k.key for k in problem.keys if reliable and k.key not in identification.reasons]
-        drawn = bootstrap(problem, noise, best, known, options.seed, options.bootstrap)
-    identification = without_jumps(identification, problem.keys, rough[0])
+        determined = [known and key.key not in identification.reasons for key in keys]
+        drawn = bootstrap(problem, noise, best, determined, options)
+    rough = {key.key: JUMP for key, change in zip(keys, changes, strict=True) if change > JUMPS}
+    identification = identification.without(keys, rough)
+    if not known:
+        unknown = np.full_like(identification.covariance, np.nan)
+        identification = identification._replace(covariance=unknown)
+    limit = misfit_of_noise(len(keys), None if noise.all_given else degrees) if known else -np.inf
+    same, others = _grouped(Search(problem, 1.0 / noise.sigma), best, found, limit)
+    finding = finding_of(problem, best, len(same), found, [problem.values(o.x) for o in others])
     statistics = _statistics(problem, noise, best, degrees)
-    finding = finding_of(problem, best, starts, identification)
-    chi = float(np.sum((residuals_of(problem, best.x) / noise.sigma) ** 2))
+    chi = float(np.sum((problem.residuals(best.x) / noise.sigma) ** 2)) if noise.all_given else None
+    model, values = problem.model(best.x), problem.values(best.x)
+    errors: dict[str, float | None] = {}
+    intervals: dict[str, tuple[float, float] | None] = {}
+    for key, x, scaled in zip(keys, best.x.tolist(), identification.deviations, strict=True):
+        has_error = bool(np.isfinite(scaled))
+        errors[key.key] = float(scaled) * key.derivative(x) if has_error else None
+        intervals[key.key] = interval(key, x, factor * float(scaled)) if has_error else None
     warnings = [
-        *([] if reliable else [NO_SCATTER]),
+        *([] if known else [NO_SCATTER]),
         *([finding.sentence] if finding.kind == OUT_OF_REACH else []),
+        *([finding.also] if finding.also else []),
         *([f"self-audit of the fitted run failed: {model.doubt}"] if model.doubt else []),
         *run_warnings(model, len(problem.data.runs)),
-        *derivative_warnings(problem.keys, *rough, identification),
-        *residual_warnings(statistics, chi if noise.all_given else None, degrees),
+        *residual_warnings(statistics, chi, degrees),
     ]
-    values = problem.values(best.x)
-    errors, intervals = _errors_and_intervals(problem, best, identification, factor)
     return FitOutcome(
         fitted=problem.scenario.replace(expanded(values)),
-        keys=problem.keys,
+        keys=keys,
         data=problem.data,
         values=values,
         standard_errors=errors,
         intervals=intervals,
-        correlations=correlations(identification.covariance),
+        correlations=identification.correlations,
         not_identified=identification.reasons,
         residuals=statistics,
-        chi_squared=chi if noise.all_given else None,
+        chi_squared=chi,
         degrees=degrees,
         status=DONE if best.converged else STOPPED,
         reason="" if best.converged else f"limit of {MAX_ITERATIONS} iterations reached",
         finding=finding,
-        starts=starts,
+        starts=[start_of(problem, end) for end in found],
         warnings=tuple(warnings),
         bootstrap=drawn,
         runs=problem.runs,
@@ -124,8 +134,8 @@ def _check(problem: FitProblem) -> None:
             "data",
             f"{counted(data.size, 'value')} cannot determine {len(keys)} free keys; give more data",
         )
-    alone = [] if data.over else [t for t in data.targets if t.kind == "quantity"]
-    single = [target.name for target in alone if target.sigma is None]
+    quantities = [] if data.over else [t for t in data.targets if t.kind == "quantity"]
+    single = [target.name for target in quantities if target.sigma is None]
     if single and any(target.kind == "channel" for target in data.targets):
         raise ArgumentError(
             "sigma",
@@ -134,61 +144,76 @@ def _check(problem: FitProblem) -> None:
         )
 
 
-def _reweigh(problem: FitProblem, noise: Noise, best: Minimum) -> Minimum:
+def _reweighed(problem: FitProblem, noise: Noise, best: Minimum) -> Minimum:
     """Return the minimum weighted by the noise estimated from its residuals."""
     for _ in range(REWEIGHTED):
-        if noise.estimate(residuals_of(problem, best.x), len(problem.keys)) < SAME_NOISE:
+        if noise.estimate(problem.residuals(best.x), len(problem.keys)) < SAME_NOISE:
             break
         best = Search(problem, 1.0 / noise.sigma).minimum(best.x)
     return best
 
 
-def _identification(
+def _identified(
     problem: FitProblem, noise: Noise, best: Minimum
-) -> "tuple[Minimum, Identification, tuple[Array, Array]]":
-    """Return the minimum, the keys identified there, and how rough the derivatives (keys) are."""
+) -> "tuple[Minimum, Identification, Array]":
+    """Return the minimum, the keys identified there, and the changes (keys,) of derivatives.
+
+    Keys that nothing changes with have their starts, if this is no worse.
+    """
     keys, solver = problem.keys, problem.scenario.solver
-    tolerance = 0.0 if problem.scenario.pair.fixed_step else solver.rtol
+    accuracy = 0.0 if problem.scenario.pair.fixed_step else solver.rtol
     task = Search(problem, 1.0 / noise.sigma)
-    accuracy = Accuracy(task.step, tolerance)
-    jacobian, *rough = task.checked_jacobian(best.x)
-    identification = identify(keys, best.x, jacobian, noise.spread / noise.sigma, accuracy)
-    best = _reset_free_keys(task, best, identification)
-    # The rank gives the degrees of freedom, and these the noise.
-    noise.estimate(residuals_of(problem, best.x), identification.rank)
-    jacobian = jacobian / (noise.sigma * task.weights)[:, None]
-    identification = identify(keys, best.x, jacobian, noise.spread / noise.sigma, accuracy)
-    return best, identification, (rough[0], rough[1])
+    jacobian, changes = task.checked_jacobian(best.x)
 
+    def identified() -> Identification:
+        scaled = jacobian / (noise.sigma * task.weights)[:, None]
+        spread = noise.spread / noise.sigma
+        return identify(keys, best.x, scaled, spread, task.step, accuracy)
 
-def _reset_free_keys(task: Search, best: Minimum, identification: Identification) -> Minimum:
-    """Return the minimum with keys on which it does not depend reset to their starts."""
-    x = best.x.copy()
-    for j, key in enumerate(task.problem.keys):
-        if identification.reasons.get(key.key) == NO_CHANGE:
+    first, x = identified(), best.x.copy()
+    for j, key in enumerate(keys):
+        if first.reasons.get(key.key) == NO_CHANGE:
             x[j] = key.scaled(key.start)
-    return best._replace(x=x) if task.cost(x) <= best.cost * (1.0 + SAME_COST) else best
+    if task.cost(x) <= best.cost * (1.0 + SAME_COST):
+        best = best._replace(x=x)
+    # The rank gives the degrees of freedom, and these the noise.
+    noise.estimate(problem.residuals(best.x), first.rank)
+    return best, identified(), changes
 
 
-def _errors_and_intervals(
-    problem: FitProblem, best: Minimum, identification: Identification, factor: float
-) -> tuple[dict[str, float | None], dict[str, tuple[float, float] | None]]:
-    """Return standard errors and intervals by key; None where they are not known."""
-    errors: dict[str, float | None] = {}
-    intervals: dict[str, tuple[float, float] | None] = {}
-    for j, (key, x) in enumerate(zip(problem.keys, best.x, strict=True)):
-        variance = identification.covariance[j, j]
-        known = bool(np.isfinite(variance))
-        scaled = float(np.sqrt(variance)) if known else 0.0
-        errors[key.key] = scaled * key.derivative(float(x)) if known else None
-        intervals[key.key] = interval(key, float(x), factor * scaled) if known else None
-    return errors, intervals
+def _grouped(
+    task: Search, best: Minimum, found: list[Minimum], limit: float
+) -> tuple[list[Minimum], list[Minimum]]:
+    """Return the searches that found the best minimum, and other minima within its noise.
+
+    Chi squared at the latter exceeds the least one by no more than a limit, or they give the data
+    exactly. Two ends are different minima where the data fit worse half way between them.
+    """
+    problem, least = task.problem, found[0].cost
+
+    def are_different(one: Minimum, other: Minimum) -> bool:
+        middle = 0.5 * (one.x + other.x)
+        if np.max(np.abs(one.x - other.x)) <= APART:
+            return False
+        highest = max(task.cost(one.x), task.cost(other.x))
+        fits = problem.model(middle).values is not None and problem.is_exact(middle)
+        return not fits and task.cost(middle) > highest * (1.0 + SAME)
+
+    same, others = [], list[Minimum]()
+    for end in found:
+        if not are_different(found[0], end):
+            same += [end] if end.cost <= least * (1.0 + SAME) + ROUNDED else []
+        elif all(are_different(other, end) for other in others):
+            excess = 2.0 * (task.cost(end.x) - task.cost(best.x))
+            fits = problem.model(end.x).values is not None and problem.is_exact(end.x)
+            others += [end] if end.converged and (excess <= limit or fits) else []
+    return same, others
 
 
 def _statistics(
     problem: FitProblem, noise: Noise, best: Minimum, degrees: int
 ) -> tuple[TargetResiduals, ...]:
-    statistics, start, residuals = [], 0, residuals_of(problem, best.x)
+    statistics, start, residuals = [], 0, problem.residuals(best.x)
     for target in problem.data.targets:
         rows = slice(start, start + target.values.size)
         values, start = residuals[rows], rows.stop
@@ -214,45 +239,36 @@ def _statistics(
 
 
 def bootstrap(
-    problem: FitProblem,
-    noise: Noise,
-    best: Minimum,
-    known: Sequence[str],
-    seed: int,
-    fits: int,
+    problem: FitProblem, noise: Noise, best: Minimum, determined: list[bool], options: FitOptions
 ) -> Bootstrap:
     """Fit bootstrap resamples: the fit plus normal deviations where sigma is given, else residuals.
 
     The residuals of each group are drawn with replacement, from those about their mean, scaled to
-    the estimated standard deviation. Each fit starts at the best one. Only keys whose uncertainty
-    is known have intervals.
+    the estimated standard deviation. Each fit starts at the best one. Only keys that the data
+    determine have intervals.
     """
-    rng = np.random.default_rng([seed, 1])
-    residuals = residuals_of(problem, best.x)
-    measured = np.concatenate([t.values for t in problem.data.targets])
-    fitted, values, failed = measured - residuals, [], 0
-    weights = 1.0 / noise.sigma
-
-    def resampled() -> "Iterator[tuple[Search, Array]]":
-        for _ in range(fits):
-            drawn = noise.sigma * rng.normal(size=residuals.size)
-            for group in noise.groups:
-                pool = residuals[group] / noise.sigma[group]
-                pool = pool - np.mean(pool)
-                size = np.sqrt(np.mean(pool**2)) or 1.0
-                drawn[group] = noise.sigma[group] * rng.choice(pool / size, size=pool.size)
-            yield Search(problem, weights, fitted + drawn), best.x
-
-    problem.compile(best.x)
-    for minimum in minima(problem, resampled(), fits):
-        if minimum.converged:
-            values.append([key.value(x) for key, x in zip(problem.keys, minimum.x, strict=True)])
-        else:
-            failed += 1
+    rng = np.random.default_rng([options.seed, 1])
+    residuals = problem.residuals(best.x)
+    searches = []
+    for _ in range(options.bootstrap):
+        drawn = noise.sigma * rng.normal(size=residuals.size)
+        for group in noise.groups:
+            pool = residuals[group] / noise.sigma[group]
+            pool = pool - np.mean(pool)
+            size = np.sqrt(np.mean(pool**2)) or 1.0
+            drawn[group] = noise.sigma[group] * rng.choice(pool / size, size=pool.size)
+        resampled = problem.data.values - residuals + drawn
+        searches.append((Search(problem, 1.0 / noise.sigma, resampled), best.x))
+    problem.compile(best.x, EVALUATIONS_OF_A_KEY * len(problem.keys) * options.bootstrap)
+    ends = minima(searches)
+    places = [end.x for end in ends if end.converged]
+    values = [
+        [key.value(x) for key, x in zip(problem.keys, place, strict=True)] for place in places
+    ]
     table = np.array(values).reshape(-1, len(problem.keys))
     intervals: dict[str, tuple[float, float] | None] = {}
-    for j, key in enumerate(problem.keys):
-        has_interval = key.key in known and len(table) > 1
-        low, high = np.percentile(table[:, j], (2.5, 97.5)) if has_interval else (0.0, 0.0)
+    for key, column, is_determined in zip(problem.keys, table.T, determined, strict=True):
+        has_interval = is_determined and len(table) > 1
+        low, high = np.percentile(column, (2.5, 97.5)) if has_interval else (0.0, 0.0)
         intervals[key.key] = (float(low), float(high)) if has_interval else None
-    return Bootstrap(len(table), failed, intervals, table)
+    return Bootstrap(len(table), len(ends) - len(table), intervals, table)

@@ -1,4 +1,4 @@
-"""Results of a fit as plain data: estimates, kind of minimum, residuals and warnings."""
+"""Results of a fit as plain data: estimates, finding, residuals and warnings."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import counted
-from frictionsim.fitting.problem import FitProblem, FreeKey, Model, residuals_of
-from frictionsim.fitting.search import DISAGREE, Minimum, Start
-from frictionsim.fitting.uncertainty import NO_CHANGE, Identification
+from frictionsim.fitting.problem import FitProblem, FreeKey, Model
+from frictionsim.fitting.search import Minimum
 from frictionsim.results import finite
 
 if TYPE_CHECKING:
@@ -18,32 +17,31 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
 DONE, STOPPED = "done", "stopped"
-REACHED, OUT_OF_REACH, FLAT, PLATEAU = "reached", "out_of_reach", "flat", "plateau"
-EQUAL_MINIMA, MINIMUM = "equal_minima", "minimum"
+REACHED, OUT_OF_REACH, MINIMUM = "reached", "out_of_reach", "minimum"
 SIGNIFICANT = 4.0  # standard deviations
 TOO_LARGE = 1e-2  # probability of a chi squared that chance exceeds
 NUMBER = re.compile(r"-?\d[\d.]*(?:e[-+]?\d+)?")
-UNLIKELY = 1e-3  # probability that chance makes one of many residuals so large
-SAME = 1e-3  # relative difference of costs below which minima are equal
-EXACT = 1e-12  # cost: rounding of data without noise
 POOR = 1.1  # of the spread of the data: larger residuals are worse than those of a constant
 ROUNDING = 1e-6  # of the data
-APART = 1e-2  # of the bounds: ends of searches at different values
-MAX_VALUES = 4  # in a sentence
+MAX_MINIMA = 4  # in a sentence
+NO_SCATTER = (
+    "no standard error is known: there are as many values as free keys, which leave no scatter;"
+    " give sigma"
+)
 
 
 class Finding(NamedTuple):
     """The kind of an estimate.
 
     `reached`: the fit gives the data exactly. `out_of_reach`: no run within the bounds gives the
-    single value of the data. `flat`: the data do not change with any key. `plateau`: they do not
-    change with any key near the estimate. `equal_minima`: several searches ended at different
-    places with the same residual. Else `minimum`.
+    single value of the data. Else `minimum`.
     """
 
     kind: str
     sentence: str
     reachable: tuple[float, float] | None = None  # by the runs of a fit to a single value
+    also: str = ""  # a sentence on other minima that fit the data as well, within their noise
+    other_minima: tuple[dict[str, float], ...] = ()  # the values of the keys there
 
 
 class TargetResiduals(NamedTuple):
@@ -93,7 +91,7 @@ class FitOutcome(NamedTuple):
     status: str  # DONE, or STOPPED where the search reached its limit of iterations
     reason: str
     finding: Finding
-    starts: list[Start]  # by their costs
+    starts: list[dict[str, Any]]  # the local searches by their costs, see `start_of`
     warnings: tuple[str, ...]
     bootstrap: Bootstrap | None
     runs: int
@@ -106,18 +104,33 @@ class FitOutcome(NamedTuple):
         return self.chi_squared / self.degrees
 
 
+def start_of(problem: FitProblem, end: Minimum) -> dict[str, Any]:
+    """Return where a local search started and ended, as values of the keys, and its costs.
+
+    A cost is half the weighted sum of squares.
+    """
+    return {
+        "first": problem.values(end.start),
+        "last": problem.values(end.x),
+        "first_cost": end.first_cost,
+        "cost": end.cost,
+        "converged": end.converged,
+    }
+
+
 def outcome_json(outcome: FitOutcome, source: str, overrides: Mapping[str, Any]) -> dict[str, Any]:
     """Return the JSON object of a fit, with the overrides of keys that were not fitted."""
-    bootstrap = outcome.bootstrap
+    finding, bootstrap = outcome.finding, outcome.bootstrap
     return {
         "scenario": source,
         "overrides": dict(overrides),
         "kind": outcome.fitted.kind,
         "status": outcome.status,
         "reason": outcome.reason,
-        "finding": outcome.finding.kind,
-        "sentence": outcome.finding.sentence,
-        "reachable": None if outcome.finding.reachable is None else list(outcome.finding.reachable),
+        "finding": finding.kind,
+        "sentence": finding.sentence,
+        "reachable": None if finding.reachable is None else list(finding.reachable),
+        "other_minima": list(finding.other_minima),
         "keys": {key.key: _key_json(outcome, key) for key in outcome.keys},
         "correlations": [[finite(float(c)) for c in row] for row in outcome.correlations],
         "residuals": {
@@ -137,10 +150,8 @@ def outcome_json(outcome: FitOutcome, source: str, overrides: Mapping[str, Any])
         "chi_squared": finite(outcome.chi_squared),
         "reduced_chi_squared": finite(outcome.reduced_chi_squared),
         "degrees_of_freedom": outcome.degrees,
-        "starts": [start._asdict() for start in outcome.starts],
-        "bootstrap": None
-        if bootstrap is None
-        else {"done": bootstrap.done, "failed": bootstrap.failed},
+        "starts": outcome.starts,
+        "bootstrap": bootstrap and {"done": bootstrap.done, "failed": bootstrap.failed},
         "runs": outcome.runs,
         "warnings": list(outcome.warnings),
     }
@@ -153,8 +164,8 @@ def _key_json(outcome: FitOutcome, key: FreeKey) -> dict[str, Any]:
     return {
         "value": outcome.values[name],
         "standard_error": outcome.standard_errors[name],
-        "interval": None if interval is None else list(interval),
-        "bootstrap_interval": None if drawn is None else list(drawn),
+        "interval": interval and list(interval),
+        "bootstrap_interval": drawn and list(drawn),
         "unit": key.unit,
         "bounds": [key.low, key.high],
         "start": key.start,
@@ -163,94 +174,68 @@ def _key_json(outcome: FitOutcome, key: FreeKey) -> dict[str, Any]:
 
 
 def finding_of(
-    problem: FitProblem, best: Minimum, starts: list[Start], identification: Identification
+    problem: FitProblem,
+    best: Minimum,
+    same: int,
+    found: Sequence[Minimum],
+    others: Sequence[dict[str, float]],
 ) -> Finding:
-    """Return the kind of the estimate; the searches are sorted by cost."""
-    names = " and ".join(key.key for key in problem.keys)
-    still = all(identification.reasons.get(key.key) == NO_CHANGE for key in problem.keys)
-    if still:  # a search that did not move has evaluated only the neighbourhood of its start
-        for end in (0.0, 1.0):
-            problem.model(np.full(len(problem.keys), end))
-    flat = still and bool((problem.largest - problem.least <= problem.accuracy).all())
+    """Return the kind of the estimate.
+
+    Parameters
+    ----------
+    problem, best
+    same : int
+        Number of searches that ended there.
+    found : sequence of Minimum
+        The ends of all searches.
+    others : sequence of dict
+        Values of the keys at other minima within the noise.
+    """
     reached = problem.is_exact(best.x)
-    reachable = None
-    if problem.data.size == 1:
-        reachable = float(problem.least[0]), float(problem.largest[0])
-        if not reached and _is_beyond_noise(problem, best):
-            return Finding(OUT_OF_REACH, _out_of_reach(problem, best, names, flat), reachable)
-    exactly = "the data are reached exactly; " if reached else ""
-    if flat:
-        sentence = f"flat: {exactly}the data do not change with {names} within the bounds"
-        return Finding(FLAT, sentence, reachable)
-    # Of data without noise the costs are roundings.
-    least = starts[0].cost
-    same = [start for start in starts if start.cost <= least * (1.0 + SAME) + EXACT]
-    searches = f"{len(same)} of {len(starts)} {'search' if len(starts) == 1 else 'searches'}"
-    places = _places(problem, same)
-    if still:
-        place = "on a plateau"
-        if len(places) > 1:
-            place = f"on plateaus with equal residuals{_place_list(problem, places)}"
-        sentence = f"{exactly}{searches} ended {place}, where the data do not change with {names}"
-        return Finding(PLATEAU, sentence, reachable)
-    if len(places) > 1 and len(problem.keys) == 1:
-        ends = _place_list(problem, places)
-        sentence = (
-            f"{exactly}{searches} ended with equal residuals{ends}: the data fit them as well"
+    reachable = problem.reachable if problem.data.size == 1 else None
+    searches = f"{len(found)} {'search' if len(found) == 1 else 'searches'}"
+    if reachable and not reached and _is_beyond_noise(problem, best):
+        return Finding(OUT_OF_REACH, _out_of_reach(problem, best, reachable), reachable)
+    also = ""
+    if others:
+        places = (
+            ", ".join(f"{key} = {value:.6g}" for key, value in place.items())
+            for place in others[:MAX_MINIMA]
         )
-        return Finding(EQUAL_MINIMA, sentence, reachable)
+        more = "; ..." if len(others) > MAX_MINIMA else ""
+        also = f"the data fit as well, within their noise, at {'; at '.join(places)}{more}"
     if reached:
-        return Finding(REACHED, f"{searches} reached the data exactly", reachable)
-    return Finding(MINIMUM, f"{searches} found this minimum", reachable)
+        number = sum(end.cost <= found[0].cost or problem.is_exact(end.x) for end in found)
+        sentence = f"{number} of {searches} reached the data exactly"
+        return Finding(REACHED, sentence, reachable, also, tuple(others))
+    return Finding(
+        MINIMUM, f"{same} of {searches} found this minimum", reachable, also, tuple(others)
+    )
 
 
 def _is_beyond_noise(problem: FitProblem, best: Minimum) -> bool:
     """Return whether the residual of a single value exceeds the noise of its sigma, if given."""
     sigma = problem.data.targets[0].sigma
     noise = 0.0 if sigma is None else SIGNIFICANT * float(sigma[0])
-    return abs(float(residuals_of(problem, best.x)[0])) > noise
+    return abs(float(problem.residuals(best.x)[0])) > noise
 
 
-def _out_of_reach(problem: FitProblem, best: Minimum, names: str, flat: bool) -> str:
+def _out_of_reach(problem: FitProblem, best: Minimum, reachable: tuple[float, float]) -> str:
     (target,) = problem.data.targets
     unit = problem.units[target.name]
     unit = f" {unit}" if unit not in ("", "1") else ""
-    least, largest, wanted = problem.least[0], problem.largest[0], target.values[0]
-    begin = f"out of reach: {target.name} = {wanted:.6g}{unit}"
-    if flat:
-        return f"{begin}; it is {least:.6g}{unit} whatever {names} is within the bounds"
-    reachable = f"runs within the bounds gave {least:.6g} to {largest:.6g}{unit}"
+    jump = ""
     if best.jump is not None:
         below, above = best.jump
-        value = problem.values(best.x)[names]
-        jump = f"it jumps from {below:.6g} to {above:.6g}{unit} at {names} = {value:.6g}"
-        return f"{begin}; {jump}; {reachable}"
-    return f"{begin}; {reachable}"
-
-
-def _places(problem: FitProblem, starts: list[Start]) -> list[dict[str, float]]:
-    """Return the distinct ends of searches, as values by key."""
-    places: list[dict[str, float]] = []
-    for start in starts:
-        if all(
-            any(
-                abs(k.scaled(start.last[k.key]) - k.scaled(other[k.key])) > APART
-                for k in problem.keys
-            )
-            for other in places
-        ):
-            places.append(start.last)
-    return places
-
-
-def _place_list(problem: FitProblem, places: list[dict[str, float]]) -> str:
-    """Return the values of a single key at some places."""
-    if len(problem.keys) > 1:
-        return " at different values"
-    (key,) = problem.keys
-    values = sorted(place[key.key] for place in places)
-    more = ", ..." if len(values) > MAX_VALUES else ""
-    return f" at {key.key} = {', '.join(f'{value:.6g}' for value in values[:MAX_VALUES])}{more}"
+        ((key, value),) = problem.values(best.x).items()
+        jump = f"it jumps from {below:.6g} to {above:.6g}{unit} at {key} = {value:.6g}; "
+    # Equal ends, where the key changes nothing, are one.
+    gave = " to ".join(dict.fromkeys(f"{end:.6g}" for end in reachable))
+    return (
+        f"out of reach: {target.name} = {target.values[0]:.6g}{unit}; {jump}runs within the bounds"
+        f" gave {gave}{unit}"
+    )
 
 
 def run_warnings(model: Model, rows: int) -> list[str]:
@@ -270,48 +255,15 @@ def run_warnings(model: Model, rows: int) -> list[str]:
     ]
 
 
-def derivative_warnings(
-    keys: Sequence[FreeKey], differences: "Array", jumps: "Array", identification: Identification
-) -> list[str]:
-    """Return warnings about keys whose derivatives do not hold within a standard error.
-
-    Differences and jumps are those of `Search.checked_jacobian`.
-    """
-    warnings = []
-    for j, key in enumerate(keys):
-        if np.isnan(identification.covariance[j, j]):  # there is no standard error
-            continue
-        if differences[j] > DISAGREE:
-            warnings.append(
-                f"the derivatives by {key.key} change by {100.0 * differences[j]:.0f} % with the"
-                " step of their differences, as where events pass samples: its standard error is"
-                " rough; a bootstrap does not need them"
-            )
-        elif 0.0 < jumps[j] < np.sqrt(identification.covariance[j, j]):
-            warnings.append(
-                f"the run jumps or kinks where {key.key} is less than its standard error from the"
-                " estimate: that is rough; a bootstrap does not need derivatives"
-            )
-    return warnings
-
-
 def residual_warnings(
     statistics: Sequence[TargetResiduals], chi: float | None, degrees: int
-) -> list[str]:
-    """Return warnings about residuals that noise of the given sigma does not explain.
+) -> Iterator[str]:
+    """Yield warnings about residuals that noise does not explain.
 
-    Chi squared is None unless every sigma was given.
+    They are worse than those of a constant, often because of a wrong unit; neighbours in time are
+    alike; or they are too large for the sigma that was given. Chi squared is None unless every
+    sigma was given.
     """
-    alike = [_alike(part) for part in statistics if _is_alike(part)]
-    return [
-        *_poor(statistics),
-        *alike,
-        *(_chi_warning(statistics, chi, degrees) or _outliers(statistics)),
-    ]
-
-
-def _poor(statistics: Sequence[TargetResiduals]) -> Iterator[str]:
-    """Yield warnings about series and curves that a constant fits better: often a wrong unit."""
     for part in statistics:
         data = part.values + part.fitted
         spread = max(float(np.std(data)), ROUNDING * float(np.max(np.abs(data))))
@@ -320,59 +272,37 @@ def _poor(statistics: Sequence[TargetResiduals]) -> Iterator[str]:
                 f"the residuals of {part.name} are {part.rms / spread:.3g} times the spread of the"
                 " data: a constant would fit these better; check the units of data and scenario"
             )
+        near, limit = part.autocorrelation, SIGNIFICANT / np.sqrt(part.values.size)
+        if near is not None and near > limit and part.rms > ROUNDING * float(np.std(data)):
+            yield (
+                f"neighbouring residuals of {part.name} are alike (correlation {near:.2f}): the"
+                " scenario lacks something that the data show, or their noise is not white; the"
+                " standard errors are too small"
+            )
+    if chi is not None:
+        yield from _chi_warning(statistics, chi, degrees)
 
 
-def _is_alike(part: TargetResiduals) -> bool:
-    spread, near = float(np.std(part.values + part.fitted)), part.autocorrelation
-    limit = SIGNIFICANT / np.sqrt(part.values.size)
-    return near is not None and part.rms > 1e-6 * spread and near > limit
-
-
-def _alike(part: TargetResiduals) -> str:
-    return (
-        f"neighbouring residuals of {part.name} are alike (correlation {part.autocorrelation:.2f}):"
-        " the scenario lacks something that the data show, or their noise is not white; the"
-        " standard errors are too small"
-    )
-
-
-def _chi_warning(
-    statistics: Sequence[TargetResiduals], chi: float | None, degrees: int
-) -> list[str]:
-    """Return the warning that chi squared is too large; empty if it is not."""
+def _chi_warning(statistics: Sequence[TargetResiduals], chi: float, degrees: int) -> Iterator[str]:
+    """Yield the warning that chi squared is too large, if it is."""
     from scipy import special  # imported here: a fit alone needs it
 
     # A run that jumps may not reach as many values as keys exactly: there may be residuals without
     # degrees of freedom, too; their limit is that of one degree.
     limit = float(special.chdtri(max(degrees, 1), TOO_LARGE))
-    if chi is None or chi <= limit:
-        return []
+    if chi <= limit:
+        return
     worst = max(statistics, key=lambda part: part.worst or 0.0)
     largest = f"{worst.worst:.3g} sigma, of {worst.name}"
-    if not degrees:
-        return [
+    if degrees:
+        yield (
+            f"chi squared {chi:.3g} is above {limit:.3g}, which chance exceeds in 1 % of fits with"
+            f" {counted(degrees, 'degree')} of freedom: the residuals are"
+            f" {np.sqrt(chi / degrees):.3g} times as large as the sigma that was given (up to"
+            f" {largest}); the standard errors are too small"
+        )
+    else:
+        yield (
             f"the residuals are up to {largest}, although there are as many free keys as values:"
             " the scenario cannot give the data, or sigma is too small"
-        ]
-    return [
-        f"chi squared {chi:.3g} is above {limit:.3g}, which chance exceeds in 1 % of fits with"
-        f" {counted(degrees, 'degree')} of freedom: the residuals are {np.sqrt(chi / degrees):.3g}"
-        f" times as large as the sigma that was given (up to {largest}); the standard errors are"
-        " too small"
-    ]
-
-
-def _outliers(statistics: Sequence[TargetResiduals]) -> list[str]:
-    """Return warnings about channels and quantities with a residual too large for their sigma."""
-    from scipy import special
-
-    warnings = []
-    for part in statistics:
-        # Of many values one may be beyond 4 sigma by chance.
-        limit = max(SIGNIFICANT, -float(special.ndtri(0.5 * UNLIKELY / part.values.size)))
-        if part.worst is not None and part.worst > limit:
-            warnings.append(
-                f"the residuals of {part.name} are up to {part.worst:.3g} times their sigma: the"
-                " scenario cannot give the data, or sigma is too small"
-            )
-    return warnings
+        )

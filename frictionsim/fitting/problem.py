@@ -1,17 +1,17 @@
-"""The problem of a fit: its free keys, and the model values where data were measured.
+"""The problem of a fit: its free keys, and the values of the scenario where data were measured.
 
 Channels are sampled by the integrator at the times of the data themselves, between its steps as the
 samples of any result are: there is no interpolation between samples. At an event, where a channel
 may jump, the value is that immediately after it.
 """
 
+import operator
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
-from functools import partial
-from itertools import chain
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from copy import copy
 from math import exp, isfinite, log
-from types import MappingProxyType, NoneType
+from time import perf_counter
+from types import NoneType
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 import numpy as np
@@ -21,18 +21,7 @@ from frictionsim.fitting.data import Measured, Target
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.model_fields import expanded, fields_of_key, names_in, unit_of_key
 from frictionsim.scenario.units import factor, fits
-from frictionsim.simulation.combinations import (
-    RUNS_THAT_PAY_COMPILING,
-    Combinations,
-)
-from frictionsim.simulation.many_runs import (
-    Observed,
-    Prepared,
-    RunForm,
-    prepared,
-    run_many,
-)
-from frictionsim.simulation.monitor import RunMonitor, monitor_of
+from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.simulate import run
 
 if TYPE_CHECKING:
@@ -46,16 +35,16 @@ MAX_RUNS = 10_000  # rows of the data
 TRIES = 64  # points in the bounds that are tried as valid starts
 # By constraint of a field: whether a bound violates its limit, and the relation required.
 LIMITS: dict[str, tuple[Callable[[float, float], bool], str]] = {
-    "gt": (lambda value, limit: value <= limit, "above"),
-    "ge": (lambda value, limit: value < limit, "of at least"),
-    "lt": (lambda value, limit: value >= limit, "below"),
-    "le": (lambda value, limit: value > limit, "of at most"),
+    "gt": (operator.le, "above"),
+    "ge": (operator.lt, "of at least"),
+    "lt": (operator.ge, "below"),
+    "le": (operator.gt, "of at most"),
 }
 SAME_TIME = 1e-12  # relative to the time: a sample at an event
 NEAR_ZERO = 1e-3  # of the values that the runs gave
 EXACT, FIXED_ERROR = 1e-6, 1e-3  # of the data; the latter is the error of runs with fixed steps
-MAX_REMEMBERED, MAX_NUMBERS = 100_000, 10_000_000  # evaluations, and numbers in them
-MAX_TOGETHER = 1_000_000  # samples of runs that are made together
+MAX_NUMBERS = 10_000_000  # in the models that are remembered
+RUNS_THAT_PAY_COMPILING = 3000
 
 
 class FreeKey(NamedTuple):
@@ -79,7 +68,7 @@ class FreeKey(NamedTuple):
         return (value - self.low) / (self.high - self.low)
 
     def value(self, x: float) -> float:
-        """Return the value at a place between the bounds."""
+        """Return the value at a place, which is within the bounds even if the place is not."""
         if self.is_log:
             value = self.low * exp(x * log(self.high / self.low))
         else:
@@ -94,23 +83,23 @@ class FreeKey(NamedTuple):
 
 
 def free_keys(bounds_by_key: Mapping[str, Any], scenario: "Scenario") -> tuple[FreeKey, ...]:
-    """Return the free keys of a scenario, with valid starts; `_bounds` checks the bounds."""
+    """Return the free keys of a scenario, with valid starts."""
     if not bounds_by_key:
         raise ArgumentError("free", f"expected at least one key; {ADVICE}")
     keys, chosen = [], []
     for key, bounds in bounds_by_key.items():
         low, high, start = _bounds(key, bounds)
-        names = names_in(key)
+        names = [name.strip() for name in names_in(key)]
         for name in names:
             _check_key(name, low, high, scenario)
         if start is None:
             current = value_of(scenario, names[0])
-            start = (
-                current if current is not None and low <= current <= high else _middle(low, high)
-            )
+            within = current is not None and low <= current <= high
+            start = current if current is not None and within else _middle(low, high)
         else:
-            chosen.append(key)
-        keys.append(FreeKey(key, low, high, start, unit_of_key(type(scenario), names[0])))
+            chosen.append(",".join(names))
+        unit = unit_of_key(type(scenario), names[0])
+        keys.append(FreeKey(",".join(names), low, high, start, unit))
     return _with_valid_starts(tuple(keys), chosen, scenario)
 
 
@@ -154,16 +143,12 @@ def _check_key(key: str, low: float, high: float, scenario: "Scenario") -> None:
     kinds = set(get_args(field.annotation) or (field.annotation,)) - {NoneType}
     if kinds == {int}:
         raise ArgumentError("free", f"{key}: takes whole numbers, which cannot be fitted")
-    for limit in field.metadata:
-        for name, (is_beyond, relation) in LIMITS.items():
-            bound = getattr(limit, name, None)
-            if not isinstance(bound, int | float):
-                continue
-            wrong = next((value for value in (low, high) if is_beyond(value, bound)), None)
-            if wrong is not None:
-                raise ArgumentError(
-                    "free", f"{key}: expected bounds {relation} {bound:g}, got {wrong:g}"
-                )
+    for name, (is_beyond, relation) in LIMITS.items():
+        for limit in (getattr(part, name, None) for part in field.metadata):
+            wrong = [v for v in (low, high) if limit is not None and is_beyond(v, limit)]
+            if wrong:
+                fault = f"expected bounds {relation} {limit:g}, got {wrong[0]:g}"
+                raise ArgumentError("free", f"{key}: {fault}")
 
 
 def value_of(scenario: "Scenario", key: str) -> float | None:
@@ -231,128 +216,137 @@ class Model(NamedTuple):
     values: "Array | None"  # in the order of the data; None if a run failed
     reason: str = ""  # of the failure
     doubt: str = ""  # the failed checks of the audit
-    warnings: Mapping[str, int] = MappingProxyType({})  # numbers of runs by warning
-
-
-class _BetweenRuns(RunMonitor):
-    """Of runs that are made together: tells the monitor of the fit how many are done."""
-
-    def __init__(self, problem: "FitProblem") -> None:
-        self._problem = problem
-
-    def __call__(self, t: float, /) -> None:
-        self._problem.on_run(self._problem.runs)
-
-    def compiling(self, expected: float) -> AbstractContextManager[None]:
-        return self._problem.on_run.compiling(expected)
+    warnings: Mapping[str, int] = {}
 
 
 class FitProblem:
-    """A scenario, its free keys and the data; `on_run` is called with the number of runs so far."""
+    """A scenario, its free keys and the data.
+
+    A place (keys,) has the position of each key between its bounds, from 0 to 1.
+
+    Parameters
+    ----------
+    scenario, keys, data
+    on_runs : callable
+        Called with the number of further runs.
+
+    Attributes
+    ----------
+    models : dict
+        Those evaluated, by the bytes of their places.
+    runs : int
+    """
 
     def __init__(
         self,
         scenario: "Scenario",
         keys: tuple[FreeKey, ...],
         data: Measured,
-        on_run: Callable[[int], Any],
+        on_runs: Callable[[int], Any],
     ) -> None:
-        self.scenario, self.keys, self.data = scenario, keys, data
-        self.runs, self.on_run = 0, monitor_of(on_run)
+        self.scenario, self.keys, self.data, self.on_runs = scenario, keys, data, on_runs
+        self.models: dict[bytes, Model] = {}
+        self.runs, self._seconds = 0, list[float]()
         # Units of quantities are added by the first run.
         self.units = {t.name: t.unit for t in data.targets}
-        self._seen: dict[bytes, Model] = {}
-        # Extremes of all successful runs, in the order of the data.
-        self.least, self.largest = np.full(data.size, np.inf), np.full(data.size, -np.inf)
-        # Of a single value: scaled places and the values of the scenario; None if it fails.
-        self.evaluations: list[tuple[Array, float | None]] = []
-        self._times, self._sampled = self._sample_times()
+        self._sampled = self._sample_times()
         self._base = scenario
-        only_channels = all(target.kind == "channel" for target in data.targets)
-        if only_channels and 0.0 < self._times[-1] < scenario.solver.duration:
-            self._base = scenario.replace({"solver.duration": float(self._times[-1])})
-        self._between_runs = _BetweenRuns(self)
-        self.expect(0)
+        if all(target.kind == "channel" for target in data.targets) and data.times[-1] > 0.0:
+            last = min(float(data.times[-1]), scenario.solver.duration)
+            self._base = scenario.replace({"solver.duration": last})
 
-    def _sample_times(self) -> "tuple[Array, list[float] | None]":
-        """Return the times of the data and of the samples; None for the samples of the scenario."""
+    def _sample_times(self) -> list[float] | None:
+        """Return the times of samples: with means over time, those of the scenario, too."""
         times, scenario = self.data.times, self.scenario
         if not times.size:
-            return times, None
+            return None
         ends = [0.0, float(times[-1])]
         if any(target.kind == "quantity" for target in self.data.targets):
-            # Means over time are computed from samples.
             duration, interval = scenario.solver.duration, scenario.interval
             ends = [*np.arange(0.0, duration * (1.0 - SAME_TIME), interval).tolist(), duration]
-        return times, np.unique(np.concatenate((times, ends))).tolist()
+        return np.unique(np.concatenate((times, ends))).tolist()
 
-    def expect(self, evaluations: int) -> None:
-        """Prepare for so many evaluations: those of several places are then made together."""
-        rows = self.data.runs
-        keys = (*(key.key for key in self.keys), *rows[0])
-        self._expected = evaluations * len(rows)
-        self._combinations = Combinations(self._base, keys, self._expected)
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out who is told of runs, for another process."""
+        return self.__dict__ | {"on_runs": _nobody}
+
+    def apart(self, x: "Array", distance: float) -> "FitProblem":
+        """Return the problem for a search from a place: it knows the models near it alone.
+
+        So the search makes the same runs in whichever process, and after whichever other ones.
+        """
+        other = copy(self)
+        other.on_runs, other.runs, other.models, other._seconds = self.on_runs, 0, {}, []
+        for key, model in self.models.items():
+            if np.max(np.abs(np.frombuffer(key) - x)) <= distance:
+                other.models[key] = model
+        return other
 
     @property
-    def makes_runs_together(self) -> bool:
-        """Whether the runs of several places are made together, if nothing is wrong with them."""
-        starts = (key.start for key in self.keys)
-        return self._combinations.form((*starts, *self.data.runs[0].values())) is not None
+    def seconds_each(self) -> float:
+        """The usual wall time of a model, s: the first may compile."""
+        return float(np.median(self._seconds)) if self._seconds else 0.0
 
-    def compile(self, x: "Array") -> None:
-        """Compile the runs, at a scaled place at which they succeed, if so many are expected."""
-        if self._expected >= RUNS_THAT_PAY_COMPILING:
+    def compile(self, x: "Array", evaluations: float) -> None:
+        """Compile the runs, at a place at which they succeed, if so many evaluations pay it."""
+        if evaluations * len(self.data.runs) >= RUNS_THAT_PAY_COMPILING:
             scenario = self._base.replace(expanded(self.values(x)))
-            mechanism_module(scenario.kind).simulation(scenario).compile(self.on_run)
+            mechanism_module(scenario.kind).simulation(scenario).compile(RunMonitor())
 
     def values(self, x: "Array") -> dict[str, float]:
-        """Return the values of the keys at a scaled place."""
+        """Return the values of the keys at a place."""
         return {key.key: key.value(float(p)) for key, p in zip(self.keys, x, strict=True)}
 
     def model(self, x: "Array") -> Model:
-        """Return the model values at a scaled place; a failed run gives the reason."""
-        return self.models([x])[0]
+        """Return the model at a place."""
+        key = np.asarray(x, dtype=np.float64).tobytes()
+        if key not in self.models:
+            began = perf_counter()
+            model = self._evaluate(self.values(x))
+            self._seconds.append(perf_counter() - began)
+            if len(self.models) > MAX_NUMBERS // self.data.size:
+                self.models.clear()
+            self.models[key] = model
+        return self.models[key]
 
-    def models(self, places: "Sequence[Array]") -> list[Model]:
-        """Return the model values at scaled places; the runs of many are made together."""
-        keyed = {np.asarray(x, dtype=np.float64).tobytes(): x for x in places}
-        known = {key: self._seen[key] for key in keyed if key in self._seen}
-        fresh = {key: x for key, x in keyed.items() if key not in known}
-        made = dict(self._together([self.values(x) for x in fresh.values()]))
-        for number, (key, x) in enumerate(fresh.items()):
-            known[key] = made.get(number) or self._evaluate(self.values(x))
-            if len(self._seen) >= min(MAX_REMEMBERED, 1 + MAX_NUMBERS // self.data.size):
-                self._seen.clear()
-            self._seen[key] = known[key]
-            self._remember(x, known[key].values)
-        return [known[np.asarray(x, dtype=np.float64).tobytes()] for x in places]
+    def residuals(self, x: "Array") -> "Array":
+        """Return data minus fit at a place at which the runs succeed."""
+        model = self.model(x)
+        if model.values is None:
+            raise ValueError(f"a fit has no residuals where a run fails: {model.reason}")
+        return self.data.values - model.values
 
-    def _remember(self, x: "Array", values: "Array | None") -> None:
-        if values is not None:
-            self.least = np.minimum(self.least, values)
-            self.largest = np.maximum(self.largest, values)
-        if self.data.size == 1:
-            self.evaluations.append((x.copy(), None if values is None else float(values[0])))
+    def single_values(self) -> "list[tuple[Array, float | None]]":
+        """Return the places so far in the order of a single key, and the scenario's single value.
+
+        It is None where the run fails.
+        """
+        pairs = ((np.frombuffer(key), model.values) for key, model in self.models.items())
+        values = [(x, None if v is None else float(v[0])) for x, v in pairs]
+        return sorted(values, key=lambda pair: float(pair[0][0]))
 
     @property
-    def accuracy(self) -> "Array":
-        """The residuals (n,) below which the runs give the data exactly."""
-        targets = self.data.targets
-        size = np.concatenate([t.scale for t in targets])
-        if self.data.size == 1:  # no spread of data: near 0 that of the runs
-            size = np.maximum(np.abs(targets[0].values), NEAR_ZERO * (self.largest - self.least))
-        rtol = FIXED_ERROR if self.scenario.pair.fixed_step else 10.0 * self.scenario.solver.rtol
-        return np.asarray(size * max(EXACT, min(rtol, FIXED_ERROR)))
+    def reachable(self) -> tuple[float, float]:
+        """The least and the largest of single values of all runs."""
+        values = [value for _, value in self.single_values() if value is not None]
+        return min(values), max(values)
 
     def is_exact(self, x: "Array") -> bool:
-        """Return whether a scaled place at which the runs succeed gives the data exactly."""
-        return bool((np.abs(residuals_of(self, x)) <= self.accuracy).all())
+        """Return whether a place at which the runs succeed gives the data exactly."""
+        size = self.data.scale
+        if self.data.size == 1:  # no spread of data: near 0 that of the runs
+            least, largest = self.reachable
+            size = np.maximum(np.abs(self.data.values), NEAR_ZERO * (largest - least))
+        rtol = FIXED_ERROR if self.scenario.pair.fixed_step else 10.0 * self.scenario.solver.rtol
+        accuracy = size * max(EXACT, min(rtol, FIXED_ERROR))
+        return bool((np.abs(self.residuals(x)) <= accuracy).all())
 
     def _evaluate(self, values: dict[str, float]) -> Model:
         columns, doubt = [np.empty(target.values.size) for target in self.data.targets], ""
         warnings: Counter[str] = Counter()
         for number, row in enumerate(self.data.runs):
             result, reason = self._run({**values, **row})
+            self.on_runs(1)
             if result is None:
                 return Model(None, reason)
             doubt = doubt or reason
@@ -380,7 +374,6 @@ class FitProblem:
             return None, error.faults[0].removeprefix("overrides: ")
         except InputError as error:  # numbers out of range
             return None, str(error)
-        self.on_run(self.runs)
         return (result if result.status == "done" else None), result.reason
 
     def _channel(self, target: Target, result: "Record") -> "Array":
@@ -426,83 +419,11 @@ class FitProblem:
         except InputError as error:
             raise ArgumentError("units", f"{target.name}: {error}") from None
 
-    def _together(self, places: Sequence[dict[str, float]]) -> Iterator[tuple[int, Model]]:
-        """Yield models at places, by their numbers, but not those that must be evaluated alone."""
-        rows, samples = len(self.data.runs), max(len(self._sampled or ()), 1)
-        size = max(MAX_TOGETHER // (rows * samples), 1)
-        for first in range(0, len(places), size):
-            for number, model in self._made_together(places[first : first + size]):
-                yield first + number, model
 
-    def _made_together(self, places: Sequence[dict[str, float]]) -> Iterator[tuple[int, Model]]:
-        rows, targets = self.data.runs, self.data.targets
-        values = [(*place.values(), *row.values()) for place in places for row in rows]
-        sound = np.zeros(len(values), dtype=bool)
-        warnings: list[tuple[str, ...]] = [()] * len(values)
-        columns = [np.empty((len(values), max(target.times.size, 1))) for target in targets]
-        for runs, group in self._combinations.groups(values, self._prepared, fewest=1):
-            scenario_of = partial(self._scenario_of, [values[number] for number in runs])
-            observed = run_many(group, len(runs), scenario_of, self._between_runs)
-            if observed is None:
-                continue
-            sound[runs] = observed.sound
-            sound[runs[observed.event_runs[_is_at(self._times, observed.event_times)]]] = False
-            for target, column in zip(targets, columns, strict=True):
-                column[runs] = self._of_many(target, observed)
-                sound[runs] &= np.isfinite(column[runs]).all(axis=1)
-            for i, number in enumerate(runs.tolist()):
-                warnings[number] = observed.warnings.get(i, group.warnings or ())
-        for number in range(len(places)):
-            first, end = number * len(rows), (number + 1) * len(rows)
-            if sound[first:end].all():
-                self.runs += len(rows)
-                parts = [
-                    column[first + target.runs, _samples(target)]
-                    for target, column in zip(targets, columns, strict=True)
-                ]
-                counted = Counter(chain.from_iterable(map(_lasting, warnings[first:end])))
-                yield number, Model(np.concatenate(parts), warnings=counted)
-        if sound.any():
-            self.on_run(self.runs)
-
-    def _prepared(self, form: RunForm, scenario: "Scenario") -> Prepared:
-        return prepared(form, scenario, self._sampled)
-
-    def _scenario_of(self, values: Sequence[tuple[float, ...]], number: int) -> "Scenario":
-        return self._combinations.scenario(values[number])
-
-    def _of_many(self, target: Target, observed: Observed) -> "Array | float":
-        """Return the samples of a channel, (runs, n), or a quantity, (runs, 1); NaN if unknown."""
-        if target.kind == "channel":
-            places = np.searchsorted(self._sampled or (), target.times)
-            channel = observed.channels.get(target.name)
-            return np.nan if channel is None else channel[:, places]
-        quantity = observed.quantities.get(target.name)
-        if quantity is None or quantity.value is None:
-            return np.nan
-        return np.reshape(quantity.value / self._size(target, quantity), (-1, 1))
+def _nobody(runs: int) -> None:
+    """Tell nobody of runs."""
 
 
 def _lasting(warnings: Iterable[str]) -> list[str]:
     """Return the warnings of a run, each once, without those about regular samples."""
     return [text for text in dict.fromkeys(warnings) if not text.startswith("output.interval")]
-
-
-def _is_at(times: "Array", events: "Array") -> Any:
-    """Return which events are at one of some ascending times."""
-    ends = 1.0 - SAME_TIME, 1.0 + SAME_TIME
-    first, last = (np.searchsorted(times, events * end) for end in ends)
-    return (first < last) | np.isin(events, times)
-
-
-def _samples(target: Target) -> Any:
-    """Return the indices of the values of a target among the samples of a run."""
-    return np.arange(target.times.size) if target.kind == "channel" else 0
-
-
-def residuals_of(problem: FitProblem, x: "Array") -> "Array":
-    """Return data minus fit at a scaled place at which the runs succeed."""
-    model = problem.model(x)
-    if model.values is None:
-        raise ValueError(f"a fit has no residuals where a run fails: {model.reason}")
-    return np.concatenate([t.values for t in problem.data.targets]) - model.values

@@ -13,18 +13,18 @@ residuals differ in sign, Brent's method finds the place at which the scenario g
 jumps over it.
 """
 
-from collections.abc import Iterable
-from contextvars import copy_context
-from copy import copy
-from functools import partial
+import multiprocessing
+from collections.abc import Iterator, Sequence
+from concurrent.futures import BrokenExecutor
 from itertools import pairwise
-from threading import Condition, Lock, Thread
+from math import ceil
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from frictionsim.errors import SolverError
 from frictionsim.fitting.problem import FitProblem, Model, latin_hypercube
+from frictionsim.parameter_study.workers import available_cores, process_pool
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
@@ -34,37 +34,27 @@ SCANNED = 12  # points for each start
 APART = 0.1  # of the bounds: least distance of starts
 MIN_STEP, MAX_STEP = 3e-4, 1e-2  # of differences, as a part of the bounds
 FIXED_STEP = 3e-3  # where the error of the runs is not known from a tolerance
+SHORTER = (0.25, 0.0625)  # steps of differences, in a check of the derivatives
+DISAGREE = 0.1  # relative: derivatives of a shorter step are taken
 TOLERANCE = 1e-10  # relative change of the places, and of the sum of squares, at the end
 NO_SLOPE = 1e-15  # of the gradient: the data do not change with any key
 MAX_ITERATIONS = 60
-SHORTER = (0.25, 0.0625)  # steps of differences, in a check of the derivatives
-DISAGREE = 0.1  # relative
-JUMPS = 0.5  # relative: the run jumps or kinks between the steps
+EVALUATIONS_OF_A_KEY = 10  # in a local search: some five derivatives by two evaluations each
 RESOLVED = 1e-12  # of the distance of the ends of a bracket
 EDGE = 1e-9  # of the bounds: resolution of the edge of failing runs
 MAX_BISECTIONS, MAX_BRACKETS = 100, 4
-MAX_THREADS = 64  # each has address space for a stack of its own
-
-
-class Start(NamedTuple):
-    """A local search.
-
-    A cost is half the weighted sum of squares.
-    """
-
-    first: dict[str, float]  # the values of the keys where it started
-    last: dict[str, float]  # and where it ended
-    first_cost: float
-    cost: float
-    converged: bool
+SECONDS_THAT_PAY = 2.0  # of searches, for a pool of processes
+PARTS = 8  # of the searches of a process, for the balance of their times
 
 
 class Minimum(NamedTuple):
-    """The end of a local search."""
+    """The end of a local search; a cost is half the weighted sum of squares."""
 
-    x: "Array"  # scaled place (keys,)
-    cost: float  # half the weighted sum of squares
-    converged: bool
+    start: "Array"  # place (keys,)
+    x: "Array"  # place of the end
+    first_cost: float
+    cost: float
+    converged: bool = True
     # Values of the scenario on both sides, if it jumps over a single value there.
     jump: tuple[float, float] | None = None
 
@@ -79,19 +69,18 @@ class Search:
     def __init__(
         self, problem: FitProblem, weights: "Array", measured: "Array | None" = None
     ) -> None:
-        self.problem, self.weights, self.model = problem, weights, problem.model
-        targets = problem.data.targets
-        self.measured = (
-            np.concatenate([t.values for t in targets]) if measured is None else measured
-        )
-        self._failed = weights * np.concatenate([t.scale for t in targets]) * FAILED
-        self.step = difference_step(problem)
+        self.problem, self.weights = problem, weights
+        self.measured = problem.data.values if measured is None else measured
+        solver = problem.scenario.solver
+        # The cube root of the error of the runs gives the least error of a central difference.
+        step = min(max(float(np.cbrt(solver.rtol)), MIN_STEP), MAX_STEP)
+        self.step = FIXED_STEP if problem.scenario.pair.fixed_step else step
 
     def residual(self, x: "Array") -> "Array":
-        """Return the weighted residuals at a scaled place; large ones of a failed run."""
-        model = self.model(x).values
+        """Return the weighted residuals at a place; large ones of a failed run."""
+        model = self.problem.model(x).values
         if model is None:
-            return self._failed
+            return np.asarray(self.weights * self.problem.data.scale * FAILED)
         return np.asarray((model - self.measured) * self.weights)
 
     def cost(self, x: "Array") -> float:
@@ -99,48 +88,36 @@ class Search:
         return 0.5 * float(np.sum(self.residual(x) ** 2))
 
     def jacobian(self, x: "Array", step: float | None = None) -> "Array":
-        """Return the derivatives (n, keys) of the weighted residuals by the scaled places.
+        """Return the derivatives (n, keys) of the weighted residuals by the places.
 
         Central differences; one-sided of second order at a bound, of first order next to a failed
         run.
         """
-        h = self.step if step is None else step
-        return np.array([self._column(x, j, h) for j in range(len(x))]).T
+        return np.array([self._slope(x, j, step or self.step) for j in range(len(x))]).T
 
-    def checked_jacobian(self, x: "Array") -> "tuple[Array, Array, Array]":
-        """Return the derivatives, and their relative differences from those of another step.
+    def checked_jacobian(self, x: "Array") -> "tuple[Array, Array]":
+        """Return the derivatives, and their relative changes (keys,) with the step.
 
         Where a step passes a jump or a kink, such as an appearing event, shorter ones are tried.
-
-        Returns
-        -------
-        (n, keys), (keys,), (keys,)
-            The last is the longest step whose derivatives differ by more than `JUMPS`, as a part
-            of the bounds; 0 if there is none.
         """
-        columns, differences, jumps = [], [], []
-        for j in range(len(x)):
-            column, step, jump = self._column(x, j, self.step), self.step, 0.0
-            for part in SHORTER:
-                shorter = self._column(x, j, part * self.step)
-                size = max(np.linalg.norm(column), np.linalg.norm(shorter))
-                difference = float(np.linalg.norm(shorter - column) / size) if size else 0.0
-                if difference <= DISAGREE:
-                    break
-                jump = jump or (step if difference > JUMPS else 0.0)
-                column, step = shorter, part * self.step
-            columns.append(column)
-            differences.append(difference)
-            jumps.append(jump)
-        return np.array(columns).T, np.array(differences), np.array(jumps)
+        jacobian, changes = self.jacobian(x), np.full(len(x), np.inf)
+        for part in SHORTER:
+            shorter = self.jacobian(x, part * self.step)
+            size = np.maximum(np.linalg.norm(jacobian, axis=0), np.linalg.norm(shorter, axis=0))
+            change = np.linalg.norm(shorter - jacobian, axis=0) / np.where(size > 0.0, size, 1.0)
+            changes = np.where(changes > DISAGREE, change, changes)
+            if (changes <= DISAGREE).all():
+                break
+            jacobian = np.where(changes > DISAGREE, shorter, jacobian)
+        return jacobian, changes
 
-    def _column(self, x: "Array", j: int, h: float) -> "Array":
+    def _slope(self, x: "Array", j: int, h: float) -> "Array":
         def values_at(distance: float) -> "Array | None":
             place = x.copy()
             place[j] += distance
-            return self.model(place).values
+            return self.problem.model(place).values
 
-        here = self.model(x).values
+        here = self.problem.model(x).values
         h = -h if x[j] > 0.5 else h  # away from the nearer bound
         far, near = values_at(h), values_at(-h) if 0.0 <= x[j] - h <= 1.0 else None
         slope = np.zeros(self.measured.size)
@@ -155,13 +132,13 @@ class Search:
             slope = (here - near) / h
         return np.asarray(slope * self.weights)
 
-    def minimum(self, x: "Array") -> Minimum:
-        """Return the local minimum of the least squares that start at a scaled place."""
+    def minimum(self, start: "Array") -> Minimum:
+        """Return the local minimum of the least squares that start at a place."""
         from scipy.optimize import least_squares  # imported here because SciPy takes 0.3 s
 
         solution: Any = least_squares(
             self.residual,
-            np.clip(x, 0.0, 1.0),
+            np.clip(start, 0.0, 1.0),
             jac=self.jacobian,
             bounds=(0.0, 1.0),
             method="trf",
@@ -170,13 +147,23 @@ class Search:
             gtol=NO_SLOPE,
             max_nfev=MAX_ITERATIONS,
         )
-        return Minimum(np.asarray(solution.x), float(solution.cost), solution.status > 0)
+        x, cost = np.asarray(solution.x), float(solution.cost)
+        return Minimum(start, x, self.cost(start), cost, solution.status > 0)
+
+    def alone(self, start: "Array") -> tuple[Minimum, int, dict[bytes, Model]]:
+        """Return the minimum from a start, as another process may find it.
+
+        Second and third are the number of runs and, of a single value, the models.
+        """
+        problem = self.problem.apart(start, 2.0 * self.step)
+        minimum = Search(problem, self.weights, self.measured).minimum(start)
+        return minimum, problem.runs, problem.models if problem.data.size == 1 else {}
 
     def root_between(self, first: "Array", last: "Array") -> Minimum | None:
         """Return the place between two others that gives a single value, by Brent's method.
 
-        The residual of the value differs in sign at these scaled places. Of a jump over the value,
-        the nearer side is returned; None if a run in between fails.
+        The residual of the value differs in sign at these places. Of a jump over the value, the
+        nearer side is returned; None if a run in between fails.
         """
         from scipy.optimize import brentq
 
@@ -205,134 +192,48 @@ class Search:
         jump = None
         if not problem.is_exact(x):
             jump = wanted + ends[False][1], wanted + ends[True][1]
-        return Minimum(x, self.cost(x), True, jump)
+        return Minimum(first, x, self.cost(first), self.cost(x), jump=jump)
 
 
-class _SearchEnded(Exception):
-    """A search is ended, because the runs of all or another one failed."""
+def minima(searches: "Sequence[tuple[Search, Array]]") -> list[Minimum]:
+    """Return the minima of searches of one problem, each from its start.
 
-
-class _Meeting:
-    """Where searches of one problem, in threads, wait until the runs of all are made together.
-
-    Parameters
-    ----------
-    problem : FitProblem
-    searches : iterable of Search and (keys,)
-        Each with its start; made when a thread takes it.
+    They go over the cores where they are expected to take seconds; the minima and the number of
+    runs do not depend on that.
     """
-
-    def __init__(self, problem: FitProblem, searches: "Iterable[tuple[Search, Array]]") -> None:
-        self._problem, self._left = problem, enumerate(searches)
-        self._ends: dict[int, Minimum] = {}
-        self._running, self._failures = 0, list[Exception]()
-        # By the number of the search: where it waits for a model, and those that it is to take.
-        self._asked: dict[int, Array] = {}
-        self._given: dict[int, Model] = {}
-        lock = Lock()
-        self._all_wait, self._answered = Condition(lock), Condition(lock)
-
-    def minima(self, threads: int) -> list[Minimum]:
-        """Return the minima of all searches."""
-        started: list[Thread] = []
-        try:
-            while len(started) < threads:
-                # With the settings of numpy that hold here; a daemon does not keep the program.
-                thread = Thread(target=copy_context().run, args=(self._search,), daemon=True)
-                self._count(1)
-                try:
-                    thread.start()
-                except RuntimeError:  # the system has no more of them
-                    self._count(-1)
-                    break
-                started.append(thread)
-            if not started:
-                return [search.minimum(start) for _, (search, start) in self._left]
-            while self._answer():
-                pass
-        finally:
-            with self._answered:
-                self._failures.append(_SearchEnded())
-                self._answered.notify_all()
-            for thread in started:
-                thread.join()
-        return [self._ends[number] for number in range(len(self._ends))]
-
-    def _answer(self) -> bool:
-        """Answer when all threads wait; return whether there are any."""
-        with self._all_wait:
-            while len(self._asked) < self._running and not self._failures:
-                self._all_wait.wait()
-            if self._failures:
-                raise self._failures[0]
-            asked = dict(sorted(self._asked.items()))
-        models = self._problem.models(list(asked.values()))
-        with self._answered:
-            self._asked.clear()
-            self._given.update(zip(asked, models, strict=True))
-            self._answered.notify_all()
-        return bool(asked)
-
-    def _search(self) -> None:
-        """Make searches that are left, one after the other."""
-        try:
-            while not self._failures:
-                with self._answered:
-                    number, (search, start) = next(self._left, (-1, (None, None)))
-                if search is None or start is None:
-                    break
-                one = copy(search)
-                one.model = partial(self._ask, number)
-                self._ends[number] = one.minimum(start)
-        except Exception as error:
-            self._failures.append(error)
-        finally:
-            self._count(-1)
-
-    def _count(self, threads: int) -> None:
-        with self._all_wait:
-            self._running += threads
-            self._all_wait.notify()
-
-    def _ask(self, number: int, x: "Array") -> Model:
-        with self._answered:
-            self._asked[number] = x
-            if len(self._asked) == self._running:
-                self._all_wait.notify()
-            while number not in self._given:
-                if self._failures:
-                    raise _SearchEnded
-                self._answered.wait()
-            return self._given.pop(number)
+    problem = searches[0][0].problem
+    evaluations = EVALUATIONS_OF_A_KEY * len(problem.keys) * len(searches)
+    pays = evaluations * problem.seconds_each > SECONDS_THAT_PAY
+    # A process of a pool that is not ours may have none of its own.
+    pays = pays and not multiprocessing.current_process().daemon
+    workers = min(available_cores(), len(searches)) if pays else 1
+    size, ends = ceil(len(searches) / (PARTS * workers)), []
+    try:
+        with process_pool(workers) as pool:
+            parts = [searches[first : first + size] for first in range(0, len(searches), size)]
+            for future in [pool.submit(_alone, part) for part in parts]:
+                for minimum, runs, models in future.result():
+                    ends.append(minimum)
+                    problem.runs += runs
+                    problem.models |= models
+                    if workers > 1:
+                        problem.on_runs(runs)
+    except BrokenExecutor:
+        raise SolverError(
+            "a process of the fit was ended from outside, as where the memory is short; nothing of"
+            " the fit is kept"
+        ) from None
+    return ends
 
 
-def minima(
-    problem: FitProblem, searches: "Iterable[tuple[Search, Array]]", count: int
-) -> list[Minimum]:
-    """Return the minima of a number of searches, each from its start.
-
-    Where runs can be made together, which takes a fraction of the time, they go side by side.
-    """
-    if not problem.makes_runs_together:
-        return [search.minimum(start) for search, start in searches]
-    return _Meeting(problem, searches).minima(min(count, MAX_THREADS))
+def _alone(
+    searches: "Sequence[tuple[Search, Array]]",
+) -> list[tuple[Minimum, int, dict[bytes, Model]]]:
+    return [search.alone(start) for search, start in searches]
 
 
-def difference_step(problem: FitProblem) -> float:
-    """Return the step of differences as a part of the bounds.
-
-    The cube root of the error of the runs gives the least error of a central difference.
-    """
-    solver = problem.scenario.solver
-    if problem.scenario.pair.fixed_step:
-        return FIXED_STEP
-    return float(min(max(np.cbrt(solver.rtol), MIN_STEP), MAX_STEP))
-
-
-def search(
-    problem: FitProblem, weights: "Array", starts: int, seed: int
-) -> tuple[Minimum, list[Start]]:
-    """Return the least minimum, and all local searches in the order of their costs.
+def search(problem: FitProblem, weights: "Array", starts: int, seed: int) -> list[Minimum]:
+    """Return the minima of all local searches in the order of their costs.
 
     A single search starts from the starts of the keys, without a scan. The seed draws the scanned
     points.
@@ -343,49 +244,49 @@ def search(
     if starts > 1:
         rng = np.random.default_rng(seed)
         points += list(latin_hypercube(SCANNED * starts, len(keys), rng))
-    # Before any scan, so that an unknown channel or quantity is reported at once.
-    works = _that_work(problem, points)
-    if not works and problem.data.size == 1:
+    working = _that_work(problem, points)
+    if not working and problem.data.size == 1:
         points += list(_grid())
-        works = _that_work(problem, points)
-    if not works:
+        working = _that_work(problem, points)
+    if not working:
         all_failed = f"all {len(points)} runs of the fit failed; that of the start"
         failure = "the run of the fit failed" if len(points) == 1 else all_failed
-        raise SolverError(f"{failure}: {problem.model(points[0]).reason}")
-    chosen = _choose(works, task, starts)
-    ends = minima(problem, ((task, first) for first in chosen), len(chosen))
-    searches = [_local_search(task, *pair) for pair in zip(chosen, ends, strict=True)]
-    if problem.data.size == 1 and not any(problem.is_exact(last.x) for last, _ in searches):
-        searches = [*_bracketed_searches(task), *searches]
-    searches.sort(key=lambda one: one[0].cost)
-    return searches[0][0], [start for _, start in searches]
+        raise SolverError(f"{failure}: {problem.model(initial).reason}")
+    found = minima([(task, start) for start in _best_apart(working, task, starts)])
+    if problem.data.size == 1 and not any(problem.is_exact(end.x) for end in found):
+        found = [*_bracketed(task), *found]
+    return sorted(found, key=lambda end: end.cost)
 
 
 def _that_work(problem: FitProblem, points: "list[Array]") -> "list[Array]":
-    """Return the scaled places at which the runs succeed."""
-    models = problem.models(points)
-    return [point for point, model in zip(points, models, strict=True) if model.values is not None]
+    """Return the places at which the runs succeed."""
+    return [point for point in points if problem.model(point).values is not None]
 
 
 def _grid() -> "Array":
-    """Return equidistant scaled places of a single key, with its bounds (n, 1)."""
+    """Return equidistant places of a single key, with its bounds (n, 1)."""
     return np.linspace(0.0, 1.0, SCANNED + 1)[:, None]
 
 
-def _local_search(task: Search, first: "Array", last: Minimum) -> tuple[Minimum, Start]:
-    values = task.problem.values
-    return last, Start(values(first), values(last.x), task.cost(first), last.cost, last.converged)
+def _best_apart(points: "list[Array]", task: Search, starts: int) -> "list[Array]":
+    """Return the best points that are at least `APART` from each other."""
+    chosen: list[Array] = []
+    for point in sorted(points, key=task.cost):
+        if all(np.max(np.abs(point - other)) >= APART for other in chosen):
+            chosen.append(point)
+        if len(chosen) == starts:
+            break
+    return chosen
 
 
-def _bracketed_searches(task: Search) -> list[tuple[Minimum, Start]]:
+def _bracketed(task: Search) -> list[Minimum]:
     """Return the searches for a single value between places whose residuals differ in sign.
 
     A single value has a single key. Without such places the nearest of all runs is returned.
     """
     problem, wanted = task.problem, task.measured[0]
-    for point in _grid():
-        problem.model(point)
-    pairs = list(pairwise(sorted(problem.evaluations, key=lambda pair: float(pair[0][0]))))
+    _that_work(problem, list(_grid()))
+    pairs = list(pairwise(problem.single_values()))
     brackets = [
         (a, b)
         for (a, below), (b, above) in pairs
@@ -395,21 +296,17 @@ def _bracketed_searches(task: Search) -> list[tuple[Minimum, Start]]:
         for (a, left), (b, right) in pairs:
             if (left is None) != (right is None):
                 brackets += _edge_bracket(task, *((b, a) if left is None else (a, b)))
-    searches = []
-    for first, last in brackets[:MAX_BRACKETS]:
-        end = task.root_between(first, last)
-        searches += [] if end is None else [_local_search(task, first, end)]
-    if not searches:
-        distances = [
-            (abs(value - wanted), x) for x, value in problem.evaluations if value is not None
-        ]
-        _, x = min(distances, key=lambda pair: pair[0])
-        searches.append(_local_search(task, x, Minimum(x, task.cost(x), True)))
-    return searches
+    roots = [task.root_between(*bracket) for bracket in brackets[:MAX_BRACKETS]]
+    found = [root for root in roots if root is not None]
+    if not found:
+        working = (x for x, value in problem.single_values() if value is not None)
+        x = min(working, key=task.cost)
+        found = [Minimum(x, x, task.cost(x), task.cost(x))]
+    return found
 
 
-def _edge_bracket(task: Search, good: "Array", failed: "Array") -> "list[tuple[Array, Array]]":
-    """Return the bracket between a place and one at which the run fails; empty if there is none.
+def _edge_bracket(task: Search, good: "Array", failed: "Array") -> "Iterator[tuple[Array, Array]]":
+    """Yield the bracket between a place and one at which the run fails, if there is one.
 
     Places are bisected up to the edge of failing runs, such as those of a pulley that does not
     break away, so that a value reached near this edge is not missed.
@@ -420,20 +317,9 @@ def _edge_bracket(task: Search, good: "Array", failed: "Array") -> "list[tuple[A
         if task.problem.model(middle).values is None:
             failed = middle
         elif task.residual(middle)[0] * side < 0.0:
-            return [(good, middle)]
+            yield good, middle
+            return
         else:
             good = middle
         if abs(float(failed[0] - good[0])) < EDGE:
-            break
-    return []
-
-
-def _choose(points: "list[Array]", task: Search, starts: int) -> "list[Array]":
-    """Return the best points that are at least `APART` from each other."""
-    chosen: list[Array] = []
-    for point in sorted(points, key=task.cost):
-        if all(np.max(np.abs(point - other)) >= APART for other in chosen):
-            chosen.append(point)
-        if len(chosen) == starts:
-            break
-    return chosen
+            return

@@ -6,12 +6,13 @@ residual changes, keys of which only a combination changes them, a key at its bo
 the data determine no better than its bounds do, are not identified: they have no standard error.
 """
 
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from frictionsim.fitting.data import Target
 from frictionsim.fitting.problem import FreeKey
-from frictionsim.fitting.search import JUMPS
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
@@ -21,33 +22,68 @@ AT_BOUND = 1e-4  # of the bounds
 MIN_SINGULAR = 1e-4  # of derivatives scaled to length 1: smaller ones may be errors of differences
 MIN_COMPONENT = 0.1  # of a unit vector: a smaller component is no part of a combination
 NO_CHANGE = "the data do not change with it"
+NO_BETTER = "the data determine it no better than its bounds do"
+JUMP = "the run jumps or kinks at the estimate; a bootstrap needs no derivatives"
 ROUNDING = 1e-7  # of the spread of the data
+JUMPS = 0.5  # relative change of derivatives with their step
+EXACT = 1e-9  # of the spread: least standard deviation
+
+
+class Noise:
+    """The standard deviations of the data, given or estimated."""
+
+    def __init__(self, targets: Iterable[Target]) -> None:
+        targets = list(targets)
+        # Of each value (n,).
+        self.spread = np.concatenate([t.scale for t in targets])
+        self.sigma = np.concatenate([t.scale if t.sigma is None else t.sigma for t in targets])
+        names = [t.group if t.sigma is None else "" for t in targets for _ in t.values]
+        groups = [name for name in dict.fromkeys(names) if name]
+        self.groups = [np.array([n == name for n in names]) for name in groups]
+        self.all_given = not self.groups
+        self.is_to_be_balanced = len(dict.fromkeys(names)) > 1
+
+    def estimate(self, residuals: "Array", determined: int) -> float:
+        """Estimate the standard deviations that were not given; return their relative change.
+
+        `determined` is the number of values determined from the data.
+        """
+        change, share = 0.0, max(1.0 - determined / residuals.size, 0.0)
+        for group in self.groups:
+            relative = residuals[group] / self.spread[group]
+            size = np.sqrt(np.mean(relative**2) / share) if share else np.sqrt(np.mean(relative**2))
+            sigma = self.spread[group] * max(float(size), EXACT)
+            change = max(change, abs(float(sigma[0] / self.sigma[group][0]) - 1.0))
+            self.sigma[group] = sigma
+        return change
 
 
 class Identification(NamedTuple):
-    """The identified keys, and the covariance of their scaled places."""
+    """The identified keys, and the covariance of their places."""
 
     reasons: dict[str, str]  # why a key is not identified, by key
     # For residuals of standard deviation 1.
-    covariance: "Array"  # (keys, keys), of scaled places; NaN of a key that is not identified
+    covariance: "Array"  # (keys, keys), of places; NaN of a key that is not identified
     rank: int  # number of keys, or combinations of them, that the data determine
 
-
-class Accuracy(NamedTuple):
-    """The accuracy of the derivatives."""
-
-    step: float  # of the differences, as a part of the bounds
-    noise: float  # error of the runs, relative to the spread of the data
+    @property
+    def deviations(self) -> "Array":
+        """The standard errors of the places (keys,); NaN of a key that is not identified."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
 
     @property
-    def flat(self) -> float:
-        """The limit, relative to the spread of the data, below which derivatives count as zero."""
-        return max(ROUNDING, 10.0 * self.noise / self.step)
+    def correlations(self) -> "Array":
+        """The correlations (keys, keys); NaN where a key is not identified."""
+        matrix = self.covariance / np.outer(self.deviations, self.deviations)
+        np.fill_diagonal(matrix, np.where(np.isfinite(self.deviations), 1.0, np.nan))
+        return np.asarray(np.clip(matrix, -1.0, 1.0))
 
-    @property
-    def singular(self) -> float:
-        """Singular values below which a direction is not determined."""
-        return max(MIN_SINGULAR, 10.0 * self.step**2, 10.0 * self.noise / self.step)
+    def without(self, keys: tuple[FreeKey, ...], reasons: Mapping[str, str]) -> "Identification":
+        """Return the identification without further keys, given by the reasons to exclude them."""
+        reasons = {**reasons, **self.reasons}
+        unknown = np.array([key.key in reasons for key in keys])
+        covariance = np.where(unknown | unknown[:, None], np.nan, self.covariance)
+        return self._replace(reasons=reasons, covariance=covariance)
 
 
 def identify(
@@ -55,7 +91,8 @@ def identify(
     x: "Array",
     jacobian: "Array",
     spread: "Array",
-    accuracy: Accuracy,
+    step: float,
+    tolerance: float,
 ) -> Identification:
     """Return the identified keys.
 
@@ -63,16 +100,20 @@ def identify(
     ----------
     keys : tuple of FreeKey
     x : (keys,)
-        The scaled estimates.
+        The places of the estimates.
     jacobian : (n, keys)
         Derivatives of the residuals over their standard deviations.
     spread : (n,)
         Spread of the data over these standard deviations.
-    accuracy : Accuracy
+    step : float
+        That of the differences, as a part of the bounds.
+    tolerance : float
+        Relative error of the runs.
     """
+    error = 10.0 * tolerance / step  # of derivatives, relative to the spread
     reasons: dict[str, str] = {}
     for j, key in enumerate(keys):
-        if np.max(np.abs(jacobian[:, j]) / spread) <= accuracy.flat:
+        if np.max(np.abs(jacobian[:, j]) / spread) <= max(ROUNDING, error):
             reasons[key.key] = NO_CHANGE
         elif x[j] < AT_BOUND or x[j] > 1.0 - AT_BOUND:
             side, bound = ("lower", key.low) if x[j] < 0.5 else ("upper", key.high)
@@ -83,36 +124,21 @@ def identify(
         return Identification(reasons, covariance, 0)
     lengths = np.linalg.norm(jacobian[:, active], axis=0)
     _, singular, right = np.linalg.svd(jacobian[:, active] / lengths, full_matrices=False)
-    determined = singular > accuracy.singular * singular[0]
+    determined = singular > max(MIN_SINGULAR, 10.0 * step**2, error) * singular[0]
     for vector in right[~determined]:
-        parts = [j for j, part in zip(active, vector, strict=True) if abs(part) > MIN_COMPONENT]
-        signs = [part for part in vector if abs(part) > MIN_COMPONENT]
+        parts = {
+            j: part for j, part in zip(active, vector, strict=True) if abs(part) > MIN_COMPONENT
+        }
+        sign = "-" if np.prod(list(parts.values())) < 0.0 else ""
+        correlation = f" (correlation {sign}1.000)" if len(parts) == 2 else ""
         for j in parts:
             others = " and ".join(keys[i].key for i in parts if i != j)
-            sign = "-" if len(parts) == 2 and signs[0] * signs[1] < 0.0 else ""
-            correlation = f" (correlation {sign}1.000)" if len(parts) == 2 else ""
             reasons[keys[j].key] = (
                 f"the data determine only a combination of it and {others}{correlation}; fix one"
             )
-    kept = right[determined] / singular[determined, None]
-    inner = (kept.T @ kept) / np.outer(lengths, lengths)
-    covariance[np.ix_(active, active)] = inner
-    rank = int(np.sum(determined))
-    return _without(Identification(reasons, covariance, rank), keys, {})
-
-
-def _without(
-    identification: Identification, keys: tuple[FreeKey, ...], reasons: dict[str, str]
-) -> Identification:
-    """Return the identification without further keys, given by the reasons to exclude them."""
-    reasons = identification.reasons | {
-        k: why for k, why in reasons.items() if k not in identification.reasons
-    }
-    covariance = identification.covariance.copy()
-    for j, key in enumerate(keys):
-        if key.key in reasons:
-            covariance[j, :] = covariance[:, j] = np.nan
-    return identification._replace(reasons=reasons, covariance=covariance)
+    directions = right[determined] / singular[determined, None]
+    covariance[np.ix_(active, active)] = directions.T @ directions / np.outer(lengths, lengths)
+    return Identification({}, covariance, int(np.sum(determined))).without(keys, reasons)
 
 
 def quantile(degrees: int | None) -> float:
@@ -128,58 +154,21 @@ def quantile(degrees: int | None) -> float:
     return float(special.stdtrit(degrees, probability))
 
 
-def without_wide_intervals(
-    identification: Identification, keys: tuple[FreeKey, ...], factor: float
-) -> Identification:
-    """Return the identification without keys whose 95 % interval is wider than their bounds.
+def misfit_of_noise(keys: int, degrees: int | None) -> float:
+    """Return by how much chi squared may exceed its least value within the 95 % region of keys.
 
-    The interval is the standard error times a factor.
+    The degrees are those of `quantile`.
     """
-    why = "the data determine it no better than its bounds do"
-    wide = factor * np.sqrt(np.diag(identification.covariance)) > 1.0  # False for NaN
-    return _without(
-        identification,
-        keys,
-        {key.key: why for key, is_wide in zip(keys, wide, strict=True) if is_wide},
-    )
+    from scipy import special
 
-
-def without_jumps(
-    identification: Identification, keys: tuple[FreeKey, ...], differences: "Array"
-) -> Identification:
-    """Return the identification without keys by which the run jumps or kinks at the estimate.
-
-    The differences (keys,) are relative, from derivatives with another step.
-    """
-    reasons = {
-        key.key: (
-            "the run jumps or kinks at the estimate (its derivatives change by"
-            f" {100.0 * difference:.0f} % with the step of their differences); a bootstrap does"
-            " not need them"
-        )
-        for key, difference in zip(keys, differences, strict=True)
-        if difference > JUMPS
-    }
-    return _without(identification, keys, reasons)
-
-
-def correlations(covariance: "Array") -> "Array":
-    """Return the correlations; NaN where a key is not identified."""
-    errors = np.sqrt(np.diag(covariance))
-    matrix = covariance / np.outer(errors, errors)
-    np.fill_diagonal(matrix, np.where(np.isfinite(errors), 1.0, np.nan))  # without rounding
-    return np.asarray(np.clip(matrix, -1.0, 1.0))
+    if degrees is None:
+        return float(special.chdtri(keys, 1.0 - CONFIDENCE))
+    return keys * float(special.fdtri(keys, degrees, CONFIDENCE))
 
 
 def interval(key: FreeKey, x: float, half_width: float) -> tuple[float, float]:
-    """Return the interval of the value of a key about a scaled place; it may exceed the bounds."""
-    if key.is_log:
-        size = np.log(key.high / key.low)
-        return tuple(  # type: ignore[return-value]
-            float(key.low * np.exp(size * (x + s * half_width))) for s in (-1.0, 1.0)
-        )
-    size = key.high - key.low
-    return key.low + size * (x - half_width), key.low + size * (x + half_width)
+    """Return the interval of the value of a key about a place; it stays within the bounds."""
+    return key.value(x - half_width), key.value(x + half_width)
 
 
 def autocorrelation(residuals: "Array") -> float:

@@ -1,5 +1,6 @@
 """`frictionsim fit`: options, tables, files and exit codes."""
 
+import errno
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -25,9 +26,11 @@ def test_a_fit_prints_its_tables(told: Run, log: Path) -> None:
     free = ("--free", f"{MU_S}=0.1:0.4", "--free", f"{MU_K}=0.02:0.2")
     channel = ("--channel", "angular_velocity")
     out, err = told("fit", PULLEY, *SET, *free, "--data", log, *channel, "--starts", "1")
-    lines = [line.split() for line in out.splitlines()]
-    assert out.splitlines()[0] == "Pulley on a dry shaft: fit of 2 keys to 16 values"
-    assert out.splitlines()[1].split("  ")[0] == "key"
+    title, overrides, *table = out.splitlines()
+    assert title == "Pulley on a dry shaft: fit of 2 keys to 16 values"
+    assert overrides == "set: solver.duration = 1.5, solver.rtol = 1e-08"
+    lines = [[], *(line.split() for line in table)]
+    assert lines[1][0] == "key"
     assert lines[2][0] == MU_S
     assert float(lines[2][1]) == pytest.approx(0.23, rel=0.01)
     assert lines[4] == ["correlation", "(1)", "(2)"]
@@ -35,7 +38,7 @@ def test_a_fit_prints_its_tables(told: Run, log: Path) -> None:
     assert lines[7] == ["residual", "values", "rms", "largest", "sigma", "unit"]
     assert lines[8][:2] == ["angular_velocity", "16"]
     assert lines[8][-2:] == ["estimated", "rad/s"]
-    assert out.splitlines()[9] == "data: angular_velocity from 'angular_velocity' in rad/s"
+    assert table[8] == "data: angular_velocity from 'angular_velocity' in rad/s"
     assert lines[10][:7] == ["1", "of", "1", "search", "found", "this", "minimum,"]
     assert err == ""
     assert sorted(path.name for path in Path().iterdir()) == ["log.csv"]
@@ -43,7 +46,8 @@ def test_a_fit_prints_its_tables(told: Run, log: Path) -> None:
 
 def test_a_fit_writes_a_scenario_and_a_picture(told: Run, log: Path) -> None:
     files = ("-o", "fitted.toml", "--plot", "fit.png")
-    told("fit", PULLEY, *SET, *ONE, "--data", log, *files)
+    out, err = told("fit", PULLEY, *SET, *ONE, "--data", log, *files)
+    assert (out.splitlines()[-1], err) == ("written: fitted.toml, fit.png", "")
     text = Path("fitted.toml").read_text(encoding="utf-8")
     assert text.startswith(
         "# Fitted by 'frictionsim fit' from pulley.toml to measured angular_velocity: estimate,"
@@ -92,6 +96,27 @@ def test_a_fit_as_json(told: Run, log: Path) -> None:
     assert data["status"] == "done"
     assert len(data["starts"]) == 1
     assert data["correlations"] == [[1.0]]
+    assert data["overrides"] == {"solver.duration": 1.5, "solver.rtol": 1e-8}
+    assert (data["output"], data["plot"]) == (None, None)
+    out, _ = told("fit", PULLEY, *SET, *ONE, "--data", log, "-o", "a.toml", "--json")
+    assert (strict_json(out)["output"], strict_json(out)["plot"]) == ("a.toml", None)
+
+
+def test_files_that_cannot_be_written_are_not_named(
+    told: Run, log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The others are, and the estimates are printed."""
+
+    def full(*_: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("os.replace", full)
+    monkeypatch.setattr(Path, "replace", full)
+    files = ("-o", "fitted.toml", "--plot", "fit.png")
+    out, err = told("fit", PULLEY, *SET, *ONE, "--data", log, *files, code=4)
+    assert "written" not in out
+    assert MU_S in out
+    assert "fit.png: cannot write the picture" in err
 
 
 def test_units_offset_and_columns(told: Run, here: Path) -> None:
@@ -120,7 +145,7 @@ def test_a_table_of_runs(told: Run, here: Path) -> None:
         *("--over", f"{LOAD}=W", "--free", f"{MU_S}=0.1:0.4", "--starts", "1"),
         *("--plot", "curve.svg"),
     )
-    assert float(out.splitlines()[2].split()[1]) == pytest.approx(0.23, rel=1e-6)
+    assert float(out.splitlines()[3].split()[1]) == pytest.approx(0.23, rel=1e-6)
     assert Path("curve.svg").exists()
     out, _ = told(
         *("fit", PULLEY, *SET, "--quantity", "breakaway_time=0.6", "--free", f"{MU_S}=0.1:0.4"),

@@ -1,5 +1,7 @@
 """Fits recover the values behind the data, and state their uncertainty."""
 
+import multiprocessing
+from time import monotonic, sleep
 from typing import Any
 
 import numpy as np
@@ -202,17 +204,6 @@ def test_a_sigma_that_is_too_small_is_reported() -> None:
         assert line_of_chi.endswith(" (near 1 if sigma is right)")
 
 
-def test_one_value_far_from_the_fit_is_reported() -> None:
-    """Among many, where chi squared does not show it, or is not known."""
-    data = line(0.05, seed=1, count=300)
-    data["w"][150] += 0.6
-    (warning,) = fit_line(data, sigma={"angular_velocity": 0.055}).warnings
-    assert warning.startswith("the residuals of angular_velocity are up to 1")
-    assert warning.endswith(
-        " times their sigma: the scenario cannot give the data, or sigma is too small"
-    )
-
-
 def test_a_key_is_correlated_with_itself_exactly() -> None:
     for seed in range(2):
         data = series(pulley().replace(TRUTH), angular_velocity=0.1)
@@ -307,17 +298,67 @@ def test_differences_do_not_pass_a_jump() -> None:
     error = 1.0 / np.linalg.norm(slope)
     assert exact.standard_errors[MU_S] == pytest.approx(1e-3 * error, rel=1e-3)
     assert rough.standard_errors[MU_S] == pytest.approx(0.1 * error, rel=1e-3)
-    assert exact.warnings == ()
-    assert rough.warnings == (
-        f"the run jumps or kinks where {MU_S} is less than its standard error from the estimate:"
-        " that is rough; a bootstrap does not need derivatives",
-    )
+    assert exact.warnings == rough.warnings == ()
 
 
-def test_corners_make_a_standard_error_rough() -> None:
-    """The pulley breaks away 60 us before the one sample; steps of differences are 500, 130, 30."""
-    data = {"time": [0.1, 0.5465], "angular_velocity": [0.0, 5.4e-4]}
-    fit = fit_velocity(pulley(), data, {MU_S: (0.1, 0.4)}, starts=1)
-    (warning,) = fit.warnings
-    assert warning.startswith(f"the derivatives by {MU_S} change by ")
-    assert warning.endswith("its standard error is rough; a bootstrap does not need them")
+@pytest.mark.parametrize("bounds", [(299.0, 400.0), (200.0, 303.0), (299.0, 303.0)])
+def test_intervals_stay_within_the_bounds(bounds: tuple[float, float]) -> None:
+    data = line(0.1, seed=3)
+    wide = fit_line(data).intervals[FORCE] or (0.0, 0.0)
+    expected = tuple(min(max(end, bounds[0]), bounds[1]) for end in wide)
+    assert expected != wide
+    assert fit_line(data, {FORCE: bounds}).intervals[FORCE] == pytest.approx(expected, rel=1e-6)
+
+
+# --- processes ----------------------------------------------------------------------------------
+
+
+def resampled(monkeypatch: pytest.MonkeyPatch, cores: int, **options: Any) -> fs.Fit:
+    """Return a fit with resamples on a number of cores, however little time they take."""
+    monkeypatch.setattr("frictionsim.fitting.search.SECONDS_THAT_PAY", 0.0)
+    monkeypatch.setattr("frictionsim.fitting.search.available_cores", lambda: cores)
+    return fit_line(line(0.1, seed=5, count=6), bootstrap=20, **options)
+
+
+def all_processes_end() -> bool:
+    """Return whether no process is left; one that was killed takes a moment to end."""
+    deadline = monotonic() + 20.0
+    while multiprocessing.active_children() and monotonic() < deadline:
+        sleep(0.01)
+    return not multiprocessing.active_children()
+
+
+def test_resamples_on_several_cores_give_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = []
+    for cores in (1, 2):
+        numbers: list[int] = []
+        found.append(resampled(monkeypatch, cores, progress=numbers.append))
+        assert numbers == list(range(1, found[-1].to_json()["runs"] + 1))
+    one, two = found
+    assert one.to_json() == two.to_json()
+    assert (one.bootstrap or found)[-1].tolist() == (two.bootstrap or found)[-1].tolist()
+    assert all_processes_end()
+
+
+@pytest.mark.parametrize("runs", [1, 30, 60])
+def test_what_the_monitor_raises_ends_a_fit_and_its_processes(
+    monkeypatch: pytest.MonkeyPatch, runs: int
+) -> None:
+    def interrupt(done: int) -> None:
+        if done >= runs:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        resampled(monkeypatch, 2, progress=interrupt)
+    assert all_processes_end()
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_process_that_is_killed_ends_the_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    def kill(done: int) -> None:
+        for process in multiprocessing.active_children():
+            process.kill()
+
+    with pytest.raises(fs.SolverError, match="a process of the fit was ended from outside"):
+        resampled(monkeypatch, 2, progress=kill)
+    assert all_processes_end()
