@@ -85,47 +85,6 @@ class StudyFiles(NamedTuple):
         if self.csv is not None:
             check_output(self.csv, csv_kind)
 
-    def print(self, result: "ResultBase", as_json: bool) -> None:
-        """Print the summary; with output files, an unwritable stdout only warns."""
-        show = print_beside_files if any(self) else print_data
-        show(result.to_json() if as_json else result.summary())
-
-    def finish(
-        self, result: "ResultBase", as_json: bool, writers: Mapping[str, Callable[[Path], Any]]
-    ) -> None:
-        """Write all files, print the summary that names them, and raise the errors of the others.
-
-        In JSON the name of each file is the value of its option, null of one that is not there.
-        """
-        written: dict[str, str | None] = dict.fromkeys(writers)
-        errors = []
-        for name, write in writers.items():
-            if (path := getattr(self, name)) is not None:
-                try:
-                    write(path)
-                    written[name] = str(path)
-                except OutputError as error:
-                    errors.append(str(error))
-        names = ", ".join(filter(None, written.values()))
-        summary = f"{result.summary()}\nwritten: {names}" if names else result.summary()
-        show = print_beside_files if any(self) else print_data
-        show(result.to_json() | written if as_json else summary)
-        if errors:
-            raise OutputError("\n".join(errors))
-
-    def write(self, writers: Mapping[str, Callable[[Path], Any]]) -> None:
-        """Write all files; then raise the errors of those that cannot be written."""
-        errors = []
-        for name, write in writers.items():
-            path = getattr(self, name)
-            if path is not None:
-                try:
-                    write(path)
-                except OutputError as error:
-                    errors.append(str(error))
-        if errors:
-            raise OutputError("\n".join(errors))
-
 
 @app.command()
 def cost(
@@ -330,7 +289,8 @@ def fit(
         files = StudyFiles(output, None, plot)
         files.check(no_clobber)
         result = fit_with(loaded, options)
-    files.finish(result, as_json, {"output": result.save_toml, "plot": result.save_picture})
+    writers = {"output": (output, result.save_toml), "picture": (plot, result.save_picture)}
+    _write_and_print(result, writers, as_json)
     if result.not_identified and not as_json:
         named = ", ".join(result.not_identified)
         keys = counted(len(result.values), "key")

@@ -47,7 +47,8 @@ def test_a_fit_prints_its_tables(told: Run, log: Path) -> None:
 def test_a_fit_writes_a_scenario_and_a_picture(told: Run, log: Path) -> None:
     files = ("-o", "fitted.toml", "--plot", "fit.png")
     out, err = told("fit", PULLEY, *SET, *ONE, "--data", log, *files)
-    assert (out.splitlines()[-1], err) == ("written: fitted.toml, fit.png", "")
+    assert out.splitlines()[-2:] == ["output: fitted.toml", "picture: fit.png"]
+    assert err == ""
     text = Path("fitted.toml").read_text(encoding="utf-8")
     assert text.startswith(
         "# Fitted by 'frictionsim fit' from pulley.toml to measured angular_velocity: estimate,"
@@ -97,9 +98,9 @@ def test_a_fit_as_json(told: Run, log: Path) -> None:
     assert len(data["starts"]) == 1
     assert data["correlations"] == [[1.0]]
     assert data["overrides"] == {"solver.duration": 1.5, "solver.rtol": 1e-8}
-    assert (data["output"], data["plot"]) == (None, None)
+    assert (data["output"], data["picture"]) == (None, None)
     out, _ = told("fit", PULLEY, *SET, *ONE, "--data", log, "-o", "a.toml", "--json")
-    assert (strict_json(out)["output"], strict_json(out)["plot"]) == ("a.toml", None)
+    assert (strict_json(out)["output"], strict_json(out)["picture"]) == ("a.toml", None)
 
 
 def test_files_that_cannot_be_written_are_not_named(
