@@ -47,7 +47,7 @@ def test_a_sweep_without_a_sound_run_has_another_exit_code(
 
 
 def test_results_are_summarised_drawn_and_saved_alike(swept: fs.Sweep, tmp_path: Path) -> None:
-    for outcome, name in zip((*results(), swept), ("a.h5", "b.h5", "c.toml", "d.h5"), strict=True):
+    for outcome, name in zip((*results(), swept), ("a.h5", "b.csv", "c.toml", "d.h5"), strict=True):
         assert (outcome.status, outcome.reason, outcome.exit_code) == ("done", "", 0)
         assert outcome.summary().splitlines()[0] in outcome._repr_html_().replace("&#x27;", "'")
         assert outcome.to_json()["status"] == "done"

@@ -20,14 +20,14 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-
-import frictionsim as fs
 from frictionsim.parameter_study.dask_cluster import DaskCluster
-from frictionsim.parameter_study.design import design_of
 from frictionsim.parameter_study.dispatch import CHECK, Executor, run_blocks
 from frictionsim.parameter_study.executors import InProcess, ProcessPool
-from frictionsim.parameter_study.single_run import Task
 from frictionsim.parameter_study.sweep import SweepPlan
+
+import frictionsim as fs
+from frictionsim.parameter_study.design import design_of
+from frictionsim.parameter_study.single_run import Task
 from frictionsim.parameter_study.values import values_of
 from frictionsim.results import Record
 from frictionsim.simulation.monitor import RunMonitor
