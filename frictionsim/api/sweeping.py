@@ -454,12 +454,10 @@ class _SweepRun:
         return completed(with_blocks(self._planned, self._blocks))
 
     def _new_blocks(self, workers: Workers, monitor: RunMonitor) -> Iterator[RunBlock]:
-        design, processes = self._plan.design, 1
         if isinstance(workers, ProcessPool):
-            processes = workers.count
             self._compile(monitor)
-        work = Work(self._combinations, self._plan.series, processes)
-        for block in run_blocks(workers, work, design, self._remaining, monitor):
+        work = Work(self._combinations, self._plan.series)
+        for block in run_blocks(workers, work, self._plan.design, self._remaining, monitor):
             yield block
             self._done += block.runs
             self._failed += block.count(FAILED)

@@ -6,10 +6,7 @@ may jump, the value is that immediately after it.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
-from functools import partial
-from itertools import chain
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import exp, isfinite, log
 from types import MappingProxyType, NoneType
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
@@ -21,17 +18,6 @@ from frictionsim.fitting.data import Measured, Target
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.model_fields import expanded, fields_of_key, names_in, unit_of_key
 from frictionsim.scenario.units import factor, fits
-from frictionsim.simulation.combinations import (
-    RUNS_THAT_PAY_COMPILING,
-    Combinations,
-)
-from frictionsim.simulation.many_runs import (
-    Observed,
-    Prepared,
-    RunForm,
-    prepared,
-    run_many,
-)
 from frictionsim.simulation.monitor import RunMonitor, monitor_of
 from frictionsim.simulation.simulate import run
 
@@ -55,7 +41,7 @@ SAME_TIME = 1e-12  # relative to the time: a sample at an event
 NEAR_ZERO = 1e-3  # of the values that the runs gave
 EXACT, FIXED_ERROR = 1e-6, 1e-3  # of the data; the latter is the error of runs with fixed steps
 MAX_REMEMBERED, MAX_NUMBERS = 100_000, 10_000_000  # evaluations, and numbers in them
-MAX_TOGETHER = 1_000_000  # samples of runs that are made together
+RUNS_THAT_PAY_COMPILING = 3000
 
 
 class FreeKey(NamedTuple):
@@ -234,19 +220,6 @@ class Model(NamedTuple):
     warnings: Mapping[str, int] = MappingProxyType({})  # numbers of runs by warning
 
 
-class _BetweenRuns(RunMonitor):
-    """Of runs that are made together: tells the monitor of the fit how many are done."""
-
-    def __init__(self, problem: "FitProblem") -> None:
-        self._problem = problem
-
-    def __call__(self, t: float, /) -> None:
-        self._problem.on_run(self._problem.runs)
-
-    def compiling(self, expected: float) -> AbstractContextManager[None]:
-        return self._problem.on_run.compiling(expected)
-
-
 class FitProblem:
     """A scenario, its free keys and the data; `on_run` is called with the number of runs so far."""
 
@@ -271,7 +244,6 @@ class FitProblem:
         only_channels = all(target.kind == "channel" for target in data.targets)
         if only_channels and 0.0 < self._times[-1] < scenario.solver.duration:
             self._base = scenario.replace({"solver.duration": float(self._times[-1])})
-        self._between_runs = _BetweenRuns(self)
         self.expect(0)
 
     def _sample_times(self) -> "tuple[Array, list[float] | None]":
@@ -287,17 +259,8 @@ class FitProblem:
         return times, np.unique(np.concatenate((times, ends))).tolist()
 
     def expect(self, evaluations: int) -> None:
-        """Prepare for so many evaluations: those of several places are then made together."""
-        rows = self.data.runs
-        keys = (*(key.key for key in self.keys), *rows[0])
-        self._expected = evaluations * len(rows)
-        self._combinations = Combinations(self._base, keys, self._expected)
-
-    @property
-    def makes_runs_together(self) -> bool:
-        """Whether the runs of several places are made together, if nothing is wrong with them."""
-        starts = (key.start for key in self.keys)
-        return self._combinations.form((*starts, *self.data.runs[0].values())) is not None
+        """Prepare for so many evaluations."""
+        self._expected = evaluations * len(self.data.runs)
 
     def compile(self, x: "Array") -> None:
         """Compile the runs, at a scaled place at which they succeed, if so many are expected."""
@@ -311,21 +274,17 @@ class FitProblem:
 
     def model(self, x: "Array") -> Model:
         """Return the model values at a scaled place; a failed run gives the reason."""
-        return self.models([x])[0]
-
-    def models(self, places: "Sequence[Array]") -> list[Model]:
-        """Return the model values at scaled places; the runs of many are made together."""
-        keyed = {np.asarray(x, dtype=np.float64).tobytes(): x for x in places}
-        known = {key: self._seen[key] for key in keyed if key in self._seen}
-        fresh = {key: x for key, x in keyed.items() if key not in known}
-        made = dict(self._together([self.values(x) for x in fresh.values()]))
-        for number, (key, x) in enumerate(fresh.items()):
-            known[key] = made.get(number) or self._evaluate(self.values(x))
+        key = np.asarray(x, dtype=np.float64).tobytes()
+        if key not in self._seen:
             if len(self._seen) >= min(MAX_REMEMBERED, 1 + MAX_NUMBERS // self.data.size):
                 self._seen.clear()
-            self._seen[key] = known[key]
-            self._remember(x, known[key].values)
-        return [known[np.asarray(x, dtype=np.float64).tobytes()] for x in places]
+            self._seen[key] = self._evaluate(self.values(x))
+            self._remember(x, self._seen[key].values)
+        return self._seen[key]
+
+    def models(self, places: "Sequence[Array]") -> list[Model]:
+        """Return the model values at scaled places."""
+        return [self.model(x) for x in places]
 
     def _remember(self, x: "Array", values: "Array | None") -> None:
         if values is not None:
@@ -426,78 +385,10 @@ class FitProblem:
         except InputError as error:
             raise ArgumentError("units", f"{target.name}: {error}") from None
 
-    def _together(self, places: Sequence[dict[str, float]]) -> Iterator[tuple[int, Model]]:
-        """Yield models at places, by their numbers, but not those that must be evaluated alone."""
-        rows, samples = len(self.data.runs), max(len(self._sampled or ()), 1)
-        size = max(MAX_TOGETHER // (rows * samples), 1)
-        for first in range(0, len(places), size):
-            for number, model in self._made_together(places[first : first + size]):
-                yield first + number, model
-
-    def _made_together(self, places: Sequence[dict[str, float]]) -> Iterator[tuple[int, Model]]:
-        rows, targets = self.data.runs, self.data.targets
-        values = [(*place.values(), *row.values()) for place in places for row in rows]
-        sound = np.zeros(len(values), dtype=bool)
-        warnings: list[tuple[str, ...]] = [()] * len(values)
-        columns = [np.empty((len(values), max(target.times.size, 1))) for target in targets]
-        for runs, group in self._combinations.groups(values, self._prepared, fewest=1):
-            scenario_of = partial(self._scenario_of, [values[number] for number in runs])
-            observed = run_many(group, len(runs), scenario_of, self._between_runs)
-            if observed is None:
-                continue
-            sound[runs] = observed.sound
-            sound[runs[observed.event_runs[_is_at(self._times, observed.event_times)]]] = False
-            for target, column in zip(targets, columns, strict=True):
-                column[runs] = self._of_many(target, observed)
-                sound[runs] &= np.isfinite(column[runs]).all(axis=1)
-            for i, number in enumerate(runs.tolist()):
-                warnings[number] = observed.warnings.get(i, group.warnings or ())
-        for number in range(len(places)):
-            first, end = number * len(rows), (number + 1) * len(rows)
-            if sound[first:end].all():
-                self.runs += len(rows)
-                parts = [
-                    column[first + target.runs, _samples(target)]
-                    for target, column in zip(targets, columns, strict=True)
-                ]
-                counted = Counter(chain.from_iterable(map(_lasting, warnings[first:end])))
-                yield number, Model(np.concatenate(parts), warnings=counted)
-        if sound.any():
-            self.on_run(self.runs)
-
-    def _prepared(self, form: RunForm, scenario: "Scenario") -> Prepared:
-        return prepared(form, scenario, self._sampled)
-
-    def _scenario_of(self, values: Sequence[tuple[float, ...]], number: int) -> "Scenario":
-        return self._combinations.scenario(values[number])
-
-    def _of_many(self, target: Target, observed: Observed) -> "Array | float":
-        """Return the samples of a channel, (runs, n), or a quantity, (runs, 1); NaN if unknown."""
-        if target.kind == "channel":
-            places = np.searchsorted(self._sampled or (), target.times)
-            channel = observed.channels.get(target.name)
-            return np.nan if channel is None else channel[:, places]
-        quantity = observed.quantities.get(target.name)
-        if quantity is None or quantity.value is None:
-            return np.nan
-        return np.reshape(quantity.value / self._size(target, quantity), (-1, 1))
-
 
 def _lasting(warnings: Iterable[str]) -> list[str]:
     """Return the warnings of a run, each once, without those about regular samples."""
     return [text for text in dict.fromkeys(warnings) if not text.startswith("output.interval")]
-
-
-def _is_at(times: "Array", events: "Array") -> Any:
-    """Return which events are at one of some ascending times."""
-    ends = 1.0 - SAME_TIME, 1.0 + SAME_TIME
-    first, last = (np.searchsorted(times, events * end) for end in ends)
-    return (first < last) | np.isin(events, times)
-
-
-def _samples(target: Target) -> Any:
-    """Return the indices of the values of a target among the samples of a run."""
-    return np.arange(target.times.size) if target.kind == "channel" else 0
 
 
 def residuals_of(problem: FitProblem, x: "Array") -> "Array":

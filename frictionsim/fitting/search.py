@@ -14,17 +14,13 @@ jumps over it.
 """
 
 from collections.abc import Iterable
-from contextvars import copy_context
-from copy import copy
-from functools import partial
 from itertools import pairwise
-from threading import Condition, Lock, Thread
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from frictionsim.errors import SolverError
-from frictionsim.fitting.problem import FitProblem, Model, latin_hypercube
+from frictionsim.fitting.problem import FitProblem, latin_hypercube
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
@@ -208,114 +204,11 @@ class Search:
         return Minimum(x, self.cost(x), True, jump)
 
 
-class _SearchEnded(Exception):
-    """A search is ended, because the runs of all or another one failed."""
-
-
-class _Meeting:
-    """Where searches of one problem, in threads, wait until the runs of all are made together.
-
-    Parameters
-    ----------
-    problem : FitProblem
-    searches : iterable of Search and (keys,)
-        Each with its start; made when a thread takes it.
-    """
-
-    def __init__(self, problem: FitProblem, searches: "Iterable[tuple[Search, Array]]") -> None:
-        self._problem, self._left = problem, enumerate(searches)
-        self._ends: dict[int, Minimum] = {}
-        self._running, self._failures = 0, list[Exception]()
-        # By the number of the search: where it waits for a model, and those that it is to take.
-        self._asked: dict[int, Array] = {}
-        self._given: dict[int, Model] = {}
-        lock = Lock()
-        self._all_wait, self._answered = Condition(lock), Condition(lock)
-
-    def minima(self, threads: int) -> list[Minimum]:
-        """Return the minima of all searches."""
-        started: list[Thread] = []
-        try:
-            while len(started) < threads:
-                # With the settings of numpy that hold here; a daemon does not keep the program.
-                thread = Thread(target=copy_context().run, args=(self._search,), daemon=True)
-                self._count(1)
-                try:
-                    thread.start()
-                except RuntimeError:  # the system has no more of them
-                    self._count(-1)
-                    break
-                started.append(thread)
-            if not started:
-                return [search.minimum(start) for _, (search, start) in self._left]
-            while self._answer():
-                pass
-        finally:
-            with self._answered:
-                self._failures.append(_SearchEnded())
-                self._answered.notify_all()
-            for thread in started:
-                thread.join()
-        return [self._ends[number] for number in range(len(self._ends))]
-
-    def _answer(self) -> bool:
-        """Answer when all threads wait; return whether there are any."""
-        with self._all_wait:
-            while len(self._asked) < self._running and not self._failures:
-                self._all_wait.wait()
-            if self._failures:
-                raise self._failures[0]
-            asked = dict(sorted(self._asked.items()))
-        models = self._problem.models(list(asked.values()))
-        with self._answered:
-            self._asked.clear()
-            self._given.update(zip(asked, models, strict=True))
-            self._answered.notify_all()
-        return bool(asked)
-
-    def _search(self) -> None:
-        """Make searches that are left, one after the other."""
-        try:
-            while not self._failures:
-                with self._answered:
-                    number, (search, start) = next(self._left, (-1, (None, None)))
-                if search is None or start is None:
-                    break
-                one = copy(search)
-                one.model = partial(self._ask, number)
-                self._ends[number] = one.minimum(start)
-        except Exception as error:
-            self._failures.append(error)
-        finally:
-            self._count(-1)
-
-    def _count(self, threads: int) -> None:
-        with self._all_wait:
-            self._running += threads
-            self._all_wait.notify()
-
-    def _ask(self, number: int, x: "Array") -> Model:
-        with self._answered:
-            self._asked[number] = x
-            if len(self._asked) == self._running:
-                self._all_wait.notify()
-            while number not in self._given:
-                if self._failures:
-                    raise _SearchEnded
-                self._answered.wait()
-            return self._given.pop(number)
-
-
 def minima(
     problem: FitProblem, searches: "Iterable[tuple[Search, Array]]", count: int
 ) -> list[Minimum]:
-    """Return the minima of a number of searches, each from its start.
-
-    Where runs can be made together, which takes a fraction of the time, they go side by side.
-    """
-    if not problem.makes_runs_together:
-        return [search.minimum(start) for search, start in searches]
-    return _Meeting(problem, searches).minima(min(count, MAX_THREADS))
+    """Return the minima of a number of searches, each from its start."""
+    return [search.minimum(start) for search, start in searches]
 
 
 def difference_step(problem: FitProblem) -> float:

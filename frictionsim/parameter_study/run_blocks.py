@@ -19,7 +19,6 @@ from frictionsim.parameter_study.design import Design
 from frictionsim.parameter_study.outcomes import block_of
 from frictionsim.parameter_study.single_run import DIGITS, NO_MONITOR, outcome_of
 from frictionsim.parameter_study.workers import IDLE, InProcess, Workers, note_current
-from frictionsim.simulation import memory
 from frictionsim.simulation.combinations import Combinations, combination_text
 from frictionsim.simulation.monitor import RunMonitor
 
@@ -36,14 +35,12 @@ class Work(NamedTuple):
 
     combinations: Combinations
     series: Path | None = None  # the folder for the result of each run
-    processes: int = 1  # that share the memory
 
 
 def run_some(
     work: Work, first: int, values: Sequence[tuple[Any, ...]], monitor: RunMonitor = NO_MONITOR
 ) -> RunBlock:
     """Make consecutive runs, of which the first number and the values are given, for some time."""
-    memory.processes = work.processes
     until, outcomes = monotonic() + SECONDS, []
     for number, of_run in enumerate(values, first):
         note_current(number)

@@ -20,6 +20,7 @@ from time import monotonic
 from typing import Any, NoReturn
 
 from frictionsim.errors import InputError
+from frictionsim.simulation import memory
 from frictionsim.version import __version__
 
 IDLE = -1  # in the place of the number of a run
@@ -165,6 +166,7 @@ def _begin(begun: Any, current: Any) -> None:
     for number in PARENT_SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    memory.processes = len(current)
     with begun.get_lock():
         _current[:] = [(current, begun.value % len(current))]
         begun.value += 1
@@ -272,8 +274,14 @@ def dask_cluster(address: str) -> Iterator[Workers]:
                     f" {__version__}: install the same there"
                 )
         if is_local:
-            client.run(signal.signal, signal.SIGINT, signal.SIG_IGN)  # a terminal sends it to all
+            client.run(_begin_local, int(number))
         yield DaskCluster(client, distributed.KilledWorker)
+
+
+def _begin_local(workers: int) -> None:
+    """Prepare a worker of a cluster on this machine."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal sends it to all
+    memory.processes = workers
 
 
 def _version_getter() -> Callable[[], str]:

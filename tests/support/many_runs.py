@@ -1,11 +1,10 @@
-"""Runs of a fit that go together."""
+"""Compiled runs, as Python."""
 
 from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from frictionsim.simulation import combinations
 from frictionsim.solvers.compilation import Kernel
 
 
@@ -25,10 +24,3 @@ def _interpreted(function: Callable[..., int]) -> Callable[..., int]:
         return function(template, numbers, views, *buffers, progress, steps)
 
     return call
-
-
-def together(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the runs of every sweep go together, however few they are."""
-    interpret(monkeypatch)
-    for name in ("RUNS_THAT_PAY", "RUNS_THAT_PAY_COMPILING"):
-        monkeypatch.setattr(combinations, name, 1)
