@@ -21,6 +21,9 @@ from frictionsim.errors import (
 )
 from frictionsim.io.names import existing_name, resumable_name
 from frictionsim.io.reading import read_any
+from frictionsim.io.result_reader import is_unfinished_sweep
+from frictionsim.io.sweep_file import read_sweep
+from frictionsim.io.sweep_journal import read_unfinished
 from frictionsim.io.sweep_table import (
     AUDIT_FAILED,
     DONE,
@@ -254,10 +257,8 @@ def open_sweep(path: str | PathLike[str]) -> Sweep:
         If it does not exist or is not a sweep.
     """
     file = existing_name(as_path("path", path))
-    content = read_any(file)
-    if not isinstance(content, SweepTable):
-        raise InputError(f"{file}: this is the result of a run, not a sweep; fs.open reads it")
-    return Sweep(content, file)
+    is_unfinished = is_unfinished_sweep(file)
+    return Sweep(read_unfinished(file).table if is_unfinished else read_sweep(file), file)
 
 
 def result_or_sweep(path: Path) -> Result | Sweep:

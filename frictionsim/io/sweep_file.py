@@ -145,9 +145,11 @@ def read_sweep(path: Path) -> SweepTable:
     Raises
     ------
     InputError
-        If there is none, or it is not readable or damaged.
+        If there is none, it is not readable or damaged, or it is the result of a run.
     """
     with opened(path, "sweep") as file:
+        if VERSION_NAME not in file.attrs:
+            raise InputError(f"{path}: this is the result of a run, not a sweep; fs.open reads it")
         version = int(file.attrs[VERSION_NAME])
         if version != VERSION:
             raise InputError(
