@@ -101,6 +101,12 @@ class BudgetExceeded(SolverError):
     failure = "budget_exceeded"
 
 
+class WorkerDied(SolverError):
+    """A worker of a sweep was killed, or the scheduler of Dask is lost; a sweep can be resumed."""
+
+    exit_code = EXIT_BUDGET_EXCEEDED
+
+
 class BeltOffPulleys(SolverError):
     """The belt has come off its pulleys."""
 
@@ -113,7 +119,7 @@ class Interrupted(SolverError):
     def __init__(self, signal_number: int, time: float) -> None:
         super().__init__(f"by {Signals(signal_number).name} at t = {time:.9g} s")
         self.exit_code = EXIT_SIGNAL + signal_number
-        self._arguments = signal_number, time
+        self._arguments: tuple[Any, ...] = signal_number, time
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), self._arguments, self.__dict__

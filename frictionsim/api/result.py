@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from frictionsim.parameter_study.sweep_files import Writable
+    from frictionsim.parameter_study.sweep_csv import Writable
     from frictionsim.scenario.settings import Origin, Scenario
     from frictionsim.work_precision.error_estimate import Estimate
 

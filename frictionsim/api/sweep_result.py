@@ -19,8 +19,20 @@ from frictionsim.errors import (
     InputError,
     exit_code_of_interruption,
 )
-from frictionsim.io.sweep_table import SOBOL, SobolIndices, SweepTable
-from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
+from frictionsim.io.names import existing_name, resumable_name
+from frictionsim.io.reading import read_any
+from frictionsim.io.result_reader import is_unfinished_sweep
+from frictionsim.io.sweep_file import read_sweep
+from frictionsim.io.sweep_journal import read_unfinished
+from frictionsim.io.sweep_table import (
+    AUDIT_FAILED,
+    DONE,
+    FAILED,
+    NOT_RUN,
+    SOBOL,
+    SobolIndices,
+    SweepTable,
+)
 from frictionsim.parameter_study.design import SAMPLE, Sampling
 from frictionsim.parameter_study.statistics import (
     Extremes,
@@ -48,9 +60,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from frictionsim.parameter_study.sweep_files import Writable
-
-RUNNING = "killed, or still running"
+    from frictionsim.parameter_study.sweep_csv import Writable
 
 
 class Sweep(ResultBase):
@@ -107,8 +117,7 @@ class Sweep(ResultBase):
             return ""
         count = int((self.table.status == NOT_RUN).sum())
         reason = f": {self.reason}" if self.reason else ""
-        most = "at most " if self.reason.startswith(RUNNING) else ""  # others are in its journal
-        return f"sweep {self.status}: {most}{count} of {self.table.runs} runs are left{reason}"
+        return f"sweep {self.status}: {count} of {self.table.runs} runs are left{reason}"
 
     def to_toml(self, name: str) -> str:
         """Return the varied `scenario`, or the `study`, in TOML."""
@@ -146,7 +155,7 @@ class Sweep(ResultBase):
 
     def save_csv(self, path: Path) -> None:
         """Write a line for each run, and the Sobol indices of a sample beside it."""
-        from frictionsim.parameter_study.sweep_files import write_csv
+        from frictionsim.parameter_study.sweep_csv import write_csv
 
         write_csv(self.table, path)
 
@@ -162,7 +171,7 @@ class Sweep(ResultBase):
 
     def write_csv(self, file: "Writable") -> None:
         """Write a line for each run."""
-        from frictionsim.parameter_study.sweep_files import write_lines
+        from frictionsim.parameter_study.sweep_csv import write_lines
 
         write_lines(self.table, file)
 
@@ -235,7 +244,7 @@ class Sweep(ResultBase):
 
 
 def open_sweep(path: str | PathLike[str]) -> Sweep:
-    """Read the file of a sweep.
+    """Read the file of a sweep, or an unfinished sweep, NAME.partial.runs.
 
     Returns
     -------
@@ -247,11 +256,9 @@ def open_sweep(path: str | PathLike[str]) -> Sweep:
     InputError
         If it does not exist or is not a sweep.
     """
-    from frictionsim.io.names import existing_name
-    from frictionsim.io.sweep_file import read_sweep
-
     file = existing_name(as_path("path", path))
-    return Sweep(read_sweep(file), file)
+    is_unfinished = is_unfinished_sweep(file)
+    return Sweep(read_unfinished(file).table if is_unfinished else read_sweep(file), file)
 
 
 def result_or_sweep(path: Path) -> Result | Sweep:
@@ -262,9 +269,6 @@ def result_or_sweep(path: Path) -> Result | Sweep:
     InputError
         If it is neither the result of a run nor a sweep.
     """
-    from frictionsim.io.names import existing_name
-    from frictionsim.io.reading import read_any
-
     path = existing_name(path)
     content = read_any(path)
     return Sweep(content, path) if isinstance(content, SweepTable) else Result(content, path)
@@ -272,8 +276,6 @@ def result_or_sweep(path: Path) -> Result | Sweep:
 
 def incomplete_of(path: Path) -> Result | Sweep:
     """Read a file to resume, of a run or a sweep; without one, InputError names the way out."""
-    from frictionsim.io.names import resumable_name
-
     return result_or_sweep(resumable_name(path))
 
 

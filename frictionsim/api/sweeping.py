@@ -1,33 +1,42 @@
 """Sweeps from Python: a scenario at many combinations of values, in workers and files."""
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from functools import cached_property
 from os import PathLike
 from pathlib import Path
 from signal import SIGINT, Signals
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
-import numpy as np
 from pydantic import Field, model_validator
 
 from frictionsim.api.scenarios import with_overrides
-from frictionsim.api.sweep_result import RUNNING, Sweep, open_sweep
+from frictionsim.api.sweep_result import Sweep, open_sweep
 from frictionsim.errors import (
-    EXIT_BUDGET_EXCEEDED,
     ArgumentError,
+    FrictionsimError,
     InputError,
     Interrupted,
     OutputError,
-    SolverError,
+    WorkerDied,
 )
-from frictionsim.io.names import partial_name, resumable_name, unfinished_beside, whole_name
-from frictionsim.io.sweep_table import SweepTable
-from frictionsim.parameter_study.block import FAILED
+from frictionsim.io.names import (
+    check_names,
+    resumable_name,
+    unfinished_beside,
+    unfinished_sweep_name,
+    warn_of_name,
+)
+from frictionsim.io.output_file import SWEEP, UNFINISHED_SWEEP, check_output
+from frictionsim.io.result_reader import is_unfinished_sweep
+from frictionsim.io.sweep_file import write_sweep
+from frictionsim.io.sweep_journal import SweepJournal, UnfinishedSweep, read_unfinished
+from frictionsim.io.sweep_table import FAILED, RunBlock, SweepTable, with_blocks
 from frictionsim.parameter_study.design import METHODS as METHODS
-from frictionsim.parameter_study.design import SAMPLE, Design, check_sampling, design_of
-from frictionsim.parameter_study.dispatch import Executor, check_combinations, run_blocks
-from frictionsim.parameter_study.executors import available_cores, local_executor
-from frictionsim.parameter_study.journal import journal_name, remove_left_over
+from frictionsim.parameter_study.design import SAMPLE, Design, design_of
+from frictionsim.parameter_study.outcomes import SweepPlan, completed, remaining_runs
+from frictionsim.parameter_study.run_blocks import Work, check_combinations, run_blocks
 from frictionsim.parameter_study.study_file import SweepOptions as SweepOptions
 from frictionsim.parameter_study.study_file import (
     SweepStudy,
@@ -36,20 +45,20 @@ from frictionsim.parameter_study.study_file import (
     study_of,
     study_toml,
 )
-from frictionsim.parameter_study.sweep import Assembly, SweepPlan, coordinates_of
-from frictionsim.parameter_study.sweep_files import (
-    SweepFiles,
-    check_is_series_folder,
-    check_series_folder,
-    make_series_folder,
-    series_folder,
+from frictionsim.parameter_study.workers import (
+    ProcessPool,
+    Workers,
+    available_cores,
+    dask_cluster,
+    process_pool,
 )
-from frictionsim.parameter_study.values import Levels, VariedValues
+from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import ScenarioSource, read_toml
 from frictionsim.scenario.options import Options, as_path, function_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import scenario_file
 from frictionsim.scenario.toml_data import toml_tables
+from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import (
     Monitor,
     RunMonitor,
@@ -64,18 +73,16 @@ if TYPE_CHECKING:
 
 
 OnProgress = Callable[[SweepProgress], Any]
+SERIES, STUDY = ".series", "study.toml"
 
 
 class SweepInterrupted(Interrupted):
-    """A sweep was stopped by a signal; the message names the files kept."""
+    """A sweep was stopped by a signal; the message names the file that is kept."""
 
     def __init__(self, signal_number: int, text: str = "") -> None:
         super().__init__(signal_number, 0.0)
-        self.signal_number, self._text = signal_number, text
-        self._arguments = signal_number, text  # type: ignore[assignment]
-
-    def __str__(self) -> str:
-        return self._text
+        self.args = (text,)
+        self._arguments = signal_number, text
 
 
 class ExecutionOptions(Options):
@@ -94,13 +101,11 @@ class ExecutionOptions(Options):
             )
         return self
 
-    def executor(self, runs: int) -> Executor:
-        """Return the executor for a number of runs."""
+    def of_runs(self, runs: int) -> AbstractContextManager[Workers]:
+        """Return the context of the workers for a number of runs."""
         if self.dask is not None:
-            from frictionsim.parameter_study.dask_cluster import DaskCluster
-
-            return DaskCluster(self.dask)
-        return local_executor(self.workers or available_cores(), runs)
+            return dask_cluster(self.dask)
+        return process_pool(min(self.workers or available_cores(), runs))
 
 
 def sweep(
@@ -146,8 +151,8 @@ def sweep(
     keep_series : bool
         Keep the result of each run in the folder NAME.series beside the output.
     output : path, optional
-        File to write to, NAME.h5. Until the sweep is done it is in NAME.partial.h5; Ctrl-C keeps
-        what is done there, for `resume_sweep`.
+        File to write to, NAME.h5. Until the sweep is done it is in NAME.partial.runs, for
+        `resume_sweep` and `open_sweep`.
     no_clobber : bool
         Do not replace an existing file.
     workers : int, optional
@@ -169,6 +174,8 @@ def sweep(
         If an argument or a combination is not valid; before anything is run.
     OutputError
         If the file cannot be written.
+    SolverError
+        If a worker was killed; with an output, what is done is kept for `resume_sweep`.
     """
     path = None if output is None else as_path("output", output)
     options = SweepOptions.among(locals())
@@ -190,9 +197,9 @@ def resume_sweep(
     Parameters
     ----------
     path : path
-        The incomplete file of the sweep.
+        The unfinished sweep, NAME.partial.runs.
     output : path, optional
-        File to write to, NAME.h5; by default that of the NAME.partial.h5 that is resumed.
+        File to write to, by default NAME.h5. With another name the unfinished sweep stays.
     no_clobber, workers, dask, progress
         As for `sweep`.
 
@@ -265,9 +272,7 @@ LOCAL = ExecutionOptions()
 
 
 def run_study(
-    study: SweepStudy,
-    target: Path | None = None,
-    execution: ExecutionOptions = LOCAL,
+    study: SweepStudy, target: Path | None = None, execution: ExecutionOptions = LOCAL
 ) -> Sweep:
     """Run a study.
 
@@ -281,35 +286,26 @@ def run_study(
 
     Raises
     ------
-    InputError, OutputError
-        Before the first run; OutputError also later, with the completed runs saved.
-    SweepInterrupted, KeyboardInterrupt
-        With the completed runs saved, if there is a target.
+    InputError
+        Before the first run.
+    OutputError, WorkerDied, SweepInterrupted, KeyboardInterrupt
+        With a target, the runs that are done are kept.
     """
-    text = study_toml(study)
-    files, series = None, None
-    options = study.options
-    if options.keep_series and target is None:
-        raise ArgumentError(
-            "keep_series", "the results of runs are saved beside an output; give one"
-        )
-    if target is not None:
-        files = SweepFiles(target)
-        files.check(execution.no_clobber)
+    options, text, series = study.options, study_toml(study), None
+    if target is None:
         if options.keep_series:
-            series = series_folder(target)
-            check_series_folder(series, text)
-    design = design_of(options.vary, options.zip, options.sampling)
-    plan = SweepPlan(study.scenario, design, series)
-    return _SweepRun(plan, text, Assembly(plan.design.runs, target is not None), files).run(
-        execution
-    )
+            raise ArgumentError(
+                "keep_series", "the results of runs are saved beside an output; give one"
+            )
+    else:
+        _check_files(target, None, execution.no_clobber)
+        series = _series_folder(target, text) if options.keep_series else None
+    plan = SweepPlan(study.scenario, design_of(options.vary, options.zip, options.sampling), series)
+    return _SweepRun(plan, plan.table(text), [], target).run(execution)
 
 
 def resume_study(
-    incomplete: Sweep,
-    output: Path | None = None,
-    execution: ExecutionOptions = LOCAL,
+    incomplete: Sweep, output: Path | None = None, execution: ExecutionOptions = LOCAL
 ) -> Sweep:
     """Resume an interrupted sweep.
 
@@ -326,94 +322,209 @@ def resume_study(
     ------
     InputError
         If it cannot be resumed.
-    OutputError, SweepInterrupted, KeyboardInterrupt
+    OutputError, WorkerDied, SweepInterrupted, KeyboardInterrupt
         As for `run_study`.
     """
-    from frictionsim.io.sweep_file import read_sweep
-
     path = incomplete.path
     assert path is not None, "it is of a file"
-    _check_unfinished(path, incomplete.table)
-    files = SweepFiles(whole_name(path) if output is None else output, path)
-    files.check(execution.no_clobber)
-    files.lock()
-    try:
-        # Once more: another process may have finished it since.
-        table = read_sweep(path)
-        _check_unfinished(path, table)
-        plan = _plan_of_file(path, table, files.whole)
-        if plan.series is not None:
-            check_series_folder(plan.series, table.attributes["study"])
-        assembly = Assembly(plan.design.runs, filed=True)
-        files.restore(assembly, table)
-    except BaseException:
-        files.close()
-        raise
-    text, attributes = table.attributes["study"], table.attributes
-    return _SweepRun(plan, text, assembly, files, attributes).run(execution)
-
-
-def _check_unfinished(path: Path, table: SweepTable) -> None:
-    if table.attributes["status"] != "interrupted":
-        if not partial_name(path).exists():
-            remove_left_over(partial_name(path))
+    if not is_unfinished_sweep(path):
         beside = unfinished_beside(path) or "; there is nothing to resume"
-        raise InputError(f"{path}: this sweep is done{beside}")
-    version = table.attributes["frictionsim_version"]
+        is_done = incomplete.status == "done"
+        what = "this sweep is done" if is_done else "this is a copy of a sweep that is not done"
+        raise InputError(f"{path}: {what}{beside}")
+    with SweepJournal(path, is_new=False) as journal:
+        found = read_unfinished(path)
+        whole = found.whole(path) if output is None else output
+        _check_files(whole, path, execution.no_clobber)
+        plan = _resumed_plan(path, found, whole)
+        is_own = unfinished_sweep_name(whole) == path
+        run = _SweepRun(plan, found.planned, found.blocks, whole, journal if is_own else None)
+        return run.run(execution)
+
+
+def _check_files(whole: Path, resumed: Path | None, no_clobber: bool) -> None:
+    """Check, before any run, that the files of a sweep can be written."""
+    unfinished = unfinished_sweep_name(whole)
+    check_names(whole, unfinished, resumed, SWEEP, no_clobber)
+    check_output(whole, SWEEP)
+    check_output(unfinished, UNFINISHED_SWEEP)
+    if unfinished != resumed and unfinished.is_file():
+        SweepJournal(unfinished).close()  # raises unless it is empty
+    warn_of_name(whole)
+
+
+def _resumed_plan(path: Path, found: UnfinishedSweep, whole: Path) -> SweepPlan:
+    """Return the plan of an unfinished sweep; a sample is not drawn again."""
+    attributes, coordinates = found.planned.attributes, found.planned.coordinates
+    version, text = attributes["frictionsim_version"], attributes["study"]
     if version != __version__:
         raise InputError(
             f"{path}: cannot resume this sweep: it was started with frictionsim {version}, this is"
             f" {__version__}; install that version, or run the study again"
         )
-
-
-def _plan_of_file(path: Path, table: SweepTable, whole: Path) -> SweepPlan:
-    """Return the plan of an interrupted sweep; a sample is not drawn again."""
-    damaged = InputError(f"{path}: cannot resume this sweep: its study is not that of its values")
-    try:
-        study = study_of(toml_tables(table.attributes["study"]), None, str(path))
-    except ValueError:
-        raise damaged from None
-    series, vary = None, study.options.vary
-    if study.options.keep_series:
-        series = series_folder(whole)
-        check_is_series_folder(series_folder(whole_name(path)), table.attributes["study"])
-    if not vary or vary.keys() != table.coordinates.keys():
-        raise damaged
-    levels = tuple(table.coordinates[key].values for key in vary)
-    sampling = study.options.sampling
-    if sampling is None:
-        # Before the values exist, as a crafted study may give any number of them.
-        if [_size_of(values) for values in vary.values()] != list(map(len, levels)):
-            raise damaged
-        design = design_of(vary, study.options.zip)
+    study = study_of(toml_tables(text), None, str(path))
+    options = study.options
+    if options.sampling is None:
+        design = design_of(options.vary, options.zip)
     else:
+        design = Design(SAMPLE, tuple(options.vary), tuple(c.values for c in coordinates.values()))
+    series = _series_folder(whole, text) if options.keep_series else None
+    return SweepPlan(study.scenario, design, series)
+
+
+def _series_folder(whole: Path, study: str) -> Path:
+    """Return the folder for the results of the runs, a.series for a.h5.
+
+    OutputError is raised if it exists and is not one of the same study.
+    """
+    folder = whole.with_name(whole.stem + SERIES)
+    if os.path.lexists(folder):
         try:
-            check_sampling(vary, sampling)
-        except InputError:
-            raise damaged from None
-        if sampling.total(len(vary)) != table.runs or not all(map(_are_numbers, levels)):
-            raise damaged
-        design = Design(SAMPLE, tuple(vary), levels)
-    plan = SweepPlan(study.scenario, design, series)
-    made = coordinates_of(plan)
-    same = all(np.array_equal(made[key].values, table.coordinates[key].values) for key in made)
-    if not same or (design.kind, design.runs) != (table.attributes["design"], table.runs):
-        raise damaged
-    return plan
+            is_ours = (folder / STUDY).read_bytes() == study.encode()
+        except OSError:
+            is_ours = False
+        if not is_ours:
+            raise OutputError(
+                f"{folder}: the results of the runs would be written here, and it is not a folder"
+                " of the same study; move it, or give another name with -o"
+            )
+    return folder
 
 
-def _size_of(values: VariedValues) -> int | None:
-    """Return the number of values; a distribution has none."""
-    return values.size if isinstance(values, Levels) else None
+def _make_series_folder(folder: Path | None, study: str) -> None:
+    """Make the folder for the results of the runs, and write the study into it."""
+    if folder is None:
+        return
+    try:
+        folder.mkdir(exist_ok=True)
+        (folder / STUDY).write_bytes(study.encode())
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot make this folder: {error.strerror}") from None
 
 
-def _are_numbers(values: Any) -> bool:
-    return isinstance(values, np.ndarray) and values.dtype == np.float64
+class _SweepRun:
+    """A running or resumed sweep: the blocks that are done, and the files for them.
+
+    A new journal is begun unless that of a resumed sweep is given.
+    """
+
+    def __init__(
+        self,
+        plan: SweepPlan,
+        planned: SweepTable,
+        blocks: list[RunBlock],
+        whole: Path | None,
+        journal: SweepJournal | None = None,
+    ) -> None:
+        self._plan, self._planned, self._blocks = plan, planned, blocks
+        self._whole, self._journal = whole, journal
+        self._done = self._checked = sum(block.runs for block in blocks)
+        self._failed = sum(block.count(FAILED) for block in blocks)
+        self._combinations = Combinations(plan.scenario, plan.design.keys)
+        self._remaining = remaining_runs(with_blocks(planned, blocks))
+
+    def run(self, execution: ExecutionOptions) -> Sweep:
+        """Run the remaining combinations and write the files."""
+        handled = nullcontext() if self._whole is None else StopSignals()
+        with (
+            shown(execution.progress) as progress,
+            execution.of_runs(self._planned.runs) as workers,
+            handled as stop,
+        ):
+            monitor = _SweepMonitor(stop, progress, self._progress)
+            self._check(monitor)
+            if self._whole is None:
+                self._blocks += self._new_blocks(workers, monitor)
+            else:
+                self._run_with_journal(self._whole, workers, monitor)
+        return Sweep(self._table, self._whole)
+
+    def _check(self, monitor: RunMonitor) -> None:
+        def on_checked(count: int) -> None:
+            self._checked += count
+            monitor(0.0)
+
+        check_combinations(self._combinations, self._plan.design, self._remaining, on_checked)
+
+    def _progress(self) -> SweepProgress:
+        return SweepProgress(self._done, self._planned.runs, self._failed, self._checked)
+
+    @cached_property
+    def _table(self) -> SweepTable:
+        return completed(with_blocks(self._planned, self._blocks))
+
+    def _new_blocks(self, workers: Workers, monitor: RunMonitor) -> Iterator[RunBlock]:
+        if isinstance(workers, ProcessPool):
+            self._compile(monitor)
+        work = Work(self._combinations, self._plan.series)
+        for block in run_blocks(workers, work, self._plan.design, self._remaining, monitor):
+            yield block
+            self._done += block.runs
+            self._failed += block.count(FAILED)
+
+    def _compile(self, monitor: RunMonitor) -> None:
+        """Compile the kernels of a run once, before there are workers."""
+        (values,) = self._plan.design.combinations(0, 1)
+        with suppress(FrictionsimError, ArithmeticError):  # the run will raise it again
+            scenario = self._combinations.scenario(values)
+            mechanism_module(scenario.kind).simulation(scenario).prepare(monitor)
+
+    def _run_with_journal(self, whole: Path, workers: Workers, monitor: RunMonitor) -> None:
+        """Run what remains, and write the file; what is done is kept whatever ends the sweep."""
+        is_new = not self._blocks
+        with self._open_journal(whole) as journal:
+            try:
+                for block in self._new_blocks(workers, monitor):
+                    journal.append(block)
+                    self._blocks.append(block)
+                write_sweep(self._table, whole)
+            except InputError:
+                if is_new and not self._done:
+                    journal.remove()
+                raise
+            except (Interrupted, KeyboardInterrupt) as error:
+                number = getattr(error, "signal_number", SIGINT)
+                self._stop(journal, f"interrupted by {Signals(number).name}")
+                kept = self._kept(journal)
+                is_signal = isinstance(error, Interrupted)
+                raise (
+                    SweepInterrupted(number, kept) if is_signal else KeyboardInterrupt(kept)
+                ) from None
+            except (OutputError, WorkerDied) as error:
+                self._stop(journal, "stopped by an error")
+                raise type(error)(f"{error}. {self._kept(journal)}") from None
+            except BaseException as error:
+                self._stop(journal, f"stopped by an error ({type(error).__name__})")
+                raise
+            journal.remove()
+
+    def _open_journal(self, whole: Path) -> SweepJournal:
+        if self._journal is not None:
+            return self._journal
+        journal = SweepJournal(unfinished_sweep_name(whole))
+        try:
+            _make_series_folder(self._plan.series, self._planned.attributes["study"])
+            journal.begin(self._planned, whole.name)
+            for block in self._blocks:  # of a sweep that goes on under another name
+                journal.append(block)
+        except BaseException:
+            journal.remove()
+            raise
+        return journal
+
+    def _stop(self, journal: SweepJournal, how: str) -> None:
+        with suppress(OutputError):  # the disk is full
+            journal.stop(f"{how} after {self._done} of {self._planned.runs} runs")
+
+    def _kept(self, journal: SweepJournal) -> str:
+        return (
+            f"sweep interrupted: {self._done} of {self._planned.runs} runs are saved in"
+            f" {journal.path}; 'frictionsim resume {journal.path}' continues the sweep"
+        )
 
 
-class _InterruptibleProgress(RunMonitor):
-    """Ends a sweep at Ctrl-C; shows its progress, as returned by a function."""
+class _SweepMonitor(RunMonitor):
+    """Ends a sweep at Ctrl-C; shows its progress."""
 
     def __init__(
         self,
@@ -430,121 +541,3 @@ class _InterruptibleProgress(RunMonitor):
 
     def compiling(self, expected: float) -> AbstractContextManager[None]:
         return self._shown.compiling(expected)
-
-
-class _SweepRun:
-    """A running or resumed sweep."""
-
-    def __init__(
-        self,
-        plan: SweepPlan,
-        study: str,
-        assembly: Assembly,
-        files: SweepFiles | None,
-        attributes: dict[str, str] | None = None,
-    ) -> None:
-        self._plan, self._study, self._assembly = plan, study, assembly
-        self._files, self._attributes = files, attributes
-        self._done = assembly.runs_done
-        self._failed = int(np.count_nonzero(assembly.status == FAILED))
-        self._checked = self._done
-
-    def run(self, options: ExecutionOptions) -> Sweep:
-        """Run the remaining combinations and write the files."""
-        files = self._files
-        try:
-            executor = options.executor(self._plan.design.runs)
-            with (
-                shown(options.progress) as progress,
-                closing(executor),
-                self._interruptible(progress) as monitor,
-            ):
-                check_combinations(
-                    executor, self._plan, self._assembly.remaining, self._on_checked, monitor
-                )
-                if files is None:
-                    self._run_remaining(executor, monitor)
-                    return Sweep(self._table(), None)
-                if self._plan.series is not None:
-                    make_series_folder(self._plan.series, self._study)
-                files.begin(
-                    self._table(
-                        f"{RUNNING}; 'frictionsim resume' continues it, including the runs"
-                        f" journalled in {journal_name(files.partial).name}"
-                    )
-                )
-                self._run_and_keep(executor, files, monitor)
-            return Sweep(self._table(), files.whole)
-        finally:
-            if files is not None:
-                files.close()
-
-    def _run_and_keep(self, executor: Executor, files: SweepFiles, monitor: RunMonitor) -> None:
-        """Run the remaining combinations; completed rows are saved on any exit."""
-        try:
-            self._run_remaining(executor, monitor)
-        except BaseException as error:
-            executor.close()
-            if isinstance(error, InputError) and not self._done and self._attributes is None:
-                files.discard()
-                raise
-            with files.resumable():
-                if not self._assembly.remaining:  # the last ones came after the signal
-                    files.write_whole(self._table())
-                else:
-                    self._write_unfinished(files, error)
-            if isinstance(error, Interrupted | KeyboardInterrupt):
-                number = getattr(error, "signal_number", SIGINT)
-                interrupted = SweepInterrupted(number, self._kept(files, error))
-                if isinstance(error, Interrupted):
-                    raise interrupted from None
-                raise KeyboardInterrupt(str(interrupted)) from None
-            if isinstance(error, OutputError):
-                raise OutputError(f"{error}. {self._kept(files, error)}") from None
-            if isinstance(error, SolverError):  # the scheduler of Dask is lost
-                lost = SolverError(f"{error}. {self._kept(files, error)}")
-                lost.exit_code = EXIT_BUDGET_EXCEEDED
-                raise lost from None
-            raise
-        with files.resumable():
-            files.write_whole(self._table())
-
-    def _run_remaining(self, executor: Executor, monitor: RunMonitor) -> None:
-        monitor(0.0)
-        for block in run_blocks(executor, self._plan, self._assembly.remaining, monitor):
-            self._assembly.add(block)
-            self._done += block.runs
-            self._failed += int(np.count_nonzero(block.status == FAILED))
-            if self._files is not None:
-                self._files.keep(block)
-
-    def _write_unfinished(self, files: SweepFiles, error: BaseException) -> None:
-        how = f"stopped by an error ({type(error).__name__})"
-        if isinstance(error, Interrupted | KeyboardInterrupt):
-            how = f"interrupted by {Signals(getattr(error, 'signal_number', SIGINT)).name}"
-        total = self._plan.design.runs
-        files.write_unfinished(self._table(f"{how} after {self._done} of {total} runs"))
-
-    def _kept(self, files: SweepFiles, error: BaseException) -> str:
-        total, done = self._plan.design.runs, self._done
-        if done == total:
-            return f"interrupted, but all {total} runs were done; they are in {files.whole}"
-        return (
-            f"sweep interrupted: {done} of {total} runs are saved in {files.partial};"
-            f" 'frictionsim resume {files.partial}' continues the sweep"
-        )
-
-    @contextmanager
-    def _interruptible(self, shown: Monitor[SweepProgress]) -> Iterator[RunMonitor]:
-        """Return the monitor in whose context Ctrl-C waits for a call, if there is a file."""
-        with nullcontext() if self._files is None else StopSignals() as stop:
-            yield _InterruptibleProgress(stop, shown, self._progress)
-
-    def _progress(self) -> SweepProgress:
-        return SweepProgress(self._done, self._plan.design.runs, self._failed, self._checked)
-
-    def _on_checked(self, count: int) -> None:
-        self._checked += count
-
-    def _table(self, reason: str = "") -> SweepTable:
-        return self._assembly.table(self._plan, self._study, reason, self._attributes)

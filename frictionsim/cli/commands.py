@@ -214,7 +214,8 @@ def resume(
 ) -> int:
     """Resume an interrupted run or sweep. The file is bit-identical to an uninterrupted one.
 
-    Until it is done it is in NAME.partial.h5, which is taken if there is no NAME.h5.
+    Until it is done a run is NAME.partial.h5, a sweep NAME.partial.runs, which is taken if there
+    is no NAME.h5.
     """
     from frictionsim.api.solving import RunOptions
     from frictionsim.api.sweep_result import incomplete_of

@@ -7,7 +7,7 @@ file can hold.
 
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from io import BytesIO
 from math import isnan
 from pathlib import Path
@@ -19,7 +19,7 @@ import numpy as np
 from frictionsim.errors import InputError, near_files
 from frictionsim.io.checksum import is_damaged
 from frictionsim.io.names import unfinished_beside
-from frictionsim.io.output_file import SUFFIXES
+from frictionsim.io.output_file import SUFFIXES, UNFINISHED_SWEEP
 from frictionsim.io.result_format import (
     COUNTS,
     FORMAT_VERSION,
@@ -92,12 +92,15 @@ def read(path: Path) -> Record:
     InputError
         If there is none, it is not readable, damaged or of another program, or it is a sweep.
     """
+    is_sweep = InputError(
+        f"{path}: this is a sweep, not the result of a run; 'frictionsim plot {path}' draws it, and"
+        " fs.open_sweep reads it"
+    )
+    if is_unfinished_sweep(path):
+        raise is_sweep
     with opened(path) as file:
         if SWEEP_VERSION in file.attrs:
-            raise InputError(
-                f"{path}: this is a sweep, not the result of a run; 'frictionsim plot {path}' draws"
-                " it, and fs.open_sweep reads it"
-            )
+            raise is_sweep
         return _record(file, path)
 
 
@@ -175,6 +178,13 @@ def opened(path: Path, what: str = "result") -> Iterator[h5py.File]:
         raise InputError(
             f"{path}: cannot read this {what}: it is HDF5, but not a frictionsim {what}"
         ) from None
+
+
+def is_unfinished_sweep(path: Path) -> bool:
+    """Return whether a file is an unfinished sweep, which is no HDF5; not if there is none."""
+    with suppress(OSError):
+        return path.is_file() and UNFINISHED_SWEEP.recognises(path)
+    return False
 
 
 def _open_problem(path: Path) -> str:

@@ -10,10 +10,8 @@
                          source, overrides   of that scenario, as in a result file
                          kind, title
                          design              grid, zip or sample
-                         status              done, or interrupted
+                         status              done; interrupted if an unfinished one was saved
                          reason              of the interruption; empty if done
-                         order               only if interrupted: for `resume`, the first
-                                             appearance of each quantity, in JSON
     /<key>               the values of a varied key: of a grid the dimension scale of that name,
                          else along `run`. Numbers, or text in TOML
     /run                 the number of the run, from 0; not of a grid
@@ -47,7 +45,6 @@ from frictionsim.io.result_format import CONVENTIONS
 from frictionsim.io.result_reader import flags_of, names_of, opened, text_of, values_of
 from frictionsim.io.result_writer import TEXT, describe, write_from_memory
 from frictionsim.io.sweep_table import (
-    ORDER,
     RUN,
     SOBOL,
     SOBOL_BASIS,
@@ -160,7 +157,6 @@ def read_sweep(path: Path) -> SweepTable:
                 f" reads version {VERSION}"
             )
         attributes = {name: str(file.attrs[name]) for name in ATTRIBUTES}
-        attributes |= {ORDER: str(file.attrs[ORDER])} if ORDER in file.attrs else {}
         return _table(attributes, dict(file.items()))
 
 

@@ -1,14 +1,20 @@
-"""The content of the file of a sweep as plain data; `sweep_file` documents the file."""
+"""The content of a sweep as plain data; `sweep_file` and `sweep_journal` document its files."""
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from frictionsim.results import Array, Flags
 
 VERSION_NAME, VERSION = "sweep_version", 1
-MAX_QUANTITIES = 1900  # a file has no more than 2000 datasets
 RUN, STATUS = "run", "status"
-ORDER = "order"  # of an interrupted sweep: first appearance of each quantity, by name
+NOT_RUN, DONE, FAILED, AUDIT_FAILED = 0, 1, 2, 3
+STATUSES: "Flags" = (
+    (NOT_RUN, "not_run"),
+    (DONE, "done"),
+    (FAILED, "failed"),
+    (AUDIT_FAILED, "audit_failed"),
+)
 TEXTS = {
     "failure": "kind of failure",
     "reason": "why the run failed, or which checks of its audit",
@@ -102,3 +108,46 @@ class SweepTable(NamedTuple):
         for number, text in self.texts[name].items():
             texts[number] = text
         return texts.reshape(self.shape)
+
+
+class RunBlock(NamedTuple):
+    """The outcomes of consecutive runs."""
+
+    first: int  # the number of the first of these runs
+    status: Any  # (n,) of int8, among STATUSES
+    units: dict[str, str]  # of each quantity of any of these runs, by name
+    values: "Array"  # (quantities, n); NaN if undefined
+    texts: dict[str, dict[int, str]]  # nonempty TEXTS, by name and run
+
+    @property
+    def runs(self) -> int:
+        """The number of runs."""
+        return len(self.status)
+
+    def count(self, status: int) -> int:
+        """Return the number of runs of a status."""
+        return int((self.status == status).sum())
+
+
+def with_blocks(planned: SweepTable, blocks: Iterable[RunBlock]) -> SweepTable:
+    """Return a sweep without runs with the outcomes of some of them.
+
+    It does not depend on the blocks' order and sizes: quantities are in the order of their first
+    appearance, in the order of the runs.
+    """
+    import numpy as np
+
+    status = planned.status.copy()
+    units: dict[str, str] = {}
+    values: dict[str, Array] = {}
+    texts: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
+    for block in sorted(blocks, key=lambda block: block.first):
+        runs = slice(block.first, block.first + block.runs)
+        status[runs] = block.status
+        for (name, unit), row in zip(block.units.items(), block.values, strict=True):
+            if name not in units:
+                units[name], values[name] = unit, np.full(len(status), np.nan)
+            values[name][runs] = row
+        for name, by_run in block.texts.items():
+            texts[name] |= by_run
+    return planned._replace(status=status, units=units, values=values, texts=texts)

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.io.sweep_table import SweepTable
-from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
+from frictionsim.io.sweep_table import AUDIT_FAILED, DONE, FAILED, NOT_RUN, SweepTable
 from frictionsim.parameter_study.design import SAMPLE, Sampling
 from frictionsim.parameter_study.study_file import options_of
 from frictionsim.parameter_study.values import Distribution

@@ -1,13 +1,34 @@
-"""Workers of sweeps and fits: this process, or others on this machine."""
+"""Workers of sweeps and fits: this process, others of this machine, or those of a Dask cluster.
 
+A worker process is a copy of this one (`fork`, some ms) if that is safe, else a new interpreter. It
+ends with this process, however that ends.
+"""
+
+import logging
 import multiprocessing
 import os
+import re
 import signal
+import sys
 import threading
-from collections.abc import Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from contextlib import contextmanager
-from typing import Any
+import warnings
+from collections.abc import Callable, Iterator
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
+from contextlib import ExitStack, contextmanager, suppress
+from importlib import import_module
+from time import monotonic
+from typing import Any, NoReturn
+
+from frictionsim.errors import InputError
+from frictionsim.simulation import memory
+from frictionsim.version import __version__
+
+IDLE = -1  # in the place of the number of a run
+# A terminal sends these to all of its processes; the parent handles them.
+PARENT_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasattr(signal, name)]
+SECONDS_TO_BREAK = 1.0  # of a pool, after the death of a worker
+LOCAL = "local:"  # what the address of a cluster begins with that is started here
+SECONDS_TO_ANSWER = 10.0  # of a scheduler
 
 
 def available_cores() -> int:
@@ -17,46 +38,260 @@ def available_cores() -> int:
     return os.cpu_count() or 1
 
 
-class InProcess(Executor):
+class Workers(Executor):
+    """An executor of `concurrent.futures` that says what a sweep wants to know of it."""
+
+    count = 1  # of simultaneous calls
+    capacity = 1  # calls to be submitted before one is done
+    deaths: tuple[type[BaseException], ...] = (BrokenExecutor, CancelledError)
+
+    def death(self, error: BaseException) -> str:
+        """Return what an error of `deaths` says."""
+        return "a worker process was killed, perhaps for lack of memory"
+
+    def current_runs(self) -> list[int] | None:
+        """Return the numbers of the runs in progress; None if they are not known."""
+        return None
+
+    def watch(self) -> None:
+        """Raise an error of `deaths` if a worker has died and no call will tell."""
+
+
+class InProcess(Workers):
     """No other process: a call is made when it is submitted."""
 
-    def submit(self, function: Any, /, *arguments: Any, **named: Any) -> "Future[Any]":
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
         """Make a call."""
         future: Future[Any] = Future()
         try:
-            future.set_result(function(*arguments, **named))
+            future.set_result(function(*args, **kwargs))
         except Exception as error:
             future.set_exception(error)
         return future
 
 
+class ProcessPool(Workers):
+    """Worker processes, which start with the first call."""
+
+    def __init__(self, count: int) -> None:
+        self.count, self.capacity = count, 2 * count
+        context = multiprocessing.get_context("fork" if may_fork() else "spawn")
+        self._begun, self._current = context.Value("i", 0), context.RawArray("q", [IDLE] * count)
+        self._others = {*multiprocessing.active_children()}
+        self._died = 0.0
+        self._pool = ProcessPoolExecutor(count, context, _begin, (self._begun, self._current))
+
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
+        """Queue a call."""
+        with warnings.catch_warnings():
+            # Python 3.12 warns of any threads, even those of numpy's linear algebra.
+            warnings.simplefilter("ignore", DeprecationWarning)
+            return self._pool.submit(function, *args, **kwargs)
+
+    def current_runs(self) -> list[int] | None:
+        """Return the numbers of the runs in progress.
+
+        Raises
+        ------
+        InputError
+            If no worker has ever begun.
+        """
+        if not self._begun.value:
+            raise InputError(
+                'no worker process can be started; a script of Python needs "if __name__ =='
+                " '__main__':\" around what it does, or workers=1"
+            )
+        return sorted(run for run in self._current if run != IDLE)
+
+    def watch(self) -> None:
+        """Raise BrokenExecutor if a worker has died for some time and the pool did not notice.
+
+        It waits for the rest of the answer of a worker that died while sending it.
+        """
+        if len(self._processes()) >= min(self._begun.value, self.count):
+            self._died = 0.0
+        elif not self._died:
+            self._died = monotonic()
+        elif monotonic() - self._died > SECONDS_TO_BREAK:
+            raise BrokenExecutor
+
+    def _processes(self) -> list[Any]:
+        return [one for one in multiprocessing.active_children() if one not in self._others]
+
+    def close(self) -> None:
+        """End the workers, whatever they do."""
+        for process in self._processes():
+            process.kill()
+        # It waits for the rest of the answer of a worker that died while sending it.
+        ending = threading.Thread(target=self._pool.shutdown, daemon=True)
+        ending.start()
+        ending.join(SECONDS_TO_BREAK)
+
+
 @contextmanager
-def process_pool(workers: int) -> Iterator[Executor]:
-    """Return the context of a pool of processes, which ends them at once, whatever they do."""
-    if workers < 2:
+def process_pool(workers: int) -> Iterator[Workers]:
+    """Return the context of some worker processes; one worker is this process."""
+    # A daemon of `multiprocessing` may not have children.
+    if workers < 2 or multiprocessing.current_process().daemon:
         yield InProcess()
         return
-    others = set(multiprocessing.active_children())
-    pool = ProcessPoolExecutor(workers, initializer=_begin)
+    pool = ProcessPool(workers)
     try:
         yield pool
     finally:
-        for process in set(multiprocessing.active_children()) - others:
-            process.kill()
-        pool.shutdown(wait=False, cancel_futures=True)
+        pool.close()
 
 
-def _begin() -> None:
-    """Leave Ctrl-C to the parent, use one thread of linear algebra, and end with the parent."""
+def may_fork() -> bool:
+    """Return whether a copy of this process is safe: another thread may hold a lock."""
+    if not hasattr(os, "fork") or sys.platform == "darwin":
+        return False
+    return threading.active_count() == 1 or not sys.executable
+
+
+_current: list[tuple[Any, int]] = []
+"""In a worker: the array of the runs in progress, and its place in it."""
+
+
+def note_current(run: int) -> None:
+    """Note the number of the run in progress, for `current_runs`; IDLE if there is none."""
+    for array, place in _current:
+        array[place] = run
+
+
+def _begin(begun: Any, current: Any) -> None:
+    """Prepare a worker: the signals and the end of the parent, and one thread for each core."""
     from threadpoolctl import threadpool_limits
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in PARENT_SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    memory.processes = len(current)
+    with begun.get_lock():
+        _current[:] = [(current, begun.value % len(current))]
+        begun.value += 1
     threadpool_limits(1)
+    with suppress(OSError, ValueError):  # keep the output of libraries off the terminal
+        nowhere = os.open(os.devnull, os.O_RDWR)
+        for stream in (0, 1, 2):
+            os.dup2(nowhere, stream)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
-def _end_with_parent() -> None:
+def _end_with_parent() -> NoReturn:
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
     os._exit(1)
+
+
+class DaskCluster(Workers):
+    """The workers of a cluster of Dask, whose number may change.
+
+    Another worker makes the call of one that dies, up to the limit of the scheduler.
+    """
+
+    def __init__(self, client: Any, killed: type[BaseException]) -> None:
+        self._client, self._executor = client, client.get_executor(pure=False)
+        self.deaths = (*Workers.deaths, killed)
+        self.watch()
+
+    def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
+        """Queue a call."""
+        future: Future[Any] = self._executor.submit(function, *args, **kwargs)
+        return future
+
+    def watch(self) -> None:
+        """Count the workers; raise CancelledError if the scheduler is lost."""
+        if self._client.status in ("closed", "closing"):
+            raise CancelledError
+        with suppress(Exception):  # the scheduler is busy
+            self.count = max(1, sum(self._client.nthreads().values()))
+        self.capacity = 2 * self.count
+
+    def death(self, error: BaseException) -> str:
+        """Return what an error of `deaths` says."""
+        if isinstance(error, CancelledError):
+            return "dask: lost the connection to the scheduler"
+        return f"dask: {Workers.death(self, error)}"
+
+
+@contextmanager
+def dask_cluster(address: str) -> Iterator[Workers]:
+    """Return the context of a cluster.
+
+    Parameters
+    ----------
+    address : str
+        Of a scheduler, such as tcp://host:8786, or local:N for N workers on this machine.
+
+    Raises
+    ------
+    InputError
+        If it is no address, no scheduler with workers answers, or they have another version.
+    """
+    number = address.removeprefix(LOCAL)
+    is_local = number != address
+    if is_local and not (number.isdecimal() and 0 < int(number) < 10_000):
+        raise InputError(f"dask: expected local:N with N workers, e.g. local:4, got '{address}'")
+    if not is_local and not re.fullmatch(r"\w+://[^/]+:\d+", address):
+        raise InputError(
+            "dask: expected the address of a scheduler, e.g. tcp://host:8786, or local:N, got"
+            f" '{address}'"
+        )
+    try:
+        distributed: Any = import_module("distributed")
+    except ImportError:
+        raise InputError(
+            "dask: the package distributed is not installed; install it with"
+            " pip install 'frictionsim[dask]'"
+        ) from None
+    with ExitStack() as stack:
+        try:
+            place: Any = address
+            if is_local:
+                place = distributed.LocalCluster(
+                    n_workers=int(number),
+                    threads_per_worker=1,
+                    dashboard_address=":0",  # any port: the usual one may be taken
+                    silence_logs=logging.CRITICAL,
+                )
+                stack.enter_context(place)
+            client = distributed.Client(place, timeout=SECONDS_TO_ANSWER, set_as_default=False)
+            stack.callback(client.close, SECONDS_TO_ANSWER)
+            client.wait_for_workers(1, timeout=SECONDS_TO_ANSWER)
+        except Exception as error:
+            raise InputError(
+                f"dask {address}: no scheduler with workers answers there"
+                f" ({type(error).__name__}); give the address that it printed when it started, and"
+                f" start workers with 'dask worker {address}'"
+            ) from None
+        for worker, version in client.run(_version_getter(), on_error="return").items():
+            if version != __version__:
+                has = version if isinstance(version, str) else "none"
+                raise InputError(
+                    f"dask {address}, worker {worker}: has frictionsim {has}; this is frictionsim"
+                    f" {__version__}: install the same there"
+                )
+        if is_local:
+            client.run(_begin_local, int(number))
+        yield DaskCluster(client, distributed.KilledWorker)
+
+
+def _begin_local(workers: int) -> None:
+    """Prepare a worker of a cluster on this machine."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal sends it to all
+    memory.processes = workers
+
+
+def _version_getter() -> Callable[[], str]:
+    """Return the function of a worker's version: a nested one is sent as code, not by name."""
+
+    def version() -> str:
+        try:
+            from frictionsim.version import __version__
+        except ImportError:
+            return "none"
+        return __version__
+
+    return version

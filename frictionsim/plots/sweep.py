@@ -19,8 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from frictionsim.errors import ArgumentError, InputError, unknown
-from frictionsim.io.sweep_table import SweepTable
-from frictionsim.parameter_study.block import AUDIT_FAILED, FAILED, NOT_RUN
+from frictionsim.io.sweep_table import AUDIT_FAILED, FAILED, NOT_RUN, SweepTable
 from frictionsim.parameter_study.design import SAMPLE
 from frictionsim.parameter_study.sensitivity import indices_of
 from frictionsim.parameter_study.statistics import (

@@ -20,8 +20,7 @@ from frictionsim.display import (
     picture_text,
     with_unit,
 )
-from frictionsim.io.sweep_table import SweepTable
-from frictionsim.parameter_study.block import AUDIT_FAILED, DONE, FAILED, NOT_RUN
+from frictionsim.io.sweep_table import AUDIT_FAILED, DONE, FAILED, NOT_RUN, SweepTable
 from frictionsim.parameter_study.sensitivity import SensitivityIndices
 from frictionsim.parameter_study.statistics import Statistics, is_constant, sound_values
 from frictionsim.plots.style import Style, axis_label, grid, line_style

@@ -8,8 +8,7 @@ import numpy as np
 from frictionsim.display import labelled, set_line
 from frictionsim.document import Block, Cell, Document, Number, Picture, Table
 from frictionsim.io.cost_table import CostTable
-from frictionsim.io.sweep_table import SweepTable
-from frictionsim.parameter_study.block import DONE
+from frictionsim.io.sweep_table import DONE, SweepTable
 from frictionsim.parameter_study.design import SAMPLE
 from frictionsim.parameter_study.sensitivity import SensitivityIndices, indices_of
 from frictionsim.parameter_study.statistics import (

@@ -309,8 +309,7 @@ class Scenario(Params):
 
         if not _may_be_implausible(self):  # as in all runs of most sweeps
             return
-        # Numbers of many runs are none for pydantic; no warning has them all.
-        tables = self.model_dump(by_alias=True, exclude_none=True, warnings=False)
+        tables = self.model_dump(by_alias=True, exclude_none=True)
         for key, value in keys_and_values(tables):
             name = key.rpartition(".")[2]
             if isinstance(value, list) or not name.endswith(MAYBE_IMPLAUSIBLE):

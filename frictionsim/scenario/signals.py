@@ -238,12 +238,8 @@ class Curve(NamedTuple):
 
 
 def doubles(values: Sequence[float]) -> "array[float]":
-    """Return numbers as an array, (n,); if some are those of many runs, as one of (runs, n)."""
-    if all(isinstance(value, int | float) for value in values):
-        return array("d", values)
-    from frictionsim.scenario.run_numbers import stacked  # which imports numpy
-
-    return stacked(values)
+    """Return numbers as an array, (n,)."""
+    return array("d", values)
 
 
 def curve_of(signal: Signal) -> Curve:

@@ -87,10 +87,6 @@ def energy_check(trajectory: "Trajectory", limit: float, atol: float, size: floa
     return Check(float(energy_residual(trajectory, limit, atol, size)), limit)
 
 
-# The next three and `drift` also take the samples of many runs, (n, runs), and return one value
-# for each.
-
-
 def energy_residual(trajectory: "Trajectory", limit: Any, atol: Any, size: Any) -> Any:
     """Return the residual of the energy balance, relative to the largest of the energies.
 

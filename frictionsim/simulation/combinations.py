@@ -1,13 +1,10 @@
 """The scenario of each combination of values."""
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
-from itertools import chain
+from collections.abc import Sequence
 from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any
 
-import numpy as np
 from pydantic import ValidationError
 
 from frictionsim.errors import InputError, ScenarioError
@@ -20,28 +17,20 @@ from frictionsim.scenario.model_validation import (
 )
 from frictionsim.scenario.overrides import REMOVED, REMOVED_TEXT, apply_overrides
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.toml_data import KeyPath, plain, toml_value
+from frictionsim.scenario.toml_data import plain, toml_value
 
-if TYPE_CHECKING:
-    from frictionsim.simulation.many_runs import RunForm
-
-GroupResult = TypeVar("GroupResult")
-
-MIN_TOGETHER = 50  # fewer runs are faster alone
-# Runs of a sweep from which loading compiled code, or compiling it, saves time over Python.
-RUNS_THAT_PAY, RUNS_THAT_PAY_COMPILING = 200, 3000
 MAX_SHOWN = 60  # characters of a value in a message
 
 
 class Combinations:
-    """Makes the scenarios of a sweep; `runs` is their number.
+    """Makes the scenarios of a sweep.
 
     Keys are those of --set, such as `drive.force.value.1`; several separated by commas have one
     value.
     """
 
-    def __init__(self, scenario: Scenario, keys: Sequence[str], runs: int = 1) -> None:
-        self.base, self.keys, self._runs = scenario, tuple(keys), runs
+    def __init__(self, scenario: Scenario, keys: Sequence[str]) -> None:
+        self.base, self.keys = scenario, tuple(keys)
         # The position of its value in a combination, by single key.
         self._numbers = expanded({key: number for number, key in enumerate(keys)})
         for key in self._numbers:
@@ -55,71 +44,10 @@ class Combinations:
         # For numbers: the data to change, the places of the keys in them, and those of the values.
         self._changed: dict[str, Any] = {}
         self._places: list[tuple[Any, Any, int]] = []
-        self._paths: dict[KeyPath, int] = {}
         self._lock = Lock()  # a worker of Dask may have several threads
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Combinations, (self.base, self.keys, self._runs)
-
-    def form(self, values: Sequence[Any]) -> "RunForm | None":
-        """Return the form of the runs that can run together with one; None if it must run alone."""
-        if self._runs < RUNS_THAT_PAY:
-            return None
-        try:
-            scenario = self.scenario(values)
-        except InputError:
-            return None
-        # A run warns of requested channels that it lacks, and runs together have no channels.
-        if scenario.needs_samples or scenario.output.channels is not None:
-            return None
-        from frictionsim.simulation.many_runs import form_of_runs
-
-        form = form_of_runs(scenario)
-        if form is None:
-            return None
-        pays = self._runs >= RUNS_THAT_PAY_COMPILING or form.kernel.is_at_hand
-        return form if pays else None
-
-    def check(self, values: Sequence[Sequence[Any]]) -> None:
-        """Check combinations; raise InputError for the first that is not valid."""
-        valid = np.zeros(len(values), dtype=bool)
-        for runs, _ in self.groups(values, lambda *_: None):
-            valid[runs] = True
-        for number in np.flatnonzero(~valid).tolist():
-            self.scenario(values[number])
-
-    def groups(
-        self,
-        values: Sequence[Sequence[Any]],
-        function: "Callable[[RunForm, Scenario], GroupResult]",
-        fewest: int | None = None,
-    ) -> Iterator[tuple[Any, GroupResult]]:
-        """Yield groups of combinations, by their indices, with the result of a function of each.
-
-        The function takes the form of the runs and a valid scenario with the numbers of all of
-        them; see `group_runs`. Combinations that must be checked, or run, alone are omitted, and
-        groups of less than the fewest, by default MIN_TOGETHER.
-        """
-        fewest = MIN_TOGETHER if fewest is None else fewest
-        numbers = _numbers(values) if len(values) >= fewest else None
-        if numbers is None:
-            return
-        runs = np.flatnonzero(_is_ordinary(numbers).all(axis=1))
-        if len(runs) < fewest:
-            return
-        first = numbers[runs[0]].tolist()
-        form = self.form(first)
-        if form is None:
-            return
-        from frictionsim.scenario.run_numbers import as_run_numbers, group_runs, with_numbers
-
-        template = self.scenario(first)
-
-        def evaluate(chosen: Any) -> GroupResult:
-            arrays = {path: as_run_numbers(numbers[chosen, i]) for path, i in self._paths.items()}
-            return function(form, with_numbers(template, arrays))
-
-        yield from group_runs(evaluate, runs, fewest)
+        return Combinations, (self.base, self.keys)
 
     def scenario(self, values: Sequence[Any]) -> Scenario:
         """Return the scenario in which the keys have these values."""
@@ -143,8 +71,7 @@ class Combinations:
         self._changed = _copied(self._data)
         overrides = {key: values[number] for key, number in self._numbers.items()}
         paths = apply_overrides(self._changed, overrides)[0]
-        self._paths = dict(zip(paths, self._numbers.values(), strict=True))
-        for (*above, last), number in self._paths.items():
+        for (*above, last), number in zip(paths, self._numbers.values(), strict=True):
             table: Any = self._changed
             for key in above:
                 table = table[key]
@@ -166,18 +93,9 @@ class Combinations:
         raise InputError(f"vary: {combination_text(overrides)} is not valid: {'; '.join(faults)}")
 
 
-def _is_ordinary(value: Any) -> Any:
-    """Return whether numbers are within the limits of magnitude."""
-    return (value == 0.0) | ((abs(value) >= MIN_NUMBER) & (abs(value) <= MAX_NUMBER))
-
-
-def _numbers(values: Sequence[Sequence[Any]]) -> Any:
-    """Return combinations as an array, (runs, keys); None if not all values are numbers."""
-    if not set(map(type, chain.from_iterable(values))) <= {float, int}:
-        return None
-    with suppress(OverflowError):
-        return np.array(values, dtype=float)
-    return None
+def _is_ordinary(value: float) -> bool:
+    """Return whether a number is within the limits of magnitude."""
+    return value == 0.0 or MIN_NUMBER <= abs(value) <= MAX_NUMBER
 
 
 def combination_text(values: dict[str, Any]) -> str:

@@ -17,7 +17,7 @@ from frictionsim.errors import (
     SolverError,
     overflow_refused,
 )
-from frictionsim.results import MODES, Record, SolverStatistics, failures
+from frictionsim.results import MODES, Record, SolverStatistics, defined, failures
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.methods import METHODS
 from frictionsim.simulation.checkpoint import (
@@ -31,7 +31,7 @@ from frictionsim.simulation.monitor import RunMonitor, monitor_of
 from frictionsim.simulation.record import recorded
 
 if TYPE_CHECKING:
-    from frictionsim.results import SimulationResult
+    from frictionsim.results import Quantities, SimulationResult
     from frictionsim.scenario.settings import Scenario
     from frictionsim.simulation.base import Simulation
 
@@ -167,6 +167,29 @@ def run(
     return done
 
 
+class RunSummary(NamedTuple):
+    """How a run ended, and its quantities: what a sweep keeps of it, without a `Record`."""
+
+    status: str
+    reason: str
+    failure: str
+    warnings: tuple[str, ...]
+    quantities: "Quantities"
+    is_sound: bool  # whether the audit is passed
+
+
+def summary_of_run(scenario: "Scenario", monitor: RunMonitor) -> RunSummary:
+    """Simulate a scenario as `run`, which makes channels and attributes as well."""
+    with overflow_refused():
+        simulation: Simulation = mechanism_module(scenario.kind).simulation(scenario)
+    check_memory(scenario, simulation, {})
+    outcome = _solve(simulation, monitor, monitor, _keep_nothing, _Clock())
+    data = simulation.observe()
+    status, reason, failure, _ = _judged(outcome, data)
+    warnings, quantities = _warnings(scenario, simulation, data), defined(data.quantities)
+    return RunSummary(status, reason, failure, warnings, quantities, not failures(data.checks))
+
+
 def _with_limit(scenario: "Scenario", max_steps: int | None) -> "Scenario":
     """Return a scenario with another limit of steps."""
     if max_steps is None:
@@ -292,12 +315,7 @@ def _run_of(
 ) -> Record:
     """Return the results of a simulation that has stopped, or pauses."""
     data = simulation.observe()
-    if data.non_finite_tail and outcome.failure != NonFinite.failure:
-        reason = f"after t = {max(data.time, default=0.0):.9g} s {OUT_OF_RANGE}"
-        outcome = _Termination("failed", reason, NonFinite.failure)
-    failed = failures(data.checks)
-    if outcome.status == "done" and failed:
-        outcome = _Termination("done", f"self-audit failed: {failed}")
+    outcome = _judged(outcome, data)
     record = recorded(scenario, simulation, data)
     ended = {
         "status": outcome.status,
@@ -312,6 +330,17 @@ def _run_of(
         ),
         checkpoint=_checkpoint(simulation, clock) if outcome.resumable else None,
     )
+
+
+def _judged(outcome: _Termination, data: "SimulationResult") -> _Termination:
+    """Return how a run ended, with what its samples and its audit say."""
+    if data.non_finite_tail and outcome.failure != NonFinite.failure:
+        reason = f"after t = {max(data.time, default=0.0):.9g} s {OUT_OF_RANGE}"
+        return _Termination("failed", reason, NonFinite.failure)
+    failed = failures(data.checks)
+    if outcome.status == "done" and failed:
+        return _Termination("done", f"self-audit failed: {failed}")
+    return outcome
 
 
 def _checkpoint(simulation: "Simulation", clock: _Clock) -> "dict[str, Any] | None":

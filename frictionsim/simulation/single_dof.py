@@ -389,7 +389,7 @@ def channels_of(mechanism: Mechanism, trajectory: Trajectory) -> dict[str, Any]:
 
 
 def trajectory_of(mechanism: Mechanism, columns: Any, transitions: list[Transition]) -> Trajectory:
-    """Return the trajectory of columns (width, n), or (width, n, runs) of many runs."""
+    """Return the trajectory of columns (width, n)."""
     time, drive, position, velocity, *others = columns[:ROW_COLUMNS]
     acceleration, friction, mode = others
     return Trajectory(
@@ -425,8 +425,7 @@ def filled(values: Any, shape: tuple[int, ...]) -> Any:
 def energy_scale(mechanism: Mechanism, trajectory: Trajectory) -> Any:
     """Return the energy scale of the scenario, J, which does not depend on the solution.
 
-    Of the samples of many runs, (n, runs), one value for each. The drive of a prescribed motion
-    is the torque that balances all others.
+    The drive of a prescribed motion is the torque that balances all others.
     """
     applied_torque = trajectory.drive
     if not mechanism.prescribed:

@@ -254,17 +254,6 @@ def initial_state(mechanism: "Mechanism") -> "array[float]":
     return s
 
 
-def initial_states(mechanism: "Mechanism", runs: int) -> Any:
-    """Return the states, (runs, LENGTH), of a mechanism with the numbers of many runs."""
-    import numpy as np  # imported here because a run as Python does not need it
-
-    resting = initial_state(mechanism._replace(position=0.0, velocity=0.0))
-    states = np.tile(np.frombuffer(resting), (runs, 1))
-    states[:, layout.Y], states[:, layout.Y + 1] = mechanism.position, mechanism.velocity
-    states[:, layout.MODE] = np.sign(np.asarray(mechanism.velocity))
-    return states
-
-
 def _state_of_several(mechanism: MultiContactMechanism) -> "array[float]":
     """Return the state before forces are compared with their limits."""
     s = _state_with(mechanism.initial_state, multi.LENGTH)

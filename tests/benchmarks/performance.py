@@ -22,15 +22,7 @@ from typing import Any
 import numpy as np
 
 import frictionsim as fs
-from frictionsim.parameter_study.dask_cluster import DaskCluster
-from frictionsim.parameter_study.design import design_of
-from frictionsim.parameter_study.dispatch import CHECK, Executor, run_blocks
-from frictionsim.parameter_study.executors import InProcess, ProcessPool
-from frictionsim.parameter_study.single_run import Task
-from frictionsim.parameter_study.sweep import SweepPlan
-from frictionsim.parameter_study.values import values_of
 from frictionsim.results import Record
-from frictionsim.simulation.monitor import RunMonitor
 from tests.benchmarks.results_common import SCENARIOS, say, solve
 
 PULLEY, BELT = str(SCENARIOS / "pulley.toml"), str(SCENARIOS / "belt_drive.toml")
@@ -293,36 +285,22 @@ def _run(*command: str) -> str:
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 
-def plan(runs: int, rtol: float, alone: bool = False) -> SweepPlan:
-    """Return a sweep of a pulley, whose runs go alone if channels are chosen, else together."""
-    chosen = {"output.channels": ["angle"]} if alone else {}
-    scenario = fs.load(PULLEY, {"solver.rtol": rtol, **chosen})
-    design = design_of({LOAD: values_of(LOAD, f"lin(2000.0, 2400.0, {runs})")})
-    return SweepPlan(scenario, design)
-
-
-def seconds_of(executor: Executor, what: SweepPlan) -> float:
-    """Return the time of running a sweep, without that of checking and of starting workers."""
-    monitor = RunMonitor()
-    executor.start(what, monitor)
-    executor.submit(CHECK, Task(0, ())).result()
+def seconds_of(runs: int, **options: Any) -> float:
+    """Return the time of a sweep of pulleys, with its check and the start of its workers."""
+    vary = {LOAD: f"lin(2000.0, 2400.0, {runs})"}
     started = time.perf_counter()
-    blocks = run_blocks(executor, what, [range(what.design.runs)], monitor)
-    assert sum(block.runs for block in blocks) == what.design.runs
+    assert fs.sweep(PULLEY, vary, **options)["status"].values.all()
     return time.perf_counter() - started
 
 
-def sweep(turns: float = 3, runs: float = 40_000) -> None:
+def sweep(turns: float = 3, runs: float = 2000) -> None:
     """Runs per second of a pulley, with one worker and two, and of a loop of `solve` processes."""
-    for part, alone in ((2, False), (40, True)):
-        what, two = plan(int(runs) // part, 1e-9, alone), ProcessPool(2)
-        times = [(seconds_of(InProcess(), what), seconds_of(two, what)) for _ in range(int(turns))]
-        two.close()
-        rates = what.design.runs / np.median(times, axis=0)
-        say(
-            f"rtol 1e-9, {'alone' if alone else 'together'}: one process {rates[0]:.0f}"
-            f" runs/s, two {rates[1]:.0f} runs/s, {np.median([a / b for a, b in times]):.2f} times"
-        )
+    times = [[seconds_of(int(runs), workers=n) for n in (1, 2)] for _ in range(int(turns))]
+    rates = runs / np.median(times, axis=0)
+    say(
+        f"rtol 1e-9: one process {rates[0]:.0f} runs/s, two {rates[1]:.0f} runs/s,"
+        f" {np.median([a / b for a, b in times]):.2f} times"
+    )
     with tempfile.TemporaryDirectory() as folder:
         command = (*PROGRAM, "solve", PULLEY, "-q", "--set", "solver.rtol=1e-6", "-o")
         loop = by_turns({"solve": lambda: _run(*command, f"{folder}/a.h5")}, 20)["solve"]
@@ -335,10 +313,10 @@ import numpy as np
 import frictionsim as fs
 from pathlib import Path
 from frictionsim.io.sweep_file import write_sweep
-from frictionsim.parameter_study.block import RunBlock
+from frictionsim.io.sweep_table import RunBlock, with_blocks
 from frictionsim.parameter_study.design import design_of
+from frictionsim.parameter_study.outcomes import SweepPlan, completed
 from frictionsim.parameter_study.study_file import SweepOptions, SweepStudy, study_toml
-from frictionsim.parameter_study.sweep import Assembly, SweepPlan
 from frictionsim.parameter_study.values import values_of
 runs, path = int(sys.argv[1]), Path(sys.argv[2])
 keys = {"mechanism.load": values_of("mechanism.load", "normal(2200.0, 50.0)"),
@@ -348,14 +326,14 @@ study = SweepStudy(fs.load(sys.argv[3]), options)
 plan = SweepPlan(study.scenario, design_of(keys, sampling=options.sampling))
 peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 before, started = peak(), time.process_time()
-assembly, size, rng = Assembly(runs), 1000, np.random.default_rng(1)
+blocks, size, rng = [], 1000, np.random.default_rng(1)
 units = {f"quantity_{n}": "1" for n in range(15)}
 for first in range(0, runs, size):
     texts = {"failure": {first: "diverged"}, "reason": {first: "it left" * 10},
              "warnings": {first + 1: "a warning"}}
-    assembly.add(RunBlock(first, np.ones(size, np.int8), units, rng.random((15, size)), texts))
+    blocks.append(RunBlock(first, np.ones(size, np.int8), units, rng.random((15, size)), texts))
 added = peak()
-write_sweep(assembly.table(plan, study_toml(study)), path)
+write_sweep(completed(with_blocks(plan.table(study_toml(study)), blocks)), path)
 print(json.dumps([before, added, peak(), time.process_time() - started]))
 """
 
@@ -374,10 +352,8 @@ def memory(runs: float = 1_000_000) -> None:
 
 def dask(runs: float = 10_000, turns: float = 3) -> None:
     """A study of many runs on two workers of Dask, and on two of the pool."""
-    what, pool, cluster = plan(int(runs), 1e-6), ProcessPool(2), DaskCluster("local:2")
-    pairs = [(seconds_of(pool, what), seconds_of(cluster, what)) for _ in range(int(turns))]
-    pool.close()
-    cluster.close()
+    ways: list[dict[str, Any]] = [{"workers": 2}, {"dask": "local:2"}]
+    pairs = [[seconds_of(int(runs), **way) for way in ways] for _ in range(int(turns))]
     say(f"pool and Dask, s: {pairs}")
     say(f"Dask takes {np.median([b / a for a, b in pairs]):.2f} times the time of the pool")
 

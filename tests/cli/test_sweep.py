@@ -2,8 +2,6 @@
 
 import os
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -14,15 +12,14 @@ import pytest
 import frictionsim as fs
 from tests.cli.conftest import Run, strict_json
 from tests.support.cases import slow
-from tests.support.scenarios import ROOT, SCENARIOS
+from tests.support.scenarios import SCENARIOS
 from tests.support.sweep_files import (
     LOAD,
     LOOSE,
-    ONE_BY_ONE,
     PULLEY,
     command,
-    journal_grows,
     started,
+    wait_for_runs,
 )
 
 STUDY = f"""\
@@ -35,40 +32,6 @@ zip = true
 "{LOAD}" = [2000.0, 2100.0]
 "effects.shaft_friction.mu_s" = [0.2, 0.3]
 """
-
-
-@pytest.mark.parametrize(
-    ("number", "workers"),
-    [(signal.SIGINT, "1"), pytest.param(signal.SIGTERM, "2", marks=pytest.mark.slow)],
-)
-def test_a_signal_ends_the_compilation_of_a_sweep_at_once(
-    number: signal.Signals, workers: str, tmp_path: Path
-) -> None:
-    """The compiler is in one call for seconds, in which Python runs no handler."""
-    cache = tmp_path / "cache"
-    vary = f"{LOAD}=lin(2000.5, 2400.5, 3000)"
-    arguments = ["sweep", str(PULLEY), "--vary", vary, "-j", workers, "-o", "s.h5"]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "frictionsim", *arguments],
-        cwd=tmp_path,
-        env={**os.environ, "XDG_CACHE_HOME": str(cache), "PYTHONPATH": str(ROOT)},
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    with process:
-        assert process.stderr is not None
-        assert "compiling the kernels" in process.stderr.readline()
-        time.sleep(1.0)  # of the ten seconds that it takes
-        process.send_signal(number)
-        _, said = process.communicate()
-    assert process.returncode == 128 + number
-    assert said == (
-        f"frictionsim: interrupted by {number.name} while compiling kernels; 'frictionsim resume'"
-        " continues the sweep\n"
-    )
-    assert fs.open_sweep(tmp_path / "s.partial.h5").table.attributes["status"] == "interrupted"
-    # Had it been waited for, the code would be on the disk.
-    assert not list(cache.rglob("*.form"))
 
 
 def test_a_sweep_is_written_and_summarised(told: Run, here: Path) -> None:
@@ -125,21 +88,21 @@ def test_a_study_in_a_file_is_run(told: Run, here: Path) -> None:
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="signals of POSIX")
 @pytest.mark.parametrize("name", ["SIGINT", slow("SIGTERM")])
 def test_a_signal_keeps_what_is_done(name: str, told: Run, here: Path) -> None:
-    process = started(command(2000, "s.h5", "-j", "2", *ONE_BY_ONE), here)
-    journal_grows(here / "s.partial.h5.runs", process)
+    process = started(command(2000, "s.h5", "-j", "2"), here)
+    wait_for_runs(here / "s.partial.runs", process)
     os.killpg(process.pid, getattr(signal, name))  # as a terminal: workers, too
     out, err = process.communicate(timeout=30.0)
     assert process.returncode == 128 + getattr(signal, name), err
     assert out == b""
-    assert fs.open_sweep(here / "s.partial.h5").exit_code == process.returncode
-    table = fs.open_sweep(here / "s.partial.h5").table
+    assert fs.open_sweep(here / "s.partial.runs").exit_code == process.returncode
+    table = fs.open_sweep(here / "s.partial.runs").table
     done = int((table.status == 1).sum())
     assert 0 < done < 2000
     assert err.decode() == (
-        f"frictionsim: sweep interrupted: {done} of 2000 runs are saved in s.partial.h5;"
-        " 'frictionsim resume s.partial.h5' continues the sweep\n"
+        f"frictionsim: sweep interrupted: {done} of 2000 runs are saved in s.partial.runs;"
+        " 'frictionsim resume s.partial.runs' continues the sweep\n"
     )
-    assert os.listdir() == ["s.partial.h5"]
+    assert os.listdir() == ["s.partial.runs"]
 
 
 def test_a_belt_is_swept(told: Run, here: Path) -> None:
@@ -153,13 +116,18 @@ def test_a_belt_is_swept(told: Run, here: Path) -> None:
         assert file["status"][...].tolist() == [1, 1]
 
 
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="process groups of POSIX")
 def test_the_program_ends_its_workers(here: Path) -> None:
-    process = started(command(3000, "s.h5", "-j", "2", *ONE_BY_ONE), here)
-    journal_grows(here / "s.partial.h5.runs", process)
+    process = started(command(3000, "s.h5", "-j", "2"), here)
+    wait_for_runs(here / "s.partial.runs", process)
     process.kill()
     process.wait()
-    # The workers have this pipe, too: it ends when they do.
-    try:
-        process.communicate(timeout=10.0)
-    except subprocess.TimeoutExpired:
-        pytest.fail("a worker goes on without its parent")
+    # They are of the process group of their parent.
+    latest = time.monotonic() + 20.0
+    while time.monotonic() < latest:
+        try:
+            os.killpg(process.pid, 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.05)
+    pytest.fail("a worker goes on without its parent")

@@ -17,8 +17,7 @@ import frictionsim as fs
 from tests.support.scenarios import ROOT
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
 
-RUNS = 1500  # in many blocks of which some are done and some are not when one is seen
-ALONE = {**LOOSE, "output.channels": ["angle"]}  # runs one after the other take longer
+RUNS = 600  # in many blocks of which some are done and some are not when one is seen
 VARY = {LOAD: f"lin(2000, 2400, {RUNS})"}
 
 
@@ -43,10 +42,10 @@ def test_a_worker_that_is_killed_costs_nothing(cluster: Any, tmp_path: Path, cap
             os.kill(killed[0], signal.SIGKILL)
 
     serial, spread = tmp_path / "serial.h5", tmp_path / "spread.h5"
-    fs.sweep(PULLEY, VARY, ALONE, output=serial, workers=1)
+    fs.sweep(PULLEY, VARY, LOOSE, output=serial, workers=1)
     address = cluster.scheduler_address
     capfd.readouterr()
-    sweep = fs.sweep(PULLEY, VARY, ALONE, output=spread, dask=address, progress=kill_one)
+    sweep = fs.sweep(PULLEY, VARY, LOOSE, output=spread, dask=address, progress=kill_one)
     assert killed
     assert spread.read_bytes() == serial.read_bytes()
     assert sweep["status"].values.tolist() == [1] * RUNS
@@ -86,14 +85,34 @@ def test_a_worker_of_another_version_is_refused(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == ["other"]
 
 
-@pytest.mark.slow  # it waits for ten seconds
-def test_a_scheduler_that_does_not_answer_is_reported(tmp_path: Path) -> None:
+def test_a_scheduler_that_is_not_there_is_reported(tmp_path: Path) -> None:
     pytest.importorskip("distributed", reason="the extra dask is not installed")
-    with socket.create_server(("127.0.0.1", 0)) as silent:  # takes connections, and says nothing
-        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
-        with pytest.raises(fs.InputError, match=f"dask {address}: no scheduler answers there"):
-            fs.sweep(PULLEY, VARY, LOOSE, output=tmp_path / "s.h5", dask=address)
+    with socket.create_server(("127.0.0.1", 0)) as closed:
+        address = f"tcp://127.0.0.1:{closed.getsockname()[1]}"
+    with pytest.raises(fs.InputError, match=f"dask {address}: no scheduler with workers answers"):
+        fs.sweep(PULLEY, VARY, LOOSE, output=tmp_path / "s.h5", dask=address)
     assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.slow
+def test_a_lost_scheduler_ends_the_sweep_which_goes_on(tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed", reason="the extra dask is not installed")
+    lost = distributed.LocalCluster(n_workers=1, dashboard_address=":0", silence_logs=60)
+
+    def lose(step: Any) -> None:
+        if 0 < step.done < step.total:
+            lost.close()
+
+    with pytest.raises(fs.SolverError) as ended:
+        fs.sweep(
+            *(PULLEY, VARY, LOOSE),
+            output=tmp_path / "s.h5",
+            dask=lost.scheduler_address,
+            progress=lose,
+        )
+    assert ended.value.exit_code == 5
+    assert "dask: lost the connection to the scheduler" in str(ended.value)
+    assert fs.resume_sweep(tmp_path / "s.partial.runs", workers=2).status == "done"
 
 
 def test_a_missing_extra_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
