@@ -19,8 +19,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 ROOMS = (
-    *("api", "cli", "fitting", "io", "motion", "parameter_study", "plots", "reports"),
-    *("scenario", "simulation", "work_precision"),
+    *("api", "cli", "fits", "io", "motion", "sweeps", "plots", "reports"),
+    *("scenario", "simulation", "costs"),
 )
 KINDS = ("epicyclic", "marble_machine", "pulley", "shaft")
 FILES = ("display", "document")

@@ -11,10 +11,10 @@ from frictionsim.api.scenarios import with_overrides
 from frictionsim.display import number_text, ratio_text, set_line, study_text
 from frictionsim.document import Data, Document, Table
 from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_DONE, EXIT_SOLVER_FAILED, counted
-from frictionsim.fitting.data import STARTS, measured
-from frictionsim.fitting.data import FitOptions as FitOptions
-from frictionsim.fitting.fit import fit as fit_problem
-from frictionsim.fitting.outcome import (
+from frictionsim.fits.data import STARTS, measured
+from frictionsim.fits.data import FitOptions as FitOptions
+from frictionsim.fits.fit import fit as fit_problem
+from frictionsim.fits.outcome import (
     OUT_OF_REACH,
     Bootstrap,
     Finding,
@@ -22,7 +22,7 @@ from frictionsim.fitting.outcome import (
     TargetResiduals,
     outcome_json,
 )
-from frictionsim.fitting.problem import FitProblem, check_runs, free_keys
+from frictionsim.fits.problem import FitProblem, check_runs, free_keys
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.options import as_path
 from frictionsim.scenario.settings import Origin, Scenario
@@ -163,7 +163,7 @@ class Fit(ResultBase):
 
     Attributes
     ----------
-    data : frictionsim.fitting.outcome.FitOutcome
+    data : frictionsim.fits.outcome.FitOutcome
         The fit as plain data.
     source : str
         Path of the scenario; empty if it has none.

@@ -12,7 +12,6 @@ from frictionsim.api import result as results
 from frictionsim.api.sweep_result import Sweep, quantities_of, result_or_sweep
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.output_file import ANIMATIONS, PICTURE, check_apart, check_free
-from frictionsim.parameter_study.statistics import is_defined
 from frictionsim.plots import (
     ALL,
     check_applies,
@@ -30,6 +29,7 @@ from frictionsim.plots.style import Appearance
 from frictionsim.plots.sweep import draw_sweep
 from frictionsim.plots.view import Extent
 from frictionsim.scenario.options import as_list, as_path, by_name, text_of
+from frictionsim.sweeps.statistics import is_defined
 
 if TYPE_CHECKING:
     import xarray

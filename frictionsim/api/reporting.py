@@ -96,9 +96,9 @@ def _sweep_html(sweep: Sweep) -> str:
 def _pictures_of_sweep(table: "SweepTable") -> "Iterator[Picture]":
     """Yield the pictures of a sweep: the first varying quantities together, then each alone."""
     from frictionsim.document import Picture
-    from frictionsim.parameter_study.statistics import is_constant, is_defined, sound_values
     from frictionsim.plots.picture_file import image_for_page
     from frictionsim.plots.sweep import draw_sweep
+    from frictionsim.sweeps.statistics import is_constant, is_defined, sound_values
 
     defined = [name for name in table.values if is_defined(table, name)]
     varying = [name for name in defined if not is_constant(sound_values(table, name))]

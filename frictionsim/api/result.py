@@ -34,9 +34,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from frictionsim.parameter_study.sweep_csv import Writable
+    from frictionsim.costs.error_estimate import Estimate
     from frictionsim.scenario.settings import Origin, Scenario
-    from frictionsim.work_precision.error_estimate import Estimate
+    from frictionsim.sweeps.sweep_csv import Writable
 
 LOG = logging.getLogger(__name__)
 # Of more events, the table shows the first ones and the last.

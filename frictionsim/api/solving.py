@@ -210,7 +210,7 @@ def _simulate(
         path = None if files is None else files.write_last(done)
         estimate = None
         if options.estimate_error and done.status == "done":
-            from frictionsim.work_precision.error_estimate import estimate as estimate_errors
+            from frictionsim.costs.error_estimate import estimate as estimate_errors
 
             estimate = estimate_errors(scenario, done, monitor, steps)
     if stop is not None and stop.received:

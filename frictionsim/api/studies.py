@@ -7,6 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from frictionsim.api.result_base import Ending, ResultBase
 from frictionsim.api.scenarios import with_overrides
+from frictionsim.costs.settings import MAX_WALL, REPEATS
+from frictionsim.costs.settings import CostOptions as CostOptions
+from frictionsim.costs.study import study
+from frictionsim.costs.study_table import recommendations, table_json
 from frictionsim.display import error_text, number_text, short_text
 from frictionsim.document import Cell, Data, Document, Number, Table
 from frictionsim.errors import InputError
@@ -15,10 +19,6 @@ from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.options import as_path
 from frictionsim.scenario.settings import Origin, Scenario
 from frictionsim.simulation.monitor import RunMonitor
-from frictionsim.work_precision.settings import MAX_WALL, REPEATS
-from frictionsim.work_precision.settings import CostOptions as CostOptions
-from frictionsim.work_precision.study import study
-from frictionsim.work_precision.study_table import recommendations, table_json
 
 if TYPE_CHECKING:
     import xarray

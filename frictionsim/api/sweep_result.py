@@ -33,8 +33,12 @@ from frictionsim.io.sweep_table import (
     SobolIndices,
     SweepTable,
 )
-from frictionsim.parameter_study.design import SAMPLE, Sampling
-from frictionsim.parameter_study.statistics import (
+from frictionsim.results import finite
+from frictionsim.scenario.loading import origin_of
+from frictionsim.scenario.options import as_path
+from frictionsim.scenario.toml_data import toml_value
+from frictionsim.sweeps.design import SAMPLE, Sampling
+from frictionsim.sweeps.statistics import (
     Extremes,
     Group,
     Statistics,
@@ -48,10 +52,6 @@ from frictionsim.parameter_study.statistics import (
     variation,
     varied_values,
 )
-from frictionsim.results import finite
-from frictionsim.scenario.loading import origin_of
-from frictionsim.scenario.options import as_path
-from frictionsim.scenario.toml_data import toml_value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -60,7 +60,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from frictionsim.parameter_study.sweep_csv import Writable
+    from frictionsim.sweeps.sweep_csv import Writable
 
 
 class Sweep(ResultBase):
@@ -155,7 +155,7 @@ class Sweep(ResultBase):
 
     def save_csv(self, path: Path) -> None:
         """Write a line for each run, and the Sobol indices of a sample beside it."""
-        from frictionsim.parameter_study.sweep_csv import write_csv
+        from frictionsim.sweeps.sweep_csv import write_csv
 
         write_csv(self.table, path)
 
@@ -171,7 +171,7 @@ class Sweep(ResultBase):
 
     def write_csv(self, file: "Writable") -> None:
         """Write a line for each run."""
-        from frictionsim.parameter_study.sweep_csv import write_lines
+        from frictionsim.sweeps.sweep_csv import write_lines
 
         write_lines(self.table, file)
 

@@ -33,25 +33,6 @@ from frictionsim.io.result_reader import is_unfinished_sweep
 from frictionsim.io.sweep_file import write_sweep
 from frictionsim.io.sweep_journal import SweepJournal, UnfinishedSweep, read_unfinished
 from frictionsim.io.sweep_table import FAILED, RunBlock, SweepTable, with_blocks
-from frictionsim.parameter_study.design import METHODS as METHODS
-from frictionsim.parameter_study.design import SAMPLE, Design, design_of
-from frictionsim.parameter_study.outcomes import SweepPlan, completed, remaining_runs
-from frictionsim.parameter_study.run_blocks import Work, check_combinations, run_blocks
-from frictionsim.parameter_study.study_file import SweepOptions as SweepOptions
-from frictionsim.parameter_study.study_file import (
-    SweepStudy,
-    check_not_fixed,
-    is_study,
-    study_of,
-    study_toml,
-)
-from frictionsim.parameter_study.workers import (
-    ProcessPool,
-    Workers,
-    available_cores,
-    dask_cluster,
-    process_pool,
-)
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import ScenarioSource, read_toml
 from frictionsim.scenario.options import Options, as_path, function_of
@@ -65,6 +46,25 @@ from frictionsim.simulation.monitor import (
     StopSignals,
     SweepProgress,
     monitor_of,
+)
+from frictionsim.sweeps.design import METHODS as METHODS
+from frictionsim.sweeps.design import SAMPLE, Design, design_of
+from frictionsim.sweeps.outcomes import SweepPlan, completed, remaining_runs
+from frictionsim.sweeps.run_blocks import Work, check_combinations, run_blocks
+from frictionsim.sweeps.study_file import SweepOptions as SweepOptions
+from frictionsim.sweeps.study_file import (
+    SweepStudy,
+    check_not_fixed,
+    is_study,
+    study_of,
+    study_toml,
+)
+from frictionsim.sweeps.workers import (
+    ProcessPool,
+    Workers,
+    available_cores,
+    dask_cluster,
+    process_pool,
 )
 from frictionsim.version import __version__
 

@@ -446,7 +446,7 @@ def _check_csv(csv: Path | None, target: Path, no_clobber: bool, indices: bool) 
     if csv is None:
         return
     from frictionsim.io.output_file import check_apart, check_free, check_output
-    from frictionsim.parameter_study.sweep_csv import files_of_sweep_in_csv
+    from frictionsim.sweeps.sweep_csv import files_of_sweep_in_csv
 
     check_apart({"-o": target, "--csv": csv})
     for path, kind in files_of_sweep_in_csv(csv, indices).items():

@@ -12,7 +12,7 @@ folder itself exports
     EXAMPLE               TOML text of a scenario to start from; for kinds from outside the package,
                           which have no scenario of their name in `scenarios/`
 
-and, to replace the defaults of `frictionsim.work_precision`, ladders(scenario, tolerances),
+and, to replace the defaults of `frictionsim.costs`, ladders(scenario, tolerances),
 references(scenario, rtol) and tighter(scenario): the settings of a study, its references, and the
 more accurate setting of `solve --estimate-error`. A kind with a mesh may have mesh_study, with what
 `belt_drive.mesh_study` has: a study then compares meshes, too.

@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     from matplotlib.figure import Figure, SubFigure
 
-    from frictionsim.fitting.data import Target
-    from frictionsim.fitting.outcome import FitOutcome, TargetResiduals
+    from frictionsim.fits.data import Target
+    from frictionsim.fits.outcome import FitOutcome, TargetResiduals
     from frictionsim.io.cost_table import CostTable
 
     Array = npt.NDArray[np.float64]

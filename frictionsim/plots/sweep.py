@@ -20,16 +20,6 @@ from matplotlib.lines import Line2D
 
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.io.sweep_table import AUDIT_FAILED, FAILED, NOT_RUN, SweepTable
-from frictionsim.parameter_study.design import SAMPLE
-from frictionsim.parameter_study.sensitivity import indices_of
-from frictionsim.parameter_study.statistics import (
-    counts,
-    independent_runs,
-    is_constant,
-    sound_values,
-    statistics_of,
-    variation,
-)
 from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.style import (
     MAX_LINES,
@@ -60,6 +50,16 @@ from frictionsim.plots.sweep_panels import (
     legend_of_sample,
     norm_of,
     outcomes_of,
+)
+from frictionsim.sweeps.design import SAMPLE
+from frictionsim.sweeps.sensitivity import indices_of
+from frictionsim.sweeps.statistics import (
+    counts,
+    independent_runs,
+    is_constant,
+    sound_values,
+    statistics_of,
+    variation,
 )
 
 if TYPE_CHECKING:

@@ -21,11 +21,11 @@ from frictionsim.display import (
     with_unit,
 )
 from frictionsim.io.sweep_table import AUDIT_FAILED, DONE, FAILED, NOT_RUN, SweepTable
-from frictionsim.parameter_study.sensitivity import SensitivityIndices
-from frictionsim.parameter_study.statistics import Statistics, is_constant, sound_values
 from frictionsim.plots.style import Style, axis_label, grid, line_style
 from frictionsim.plots.sweep_axes import MAX_WORD, KeyAxis, short_keys
 from frictionsim.plots.texts import LITERAL, literal
+from frictionsim.sweeps.sensitivity import SensitivityIndices
+from frictionsim.sweeps.statistics import Statistics, is_constant, sound_values
 
 if TYPE_CHECKING:
     from frictionsim.results import Array

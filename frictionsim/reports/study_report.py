@@ -9,16 +9,6 @@ from frictionsim.display import labelled, set_line
 from frictionsim.document import Block, Cell, Document, Number, Picture, Table
 from frictionsim.io.cost_table import CostTable
 from frictionsim.io.sweep_table import DONE, SweepTable
-from frictionsim.parameter_study.design import SAMPLE
-from frictionsim.parameter_study.sensitivity import SensitivityIndices, indices_of
-from frictionsim.parameter_study.statistics import (
-    extremes,
-    grouped,
-    is_constant,
-    is_defined,
-    sound_values,
-    varied_values,
-)
 from frictionsim.reports.html import (
     Html,
     folded,
@@ -30,6 +20,16 @@ from frictionsim.reports.html import (
     study_table,
 )
 from frictionsim.reports.page import study_page
+from frictionsim.sweeps.design import SAMPLE
+from frictionsim.sweeps.sensitivity import SensitivityIndices, indices_of
+from frictionsim.sweeps.statistics import (
+    extremes,
+    grouped,
+    is_constant,
+    is_defined,
+    sound_values,
+    varied_values,
+)
 
 MAX_KEYS, MAX_QUANTITIES = 30, 60  # columns of the table of runs
 MAX_WITH_INDICES = 6  # quantities

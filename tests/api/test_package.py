@@ -87,7 +87,7 @@ LEAVES = {
         *("COSTS", "PICTURE", "SCENARIO"),
         *("check_apart", "check_free", "check_output", "discard_parts"),
     },
-    "frictionsim.parameter_study.sweep_csv": {"files_of_sweep_in_csv"},
+    "frictionsim.sweeps.sweep_csv": {"files_of_sweep_in_csv"},
     # text of others on streams that may fail
     "frictionsim.io.terminal": {
         *("ReaderGone", "Stdout", "is_terminal", "print_on_stderr", "visible", "write_on_stderr")

@@ -314,10 +314,10 @@ import frictionsim as fs
 from pathlib import Path
 from frictionsim.io.sweep_file import write_sweep
 from frictionsim.io.sweep_table import RunBlock, with_blocks
-from frictionsim.parameter_study.design import design_of
-from frictionsim.parameter_study.outcomes import SweepPlan, completed
-from frictionsim.parameter_study.study_file import SweepOptions, SweepStudy, study_toml
-from frictionsim.parameter_study.values import values_of
+from frictionsim.sweeps.design import design_of
+from frictionsim.sweeps.outcomes import SweepPlan, completed
+from frictionsim.sweeps.study_file import SweepOptions, SweepStudy, study_toml
+from frictionsim.sweeps.values import values_of
 runs, path = int(sys.argv[1]), Path(sys.argv[2])
 keys = {"mechanism.load": values_of("mechanism.load", "normal(2200.0, 50.0)"),
         "mechanism.inertia": values_of("mechanism.inertia", "uniform(1.0, 2.0)")}

@@ -9,7 +9,7 @@ import pytest
 
 import frictionsim as fs
 from tests.cli.conftest import Run, strict_json
-from tests.fitting.measurements import LOAD, MU_K, MU_S, PULLEY, pulley, series, write_csv
+from tests.fits.measurements import LOAD, MU_K, MU_S, PULLEY, pulley, series, write_csv
 
 SET = ("--set", "solver.duration=1.5", "--set", "solver.rtol=1e-8")
 ONE = ("--free", f"{MU_S}=0.1:0.4", "--channel", "angular_velocity", "--starts", "1")

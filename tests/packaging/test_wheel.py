@@ -27,8 +27,8 @@ SOME_TESTS = (
     *("tests/api/test_load.py", "tests/api/test_solve.py", "tests/io/test_hdf5.py"),
     *("tests/mechanisms/test_effects.py", "tests/mechanisms/test_statics.py"),
     *("tests/motion/test_frames.py", "tests/packaging/test_metadata.py"),
-    *("tests/parameter_study/test_design.py", "tests/scenario/test_shipped.py"),
-    *("tests/solvers/test_published_law.py", "tests/work_precision/test_error_estimate.py"),
+    *("tests/sweeps/test_design.py", "tests/scenario/test_shipped.py"),
+    *("tests/solvers/test_published_law.py", "tests/costs/test_error_estimate.py"),
 )
 # In turn, in one folder that is empty at first.
 COMMANDS = {

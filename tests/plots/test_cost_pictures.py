@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 
 from frictionsim.io.cost_table import read_csv
 from frictionsim.plots.studies import STRIP, cost_diagram
+from tests.costs.made import made_row as row
+from tests.costs.made import made_table
 from tests.support.cases import one_in, slow
-from tests.work_precision.made import made_row as row
-from tests.work_precision.made import made_table
 
 
 def drawn(rows: list[dict[str, Any]], uncertainty: float = 0.0) -> Figure:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from tests.fitting.measurements import FORCE, SLOPE, frictionless
+from tests.fits.measurements import FORCE, SLOPE, frictionless
 
 TIME = np.linspace(0.1, 0.9, 9)
 

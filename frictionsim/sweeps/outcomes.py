@@ -9,12 +9,12 @@ import numpy as np
 
 from frictionsim.io.sweep_journal import planned_table
 from frictionsim.io.sweep_table import NOT_RUN, RUN, TEXTS, Coordinate, RunBlock, SweepTable
-from frictionsim.parameter_study.design import GRID, Design
-from frictionsim.parameter_study.sensitivity import sobol_indices_of
 from frictionsim.results import Quantities
 from frictionsim.scenario.model_fields import description_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.toml_data import toml_value
+from frictionsim.sweeps.design import GRID, Design
+from frictionsim.sweeps.sensitivity import sobol_indices_of
 from frictionsim.version import __version__
 
 

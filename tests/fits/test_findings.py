@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionsim as fs
-from tests.fitting.measurements import (
+from tests.fits.measurements import (
     DAMPING,
     FORCE,
     LOAD,

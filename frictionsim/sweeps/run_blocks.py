@@ -15,12 +15,12 @@ from typing import Any, NamedTuple
 
 from frictionsim.errors import WorkerDied
 from frictionsim.io.sweep_table import RunBlock
-from frictionsim.parameter_study.design import Design
-from frictionsim.parameter_study.outcomes import block_of
-from frictionsim.parameter_study.single_run import DIGITS, NO_MONITOR, outcome_of
-from frictionsim.parameter_study.workers import IDLE, InProcess, Workers, note_current
 from frictionsim.simulation.combinations import Combinations, combination_text
 from frictionsim.simulation.monitor import RunMonitor
+from frictionsim.sweeps.design import Design
+from frictionsim.sweeps.outcomes import block_of
+from frictionsim.sweeps.single_run import DIGITS, NO_MONITOR, outcome_of
+from frictionsim.sweeps.workers import IDLE, InProcess, Workers, note_current
 
 SECONDS = 0.3  # of a block, which a kill may lose
 SECONDS_BETWEEN_TICKS = 0.1

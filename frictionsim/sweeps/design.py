@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.io.sweep_table import RUN
-from frictionsim.parameter_study.values import MAX_RUNS, Distribution, Levels, VariedValues
 from frictionsim.scenario.toml_data import toml_value
+from frictionsim.sweeps.values import MAX_RUNS, Distribution, Levels, VariedValues
 
 if TYPE_CHECKING:
     from frictionsim.results import Array

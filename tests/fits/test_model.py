@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from tests.fitting.measurements import PULLEY
+from tests.fits.measurements import PULLEY
 from tests.support.problems import BREAKAWAY, P_END, P_START, T_RAMP, SlipOnRamp
 
 ON_RAMP = SlipOnRamp(P_START, (P_END - P_START) / T_RAMP, BREAKAWAY, 0.0, 1)

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 import frictionsim as fs
+from tests.costs.made import made_row, made_table, said_of
 from tests.support.scenarios import ROOT, pulley
-from tests.work_precision.made import made_row, made_table, said_of
 
 PERCENT = (1.0, 0.1, 0.01)
 

@@ -14,10 +14,10 @@ import numpy as np
 
 from frictionsim.errors import InputError
 from frictionsim.io.sweep_table import AUDIT_FAILED, DONE, FAILED, NOT_RUN, SweepTable
-from frictionsim.parameter_study.design import SAMPLE, Sampling
-from frictionsim.parameter_study.study_file import options_of
-from frictionsim.parameter_study.values import Distribution
 from frictionsim.scenario.toml_data import toml_tables
+from frictionsim.sweeps.design import SAMPLE, Sampling
+from frictionsim.sweeps.study_file import options_of
+from frictionsim.sweeps.values import Distribution
 
 if TYPE_CHECKING:
     from frictionsim.results import Array

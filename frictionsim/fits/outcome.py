@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import counted
-from frictionsim.fitting.problem import FitProblem, FreeKey, Model
-from frictionsim.fitting.search import Minimum
+from frictionsim.fits.problem import FitProblem, FreeKey, Model
+from frictionsim.fits.search import Minimum
 from frictionsim.results import finite
 
 if TYPE_CHECKING:
-    from frictionsim.fitting.data import Measured
+    from frictionsim.fits.data import Measured
     from frictionsim.results import Array
     from frictionsim.scenario.settings import Scenario
 

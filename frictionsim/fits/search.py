@@ -23,8 +23,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import SolverError
-from frictionsim.fitting.problem import FitProblem, Model, latin_hypercube
-from frictionsim.parameter_study.workers import available_cores, process_pool
+from frictionsim.fits.problem import FitProblem, Model, latin_hypercube
+from frictionsim.sweeps.workers import available_cores, process_pool
 
 if TYPE_CHECKING:
     from frictionsim.results import Array

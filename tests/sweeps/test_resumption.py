@@ -194,7 +194,7 @@ def test_a_sample_is_not_drawn_again(tmp_path: Path, monkeypatch: pytest.MonkeyP
     options: dict[str, Any] = {"sample": 6, "seed": 3, "method": "lhs", "vary": SAMPLE}
     sweep(tmp_path / "t.h5", **options)
     part = interrupted(tmp_path, 2, **options)
-    monkeypatch.delattr("frictionsim.parameter_study.design._points")
+    monkeypatch.delattr("frictionsim.sweeps.design._points")
     fs.resume_sweep(part, workers=1)
     assert (tmp_path / "s.h5").read_bytes() == (tmp_path / "t.h5").read_bytes()
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from frictionsim.fitting.data import Target
-from frictionsim.fitting.problem import FreeKey
+from frictionsim.fits.data import Target
+from frictionsim.fits.problem import FreeKey
 
 if TYPE_CHECKING:
     from frictionsim.results import Array

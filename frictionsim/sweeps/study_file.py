@@ -21,8 +21,6 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from frictionsim.errors import InputError
-from frictionsim.parameter_study.design import Sampling
-from frictionsim.parameter_study.values import Distribution, VariedValues, values_by_key
 from frictionsim.scenario.loading import load, load_tables
 from frictionsim.scenario.model_fields import names_in
 from frictionsim.scenario.model_validation import ValidationFailure, key_text, validate_table
@@ -30,6 +28,8 @@ from frictionsim.scenario.options import Options, by_name
 from frictionsim.scenario.schema import inconsistent
 from frictionsim.scenario.shipped import scenario_file
 from frictionsim.scenario.toml_data import keys_and_values
+from frictionsim.sweeps.design import Sampling
+from frictionsim.sweeps.values import Distribution, VariedValues, values_by_key
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 import frictionsim as fs
-from tests.fitting.measurements import (
+from tests.fits.measurements import (
     DAMPING,
     FORCE,
     LOAD,
@@ -315,8 +315,8 @@ def test_intervals_stay_within_the_bounds(bounds: tuple[float, float]) -> None:
 
 def resampled(monkeypatch: pytest.MonkeyPatch, cores: int, **options: Any) -> fs.Fit:
     """Return a fit with resamples on a number of cores, however little time they take."""
-    monkeypatch.setattr("frictionsim.fitting.search.SECONDS_THAT_PAY", 0.0)
-    monkeypatch.setattr("frictionsim.fitting.search.available_cores", lambda: cores)
+    monkeypatch.setattr("frictionsim.fits.search.SECONDS_THAT_PAY", 0.0)
+    monkeypatch.setattr("frictionsim.fits.search.available_cores", lambda: cores)
     return fit_line(line(0.1, seed=5, count=6), bootstrap=20, **options)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from tests.fitting.measurements import FORCE, LOAD, MU_S, SLOPE, frictionless, pulley
+from tests.fits.measurements import FORCE, LOAD, MU_S, SLOPE, frictionless, pulley
 from tests.support.scenarios import SCENARIOS
 
 

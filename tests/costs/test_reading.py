@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 import frictionsim as fs
+from tests.costs.made import made_row, made_table, said_of
 from tests.support.scenarios import pulley
-from tests.work_precision.made import made_row, made_table, said_of
 
 
 @pytest.fixture(scope="module")

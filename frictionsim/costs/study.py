@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from frictionsim.costs.settings import CostOptions, Plan, variant
+from frictionsim.costs.study_table import SECONDS_OF_REPEATS, Row, columns_of, greatest
 from frictionsim.display import set_line
 from frictionsim.errors import EXIT_DONE, InputError, SolverError
 from frictionsim.io.cost_table import CostTable, Error
@@ -16,8 +18,6 @@ from frictionsim.scenario.methods import METHODS
 from frictionsim.scenario.variants import Setting
 from frictionsim.simulation.monitor import Monitors, RunMonitor, WallTimeLimit
 from frictionsim.simulation.simulate import run
-from frictionsim.work_precision.settings import CostOptions, Plan, variant
-from frictionsim.work_precision.study_table import SECONDS_OF_REPEATS, Row, columns_of, greatest
 
 if TYPE_CHECKING:
     from frictionsim.results import Array, Metric

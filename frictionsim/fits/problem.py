@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 import numpy as np
 
 from frictionsim.errors import ArgumentError, InputError, ScenarioError, unknown
-from frictionsim.fitting.data import Measured, Target
+from frictionsim.fits.data import Measured, Target
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.model_fields import expanded, fields_of_key, names_in, unit_of_key
 from frictionsim.scenario.units import factor, fits

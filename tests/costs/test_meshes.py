@@ -16,8 +16,8 @@ from frictionsim.io.cost_table import read_csv
 from frictionsim.mechanisms.belt_drive import mesh_study
 from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.plots.studies import cost_diagram
+from tests.costs.made import made_row, made_table
 from tests.support.scenarios import SCENARIOS
-from tests.work_precision.made import made_row, made_table
 
 BELT, PULLEY = str(SCENARIOS / "belt_drive.toml"), str(SCENARIOS / "pulley.toml")
 QUANTITIES = {

@@ -8,7 +8,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import InputError
-from tests.fitting.measurements import FORCE, MU_S, SLOPE, frictionless, pulley
+from tests.fits.measurements import FORCE, MU_S, SLOPE, frictionless, pulley
 
 TIME = np.linspace(0.1, 0.9, 9)
 VELOCITY = SLOPE * 200.0 * TIME  # of a force of 300 N

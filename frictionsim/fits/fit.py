@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionsim.errors import ArgumentError, counted
-from frictionsim.fitting.data import FitOptions
-from frictionsim.fitting.outcome import (
+from frictionsim.fits.data import FitOptions
+from frictionsim.fits.outcome import (
     DONE,
     NO_SCATTER,
     OUT_OF_REACH,
@@ -27,8 +27,8 @@ from frictionsim.fitting.outcome import (
     run_warnings,
     start_of,
 )
-from frictionsim.fitting.problem import FitProblem
-from frictionsim.fitting.search import (
+from frictionsim.fits.problem import FitProblem
+from frictionsim.fits.search import (
     EVALUATIONS_OF_A_KEY,
     MAX_ITERATIONS,
     Minimum,
@@ -36,7 +36,7 @@ from frictionsim.fitting.search import (
     minima,
     search,
 )
-from frictionsim.fitting.uncertainty import (
+from frictionsim.fits.uncertainty import (
     JUMP,
     JUMPS,
     NO_BETTER,

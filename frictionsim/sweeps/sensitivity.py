@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.io.sweep_table import SOBOL, SobolIndices, SweepTable
-from frictionsim.parameter_study.design import Sampling
-from frictionsim.parameter_study.statistics import sound_values, variation
+from frictionsim.sweeps.design import Sampling
+from frictionsim.sweeps.statistics import sound_values, variation
 
 if TYPE_CHECKING:
     import numpy.typing as npt

@@ -7,12 +7,12 @@ from frictionsim.errors import FrictionsimError, OutputError
 from frictionsim.io.names import partial_name
 from frictionsim.io.result_writer import write
 from frictionsim.io.sweep_table import AUDIT_FAILED, DONE, FAILED
-from frictionsim.parameter_study.outcomes import RunOutcome
 from frictionsim.results import failures
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.simulate import RunSummary, run, summary_of_run
+from frictionsim.sweeps.outcomes import RunOutcome
 
 INTERNAL = "internal_error"
 DIGITS = 7  # of the number in the name of a result
