@@ -113,7 +113,10 @@ class Output(Params):
     )
     at_events: bool = Field(True, description="Add a sample at each event.")
     checkpoint: float | None = unit_field(
-        "s", "Wall time between checkpoints of the result so far; 0 for none. [60]", None, ge=0
+        "s",
+        "Wall time between checkpoints of the result so far; without it 60, 0 for none.",
+        None,
+        ge=0,
     )
     channels: Annotated[tuple[str, ...], Field(strict=False)] | None = Field(
         None,

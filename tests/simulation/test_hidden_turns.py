@@ -43,7 +43,10 @@ def belt(speed: float, interval: float) -> fs.Scenario:
             "kind": "belt_drive",
             "mechanism": {"belt": belt, "pulleys": pulleys},
             "drive": {"a": {"speed": speed}},
-            "effects": {"belt_friction": {"mu_s": 0.3, "mu_k": 0.3}},
+            "effects": {
+                "belt_friction": {"mu_s": 0.3, "mu_k": 0.3},
+                "axial_damping": {"coefficient": 5.0},
+            },
             "solver": {"duration": 0.1, "backend": "moreau"},
             "output": {"interval": interval},
         }
