@@ -118,7 +118,7 @@ class Interrupted(SolverError):
 
     def __init__(self, signal_number: int, time: float) -> None:
         super().__init__(f"by {Signals(signal_number).name} at t = {time:.9g} s")
-        self.exit_code = EXIT_SIGNAL + signal_number
+        self.exit_code, self.signal_number = EXIT_SIGNAL + signal_number, signal_number
         self._arguments: tuple[Any, ...] = signal_number, time
 
     def __reduce__(self) -> tuple[Any, ...]:

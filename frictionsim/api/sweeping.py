@@ -23,10 +23,12 @@ from frictionsim.errors import (
 )
 from frictionsim.io.names import (
     check_names,
+    is_same_file,
     resumable_name,
     unfinished_beside,
     unfinished_sweep_name,
     warn_of_name,
+    whole_name,
 )
 from frictionsim.io.output_file import SWEEP, UNFINISHED_SWEEP, check_output
 from frictionsim.io.result_reader import is_unfinished_sweep
@@ -328,7 +330,7 @@ def resume_study(
     path = incomplete.path
     assert path is not None, "it is of a file"
     if not is_unfinished_sweep(path):
-        beside = unfinished_beside(path) or "; there is nothing to resume"
+        beside = unfinished_beside(whole_name(path)) or "; there is nothing to resume"
         is_done = incomplete.status == "done"
         what = "this sweep is done" if is_done else "this is a copy of a sweep that is not done"
         raise InputError(f"{path}: {what}{beside}")
@@ -337,7 +339,12 @@ def resume_study(
         whole = found.whole(path) if output is None else output
         _check_files(whole, path, execution.no_clobber)
         plan = _resumed_plan(path, found, whole)
-        is_own = unfinished_sweep_name(whole) == path
+        is_own = is_same_file(unfinished_sweep_name(whole), path)
+        if plan.series is not None and not is_own:
+            raise InputError(
+                f"{path}: cannot resume this sweep into another file: the results of its runs are"
+                " in a folder beside it; resume it without another name"
+            )
         run = _SweepRun(plan, found.planned, found.blocks, whole, journal if is_own else None)
         return run.run(execution)
 
@@ -348,7 +355,7 @@ def _check_files(whole: Path, resumed: Path | None, no_clobber: bool) -> None:
     check_names(whole, unfinished, resumed, SWEEP, no_clobber)
     check_output(whole, SWEEP)
     check_output(unfinished, UNFINISHED_SWEEP)
-    if unfinished != resumed and unfinished.is_file():
+    if not is_same_file(unfinished, resumed) and unfinished.is_file():
         SweepJournal(unfinished).close()  # raises unless it is empty
     warn_of_name(whole)
 
@@ -483,7 +490,7 @@ class _SweepRun:
                     journal.remove()
                 raise
             except (Interrupted, KeyboardInterrupt) as error:
-                number = getattr(error, "signal_number", SIGINT)
+                number = error.signal_number if isinstance(error, Interrupted) else SIGINT
                 self._stop(journal, f"interrupted by {Signals(number).name}")
                 kept = self._kept(journal)
                 is_signal = isinstance(error, Interrupted)
@@ -500,6 +507,7 @@ class _SweepRun:
 
     def _open_journal(self, whole: Path) -> SweepJournal:
         if self._journal is not None:
+            _make_series_folder(self._plan.series, self._planned.attributes["study"])
             return self._journal
         journal = SweepJournal(unfinished_sweep_name(whole))
         try:

@@ -167,8 +167,13 @@ def recommendations(table: CostTable) -> list[Advice]:
     return [_cheapest(table, wanted) for wanted in TARGET_ERRORS]
 
 
+def _is_sound(row: Mapping[str, Any]) -> bool:
+    """Return whether a run is done and has passed its audit."""
+    return row["status"] == "done" and not row.get("reason")
+
+
 def _cheapest(table: CostTable, wanted: float) -> Advice:
-    rows = [row for row in table.rows if row["error"] <= wanted and row["status"] == "done"]
+    rows = [row for row in table.rows if row["error"] <= wanted and _is_sound(row)]
     rows = [row for row in rows if table.floor <= wanted and _holds(row, table.rows, wanted)]
     is_by_work = len(rows) > 1 and any(
         row.get("repeats") == 1 and row["wall_seconds"] < SECONDS_OF_REPEATS for row in rows

@@ -366,7 +366,7 @@ def _column_target(
         kind="quantity",
         unit=given or found.unit,
         values=values[rows],
-        sigma=_sigma(source, name, size, columns, rows),
+        sigma=_sigma(source, name, size, columns, rows, given or found.unit),
         times=np.empty(0),
         runs=rows,
         group=name,
@@ -378,13 +378,25 @@ def _column_target(
 
 
 def _sigma(
-    source: FitOptions, name: str, size: float, columns: _Columns | None, rows: Any
+    source: FitOptions,
+    name: str,
+    size: float,
+    columns: _Columns | None,
+    rows: Any,
+    data_unit: str = "",
 ) -> "Array | None":
-    """Return the standard deviations of a target; None if none are given."""
+    """Return the standard deviations of a target, in the unit of its data; None without any."""
     sigma = source.sigma.get(name)
     if sigma is None:
         return None
     if isinstance(sigma, str) and columns is not None:
+        own = columns.column(sigma)
+        if own.is_certain and own.unit and data_unit and own.unit != data_unit:
+            raise ArgumentError(
+                "sigma",
+                f"{name}: the column '{sigma}' is in {own.unit}, the data are in {data_unit}; give"
+                " both in one unit",
+            )
         values = columns.values[sigma][rows] * size
     else:
         values = np.full(len(rows), sigma * size if isinstance(sigma, int | float) else np.nan)

@@ -29,7 +29,7 @@ from frictionsim.sweeps.workers import available_cores, process_pool
 if TYPE_CHECKING:
     from frictionsim.results import Array
 
-FAILED = 1e6  # residual of a failed run, in units of the spread of the data
+FAILED = 1e6  # residual of a failed run, in units of the spread or the size of the data
 SCANNED = 12  # points for each start
 APART = 0.1  # of the bounds: least distance of starts
 MIN_STEP, MAX_STEP = 3e-4, 1e-2  # of differences, as a part of the bounds
@@ -80,7 +80,8 @@ class Search:
         """Return the weighted residuals at a place; large ones of a failed run."""
         model = self.problem.model(x).values
         if model is None:
-            return np.asarray(self.weights * self.problem.data.scale * FAILED)
+            size = np.maximum(self.problem.data.scale, np.abs(self.measured))
+            return np.asarray(self.weights * size * FAILED)
         return np.asarray((model - self.measured) * self.weights)
 
     def cost(self, x: "Array") -> float:

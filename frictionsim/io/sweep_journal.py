@@ -80,11 +80,13 @@ class SweepJournal:
             self._lock()
             if not is_new:
                 self._remove_torn_line()
-            elif self._file.tell():
+            elif _begins(path):
                 raise OutputError(
                     f"{path}: this is an interrupted sweep: 'frictionsim resume {path}' continues"
                     " it; give another name, or remove it"
                 )
+            else:
+                self._file.truncate(0)  # of a process that was killed before there was a line
         except BaseException:
             self._file.close()
             raise
@@ -166,6 +168,14 @@ class SweepJournal:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _begins(path: Path) -> bool:
+    """Return whether a journal has its first line, whole."""
+    try:
+        return next(_sound_lines(path.read_bytes()), None) is not None
+    except ValueError:
+        return False
 
 
 def _type_of(values: Any) -> str:

@@ -183,7 +183,7 @@ def summary_of_run(scenario: "Scenario", monitor: RunMonitor) -> RunSummary:
     with overflow_refused():
         simulation: Simulation = mechanism_module(scenario.kind).simulation(scenario)
     check_memory(scenario, simulation, {})
-    outcome = _solve(simulation, monitor, monitor, _keep_nothing, _Clock())
+    outcome = _solve(simulation, monitor, _watching_memory(monitor), _keep_nothing, _Clock())
     data = simulation.observe()
     status, reason, failure, _ = _judged(outcome, data)
     warnings, quantities = _warnings(scenario, simulation, data), defined(data.quantities)

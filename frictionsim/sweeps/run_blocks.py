@@ -24,7 +24,6 @@ from frictionsim.sweeps.workers import IDLE, InProcess, Workers, note_current
 
 SECONDS = 0.3  # of a block, which a kill may lose
 SECONDS_BETWEEN_TICKS = 0.1
-STEPS_BETWEEN_TICKS = 256  # reading the clock costs a tenth of a step
 MOST = 1000  # runs that a worker is given at once
 PIECES = 8  # of the runs that are left for each worker, so that all end at about the same time
 CHECKED = 64  # combinations between two ticks, which take some milliseconds
@@ -83,6 +82,7 @@ def run_blocks(
     except _SweepStopped as stopped:
         raise stopped.reason from None
     except workers.deaths as error:
+        monitor(0.0)  # a signal to all processes of a group is one to this sweep
         named = _in_progress(workers, design, pending.values())
         raise WorkerDied(f"{workers.death(error)}; in progress: {named}") from None
 
@@ -121,14 +121,13 @@ class _StepMonitor(RunMonitor):
     """The monitor of the runs in this process, which calls that of the sweep."""
 
     def __init__(self, sweep: RunMonitor) -> None:
-        self._sweep, self._calls, self._last = sweep, 0, monotonic()
+        self._sweep, self._last = sweep, monotonic()
 
     def compiling(self, expected: float) -> AbstractContextManager[None]:
         return self._sweep.compiling(expected)
 
     def __call__(self, t: float, /) -> None:
-        self._calls += 1
-        if self._calls % STEPS_BETWEEN_TICKS or monotonic() - self._last < SECONDS_BETWEEN_TICKS:
+        if monotonic() - self._last < SECONDS_BETWEEN_TICKS:
             return
         self._last = monotonic()
         try:

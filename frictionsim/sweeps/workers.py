@@ -24,8 +24,10 @@ from frictionsim.simulation import memory
 from frictionsim.version import __version__
 
 IDLE = -1  # in the place of the number of a run
-# A terminal sends these to all of its processes; the parent handles them.
-PARENT_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasattr(signal, name)]
+# Terminals and shells send these to all of a group of processes; the parent handles them.
+PARENT_SIGNALS = [
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+]
 SECONDS_TO_BREAK = 1.0  # of a pool, after the death of a worker
 LOCAL = "local:"  # what the address of a cluster begins with that is started here
 SECONDS_TO_ANSWER = 10.0  # of a scheduler
@@ -77,9 +79,10 @@ class ProcessPool(Workers):
         self.count, self.capacity = count, 2 * count
         context = multiprocessing.get_context("fork" if may_fork() else "spawn")
         self._begun, self._current = context.Value("i", 0), context.RawArray("q", [IDLE] * count)
-        self._others = {*multiprocessing.active_children()}
+        self._numbers = context.RawArray("q", count)  # of the processes
         self._died = 0.0
-        self._pool = ProcessPoolExecutor(count, context, _begin, (self._begun, self._current))
+        shared = self._begun, self._current, self._numbers
+        self._pool = ProcessPoolExecutor(count, context, _begin, shared)
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
         """Queue a call."""
@@ -116,7 +119,8 @@ class ProcessPool(Workers):
             raise BrokenExecutor
 
     def _processes(self) -> list[Any]:
-        return [one for one in multiprocessing.active_children() if one not in self._others]
+        own = {*self._numbers}
+        return [one for one in multiprocessing.active_children() if one.pid in own]
 
     def close(self) -> None:
         """End the workers, whatever they do."""
@@ -159,17 +163,17 @@ def note_current(run: int) -> None:
         array[place] = run
 
 
-def _begin(begun: Any, current: Any) -> None:
+def _begin(begun: Any, current: Any, numbers: Any) -> None:
     """Prepare a worker: the signals and the end of the parent, and one thread for each core."""
-    from threadpoolctl import threadpool_limits
-
     for number in PARENT_SIGNALS:
         signal.signal(number, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    memory.processes = len(current)
     with begun.get_lock():
-        _current[:] = [(current, begun.value % len(current))]
+        place = begun.value % len(current)
+        _current[:], numbers[place] = [(current, place)], os.getpid()
         begun.value += 1
+    memory.processes = len(current)
+    from threadpoolctl import threadpool_limits
+
     threadpool_limits(1)
     with suppress(OSError, ValueError):  # keep the output of libraries off the terminal
         nowhere = os.open(os.devnull, os.O_RDWR)

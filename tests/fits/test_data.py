@@ -121,6 +121,16 @@ def test_sigma_may_be_a_column() -> None:
     assert force == pytest.approx(100.0 + float(weights @ [200.0, 210.0] / weights.sum()))
 
 
+def test_sigma_in_another_unit_than_the_data_is_refused() -> None:
+    data = {"time": TIME, "w [rad/s]": VELOCITY, "s [rpm]": np.ones(len(TIME))}
+    with pytest.raises(fs.InputError, match=r"the column 's \[rpm\]' is in rpm, the data are in"):
+        fit_of(
+            data,
+            channels={"angular_velocity": "w [rad/s]"},
+            sigma={"angular_velocity": "s [rpm]"},
+        )
+
+
 def test_sigma_is_in_the_unit_of_the_data() -> None:
     data = {"time": TIME, "angular_velocity": np.degrees(VELOCITY)}
     fit = fit_of(data, units={"angular_velocity": "deg/s"}, sigma={"angular_velocity": 1.0})

@@ -5,6 +5,7 @@ import os
 import random
 import signal
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 from zlib import crc32
@@ -15,7 +16,7 @@ import pytest
 import frictionsim as fs
 from frictionsim.simulation.monitor import SweepProgress
 from tests.support.stopped_runs import stopped_at
-from tests.support.sweep_files import LOAD, LOOSE, PULLEY
+from tests.support.sweep_files import LOAD, LOOSE, PULLEY, command, started, wait_for_runs
 
 VARY = {LOAD: "lin(2000, 2400, 12)"}
 SAMPLE = {LOAD: "normal(2200.0, 50.0)", "effects.shaft_friction.mu_s": "uniform(0.2, 0.4)"}
@@ -310,3 +311,53 @@ def test_a_series_that_cannot_be_written_ends_the_sweep(tmp_path: Path) -> None:
     )
     assert "1 of 2 runs are saved in" in str(refused.value)
     assert (folder / "run-0000001.h5").read_text() == "mine\n"
+
+
+@posix
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_to_a_sweep_and_its_workers_is_one_to_the_sweep(
+    number: signal.Signals, tmp_path: Path
+) -> None:
+    """As of `timeout`, and of shells."""
+    process = started(command(3000, "s.h5", "-q", "-j", "2"), tmp_path)
+    wait_for_runs(tmp_path / "s.partial.runs", process)
+    os.killpg(process.pid, number)
+    _, said = process.communicate(timeout=60.0)
+    assert process.returncode == 128 + number, said
+    kept = fs.open_sweep(tmp_path / "s.h5")
+    assert kept.reason.startswith(f"interrupted by {number.name} after ")
+
+
+def test_sweeps_of_two_threads_have_workers_of_their_own() -> None:
+    def swept(runs: int) -> fs.Sweep:
+        return fs.sweep(PULLEY, {LOAD: f"lin(2000, 2400, {runs})"}, LOOSE, workers=2)
+
+    with ThreadPoolExecutor(2) as threads:
+        few, many = threads.map(swept, (4, 300))
+    assert (few.status, many.status, many.table.runs) == ("done", "done", 300)
+
+
+def test_a_sweep_is_resumed_in_place_however_its_path_is_spelt(
+    whole: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = interrupted(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    fs.resume_sweep(path, output="s.h5")
+    assert (tmp_path / "s.h5").read_bytes() == whole
+    assert os.listdir() == ["s.h5"]
+
+
+def test_a_sweep_with_series_goes_on_where_it_is(tmp_path: Path) -> None:
+    """Renamed, it makes a folder of the new name; into another file it does not go on."""
+    path = interrupted(tmp_path, keep_series=True)
+    with pytest.raises(fs.InputError, match="the results of its runs are in a folder beside it"):
+        fs.resume_sweep(path, output=tmp_path / "other.h5")
+    renamed = path.rename(tmp_path / "c.partial.runs")
+    assert fs.resume_sweep(renamed).status == "done"
+    assert (tmp_path / "c.series").is_dir()
+
+
+def test_a_journal_without_a_whole_first_line_is_begun_anew(tmp_path: Path) -> None:
+    (tmp_path / "s.partial.runs").write_bytes(b'{"sweep_version": 1, "outp')
+    assert sweep(tmp_path / "s.h5").status == "done"
+    assert os.listdir(tmp_path) == ["s.h5"]
