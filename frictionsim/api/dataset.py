@@ -7,7 +7,15 @@ import xarray
 
 from frictionsim.errors import InputError
 from frictionsim.io.result_format import is_numbered
-from frictionsim.io.sweep_table import RUN, SOBOL_NAMES, STATUS, TEXTS, Coordinate, SweepTable
+from frictionsim.io.sweep_table import (
+    RUN,
+    SOBOL_NAMES,
+    STATUS,
+    STATUSES,
+    TEXTS,
+    Coordinate,
+    SweepTable,
+)
 from frictionsim.results import Channel
 from frictionsim.simulation.averages import WEIGHTED
 
@@ -132,7 +140,7 @@ def sweep_dataset(table: SweepTable) -> xarray.Dataset:
         )
         for name, values in table.values.items()
     }
-    numbers, meanings = zip(*table.statuses, strict=True)
+    numbers, meanings = zip(*STATUSES, strict=True)
     variables[STATUS] = (
         dimensions,
         table.status.reshape(shape),
@@ -145,8 +153,7 @@ def sweep_dataset(table: SweepTable) -> xarray.Dataset:
     )
     for name, words in TEXTS.items():
         variables[name] = (dimensions, table.text_array(name), {"long_name": words})
-    indices = {} if table.sobol is None else table.sobol.datasets
-    for name, (along, values, words) in indices.items():
+    for name, (along, values, words) in table.sobol_datasets.items():
         attributes = {"long_name": words} | ({} if isinstance(values, list) else {"units": "1"})
         (coordinates if name in along else variables)[name] = (along, values, attributes)
     return xarray.Dataset(variables, coordinates, dict(table.attributes))
@@ -201,7 +208,6 @@ def sweep_table(dataset: Any) -> SweepTable:
     for name in (*names, *TEXTS):
         if dataset[name].dims != status.dims:
             raise InputError(f"'{name}' of this dataset does not have a value for each run")
-    flags = zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True)
     texts = {name: dataset[name].values.reshape(-1).tolist() for name in TEXTS}
     return SweepTable(
         attributes=attributes,
@@ -210,7 +216,6 @@ def sweep_table(dataset: Any) -> SweepTable:
         units={name: str(dataset[name].attrs.get("units", "1")) for name in names},
         values={n: np.asarray(dataset[n].values, dtype=np.float64).reshape(-1) for n in names},
         status=np.asarray(status.values, dtype=np.int8).reshape(-1),
-        statuses=tuple((int(number), word) for number, word in flags),
         texts={name: {i: t for i, t in enumerate(column) if t} for name, column in texts.items()},
     )
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 from pydantic import BeforeValidator, Field
 
 from frictionsim.api import result as results
-from frictionsim.api.sweep_result import Sweep, quantities_of, result_or_sweep
+from frictionsim.api.result import result_or_sweep
+from frictionsim.api.sweep_result import Sweep, quantities_of
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.output_file import ANIMATIONS, PICTURE, check_apart, check_free
 from frictionsim.plots import (

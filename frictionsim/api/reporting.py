@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.api import result as results
+from frictionsim.api.result import result_or_sweep
 from frictionsim.api.studies import Study
-from frictionsim.api.sweep_result import Sweep, result_or_sweep
+from frictionsim.api.sweep_result import Sweep
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.output_file import REPORT, check_free, check_output, write_file
 from frictionsim.io.sweep_table import SweepTable

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from frictionsim.api.sweep_result import Sweep
     from frictionsim.costs.error_estimate import Estimate
     from frictionsim.scenario.settings import Origin, Scenario
     from frictionsim.sweeps.sweep_csv import Writable
@@ -368,6 +369,42 @@ def open(path: str | PathLike[str]) -> Result:
 
     file = existing_name(as_path("path", path))
     return Result(read(file), file)
+
+
+def result_or_sweep(path: Path) -> "Result | Sweep":
+    """Read a result file, the file of a sweep or an unfinished sweep.
+
+    Raises
+    ------
+    InputError
+        If it is neither the result of a run nor a sweep.
+    """
+    from frictionsim.io.names import existing_name
+    from frictionsim.io.reading import read_any
+
+    path = existing_name(path)
+    content = read_any(path)
+    if isinstance(content, Record):
+        return Result(content, path)
+    from frictionsim.api.sweep_result import Sweep  # the result of a run needs none of it
+
+    return Sweep(content, path)
+
+
+def file_to_resume(path: Path) -> tuple[Path, Result | None]:
+    """Return the file of a run or a sweep to resume, and its run; None for a sweep.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it is of neither.
+    """
+    from frictionsim.io.names import resumable_name
+    from frictionsim.io.result_reader import is_unfinished_sweep
+
+    file = resumable_name(path)
+    content = None if is_unfinished_sweep(file) else result_or_sweep(file)
+    return file, content if isinstance(content, Result) else None
 
 
 def _statistics(statistics: SolverStatistics, samples: int) -> str:

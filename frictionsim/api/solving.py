@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
-from frictionsim.api.result import Result
+from frictionsim.api.result import Result, file_to_resume
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.errors import FrictionsimError, InputError, OutputError
 from frictionsim.scenario.loading import ScenarioSource
@@ -163,12 +163,13 @@ def resume_with(
     options: RunOptions,
 ) -> Result:
     """Resume an interrupted run."""
-    from frictionsim.api.sweep_result import incomplete_of  # a run needs none of it
     from frictionsim.io.names import whole_name
 
     since = perf_counter()
-    incomplete = result if isinstance(result, Result) else incomplete_of(as_path("result", result))
-    if not isinstance(incomplete, Result):
+    incomplete = (
+        result if isinstance(result, Result) else file_to_resume(as_path("result", result))[1]
+    )
+    if incomplete is None:
         raise InputError(f"{result}: this is a sweep; frictionsim.resume_sweep continues it")
     state = incomplete.load_checkpoint()
     scenario, path = incomplete.scenario, incomplete.path

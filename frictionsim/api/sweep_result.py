@@ -1,4 +1,4 @@
-"""The result of a sweep: its table and dataset."""
+"""The result of a sweep: its table, its dataset and its summary."""
 
 from collections.abc import Iterator
 from functools import cached_property
@@ -6,9 +6,6 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from frictionsim.api.result import Result
 from frictionsim.api.result_base import Ending, ResultBase
 from frictionsim.display import ratio_text, set_line, study_text
 from frictionsim.document import Data, Document, Table
@@ -19,10 +16,10 @@ from frictionsim.errors import (
     InputError,
     exit_code_of_interruption,
 )
-from frictionsim.io.names import existing_name, resumable_name
-from frictionsim.io.reading import read_any
+from frictionsim.io.names import existing_name, partial_name, whole_name
+from frictionsim.io.output_file import SUFFIXES
 from frictionsim.io.result_reader import is_unfinished_sweep
-from frictionsim.io.sweep_file import read_sweep
+from frictionsim.io.sweep_file import read_sweep, write_sweep
 from frictionsim.io.sweep_journal import read_unfinished
 from frictionsim.io.sweep_table import (
     AUDIT_FAILED,
@@ -30,25 +27,22 @@ from frictionsim.io.sweep_table import (
     FAILED,
     NOT_RUN,
     SOBOL,
-    SobolIndices,
+    STATUSES,
     SweepTable,
 )
 from frictionsim.results import finite
 from frictionsim.scenario.loading import origin_of
 from frictionsim.scenario.options import as_path
 from frictionsim.scenario.toml_data import toml_value
-from frictionsim.sweeps.design import SAMPLE, Sampling
+from frictionsim.sweeps.design import Sampling
 from frictionsim.sweeps.statistics import (
-    Extremes,
     Group,
-    Statistics,
-    counts,
-    extremes,
+    extreme_runs,
     grouped,
     independent_runs,
     is_constant,
-    sample_statistics,
     sound_values,
+    statistics_of,
     variation,
     varied_values,
 )
@@ -105,7 +99,7 @@ class Sweep(ResultBase):
     def failures(self) -> list[str]:
         """The numbers of failed runs and of failed audits; empty without any."""
         counts = (
-            (int((self.table.status == status).sum()), words)
+            (self.table.count(status), words)
             for status, words in ((FAILED, "failed"), (AUDIT_FAILED, "failed their audit"))
         )
         return [f"{count} of {self.table.runs} runs {words}" for count, words in counts if count]
@@ -115,9 +109,8 @@ class Sweep(ResultBase):
         """The number of remaining runs and the reason; empty if the sweep is done."""
         if self.status == "done":
             return ""
-        count = int((self.table.status == NOT_RUN).sum())
-        reason = f": {self.reason}" if self.reason else ""
-        return f"sweep {self.status}: {count} of {self.table.runs} runs are left{reason}"
+        left = f"{self.table.count(NOT_RUN)} of {self.table.runs} runs are left"
+        return f"sweep {self.status}: {left}" + (f": {self.reason}" if self.reason else "")
 
     def to_toml(self, name: str) -> str:
         """Return the varied `scenario`, or the `study`, in TOML."""
@@ -136,6 +129,8 @@ class Sweep(ResultBase):
     def save(self, path: str | PathLike[str]) -> Path:
         """Write the sweep as HDF5 or CSV, by the suffix of the path; return its file.
 
+        HDF5 is for `open_sweep`, NAME.partial.h5 if the sweep is not done.
+
         Raises
         ------
         InputError
@@ -143,31 +138,23 @@ class Sweep(ResultBase):
         OutputError
             If it cannot be written, or would replace a file of another kind.
         """
-        from frictionsim.io.output_file import SUFFIXES
-
         target = as_path("path", path)
         if target.suffix == ".csv":
             self.save_csv(target)
-            return target
-        if target.suffix in SUFFIXES:
-            return self.save_hdf5(target)
-        raise InputError(f"{target}: expected a name that ends in {', '.join(SUFFIXES)} or .csv")
+        elif target.suffix in SUFFIXES:
+            whole = whole_name(target)
+            target = whole if self.status == "done" else partial_name(whole)
+            write_sweep(self.table, target)
+        else:
+            ends = ", ".join(SUFFIXES)
+            raise InputError(f"{target}: expected a name that ends in {ends} or .csv")
+        return target
 
     def save_csv(self, path: Path) -> None:
-        """Write a line for each run, and the Sobol indices of a sample beside it."""
+        """Write a line for each run, and the Sobol indices of a sample to NAME.sobol.csv."""
         from frictionsim.sweeps.sweep_csv import write_csv
 
         write_csv(self.table, path)
-
-    def save_hdf5(self, path: Path) -> Path:
-        """Write the sweep as HDF5, for `open_sweep`: NAME.partial.h5 if it is not done."""
-        from frictionsim.io.names import partial_name, whole_name
-        from frictionsim.io.sweep_file import write_sweep
-
-        target = whole_name(path)
-        target = target if self.status == "done" else partial_name(target)
-        write_sweep(self.table, target)
-        return target
 
     def write_csv(self, file: "Writable") -> None:
         """Write a line for each run."""
@@ -261,24 +248,6 @@ def open_sweep(path: str | PathLike[str]) -> Sweep:
     return Sweep(read_unfinished(file).table if is_unfinished else read_sweep(file), file)
 
 
-def result_or_sweep(path: Path) -> Result | Sweep:
-    """Read a file in HDF5.
-
-    Raises
-    ------
-    InputError
-        If it is neither the result of a run nor a sweep.
-    """
-    path = existing_name(path)
-    content = read_any(path)
-    return Sweep(content, path) if isinstance(content, SweepTable) else Result(content, path)
-
-
-def incomplete_of(path: Path) -> Result | Sweep:
-    """Read a file to resume, of a run or a sweep; without one, InputError names the way out."""
-    return result_or_sweep(resumable_name(path))
-
-
 def quantities_of(view: str | None) -> list[str]:
     """Return the quantities of a view of a sweep."""
     return [] if view is None else [name.strip() for name in view.split(",")]
@@ -291,62 +260,82 @@ DESIGNS = {
     "zip": "these keys varied together",
     "sample": "a sample of these keys",
 }
-WORDS = {
-    DONE: "done",
-    FAILED: "failed",
-    AUDIT_FAILED: "with a failed audit",
-    NOT_RUN: "not run",
-}
+WORDS = {FAILED: "failed", AUDIT_FAILED: "with a failed audit", NOT_RUN: "not run"}
+STATISTICS = ("mean", "standard_deviation", "quantile_5", "quantile_50", "quantile_95")
+HEADINGS_OF_SAMPLE = (
+    *("quantity", ">mean", ">standard deviation", ">5 %", ">50 %", ">95 %", "unit"),
+    ">defined in runs",
+)
+HEADINGS_OF_EXTREMES = (
+    *("quantity", ">least", ">in run", ">largest", ">in run", "unit", ">defined in runs"),
+)
+HEADINGS_OF_INDICES = (
+    *("Sobol indices of", "key", ">first-order", ">95 % from", ">to"),
+    *(">total", ">95 % from", ">to", ""),
+)
 
 
 def _parts(table: SweepTable, path: Path | None) -> Document:
-    """Yield the summary of a sweep and the path of its file."""
-    attributes, number = table.attributes, counts(table)
+    """Yield the summary of a sweep and the path of its file; its text is made of its data."""
+    attributes = table.attributes
     distributions, sampling = variation(table)
-    independent = independent_runs(table, sampling).stop
-    texts = {key: d.text for key, d in distributions.items()}
     failed, warnings = grouped(_reasons(table)), grouped(table.texts["warnings"])
-    yield f"{attributes['title'] or attributes['kind']}: sweep {attributes['status']}"
-    yield f"kind {attributes['kind']}, {DESIGNS.get(attributes['design'], attributes['design'])}"
-    if overrides := set_line(attributes):
-        yield overrides
-    yield Table(
-        ("key", ">values", "unit"),
-        [
-            (key, texts.get(key) or _range_text(coordinate.values), coordinate.unit)
-            for key, coordinate in table.coordinates.items()
-        ],
-    )
-    yield _counts_text(table, number)
-    is_sample = attributes["design"] == SAMPLE
-    yield from _sample_parts(table, sampling, independent) if is_sample else _extreme_parts(table)
-    yield from _group_lines("failed", failed)
-    yield from _group_lines("warnings", warnings)
-    if attributes["reason"]:
-        yield f"stopped: {attributes['reason']}"
-    yield f"sweep: {path or 'none'}"
+    varied: dict[str, dict[str, Any]] = {
+        key: {
+            "unit": coordinate.unit or None,
+            "distribution": distributions[key].text if sampling else None,
+            "values": None if sampling else [plain(value) for value in coordinate.values],
+        }
+        for key, coordinate in table.coordinates.items()
+    }
+    quantities = {
+        name: {"unit": unit} | _summary(table, name, sampling) for name, unit in table.units.items()
+    }
+    indices = _indices(table)
+    independent = independent_runs(table, sampling).stop
+    runs = {word: table.count(status) for status, word in STATUSES}
     yield Data(
         {
+            "quantities": quantities,
             "scenario": attributes["source"] or None,
             "overrides": origin_of(attributes).values,
             **{name: attributes[name] for name in ("kind", "title", "design", "status", "reason")},
-            "runs": {"all": table.runs}
-            | {word: number[status] for status, word in table.statuses if status in number},
-            "varied": {
-                key: {
-                    "unit": coordinate.unit or None,
-                    "distribution": texts.get(key),
-                    "values": None if is_sample else list(map(plain, coordinate.values)),
-                }
-                for key, coordinate in table.coordinates.items()
-            },
-            "independent_runs": independent if is_sample else None,
-            "sobol_indices": None if table.sobol is None else _sobol_json(table.sobol),
+            "runs": {"all": table.runs} | runs,
+            "varied": varied,
+            "independent_runs": independent if sampling else None,
+            "sobol_indices": indices,
             "failures": [group._asdict() for group in failed],
             "warnings": [group._asdict() for group in warnings],
             "output": None if path is None else str(path),
         }
     )
+    yield f"{attributes['title'] or attributes['kind']}: sweep {attributes['status']}"
+    yield f"kind {attributes['kind']}, {DESIGNS.get(attributes['design'], attributes['design'])}"
+    if overrides := set_line(attributes):
+        yield overrides
+    keys = [
+        (key, of_key["distribution"] or _range_text(of_key["values"]), of_key["unit"] or "")
+        for key, of_key in varied.items()
+    ]
+    yield Table(("key", ">values", "unit"), keys)
+    yield _counts_text(table)
+    if sampling:
+        yield Table(HEADINGS_OF_SAMPLE, [_statistics_row(*item) for item in quantities.items()])
+        if sampling.indices:
+            yield (
+                f"the first {independent} runs are independent and make these numbers; the others"
+                " are for Sobol indices"
+            )
+        if indices is not None:
+            yield from _indices_parts(indices)
+    else:
+        rows = [_extremes_row(table, *item) for item in quantities.items()]
+        yield Table(HEADINGS_OF_EXTREMES, rows)
+    yield from _group_lines("failed", failed)
+    yield from _group_lines("warnings", warnings)
+    if attributes["reason"]:
+        yield f"stopped: {attributes['reason']}"
+    yield f"sweep: {path or 'none'}"
 
 
 def plain(value: Any) -> Any:
@@ -354,94 +343,106 @@ def plain(value: Any) -> Any:
     return value.item() if hasattr(value, "item") else value
 
 
+def _summary(table: SweepTable, name: str, sampling: Sampling | None) -> dict[str, Any]:
+    """Return the statistics of a quantity of a sample, else its extremes and where they are."""
+    values = sound_values(table, name)
+    if sampling is not None:
+        statistics = statistics_of(values[independent_runs(table, sampling)])
+        return {word: finite(number) for word, number in statistics._asdict().items()}
+    found: dict[str, Any] = {"runs": int((values == values).sum())}
+    for word, run in zip(("least", "largest"), extreme_runs(values) or (None, None), strict=True):
+        found[word] = {"value": None, "run": None, "at": None}
+        if run is not None:
+            at = {key: plain(value) for key, value in varied_values(table, run).items()}
+            found[word] = {"value": finite(float(values[run])), "run": run, "at": at}
+    return found
+
+
+def _indices(table: SweepTable) -> dict[str, Any] | None:
+    """Return the Sobol indices of a sample by quantity and key, with their basis."""
+    if table.sobol is None:
+        return None
+    return {
+        name: {
+            "basis": basis,
+            "keys": {
+                key: _indices_of_key(dict(zip(SOBOL, map(finite, column), strict=True)))
+                for key, column in zip(table.coordinates, values.T.tolist(), strict=True)
+            },
+        }
+        for name, (basis, values) in table.sobol.items()
+    }
+
+
+def _indices_of_key(of: dict[str, float | None]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for word in ("first", "total"):
+        ends = [of[f"sobol_{word}_low"], of[f"sobol_{word}_high"]]
+        found[word] = of[f"sobol_{word}"]
+        found[f"{word}_interval"] = None if None in ends else ends
+    return found
+
+
 def _reasons(table: SweepTable) -> dict[int, str]:
     """Return the reasons of failed runs and audits by run, in one line each."""
     failures, reasons = table.texts["failure"], table.texts["reason"]
-    texts = {}
-    for run in sorted({*failures, *reasons}):
-        text = " ".join(reasons.get(run, "").split())
-        kind = failures.get(run, "")
-        texts[run] = f"{kind}: {text}" if kind and text else kind or text
-    return texts
+    texts = {
+        run: (failures.get(run, ""), " ".join(reasons.get(run, "").split()))
+        for run in sorted({*failures, *reasons})
+    }
+    return {run: ": ".join(filter(None, text)) for run, text in texts.items()}
 
 
-def _counts_text(table: SweepTable, number: dict[int, int]) -> str:
-    parts = [f"{number[s]} {WORDS[s]}" for s in (FAILED, AUDIT_FAILED, NOT_RUN) if number[s]]
+def _counts_text(table: SweepTable) -> str:
+    parts = [f"{table.count(s)} {words}" for s, words in WORDS.items() if table.count(s)]
     runs = "run is" if table.runs == 1 else "runs are"
-    text = f"{number[DONE]} of {table.runs} {runs} done"
+    text = f"{table.count(DONE)} of {table.runs} {runs} done"
     return f"{text}; {', '.join(parts)}: not in the table below" if parts else text
 
 
-def _sample_parts(table: SweepTable, sampling: Sampling | None, independent: int) -> Document:
-    """Yield the statistics of a sample and its Sobol indices."""
-    statistics = sample_statistics(table)
-    headings = ("quantity", ">mean", ">standard deviation", ">5 %", ">50 %", ">95 %", "unit")
-    rows = [
-        (name, *map(study_text, s[1:]), table.units[name], str(s.runs))
-        for name, s in statistics.items()
-    ]
-    yield Table((*headings, ">defined in runs"), rows)
-    if sampling is not None and sampling.indices:
-        yield (
-            f"the first {independent} runs are independent and make these numbers; the others are"
-            " for Sobol indices"
-        )
-    yield from _sobol_parts(table)
-    data = {name: _statistics_json(s, table.units[name]) for name, s in statistics.items()}
-    yield Data({"quantities": data})
-
-
-def _sobol_parts(table: SweepTable) -> Document:
-    """Yield the Sobol indices, or why a quantity has none."""
-    sobol = table.sobol
-    if sobol is None:
-        return
-    rows = []
-    for number, (name, basis) in enumerate(zip(sobol.quantities, sobol.basis, strict=True)):
-        values = np.array([sobol.columns[column][number] for column in SOBOL])
-        if np.isnan(values[0]).all():
-            yield f"{name}: {basis}"
-            continue
-        rows += [
-            (name, key, *(ratio_text(value) if value == value else "" for value in column), basis)
-            for key, column in zip(sobol.keys, values.T, strict=True)
-        ]
-    ends = (">95 % from", ">to")
-    yield Table(("Sobol indices of", "key", ">first-order", *ends, ">total", *ends, ""), rows)
-
-
-def _range_text(values: Any) -> str:
+def _range_text(values: list[Any]) -> str:
     """Return the values of a key in short."""
-    shown = [_value_text(plain(value)) for value in values]
+    shown = [
+        value
+        if isinstance(value, str)
+        else study_text(value)
+        if isinstance(value, float)
+        else toml_value(value)
+        for value in values
+    ]
     if len(shown) <= MAX_VALUES + 1:
         return ", ".join(shown)
     return f"{', '.join(shown[: MAX_VALUES - 1])} ... {shown[-1]} ({len(shown)} values)"
 
 
-def _value_text(value: Any) -> str:
-    if isinstance(value, str):
-        return value
-    return study_text(value) if isinstance(value, float) else toml_value(value)
+def _statistics_row(name: str, data: dict[str, Any]) -> tuple[str, ...]:
+    return name, *(study_text(data[word]) for word in STATISTICS), data["unit"], str(data["runs"])
 
 
-def _extreme_parts(table: SweepTable) -> Document:
-    """Yield the least and largest values of a grid, and their data."""
-    headings = ("quantity", ">least", ">in run", ">largest", ">in run", "unit", ">defined in runs")
-    ranges = extremes(table)
+def _extremes_row(table: SweepTable, name: str, data: dict[str, Any]) -> tuple[str, ...]:
+    # Which of equal runs is least is roundoff.
+    has_places = not is_constant(sound_values(table, name))
+    cells = [
+        (study_text(data[word]["value"]), str(data[word]["run"]) if has_places else "")
+        for word in ("least", "largest")
+    ]
+    return name, *cells[0], *cells[1], data["unit"], str(data["runs"])
+
+
+def _indices_parts(indices: dict[str, Any]) -> Document:
+    """Yield the Sobol indices, or why a quantity has none."""
     rows = []
-    for name in table.values:
-        e = ranges.get(name)
-        if e is None:
-            rows.append((name, "none", "", "none", "", table.units[name], "0"))
+    for name, (basis, keys) in ((name, data.values()) for name, data in indices.items()):
+        if all(found["first"] is None for found in keys.values()):
+            yield f"{name}: {basis}"
             continue
-        places = (str(e.least_run), str(e.largest_run))
-        least, largest = study_text(e.least), study_text(e.largest)
-        if is_constant(sound_values(table, name)):  # which of equal runs is least is roundoff
-            places = ("", "")
-        rows.append((name, least, places[0], largest, places[1], table.units[name], str(e.runs)))
-    yield Table(headings, rows)
-    data = {name: _extreme_json(table, ranges.get(name), name) for name in table.values}
-    yield Data({"quantities": data})
+        for key, found in keys.items():
+            cells: list[str] = []
+            for word in ("first", "total"):
+                ends = found[f"{word}_interval"]
+                cells += [ratio_text(found[word]), *(map(ratio_text, ends) if ends else ("", ""))]
+            rows.append((name, key, *cells, basis))
+    yield Table(HEADINGS_OF_INDICES, rows)
 
 
 def _group_lines(word: str, groups: list[Group]) -> list[str]:
@@ -451,55 +452,6 @@ def _group_lines(word: str, groups: list[Group]) -> list[str]:
         else f"{word}, run {group.first_run}: {group.text}"
         for group in groups[:MAX_GROUPS]
     ]
-    rest = groups[MAX_GROUPS:]
-    if rest:
+    if rest := groups[MAX_GROUPS:]:
         lines.append(f"{word}: {len(rest)} more kinds, in {sum(g.runs for g in rest)} runs")
     return lines
-
-
-def _sobol_json(sobol: SobolIndices) -> dict[str, Any]:
-    return {
-        name: {
-            "basis": sobol.basis[i],
-            "keys": {
-                key: {
-                    "first": finite(sobol.columns["sobol_first"][i, j]),
-                    "first_interval": _interval_json(sobol, "sobol_first", i, j),
-                    "total": finite(sobol.columns["sobol_total"][i, j]),
-                    "total_interval": _interval_json(sobol, "sobol_total", i, j),
-                }
-                for j, key in enumerate(sobol.keys)
-            },
-        }
-        for i, name in enumerate(sobol.quantities)
-    }
-
-
-def _interval_json(sobol: SobolIndices, name: str, i: int, j: int) -> list[Any] | None:
-    ends = [finite(sobol.columns[f"{name}_{end}"][i, j]) for end in ("low", "high")]
-    return None if None in ends else ends
-
-
-def _statistics_json(s: Statistics, unit: str) -> dict[str, Any]:
-    return {
-        "unit": unit,
-        "runs": s.runs,
-        "mean": finite(s.mean),
-        "standard_deviation": finite(s.deviation),
-        "quantile_5": finite(s.low),
-        "quantile_50": finite(s.median),
-        "quantile_95": finite(s.high),
-    }
-
-
-def _extreme_json(table: SweepTable, e: Extremes | None, name: str) -> dict[str, Any]:
-    data: dict[str, Any] = {"unit": table.units[name], "runs": e.runs if e else 0}
-    for word, value, run in (
-        ("least", e.least if e else None, e.least_run if e else None),
-        ("largest", e.largest if e else None, e.largest_run if e else None),
-    ):
-        at = None
-        if run is not None:
-            at = {key: plain(given) for key, given in varied_values(table, run).items()}
-        data[word] = {"value": finite(value), "run": run, "at": at}
-    return data

@@ -2,10 +2,10 @@
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
-from functools import cached_property
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext, suppress
 from os import PathLike
 from pathlib import Path
+from shutil import copytree
 from signal import SIGINT, Signals
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
@@ -33,8 +33,8 @@ from frictionsim.io.names import (
 from frictionsim.io.output_file import SWEEP, UNFINISHED_SWEEP, check_output
 from frictionsim.io.result_reader import is_unfinished_sweep
 from frictionsim.io.sweep_file import write_sweep
-from frictionsim.io.sweep_journal import SweepJournal, UnfinishedSweep, read_unfinished
-from frictionsim.io.sweep_table import FAILED, RunBlock, SweepTable, with_blocks
+from frictionsim.io.sweep_journal import SweepJournal, read_unfinished
+from frictionsim.io.sweep_table import FAILED, RunBlock, SweepHeader
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import ScenarioSource, read_toml
 from frictionsim.scenario.options import Options, as_path, function_of
@@ -51,8 +51,8 @@ from frictionsim.simulation.monitor import (
 )
 from frictionsim.sweeps.design import METHODS as METHODS
 from frictionsim.sweeps.design import SAMPLE, Design, design_of
-from frictionsim.sweeps.outcomes import SweepPlan, completed, remaining_runs
-from frictionsim.sweeps.run_blocks import Work, check_combinations, run_blocks
+from frictionsim.sweeps.outcomes import completed, header_of
+from frictionsim.sweeps.run_blocks import Work, check_combinations, remaining_runs, run_blocks
 from frictionsim.sweeps.study_file import SweepOptions as SweepOptions
 from frictionsim.sweeps.study_file import (
     SweepStudy,
@@ -78,22 +78,12 @@ OnProgress = Callable[[SweepProgress], Any]
 SERIES, STUDY = ".series", "study.toml"
 
 
-class SweepInterrupted(Interrupted):
-    """A sweep was stopped by a signal; the message names the file that is kept."""
-
-    def __init__(self, signal_number: int, text: str = "") -> None:
-        super().__init__(signal_number, 0.0)
-        self.args = (text,)
-        self._arguments = signal_number, text
-
-
 class ExecutionOptions(Options):
-    """Worker processes or Dask cluster of a sweep, its progress and its file."""
+    """Worker processes or Dask cluster of a sweep, and its progress."""
 
     workers: int | None = Field(None, gt=0)
     dask: str | None = None
     progress: Annotated[Any, function_of("a SweepProgress", "True, False or ")] = False
-    no_clobber: bool = False
 
     @model_validator(mode="after")
     def _exclude_each_other(self) -> Self:
@@ -111,7 +101,7 @@ class ExecutionOptions(Options):
 
 
 def sweep(
-    scenario: Scenario | ScenarioSource,
+    scenario: Scenario | ScenarioSource | SweepStudy,
     vary: Mapping[str, Any] | Iterable[str] | None = None,
     overrides: "Overrides | None" = None,
     *,
@@ -179,10 +169,29 @@ def sweep(
     SolverError
         If a worker was killed; with an output, what is done is kept for `resume_sweep`.
     """
-    path = None if output is None else as_path("output", output)
-    options = SweepOptions.among(locals())
-    execution = ExecutionOptions.among(locals())
-    return run_study(study_from(scenario, overrides, options), path, execution)
+    execution = ExecutionOptions.of(workers=workers, dask=dask, progress=progress)
+    options = SweepOptions.of(
+        vary=vary,
+        zip=zip,
+        sample=sample,
+        method=method,
+        seed=seed,
+        indices=indices,
+        keep_series=keep_series,
+    )
+    study = study_from(scenario, overrides, options)
+    varied, text, path = study.options, study_toml(study), None
+    if output is not None:
+        path = as_path("output", output)
+        _check_files(path, None, no_clobber)
+        if varied.keep_series:
+            _check_series(_series_of(path), text)
+    elif varied.keep_series:
+        raise ArgumentError(
+            "keep_series", "the results of runs are saved beside an output; give one"
+        )
+    design = design_of(varied.vary, varied.zip, varied.sampling)
+    return _SweepRun(study, design, header_of(study.scenario, design, text), path).run(execution)
 
 
 def resume_sweep(
@@ -201,7 +210,8 @@ def resume_sweep(
     path : path
         The unfinished sweep, NAME.partial.runs.
     output : path, optional
-        File to write to, by default NAME.h5. With another name the unfinished sweep stays.
+        File to write to, by default NAME.h5. With another name the unfinished sweep stays, and
+        the results of its runs (`keep_series`) are copied.
     no_clobber, workers, dask, progress
         As for `sweep`.
 
@@ -217,9 +227,38 @@ def resume_sweep(
     OutputError
         If another process is running it, or the file cannot be written.
     """
-    target = None if output is None else as_path("output", output)
-    execution = ExecutionOptions.among(locals())
-    return resume_study(open_sweep(resumable_name(as_path("path", path))), target, execution)
+    execution = ExecutionOptions.of(workers=workers, dask=dask, progress=progress)
+    file = resumable_name(as_path("path", path))
+    if not is_unfinished_sweep(file):
+        is_done = open_sweep(file).status == "done"
+        what = "this sweep is done" if is_done else "this is a copy of a sweep that is not done"
+        beside = unfinished_beside(whole_name(file)) or "; there is nothing to resume"
+        raise InputError(f"{file}: {what}{beside}")
+    with closing(SweepJournal(file, is_new=False)) as journal:
+        found = read_unfinished(file)
+        attributes, own = found.header.attributes, found.whole(file)
+        if attributes["frictionsim_version"] != __version__:
+            raise InputError(
+                f"{file}: cannot resume this sweep: it was started with frictionsim"
+                f" {attributes['frictionsim_version']}, this is {__version__}; install that"
+                " version, or run the study again"
+            )
+        target = own if output is None else as_path("output", output)
+        _check_files(target, file, no_clobber)
+        study = study_of(toml_tables(attributes["study"]), None, str(file))
+        varied = study.options
+        if varied.keep_series:
+            for whole in (own, target):
+                _check_series(_series_of(whole), attributes["study"])
+        if varied.sampling is None:
+            design = design_of(varied.vary, varied.zip)
+        else:  # not drawn again
+            levels = tuple(c.values for c in found.header.coordinates.values())
+            design = Design(SAMPLE, tuple(varied.vary), levels)
+        run = _SweepRun(study._replace(folder=found.folder), design, found.header, target)
+        is_own = is_same_file(unfinished_sweep_name(target), file)
+        run.go_on(found.blocks, journal if is_own else None, _series_of(own))
+        return run.run(execution)
 
 
 @contextmanager
@@ -237,9 +276,13 @@ def shown(progress: OnProgress | bool) -> Iterator[Monitor[SweepProgress]]:
 
 
 def study_from(
-    scenario: Scenario | ScenarioSource, overrides: "Overrides | None", options: SweepOptions
+    scenario: Scenario | ScenarioSource | SweepStudy,
+    overrides: "Overrides | None",
+    options: SweepOptions,
 ) -> SweepStudy:
     """Return the study given by the arguments of `sweep`."""
+    if isinstance(scenario, SweepStudy):
+        return scenario
     written = _written_study(scenario)
     if written is not None:
         for name in [*(["set"] if overrides else []), *options.given_names]:
@@ -249,7 +292,7 @@ def study_from(
         return written
     loaded = with_overrides(scenario, overrides)
     check_not_fixed(_keys(overrides), options.vary)
-    return SweepStudy(loaded, options)
+    return SweepStudy(loaded, options, Path(loaded.origin.source).parent)
 
 
 def _keys(overrides: "Overrides | None") -> list[str]:
@@ -270,85 +313,6 @@ def _written_study(source: Scenario | ScenarioSource) -> SweepStudy | None:
     return study_of(data, path.parent, str(path)) if is_study(data) else None
 
 
-LOCAL = ExecutionOptions()
-
-
-def run_study(
-    study: SweepStudy, target: Path | None = None, execution: ExecutionOptions = LOCAL
-) -> Sweep:
-    """Run a study.
-
-    Parameters
-    ----------
-    study : SweepStudy
-    target : Path, optional
-        The file to write, in an existing folder.
-    execution : ExecutionOptions
-        Its `progress` may raise `SweepInterrupted`.
-
-    Raises
-    ------
-    InputError
-        Before the first run.
-    OutputError, WorkerDied, SweepInterrupted, KeyboardInterrupt
-        With a target, the runs that are done are kept.
-    """
-    options, text, series = study.options, study_toml(study), None
-    if target is None:
-        if options.keep_series:
-            raise ArgumentError(
-                "keep_series", "the results of runs are saved beside an output; give one"
-            )
-    else:
-        _check_files(target, None, execution.no_clobber)
-        series = _series_folder(target, text) if options.keep_series else None
-    plan = SweepPlan(study.scenario, design_of(options.vary, options.zip, options.sampling), series)
-    return _SweepRun(plan, plan.table(text), [], target).run(execution)
-
-
-def resume_study(
-    incomplete: Sweep, output: Path | None = None, execution: ExecutionOptions = LOCAL
-) -> Sweep:
-    """Resume an interrupted sweep.
-
-    Parameters
-    ----------
-    incomplete : Sweep
-        That of a file.
-    output : Path, optional
-        The file for the complete sweep.
-    execution
-        As for `run_study`.
-
-    Raises
-    ------
-    InputError
-        If it cannot be resumed.
-    OutputError, WorkerDied, SweepInterrupted, KeyboardInterrupt
-        As for `run_study`.
-    """
-    path = incomplete.path
-    assert path is not None, "it is of a file"
-    if not is_unfinished_sweep(path):
-        beside = unfinished_beside(whole_name(path)) or "; there is nothing to resume"
-        is_done = incomplete.status == "done"
-        what = "this sweep is done" if is_done else "this is a copy of a sweep that is not done"
-        raise InputError(f"{path}: {what}{beside}")
-    with SweepJournal(path, is_new=False) as journal:
-        found = read_unfinished(path)
-        whole = found.whole(path) if output is None else output
-        _check_files(whole, path, execution.no_clobber)
-        plan = _resumed_plan(path, found, whole)
-        is_own = is_same_file(unfinished_sweep_name(whole), path)
-        if plan.series is not None and not is_own:
-            raise InputError(
-                f"{path}: cannot resume this sweep into another file: the results of its runs are"
-                " in a folder beside it; resume it without another name"
-            )
-        run = _SweepRun(plan, found.planned, found.blocks, whole, journal if is_own else None)
-        return run.run(execution)
-
-
 def _check_files(whole: Path, resumed: Path | None, no_clobber: bool) -> None:
     """Check, before any run, that the files of a sweep can be written."""
     unfinished = unfinished_sweep_name(whole)
@@ -356,35 +320,17 @@ def _check_files(whole: Path, resumed: Path | None, no_clobber: bool) -> None:
     check_output(whole, SWEEP)
     check_output(unfinished, UNFINISHED_SWEEP)
     if not is_same_file(unfinished, resumed) and unfinished.is_file():
-        SweepJournal(unfinished).close()  # raises unless it is empty
+        SweepJournal(unfinished).close()  # raises unless it holds none
     warn_of_name(whole)
 
 
-def _resumed_plan(path: Path, found: UnfinishedSweep, whole: Path) -> SweepPlan:
-    """Return the plan of an unfinished sweep; a sample is not drawn again."""
-    attributes, coordinates = found.planned.attributes, found.planned.coordinates
-    version, text = attributes["frictionsim_version"], attributes["study"]
-    if version != __version__:
-        raise InputError(
-            f"{path}: cannot resume this sweep: it was started with frictionsim {version}, this is"
-            f" {__version__}; install that version, or run the study again"
-        )
-    study = study_of(toml_tables(text), None, str(path))
-    options = study.options
-    if options.sampling is None:
-        design = design_of(options.vary, options.zip)
-    else:
-        design = Design(SAMPLE, tuple(options.vary), tuple(c.values for c in coordinates.values()))
-    series = _series_folder(whole, text) if options.keep_series else None
-    return SweepPlan(study.scenario, design, series)
+def _series_of(whole: Path) -> Path:
+    """Return the folder for the results of the runs, a.series for a.h5."""
+    return whole.with_name(whole.stem + SERIES)
 
 
-def _series_folder(whole: Path, study: str) -> Path:
-    """Return the folder for the results of the runs, a.series for a.h5.
-
-    OutputError is raised if it exists and is not one of the same study.
-    """
-    folder = whole.with_name(whole.stem + SERIES)
+def _check_series(folder: Path, study: str) -> None:
+    """Raise OutputError if a folder exists and is not that of the runs of a study."""
     if os.path.lexists(folder):
         try:
             is_ours = (folder / STUDY).read_bytes() == study.encode()
@@ -395,157 +341,146 @@ def _series_folder(whole: Path, study: str) -> Path:
                 f"{folder}: the results of the runs would be written here, and it is not a folder"
                 " of the same study; move it, or give another name with -o"
             )
-    return folder
 
 
-def _make_series_folder(folder: Path | None, study: str) -> None:
-    """Make the folder for the results of the runs, and write the study into it."""
-    if folder is None:
-        return
-    try:
-        folder.mkdir(exist_ok=True)
-        (folder / STUDY).write_bytes(study.encode())
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot make this folder: {error.strerror}") from None
+class _SweepRun(RunMonitor):
+    """A new or resumed sweep while it runs; it is the monitor of its runs.
 
-
-class _SweepRun:
-    """A running or resumed sweep: the blocks that are done, and the files for them.
-
-    A new journal is begun unless that of a resumed sweep is given.
+    Parameters
+    ----------
+    whole : Path or None
+        Its file; None if none is written.
     """
 
     def __init__(
-        self,
-        plan: SweepPlan,
-        planned: SweepTable,
-        blocks: list[RunBlock],
-        whole: Path | None,
-        journal: SweepJournal | None = None,
+        self, study: SweepStudy, design: Design, header: SweepHeader, whole: Path | None
     ) -> None:
-        self._plan, self._planned, self._blocks = plan, planned, blocks
-        self._whole, self._journal = whole, journal
-        self._done = self._checked = sum(block.runs for block in blocks)
-        self._failed = sum(block.count(FAILED) for block in blocks)
-        self._combinations = Combinations(plan.scenario, plan.design.keys)
-        self._remaining = remaining_runs(with_blocks(planned, blocks))
+        self._study, self._design, self._header, self._whole = study, design, header, whole
+        self._blocks: list[RunBlock] = []
+        self._done = self._failed = self._checked = 0
+        self._journal: SweepJournal | None = None
+        self._earlier_series: Path | None = None
+
+    def go_on(self, blocks: list[RunBlock], journal: SweepJournal | None, series: Path) -> None:
+        """Take over the runs that are done.
+
+        Without a journal a new one is begun, and their results are copied from a folder.
+        """
+        for block in blocks:
+            self._add(block)
+        self._checked, self._journal, self._earlier_series = self._done, journal, series
+
+    def _add(self, block: RunBlock) -> None:
+        self._blocks.append(block)
+        self._done += block.runs
+        self._failed += int((block.status == FAILED).sum())
 
     def run(self, execution: ExecutionOptions) -> Sweep:
         """Run the remaining combinations and write the files."""
         handled = nullcontext() if self._whole is None else StopSignals()
         with (
-            shown(execution.progress) as progress,
-            execution.of_runs(self._planned.runs) as workers,
-            handled as stop,
+            shown(execution.progress) as self._shown,
+            execution.of_runs(self._design.runs) as workers,
+            handled as self._stop,
         ):
-            monitor = _SweepMonitor(stop, progress, self._progress)
-            self._check(monitor)
-            if self._whole is None:
-                self._blocks += self._new_blocks(workers, monitor)
-            else:
-                self._run_with_journal(self._whole, workers, monitor)
-        return Sweep(self._table, self._whole)
-
-    def _check(self, monitor: RunMonitor) -> None:
-        def on_checked(count: int) -> None:
-            self._checked += count
-            monitor(0.0)
-
-        check_combinations(self._combinations, self._plan.design, self._remaining, on_checked)
-
-    def _progress(self) -> SweepProgress:
-        return SweepProgress(self._done, self._planned.runs, self._failed, self._checked)
-
-    @cached_property
-    def _table(self) -> SweepTable:
-        return completed(with_blocks(self._planned, self._blocks))
-
-    def _new_blocks(self, workers: Workers, monitor: RunMonitor) -> Iterator[RunBlock]:
-        if isinstance(workers, ProcessPool):
-            self._compile(monitor)
-        work = Work(self._combinations, self._plan.series)
-        for block in run_blocks(workers, work, self._plan.design, self._remaining, monitor):
-            yield block
-            self._done += block.runs
-            self._failed += block.count(FAILED)
-
-    def _compile(self, monitor: RunMonitor) -> None:
-        """Compile the kernels of a run once, before there are workers."""
-        (values,) = self._plan.design.combinations(0, 1)
-        with suppress(FrictionsimError, ArithmeticError):  # the run will raise it again
-            scenario = self._combinations.scenario(values)
-            mechanism_module(scenario.kind).simulation(scenario).prepare(monitor)
-
-    def _run_with_journal(self, whole: Path, workers: Workers, monitor: RunMonitor) -> None:
-        """Run what remains, and write the file; what is done is kept whatever ends the sweep."""
-        is_new = not self._blocks
-        with self._open_journal(whole) as journal:
-            try:
-                for block in self._new_blocks(workers, monitor):
-                    journal.append(block)
-                    self._blocks.append(block)
-                write_sweep(self._table, whole)
-            except InputError:
-                if is_new and not self._done:
-                    journal.remove()
-                raise
-            except (Interrupted, KeyboardInterrupt) as error:
-                number = error.signal_number if isinstance(error, Interrupted) else SIGINT
-                self._stop(journal, f"interrupted by {Signals(number).name}")
-                kept = self._kept(journal)
-                is_signal = isinstance(error, Interrupted)
-                raise (
-                    SweepInterrupted(number, kept) if is_signal else KeyboardInterrupt(kept)
-                ) from None
-            except (OutputError, WorkerDied) as error:
-                self._stop(journal, "stopped by an error")
-                raise type(error)(f"{error}. {self._kept(journal)}") from None
-            except BaseException as error:
-                self._stop(journal, f"stopped by an error ({type(error).__name__})")
-                raise
-            journal.remove()
-
-    def _open_journal(self, whole: Path) -> SweepJournal:
-        if self._journal is not None:
-            _make_series_folder(self._plan.series, self._planned.attributes["study"])
-            return self._journal
-        journal = SweepJournal(unfinished_sweep_name(whole))
-        try:
-            _make_series_folder(self._plan.series, self._planned.attributes["study"])
-            journal.begin(self._planned, whole.name)
-            for block in self._blocks:  # of a sweep that goes on under another name
-                journal.append(block)
-        except BaseException:
-            journal.remove()
-            raise
-        return journal
-
-    def _stop(self, journal: SweepJournal, how: str) -> None:
-        with suppress(OutputError):  # the disk is full
-            journal.stop(f"{how} after {self._done} of {self._planned.runs} runs")
-
-    def _kept(self, journal: SweepJournal) -> str:
-        return (
-            f"sweep interrupted: {self._done} of {self._planned.runs} runs are saved in"
-            f" {journal.path}; 'frictionsim resume {journal.path}' continues the sweep"
-        )
-
-
-class _SweepMonitor(RunMonitor):
-    """Ends a sweep at Ctrl-C; shows its progress."""
-
-    def __init__(
-        self,
-        stop: StopSignals | None,
-        shown: Monitor[SweepProgress],
-        progress: Callable[[], SweepProgress],
-    ) -> None:
-        self._stop, self._shown, self._progress = stop, shown, progress
+            keys = self._design.keys
+            combinations = Combinations(self._study.scenario, keys, self._study.folder)
+            remaining = remaining_runs(self._design.runs, self._blocks)
+            for count in check_combinations(combinations, self._design, remaining):
+                self._checked += count
+                self(0.0)
+            if isinstance(workers, ProcessPool):
+                self._compile(combinations)
+            work = Work(combinations, self._series)
+            blocks = run_blocks(workers, work, self._design, remaining, self)
+            if self._whole is not None:
+                return self._with_files(blocks, self._whole)
+            for block in blocks:
+                self._add(block)
+            return Sweep(completed(self._header, self._blocks))
 
     def __call__(self, t: float, /) -> None:
+        """Show the progress; end the sweep at Ctrl-C."""
         if self._stop is not None and self._stop.received:
             raise KeyboardInterrupt
-        self._shown(self._progress())
+        total = self._design.runs
+        self._shown(SweepProgress(self._done, total, self._failed, self._checked))
 
     def compiling(self, expected: float) -> AbstractContextManager[None]:
+        """Return the context in which a kernel is compiled."""
         return self._shown.compiling(expected)
+
+    def _compile(self, combinations: Combinations) -> None:
+        """Compile the kernels of a run once, before there are workers."""
+        (values,) = self._design.combinations(0, 1)
+        with suppress(FrictionsimError, ArithmeticError):  # the run will raise it again
+            scenario = combinations.scenario(values)
+            mechanism_module(scenario.kind).simulation(scenario).prepare(self)
+
+    @property
+    def _series(self) -> Path | None:
+        """The folder for the results of the runs; None if they are not kept."""
+        if self._whole is None or not self._study.options.keep_series:
+            return None
+        return _series_of(self._whole)
+
+    def _with_files(self, blocks: Iterable[RunBlock], whole: Path) -> Sweep:
+        """Run what remains, and write the file; what is done is kept whatever ends the sweep."""
+        with closing(self._journal or SweepJournal(unfinished_sweep_name(whole))) as journal:
+            try:
+                self._make_series()
+                if self._journal is None:
+                    folder = self._study.folder.absolute()
+                    journal.begin(self._header, whole.name, folder)
+                    for block in self._blocks:
+                        journal.append(block)
+            except BaseException:
+                if self._journal is None:
+                    journal.remove()
+                raise
+            try:
+                for block in blocks:
+                    journal.append(block)
+                    self._add(block)
+                table = completed(self._header, self._blocks)
+                write_sweep(table, whole)
+            except BaseException as error:
+                if isinstance(error, InputError) and not self._done:  # no worker can be started
+                    journal.remove()
+                else:
+                    self._keep(journal, error)
+                raise
+            journal.remove()
+        return Sweep(table, whole)
+
+    def _make_series(self) -> None:
+        """Make the folder for the results of the runs, with those that are done already."""
+        folder, earlier = self._series, self._earlier_series
+        if folder is None:
+            return
+        try:
+            folder.mkdir(exist_ok=True)
+            (folder / STUDY).write_bytes(self._header.attributes["study"].encode())
+            if earlier is not None and earlier.is_dir() and not folder.samefile(earlier):
+                copytree(earlier, folder, dirs_exist_ok=True)
+        except OSError as error:
+            reason = error.strerror or "the results of the runs that are done cannot be copied"
+            raise OutputError(f"{folder}: cannot make this folder: {reason}") from None
+
+    def _keep(self, journal: SweepJournal, error: BaseException) -> None:
+        """Note in the journal why the sweep stops, and in the error that it can be resumed."""
+        runs = f"{self._done} of {self._design.runs} runs"
+        kept = (
+            f"sweep interrupted: {runs} are saved in {journal.path};"
+            f" 'frictionsim resume {journal.path}' continues the sweep"
+        )
+        how = f"stopped by an error ({type(error).__name__})"
+        if isinstance(error, Interrupted | KeyboardInterrupt):
+            number = error.signal_number if isinstance(error, Interrupted) else SIGINT
+            how = f"interrupted by {Signals(number).name}"
+            error.args = (kept,)
+        elif isinstance(error, OutputError | WorkerDied):
+            how = "stopped by an error"
+            error.args = (f"{error}. {kept}",)
+        with suppress(OutputError):  # the disk is full
+            journal.stop(f"{how} after {runs}")

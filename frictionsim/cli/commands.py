@@ -217,22 +217,27 @@ def resume(
     Until it is done a run is NAME.partial.h5, a sweep NAME.partial.runs, which is taken if there
     is no NAME.h5.
     """
+    from frictionsim.api.result import file_to_resume
     from frictionsim.api.solving import RunOptions
-    from frictionsim.api.sweep_result import incomplete_of
     from frictionsim.cli.job import Report, resume_job
 
     log_on_stderr(verbose)
     options = RunOptions.among(locals())
-    incomplete = incomplete_of(result)
-    if not isinstance(incomplete, fs.Result):
-        from frictionsim.api.sweeping import ExecutionOptions, resume_study
+    file, incomplete = file_to_resume(result)
+    if incomplete is None:
         from frictionsim.cli.study_commands import SweepPrinting, run_with
 
         limits = f"{result} is a sweep, whose runs have the limits of its scenario"
         _check_absent(f"it applies to a run, and {limits}", max_wall=max_wall, max_steps=max_steps)
-        execution = ExecutionOptions.among(locals())
-        printing = SweepPrinting(str(result), None, as_json, quiet, verbose)
-        return run_with(partial(resume_study, incomplete, output), execution, printing)
+        run = partial(
+            fs.resume_sweep,
+            file,
+            output=output,
+            no_clobber=no_clobber,
+            workers=workers,
+            dask=dask,
+        )
+        return run_with(run, SweepPrinting(str(result), None, as_json, quiet, verbose))
     _check_absent(f"it applies to a sweep, and {result} is a run", workers=workers, dask=dask)
     report = Report(as_json, quiet, verbose)
     resume_job(incomplete, output, options, report)

@@ -127,7 +127,7 @@ def show(
     """Print the summary of a result or sweep again."""
     if as_json + as_csv + scenario + study > 1:
         raise InputError("show: give one of --json, --csv, --scenario and --study")
-    from frictionsim.api.sweep_result import result_or_sweep
+    from frictionsim.api.result import result_or_sweep
 
     log_on_stderr(0)
     content = result_or_sweep(result)

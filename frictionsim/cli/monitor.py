@@ -12,7 +12,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any, Self
 
 from frictionsim.cli.app import Process
-from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_SIGNAL
+from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_SIGNAL, Interrupted
 from frictionsim.io.output_file import discard_parts
 from frictionsim.io.terminal import is_terminal, print_on_stderr, visible, write_on_stderr
 from frictionsim.simulation.monitor import (
@@ -306,9 +306,7 @@ class SweepMonitor(CompilationMonitor[SweepProgress]):
             self._stepped = True
             self.signals.begin()
         if self.signals.received:
-            from frictionsim.api.sweeping import SweepInterrupted
-
-            raise SweepInterrupted(self.signals.received)
+            raise Interrupted(self.signals.received, 0.0)
         if self._bar is not None:
             self._bar(progress)
 

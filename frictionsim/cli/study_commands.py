@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
+import frictionsim as fs
 from frictionsim.cli.app import (
     RESULTS,
     STDIN,
@@ -41,7 +42,6 @@ from frictionsim.errors import EXIT_SIGNAL, InputError, OutputError, counted
 if TYPE_CHECKING:
     from frictionsim.api.result_base import ResultBase
     from frictionsim.api.sweep_result import Sweep
-    from frictionsim.api.sweeping import ExecutionOptions
 
 # The option for an argument of `fs.fit` that has another name.
 OPTIONS = {"channels": "channel", "quantities": "quantity", "units": "unit"}
@@ -375,9 +375,8 @@ def sweep(
     verbose: Verbose = 0,
 ) -> int:
     """Run many combinations of values and write them to one file."""
-    from frictionsim.api.sweeping import ExecutionOptions, SweepOptions, run_study, study_from
+    from frictionsim.api.sweeping import SweepOptions, study_from
 
-    execution = ExecutionOptions.among(locals())
     options = SweepOptions.among(locals())
     if output == Path(STDIN):
         raise InputError("-o -: a sweep is written as HDF5, not printed; give a file name")
@@ -388,7 +387,10 @@ def sweep(
     with _target(output, source) as target:
         _check_csv(csv, target, no_clobber, study.options.indices)
         warn(study.scenario.warnings())
-        return run_with(partial(run_study, study, target), execution, printing)
+        run = partial(
+            fs.sweep, study, output=target, no_clobber=no_clobber, workers=workers, dask=dask
+        )
+        return run_with(run, printing)
 
 
 class SweepPrinting(NamedTuple):
@@ -401,17 +403,13 @@ class SweepPrinting(NamedTuple):
     verbose: int
 
 
-def run_with(
-    run: "Callable[[ExecutionOptions], Sweep]",
-    execution: "ExecutionOptions",
-    printing: SweepPrinting,
-) -> int:
-    """Run a sweep with a monitor, and print its summary; return the exit code."""
+def run_with(run: "Callable[..., Sweep]", printing: SweepPrinting) -> int:
+    """Run a sweep, which takes `progress`, and print its summary; return the exit code."""
     log_on_stderr(printing.verbose)
     gc.enable()  # off for short commands; a sweep may take days
     shown = not (printing.quiet or printing.as_json)
     with SweepMonitor(shown, printing.quiet) as monitor:
-        swept = run(execution.model_copy(update={"progress": monitor}))
+        swept = run(progress=monitor)
         if printing.csv is not None:
             swept.save_csv(printing.csv)
     with EndingSignals(f"the sweep is in {swept.path}"):

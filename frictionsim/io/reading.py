@@ -1,15 +1,16 @@
 """Read a file of this program whose kind is not known: the result of a run, or a sweep."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from frictionsim.io.result_reader import SWEEP_VERSION, is_unfinished_sweep, opened, read
-from frictionsim.io.sweep_file import read_sweep
-from frictionsim.io.sweep_journal import read_unfinished
-from frictionsim.io.sweep_table import SweepTable
-from frictionsim.results import Record
+from frictionsim.io.result_reader import SWEEP_VERSION, is_unfinished_sweep, opened, record_in
+
+if TYPE_CHECKING:
+    from frictionsim.io.sweep_table import SweepTable
+    from frictionsim.results import Record
 
 
-def read_any(path: Path) -> Record | SweepTable:
+def read_any(path: Path) -> "Record | SweepTable":
     """Read a result file, the file of a sweep or an unfinished sweep.
 
     Raises
@@ -18,7 +19,12 @@ def read_any(path: Path) -> Record | SweepTable:
         If there is none, or it is neither.
     """
     if is_unfinished_sweep(path):
+        from frictionsim.io.sweep_journal import read_unfinished
+
         return read_unfinished(path).table
     with opened(path) as file:
-        is_sweep = SWEEP_VERSION in file.attrs
-    return read_sweep(path) if is_sweep else read(path)
+        if SWEEP_VERSION not in file.attrs:
+            return record_in(file, path)
+        from frictionsim.io.sweep_file import sweep_in
+
+        return sweep_in(file, path)

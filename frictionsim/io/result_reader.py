@@ -18,7 +18,7 @@ import numpy as np
 
 from frictionsim.errors import InputError, near_files
 from frictionsim.io.checksum import is_damaged
-from frictionsim.io.names import unfinished_beside
+from frictionsim.io.names import PARTIAL, RUNS, unfinished_beside
 from frictionsim.io.output_file import SUFFIXES, UNFINISHED_SWEEP
 from frictionsim.io.result_format import (
     COUNTS,
@@ -101,7 +101,7 @@ def read(path: Path) -> Record:
     with opened(path) as file:
         if SWEEP_VERSION in file.attrs:
             raise is_sweep
-        return _record(file, path)
+        return record_in(file, path)
 
 
 def read_checkpoint(path: Path) -> Checkpoint:
@@ -181,9 +181,13 @@ def opened(path: Path, what: str = "result") -> Iterator[h5py.File]:
 
 
 def is_unfinished_sweep(path: Path) -> bool:
-    """Return whether a file is an unfinished sweep, which is no HDF5; not if there is none."""
+    """Return whether a file is an unfinished sweep, which is no HDF5; not if there is none.
+
+    It may be empty, or end within its first line.
+    """
     with suppress(OSError):
-        return path.is_file() and UNFINISHED_SWEEP.recognises(path)
+        is_named = path.name.endswith(PARTIAL + RUNS)
+        return path.is_file() and (is_named or UNFINISHED_SWEEP.recognises(path))
     return False
 
 
@@ -223,8 +227,8 @@ def _check_structure(group: Any, free: int) -> int:
     return free
 
 
-def _record(file: h5py.File, path: Path) -> Record:
-    """Return the content of an open result file."""
+def record_in(file: h5py.File, path: Path) -> Record:
+    """Return the content of an open result file; the path is for messages."""
     attributes = _attributes(file, path)
     datasets = _datasets(file)
     scales = {name: item for name, item in datasets.items() if _is_axis(item)}

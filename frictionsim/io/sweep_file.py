@@ -32,7 +32,7 @@ processes, the order of the runs or interruptions, and ends with the line of a c
 file.
 """
 
-from math import prod
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -42,15 +42,15 @@ import numpy as np
 from frictionsim.errors import InputError
 from frictionsim.io.output_file import SWEEP
 from frictionsim.io.result_format import CONVENTIONS
-from frictionsim.io.result_reader import flags_of, names_of, opened, text_of, values_of
+from frictionsim.io.result_reader import names_of, opened, text_of, values_of
 from frictionsim.io.result_writer import TEXT, describe, write_from_memory
 from frictionsim.io.sweep_table import (
     RUN,
     SOBOL,
     SOBOL_BASIS,
-    SOBOL_KEY,
-    SOBOL_QUANTITY,
+    SOBOL_NAMES,
     STATUS,
+    STATUSES,
     TEXTS,
     VERSION,
     VERSION_NAME,
@@ -77,65 +77,52 @@ def _fill(file: Any, table: SweepTable) -> None:
     for name, text in ({"Conventions": CONVENTIONS} | table.attributes).items():
         file.attrs[name] = text
     scales = {}
-    if RUN in table.dimensions:
-        scales[RUN] = _add(file, RUN, np.arange(table.runs), "1", "number of the run, from 0")
+    if is_list := RUN in table.dimensions:
+        numbers = Channel("1", "number of the run, from 0")
+        scales[RUN] = _add(file, RUN, np.arange(table.runs), numbers)
         scales[RUN].make_scale(RUN)
     for key, coordinate in table.coordinates.items():
-        dataset = _add_coordinate(file, key, coordinate)
-        if coordinate.dimension == key:
+        values = coordinate.values
+        is_text = isinstance(values, list)
+        if not is_text and values.dtype == np.bool_:
+            values = values.astype(np.int8)
+        unit = "" if is_text else coordinate.unit or "1"
+        dataset = _add(file, key, values, Channel(unit, coordinate.long_name))
+        if not is_list:
             dataset.make_scale(key)
             scales[key] = dataset
     dimensions = [scales[name] for name in table.dimensions]
-    if RUN in scales:
+    if is_list:
         for key in table.coordinates:
             file[key].dims[0].attach_scale(scales[RUN])
     for name, values in table.values.items():
-        words = name.replace("_", " ")
-        _add(file, name, values.reshape(table.shape), table.units[name], words, dimensions)
-    status = file.create_dataset(STATUS, data=table.status.reshape(table.shape))
-    describe(status, Channel("1", "outcome of the run", flags=table.statuses), *dimensions)
+        channel = Channel(table.units[name], name.replace("_", " "))
+        _add(file, name, values.reshape(table.shape), channel, dimensions)
+    outcome = Channel("1", "outcome of the run", flags=STATUSES)
+    _add(file, STATUS, table.status.reshape(table.shape), outcome, dimensions)
     for name, words in TEXTS.items():
-        _add_texts(file, name, table.text_array(name), words, dimensions)
-    if RUN in scales:
-        named = " ".join(table.coordinates)
+        _add(file, name, table.text_array(name), Channel("", words), dimensions)
+    if is_list:
         for name in (*table.values, STATUS, *TEXTS):
-            file[name].attrs["coordinates"] = named
-    if table.sobol is not None:
-        _add_indices(file, table.sobol)
-
-
-def _add_indices(file: Any, indices: SobolIndices) -> None:
-    scales: dict[str, Any] = {}
-    for name, (dimensions, values, words) in indices.datasets.items():
-        along = [scales[dimension] for dimension in dimensions if dimension != name]
-        if not isinstance(values, list):
-            _add(file, name, values, "1", words, along)
-            continue
-        dataset = _add_texts(file, name, np.array(values, object), words, along)
-        if name in dimensions:
+            file[name].attrs["coordinates"] = " ".join(table.coordinates)
+    for name, (along, values, words) in table.sobol_datasets.items():
+        unit = "" if isinstance(values, list) else "1"
+        others = [scales[dimension] for dimension in along if dimension != name]
+        dataset = _add(file, name, values, Channel(unit, words), others)
+        if name in along:
             dataset.make_scale(name)
             scales[name] = dataset
 
 
-def _add(file: Any, name: str, values: Any, unit: str, long_name: str, dimensions: Any = ()) -> Any:
-    dataset = file.create_dataset(name, data=values)
-    describe(dataset, Channel(unit, long_name), *dimensions)
-    return dataset
-
-
-def _add_coordinate(file: Any, key: str, coordinate: Coordinate) -> Any:
-    if isinstance(coordinate.values, list):
-        return _add_texts(file, key, np.array(coordinate.values, object), coordinate.long_name)
-    values = coordinate.values
-    if values.dtype == np.bool_:
-        values = values.astype(np.int8)
-    return _add(file, key, values, coordinate.unit or "1", coordinate.long_name)
-
-
-def _add_texts(file: Any, name: str, texts: Any, long_name: str, dimensions: Any = ()) -> Any:
-    storage = {"chunks": True, "compression": "gzip"} if texts.size >= COMPRESSED_FROM else {}
-    dataset = file.create_dataset(name, data=texts, dtype=TEXT, **storage)
-    describe(dataset, Channel("", long_name), *dimensions)
+def _add(file: Any, name: str, values: Any, channel: Channel, scales: Sequence[Any] = ()) -> Any:
+    """Add numbers, or a list or an array of texts."""
+    options: dict[str, Any] = {}
+    if isinstance(values, list) or values.dtype == object:
+        values, options["dtype"] = np.array(values, object), TEXT
+        if values.size >= COMPRESSED_FROM:
+            options |= {"chunks": True, "compression": "gzip"}
+    dataset = file.create_dataset(name, data=values, **options)
+    describe(dataset, channel, *scales)
     return dataset
 
 
@@ -150,90 +137,51 @@ def read_sweep(path: Path) -> SweepTable:
     with opened(path, "sweep") as file:
         if VERSION_NAME not in file.attrs:
             raise InputError(f"{path}: this is the result of a run, not a sweep; fs.open reads it")
-        version = int(file.attrs[VERSION_NAME])
-        if version != VERSION:
-            raise InputError(
-                f"{path}: cannot read this sweep: its format version is {version}, this program"
-                f" reads version {VERSION}"
-            )
-        attributes = {name: str(file.attrs[name]) for name in ATTRIBUTES}
-        return _table(attributes, dict(file.items()))
+        return sweep_in(file, path)
 
 
-def _table(attributes: dict[str, str], datasets: dict[str, Any]) -> SweepTable:
-    status = datasets.pop(STATUS)
-    statuses, shape = flags_of(status), status.shape
-    texts = {name: _texts(datasets.pop(name), shape) for name in TEXTS}
-    coordinates, dimensions = _coordinates(datasets, status)
-    sobol = _indices(datasets, list(coordinates)) if SOBOL_BASIS in datasets else None
-    columns = {n: d for n, d in datasets.items() if n != RUN and n not in coordinates}
-    outcome = values_of(status).astype(np.int8).reshape(-1)
-    if any(dataset.shape != shape for dataset in columns.values()):
-        raise ValueError("a quantity is not of the shape of the sweep")
-    if not np.isin(outcome, [number for number, _ in statuses]).all():
-        raise ValueError("a run has a status that there is not")
-    if sobol is not None and sobol.quantities != list(columns):
-        raise ValueError("its Sobol indices are of other quantities")
-    return SweepTable(
-        attributes=attributes,
-        dimensions=dimensions,
-        coordinates=coordinates,
-        units={name: text_of(dataset, "units") for name, dataset in columns.items()},
-        values={name: values_of(dataset).reshape(-1) for name, dataset in columns.items()},
-        status=outcome,
-        statuses=statuses,
-        texts=texts,
-        sobol=sobol,
-    )
-
-
-def _indices(datasets: dict[str, Any], keys: list[str]) -> SobolIndices:
-    """Return the Sobol indices; remove their datasets from `datasets`."""
-    names, stored_keys, basis = (
-        list(names_of(datasets.pop(name))) for name in (SOBOL_QUANTITY, SOBOL_KEY, SOBOL_BASIS)
-    )
-    columns = {name: values_of(datasets.pop(name)) for name in SOBOL}
-    shape = (len(names), len(keys))
-    if (
-        stored_keys != keys
-        or len(basis) != len(names)
-        or any(c.shape != shape for c in columns.values())
-    ):
-        raise ValueError("its Sobol indices are not those of its keys")
-    return SobolIndices(names, keys, basis, columns)
-
-
-def _coordinates(
-    datasets: dict[str, Any], status: Any
-) -> tuple[dict[str, Coordinate], dict[str, int]]:
-    """Return the varied keys, and the lengths of the dimensions by name."""
-    if RUN in datasets:
-        names, runs = str(status.attrs["coordinates"]).split(), int(datasets[RUN].shape[0])
-        dimensions = {RUN: runs}
-    else:
-        names = [str(next(iter(dimension.keys()))) for dimension in status.dims]
-        dimensions = {key: int(datasets[key].shape[0]) for key in names}
-    if status.shape != tuple(dimensions.values()) or prod(status.shape) < 1:
-        raise ValueError("the sweep has another shape")
-    coordinates = {}
-    for key in names:
-        dataset = datasets[key]
-        dimension = RUN if RUN in datasets else key
-        if dataset.shape != (dimensions[dimension],):
-            raise ValueError(f"{key} does not have a value for each run")
-        is_text = h5py.check_string_dtype(dataset.dtype) is not None
-        coordinates[key] = Coordinate(
-            dimension,
-            list(names_of(dataset)) if is_text else values_of(dataset),
-            "" if is_text else text_of(dataset, "units"),
-            text_of(dataset, "long_name"),
+def sweep_in(file: Any, path: Path) -> SweepTable:
+    """Return the sweep in an open file; the path is for messages."""
+    version = int(file.attrs[VERSION_NAME])
+    if version != VERSION:
+        raise InputError(
+            f"{path}: cannot read this sweep: its format version is {version}, this program reads"
+            f" version {VERSION}"
         )
-    return coordinates, dimensions
+    status, is_list = file[STATUS], RUN in file
+    outcomes = values_of(status).astype(np.int8).reshape(-1)
+    if not {*outcomes.tolist()} <= dict(STATUSES).keys():
+        raise ValueError("a run has a status that there is not")
+    if is_list:
+        keys, dimensions = str(status.attrs["coordinates"]).split(), {RUN: status.size}
+    else:
+        keys = [str(next(iter(dimension.keys()))) for dimension in status.dims]
+        dimensions = dict(zip(keys, status.shape, strict=True))
+    others = {RUN, STATUS, *TEXTS, *SOBOL_NAMES, *keys}
+    columns = {name: dataset for name, dataset in file.items() if name not in others}
+    table = SweepTable(
+        attributes={name: str(file.attrs[name]) for name in ATTRIBUTES},
+        dimensions=dimensions,
+        coordinates={key: _coordinate(file[key], RUN if is_list else key) for key in keys},
+        units={name: text_of(dataset, "units") for name, dataset in columns.items()},
+        values={n: values_of(dataset).reshape(status.size) for n, dataset in columns.items()},
+        status=outcomes,
+        texts={name: _texts(file[name].asstr()[...].reshape(status.size)) for name in TEXTS},
+    )
+    if SOBOL_BASIS not in file:
+        return table
+    basis, numbers = names_of(file[SOBOL_BASIS]), np.array([file[name][...] for name in SOBOL])
+    indices = (SobolIndices(text, numbers[:, i]) for i, text in enumerate(basis))
+    return table._replace(sobol=dict(zip(columns, indices, strict=True)))
 
 
-def _texts(dataset: Any, shape: tuple[int, ...]) -> dict[int, str]:
-    """Return the nonempty texts of a dataset by the number of the run."""
-    if dataset.shape != shape:
-        raise ValueError(f"{dataset.name} is not of the shape of the sweep")
-    texts = dataset.asstr()[...].reshape(-1).tolist()
-    return {number: text for number, text in enumerate(texts) if text}
+def _coordinate(dataset: Any, dimension: str) -> Coordinate:
+    words = text_of(dataset, "long_name")
+    if h5py.check_string_dtype(dataset.dtype) is not None:
+        return Coordinate(dimension, list(names_of(dataset)), "", words)
+    return Coordinate(dimension, values_of(dataset), text_of(dataset, "units"), words)
+
+
+def _texts(texts: Any) -> dict[int, str]:
+    """Return the texts that are not empty, by the number of the run."""
+    return {number: text for number, text in enumerate(texts.tolist()) if text}

@@ -1,25 +1,26 @@
 """The unfinished sweep, NAME.partial.runs: a journal of lines in JSON that only grows.
 
-    {"sweep_version": 1, "output": ..., "attributes": ..., "dimensions": ..., "coordinates": ...}
+    {"sweep_version": 1, "output": ..., "folder": ..., "attributes": ..., "dimensions": ...,
+     "coordinates": ...}
     {"first": 0, "status": [...], "units": ..., "values": ..., "texts": ...}
     {"stopped": "interrupted by SIGINT after 5 of 12 runs"}
 
 The first line has what a sweep is before its runs: the name of the file that is written when all
-are done, the attributes of `sweep_file` with the study, and the values of the varied keys. Each
-further line is a block of runs that are done, with the values of its quantities (quantities, runs)
-as doubles in base64; or it says why the sweep has stopped. Each ends with its own CRC-32. Whatever
-kills the process, at most the last line is torn; the runs of a line that is torn or damaged are run
-again. The process that runs a sweep has a lock on the file.
+are done, the folder of file names in the values, the attributes of `sweep_file` with the study, and
+the values of the varied keys. Each further line is a block of runs that are done, with the values
+of its quantities (quantities, runs) as doubles in base64; or it says why the sweep has stopped.
+Each ends with its own CRC-32. Whatever kills the process, at most the last line is torn; the runs
+of a line that is torn or damaged are run again. The process that runs a sweep has a lock on the
+file.
 """
 
 import os
 from base64 import b64decode, b64encode
-from collections.abc import Iterator
 from contextlib import suppress
 from json import dumps, loads
 from pathlib import Path
 from time import monotonic
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 from zlib import crc32
 
 import numpy as np
@@ -27,15 +28,13 @@ import numpy as np
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io.names import whole_name
 from frictionsim.io.sweep_table import (
-    NOT_RUN,
-    STATUSES,
-    TEXTS,
     VERSION,
     VERSION_NAME,
     Coordinate,
     RunBlock,
+    SweepHeader,
     SweepTable,
-    with_blocks,
+    table_of,
 )
 
 try:
@@ -51,16 +50,18 @@ KILLED = "killed, or still running"
 class UnfinishedSweep(NamedTuple):
     """What a journal holds."""
 
-    planned: SweepTable  # without runs
+    header: SweepHeader
     output: str  # name of the file of the whole sweep
+    folder: Path  # of file names in the values of the varied keys
     blocks: list[RunBlock]
     reason: str  # why it stopped
 
     @property
     def table(self) -> SweepTable:
         """The sweep with the runs that are done."""
-        attributes = self.planned.attributes | {"status": "interrupted", "reason": self.reason}
-        return with_blocks(self.planned, self.blocks)._replace(attributes=attributes)
+        ending = {"status": "interrupted", "reason": self.reason}
+        attributes = self.header.attributes | ending
+        return table_of(self.header._replace(attributes=attributes), self.blocks)
 
     def whole(self, path: Path) -> Path:
         """Return the file of the whole sweep of a journal at a path, which may be renamed."""
@@ -78,15 +79,14 @@ class SweepJournal:
             raise self._failed(error) from None
         try:
             self._lock()
-            if not is_new:
-                self._remove_torn_line()
-            elif _begins(path):
+            content = path.read_bytes()
+            if is_new and b"\n" in content:
                 raise OutputError(
                     f"{path}: this is an interrupted sweep: 'frictionsim resume {path}' continues"
                     " it; give another name, or remove it"
                 )
-            else:
-                self._file.truncate(0)  # of a process that was killed before there was a line
+            self._file.truncate(content.rfind(b"\n") + 1)  # without a torn line
+            self._file.seek(0, os.SEEK_END)
         except BaseException:
             self._file.close()
             raise
@@ -103,37 +103,21 @@ class SweepJournal:
         except OSError:  # a file system without locks
             pass
 
-    def _remove_torn_line(self) -> None:
-        self._file.truncate(self._file.read().rfind(b"\n") + 1)
-        self._file.seek(0, os.SEEK_END)
-
-    def begin(self, planned: SweepTable, output: str) -> None:
+    def begin(self, header: SweepHeader, output: str, folder: Path) -> None:
         """Write the first line."""
         coordinates = {
-            key: {**c._asdict(), "values": _values(c.values), "type": _type_of(c.values)}
-            for key, c in planned.coordinates.items()
+            key: c._asdict() | {"values": [*_plain(c.values)], "type": _type_of(c.values)}
+            for key, c in header.coordinates.items()
         }
-        self._write(
-            {
-                VERSION_NAME: VERSION,
-                "output": output,
-                "attributes": planned.attributes,
-                "dimensions": planned.dimensions,
-                "coordinates": coordinates,
-            }
-        )
+        names = {VERSION_NAME: VERSION, "output": output, "folder": str(folder)}
+        self._write(names | header._asdict() | {"coordinates": coordinates})
 
     def append(self, block: RunBlock) -> None:
         """Append a block; it survives a kill of this process, and after a second a power cut."""
-        self._write(
-            {
-                "first": block.first,
-                "status": block.status.tolist(),
-                "units": block.units,
-                "values": b64encode(np.ascontiguousarray(block.values, "<f8").tobytes()).decode(),
-                "texts": {name: list(by_run.items()) for name, by_run in block.texts.items()},
-            }
-        )
+        values = b64encode(np.ascontiguousarray(block.values, "<f8").tobytes()).decode()
+        texts = {name: list(by_run.items()) for name, by_run in block.texts.items()}
+        changed = {"status": block.status.tolist(), "values": values, "texts": texts}
+        self._write(block._asdict() | changed)
 
     def stop(self, reason: str) -> None:
         """Say why the sweep stops."""
@@ -163,27 +147,13 @@ class SweepJournal:
         with suppress(OSError):  # what could not be written is still in its buffer
             self._file.close()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-
-def _begins(path: Path) -> bool:
-    """Return whether a journal has its first line, whole."""
-    try:
-        return next(_sound_lines(path.read_bytes()), None) is not None
-    except ValueError:
-        return False
-
 
 def _type_of(values: Any) -> str:
     return "text" if isinstance(values, list) else str(values.dtype)
 
 
-def _values(values: Any) -> list[Any]:
-    return list(values) if isinstance(values, list) else list(values.tolist())
+def _plain(values: Any) -> Any:
+    return values if isinstance(values, list) else values.tolist()
 
 
 def read_unfinished(path: Path) -> UnfinishedSweep:
@@ -192,61 +162,52 @@ def read_unfinished(path: Path) -> UnfinishedSweep:
     Raises
     ------
     InputError
-        If it is not readable, or its first line is damaged.
+        If it is not readable, or its first line is torn or damaged.
     """
+    cannot = f"{path}: cannot read this sweep"
     try:
-        first, *lines = list(_sound_lines(path.read_bytes()))
-        planned, output = _planned(first), str(first["output"])
-        version = int(first[VERSION_NAME])
+        first, *lines = path.read_bytes().split(b"\n")
+        if not lines:
+            raise InputError(
+                f"{path}: this sweep was stopped before its first runs and holds none; remove the"
+                " file and start the sweep again"
+            )
+        header = _sound(first)
+        if header[VERSION_NAME] != VERSION:
+            raise InputError(
+                f"{cannot}: its format version is {header[VERSION_NAME]}, this program reads"
+                f" version {VERSION}"
+            )
+        sound = [content for content in map(_sound, lines) if content]
+        return UnfinishedSweep(
+            SweepHeader(
+                header["attributes"],
+                header["dimensions"],
+                {key: _coordinate(**given) for key, given in header["coordinates"].items()},
+            ),
+            header["output"],
+            Path(header["folder"]),
+            [_block(**content) for content in sound if "first" in content],
+            sound[-1].get("stopped", KILLED) if sound else KILLED,
+        )
     except OSError as error:
-        raise InputError(f"{path}: cannot read this sweep: {error.strerror}") from None
+        raise InputError(f"{cannot}: {error.strerror}") from None
     except (ValueError, KeyError, TypeError):
-        raise InputError(f"{path}: cannot read this sweep: it is damaged") from None
-    if version != VERSION:
-        raise InputError(
-            f"{path}: cannot read this sweep: its format version is {version}, this program reads"
-            f" version {VERSION}"
-        )
-    reason = lines[-1].get("stopped", KILLED) if lines else KILLED
-    return UnfinishedSweep(
-        planned, output, [_block(line) for line in lines if "first" in line], reason
-    )
+        raise InputError(f"{cannot}: it is damaged") from None
 
 
-def _sound_lines(content: bytes) -> Iterator[dict[str, Any]]:
-    """Yield the lines that are neither torn nor damaged; ValueError if the first one is."""
-    for number, line in enumerate(content.split(b"\n")):
-        text, _, checksum = line.rpartition(CHECKSUM)
-        if checksum == b"%d}" % crc32(text):
-            yield loads(text + b"}")
-        elif not number:
-            raise ValueError("the first line is damaged")
+def _sound(line: bytes) -> dict[str, Any]:
+    """Return the content of a line; nothing if it is torn or damaged."""
+    text, _, checksum = line.rpartition(CHECKSUM)
+    content: dict[str, Any] = loads(text + b"}") if checksum == b"%d}" % crc32(text) else {}
+    return content
 
 
-def _planned(line: dict[str, Any]) -> SweepTable:
-    dimensions, coordinates = dict(line["dimensions"]), {}
-    for key, given in line["coordinates"].items():
-        values, kind = given["values"], given["type"]
-        coordinates[key] = Coordinate(
-            given["dimension"],
-            values if kind == "text" else np.array(values, kind),
-            given["unit"],
-            given["long_name"],
-        )
-    return planned_table(line["attributes"], dimensions, coordinates)
+def _coordinate(values: Any, type: str, **others: str) -> Coordinate:
+    return Coordinate(values=values if type == "text" else np.array(values, type), **others)
 
 
-def planned_table(
-    attributes: dict[str, str], dimensions: dict[str, int], coordinates: dict[str, Coordinate]
-) -> SweepTable:
-    """Return a sweep of which no run is done."""
-    status = np.full(int(np.prod(list(dimensions.values()))), NOT_RUN, dtype=np.int8)
-    texts: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
-    return SweepTable(attributes, dimensions, coordinates, {}, {}, status, STATUSES, texts)
-
-
-def _block(line: dict[str, Any]) -> RunBlock:
-    status = np.array(line["status"], np.int8)
-    values = np.frombuffer(b64decode(line["values"]), "<f8").reshape(-1, len(status))
-    texts = {name: dict(map(tuple, by_run)) for name, by_run in line["texts"].items()}
-    return RunBlock(line["first"], status, line["units"], values, texts)
+def _block(status: Any, values: Any, texts: Any, **others: Any) -> RunBlock:
+    numbers = np.frombuffer(b64decode(values), "<f8").reshape(-1, len(status))
+    by_name = {name: dict(map(tuple, by_run)) for name, by_run in texts.items()}
+    return RunBlock(status=np.array(status, np.int8), values=numbers, texts=by_name, **others)

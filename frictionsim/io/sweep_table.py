@@ -20,7 +20,6 @@ TEXTS = {
     "reason": "why the run failed, or which checks of its audit",
     "warnings": "warnings, one per line",
 }
-
 SOBOL_QUANTITY, SOBOL_KEY, SOBOL_BASIS = "sobol_quantity", "sobol_key", "sobol_basis"
 SOBOL = {
     "sobol_first": "first-order Sobol index",
@@ -30,31 +29,19 @@ SOBOL = {
     "sobol_total_low": "lower end of the 95 % interval of the total index",
     "sobol_total_high": "upper end of the 95 % interval of the total index",
 }
-
 SOBOL_NAMES = (SOBOL_QUANTITY, SOBOL_KEY, SOBOL_BASIS, *SOBOL)
 
 
 class SobolIndices(NamedTuple):
-    """The Sobol indices of a sample."""
+    """The Sobol indices of a quantity."""
 
-    quantities: list[str]
-    keys: list[str]
-    basis: list[str]  # of each quantity: data of the indices, or why there are none
-    columns: "dict[str, Array]"  # by SOBOL, (quantities, keys); NaN where there are none
+    basis: str  # the data of the indices, or why there are none
+    values: "Array"  # (6, keys), in the order of SOBOL; NaN where there are none
 
     @property
-    def datasets(self) -> dict[str, tuple[tuple[str, ...], Any, str]]:
-        """Dimensions, values and description of each dataset, by name; the dimensions come first.
-
-        Values are lists of text, or arrays of pure numbers.
-        """
-        quantity, key = (SOBOL_QUANTITY,), (SOBOL_KEY,)
-        basis = "what the indices are computed from, or why there are none"
-        return {
-            SOBOL_QUANTITY: (quantity, self.quantities, "quantity"),
-            SOBOL_KEY: (key, self.keys, "varied key"),
-            SOBOL_BASIS: (quantity, self.basis, basis),
-        } | {name: (quantity + key, self.columns[name], words) for name, words in SOBOL.items()}
+    def exist(self) -> bool:
+        """Whether there are indices."""
+        return bool((self.values[0] == self.values[0]).all())
 
 
 class Coordinate(NamedTuple):
@@ -69,18 +56,40 @@ class Coordinate(NamedTuple):
     long_name: str
 
 
-class SweepTable(NamedTuple):
-    """The runs of a sweep; n is their number, in the order of the design."""
+class SweepHeader(NamedTuple):
+    """What a sweep is before its runs."""
 
     attributes: dict[str, str]  # of the root, see `sweep_file`
     dimensions: dict[str, int]  # lengths by name: the keys of a grid, or `run`
     coordinates: dict[str, Coordinate]  # by key
+
+
+class RunBlock(NamedTuple):
+    """The outcomes of consecutive runs."""
+
+    first: int  # the number of the first of these runs
+    status: Any  # (n,) of int8, among STATUSES
+    units: dict[str, str]  # of each quantity of any of these runs, by name
+    values: "Array"  # (quantities, n); NaN if undefined
+    texts: dict[str, dict[int, str]]  # nonempty TEXTS, by name and run
+
+    @property
+    def runs(self) -> int:
+        """The number of runs."""
+        return len(self.status)
+
+
+class SweepTable(NamedTuple):
+    """The runs of a sweep; n is their number, in the order of the design."""
+
+    attributes: dict[str, str]  # as those of its header, like the next two
+    dimensions: dict[str, int]
+    coordinates: dict[str, Coordinate]
     units: dict[str, str]  # of each quantity, by name
     values: "dict[str, Array]"  # of each quantity, (n,); NaN where it is not defined
     status: Any  # (n,) of int8
-    statuses: "Flags"
     texts: dict[str, dict[int, str]]  # nonempty TEXTS, by name and run
-    sobol: SobolIndices | None = None  # of a completed sample with `indices`
+    sobol: dict[str, SobolIndices] | None = None  # of a completed sample with `indices`
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -91,6 +100,10 @@ class SweepTable(NamedTuple):
     def runs(self) -> int:
         """The number of runs, including those not run yet."""
         return len(self.status)
+
+    def count(self, status: int) -> int:
+        """Return the number of runs of a status."""
+        return int((self.status == status).sum())
 
     def places(self, runs: Any) -> dict[str, Any]:
         """Return the indices of the values of each varied key in a run, or in an array of runs."""
@@ -109,35 +122,40 @@ class SweepTable(NamedTuple):
             texts[number] = text
         return texts.reshape(self.shape)
 
-
-class RunBlock(NamedTuple):
-    """The outcomes of consecutive runs."""
-
-    first: int  # the number of the first of these runs
-    status: Any  # (n,) of int8, among STATUSES
-    units: dict[str, str]  # of each quantity of any of these runs, by name
-    values: "Array"  # (quantities, n); NaN if undefined
-    texts: dict[str, dict[int, str]]  # nonempty TEXTS, by name and run
-
     @property
-    def runs(self) -> int:
-        """The number of runs."""
-        return len(self.status)
+    def sobol_datasets(self) -> dict[str, tuple[tuple[str, ...], Any, str]]:
+        """Dimensions, values and description of the datasets of Sobol indices, by name.
 
-    def count(self, status: int) -> int:
-        """Return the number of runs of a status."""
-        return int((self.status == status).sum())
+        The dimensions come first. Values are lists of text, or arrays of pure numbers.
+        """
+        if self.sobol is None:
+            return {}
+        import numpy as np
+
+        quantity, key = (SOBOL_QUANTITY,), (SOBOL_KEY,)
+        columns = np.array([indices.values for indices in self.sobol.values()])
+        columns = columns.reshape(-1, len(SOBOL), len(self.coordinates)).swapaxes(0, 1)
+        basis = [indices.basis for indices in self.sobol.values()]
+        words = "what the indices are computed from, or why there are none"
+        return {
+            SOBOL_QUANTITY: (quantity, list(self.sobol), "quantity"),
+            SOBOL_KEY: (key, list(self.coordinates), "varied key"),
+            SOBOL_BASIS: (quantity, basis, words),
+        } | {
+            name: (quantity + key, column, SOBOL[name])
+            for name, column in zip(SOBOL, columns, strict=True)
+        }
 
 
-def with_blocks(planned: SweepTable, blocks: Iterable[RunBlock]) -> SweepTable:
-    """Return a sweep without runs with the outcomes of some of them.
+def table_of(header: SweepHeader, blocks: Iterable[RunBlock]) -> SweepTable:
+    """Return the sweep of which some runs are done.
 
     It does not depend on the blocks' order and sizes: quantities are in the order of their first
     appearance, in the order of the runs.
     """
     import numpy as np
 
-    status = planned.status.copy()
+    status = np.full(int(np.prod([*header.dimensions.values()])), NOT_RUN, dtype=np.int8)
     units: dict[str, str] = {}
     values: dict[str, Array] = {}
     texts: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
@@ -150,4 +168,4 @@ def with_blocks(planned: SweepTable, blocks: Iterable[RunBlock]) -> SweepTable:
             values[name][runs] = row
         for name, by_run in block.texts.items():
             texts[name] |= by_run
-    return planned._replace(status=status, units=units, values=values, texts=texts)
+    return SweepTable(*header, units, values, status, texts)

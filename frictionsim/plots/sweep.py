@@ -54,7 +54,6 @@ from frictionsim.plots.sweep_panels import (
 from frictionsim.sweeps.design import SAMPLE
 from frictionsim.sweeps.sensitivity import indices_of
 from frictionsim.sweeps.statistics import (
-    counts,
     independent_runs,
     is_constant,
     sound_values,
@@ -305,12 +304,12 @@ def _draw_sample(
         values = sound_values(table, name)[runs]
         draw_histogram(left, table, name, values, statistics_of(values))
         for ax in right:
-            draw_tornado(ax, indices[name])
+            draw_tornado(ax, list(table.coordinates), indices[name])
     if sampling is not None:
         independent = f", {runs.stop} independent runs" if sampling.indices else ""
         notes.insert(0, f"{sampling.method} sample{independent}")
     _title(figure, table, list(table.coordinates), notes, table.runs)
-    add_legend(figure, legend_of_sample(any(i.first.size for i in indices.values())), columns=5)
+    add_legend(figure, legend_of_sample(any(i.exist for i in indices.values())), columns=5)
 
 
 def label_of(table: SweepTable, name: str) -> str:
@@ -343,7 +342,7 @@ def _title(
     """Give a figure the title of a sweep: its varied keys, and the number of runs drawn."""
     attributes = table.attributes
     title = attributes["title"] or attributes["kind"]
-    number = counts(table)
+    number = {status: table.count(status) for status in (NOT_RUN, FAILED, AUDIT_FAILED)}
     parts = [*short_overrides(attributes), *notes]
     if number[NOT_RUN]:
         parts.append(f"{attributes['status']}: {table.runs - number[NOT_RUN]} of {table.runs} runs")

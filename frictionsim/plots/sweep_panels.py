@@ -1,5 +1,6 @@
 """The panels of a sweep: curves over a key, maps over two, histograms and indices of a sample."""
 
+from collections.abc import Sequence
 from textwrap import fill
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -20,11 +21,10 @@ from frictionsim.display import (
     picture_text,
     with_unit,
 )
-from frictionsim.io.sweep_table import AUDIT_FAILED, DONE, FAILED, NOT_RUN, SweepTable
+from frictionsim.io.sweep_table import AUDIT_FAILED, DONE, FAILED, NOT_RUN, SobolIndices, SweepTable
 from frictionsim.plots.style import Style, axis_label, grid, line_style
 from frictionsim.plots.sweep_axes import MAX_WORD, KeyAxis, short_keys
 from frictionsim.plots.texts import LITERAL, literal
-from frictionsim.sweeps.sensitivity import SensitivityIndices
 from frictionsim.sweeps.statistics import Statistics, is_constant, sound_values
 
 if TYPE_CHECKING:
@@ -366,12 +366,13 @@ def draw_histogram(
     ax.locator_params(axis="x", nbins=6)  # more labels would touch each other
     s = statistics
     for style, places in zip(
-        LINES.values(), ((s.mean,), (s.median,), (s.low, s.high)), strict=True
+        LINES.values(), ((s.mean,), (s.quantile_50,), (s.quantile_5, s.quantile_95)), strict=True
     ):
         for place in places:
             ax.axvline(place, **style)
-    deviation = "" if np.isnan(s.deviation) else f", standard deviation {picture_text(s.deviation)}"
-    low, median, high = (picture_text(value, 5) for value in (s.low, s.median, s.high))
+    spread = f", standard deviation {picture_text(s.standard_deviation)}"
+    deviation = "" if np.isnan(s.standard_deviation) else spread
+    low, median, high = (picture_text(value, 5) for value in s[3:])
     lines = [
         with_unit(f"mean {picture_text(s.mean, 5)}{deviation}", unit),
         with_unit(f"5 %: {low}, 50 %: {median}, 95 %: {high}", unit),
@@ -389,34 +390,33 @@ def _bins(values: "Array") -> Any:
     return edges if edges.size <= MAX_BINS else np.linspace(*limits_of(values), MAX_BINS + 1)
 
 
-def draw_tornado(ax: Any, indices: SensitivityIndices) -> None:
+def draw_tornado(ax: Any, keys: Sequence[str], indices: SobolIndices) -> None:
     """Draw the indices of each key as bars, the largest total index at the top."""
-    if not indices.first.size:
+    if not indices.exist:
         write(ax, indices.basis)
         return
     grid(ax)
-    order = np.argsort(-indices.total, kind="stable")[:MAX_BARS]
-    names = short_keys(indices.keys)
+    first, total = indices.values[:3], indices.values[3:]  # each with the ends of its interval
+    order = np.argsort(-total[0], kind="stable")[:MAX_BARS]
+    names = short_keys(keys)
     places = np.arange(order.size, dtype=np.float64)
-    for style, values, interval, offset in (
-        (BARS["first-order index"], indices.first, indices.first_interval, -0.5 * THICKNESS),
-        (BARS["total index"], indices.total, indices.total_interval, 0.5 * THICKNESS),
+    for style, (values, *ends), offset in (
+        (BARS["first-order index"], first[:, order], -0.5 * THICKNESS),
+        (BARS["total index"], total[:, order], 0.5 * THICKNESS),
     ):
-        ax.barh(places + offset, values[order], THICKNESS, **style)
-        if interval is not None:
-            around = np.abs(interval[order].T - values[order])
-            bar = {"ecolor": BLACK, "elinewidth": 1.0, "capsize": 2.0}
-            ax.errorbar(values[order], places + offset, xerr=around, fmt="none", **bar)
+        ax.barh(places + offset, values, THICKNESS, **style)
+        around = np.abs(np.array(ends) - values)
+        bar = {"ecolor": BLACK, "elinewidth": 1.0, "capsize": 2.0}
+        ax.errorbar(values, places + offset, xerr=around, fmt="none", **bar)
     labels = [literal(_cut_left(names[i])) for i in order]
     ax.set_yticks(places, labels=labels, **LITERAL)
     ax.set_ylim(order.size - 0.5, -0.5)
-    ends = [indices.first, indices.total, indices.first_interval, indices.total_interval]
-    drawn = np.concatenate([end[order].ravel() for end in ends if end is not None])
+    drawn = indices.values[:, order]
     low, high = float(np.nanmin(drawn)), float(np.nanmax(drawn))
     ax.set_xlim(max(-MAX_INDEX, min(0.0, 1.05 * low)), min(MAX_INDEX, max(1.0, 1.05 * high)))
     ax.tick_params(labelsize="small")
     ax.set_xlabel("part of the variance", fontsize="small")
-    rest = len(indices.keys) - order.size
+    rest = len(keys) - order.size
     more = f"; {rest} keys with smaller indices are not shown" if rest else ""
     ax.set_title(fill(indices.basis + more, TEXT_WIDTH), fontsize="x-small", loc="left")
 

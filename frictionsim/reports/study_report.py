@@ -8,7 +8,7 @@ import numpy as np
 from frictionsim.display import labelled, set_line
 from frictionsim.document import Block, Cell, Document, Number, Picture, Table
 from frictionsim.io.cost_table import CostTable
-from frictionsim.io.sweep_table import DONE, SweepTable
+from frictionsim.io.sweep_table import DONE, STATUSES, SobolIndices, SweepTable
 from frictionsim.reports.html import (
     Html,
     folded,
@@ -21,9 +21,9 @@ from frictionsim.reports.html import (
 )
 from frictionsim.reports.page import study_page
 from frictionsim.sweeps.design import SAMPLE
-from frictionsim.sweeps.sensitivity import SensitivityIndices, indices_of
+from frictionsim.sweeps.sensitivity import indices_of
 from frictionsim.sweeps.statistics import (
-    extremes,
+    extreme_runs,
     grouped,
     is_constant,
     is_defined,
@@ -56,15 +56,14 @@ def kept_of(table: SweepTable) -> Kept:
     limit = MAX_CELLS // (len(keys) + len(quantities) + 2)
     if table.runs <= limit:
         return Kept(np.arange(table.runs), keys, quantities)
-    ranges = extremes(table)
-    special = [run for name in quantities if name in ranges for run in ranges[name][2::2]]
+    special = [run for name in quantities for run in extreme_runs(sound_values(table, name))]
     failed = np.flatnonzero(table.status != DONE)[: limit // 4]
     even = np.linspace(0, table.runs - 1, max(2, limit - len(special) - failed.size))
     runs = np.unique(np.concatenate((np.array(special, int), failed, even.astype(np.int64))))
     return Kept(runs, keys, quantities)
 
 
-def indices_of_sample(table: SweepTable, kept: Kept) -> dict[str, SensitivityIndices]:
+def indices_of_sample(table: SweepTable, kept: Kept) -> dict[str, SobolIndices]:
     """Return the Sobol indices of the first quantities that vary, of a sample of several keys."""
     if table.attributes["design"] != SAMPLE or len(table.coordinates) < 2:
         return {}
@@ -109,7 +108,7 @@ def sweep_page(
     sections = (
         section("Summary", *map(_part, summary)),
         section("Pictures", *(picture(each, not i) for i, each in enumerate(pictures))),
-        *_indices(indices),
+        *_indices(indices, list(sweep.coordinates)),
         section("Runs", *_left_out(sweep, kept), _runs(sweep, kept)),
         *_groups("Failures", sweep.texts, ("failure", "reason")),
         *_groups("Warnings", sweep.texts, ("warnings",)),
@@ -155,7 +154,7 @@ def _runs(sweep: SweepTable, kept: Kept) -> Html:
     caption = f"{len(kept.runs)} of {sweep.runs} runs"
     if len(kept.runs) == sweep.runs:
         caption = f"All {sweep.runs} runs" if sweep.runs > 1 else "The run"
-    words = dict(sweep.statuses)
+    words = dict(STATUSES)
     rows = [_run(sweep, kept, run, words) for run in kept.runs.tolist()]
     return study_table(Table(headings, rows, caption, "runs"))
 
@@ -204,18 +203,18 @@ def _groups(
     yield section(heading, study_table(Table(headings, rows, caption)))
 
 
-def _indices(indices: dict[str, SensitivityIndices]) -> Iterator[Html]:
+def _indices(indices: dict[str, SobolIndices], keys: list[str]) -> Iterator[Html]:
     """Yield the Sobol indices as tables."""
     if not indices:
         return
     parts: list[Block] = []
     for name, each in indices.items():
-        if not each.first.size:
+        if not each.exist:
             parts.append(f"{short(name)}: {short(each.basis)}")
             continue
         rows = [
             (key, number(float(first), 3), number(float(total), 3))
-            for key, first, total in zip(each.keys, each.first, each.total, strict=True)
+            for key, first, total in zip(keys, each.values[0], each.values[3], strict=True)
         ]
         caption = f"{name}: part of its variance that each key causes ({each.basis})"
         headings = ("key", ">first-order index", ">total index")

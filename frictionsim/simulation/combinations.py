@@ -26,10 +26,10 @@ class Combinations:
     """Makes the scenarios of a sweep.
 
     Keys are those of --set, such as `drive.force.value.1`; several separated by commas have one
-    value.
+    value. File names in the values are relative to a folder, by default that of the scenario.
     """
 
-    def __init__(self, scenario: Scenario, keys: Sequence[str]) -> None:
+    def __init__(self, scenario: Scenario, keys: Sequence[str], folder: Path | None = None) -> None:
         self.base, self.keys = scenario, tuple(keys)
         # The position of its value in a combination, by single key.
         self._numbers = expanded({key: number for number, key in enumerate(keys)})
@@ -40,14 +40,14 @@ class Combinations:
         self._data = plain(
             scenario.model_dump(by_alias=True, exclude_none=True, exclude_unset=True)
         )
-        self._folder = Path(scenario.origin.source).parent
+        self._folder = Path(scenario.origin.source).parent if folder is None else folder
         # For numbers: the data to change, the places of the keys in them, and those of the values.
         self._changed: dict[str, Any] = {}
         self._places: list[tuple[Any, Any, int]] = []
         self._lock = Lock()  # a worker of Dask may have several threads
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Combinations, (self.base, self.keys)
+        return Combinations, (self.base, self.keys, self._folder.absolute())
 
     def scenario(self, values: Sequence[Any]) -> Scenario:
         """Return the scenario in which the keys have these values."""

@@ -7,47 +7,47 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.io.sweep_journal import planned_table
-from frictionsim.io.sweep_table import NOT_RUN, RUN, TEXTS, Coordinate, RunBlock, SweepTable
+from frictionsim.io.sweep_table import (
+    RUN,
+    TEXTS,
+    Coordinate,
+    RunBlock,
+    SweepHeader,
+    SweepTable,
+    table_of,
+)
 from frictionsim.results import Quantities
 from frictionsim.scenario.model_fields import description_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.toml_data import toml_value
 from frictionsim.sweeps.design import GRID, Design
-from frictionsim.sweeps.sensitivity import sobol_indices_of
+from frictionsim.sweeps.sensitivity import indices_of
+from frictionsim.sweeps.statistics import variation
 from frictionsim.version import __version__
 
 
-class SweepPlan(NamedTuple):
-    """The scenario, the design and the files of a sweep."""
-
-    scenario: Scenario  # to be varied
-    design: Design
-    series: Path | None = None  # the folder for the result of each run
-
-    def table(self, study: str) -> SweepTable:
-        """Return the sweep before its runs; `study` is in TOML."""
-        design, scenario = self.design, self.scenario
-        attributes = {
-            "frictionsim_version": __version__,
-            "study": study,
-            "scenario": scenario.to_toml(),
-            "source": Path(scenario.origin.source).name,
-            "overrides": "\n".join(scenario.origin.overrides),
-            "kind": scenario.kind,
-            "title": scenario.title,
-            "design": design.kind,
-        }
-        coordinates = {}
-        for key, values in zip(design.keys, design.levels, strict=True):
-            unit, words = description_of(type(scenario), key)
-            dimension = key if design.kind == GRID else RUN
-            coordinates[key] = Coordinate(dimension, typed_values(values, unit), unit, words)
-        dimensions = dict(zip(design.dimensions, design.shape, strict=True))
-        return planned_table(attributes, dimensions, coordinates)
+def header_of(scenario: Scenario, design: Design, study: str) -> SweepHeader:
+    """Return what a sweep is before its runs; `study` is in TOML."""
+    attributes = {
+        "frictionsim_version": __version__,
+        "study": study,
+        "scenario": scenario.to_toml(),
+        "source": Path(scenario.origin.source).name,
+        "overrides": "\n".join(scenario.origin.overrides),
+        "kind": scenario.kind,
+        "title": scenario.title,
+        "design": design.kind,
+    }
+    coordinates = {}
+    for key, values in zip(design.keys, design.levels, strict=True):
+        unit, words = description_of(type(scenario), key)
+        dimension = key if design.kind == GRID else RUN
+        coordinates[key] = Coordinate(dimension, _typed(values, unit), unit, words)
+    dimensions = dict(zip(design.dimensions, design.shape, strict=True))
+    return SweepHeader(attributes, dimensions, coordinates)
 
 
-def typed_values(values: Any, unit: str) -> Any:
+def _typed(values: Any, unit: str) -> Any:
     """Return values of a key as an array of numbers, or as a list of text."""
     if isinstance(values, np.ndarray):
         return values
@@ -92,14 +92,11 @@ def block_of(first: int, outcomes: Iterable[RunOutcome]) -> RunBlock:
     return RunBlock(first, status, units, values, texts)
 
 
-def remaining_runs(table: SweepTable) -> list[range]:
-    """Return the runs that have no outcome yet, in ascending order."""
-    missing = np.flatnonzero(table.status == NOT_RUN)
-    parts = np.split(missing, np.flatnonzero(np.diff(missing) > 1) + 1)
-    return [range(int(part[0]), int(part[-1]) + 1) for part in parts if part.size]
-
-
-def completed(table: SweepTable) -> SweepTable:
-    """Return a sweep whose runs are all done with its status, and with indices of a sample."""
-    done = table._replace(attributes=table.attributes | {"status": "done", "reason": ""})
-    return done._replace(sobol=sobol_indices_of(done))
+def completed(header: SweepHeader, blocks: Iterable[RunBlock]) -> SweepTable:
+    """Return the sweep whose runs are all done, with the Sobol indices of a sample for them."""
+    ending = {"status": "done", "reason": ""}
+    table = table_of(header._replace(attributes=header.attributes | ending), blocks)
+    sampling = variation(table)[1]
+    if sampling is None or not sampling.indices:
+        return table
+    return table._replace(sobol=indices_of(table, table.values))

@@ -5,7 +5,7 @@ the outcomes of these: no duration of a run has to be known, and no block of sho
 """
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import AbstractContextManager
 from math import ceil
@@ -137,12 +137,9 @@ class _StepMonitor(RunMonitor):
 
 
 def check_combinations(
-    combinations: Combinations,
-    design: Design,
-    remaining: Iterable[range],
-    on_checked: Callable[[int], Any],
-) -> None:
-    """Check the combinations of runs; `on_checked` is called with the numbers of checked ones.
+    combinations: Combinations, design: Design, remaining: Iterable[range]
+) -> Iterator[int]:
+    """Check the combinations of runs; yield the numbers of those checked since the last one.
 
     Raises
     ------
@@ -154,4 +151,12 @@ def check_combinations(
             values = design.combinations(first, min(first + CHECKED, runs.stop))
             for of_run in values:
                 combinations.scenario(of_run)
-            on_checked(len(values))
+            yield len(values)
+
+
+def remaining_runs(total: int, done: Iterable[RunBlock]) -> list[range]:
+    """Return the runs that have no outcome yet, in ascending order."""
+    ranges = sorted((block.first, block.first + block.runs) for block in done)
+    starts = [0, *(stop for _, stop in ranges)]
+    stops = [*(start for start, _ in ranges), total]
+    return [range(a, b) for a, b in zip(starts, stops, strict=True) if a < b]

@@ -13,12 +13,12 @@ A. Saltelli et al., Variance based sensitivity analysis of model output, Compute
 Communications 181, 2010.
 """
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from frictionsim.io.sweep_table import SOBOL, SobolIndices, SweepTable
-from frictionsim.sweeps.design import Sampling
 from frictionsim.sweeps.statistics import sound_values, variation
 
 if TYPE_CHECKING:
@@ -33,126 +33,73 @@ SEED = 0  # of the bootstrap: the same sample gives the same file and the same p
 MAX_DRAWN = 10_000_000  # numbers of the bootstrap in memory at a time
 
 
-class SensitivityIndices(NamedTuple):
-    """The Sobol indices of a quantity, or the reason why there are none."""
-
-    keys: tuple[str, ...]
-    first: "Array"  # (keys,); empty if there are none, like the total indices
-    total: "Array"
-    basis: str  # the data of the indices, or why there are none
-    first_interval: "Array | None" = None  # (keys, 2), of 95 % confidence; None if not known
-    total_interval: "Array | None" = None
-
-
-def indices_of(table: SweepTable, names: list[str]) -> dict[str, SensitivityIndices]:
-    """Return the Sobol indices of some quantities of a sample."""
-    distributions, sampling = variation(table)
-    if sampling is None:
-        return {name: _no_indices(tuple(table.coordinates), "not a sample") for name in names}
-    keys = tuple(distributions)
-    return {name: _indices_from_values(sound_values(table, name), keys, sampling) for name in names}
-
-
-def sobol_indices_of(table: SweepTable) -> SobolIndices | None:
-    """Return the indices of all quantities of a sample with `indices`; None of another sweep."""
+def indices_of(table: SweepTable, names: Iterable[str]) -> dict[str, SobolIndices]:
+    """Return the Sobol indices of some quantities of a sample, by quantity."""
     sampling = variation(table)[1]
-    if sampling is None or not sampling.indices:
-        return None
-    by_name = indices_of(table, list(table.values))
-    keys = list(table.coordinates)
-    unknown = np.full(len(keys), np.nan)
-    columns: dict[str, list[Array]] = {name: [] for name in SOBOL}
-    for indices in by_name.values():
-        for name, values, interval in (
-            ("sobol_first", indices.first, indices.first_interval),
-            ("sobol_total", indices.total, indices.total_interval),
-        ):
-            low, high = (unknown, unknown) if interval is None else interval.T
-            columns[name].append(values if values.size else unknown)
-            columns[f"{name}_low"].append(low)
-            columns[f"{name}_high"].append(high)
-    return SobolIndices(
-        quantities=list(by_name),
-        keys=keys,
-        basis=[indices.basis for indices in by_name.values()],
-        columns={n: np.array(rows).reshape(len(by_name), len(keys)) for n, rows in columns.items()},
-    )
+    keys, has_rows = len(table.coordinates), sampling is not None and sampling.indices
+    return {name: _indices(sound_values(table, name), keys, has_rows) for name in names}
 
 
-def _no_indices(keys: tuple[str, ...], why: str) -> SensitivityIndices:
-    return SensitivityIndices(keys, np.empty(0), np.empty(0), why)
-
-
-def _indices_from_values(
-    values: "Array", keys: tuple[str, ...], sampling: Sampling
-) -> SensitivityIndices:
-    defined = values[~np.isnan(values)]
-    if not defined.size:
-        return _no_indices(keys, "no Sobol indices: the quantity is not defined in any run")
-    if np.ptp(defined) <= ROUNDING * np.abs(defined).max():
-        return _no_indices(keys, "no Sobol indices: the quantity does not vary")
-    if len(keys) == 1:
-        return SensitivityIndices(keys, np.ones(1), np.ones(1), "only one key is varied")
-    if not sampling.indices:
-        return _no_indices(keys, "no Sobol indices: they need a sweep with 'indices'")
-    return indices_from_blocks(keys, values.reshape(len(keys) + 2, sampling.runs))
-
-
-def indices_from_blocks(keys: tuple[str, ...], blocks: "Array") -> SensitivityIndices:
-    """Return the indices of at least two keys.
-
-    `blocks`, (keys + 2, n), are the values in the samples A, B and A with one column of B.
-    """
-    from scipy.stats import sobol_indices
-
+def _indices(values: "Array", keys: int, has_rows: bool) -> SobolIndices:
+    if not (~np.isnan(values)).any():
+        return _none(keys, "the quantity is not defined in any run")
+    if _is_constant(values):
+        return _none(keys, "the quantity does not vary")
+    if keys == 1:
+        one = np.full((len(SOBOL), 1), np.nan)
+        one[[0, 3]] = 1.0
+        return SobolIndices("only one key is varied", one)
+    if not has_rows:
+        return _none(keys, "they need a sweep with 'indices'")
+    blocks = values.reshape(keys + 2, -1)  # in the samples A, B and A with one column of B
     complete = np.flatnonzero(~np.isnan(blocks).any(axis=0))
-    used = 1 << (complete.size.bit_length() - 1) if complete.size else 0
-    rows = blocks.shape[1]
+    rows, used = blocks.shape[1], 1 << complete.size.bit_length() >> 1
     if used < MIN_ROWS:
-        return _no_indices(
+        return _none(
             keys,
-            f"no Sobol indices: the quantity is defined in all runs of {complete.size} of {rows}"
-            f" rows of the sample, which are fewer than {MIN_ROWS}",
+            f"the quantity is defined in all runs of {complete.size} of {rows} rows of the sample,"
+            f" which are fewer than {MIN_ROWS}",
         )
-    f = blocks[:, complete[:used]]
-    f_a, f_b, f_ab = f[0], f[1], f[2:]
-    if np.ptp(f[:2]) <= ROUNDING * np.abs(f[:2]).max():
-        return _no_indices(keys, "no Sobol indices: the quantity does not vary")
-    data = {"f_A": f_a[None, :], "f_B": f_b[None, :], "f_AB": f_ab[:, None, :]}
-    estimate: Any = sobol_indices(func=data, n=used)
-    first, total = _bootstrap(f_a, f_b, f_ab)
-    row_note = "" if used == rows else f" of {rows}: a power of two of those without undefined runs"
-    basis = f"from {used} rows{row_note}; 95 % confidence"
-    return SensitivityIndices(keys, estimate.first_order, estimate.total_order, basis, first, total)
+    blocks = blocks[:, complete[:used]]
+    if _is_constant(blocks[:2]):
+        return _none(keys, "the quantity does not vary")
+    note = "" if used == rows else f" of {rows}: a power of two of those without undefined runs"
+    return SobolIndices(f"from {used} rows{note}; 95 % confidence", _estimated(blocks))
 
 
-def _bootstrap(f_a: "Array", f_b: "Array", f_ab: "Array") -> "tuple[Array, Array]":
-    """Return the intervals of the indices, (keys, 2) each: percentiles of SciPy's bootstrap.
+def _is_constant(values: "Array") -> bool:
+    defined = values[~np.isnan(values)]
+    return bool(np.ptp(defined) <= ROUNDING * np.abs(defined).max())
 
-    The bootstrap of `scipy.stats.sobol_indices` draws other rows at each call, and its correction
-    of bias omits each row in turn, in a time proportional to the square of their number.
+
+def _none(keys: int, why: str) -> SobolIndices:
+    return SobolIndices(f"no Sobol indices: {why}", np.full((len(SOBOL), keys), np.nan))
+
+
+def _estimated(blocks: "Array") -> "Array":
+    """Return first-order and total indices, each with the ends of its interval, (6, keys).
+
+    The intervals are percentiles. The bootstrap of `scipy.stats.sobol_indices` draws other rows at
+    each call, and its correction of bias omits each row in turn, in a time proportional to the
+    square of their number.
     """
-    from scipy.stats import bootstrap
+    from scipy.stats import bootstrap, sobol_indices
 
+    f_a, f_b, f_ab = blocks[0], blocks[1], blocks[2:]
+    data = {"f_A": f_a[None, :], "f_B": f_b[None, :], "f_AB": f_ab[:, None, :]}
+    estimate: Any = sobol_indices(func=data, n=f_a.size)
     mean = 0.5 * (f_a.mean() + f_b.mean())
     f_a, f_b, f_ab = f_a - mean, f_b - mean, f_ab - mean
-    count = f_a.size
-    terms = np.vstack(
-        (
-            f_b * (f_ab - f_a),
-            0.5 * (f_a - f_ab) ** 2,
-            0.5 * (f_a + f_b),
-            0.5 * (f_a**2 + f_b**2),
-        )
-    )
+    variances = f_b * (f_ab - f_a), 0.5 * (f_a - f_ab) ** 2
+    terms = np.vstack((*variances, 0.5 * (f_a + f_b), 0.5 * (f_a**2 + f_b**2)))
 
     def indices(rows: "npt.NDArray[np.int64]", axis: int) -> "Array":
         means = terms[:, rows].mean(axis=axis)
         variance = means[-1] - means[-2] ** 2
         return np.asarray(means[:-2] / np.where(variance > 0.0, variance, np.nan))
 
-    result: Any = bootstrap(
-        (np.arange(count),),
+    drawn: Any = bootstrap(
+        (np.arange(f_a.size),),
         indices,
         n_resamples=RESAMPLES,
         batch=max(1, MAX_DRAWN // terms.size),
@@ -161,6 +108,6 @@ def _bootstrap(f_a: "Array", f_b: "Array", f_ab: "Array") -> "tuple[Array, Array
         method="percentile",
         random_state=np.random.default_rng(SEED),
     )
-    bounds = np.stack(result.confidence_interval, axis=-1)
-    keys = len(f_ab)
-    return bounds[:keys], bounds[keys:]
+    low, high = (ends.reshape(2, -1) for ends in drawn.confidence_interval)
+    first, total = estimate.first_order, estimate.total_order
+    return np.array((first, low[0], high[0], total, low[1], high[1]))

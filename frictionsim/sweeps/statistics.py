@@ -6,14 +6,13 @@ repeat their values and are not independent.
 """
 
 import re
-from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.io.sweep_table import AUDIT_FAILED, DONE, FAILED, NOT_RUN, SweepTable
+from frictionsim.io.sweep_table import DONE, SweepTable
 from frictionsim.scenario.toml_data import toml_tables
 from frictionsim.sweeps.design import SAMPLE, Sampling
 from frictionsim.sweeps.study_file import options_of
@@ -22,7 +21,6 @@ from frictionsim.sweeps.values import Distribution
 if TYPE_CHECKING:
     from frictionsim.results import Array
 
-LOW, MEDIAN, HIGH = 0.05, 0.5, 0.95
 FLAT = 1e-6  # relative variation below which a quantity is constant
 NUMBER = re.compile(r"[-+]?\d+(\.\d+)?([eE][-+]?\d+)?")
 
@@ -31,21 +29,11 @@ class Statistics(NamedTuple):
     """The statistics of a quantity; undefined ones are NaN."""
 
     runs: int  # in which the quantity is defined
-    mean: float
-    deviation: float  # standard, of a sample: divided by runs - 1
-    low: float  # quantile of 5 %, interpolated linearly
-    median: float
-    high: float  # quantile of 95 %
-
-
-class Extremes(NamedTuple):
-    """The least and the largest value of a quantity, and the numbers of their runs."""
-
-    runs: int
-    least: float
-    least_run: int
-    largest: float
-    largest_run: int
+    mean: float = np.nan
+    standard_deviation: float = np.nan  # of a sample: divided by runs - 1
+    quantile_5: float = np.nan  # interpolated linearly
+    quantile_50: float = np.nan
+    quantile_95: float = np.nan
 
 
 class Group(NamedTuple):
@@ -54,12 +42,6 @@ class Group(NamedTuple):
     runs: int
     first_run: int
     text: str
-
-
-def counts(table: SweepTable) -> dict[int, int]:
-    """Return the number of runs by status."""
-    by_status = Counter(table.status.tolist())
-    return {status: by_status.get(status, 0) for status in (NOT_RUN, DONE, FAILED, AUDIT_FAILED)}
 
 
 def sound_values(table: SweepTable, name: str) -> "Array":
@@ -83,23 +65,19 @@ def variation(table: SweepTable) -> tuple[Mapping[str, Distribution], Sampling |
     if table.attributes["design"] != SAMPLE:
         return {}, None
     try:
-        data = toml_tables(table.attributes["study"])
+        options = options_of(toml_tables(table.attributes["study"]), "study")
     except ValueError as error:
         raise InputError(f"cannot read the study in this sweep: {error}") from None
-    options = options_of(data, "study")
-    vary, sampling = options.vary, options.sampling
-    distributions = {
-        key: values for key, values in vary.items() if isinstance(values, Distribution)
-    }
-    if sampling is None or list(distributions) != list(table.coordinates):
+    sampling = options.sampling
+    if sampling is None or list(options.vary) != list(table.coordinates):
         raise InputError("the study in this sweep does not describe its runs")
-    runs = sampling.total(len(distributions))
+    runs = sampling.total(len(options.vary))
     if runs != table.runs:
         raise InputError(
             f"the study in this sweep describes {runs} runs, but it has {table.runs}; expected all"
             " runs of a sample"
         )
-    return distributions, sampling
+    return options.vary, sampling
 
 
 def independent_runs(table: SweepTable, sampling: Sampling | None) -> slice:
@@ -113,31 +91,17 @@ def statistics_of(values: "Array") -> Statistics:
     """Return the statistics of the values that are not NaN."""
     defined = values[~np.isnan(values)]
     if not defined.size:
-        nan = float("nan")
-        return Statistics(0, nan, nan, nan, nan, nan)
-    quantiles = np.quantile(defined, (LOW, MEDIAN, HIGH)).tolist()
-    deviation = float(defined.std(ddof=1)) if defined.size > 1 else float("nan")
+        return Statistics(0)
+    quantiles = np.quantile(defined, (0.05, 0.5, 0.95)).tolist()
+    deviation = float(defined.std(ddof=1)) if defined.size > 1 else np.nan
     return Statistics(defined.size, float(defined.mean()), deviation, *quantiles)
 
 
-def sample_statistics(table: SweepTable) -> dict[str, Statistics]:
-    """Return the statistics of each quantity of a sample."""
-    runs = independent_runs(table, variation(table)[1])
-    return {name: statistics_of(sound_values(table, name)[runs]) for name in table.values}
-
-
-def extremes(table: SweepTable) -> dict[str, Extremes]:
-    """Return the extremes of each quantity that is defined in a run."""
-    by_name = {}
-    for name in table.values:
-        values = sound_values(table, name)
-        defined = int((~np.isnan(values)).sum())
-        if defined:
-            least, largest = int(np.nanargmin(values)), int(np.nanargmax(values))
-            by_name[name] = Extremes(
-                defined, float(values[least]), least, float(values[largest]), largest
-            )
-    return by_name
+def extreme_runs(values: "Array") -> list[int]:
+    """Return the runs of the least and the largest value; none if none is defined."""
+    if np.isnan(values).all():
+        return []
+    return [int(np.nanargmin(values)), int(np.nanargmax(values))]
 
 
 def varied_values(table: SweepTable, run: int) -> dict[str, Any]:

@@ -84,6 +84,7 @@ class SweepStudy(NamedTuple):
 
     scenario: "Scenario"
     options: SweepOptions
+    folder: Path  # of file names in the values
 
 
 def is_study(data: Mapping[str, Any]) -> bool:
@@ -117,14 +118,14 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepSt
     options = options_of(data, name)
     fixed = dict(_leaves(data, "set", name))
     if isinstance(source, dict):
-        scenario = load_tables(source, folder, fixed)
+        scenario, place = load_tables(source, folder, fixed), folder or Path()
     else:
         path = scenario_file(source, folder or Path())
         if path.exists() and not path.is_file():  # opening a pipe would wait for its writer
             raise InputError(f"{name}: study.scenario: expected a file, '{source}' is none")
-        scenario = load(path, fixed)
+        scenario, place = load(path, fixed), path.parent
     check_not_fixed(fixed, options.vary)
-    return SweepStudy(scenario, options)
+    return SweepStudy(scenario, options, place)
 
 
 def options_of(data: Mapping[str, Any], name: str) -> SweepOptions:

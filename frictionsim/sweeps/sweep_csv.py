@@ -27,9 +27,9 @@ from frictionsim.io.sweep_table import (
     SOBOL,
     SOBOL_BASIS,
     STATUS,
+    STATUSES,
     TEXTS,
     Coordinate,
-    SobolIndices,
     SweepTable,
 )
 
@@ -58,21 +58,17 @@ def write_csv(table: SweepTable, path: Path) -> None:
     for target, kind in files.items():
         with replacing(target, kind) as part:
             text = TextIOWrapper(part, encoding="utf-8", newline="")
-            if target == path:
-                write_lines(table, text)
-            elif table.sobol is not None:
-                _write_indices(table.sobol, text)
+            (write_lines if target == path else _write_indices)(table, text)
             text.detach()  # which writes the rest, and closes nothing
 
 
-def _write_indices(indices: SobolIndices, file: Writable) -> None:
+def _write_indices(table: SweepTable, file: Writable) -> None:
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(["quantity", "key", *(f"{name} [1]" for name in SOBOL), SOBOL_BASIS])
-    for i, quantity in enumerate(indices.quantities):
-        for j, key in enumerate(indices.keys):
-            values = (indices.columns[name][i, j].item() for name in SOBOL)
-            cells = ["" if value != value else value for value in values]
-            writer.writerow([quantity, key, *cells, indices.basis[i]])
+    for quantity, (basis, values) in (table.sobol or {}).items():
+        for key, column in zip(table.coordinates, values.T.tolist(), strict=True):
+            cells = ["" if value != value else value for value in column]
+            writer.writerow([quantity, key, *cells, basis])
 
 
 def write_lines(table: SweepTable, file: Writable) -> None:
@@ -108,7 +104,7 @@ def _columns(table: SweepTable, runs: range) -> Iterator[list[Any]]:
             yield (values.astype(np.int8) if values.dtype == np.bool_ else values).tolist()
     for values in table.values.values():
         yield ["" if value != value else value for value in values[runs.start : runs.stop].tolist()]
-    words = dict(table.statuses)
+    words = dict(STATUSES)
     yield [words[status] for status in table.status[runs.start : runs.stop].tolist()]
     for name in TEXTS:
         yield [_text(table.texts[name].get(run, "")) for run in runs]

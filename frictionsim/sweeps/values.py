@@ -11,7 +11,7 @@ triangular(a, c, b)     between a and b, most probable at c
 
 import re
 from collections.abc import Callable, Iterable
-from fractions import Fraction
+from decimal import Decimal, localcontext
 from functools import partial
 from math import exp, isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from frictionsim.results import Array
 
 MAX_RUNS = 10_000_000
-MAX_DIGITS = 50  # of a number that is taken exactly; a double has 17
+DIGITS = 50  # of decimal arithmetic; a double has 17
 CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*", re.DOTALL)
 # The largest double below 1 and its distance from 1: no quantile of a distribution is infinite.
 NEXT_TO_ZERO, NEXT_TO_ONE = 2.0**-53, 1.0 - 2.0**-53
@@ -159,7 +159,7 @@ def _range(key: str, name: str, parts: list[str], numbers: list[float], text: st
 
 
 def _values_of_range(name: str, parts: list[str], numbers: list[float]) -> tuple[Any, ...]:
-    """Return the values of a range."""
+    """Return the values of a range, each the double nearest to its decimal number."""
     import numpy as np
 
     first, last, count = numbers
@@ -167,31 +167,16 @@ def _values_of_range(name: str, parts: list[str], numbers: list[float]) -> tuple
         values = np.geomspace(first, last, int(count)).tolist()
         values[-1] = last
     else:
-        values = _evenly(_exact(parts[0], first), _exact(parts[1], last), int(count))
+        # In binary arithmetic the second of lin(0.1, 0.4, 31) would be 0.11000000000000001.
+        steps = max(int(count) - 1, 1)
+        with localcontext(prec=DIGITS):
+            a, b = map(Decimal, parts[:2])
+            values = [float((a * (steps - i) + b * i) / steps) for i in range(int(count))]
     # Integer keys, such as the number of bodies, take no floats.
     whole = not any(set(part) & set(".eE") for part in parts[:2])
     if whole and all(value % 1.0 == 0.0 for value in values):
         return tuple(map(int, values))
     return tuple(values)
-
-
-def _exact(text: str, number: float) -> Fraction:
-    """Return a decimal number exactly; below all doubles, or with many digits, as its double.
-
-    The fraction of 1e-1000000000 has a denominator of as many digits.
-    """
-    return Fraction(text) if number and len(text) <= MAX_DIGITS else Fraction(number)
-
-
-def _evenly(first: Fraction, last: Fraction, count: int) -> list[float]:
-    """Return equidistant numbers, each the double nearest to the decimal number.
-
-    In binary arithmetic the second of lin(0.1, 0.4, 31) would be 0.11000000000000001.
-    """
-    steps = max(count - 1, 1)
-    whole = first.denominator * last.denominator
-    a, b = first.numerator * last.denominator, last.numerator * first.denominator
-    return [(a * (steps - i) + b * i) / (whole * steps) for i in range(count)]
 
 
 class _Family(NamedTuple):

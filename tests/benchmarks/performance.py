@@ -313,17 +313,17 @@ import numpy as np
 import frictionsim as fs
 from pathlib import Path
 from frictionsim.io.sweep_file import write_sweep
-from frictionsim.io.sweep_table import RunBlock, with_blocks
+from frictionsim.io.sweep_table import RunBlock
 from frictionsim.sweeps.design import design_of
-from frictionsim.sweeps.outcomes import SweepPlan, completed
+from frictionsim.sweeps.outcomes import completed, header_of
 from frictionsim.sweeps.study_file import SweepOptions, SweepStudy, study_toml
 from frictionsim.sweeps.values import values_of
 runs, path = int(sys.argv[1]), Path(sys.argv[2])
 keys = {"mechanism.load": values_of("mechanism.load", "normal(2200.0, 50.0)"),
         "mechanism.inertia": values_of("mechanism.inertia", "uniform(1.0, 2.0)")}
 options = SweepOptions.of(vary=keys, sample=runs, method="random", seed=1)
-study = SweepStudy(fs.load(sys.argv[3]), options)
-plan = SweepPlan(study.scenario, design_of(keys, sampling=options.sampling))
+study = SweepStudy(fs.load(sys.argv[3]), options, Path())
+design = design_of(keys, sampling=options.sampling)
 peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 before, started = peak(), time.process_time()
 blocks, size, rng = [], 1000, np.random.default_rng(1)
@@ -333,7 +333,7 @@ for first in range(0, runs, size):
              "warnings": {first + 1: "a warning"}}
     blocks.append(RunBlock(first, np.ones(size, np.int8), units, rng.random((15, size)), texts))
 added = peak()
-write_sweep(completed(with_blocks(plan.table(study_toml(study)), blocks)), path)
+write_sweep(completed(header_of(study.scenario, design, study_toml(study)), blocks), path)
 print(json.dumps([before, added, peak(), time.process_time() - started]))
 """
 

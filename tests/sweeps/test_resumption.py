@@ -127,10 +127,25 @@ def test_lines_that_are_torn_or_damaged_are_run_again(whole: bytes, tmp_path: Pa
         fs.resume_sweep(part, workers=1)
         assert path.read_bytes() == whole
         path.unlink()
-    for damaged in (first[:-2], b"x" + content, content[:20] + b"y" + content[20:]):
+    for damaged in (b"x" + content, content[:20] + b"y" + content[20:]):
         part.write_bytes(damaged)
-        with pytest.raises(fs.InputError, match="cannot read this"):
+        with pytest.raises(fs.InputError, match="cannot read this sweep: it is damaged"):
             fs.open_sweep(part)
+
+
+@pytest.mark.parametrize("content", [b"", b'{"sw', b'{"sweep_version": 1, "outp'])
+def test_a_file_without_a_whole_first_line_says_that_it_holds_no_runs(
+    content: bytes, tmp_path: Path
+) -> None:
+    part = tmp_path / PART
+    part.write_bytes(content)
+    for read in (fs.open_sweep, fs.resume_sweep, fs.plot):
+        with pytest.raises(fs.InputError) as told:
+            read(part)
+        assert str(told.value) == (
+            f"{part}: this sweep was stopped before its first runs and holds none; remove the file"
+            " and start the sweep again"
+        )
 
 
 @posix
@@ -347,14 +362,55 @@ def test_a_sweep_is_resumed_in_place_however_its_path_is_spelt(
     assert os.listdir() == ["s.h5"]
 
 
-def test_a_sweep_with_series_goes_on_where_it_is(tmp_path: Path) -> None:
-    """Renamed, it makes a folder of the new name; into another file it does not go on."""
+@pytest.mark.parametrize("name", ["s.h5", "other.h5"])
+def test_a_sweep_with_series_goes_on_under_another_name(name: str, tmp_path: Path) -> None:
+    vary = {LOAD: [2000.0, 2100.0, 2200.0, 2300.0]}
+    path = interrupted(tmp_path, 2, keep_series=True, vary=vary)
+    if name == "s.h5":  # in another folder
+        (tmp_path / "b").mkdir()
+    other = tmp_path / "b" / name if name == "s.h5" else tmp_path / name
+    assert fs.resume_sweep(path, output=other, workers=1).status == "done"
+    runs = sorted(os.listdir(other.with_suffix(".series")))
+    assert runs == [*(f"run-000000{run}.h5" for run in range(4)), "study.toml"]
+    assert path.exists()
+    fs.resume_sweep(path, workers=1)
+    assert (tmp_path / "s.h5").read_bytes() == other.read_bytes()
+
+
+def test_the_results_of_another_study_are_not_copied(tmp_path: Path) -> None:
     path = interrupted(tmp_path, keep_series=True)
-    with pytest.raises(fs.InputError, match="the results of its runs are in a folder beside it"):
+    (tmp_path / "s.series" / "study.toml").write_text("mine")
+    with pytest.raises(fs.OutputError, match="it is not a folder of the same study"):
         fs.resume_sweep(path, output=tmp_path / "other.h5")
-    renamed = path.rename(tmp_path / "c.partial.runs")
-    assert fs.resume_sweep(renamed).status == "done"
-    assert (tmp_path / "c.series").is_dir()
+    assert sorted(os.listdir(tmp_path)) == [PART, "s.series"]
+
+
+@pytest.mark.parametrize("source", ["p.toml", "study.toml", "tables.toml"])
+def test_signals_in_files_are_found_from_another_folder(
+    source: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are relative to the folder of the scenario, or of the study with its tables."""
+    home = tmp_path / "home"
+    home.mkdir()
+    for number in range(3):
+        (home / f"{number}.csv").write_text(f"t,F\n0.0,18{number}0\n0.8,3100\n")
+    text = PULLEY.read_text(encoding="utf-8")
+    (home / "p.toml").write_text(text, encoding="utf-8")
+    vary = {"drive.force": [{"csv": f"{number}.csv"} for number in range(3)]}
+    table = "".join(f"{{ csv = '{number}.csv' }}, " for number in range(3))
+    varied = f"[vary]\ndrive.force = [{table}]\n"
+    (home / "study.toml").write_text(f"[study]\nscenario = 'p.toml'\n{varied}")
+    tables = text[text.index("kind =") :].replace("\n[", "\n[study.scenario.")
+    (home / "tables.toml").write_text(f"[study.scenario]\n{tables}{varied}", encoding="utf-8")
+    given = {"vary": vary} if source == "p.toml" else {}
+    with monkeypatch.context() as away:
+        away.chdir(tmp_path)
+        with pytest.raises(KeyboardInterrupt):
+            fs.sweep(Path("home") / source, output="s.h5", workers=1, progress=after(1), **given)
+    whole = fs.sweep(home / source, workers=1, **given)
+    monkeypatch.chdir("/")
+    assert fs.resume_sweep(tmp_path / PART, workers=2).equals(whole)
+    assert np.isfinite(whole["final_angle"]).all()
 
 
 def test_a_journal_without_a_whole_first_line_is_begun_anew(tmp_path: Path) -> None:
