@@ -11,12 +11,6 @@ from frictionsim.api.result_base import Ending, ResultBase
 from frictionsim.display import set_line, short_text
 from frictionsim.document import Data, Document, Table
 from frictionsim.errors import EXIT_DONE, AuditError, BudgetExceeded, InputError, failure_class
-from frictionsim.reports.run_tables import (
-    audit_table,
-    digits_of,
-    event_cells,
-    quantities_table,
-)
 from frictionsim.results import (
     Check,
     NamedQuantities,
@@ -27,7 +21,7 @@ from frictionsim.results import (
     finite,
     quantities_json,
 )
-from frictionsim.scenario.options import as_path
+from frictionsim.scenario.arguments import as_path
 
 if TYPE_CHECKING:
     import xarray
@@ -36,7 +30,8 @@ if TYPE_CHECKING:
 
     from frictionsim.api.sweep_result import Sweep
     from frictionsim.costs.error_estimate import Estimate
-    from frictionsim.scenario.settings import Origin, Scenario
+    from frictionsim.scenario.origin import Origin
+    from frictionsim.scenario.settings import Scenario
     from frictionsim.sweeps.sweep_csv import Writable
 
 LOG = logging.getLogger(__name__)
@@ -179,7 +174,7 @@ class Result(ResultBase):
         """The file and the overrides of the scenario."""
         if self._scenario is not None:
             return self._scenario.origin
-        from frictionsim.scenario.loading import origin_of
+        from frictionsim.scenario.origin import origin_of
 
         return origin_of(self.record.attributes)
 
@@ -280,6 +275,9 @@ class Result(ResultBase):
 
     def parts(self) -> Document:
         """Yield the lines and tables of the summary, and its data."""
+        # Imported here because a comparison has no summary.
+        from frictionsim.reports.run_tables import audit_table, digits_of, quantities_table
+
         attributes = self.record.attributes
         effects = ", ".join(self.effects) or "none"
         law = f"law {attributes['law']}, " if attributes.get("law") else ""
@@ -420,6 +418,8 @@ def _statistics(statistics: SolverStatistics, samples: int) -> str:
 
 
 def _transitions_table(transitions: list[Transition]) -> Table:
+    from frictionsim.reports.run_tables import event_cells
+
     placed = any(transition.position is not None for transition in transitions)
     angle = (">angle, rad",) if placed else ()
     shown = list(enumerate(transitions, start=1))

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.document import as_json, as_text
-from frictionsim.scenario.options import as_path
+from frictionsim.scenario.arguments import as_path
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

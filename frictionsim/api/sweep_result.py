@@ -31,8 +31,8 @@ from frictionsim.io.sweep_table import (
     SweepTable,
 )
 from frictionsim.results import finite
-from frictionsim.scenario.loading import origin_of
-from frictionsim.scenario.options import as_path
+from frictionsim.scenario.arguments import as_path
+from frictionsim.scenario.origin import origin_of
 from frictionsim.scenario.toml_data import toml_value
 from frictionsim.sweeps.design import Sampling
 from frictionsim.sweeps.statistics import (

@@ -16,8 +16,7 @@ from frictionsim.display import (
 from frictionsim.document import Block, Table
 from frictionsim.errors import InputError
 from frictionsim.results import Check, Quantities, Quantity, Transition
-from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.toml_data import differing_keys, toml_tables
+from frictionsim.scenario.kinds import KINDS, KINDS_WITH_MESH, mechanism_module
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
@@ -121,6 +120,10 @@ def digits_of(kind: str, scenario: str) -> Digits:
     scenario : str
         As TOML.
     """
+    if kind in KINDS and kind not in KINDS_WITH_MESH:
+        return lambda name, value: DIGITS
+    from frictionsim.scenario.toml_data import toml_tables
+
     try:
         depends = mechanism_module(kind).mesh_study.depends_on_mesh
         tables = toml_tables(scenario)
@@ -229,6 +232,8 @@ def event_cells(e: Transition, digits: int = DIGITS) -> tuple[str, ...]:
 def differences(runs: Sequence[ReportedRun]) -> Block:
     """Return the keys in which the scenarios of several runs differ, with their values."""
     try:
+        from frictionsim.scenario.toml_data import differing_keys
+
         differing = differing_keys([run.record for run in runs])
     except InputError as error:
         return str(error)

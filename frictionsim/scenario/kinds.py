@@ -33,6 +33,8 @@ KINDS = {
     "shaft": "frictionsim.mechanisms.shaft",
     "belt_drive": "frictionsim.mechanisms.belt_drive",
 }
+# Those of them that have a mesh; the summary of a result imports the module of no other one.
+KINDS_WITH_MESH = ("belt_drive",)
 
 
 def kind_names() -> tuple[str, ...]:

@@ -15,8 +15,9 @@ from frictionsim.scenario.model_validation import (
     key_text,
     validate_model,
 )
+from frictionsim.scenario.origin import Origin, origin_of
 from frictionsim.scenario.overrides import Overrides, apply_overrides, override_text
-from frictionsim.scenario.settings import Origin, Scenario
+from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import near_shipped, scenario_file
 from frictionsim.scenario.toml_data import (
     ExceedsLimit,
@@ -172,14 +173,6 @@ def scenario_from_result(path: Path, attributes: Mapping[str, str]) -> Scenario:
         faults = "; ".join(failure.lines())
         raise InputError(f"{path}: its scenario is not valid: {faults}") from None
     return scenario.with_origin(origin_of(attributes))
-
-
-def origin_of(attributes: Mapping[str, str]) -> Origin:
-    """Return the origin of a scenario from the attributes of a result file."""
-    # Not splitlines: texts may contain the line separators of Unicode.
-    overrides = tuple(filter(None, attributes.get("overrides", "").split("\n")))
-    name = Path(attributes.get("source", "")).name
-    return Origin(name, overrides, attributes.get("command", ""))
 
 
 def _table_of(data: dict[str, Any], name: str, option: str) -> dict[str, Any]:

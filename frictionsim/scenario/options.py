@@ -5,13 +5,13 @@ Lists and mappings may be given as the texts of the command line: ``"A,B"`` for 
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from os import PathLike, fsdecode
-from pathlib import Path
 from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, model_validator
 
 from frictionsim.errors import ArgumentError
+from frictionsim.scenario.arguments import as_path as as_path
+from frictionsim.scenario.arguments import text_of as text_of
 from frictionsim.scenario.model_validation import ValidationFailure, key_text, validate_table
 from frictionsim.scenario.schema import Params
 
@@ -54,21 +54,6 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "item") and getattr(value, "ndim", 1) == 0:
         value = value.item()
     return int(value) if isinstance(value, float) and value.is_integer() else value
-
-
-def text_of(value: Any) -> str:
-    """Return a value for a message: text as it is written, of others the type."""
-    return repr(value) if isinstance(value, str | int | float) else type(value).__name__
-
-
-def as_path(argument: str, value: str | PathLike[str]) -> Path:
-    """Return a path; raise ArgumentError if the value is of another type."""
-    if not isinstance(value, str | PathLike):
-        raise ArgumentError(argument, f"expected a path, got {text_of(value)}")
-    path = fsdecode(value)
-    if "\0" in path:
-        raise ArgumentError(argument, f"expected a path, got one with a zero byte: {path!r:.60}")
-    return Path(path)
 
 
 def as_list(given: Any) -> list[Any]:

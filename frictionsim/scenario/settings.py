@@ -5,15 +5,16 @@ from functools import cache
 from math import floor, log10
 from pathlib import Path
 from types import NoneType
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field, PrivateAttr, field_validator, model_validator
 
 from frictionsim.errors import ScenarioError, unknown
 from frictionsim.results import Channel
 from frictionsim.scenario import methods
+from frictionsim.scenario.origin import STDIN as STDIN
+from frictionsim.scenario.origin import Origin as Origin
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
-from frictionsim.scenario.shipped import shipped_name
 
 if TYPE_CHECKING:
     from frictionsim.scenario.overrides import Overrides
@@ -24,7 +25,6 @@ MAX_VALUES = 10_000_000_000  # of all channels, tens of gigabytes on a disk
 DEFAULT_SAMPLES = 500
 MAX_PLAUSIBLE_RADIUS = 5.0  # m; the largest winders and flywheels have about as much
 MAX_PLAUSIBLE_MU = 2.0  # soft rubber on dry rough ground stays below it
-STDIN = "<stdin>"  # the source of a scenario from the standard input
 
 
 class SolverSettings(Params):
@@ -122,35 +122,6 @@ class Output(Params):
         None,
         description="Channels to record; without it all. Summary and audit do not depend on it.",
     )
-
-
-class Origin(NamedTuple):
-    """Where a scenario came from: its file and the overrides KEY=VALUE; both may be empty.
-
-    A result has the name of the file without its folder, and the `recorded` command with it.
-    """
-
-    source: str = ""
-    overrides: tuple[str, ...] = ()
-    recorded: str = ""
-
-    @property
-    def values(self) -> dict[str, Any]:
-        """The overrides by key, as plain data; None for a key that was taken out."""
-        from frictionsim.scenario.overrides import values_by_key
-
-        return values_by_key(self.overrides)
-
-    @property
-    def command(self) -> str:
-        """The command that solves the scenario again; empty if it is of no file."""
-        from shlex import join
-
-        if self.recorded or not self.source:
-            return self.recorded
-        options = (part for override in self.overrides for part in ("--set", override))
-        name = "-" if self.source == STDIN else shipped_name(self.source)
-        return join(["frictionsim", "solve", name, *options])
 
 
 class Scenario(Params):
