@@ -294,21 +294,6 @@ def _parts(table: SweepTable, path: Path | None) -> Document:
     indices = _indices(table)
     independent = independent_runs(table, sampling).stop
     runs = {word: table.count(status) for status, word in STATUSES}
-    yield Data(
-        {
-            "quantities": quantities,
-            "scenario": attributes["source"] or None,
-            "overrides": origin_of(attributes).values,
-            **{name: attributes[name] for name in ("kind", "title", "design", "status", "reason")},
-            "runs": {"all": table.runs} | runs,
-            "varied": varied,
-            "independent_runs": independent if sampling else None,
-            "sobol_indices": indices,
-            "failures": [group._asdict() for group in failed],
-            "warnings": [group._asdict() for group in warnings],
-            "output": None if path is None else str(path),
-        }
-    )
     yield f"{attributes['title'] or attributes['kind']}: sweep {attributes['status']}"
     yield f"kind {attributes['kind']}, {DESIGNS.get(attributes['design'], attributes['design'])}"
     if overrides := set_line(attributes):
@@ -336,6 +321,21 @@ def _parts(table: SweepTable, path: Path | None) -> Document:
     if attributes["reason"]:
         yield f"stopped: {attributes['reason']}"
     yield f"sweep: {path or 'none'}"
+    yield Data(
+        {
+            "quantities": quantities,
+            "scenario": attributes["source"] or None,
+            "overrides": origin_of(attributes).values,
+            **{name: attributes[name] for name in ("kind", "title", "design", "status", "reason")},
+            "runs": {"all": table.runs} | runs,
+            "varied": varied,
+            "independent_runs": independent if sampling else None,
+            "sobol_indices": indices,
+            "failures": [group._asdict() for group in failed],
+            "warnings": [group._asdict() for group in warnings],
+            "output": None if path is None else str(path),
+        }
+    )
 
 
 def plain(value: Any) -> Any:
