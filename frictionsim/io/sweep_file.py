@@ -42,7 +42,14 @@ import numpy as np
 from frictionsim.errors import InputError
 from frictionsim.io.output_file import SWEEP
 from frictionsim.io.result_format import CONVENTIONS
-from frictionsim.io.result_reader import flags_of, names_of, opened, text_of, values_of
+from frictionsim.io.result_reader import (
+    ResultFile,
+    flags_of,
+    names_of,
+    opened,
+    text_of,
+    values_of,
+)
 from frictionsim.io.result_writer import TEXT, describe, write_from_memory
 from frictionsim.io.sweep_table import (
     RUN,
@@ -150,17 +157,19 @@ def read_sweep(path: Path) -> SweepTable:
     with opened(path, "sweep") as file:
         if VERSION_NAME not in file.attrs:
             raise InputError(f"{path}: this is the result of a run, not a sweep; fs.open reads it")
-        version = int(file.attrs[VERSION_NAME])
-        if version != VERSION:
-            raise InputError(
-                f"{path}: cannot read this sweep: its format version is {version}, this program"
-                f" reads version {VERSION}"
-            )
-        attributes = {name: str(file.attrs[name]) for name in ATTRIBUTES}
-        return _table(attributes, dict(file.items()))
+        return table_of(file, path)
 
 
-def _table(attributes: dict[str, str], datasets: dict[str, Any]) -> SweepTable:
+def table_of(file: ResultFile, path: Path) -> SweepTable:
+    """Return the content of an open file of a sweep."""
+    version = int(file.attrs[VERSION_NAME])
+    if version != VERSION:
+        raise InputError(
+            f"{path}: cannot read this sweep: its format version is {version}, this program"
+            f" reads version {VERSION}"
+        )
+    attributes = {name: str(file.attrs[name]) for name in ATTRIBUTES}
+    datasets = file.group("")
     status = datasets.pop(STATUS)
     statuses, shape = flags_of(status), status.shape
     texts = {name: _texts(datasets.pop(name), shape) for name in TEXTS}
