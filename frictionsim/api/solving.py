@@ -95,8 +95,17 @@ def solve(
     SolverError, AuditError
         Only with `check`.
     """
-    options = RunOptions.among(locals())
-    return solve_with(scenario, overrides, output, options)
+    since = perf_counter()
+    options = RunOptions.of(
+        no_clobber=no_clobber,
+        max_wall=max_wall,
+        max_steps=max_steps,
+        estimate_error=estimate_error,
+        progress=progress,
+        check=check,
+    )
+    loaded = with_overrides(scenario, overrides)
+    return _simulate(loaded, _files(output, None), options, since, None)
 
 
 def resume(
@@ -130,43 +139,17 @@ def resume(
     SolverError, AuditError
         Only with `check`.
     """
-    options = RunOptions.among(locals())
-    return resume_with(result, output, options)
-
-
-class RunOptions(Options):
-    """The limits and the progress display of a run, and the actions after it."""
-
-    no_clobber: bool = False
-    max_wall: float | None = unit_field("s", "Limit of wall time.", None, gt=0, allow_inf_nan=True)
-    max_steps: int | None = Field(None, gt=0)
-    estimate_error: bool = False
-    progress: Annotated[Any, function_of("the time", "True, False or ")] = False
-    check: bool = False
-
-
-def solve_with(
-    scenario: Scenario | ScenarioSource,
-    overrides: "Overrides | None",
-    output: str | PathLike[str] | None,
-    options: RunOptions,
-) -> Result:
-    """Simulate a scenario."""
-    since = perf_counter()
-    loaded = with_overrides(scenario, overrides)
-    return _simulate(loaded, _files(output, None), options, since, None)
-
-
-def resume_with(
-    result: Result | str | PathLike[str],
-    output: str | PathLike[str] | None,
-    options: RunOptions,
-) -> Result:
-    """Resume an interrupted run."""
     from frictionsim.api.sweep_result import incomplete_of  # a run needs none of it
     from frictionsim.io.names import whole_name
 
     since = perf_counter()
+    options = RunOptions.of(
+        no_clobber=no_clobber,
+        max_wall=max_wall,
+        max_steps=max_steps,
+        progress=progress,
+        check=check,
+    )
     incomplete = result if isinstance(result, Result) else incomplete_of(as_path("result", result))
     if not isinstance(incomplete, Result):
         raise InputError(f"{result}: this is a sweep; frictionsim.resume_sweep continues it")
@@ -179,6 +162,17 @@ def resume_with(
     except InputError as error:
         name = "this result" if path is None else path
         raise InputError(f"{name}: cannot resume this run: {error}") from None
+
+
+class RunOptions(Options):
+    """The limits and the progress display of a run, and the actions after it."""
+
+    no_clobber: bool = False
+    max_wall: float | None = unit_field("s", "Limit of wall time.", None, gt=0, allow_inf_nan=True)
+    max_steps: int | None = Field(None, gt=0)
+    estimate_error: bool = False
+    progress: Annotated[Any, function_of("the time", "True, False or ")] = False
+    check: bool = False
 
 
 def _files(output: str | PathLike[str] | None, resumed: Path | None) -> "RunFiles | None":

@@ -80,7 +80,7 @@ class ResultFile(h5py.File):  # type: ignore[misc]
             storage, size = item.get_create_plist(), item.get_storage_size()
             layout = storage.get_layout()
             if layout == h5py.h5d.CHUNKED and size:
-                size = prod(item.shape) * item.dtype.itemsize
+                size = _bytes_of(item)
             claimed -= size
             filters = (storage.get_filter(i)[0] for i in range(storage.get_nfilters()))
             if (
@@ -98,6 +98,10 @@ class ResultFile(h5py.File):  # type: ignore[misc]
         return {last: dataset for group, _, last, dataset in parts if group == name}
 
 
+def _bytes_of(item: Any) -> int:
+    return prod(item.shape) * int(item.dtype.itemsize)
+
+
 class FileChannels(Mapping[str, Any]):
     """The channels of a file; a large one is read when it is wanted, and kept.
 
@@ -107,7 +111,7 @@ class FileChannels(Mapping[str, Any]):
     def __init__(self, file: ResultFile, path: Path, channels: dict[str, Any]) -> None:
         self._names, self._image, self._path = list(channels), file.image, path.absolute()
         self._status = _identity(path)
-        small = (name for name, item in channels.items() if item.id.get_storage_size() <= SMALL)
+        small = (name for name, item in channels.items() if _bytes_of(item.id) <= SMALL)
         self._read = {name: values_of(channels[name]) for name in small}
         if len(self._read) == len(channels):
             self._image = b""
