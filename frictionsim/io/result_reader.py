@@ -105,7 +105,8 @@ def _bytes_of(item: Any) -> int:
 class FileChannels(Mapping[str, Any]):
     """The channels of a file; a large one is read when it is wanted, and kept.
 
-    InputError is raised if a file that is not in memory has changed since it was opened.
+    InputError is raised if it cannot be read, or a file that is not in memory has changed since it
+    was opened.
     """
 
     def __init__(self, file: ResultFile, path: Path, channels: dict[str, Any]) -> None:
@@ -124,13 +125,14 @@ class FileChannels(Mapping[str, Any]):
         return self._read[name]
 
     def _values(self, name: str) -> Any:
-        with suppress(OSError, KeyError):
+        with suppress(OSError, KeyError, ValueError):
             place = BytesIO(self._image) if self._image else self._path
             with h5py.File(place, "r", locking=False) as file:
                 values = values_of(file[name])
             if self._image or _identity(self._path) == self._status:
                 return values
-        raise InputError(f"{self._path}: it has changed since it was opened; open it again")
+        reason = "it has changed since it was opened; open it again"
+        raise InputError(f"{self._path}: {f'its {name} is damaged' if self._image else reason}")
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._names)
