@@ -148,7 +148,8 @@ def test_a_killed_sweep_is_resumed_to_the_same_bytes(
             break
         kept = fs.open_sweep(part)
         assert kept.status == "interrupted"
-        for name in ("final_angle", "breakaway_time"):
+        # Before the first block is done there are no quantities.
+        for name in {"final_angle", "breakaway_time"} & kept.table.values.keys():
             values, right = np.asarray(kept[name]), np.asarray(expected[name])
             there = np.isfinite(values)
             assert np.array_equal(values[there], right[there]), name
