@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from frictionsim.io.result_reader import SWEEP_VERSION, is_unfinished_sweep, opened, record_of
+from frictionsim.io.result_reader import SWEEP_VERSION, is_unfinished_sweep, opened, record_in
 from frictionsim.io.sweep_file import table_of
 from frictionsim.io.sweep_journal import read_unfinished
 from frictionsim.io.sweep_table import SweepTable
@@ -20,4 +20,4 @@ def read_any(path: Path) -> Record | SweepTable:
     if is_unfinished_sweep(path):
         return read_unfinished(path).table
     with opened(path) as file:
-        return table_of(file, path) if SWEEP_VERSION in file.attrs else record_of(file, path)
+        return table_of(file, path) if SWEEP_VERSION in file.attrs else record_in(file, path)

@@ -164,7 +164,7 @@ def read(path: Path) -> Record:
     with opened(path) as file:
         if SWEEP_VERSION in file.attrs:
             raise is_sweep
-        return record_of(file, path)
+        return record_in(file, path)
 
 
 def read_checkpoint(path: Path) -> Checkpoint:
@@ -261,7 +261,7 @@ def _open_problem(path: Path) -> str:
     return "it is not a readable HDF5 file"
 
 
-def record_of(file: ResultFile, path: Path) -> Record:
+def record_in(file: ResultFile, path: Path) -> Record:
     """Return the content of an open result file."""
     attributes, datasets = _attributes(file, path), file.group("")
     channels = {name: item for name, item in datasets.items() if not _is_axis(name, item)}
