@@ -16,45 +16,6 @@ STEPS_BETWEEN_UPDATES = 256  # reading the clock costs a tenth of a step
 SECONDS_WITHOUT_BAR = 1.0  # a short run or sweep shows none
 
 
-class ProgressBar:
-    """Simulated time, percentage, pace and remaining time.
-
-    Parameters
-    ----------
-    duration : float, s
-    """
-
-    def __init__(self, duration: float) -> None:
-        self._progress = _bar(
-            TextColumn("t = {task.completed:.4f} of {task.total:g} s"),
-            BarColumn(),
-            TextColumn("{task.percentage:.1f} %{task.fields[pace]}"),
-        )
-        self._task = self._progress.add_task("", total=duration, pace="")
-        self._duration = duration
-        self._progress.start()
-
-    def show(self, t: float, pace: float | None) -> None:
-        """Update the bar.
-
-        Parameters
-        ----------
-        t : float, s
-            Simulated time.
-        pace : float or None, s/s
-            Wall time per simulated second, if known.
-        """
-        text = ""
-        if pace is not None:
-            left = pace * (self._duration - t)
-            text = f", {short_text(pace)} s per simulated second, {left:.0f} s left"
-        self._progress.update(self._task, completed=t, pace=text)
-
-    def close(self) -> None:
-        """Remove the bar."""
-        self._progress.stop()
-
-
 class _AnnouncingMonitor(Monitor[Progress]):
     """A monitor on a terminal, which announces compilations."""
 
@@ -65,29 +26,25 @@ class _AnnouncingMonitor(Monitor[Progress]):
 
 
 class RunProgress(_AnnouncingMonitor[float]):
-    """Shows the progress of a run.
+    """Shows simulated time, percentage, pace and remaining time of a run of some length.
 
     Parameters
     ----------
     duration : float, s
-    delay : float, s
-        Wall time before the bar is shown.
     """
 
-    def __init__(self, duration: float, delay: float = 0.0) -> None:
-        self._duration, self._delay = duration, delay
+    def __init__(self, duration: float) -> None:
+        self._duration = duration
         self._calls, self._last = 0, 0.0
-        self._bar: ProgressBar | None = None
+        self._bar: Bar | None = None
 
     def __enter__(self) -> Self:
         self._begun = monotonic()
-        if not self._delay:
-            self._bar = ProgressBar(self._duration)
         return self
 
     def __exit__(self, *_: object) -> None:
         if self._bar is not None:
-            self._bar.close()
+            self._bar.stop()
 
     def __call__(self, t: float, /) -> None:
         if self._calls == 0 or t < self._last:  # resumed, or a second run to estimate errors
@@ -100,11 +57,21 @@ class RunProgress(_AnnouncingMonitor[float]):
     def _show(self, t: float) -> None:
         now = monotonic()
         if self._bar is None:
-            if now - self._begun < self._delay:
+            if now - self._begun < SECONDS_WITHOUT_BAR:
                 return
-            self._bar = ProgressBar(self._duration)
-        done = t - self._first
-        self._bar.show(t, (now - self._since) / done if done > 0.0 else None)
+            self._bar = _bar(
+                TextColumn("t = {task.completed:.4f} of {task.total:g} s"),
+                BarColumn(),
+                TextColumn("{task.percentage:.1f} %{task.fields[pace]}"),
+            )
+            self._task = self._bar.add_task("", total=self._duration, pace="")
+            self._bar.start()
+        text = ""
+        if t > self._first:
+            pace = (now - self._since) / (t - self._first)
+            left = pace * (self._duration - t)
+            text = f", {short_text(pace)} s per simulated second, {left:.0f} s left"
+        self._bar.update(self._task, completed=t, pace=text)
 
 
 class SweepBar(_AnnouncingMonitor[SweepProgress]):

@@ -75,9 +75,9 @@ def solve(
     estimate_error : bool
         Solve a second time, more accurately, for `Result.errors`.
     progress : bool or callable
-        True shows a progress bar on a terminal. A callable is called with the simulated time, s,
-        after each step; if it raises `frictionsim.errors.Interrupted`, the run stops and can be
-        resumed.
+        True shows a progress bar on a terminal, after a second. A callable is called with the
+        simulated time, s, after each step; if it raises `frictionsim.errors.Interrupted`, the run
+        stops and can be resumed.
     check : bool
         Raise the error of a run that failed or whose self-audit failed, as `Result.check` does.
 
@@ -95,8 +95,17 @@ def solve(
     SolverError, AuditError
         Only with `check`.
     """
-    options = RunOptions.among(locals())
-    return solve_with(scenario, overrides, output, options)
+    since = perf_counter()
+    options = RunOptions.of(
+        no_clobber=no_clobber,
+        max_wall=max_wall,
+        max_steps=max_steps,
+        estimate_error=estimate_error,
+        progress=progress,
+        check=check,
+    )
+    loaded = with_overrides(scenario, overrides)
+    return _simulate(loaded, _files(output, None), options, since, None)
 
 
 def resume(
@@ -130,42 +139,16 @@ def resume(
     SolverError, AuditError
         Only with `check`.
     """
-    options = RunOptions.among(locals())
-    return resume_with(result, output, options)
-
-
-class RunOptions(Options):
-    """The limits and the progress display of a run, and the actions after it."""
-
-    no_clobber: bool = False
-    max_wall: float | None = unit_field("s", "Limit of wall time.", None, gt=0, allow_inf_nan=True)
-    max_steps: int | None = Field(None, gt=0)
-    estimate_error: bool = False
-    progress: Annotated[Any, function_of("the time", "True, False or ")] = False
-    check: bool = False
-
-
-def solve_with(
-    scenario: Scenario | ScenarioSource,
-    overrides: "Overrides | None",
-    output: str | PathLike[str] | None,
-    options: RunOptions,
-) -> Result:
-    """Simulate a scenario."""
-    since = perf_counter()
-    loaded = with_overrides(scenario, overrides)
-    return _simulate(loaded, _files(output, None), options, since, None)
-
-
-def resume_with(
-    result: Result | str | PathLike[str],
-    output: str | PathLike[str] | None,
-    options: RunOptions,
-) -> Result:
-    """Resume an interrupted run."""
     from frictionsim.io.names import whole_name
 
     since = perf_counter()
+    options = RunOptions.of(
+        no_clobber=no_clobber,
+        max_wall=max_wall,
+        max_steps=max_steps,
+        progress=progress,
+        check=check,
+    )
     incomplete = (
         result if isinstance(result, Result) else file_to_resume(as_path("result", result))[1]
     )
@@ -180,6 +163,17 @@ def resume_with(
     except InputError as error:
         name = "this result" if path is None else path
         raise InputError(f"{name}: cannot resume this run: {error}") from None
+
+
+class RunOptions(Options):
+    """The limits and the progress display of a run, and the actions after it."""
+
+    no_clobber: bool = False
+    max_wall: float | None = unit_field("s", "Limit of wall time.", None, gt=0, allow_inf_nan=True)
+    max_steps: int | None = Field(None, gt=0)
+    estimate_error: bool = False
+    progress: Annotated[Any, function_of("the time", "True, False or ")] = False
+    check: bool = False
 
 
 def _files(output: str | PathLike[str] | None, resumed: Path | None) -> "RunFiles | None":

@@ -71,8 +71,8 @@ class Report:
         scenario: "Scenario",
         source: str,
         whole: Path,
-        options: "RunOptions",
-        simulate: "Callable[[RunOptions], fs.Result]",
+        max_wall: float | None,
+        simulate: "Callable[[CommandMonitor], fs.Result]",
     ) -> None:
         """Run a scenario with stop signals, limit and progress; print its summary and its end.
 
@@ -83,9 +83,9 @@ class Report:
             The scenario or result as given.
         whole : Path
             The file for the complete result.
-        options : RunOptions
+        max_wall : float or None, s
         simulate : callable
-            Runs it with the options and a monitor, and writes the result.
+            Runs it with a monitor, and writes the result.
         """
         known = scenario.warnings()
         warn(known, self._prefix(source))  # before the run, so that the user can stop it
@@ -94,9 +94,9 @@ class Report:
         # Written within the monitor, so that a first signal does not interrupt the writing.
         with (
             CommandMonitor(duration, shown, self.quiet, unfinished) as monitor,
-            monitor.limited(options.max_wall, self._give_up),
+            monitor.limited(max_wall, self._give_up),
         ):
-            result = simulate(options.model_copy(update={"progress": monitor}))
+            result = simulate(monitor)
         if monitor.signals.received and self.waiting:  # received while the result was written
             self.exit_code = EXIT_SIGNAL + monitor.signals.received
         self._written = "nothing was written"
@@ -147,13 +147,16 @@ class Report:
 
 def run_jobs(jobs: Sequence[Job], options: "RunOptions", report: Report) -> None:
     """Run jobs one by one until one is interrupted; an error in one of several skips that one."""
-    from frictionsim.api.solving import solve_with
-
     for number, job in enumerate(jobs, start=1):
         report.waiting = len(jobs) - number
         try:
-            simulate = partial(solve_with, job.scenario, None, job.target)
-            report.run(job.scenario, job.source, job.target, options, simulate)
+            report.run(
+                job.scenario,
+                job.source,
+                job.target,
+                options.max_wall,
+                partial(_solve, job, options),
+            )
         except (InputError, OutputError) as error:
             if not report.several:
                 raise
@@ -165,17 +168,31 @@ def run_jobs(jobs: Sequence[Job], options: "RunOptions", report: Report) -> None
     report.close()
 
 
+def _solve(job: Job, options: "RunOptions", monitor: CommandMonitor) -> fs.Result:
+    given = {**dict(options), "progress": monitor}
+    return fs.solve(job.scenario, output=job.target, **given)
+
+
 def resume_job(
     incomplete: fs.Result, output: Path | None, options: "RunOptions", report: Report
 ) -> None:
     """Resume a run, write its result and print its summary."""
-    from frictionsim.api.solving import resume_with
-
     path = incomplete.path
     assert path is not None, "it is of a file"
     incomplete.load_checkpoint()  # raises first if the run cannot be resumed
-    whole, simulate = output or whole_name(path), partial(resume_with, incomplete, output)
-    report.run(incomplete.scenario, str(path), whole, options, simulate)
+    whole = output or whole_name(path)
+
+    def simulate(monitor: CommandMonitor) -> fs.Result:
+        return fs.resume(
+            incomplete,
+            output=output,
+            no_clobber=options.no_clobber,
+            max_wall=options.max_wall,
+            max_steps=options.max_steps,
+            progress=monitor,
+        )
+
+    report.run(incomplete.scenario, str(path), whole, options.max_wall, simulate)
 
 
 def targets_of(sources: Sequence[str], output: str | None, no_clobber: bool) -> list[Path]:

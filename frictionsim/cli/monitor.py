@@ -219,9 +219,9 @@ class CommandMonitor(CompilationMonitor[float], Monitors[float]):
         CompilationMonitor.__init__(self, quiet, unfinished)
         bar: list[RunMonitor] = []
         if with_progress and is_terminal(sys.stderr):
-            from frictionsim.api.progress import SECONDS_WITHOUT_BAR, RunProgress
+            from frictionsim.api.progress import RunProgress
 
-            bar = [RunProgress(duration, SECONDS_WITHOUT_BAR)]
+            bar = [RunProgress(duration)]
         Monitors.__init__(self, self.signals, *bar)
 
     def __call__(self, t: float, /) -> None:

@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
+from platform import node
 from stat import S_IMODE
 from typing import IO, NamedTuple
 
@@ -80,7 +81,7 @@ def replacing(path: Path, kind: Kind) -> Iterator[IO[bytes]]:
     """Return the context of an empty file that replaces the one at a path at its end.
 
     On any error the existing file is as it was. A symbolic link is followed; the file has the mode
-    and, as far as the system permits, the group of the one that it replaces.
+    of the one that it replaces.
 
     Raises
     ------
@@ -92,7 +93,9 @@ def replacing(path: Path, kind: Kind) -> Iterator[IO[bytes]]:
         yield file
         target = Path(os.path.realpath(path))
         file.flush()
-        _take_over_mode(file.fileno(), target)
+        if target.exists():
+            with suppress(OSError):  # a file system without modes
+                part.chmod(S_IMODE(target.stat().st_mode) & 0o777)
         os.fsync(file.fileno())
         file.close()  # Windows renames no open file
         part.replace(target)
@@ -132,14 +135,8 @@ def _new_part(target: Path) -> tuple[Path, int]:
 def _start(target: Path) -> str:
     """Return how the names of the parts of a file begin; a long name is cut."""
     stem = os.fsencode(target.name)[:MAX_STEM].decode(errors="ignore")
-    host = re.sub(r"[^\w-]", "_", _host())[:MAX_STEM]
+    host = re.sub(r"[^\w-]", "_", node())[:MAX_STEM]
     return f".{stem}.{host}"
-
-
-def _host() -> str:
-    if hasattr(os, "uname"):
-        return os.uname().nodename
-    return os.environ.get("COMPUTERNAME", "host")
 
 
 def remove_parts_of_ended_processes(target: Path) -> None:
@@ -156,14 +153,12 @@ def remove_parts_of_ended_processes(target: Path) -> None:
 
 def _runs(process: int) -> bool:
     """Return whether there is a process of a number; where it is not known, there is one."""
-    if os.name == "nt":  # there `kill` would end it
-        return True
-    try:
-        os.kill(process, 0)
-    except (ProcessLookupError, OverflowError):
-        return False
-    except OSError:
-        return True
+    with suppress(PermissionError):
+        try:
+            if os.name != "nt":  # there `kill` would end it
+                os.kill(process, 0)
+        except (ProcessLookupError, OverflowError):
+            return False
     return True
 
 
@@ -243,30 +238,13 @@ def _problem(path: Path) -> str:
     folder = target.parent
     if os.path.isdir(path):
         return "this is a folder; give a file name"
-    if target.is_symlink():
-        return "this is a link that leads to itself; give a file name"
     if not folder.is_dir():
         return f"there is no folder '{folder if path.is_symlink() else path.parent}'"
     if os.path.lexists(target) and not os.path.isfile(target):
-        return "this is a device; give a file name"
+        return "this is a device, or a link that leads to itself; give a file name"
     if os.path.isfile(target) and not os.stat(target).st_mode & 0o222:
         return "the existing file is read-only"
     return "" if os.access(folder, os.W_OK) else f"no permission to write in '{path.parent}'"
-
-
-def _take_over_mode(descriptor: int, target: Path) -> None:
-    """Give a new file mode and group of the one that it replaces."""
-    if not hasattr(os, "fchmod") or not target.exists():
-        return
-    old = target.stat()
-    mode = S_IMODE(old.st_mode) & 0o777
-    if old.st_gid != os.fstat(descriptor).st_gid:
-        try:
-            os.fchown(descriptor, -1, old.st_gid)
-        except OSError:
-            mode &= ~0o070  # they would be of another group
-    with suppress(OSError):  # a file system without modes
-        os.fchmod(descriptor, mode)
 
 
 def _sync_folder(folder: Path) -> None:

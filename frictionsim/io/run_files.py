@@ -58,19 +58,10 @@ class RunFiles:
         warn_of_name(self.whole)
         self._before = _attributes_in(self.whole)
         if not self._is_own and os.path.lexists(self.partial):
-            self._check_unfinished()
             LOG.warning(
                 "%s, the unfinished result of an earlier run, is replaced by this run, at the"
                 " latest at its end; 'frictionsim resume %s' would continue it",
                 *(self.partial, self.partial),
-            )
-
-    def _check_unfinished(self) -> None:
-        """Check that the result with the name of the unfinished one is not that of a done run."""
-        if _attributes_in(self.partial).get("status") == "done":
-            raise OutputError(
-                f"{self.partial}: cannot write the result: this file has the name of an unfinished"
-                " result, but its run is done; rename it, or give another name"
             )
 
     def write(self, run: "Record") -> Path | None:
@@ -97,8 +88,6 @@ class RunFiles:
         """Remove the unfinished result, unless it is another file by now."""
         with suppress(OSError, OutputError):
             check_replaceable(self.partial, RESULT)
-            if not self._is_own:
-                self._check_unfinished()
             self.partial.unlink()
             LOG.info("unfinished result removed: %s", self.partial)
         for path in {self.partial, self._resumed or self.partial}:

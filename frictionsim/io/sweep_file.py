@@ -42,7 +42,7 @@ import numpy as np
 from frictionsim.errors import InputError
 from frictionsim.io.output_file import SWEEP
 from frictionsim.io.result_format import CONVENTIONS
-from frictionsim.io.result_reader import names_of, opened, text_of, values_of
+from frictionsim.io.result_reader import ResultFile, names_of, opened, text_of, values_of
 from frictionsim.io.result_writer import TEXT, describe, write_from_memory
 from frictionsim.io.sweep_table import (
     RUN,
@@ -140,7 +140,7 @@ def read_sweep(path: Path) -> SweepTable:
         return sweep_in(file, path)
 
 
-def sweep_in(file: Any, path: Path) -> SweepTable:
+def sweep_in(file: ResultFile, path: Path) -> SweepTable:
     """Return the sweep in an open file; the path is for messages."""
     version = int(file.attrs[VERSION_NAME])
     if version != VERSION:
@@ -148,7 +148,8 @@ def sweep_in(file: Any, path: Path) -> SweepTable:
             f"{path}: cannot read this sweep: its format version is {version}, this program reads"
             f" version {VERSION}"
         )
-    status, is_list = file[STATUS], RUN in file
+    datasets = file.group("")
+    status, is_list = datasets[STATUS], RUN in datasets
     outcomes = values_of(status).astype(np.int8).reshape(-1)
     if not {*outcomes.tolist()} <= dict(STATUSES).keys():
         raise ValueError("a run has a status that there is not")
@@ -158,19 +159,22 @@ def sweep_in(file: Any, path: Path) -> SweepTable:
         keys = [str(next(iter(dimension.keys()))) for dimension in status.dims]
         dimensions = dict(zip(keys, status.shape, strict=True))
     others = {RUN, STATUS, *TEXTS, *SOBOL_NAMES, *keys}
-    columns = {name: dataset for name, dataset in file.items() if name not in others}
+    columns = {name: dataset for name, dataset in datasets.items() if name not in others}
     table = SweepTable(
         attributes={name: str(file.attrs[name]) for name in ATTRIBUTES},
         dimensions=dimensions,
-        coordinates={key: _coordinate(file[key], RUN if is_list else key) for key in keys},
+        coordinates={key: _coordinate(datasets[key], RUN if is_list else key) for key in keys},
         units={name: text_of(dataset, "units") for name, dataset in columns.items()},
         values={n: values_of(dataset).reshape(status.size) for n, dataset in columns.items()},
         status=outcomes,
-        texts={name: _texts(file[name].asstr()[...].reshape(status.size)) for name in TEXTS},
+        texts={name: _texts(datasets[name].asstr()[...].reshape(status.size)) for name in TEXTS},
     )
-    if SOBOL_BASIS not in file:
+    if SOBOL_BASIS not in datasets:
         return table
-    basis, numbers = names_of(file[SOBOL_BASIS]), np.array([file[name][...] for name in SOBOL])
+    basis, numbers = (
+        names_of(datasets[SOBOL_BASIS]),
+        np.array([datasets[name][...] for name in SOBOL]),
+    )
     indices = (SobolIndices(text, numbers[:, i]) for i, text in enumerate(basis))
     return table._replace(sobol=dict(zip(columns, indices, strict=True)))
 

@@ -7,8 +7,7 @@ has a digest of its checkpoint; here names, shapes and finiteness are checked.
 
 from array import array
 from collections import deque
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -20,8 +19,6 @@ Arrays = dict[str, Any]
 # After the last sample the next one is never; a rate may be beyond the range of double precision in
 # a state that a step ends at, and the next step fails by name then.
 INFINITE = ("times.next", "stepper.f", "stepping.f")
-# What Python raises where the numbers do not go together.
-MALFORMED = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
 
 def unfit(name: str, what: str) -> InputError:
@@ -72,7 +69,7 @@ def require_array(state: Arrays, name: str, dtype: Any, ndim: int) -> Any:
 def require_same_arrays(state: Arrays, restored: Arrays) -> None:
     """Check that a state has exactly the arrays of the object restored from it."""
     for name in sorted(state.keys() ^ restored.keys()):
-        raise unfit(_printable(name), "is missing" if name in restored else "is unknown")
+        raise unfit(name, "is missing" if name in restored else "is unknown")
     for name, values in restored.items():
         if (values.dtype, values.shape) != (state[name].dtype, state[name].shape):
             raise unfit(name, "is of another type or shape")
@@ -83,24 +80,7 @@ def require_names(names: Iterable[str], known: Iterable[str], prefix: str) -> No
     expected = set(known)
     for name in sorted(expected ^ set(names)):
         what = "is missing" if name in expected else "is unknown"
-        raise unfit(_printable(f"{prefix}{name}"), what)
-
-
-@contextmanager
-def checkpoint_errors() -> Iterator[None]:
-    """Report errors from a state whose numbers are in range, but belong to no run."""
-    try:
-        with np.errstate(all="ignore"):  # the audit reports it, or the run fails by name
-            yield
-    except MALFORMED as error:
-        raise InputError(
-            "its checkpoint does not belong to this scenario or was changed: no run continues from"
-            f" it ({type(error).__name__}). If the file is as this program wrote it, report this"
-        ) from error
-
-
-def _printable(name: str) -> str:
-    return name if name.isprintable() else ascii(name)
+        raise unfit(f"{prefix}{name}", what)
 
 
 def _cast_like(before: Any, values: Any, name: str) -> Any:
@@ -113,9 +93,4 @@ def _cast_like(before: Any, values: Any, name: str) -> Any:
         if len(before) != len(values):
             raise unfit(name, "is of another type or shape")
         return values.tolist()
-    number = float(values)
-    if isinstance(before, float):
-        return number
-    if not number.is_integer():
-        raise unfit(name, "holds a number that is not whole")
-    return type(before)(number)
+    return type(before)(values)

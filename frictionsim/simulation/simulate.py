@@ -2,7 +2,6 @@
 
 import logging
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from math import inf
 from time import perf_counter
@@ -21,7 +20,6 @@ from frictionsim.results import MODES, Record, SolverStatistics, defined, failur
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.methods import METHODS
 from frictionsim.simulation.checkpoint import (
-    checkpoint_errors,
     dump_part,
     load_part,
     require_same_arrays,
@@ -148,21 +146,16 @@ def run(
     check_memory(scenario, simulation, checkpoint or {})
     if sample_times is not None:
         simulation.sample_at(sample_times)
-    doubted: Callable[[], AbstractContextManager[None]] = (
-        nullcontext if checkpoint is None else checkpoint_errors
-    )
     if checkpoint is not None:
         LOG.info("the run is resumed")
-        with doubted():
-            _restore(simulation, clock, checkpoint, scenario)
+        _restore(simulation, clock, checkpoint, scenario)
     monitor, keep = monitor_of(on_step), _keep_nothing
     on_step = _watching_memory(on_step)
     if on_checkpoint is not None:
         keep = partial(_keep, scenario, simulation, on_checkpoint, clock)
         on_step = _with_checkpoints(scenario, simulation, on_step, keep, clock)
-    with doubted():
-        outcome = _solve(simulation, monitor, on_step, keep, clock)
-        done = _run_of(scenario, simulation, outcome, clock)
+    outcome = _solve(simulation, monitor, on_step, keep, clock)
+    done = _run_of(scenario, simulation, outcome, clock)
     log_end(done)
     return done
 

@@ -2,6 +2,7 @@
 
 import errno
 import os
+import pickle
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -241,6 +242,7 @@ def test_channels_of_a_large_file_are_read_when_they_are_wanted(
     fs.solve("pulley", output=path)
     small = fs.open(path)
     monkeypatch.setattr(result_reader, "WHOLE", 1000)
+    monkeypatch.setattr(result_reader, "SMALL", 0)
     large = fs.open(path)
     assert large.summary() == small.summary()
     assert fs.compare(large, small).same
@@ -250,6 +252,40 @@ def test_channels_of_a_large_file_are_read_when_they_are_wanted(
     fs.solve("pulley", {"solver.duration": 2.0}, output=path)
     with pytest.raises(InputError, match="it has changed since it was opened; open it again"):
         other.record.channels["angle"]
+
+
+def test_channels_of_a_smaller_file_stay_when_it_is_gone(
+    done: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Large ones are unpacked later; also in a copy for another process."""
+    monkeypatch.setattr(result_reader, "SMALL", 0)
+    path = fs.Result(done).save(tmp_path / "a.h5")
+    opened = fs.open(path)
+    path.unlink()
+    for result in (opened, pickle.loads(pickle.dumps(opened))):
+        xarray.testing.assert_identical(result.dataset, fs.Result(done).dataset)
+
+
+def test_a_channel_that_cannot_be_unpacked_is_told_when_it_is_wanted(
+    done: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a file without our checksum, which another program has changed."""
+    monkeypatch.setattr(result_reader, "SMALL", 4 * done.time.nbytes)
+    path = fs.Result(done).save(tmp_path / "a.h5")
+    numbers = np.repeat(np.random.default_rng(1).normal(size=(len(done.time), 1)), 9, axis=1)
+    with h5py.File(path, "r+") as file:
+        axis = file.create_dataset("body", data=np.arange(9, dtype="i4"))
+        axis.make_scale("body")
+        file.create_dataset("x", data=numbers, compression="gzip", chunks=numbers.shape)
+        file["x"].attrs["units"] = file["x"].attrs["long_name"] = "m"
+        file["x"].dims[1].attach_scale(axis)
+        chunk = file["x"].id.get_chunk_info(0)
+    content = bytearray(path.read_bytes())
+    content[chunk.byte_offset + 20 : chunk.byte_offset + 60] = bytes(40)
+    path.write_bytes(content)
+    result = fs.open(path)
+    with pytest.raises(InputError, match="its x is damaged"):
+        assert result.dataset
 
 
 def test_a_result_is_not_resumed_from_the_file_of_another_run(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 Runs of a pulley are killed at each change of a file in `test_crash_safety.py`; here are belts,
 lifts, pictures, fits and cost studies at random times, and sweeps with and without their workers.
+`FRICTIONSIM_KILLS=300 pytest -m nightly tests/robustness/test_kills.py` kills 300 times.
 """
 
 import os
@@ -45,6 +46,7 @@ COMMANDS = {
     ],
 }
 OLD = {"a.h5": old_result(), "a.png": b"\x89PNG\r\n\x1a\nold", "a.csv": b"law,backend,setting,old"}
+KILLS = int(os.environ.get("FRICTIONSIM_KILLS", "60"))  # one in three of a sweep
 SOURCES = ("source.h5", "source.csv")
 SECONDS = 300.0  # that a command may take, kernels compiled anew on a busy machine
 RUNS = 1200  # of a sweep
@@ -88,7 +90,7 @@ def wait(rng: random.Random, process: "subprocess.Popen[bytes]", folder: Path) -
     return f"{pause:.2g} s after {count} new names"
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(KILLS - KILLS // 3))
 def test_a_killed_command_leaves_an_old_or_a_whole_file(
     seed: int, whole: dict[str, bytes], tmp_path: Path
 ) -> None:
@@ -124,7 +126,7 @@ def whole_sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "s.h5"
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(KILLS // 3))
 def test_a_killed_sweep_is_resumed_to_the_same_bytes(
     seed: int, whole_sweep: Path, tmp_path: Path
 ) -> None:
@@ -146,7 +148,8 @@ def test_a_killed_sweep_is_resumed_to_the_same_bytes(
             break
         kept = fs.open_sweep(part)
         assert kept.status == "interrupted"
-        for name in ("final_angle", "breakaway_time"):
+        # Before the first block is done there are no quantities.
+        for name in {"final_angle", "breakaway_time"} & kept.table.values.keys():
             values, right = np.asarray(kept[name]), np.asarray(expected[name])
             there = np.isfinite(values)
             assert np.array_equal(values[there], right[there]), name
