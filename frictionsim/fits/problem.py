@@ -20,6 +20,7 @@ from frictionsim.fits.data import Measured, Target
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.model_fields import expanded, fields_of_key, names_in, unit_of_key
 from frictionsim.scenario.units import factor, fits
+from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.simulate import run
 
@@ -259,6 +260,7 @@ class FitProblem:
         if all(target.kind == "channel" for target in data.targets) and data.times[-1] > 0.0:
             last = min(float(data.times[-1]), scenario.solver.duration)
             self._base = scenario.replace({"solver.duration": last})
+        self._combinations = Combinations(self._base, [*(key.key for key in keys), *data.over])
 
     def _sample_times(self) -> list[float] | None:
         """Return the times of samples: with means over time, those of the scenario, too."""
@@ -386,10 +388,11 @@ class FitProblem:
     def _run(self, values: Mapping[str, float]) -> "tuple[Record | None, str, bool]":
         self.runs += 1
         try:
-            scenario = self._base.replace(expanded(values))
+            scenario = self._combinations.scenario(tuple(values.values()))
+        except InputError as error:
+            return None, fault_of(self._base, values) or str(error), False
+        try:
             result = run(scenario, RunMonitor(), sample_times=self._sampled)
-        except ScenarioError as error:
-            return None, error.faults[0].removeprefix("overrides: "), False
         except InputError as error:  # numbers out of range
             return None, str(error), True
         return (result if result.status == "done" else None), result.reason, True
