@@ -1,7 +1,7 @@
 """Fits of free keys of a scenario to measured data from Python: fit and Fit."""
 
 from collections.abc import Callable, Iterable, Mapping
-from itertools import count
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,21 +11,14 @@ from frictionsim.api.scenarios import with_overrides
 from frictionsim.display import number_text, ratio_text, set_line, study_text
 from frictionsim.document import Data, Document, Table
 from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_DONE, EXIT_SOLVER_FAILED, counted
-from frictionsim.fits.data import STARTS, measured
-from frictionsim.fits.data import FitOptions as FitOptions
+from frictionsim.fits.data import STARTS, FitOptions, measured
 from frictionsim.fits.fit import fit as fit_problem
-from frictionsim.fits.outcome import (
-    OUT_OF_REACH,
-    Bootstrap,
-    Finding,
-    FitOutcome,
-    TargetResiduals,
-    outcome_json,
-)
+from frictionsim.fits.outcome import OUT_OF_REACH, FitOutcome, TargetResiduals, outcome_json
 from frictionsim.fits.problem import FitProblem, check_runs, free_keys
+from frictionsim.fits.search import MAX_ITERATIONS
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.options import as_path
-from frictionsim.scenario.settings import Origin, Scenario
+from frictionsim.scenario.settings import Scenario
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,223 +29,63 @@ if TYPE_CHECKING:
 FITTED = "# Fitted by 'frictionsim fit'"
 NO_INTERVAL = (None, None)
 
-
-def fit_parts(outcome: "FitOutcome", overrides: str) -> Document:
-    """Yield the estimates, their correlations, the residuals and the keys not identified.
-
-    The line of the overrides of the scenario may be empty.
-    """
-    scenario = outcome.fitted
-    values = sum(part.values.size for part in outcome.residuals)
-    fit = f"fit of {counted(len(outcome.keys), 'key')} to {counted(values, 'value')}"
-    yield f"{scenario.title or scenario.kind}: {fit}"
-    if overrides:
-        yield overrides
-    yield _estimates(outcome)
-    if len(outcome.keys) > 1:
-        yield _correlations(outcome)
-    yield _residuals(outcome)
-    yield f"data: {', '.join(map(_read_as, outcome.residuals))}"
-    if outcome.reduced_chi_squared is not None:
-        chi_squared = number_text(outcome.chi_squared, 3)
-        reduced = number_text(outcome.reduced_chi_squared, 3)
-        yield (
-            f"chi squared {chi_squared}, of {counted(outcome.degrees, 'degree')} of freedom:"
-            f" reduced {reduced} (near 1 if sigma is right)"
-        )
-    for key, why in outcome.not_identified.items():
-        yield f"{key} is not identified: {why}"
-    yield _searches(outcome)
-    if outcome.bootstrap is not None:
-        failed = (
-            f", {outcome.bootstrap.failed} more did not end" if outcome.bootstrap.failed else ""
-        )
-        yield f"bootstrap: {counted(outcome.bootstrap.done, 'fit')} to resampled data{failed}"
-
-
-def _estimates(outcome: "FitOutcome") -> Table:
-    drawn = outcome.bootstrap.intervals if outcome.bootstrap else None
-    headings = ["key", ">estimate", ">standard error", ">95 % from", ">to"]
-    headings += [">bootstrap from", ">to"] if drawn else []
-    rows = []
-    for key, value in outcome.values.items():
-        error = number_text(outcome.standard_errors[key], 3)
-        ends = [*(outcome.intervals[key] or NO_INTERVAL)]
-        ends += (drawn[key] or NO_INTERVAL) if drawn else ()
-        rows.append([key, study_text(value), error, *map(study_text, ends)])
-    units = [key.unit for key in outcome.keys]
-    return Table((*headings, "unit"), [(*row, u) for row, u in zip(rows, units, strict=True)])
-
-
-def _correlations(outcome: "FitOutcome") -> Table:
-    numbers = [f">({i})" for i in range(1, len(outcome.keys) + 1)]
-    rows = [
-        (f"({i}) {key.key}", *map(ratio_text, row))
-        for i, (key, row) in enumerate(
-            zip(outcome.keys, outcome.correlations, strict=True), start=1
-        )
-    ]
-    return Table(("correlation", *numbers), rows)
-
-
-def _residuals(outcome: "FitOutcome") -> Table:
-    rows = [
-        (
-            part.name,
-            str(part.values.size),
-            number_text(part.rms, 3),
-            number_text(part.largest, 3),
-            number_text(part.sigma, 3),
-            "given" if part.sigma_given else "estimated" if part.sigma is not None else "",
-            part.unit,
-        )
-        for part in outcome.residuals
-    ]
-    return Table(("residual", ">values", ">rms", ">largest", ">sigma", "", "unit"), rows)
-
-
-def _searches(outcome: "FitOutcome") -> str:
-    ended = "" if outcome.status == "done" else f"; {outcome.status}: {outcome.reason}"
-    also = f"; {outcome.finding.also}" if outcome.finding.also else ""
-    return f"{outcome.finding.sentence}, in {counted(outcome.runs, 'run')}{also}{ended}"
-
-
-def _read_as(part: "TargetResiduals") -> str:
-    """Return the column and unit of the data of a channel or quantity."""
-    column = "" if part.column is None else f" from '{part.column}'"
-    if isinstance(part.column, int):
-        column = f" from column {part.column}"
-    unit = "" if part.data_unit in ("", "1") else f" in {part.data_unit}"
-    return f"{part.name}{column}{unit}"
-
-
-def toml_of(outcome: "FitOutcome", source: str) -> str:
-    """Return the fitted scenario as TOML, with comments on the keys and data of the fit.
-
-    Parameters
-    ----------
-    outcome : FitOutcome
-    source : str
-        Path of the scenario; empty if it has none.
-    """
-    names = ", ".join(part.name for part in outcome.residuals)
-    of = f" from {Path(source).name}" if source else ""
-    lines = [f"{FITTED}{of} to measured {names}: estimate, standard error"]
-    for key in outcome.keys:
-        error = outcome.standard_errors[key.key]
-        why = outcome.not_identified.get(key.key)
-        unit = f" {key.unit}" if key.unit not in ("", "1") else ""
-        spread = "unknown" if error is None else f"{number_text(error, 3)}{unit}"
-        spread = f"not identified: {why}" if why else spread
-        lines.append(f"#   {key.key} = {study_text(outcome.values[key.key])}, {spread}")
-    for part in outcome.residuals:
-        lines.append(f"# Residual of {part.name}: rms {number_text(part.rms, 3)} {part.unit}")
-    if outcome.finding.kind == OUT_OF_REACH:
-        lines.append(f"# {outcome.finding.sentence}")
-    # One line each: names of files may hold anything.
-    comments = [" ".join(line.split()) if i == 0 else line for i, line in enumerate(lines)]
-    return "\n".join([*comments, "", outcome.fitted.to_toml()])
-
-
 ColumnNames = str | Iterable[str] | Mapping[str, str | int]
 """Names that are those of their columns, too; or the column of each name."""
 
 
-class Fit(ResultBase):
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(FitOutcome, ResultBase):
     """The fit of free keys of a scenario to measured data.
 
     Attributes
     ----------
-    data : frictionsim.fits.outcome.FitOutcome
-        The fit as plain data.
+    scenario : Scenario
+        The scenario with the estimates.
+    values : dict of float
+        The estimates, by key.
+    standard_errors : dict of float or None
+        Their standard errors; None where they are not known.
+    intervals : dict of (float, float) or None
+        Their 95 % confidence intervals, which end at the bounds and at an edge of valid values;
+        None where they are not known.
+    correlations : dict of dict of float
+        The correlations of the estimates, by key and key; nan where one is not identified.
+    not_identified : dict of str
+        Why the data do not determine a key, by key; empty if they determine all.
+    finding : Finding
+        The kind of estimate, in a sentence; of a single value its reachable range.
+    residuals : tuple of TargetResiduals
+        Data minus fit, of each channel or quantity.
+    chi_squared : float or None
+        Sum of the squared residuals over their sigma; None unless every sigma was given.
+    degrees : int
+        Of freedom: values minus the keys, or combinations of them, that the data determine.
+    starts : list of dict
+        The local searches by their costs: where each started and ended, and its cost, half the
+        weighted sum of squares.
+    bootstrap : Bootstrap or None
+        Percentile intervals and all estimates of the bootstrap; None without one.
+    runs : int
+        Number of runs that were made.
+    measured : Measured
+        The data, in the units of the scenario.
     source : str
         Path of the scenario; empty if it has none.
     overrides : dict
         Overrides of the scenario, by key.
     """
 
-    def __init__(self, data: FitOutcome, origin: Origin) -> None:
-        self.data, self.source, self.overrides = data, origin.source, origin.values
-        self._set_line = set_line({"overrides": "\n".join(origin.overrides)})
-
-    @property
-    def values(self) -> dict[str, float]:
-        """The estimates, by key."""
-        return self.data.values
-
-    @property
-    def standard_errors(self) -> dict[str, float | None]:
-        """Their standard errors; None where they are not known."""
-        return self.data.standard_errors
-
-    @property
-    def intervals(self) -> dict[str, tuple[float, float] | None]:
-        """Their 95 % confidence intervals; None where they are not known."""
-        return self.data.intervals
-
-    @property
-    def correlations(self) -> dict[str, dict[str, float]]:
-        """The correlations of the estimates, by key and key; nan where one is not identified."""
-        names, table = list(self.data.values), self.data.correlations
-        return {
-            name: dict(zip(names, map(float, row), strict=True))
-            for name, row in zip(names, table, strict=True)
-        }
-
-    @property
-    def not_identified(self) -> dict[str, str]:
-        """Why the data do not determine a key, by key; empty if they determine all."""
-        return self.data.not_identified
-
-    @property
-    def residual_rms(self) -> dict[str, float]:
-        """Root mean square of data minus fit, by channel or quantity, in its unit."""
-        return {part.name: part.rms for part in self.data.residuals}
-
-    @property
-    def chi_squared(self) -> float | None:
-        """Sum of the squared residuals over their sigma; None unless every sigma was given."""
-        return self.data.chi_squared
-
-    @property
-    def reduced_chi_squared(self) -> float | None:
-        """chi_squared over the degrees of freedom: about 1 if scenario and sigma are right."""
-        return self.data.reduced_chi_squared
-
-    @property
-    def starts(self) -> list[dict[str, Any]]:
-        """The local searches by their costs: where each started and ended, and its cost."""
-        return self.data.starts
-
-    @property
-    def bootstrap(self) -> Bootstrap | None:
-        """Percentile intervals and all estimates of the bootstrap; None without one."""
-        return self.data.bootstrap
-
-    @property
-    def scenario(self) -> Scenario:
-        """The scenario with the estimates."""
-        return self.data.fitted
+    source: str = ""
+    overrides: Mapping[str, Any] | None = None
+    set_keys: str = ""  # the line of the summary with these overrides
 
     @property
     def _ending(self) -> Ending:
-        code = EXIT_DONE if self.data.status == "done" else EXIT_BUDGET_EXCEEDED
-        if self.finding.kind == OUT_OF_REACH:
-            code = EXIT_SOLVER_FAILED
-        return Ending(self.data.status, self.data.reason, code)
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Reasons to doubt the estimates or their standard errors."""
-        unidentified = (
-            f"{key} is not identified: {why}" for key, why in self.data.not_identified.items()
-        )
-        return (*unidentified, *self.data.warnings)
-
-    @property
-    def finding(self) -> Finding:
-        """The kind of estimate, in a sentence; of a single value its reachable range."""
-        return self.data.finding
+        code = EXIT_DONE if self.converged else EXIT_BUDGET_EXCEEDED
+        code = EXIT_SOLVER_FAILED if self.finding.kind == OUT_OF_REACH else code
+        if self.converged:
+            return Ending("done", "", code)
+        return Ending("stopped", f"limit of {MAX_ITERATIONS} iterations reached", code)
 
     def plot(self, *, ax: "Axes | None" = None) -> "Figure":
         """Draw data, fit and residuals.
@@ -264,11 +97,26 @@ class Fit(ResultBase):
         """
         from frictionsim.plots.studies import fit_diagram
 
-        return fit_diagram(self.data, ax=ax)
+        return fit_diagram(self, ax=ax)
 
     def to_toml(self) -> str:
         """Return the fitted scenario as TOML, with comments on the keys and data of the fit."""
-        return toml_of(self.data, self.source)
+        names = ", ".join(part.name for part in self.residuals)
+        of = f" from {Path(self.source).name}" if self.source else ""
+        title = f"{FITTED}{of} to measured {names}: estimate, standard error"
+        lines = [" ".join(title.split())]  # one line: names of files may hold anything
+        for key in self.keys:
+            error, why = self.standard_errors[key.key], self.not_identified.get(key.key)
+            unit = f" {key.unit}" if key.unit not in ("", "1") else ""
+            spread = "unknown" if error is None else f"{number_text(error, 3)}{unit}"
+            spread = f"not identified: {why}" if why else spread
+            lines.append(f"#   {key.key} = {study_text(self.values[key.key])}, {spread}")
+        lines += [f"# {sentence}" for sentence in self.cut]
+        for part in self.residuals:
+            lines.append(f"# Residual of {part.name}: rms {number_text(part.rms, 3)} {part.unit}")
+        if self.finding.kind == OUT_OF_REACH:
+            lines.append(f"# {self.finding.sentence}")
+        return "\n".join([*lines, "", self.scenario.to_toml()])
 
     def save_toml(self, path: str | PathLike[str]) -> Path:
         """Write the fitted scenario as TOML; an existing file is not replaced.
@@ -291,12 +139,77 @@ class Fit(ResultBase):
 
     def parts(self) -> Document:
         """Yield the estimates, their correlations and the residuals, and their data."""
-        yield from fit_parts(self.data, self._set_line)
-        yield Data(outcome_json(self.data, self.source, self.overrides))
+        number = counted(sum(part.values.size for part in self.residuals), "value")
+        fit = f"fit of {counted(len(self.keys), 'key')} to {number}"
+        yield f"{self.scenario.title or self.scenario.kind}: {fit}"
+        if self.set_keys:
+            yield self.set_keys
+        yield self._estimates()
+        if len(self.keys) > 1:
+            numbers = [f"({i})" for i in range(1, len(self.keys) + 1)]
+            rows = zip(numbers, self.correlations.items(), strict=True)
+            yield Table(
+                ("correlation", *(f">{number}" for number in numbers)),
+                [(f"{i} {key}", *map(ratio_text, row.values())) for i, (key, row) in rows],
+            )
+        yield Table(
+            ("residual", ">values", ">rms", ">largest", ">sigma", "", "unit"),
+            [
+                (
+                    part.name,
+                    str(part.values.size),
+                    *(number_text(number, 3) for number in (part.rms, part.largest, part.sigma)),
+                    "given" if part.sigma_given else "estimated" * (part.sigma is not None),
+                    part.unit,
+                )
+                for part in self.residuals
+            ],
+        )
+        yield f"data: {', '.join(map(_read_as, self.residuals))}"
+        if self.reduced_chi_squared is not None:
+            yield (
+                f"chi squared {number_text(self.chi_squared, 3)}, of"
+                f" {counted(self.degrees, 'degree')} of freedom: reduced"
+                f" {number_text(self.reduced_chi_squared, 3)} (near 1 if sigma is right)"
+            )
+        for key, why in self.not_identified.items():
+            yield f"{key} is not identified: {why}"
+        yield from self.cut
+        also = f"; {self.finding.also}" if self.finding.also else ""
+        ended = "" if self.converged else f"; {self.status}: {self.reason}"
+        yield f"{self.finding.sentence}, in {counted(self.runs, 'run')}{also}{ended}"
+        if drawn := self.bootstrap:
+            failed = f", {drawn.failed} more did not end" if drawn.failed else ""
+            yield f"bootstrap: {counted(drawn.done, 'fit')} to resampled data{failed}"
+        given = {"scenario": self.source, "overrides": dict(self.overrides or {})}
+        ending = {"status": self.status, "reason": self.reason}
+        yield Data(given | {"kind": self.scenario.kind} | ending | outcome_json(self))
+
+    def _estimates(self) -> Table:
+        headings = ["key", ">estimate", ">standard error", ">95 % from", ">to"]
+        headings += [">bootstrap from", ">to"] if self.bootstrap else []
+        rows = []
+        for key in self.keys:
+            ends = [*(self.intervals[key.key] or NO_INTERVAL)]
+            if self.bootstrap:
+                ends += self.bootstrap.intervals[key.key] or NO_INTERVAL
+            error = number_text(self.standard_errors[key.key], 3)
+            estimate = study_text(self.values[key.key])
+            rows.append((key.key, estimate, error, *map(study_text, ends), key.unit))
+        return Table((*headings, "unit"), rows)
 
     def __repr__(self) -> str:
         values = ", ".join(f"{key}={study_text(value)}" for key, value in self.values.items())
         return f"<frictionsim.Fit {self.scenario.kind}: {self.status}, {values}>"
+
+
+def _read_as(part: TargetResiduals) -> str:
+    """Return the column and unit of the data of a channel or quantity."""
+    column = "" if part.column is None else f" from '{part.column}'"
+    if isinstance(part.column, int):
+        column = f" from column {part.column}"
+    unit = "" if part.data_unit in ("", "1") else f" in {part.data_unit}"
+    return f"{part.name}{column}{unit}"
 
 
 def fit(
@@ -354,9 +267,9 @@ def fit(
     seed : int
         Random seed of the scan for start values and of the bootstrap.
     bootstrap : int
-        Number of bootstrap resamples for confidence intervals.
+        Number of bootstrap resamples for confidence intervals: 0, or at least 40.
     progress : callable, optional
-        Called with the number of runs so far.
+        Called with the number of runs so far, after each and some times per second.
 
     Raises
     ------
@@ -365,20 +278,35 @@ def fit(
     SolverError
         If all runs fail.
     """
-    options = FitOptions.among(locals())
-    return fit_with(with_overrides(scenario, overrides), options)
-
-
-def fit_with(scenario: Scenario, options: FitOptions) -> Fit:
-    """Fit free keys of a scenario."""
-    keys = free_keys(options.free, scenario)
-    data = measured(options, scenario)
-    check_runs(data, keys, scenario)
-    runs, progress = count(1), options.progress or (lambda runs: None)
+    options = FitOptions.of(
+        data=data,
+        channels=channels,
+        over=over,
+        quantities=quantities,
+        sigma=sigma,
+        units=units,
+        time=time,
+        time_unit=time_unit,
+        time_offset=time_offset,
+        free=free,
+        starts=starts,
+        seed=seed,
+        bootstrap=bootstrap,
+        progress=progress,
+    )
+    given = with_overrides(scenario, overrides)
+    keys, its_data = free_keys(options.free, given), measured(options, given)
+    check_runs(its_data, keys, given)
+    runs = 0
 
     def on_runs(further: int) -> None:
-        for _ in range(further):
-            progress(next(runs))
+        nonlocal runs
+        for _ in range(further or bool(runs)):
+            runs += bool(further)
+            if options.progress is not None:
+                options.progress(runs)
 
-    problem = FitProblem(scenario, keys, data, on_runs)
-    return Fit(fit_problem(problem, options), scenario.origin)
+    found = fit_problem(FitProblem(given, keys, its_data, on_runs), options)
+    origin = given.origin
+    line = set_line({"overrides": "\n".join(origin.overrides)})
+    return Fit(**vars(found), source=origin.source, overrides=origin.values, set_keys=line)

@@ -274,7 +274,7 @@ def fit(
     as_json: AsJson = False,
 ) -> int:
     """Fit keys of a scenario to measured data, with standard errors."""
-    from frictionsim.api.fitting import FitOptions, fit_with
+    from frictionsim.api.fitting import fit as fit_scenario
     from frictionsim.scenario.options import column_of
 
     with (
@@ -282,20 +282,29 @@ def fit(
         EndingSignals("nothing was written", activity="fitting"),
         StatusLine() as line,
     ):
-        options = FitOptions.among(
-            locals(), time=None if time is None else column_of(time), progress=_Updates(line)
-        )
+        given: dict[str, Any] = {"sigma": sigma, "units": units, "time_unit": time_unit}
+        given |= {"time_offset": time_offset, "starts": starts, "seed": seed}
+        given |= {"bootstrap": bootstrap}
         loaded = load_scenario(scenario, overrides)
-        files = StudyFiles(output, None, plot)
-        files.check(no_clobber)
-        result = fit_with(loaded, options)
+        StudyFiles(output, None, plot).check(no_clobber)
+        result = fit_scenario(
+            loaded,
+            data=data,
+            channels=channels or (),
+            quantities=quantities or (),
+            over=over or (),
+            free=free or (),
+            time=None if time is None else column_of(time),
+            progress=_Updates(line),
+            **{name: value for name, value in given.items() if value is not None},
+        )
     writers = {"output": (output, result.save_toml), "picture": (plot, result.save_picture)}
     _write_and_print(result, writers, as_json)
     if result.not_identified and not as_json:
         named = ", ".join(result.not_identified)
         keys = counted(len(result.values), "key")
         warn([f"{len(result.not_identified)} of {keys} not identified: {named}"])
-    warn(result.warnings if as_json else result.data.warnings)
+    warn(result.warnings if as_json else result.doubts)
     if result.status != "done":
         print_error(f"fit {result.status}: {result.reason}; do not trust the estimates")
     return result.exit_code

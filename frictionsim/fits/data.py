@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
 STARTS = 3  # local searches
+MIN_RESAMPLES = 40  # one of which is beyond each end of a 95 % interval
 BOUNDS = "KEY=LOW:HIGH or KEY=LOW:HIGH:START, e.g. effects.shaft_friction.mu_s=0.05:0.4"
 AT_END = 1e-9  # of the duration: a time this far outside the run is at its start or end
 DEFAULT_TIME = "time"
@@ -112,6 +113,12 @@ class FitOptions(Options):
 
     def _faults(self) -> Iterator[tuple[str, str]]:
         """Yield the inconsistent options: the argument and its fault."""
+        if 0 < self.bootstrap < MIN_RESAMPLES:
+            yield (
+                "bootstrap",
+                f"expected 0, or at least {MIN_RESAMPLES} resamples for intervals of 95 %, got"
+                f" {self.bootstrap}",
+            )
         compared = [*self.channels, *self.quantities]
         if not compared:
             yield "channels", "expected a channel or quantity that was measured; none is given"

@@ -13,26 +13,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionsim.errors import ArgumentError, counted
-from frictionsim.fits.data import FitOptions
+from frictionsim.fits.data import MIN_RESAMPLES, FitOptions
 from frictionsim.fits.outcome import (
-    DONE,
-    NO_SCATTER,
     OUT_OF_REACH,
-    STOPPED,
     Bootstrap,
     FitOutcome,
     TargetResiduals,
     finding_of,
     residual_warnings,
     run_warnings,
-    start_of,
 )
 from frictionsim.fits.problem import FitProblem
 from frictionsim.fits.search import (
+    AT_EDGE,
     EVALUATIONS_OF_A_KEY,
-    MAX_ITERATIONS,
     Minimum,
     Search,
+    edges,
+    last_good,
     minima,
     search,
 )
@@ -45,7 +43,6 @@ from frictionsim.fits.uncertainty import (
     Noise,
     autocorrelation,
     identify,
-    interval,
     misfit_of_noise,
     quantile,
 )
@@ -61,67 +58,86 @@ MIN_SERIES = 20  # values, for a meaningful correlation of neighbours
 APART = 1e-2  # of the bounds: different ends of searches
 SAME = 1e-3  # relative difference of costs below which minima are equal
 ROUNDED = 1e-12  # cost of the rounding of data without noise, in units of their spread
+ACCURACY = 1e-8  # relative, of the sum of squares of a resample
+NO_SCATTER = (
+    "no standard error is known: there are as many values as free keys, which leave no scatter;"
+    " give sigma"
+)
+SIDES = {-1: ("lower", "below"), 1: ("upper", "above")}
 
 
 def fit(problem: FitProblem, options: FitOptions) -> FitOutcome:
     """Fit the free keys of a problem."""
     _check(problem)
-    keys, noise = problem.keys, Noise(problem.data.targets)
+    data, keys, noise = problem.data, problem.keys, Noise(problem.data.targets)
     found = search(problem, 1.0 / noise.sigma, options.starts, options.seed)
-    best = _reweighed(problem, noise, found[0]) if noise.is_to_be_balanced else found[0]
-    best, identification, changes = _identified(problem, noise, best)
-    degrees = problem.data.size - identification.rank
-    known = noise.all_given or degrees > 0
-    factor = quantile(None if noise.all_given else degrees) if known else np.nan
-    half_widths = factor * identification.deviations
+    if noise.is_to_be_balanced:
+        found = _reweighed(problem, noise, found)
+    best, known = _identified(problem, noise, found[0])
+    degrees = data.size - known.rank
+    has_noise = noise.all_given or degrees > 0
+    of_noise = None if noise.all_given else degrees
+    limit = misfit_of_noise(len(keys), of_noise) if has_noise else -np.inf
+    factor = quantile(of_noise) if has_noise else np.nan
+    half_widths = factor * known.deviations
     wide = {key.key: NO_BETTER for key, half in zip(keys, half_widths, strict=True) if half > 1.0}
-    identification = identification.without(keys, wide)
+    known = known.without(keys, wide)
+    cut: list[str] = []
     drawn = None
     if options.bootstrap:
-        determined = [known and key.key not in identification.reasons for key in keys]
-        drawn = bootstrap(problem, noise, best, determined, options)
-    rough = {key.key: JUMP for key, change in zip(keys, changes, strict=True) if change > JUMPS}
-    identification = identification.without(keys, rough)
-    if not known:
-        unknown = np.full_like(identification.covariance, np.nan)
-        identification = identification._replace(covariance=unknown)
-    limit = misfit_of_noise(len(keys), None if noise.all_given else degrees) if known else -np.inf
+        drawn = _bootstrap(problem, noise, best, has_noise, known, options, cut)
+    known = known.without(keys, known.rough)
+    if not has_noise:
+        known = known._replace(covariance=np.full_like(known.covariance, np.nan))
+    errors: dict[str, float | None] = {key.key: None for key in keys}
+    intervals: dict[str, tuple[float, float] | None] = {key.key: None for key in keys}
+    for j in np.flatnonzero(np.isfinite(known.deviations)).tolist():
+        key, x, deviation = keys[j], float(best.x[j]), float(known.deviations[j])
+        errors[key.key] = deviation * key.derivative(x)
+        ends = x - factor * deviation, x + factor * deviation
+        intervals[key.key] = _within_edges(problem, best.x, j, ends, "95 %", cut)
     same, others = _grouped(Search(problem, 1.0 / noise.sigma), best, found, limit)
-    finding = finding_of(problem, best, len(same), found, [problem.values(o.x) for o in others])
-    statistics = _statistics(problem, noise, best, degrees)
+    finding = finding_of(problem, best, found, same, others)
+    residuals = _residuals(problem, noise, best, degrees)
     chi = float(np.sum((problem.residuals(best.x) / noise.sigma) ** 2)) if noise.all_given else None
     model, values = problem.model(best.x), problem.values(best.x)
-    errors: dict[str, float | None] = {}
-    intervals: dict[str, tuple[float, float] | None] = {}
-    for key, x, scaled in zip(keys, best.x.tolist(), identification.deviations, strict=True):
-        has_error = bool(np.isfinite(scaled))
-        errors[key.key] = float(scaled) * key.derivative(x) if has_error else None
-        intervals[key.key] = interval(key, x, factor * float(scaled)) if has_error else None
-    warnings = [
-        *([] if known else [NO_SCATTER]),
-        *([finding.sentence] if finding.kind == OUT_OF_REACH else []),
-        *([finding.also] if finding.also else []),
-        *([f"self-audit of the fitted run failed: {model.doubt}"] if model.doubt else []),
-        *run_warnings(model, len(problem.data.runs)),
-        *residual_warnings(statistics, chi, degrees),
-    ]
+    names = [key.key for key in keys]
     return FitOutcome(
-        fitted=problem.scenario.replace(expanded(values)),
+        scenario=problem.scenario.replace(expanded(values)),
         keys=keys,
-        data=problem.data,
+        measured=data,
         values=values,
         standard_errors=errors,
         intervals=intervals,
-        correlations=identification.correlations,
-        not_identified=identification.reasons,
-        residuals=statistics,
+        correlations={
+            name: dict(zip(names, row, strict=True))
+            for name, row in zip(names, known.correlations.tolist(), strict=True)
+        },
+        not_identified=known.reasons,
+        cut=tuple(cut),
+        residuals=residuals,
         chi_squared=chi,
         degrees=degrees,
-        status=DONE if best.converged else STOPPED,
-        reason="" if best.converged else f"limit of {MAX_ITERATIONS} iterations reached",
+        converged=best.converged,
         finding=finding,
-        starts=[start_of(problem, end) for end in found],
-        warnings=tuple(warnings),
+        starts=[
+            {
+                "first": problem.values(end.start),
+                "last": problem.values(end.x),
+                "first_cost": end.first_cost,
+                "cost": end.cost,
+                "converged": end.converged,
+            }
+            for end in found
+        ],
+        doubts=(
+            *([] if has_noise else [NO_SCATTER]),
+            *([finding.sentence] if finding.kind == OUT_OF_REACH else []),
+            *([finding.also] if finding.also else []),
+            *([f"self-audit of the fitted run failed: {model.doubt}"] if model.doubt else []),
+            *run_warnings(model.warnings, len(data.runs)),
+            *residual_warnings(residuals, chi, degrees),
+        ),
         bootstrap=drawn,
         runs=problem.runs,
     )
@@ -144,19 +160,22 @@ def _check(problem: FitProblem) -> None:
         )
 
 
-def _reweighed(problem: FitProblem, noise: Noise, best: Minimum) -> Minimum:
-    """Return the minimum weighted by the noise estimated from its residuals."""
+def _reweighed(problem: FitProblem, noise: Noise, found: list[Minimum]) -> list[Minimum]:
+    """Return all minima, by their costs, weighted by the noise estimated at the best one."""
     for _ in range(REWEIGHTED):
-        if noise.estimate(problem.residuals(best.x), len(problem.keys)) < SAME_NOISE:
+        if noise.estimate(problem.residuals(found[0].x), len(problem.keys)) < SAME_NOISE:
             break
-        best = Search(problem, 1.0 / noise.sigma).minimum(best.x)
-    return best
+        task = Search(problem, 1.0 / noise.sigma)
+        ends = zip(found, minima([(task, end.x) for end in found]), strict=True)
+        found = [
+            end._replace(start=old.start, first_cost=task.cost(old.start)) for old, end in ends
+        ]
+        found.sort(key=lambda end: end.cost)
+    return found
 
 
-def _identified(
-    problem: FitProblem, noise: Noise, best: Minimum
-) -> "tuple[Minimum, Identification, Array]":
-    """Return the minimum, the keys identified there, and the changes (keys,) of derivatives.
+def _identified(problem: FitProblem, noise: Noise, best: Minimum) -> tuple[Minimum, Identification]:
+    """Return the minimum and the keys identified there.
 
     Keys that nothing changes with have their starts, if this is no worse.
     """
@@ -164,11 +183,17 @@ def _identified(
     accuracy = 0.0 if problem.scenario.pair.fixed_step else solver.rtol
     task = Search(problem, 1.0 / noise.sigma)
     jacobian, changes = task.checked_jacobian(best.x)
+    at_edges = {
+        keys[edge.number].key: "its estimate is at the edge of valid values,"
+        f" {keys[edge.number].value(float(best.x[edge.number])):.6g}; {SIDES[edge.side][1]} it,"
+        f" {edge.fault}"
+        for edge in (edges(problem, best.x) if problem.has_failed else ())
+    }
 
     def identified() -> Identification:
         scaled = jacobian / (noise.sigma * task.weights)[:, None]
         spread = noise.spread / noise.sigma
-        return identify(keys, best.x, scaled, spread, task.step, accuracy)
+        return identify(keys, best.x, scaled, spread, task.step, accuracy, at_edges)
 
     first, x = identified(), best.x.copy()
     for j, key in enumerate(keys):
@@ -178,7 +203,36 @@ def _identified(
         best = best._replace(x=x)
     # The rank gives the degrees of freedom, and these the noise.
     noise.estimate(problem.residuals(best.x), first.rank)
-    return best, identified(), changes
+    rough = {key.key: JUMP for key, change in zip(keys, changes, strict=True) if change > JUMPS}
+    return best, identified()._replace(rough=rough)
+
+
+def _within_edges(
+    problem: FitProblem, x: "Array", j: int, ends: tuple[float, float], what: str, cut: list[str]
+) -> tuple[float, float]:
+    """Return an interval of a key, given by places, as far as there are runs.
+
+    `cut` is told where it ends at a bound or an edge, with the other keys at their estimates.
+    """
+    key, inside = problem.keys[j], []
+
+    def at(position: float) -> "Array":
+        place = x.copy()
+        place[j] = min(max(position, 0.0), 1.0)
+        return place
+
+    for side, end in zip(SIDES, ends, strict=True):
+        last, beyond = at(end), problem.model(at(end + side * AT_EDGE))
+        if beyond.fault and problem.model(last).fault:
+            last = last_good(problem.works if beyond.is_valid else problem.is_valid, x, last)
+        value = key.value(float(last[j]))
+        where = f"the {what} interval of {key.key} ends at"
+        if beyond.fault:
+            cut.append(f"{where} the edge of valid values, {value:.6g}; beyond it, {beyond.fault}")
+        elif not 0.0 <= end <= 1.0:
+            cut.append(f"{where} its {SIDES[side][0]} bound {value:g}")
+        inside.append(value)
+    return inside[0], inside[1]
 
 
 def _grouped(
@@ -196,8 +250,7 @@ def _grouped(
         if np.max(np.abs(one.x - other.x)) <= APART:
             return False
         highest = max(task.cost(one.x), task.cost(other.x))
-        fits = problem.model(middle).values is not None and problem.is_exact(middle)
-        return not fits and task.cost(middle) > highest * (1.0 + SAME)
+        return not problem.is_exact(middle) and task.cost(middle) > highest * (1.0 + SAME)
 
     same, others = [], list[Minimum]()
     for end in found:
@@ -205,12 +258,12 @@ def _grouped(
             same += [end] if end.cost <= least * (1.0 + SAME) + ROUNDED else []
         elif all(are_different(other, end) for other in others):
             excess = 2.0 * (task.cost(end.x) - task.cost(best.x))
-            fits = problem.model(end.x).values is not None and problem.is_exact(end.x)
-            others += [end] if end.converged and (excess <= limit or fits) else []
+            fits = excess <= limit or problem.is_exact(end.x)
+            others += [end] if end.converged and fits else []
     return same, others
 
 
-def _statistics(
+def _residuals(
     problem: FitProblem, noise: Noise, best: Minimum, degrees: int
 ) -> tuple[TargetResiduals, ...]:
     statistics, start, residuals = [], 0, problem.residuals(best.x)
@@ -238,8 +291,14 @@ def _statistics(
     return tuple(statistics)
 
 
-def bootstrap(
-    problem: FitProblem, noise: Noise, best: Minimum, determined: list[bool], options: FitOptions
+def _bootstrap(
+    problem: FitProblem,
+    noise: Noise,
+    best: Minimum,
+    has_noise: bool,
+    known: Identification,
+    options: FitOptions,
+    cut: list[str],
 ) -> Bootstrap:
     """Fit bootstrap resamples: the fit plus normal deviations where sigma is given, else residuals.
 
@@ -258,17 +317,17 @@ def bootstrap(
             size = np.sqrt(np.mean(pool**2)) or 1.0
             drawn[group] = noise.sigma[group] * rng.choice(pool / size, size=pool.size)
         resampled = problem.data.values - residuals + drawn
-        searches.append((Search(problem, 1.0 / noise.sigma, resampled), best.x))
+        searches.append((Search(problem, 1.0 / noise.sigma, resampled, ACCURACY), best.x))
     problem.compile(best.x, EVALUATIONS_OF_A_KEY * len(problem.keys) * options.bootstrap)
     ends = minima(searches)
-    places = [end.x for end in ends if end.converged]
-    values = [
-        [key.value(x) for key, x in zip(problem.keys, place, strict=True)] for place in places
-    ]
+    places = np.array([end.x for end in ends if end.converged]).reshape(-1, len(problem.keys))
+    intervals: dict[str, tuple[float, float] | None] = {key.key: None for key in problem.keys}
+    for j, key in enumerate(problem.keys):
+        is_determined = has_noise and key.key not in known.reasons
+        if is_determined and len(places) >= MIN_RESAMPLES:
+            low, high = np.percentile(places[:, j], (2.5, 97.5)).tolist()
+            found = _within_edges(problem, best.x, j, (low, high), "bootstrap", cut)
+            intervals[key.key] = found
+    values = [[*problem.values(place).values()] for place in places]
     table = np.array(values).reshape(-1, len(problem.keys))
-    intervals: dict[str, tuple[float, float] | None] = {}
-    for key, column, is_determined in zip(problem.keys, table.T, determined, strict=True):
-        has_interval = is_determined and len(table) > 1
-        low, high = np.percentile(column, (2.5, 97.5)) if has_interval else (0.0, 0.0)
-        intervals[key.key] = (float(low), float(high)) if has_interval else None
     return Bootstrap(len(table), len(ends) - len(table), intervals, table)

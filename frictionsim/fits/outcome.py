@@ -1,13 +1,14 @@
-"""Results of a fit as plain data: estimates, finding, residuals and warnings."""
+"""A fit as plain data: estimates, finding, residuals and warnings."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from frictionsim.errors import counted
-from frictionsim.fits.problem import FitProblem, FreeKey, Model
+from frictionsim.fits.problem import FitProblem, FreeKey
 from frictionsim.fits.search import Minimum
 from frictionsim.results import finite
 
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from frictionsim.results import Array
     from frictionsim.scenario.settings import Scenario
 
-DONE, STOPPED = "done", "stopped"
 REACHED, OUT_OF_REACH, MINIMUM = "reached", "out_of_reach", "minimum"
 SIGNIFICANT = 4.0  # standard deviations
 TOO_LARGE = 1e-2  # probability of a chi squared that chance exceeds
@@ -24,10 +24,6 @@ NUMBER = re.compile(r"-?\d[\d.]*(?:e[-+]?\d+)?")
 POOR = 1.1  # of the spread of the data: larger residuals are worse than those of a constant
 ROUNDING = 1e-6  # of the data
 MAX_MINIMA = 4  # in a sentence
-NO_SCATTER = (
-    "no standard error is known: there are as many values as free keys, which leave no scatter;"
-    " give sigma"
-)
 
 
 class Finding(NamedTuple):
@@ -70,69 +66,72 @@ class Bootstrap(NamedTuple):
     values: "Array"  # (done, keys)
 
 
-class FitOutcome(NamedTuple):
-    """The values of a fit with their uncertainties.
+@dataclass(frozen=True, eq=False, repr=False)
+class FitOutcome:
+    """A fit of free keys to measured data. `frictionsim.Fit` describes what users read."""
 
-    Standard errors, intervals and correlations of a key that is not identified are None or NaN;
-    so are those of all keys if there are as many values as keys and no given sigma.
-    """
-
-    fitted: "Scenario"  # with the estimates
+    scenario: "Scenario"
     keys: tuple[FreeKey, ...]
-    data: "Measured"
-    values: dict[str, float]  # the estimates
+    measured: "Measured"
+    values: dict[str, float]
     standard_errors: dict[str, float | None]
-    intervals: dict[str, tuple[float, float] | None]  # of 95 %
-    correlations: "Array"  # (keys, keys)
-    not_identified: dict[str, str]  # why, by key
+    intervals: dict[str, tuple[float, float] | None]
+    correlations: dict[str, dict[str, float]]
+    not_identified: dict[str, str]
+    cut: tuple[str, ...]  # sentences on intervals that end at a bound or an edge of valid values
     residuals: tuple[TargetResiduals, ...]
-    chi_squared: float | None  # None unless every sigma was given
-    degrees: int  # of freedom: values minus the rank of the derivatives
-    status: str  # DONE, or STOPPED where the search reached its limit of iterations
-    reason: str
+    chi_squared: float | None
+    degrees: int
+    converged: bool
     finding: Finding
-    starts: list[dict[str, Any]]  # the local searches by their costs, see `start_of`
-    warnings: tuple[str, ...]
+    starts: list[dict[str, Any]]
+    doubts: tuple[str, ...]  # further warnings
     bootstrap: Bootstrap | None
     runs: int
 
     @property
     def reduced_chi_squared(self) -> float | None:
-        """chi_squared over the degrees of freedom; None if either is missing."""
+        """chi_squared over the degrees of freedom: about 1 if scenario and sigma are right."""
         if self.chi_squared is None or not self.degrees:
             return None
         return self.chi_squared / self.degrees
 
+    @property
+    def residual_rms(self) -> dict[str, float]:
+        """Root mean square of data minus fit, by channel or quantity, in its unit."""
+        return {part.name: part.rms for part in self.residuals}
 
-def start_of(problem: FitProblem, end: Minimum) -> dict[str, Any]:
-    """Return where a local search started and ended, as values of the keys, and its costs.
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Reasons to doubt the estimates or their standard errors."""
+        unidentified = (
+            f"{key} is not identified: {why}" for key, why in self.not_identified.items()
+        )
+        return (*unidentified, *self.cut, *self.doubts)
 
-    A cost is half the weighted sum of squares.
-    """
+
+def outcome_json(fit: FitOutcome) -> dict[str, Any]:
+    """Return the numbers of a fit as a JSON object."""
+    finding, drawn = fit.finding, fit.bootstrap
     return {
-        "first": problem.values(end.start),
-        "last": problem.values(end.x),
-        "first_cost": end.first_cost,
-        "cost": end.cost,
-        "converged": end.converged,
-    }
-
-
-def outcome_json(outcome: FitOutcome, source: str, overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the JSON object of a fit, with the overrides of keys that were not fitted."""
-    finding, bootstrap = outcome.finding, outcome.bootstrap
-    return {
-        "scenario": source,
-        "overrides": dict(overrides),
-        "kind": outcome.fitted.kind,
-        "status": outcome.status,
-        "reason": outcome.reason,
         "finding": finding.kind,
         "sentence": finding.sentence,
-        "reachable": None if finding.reachable is None else list(finding.reachable),
+        "reachable": finding.reachable and list(finding.reachable),
         "other_minima": list(finding.other_minima),
-        "keys": {key.key: _key_json(outcome, key) for key in outcome.keys},
-        "correlations": [[finite(float(c)) for c in row] for row in outcome.correlations],
+        "keys": {
+            key.key: {
+                "value": fit.values[key.key],
+                "standard_error": fit.standard_errors[key.key],
+                "interval": _list(fit.intervals[key.key]),
+                "bootstrap_interval": _list(drawn and drawn.intervals[key.key]),
+                "unit": key.unit,
+                "bounds": [key.low, key.high],
+                "start": key.start,
+                "not_identified": fit.not_identified.get(key.key),
+            }
+            for key in fit.keys
+        },
+        "correlations": [[*map(finite, row.values())] for row in fit.correlations.values()],
         "residuals": {
             r.name: {
                 "unit": r.unit,
@@ -145,73 +144,57 @@ def outcome_json(outcome: FitOutcome, source: str, overrides: Mapping[str, Any])
                 "sigma_given": r.sigma_given,
                 "autocorrelation": finite(r.autocorrelation),
             }
-            for r in outcome.residuals
+            for r in fit.residuals
         },
-        "chi_squared": finite(outcome.chi_squared),
-        "reduced_chi_squared": finite(outcome.reduced_chi_squared),
-        "degrees_of_freedom": outcome.degrees,
-        "starts": outcome.starts,
-        "bootstrap": bootstrap and {"done": bootstrap.done, "failed": bootstrap.failed},
-        "runs": outcome.runs,
-        "warnings": list(outcome.warnings),
+        "chi_squared": finite(fit.chi_squared),
+        "reduced_chi_squared": finite(fit.reduced_chi_squared),
+        "degrees_of_freedom": fit.degrees,
+        "starts": fit.starts,
+        "bootstrap": drawn and {"done": drawn.done, "failed": drawn.failed},
+        "runs": fit.runs,
+        "warnings": [*fit.cut, *fit.doubts],
     }
 
 
-def _key_json(outcome: FitOutcome, key: FreeKey) -> dict[str, Any]:
-    name, bootstrap = key.key, outcome.bootstrap
-    interval = outcome.intervals[name]
-    drawn = None if bootstrap is None else bootstrap.intervals[name]
-    return {
-        "value": outcome.values[name],
-        "standard_error": outcome.standard_errors[name],
-        "interval": interval and list(interval),
-        "bootstrap_interval": drawn and list(drawn),
-        "unit": key.unit,
-        "bounds": [key.low, key.high],
-        "start": key.start,
-        "not_identified": outcome.not_identified.get(name),
-    }
+def _list(interval: tuple[float, float] | None) -> list[float] | None:
+    return None if interval is None else list(interval)
 
 
 def finding_of(
     problem: FitProblem,
     best: Minimum,
-    same: int,
     found: Sequence[Minimum],
-    others: Sequence[dict[str, float]],
+    same: Sequence[Minimum],
+    others: Sequence[Minimum],
 ) -> Finding:
-    """Return the kind of the estimate.
+    """Return the kind of an estimate.
 
     Parameters
     ----------
     problem, best
-    same : int
-        Number of searches that ended there.
     found : sequence of Minimum
-        The ends of all searches.
-    others : sequence of dict
-        Values of the keys at other minima within the noise.
+        The ends of all searches by their costs.
+    same, others : sequence of Minimum
+        Those at the best minimum, and at others within the noise.
     """
     reached = problem.is_exact(best.x)
     reachable = problem.reachable if problem.data.size == 1 else None
-    searches = f"{len(found)} {'search' if len(found) == 1 else 'searches'}"
     if reachable and not reached and _is_beyond_noise(problem, best):
         return Finding(OUT_OF_REACH, _out_of_reach(problem, best, reachable), reachable)
-    also = ""
+    also, values = "", tuple(problem.values(other.x) for other in others)
     if others:
         places = (
             ", ".join(f"{key} = {value:.6g}" for key, value in place.items())
-            for place in others[:MAX_MINIMA]
+            for place in values[:MAX_MINIMA]
         )
         more = "; ..." if len(others) > MAX_MINIMA else ""
         also = f"the data fit as well, within their noise, at {'; at '.join(places)}{more}"
+    searches = f"{len(found)} {'search' if len(found) == 1 else 'searches'}"
+    kind, sentence = MINIMUM, f"{len(same)} of {searches} found this minimum"
     if reached:
         number = sum(end.cost <= found[0].cost or problem.is_exact(end.x) for end in found)
-        sentence = f"{number} of {searches} reached the data exactly"
-        return Finding(REACHED, sentence, reachable, also, tuple(others))
-    return Finding(
-        MINIMUM, f"{same} of {searches} found this minimum", reachable, also, tuple(others)
-    )
+        kind, sentence = REACHED, f"{number} of {searches} reached the data exactly"
+    return Finding(kind, sentence, reachable, also, values)
 
 
 def _is_beyond_noise(problem: FitProblem, best: Minimum) -> bool:
@@ -238,20 +221,20 @@ def _out_of_reach(problem: FitProblem, best: Minimum, reachable: tuple[float, fl
     )
 
 
-def run_warnings(model: Model, rows: int) -> list[str]:
-    """Return the distinct warnings of the runs with the estimates, each with its number of rows.
+def run_warnings(texts: Sequence[str], rows: int) -> list[str]:
+    """Return the distinct warnings of the runs with the estimates, with the number of their rows.
 
-    Warnings that differ only in their numbers count as one, with the numbers of the first row.
+    Those that differ only in their numbers are one, with the numbers of the first row.
     """
-    if rows == 1:
-        return list(model.warnings)
     alike: dict[str, list[str]] = {}
-    for text in model.warnings:
+    for text in texts:
         alike.setdefault(NUMBER.sub("#", text), []).append(text)
+    if rows == 1:
+        return list(texts)
+    of_first = "; the numbers are of the first"
     return [
-        f"{texts[0]} ({sum(model.warnings[text] for text in texts)} of {rows} rows"
-        f"{'; the numbers are of the first' if len(texts) > 1 else ''})"
-        for texts in alike.values()
+        f"{own[0]} ({len(own)} of {rows} rows{of_first if len({*own}) > 1 else ''})"
+        for own in alike.values()
     ]
 
 
@@ -279,30 +262,17 @@ def residual_warnings(
                 " scenario lacks something that the data show, or their noise is not white; the"
                 " standard errors are too small"
             )
-    if chi is not None:
-        yield from _chi_warning(statistics, chi, degrees)
-
-
-def _chi_warning(statistics: Sequence[TargetResiduals], chi: float, degrees: int) -> Iterator[str]:
-    """Yield the warning that chi squared is too large, if it is."""
+    if chi is None:
+        return
     from scipy import special  # imported here: a fit alone needs it
 
-    # A run that jumps may not reach as many values as keys exactly: there may be residuals without
-    # degrees of freedom, too; their limit is that of one degree.
+    # A run that jumps may miss as many values as keys, too: without degrees the limit is that of 1.
     limit = float(special.chdtri(max(degrees, 1), TOO_LARGE))
-    if chi <= limit:
-        return
-    worst = max(statistics, key=lambda part: part.worst or 0.0)
-    largest = f"{worst.worst:.3g} sigma, of {worst.name}"
-    if degrees:
+    if chi > limit:
+        worst = max(statistics, key=lambda part: part.worst or 0.0)
         yield (
-            f"chi squared {chi:.3g} is above {limit:.3g}, which chance exceeds in 1 % of fits with"
-            f" {counted(degrees, 'degree')} of freedom: the residuals are"
-            f" {np.sqrt(chi / degrees):.3g} times as large as the sigma that was given (up to"
-            f" {largest}); the standard errors are too small"
-        )
-    else:
-        yield (
-            f"the residuals are up to {largest}, although there are as many free keys as values:"
-            " the scenario cannot give the data, or sigma is too small"
+            f"chi squared {chi:.3g} with {counted(degrees, 'degree')} of freedom is above"
+            f" {limit:.3g}, which chance exceeds in 1 % of fits: the residuals are up to"
+            f" {worst.worst:.3g} sigma, of {worst.name}; the scenario lacks something that the data"
+            " show, or sigma is too small, and so are the standard errors"
         )

@@ -6,8 +6,7 @@ may jump, the value is that immediately after it.
 """
 
 import operator
-from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from math import exp, isfinite, log
 from time import perf_counter
@@ -21,6 +20,7 @@ from frictionsim.fits.data import Measured, Target
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.model_fields import expanded, fields_of_key, names_in, unit_of_key
 from frictionsim.scenario.units import factor, fits
+from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.simulate import run
 
@@ -43,7 +43,6 @@ LIMITS: dict[str, tuple[Callable[[float, float], bool], str]] = {
 SAME_TIME = 1e-12  # relative to the time: a sample at an event
 NEAR_ZERO = 1e-3  # of the values that the runs gave
 EXACT, FIXED_ERROR = 1e-6, 1e-3  # of the data; the latter is the error of runs with fixed steps
-MAX_NUMBERS = 10_000_000  # in the models that are remembered
 RUNS_THAT_PAY_COMPILING = 3000
 
 
@@ -216,7 +215,13 @@ class Model(NamedTuple):
     values: "Array | None"  # in the order of the data; None if a run failed
     reason: str = ""  # of the failure
     doubt: str = ""  # the failed checks of the audit
-    warnings: Mapping[str, int] = {}
+    warnings: Sequence[str] = ()  # of each run
+    is_valid: bool = True  # the scenario
+
+    @property
+    def fault(self) -> str:
+        """Why the run failed; empty if it did not."""
+        return "" if self.values is not None else self.reason or "the run fails"
 
 
 class FitProblem:
@@ -247,6 +252,7 @@ class FitProblem:
         self.scenario, self.keys, self.data, self.on_runs = scenario, keys, data, on_runs
         self.models: dict[bytes, Model] = {}
         self.runs, self._seconds = 0, list[float]()
+        self.has_failed = False  # a run
         # Units of quantities are added by the first run.
         self.units = {t.name: t.unit for t in data.targets}
         self._sampled = self._sample_times()
@@ -254,6 +260,7 @@ class FitProblem:
         if all(target.kind == "channel" for target in data.targets) and data.times[-1] > 0.0:
             last = min(float(data.times[-1]), scenario.solver.duration)
             self._base = scenario.replace({"solver.duration": last})
+        self._combinations = Combinations(self._base, [*(key.key for key in keys), *data.over])
 
     def _sample_times(self) -> list[float] | None:
         """Return the times of samples: with means over time, those of the scenario, too."""
@@ -304,10 +311,18 @@ class FitProblem:
             began = perf_counter()
             model = self._evaluate(self.values(x))
             self._seconds.append(perf_counter() - began)
-            if len(self.models) > MAX_NUMBERS // self.data.size:
-                self.models.clear()
+            self.has_failed |= model.values is None
             self.models[key] = model
         return self.models[key]
+
+    def is_valid(self, x: "Array") -> bool:
+        """Return whether a place gives valid scenarios."""
+        values = self.values(x)
+        return not any(fault_of(self._base, {**values, **row}) for row in self.data.runs)
+
+    def works(self, x: "Array") -> bool:
+        """Return whether the run at a place succeeds."""
+        return self.model(x).values is not None
 
     def residuals(self, x: "Array") -> "Array":
         """Return data minus fit at a place at which the runs succeed."""
@@ -316,14 +331,15 @@ class FitProblem:
             raise ValueError(f"a fit has no residuals where a run fails: {model.reason}")
         return self.data.values - model.values
 
-    def single_values(self) -> "list[tuple[Array, float | None]]":
-        """Return the places so far in the order of a single key, and the scenario's single value.
+    def single(self, x: "Array") -> float | None:
+        """Return the scenario's single value at a place; None if the run fails."""
+        values = self.model(x).values
+        return None if values is None else float(values[0])
 
-        It is None where the run fails.
-        """
-        pairs = ((np.frombuffer(key), model.values) for key, model in self.models.items())
-        values = [(x, None if v is None else float(v[0])) for x, v in pairs]
-        return sorted(values, key=lambda pair: float(pair[0][0]))
+    def single_values(self) -> "list[tuple[Array, float | None]]":
+        """Return the places so far in the order of a single key, and the `single` values."""
+        places = sorted(map(np.frombuffer, self.models), key=lambda x: float(x[0]))
+        return [(x, self.single(x)) for x in places]
 
     @property
     def reachable(self) -> tuple[float, float]:
@@ -332,7 +348,9 @@ class FitProblem:
         return min(values), max(values)
 
     def is_exact(self, x: "Array") -> bool:
-        """Return whether a place at which the runs succeed gives the data exactly."""
+        """Return whether a place gives the data exactly."""
+        if not self.works(x):
+            return False
         size = self.data.scale
         if self.data.size == 1:  # no spread of data: near 0 that of the runs
             least, largest = self.reachable
@@ -343,14 +361,16 @@ class FitProblem:
 
     def _evaluate(self, values: dict[str, float]) -> Model:
         columns, doubt = [np.empty(target.values.size) for target in self.data.targets], ""
-        warnings: Counter[str] = Counter()
+        warnings: list[str] = []
         for number, row in enumerate(self.data.runs):
-            result, reason = self._run({**values, **row})
+            result, reason, is_valid = self._run({**values, **row})
             self.on_runs(1)
             if result is None:
-                return Model(None, reason)
+                return Model(None, reason, is_valid=is_valid)
             doubt = doubt or reason
-            warnings.update(_lasting(result.warnings))
+            # Without those about regular samples.
+            texts = dict.fromkeys(result.warnings)
+            warnings += [text for text in texts if not text.startswith("output.interval")]
             for target, column in zip(self.data.targets, columns, strict=True):
                 here = target.runs == number
                 if not here.any():
@@ -365,16 +385,17 @@ class FitProblem:
                 column[here] = part
         return Model(np.concatenate(columns), doubt=doubt, warnings=warnings)
 
-    def _run(self, values: Mapping[str, float]) -> "tuple[Record | None, str]":
+    def _run(self, values: Mapping[str, float]) -> "tuple[Record | None, str, bool]":
         self.runs += 1
         try:
-            scenario = self._base.replace(expanded(values))
+            scenario = self._combinations.scenario(tuple(values.values()))
+        except InputError as error:
+            return None, fault_of(self._base, values) or str(error), False
+        try:
             result = run(scenario, RunMonitor(), sample_times=self._sampled)
-        except ScenarioError as error:
-            return None, error.faults[0].removeprefix("overrides: ")
         except InputError as error:  # numbers out of range
-            return None, str(error)
-        return (result if result.status == "done" else None), result.reason
+            return None, str(error), True
+        return (result if result.status == "done" else None), result.reason, True
 
     def _channel(self, target: Target, result: "Record") -> "Array":
         name, _, member = target.name.partition(".")
@@ -422,8 +443,3 @@ class FitProblem:
 
 def _nobody(runs: int) -> None:
     """Tell nobody of runs."""
-
-
-def _lasting(warnings: Iterable[str]) -> list[str]:
-    """Return the warnings of a run, each once, without those about regular samples."""
-    return [text for text in dict.fromkeys(warnings) if not text.startswith("output.interval")]

@@ -13,10 +13,9 @@ residuals differ in sign, Brent's method finds the place at which the scenario g
 jumps over it.
 """
 
-import multiprocessing
-from collections.abc import Iterator, Sequence
-from concurrent.futures import BrokenExecutor
-from itertools import pairwise
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, wait
+from itertools import pairwise, product
 from math import ceil
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -42,7 +41,11 @@ MAX_ITERATIONS = 60
 EVALUATIONS_OF_A_KEY = 10  # in a local search: some five derivatives by two evaluations each
 RESOLVED = 1e-12  # of the distance of the ends of a bracket
 EDGE = 1e-9  # of the bounds: resolution of the edge of failing runs
+AT_EDGE = 1e-4  # of the bounds: the distance of a place that is at an edge
+MAX_SLIDES = 10  # searches along an edge
+NO_GAIN = 1e-6  # relative, of such a search
 MAX_BISECTIONS, MAX_BRACKETS = 100, 4
+SECONDS_BETWEEN_TICKS = 0.1
 SECONDS_THAT_PAY = 2.0  # of searches, for a pool of processes
 PARTS = 8  # of the searches of a process, for the balance of their times
 
@@ -59,6 +62,72 @@ class Minimum(NamedTuple):
     jump: tuple[float, float] | None = None
 
 
+class Edge(NamedTuple):
+    """An edge next to a place: the runs beyond it fail."""
+
+    number: int  # of the key
+    side: int  # 1 if they fail above it, -1 below
+    fault: str  # of the run beyond
+    is_valid: bool  # the scenario beyond
+
+
+def edges(problem: "FitProblem | OnEdge", x: "Array") -> Iterator[Edge]:
+    """Yield the edges at a place between the bounds, with the other keys at their values."""
+    for j, side in product(range(len(x)), (-1, 1)):
+        place = x.copy()
+        place[j] += side * AT_EDGE
+        beyond = problem.model(place) if 0.0 <= place[j] <= 1.0 else None
+        if beyond is not None and beyond.fault:
+            yield Edge(j, side, beyond.fault, beyond.is_valid)
+
+
+def last_good(is_good: "Callable[[Array], bool]", good: "Array", bad: "Array") -> "Array":
+    """Return the good place next to the edge between a good and a bad one."""
+    while np.max(np.abs(bad - good)) > EDGE:
+        middle = 0.5 * (good + bad)
+        good, bad = (middle, bad) if is_good(middle) else (good, middle)
+    return good
+
+
+class OnEdge:
+    """A problem of other keys, of which one stays at an edge wherever the others put this."""
+
+    def __init__(self, problem: Any, edge: Edge, x: "Array") -> None:
+        self.problem, self.data, self.scenario = problem, problem.data, problem.scenario
+        self._number, self._side, self._last = edge.number, edge.side, float(x[edge.number])
+        self._works = problem.works if edge.is_valid else problem.is_valid
+
+    def place(self, others: "Array") -> "Array | None":
+        """Return the place of all keys; None if the runs fail at any value of that at the edge."""
+
+        def at(value: float) -> "Array":
+            return np.insert(others, self._number, min(max(value, 0.0), 1.0))
+
+        here, distance = at(self._last), AT_EDGE
+        succeeds = self._works(here)
+        outwards = self._side if succeeds else -self._side
+        while True:
+            there = at(self._last + outwards * distance)
+            if self._works(there) != succeeds:
+                return last_good(self._works, *((here, there) if succeeds else (there, here)))
+            if there[self._number] in (0.0, 1.0):
+                return there if succeeds else None
+            here, distance = there, 4.0 * distance
+
+    def is_valid(self, others: "Array") -> bool:
+        """Return whether the other keys at a place have a valid value of that at the edge."""
+        return self.place(others) is not None
+
+    def works(self, others: "Array") -> bool:
+        """Return whether the run with the other keys at a place succeeds."""
+        return self.model(others).values is not None
+
+    def model(self, others: "Array") -> Model:
+        """Return the model with the other keys at a place."""
+        place = self.place(others)
+        return Model(None, "no value is valid") if place is None else self.problem.model(place)
+
+
 class _Failed(Exception):
     """A run within a bracket failed."""
 
@@ -67,9 +136,14 @@ class Search:
     """Weighted residuals and their derivatives, of the data or of values that replace them (n,)."""
 
     def __init__(
-        self, problem: FitProblem, weights: "Array", measured: "Array | None" = None
+        self,
+        problem: Any,
+        weights: "Array",
+        measured: "Array | None" = None,
+        accuracy: float = TOLERANCE,
     ) -> None:
-        self.problem, self.weights = problem, weights
+        self.problem, self.weights, self.accuracy = problem, weights, accuracy
+        self.has_failed = False  # a run
         self.measured = problem.data.values if measured is None else measured
         solver = problem.scenario.solver
         # The cube root of the error of the runs gives the least error of a central difference.
@@ -80,6 +154,7 @@ class Search:
         """Return the weighted residuals at a place; large ones of a failed run."""
         model = self.problem.model(x).values
         if model is None:
+            self.has_failed = True
             size = np.maximum(self.problem.data.scale, np.abs(self.measured))
             return np.asarray(self.weights * size * FAILED)
         return np.asarray((model - self.measured) * self.weights)
@@ -91,8 +166,8 @@ class Search:
     def jacobian(self, x: "Array", step: float | None = None) -> "Array":
         """Return the derivatives (n, keys) of the weighted residuals by the places.
 
-        Central differences; one-sided of second order at a bound, of first order next to a failed
-        run.
+        Central differences; one-sided of second order at a bound or next to a failed run. NaN where
+        the runs on both sides fail.
         """
         return np.array([self._slope(x, j, step or self.step) for j in range(len(x))]).T
 
@@ -118,10 +193,10 @@ class Search:
             place[j] += distance
             return self.problem.model(place).values
 
-        here = self.problem.model(x).values
-        h = -h if x[j] > 0.5 else h  # away from the nearer bound
+        here, h = self.problem.model(x).values, -h if x[j] > 0.5 else h  # off the nearer bound
         far, near = values_at(h), values_at(-h) if 0.0 <= x[j] - h <= 1.0 else None
-        slope = np.zeros(self.measured.size)
+        if far is None:
+            far, near, h = near, None, -h
         if far is not None and near is not None:
             slope = (far - near) / (2.0 * h)
         elif far is not None and here is not None:
@@ -129,22 +204,47 @@ class Search:
             slope = (far - here) / h
             if further is not None:
                 slope = (4.0 * far - further - 3.0 * here) / (2.0 * h)
-        elif near is not None and here is not None:
-            slope = (here - near) / h
+        elif here is not None and abs(h) > AT_EDGE:
+            return self._slope(x, j, 0.25 * abs(h))
+        else:
+            return np.full(self.measured.size, np.nan)
         return np.asarray(slope * self.weights)
 
     def minimum(self, start: "Array") -> Minimum:
-        """Return the local minimum of the least squares that start at a place."""
+        """Return the local minimum of the least squares that start at a place.
+
+        A step over an edge of failing runs is only shortened. So from an end at an edge a search
+        of the other keys goes along it, which the least squares go on from.
+        """
+        end = self._descent(start)
+        for _ in range(MAX_SLIDES if len(start) > 1 else 0):
+            edge = next(edges(self.problem, end.x), None) if self.has_failed else None
+            if edge is None:
+                break
+            place = self._along(edge, end.x)
+            if place is None or self.cost(place) >= end.cost * (1.0 - NO_GAIN):
+                break
+            better = self._descent(place)
+            end = better._replace(start=start, first_cost=end.first_cost)
+        return end
+
+    def _along(self, edge: "Edge", x: "Array") -> "Array | None":
+        """Return the minimum along an edge."""
+        problem = OnEdge(self.problem, edge, x)
+        others = Search(problem, self.weights, self.measured, self.accuracy)
+        return problem.place(others.minimum(np.delete(x, edge.number)).x)
+
+    def _descent(self, start: "Array") -> Minimum:
         from scipy.optimize import least_squares  # imported here because SciPy takes 0.3 s
 
         solution: Any = least_squares(
             self.residual,
             np.clip(start, 0.0, 1.0),
-            jac=self.jacobian,
+            jac=lambda x: np.nan_to_num(self.jacobian(x)),
             bounds=(0.0, 1.0),
             method="trf",
-            ftol=TOLERANCE,
-            xtol=TOLERANCE,
+            ftol=self.accuracy,
+            xtol=self.accuracy,
             gtol=NO_SLOPE,
             max_nfev=MAX_ITERATIONS,
         )
@@ -157,7 +257,7 @@ class Search:
         Second and third are the number of runs and, of a single value, the models.
         """
         problem = self.problem.apart(start, 2.0 * self.step)
-        minimum = Search(problem, self.weights, self.measured).minimum(start)
+        minimum = Search(problem, self.weights, self.measured, self.accuracy).minimum(start)
         return minimum, problem.runs, problem.models if problem.data.size == 1 else {}
 
     def root_between(self, first: "Array", last: "Array") -> Minimum | None:
@@ -168,13 +268,13 @@ class Search:
         """
         from scipy.optimize import brentq
 
-        problem, wanted = self.problem, self.measured[0]
+        wanted = self.measured[0]
         # Brent's last bracket: the part of the distance and the residual of the last run below the
         # value, and of the last one above it.
         ends: dict[bool, tuple[float, float]] = {}
 
         def residual(part: float) -> float:
-            model = problem.model(first + part * (last - first)).values
+            model = self.problem.model(first + part * (last - first)).values
             if model is None:
                 raise _Failed
             excess = float(model[0] - wanted)
@@ -182,16 +282,13 @@ class Search:
             return excess
 
         try:
-            root = float(
-                brentq(residual, 0.0, 1.0, xtol=RESOLVED, maxiter=MAX_BISECTIONS, disp=False)
-            )
+            residual(brentq(residual, 0.0, 1.0, xtol=RESOLVED, maxiter=MAX_BISECTIONS, disp=False))
         except _Failed:
             return None
-        residual(root)
         part, _ = min(ends.values(), key=lambda end: abs(end[1]))
         x = first + part * (last - first)
         jump = None
-        if not problem.is_exact(x):
+        if not self.problem.is_exact(x):
             jump = wanted + ends[False][1], wanted + ends[True][1]
         return Minimum(first, x, self.cost(first), self.cost(x), jump=jump)
 
@@ -205,25 +302,27 @@ def minima(searches: "Sequence[tuple[Search, Array]]") -> list[Minimum]:
     problem = searches[0][0].problem
     evaluations = EVALUATIONS_OF_A_KEY * len(problem.keys) * len(searches)
     pays = evaluations * problem.seconds_each > SECONDS_THAT_PAY
-    # A process of a pool that is not ours may have none of its own.
-    pays = pays and not multiprocessing.current_process().daemon
     workers = min(available_cores(), len(searches)) if pays else 1
-    size, ends = ceil(len(searches) / (PARTS * workers)), []
-    try:
-        with process_pool(workers) as pool:
-            parts = [searches[first : first + size] for first in range(0, len(searches), size)]
-            for future in [pool.submit(_alone, part) for part in parts]:
-                for minimum, runs, models in future.result():
-                    ends.append(minimum)
-                    problem.runs += runs
-                    problem.models |= models
-                    if workers > 1:
-                        problem.on_runs(runs)
-    except BrokenExecutor:
-        raise SolverError(
-            "a process of the fit was ended from outside, as where the memory is short; nothing of"
-            " the fit is kept"
-        ) from None
+    size, ends = ceil(len(searches) / (PARTS * workers)), list[Minimum]()
+    parts = [searches[first : first + size] for first in range(0, len(searches), size)]
+    with process_pool(workers) as pool:
+        try:
+            futures = [pool.submit(_alone, part) for part in parts]
+            waiting = {*futures}
+            while waiting:
+                done, waiting = wait(waiting, SECONDS_BETWEEN_TICKS, FIRST_COMPLETED)
+                runs = sum(number for future in done for _, number, _ in future.result())
+                if workers > 1:
+                    problem.on_runs(runs)
+                pool.watch()
+        except pool.deaths as error:
+            pool.current_runs()  # which raises an error if no process could be started
+            raise SolverError(f"{pool.death(error)}; nothing of the fit is kept") from None
+    for future in futures:
+        for minimum, number, models in future.result():
+            ends.append(minimum)
+            problem.runs += number
+            problem.models |= models
     return ends
 
 
@@ -240,28 +339,25 @@ def search(problem: FitProblem, weights: "Array", starts: int, seed: int) -> lis
     points.
     """
     task, keys = Search(problem, weights), problem.keys
-    initial = np.array([key.scaled(key.start) for key in keys])
-    points = [initial]
+    points = [np.array([key.scaled(key.start) for key in keys])]
     if starts > 1:
-        rng = np.random.default_rng(seed)
-        points += list(latin_hypercube(SCANNED * starts, len(keys), rng))
-    working = _that_work(problem, points)
+        points += [*latin_hypercube(SCANNED * starts, len(keys), np.random.default_rng(seed))]
+    working = [point for point in points if problem.works(point)]
     if not working and problem.data.size == 1:
-        points += list(_grid())
-        working = _that_work(problem, points)
+        points += [*_grid()]
+        working = [point for point in points if problem.works(point)]
     if not working:
         all_failed = f"all {len(points)} runs of the fit failed; that of the start"
         failure = "the run of the fit failed" if len(points) == 1 else all_failed
-        raise SolverError(f"{failure}: {problem.model(initial).reason}")
-    found = minima([(task, start) for start in _best_apart(working, task, starts)])
+        raise SolverError(f"{failure}: {problem.model(points[0]).reason}")
+    chosen: list[Array] = []
+    for point in sorted(working, key=task.cost):
+        if len(chosen) < starts and all(np.max(np.abs(point - one)) >= APART for one in chosen):
+            chosen.append(point)
+    found = minima([(task, start) for start in chosen])
     if problem.data.size == 1 and not any(problem.is_exact(end.x) for end in found):
         found = [*_bracketed(task), *found]
     return sorted(found, key=lambda end: end.cost)
-
-
-def _that_work(problem: FitProblem, points: "list[Array]") -> "list[Array]":
-    """Return the places at which the runs succeed."""
-    return [point for point in points if problem.model(point).values is not None]
 
 
 def _grid() -> "Array":
@@ -269,34 +365,28 @@ def _grid() -> "Array":
     return np.linspace(0.0, 1.0, SCANNED + 1)[:, None]
 
 
-def _best_apart(points: "list[Array]", task: Search, starts: int) -> "list[Array]":
-    """Return the best points that are at least `APART` from each other."""
-    chosen: list[Array] = []
-    for point in sorted(points, key=task.cost):
-        if all(np.max(np.abs(point - other)) >= APART for other in chosen):
-            chosen.append(point)
-        if len(chosen) == starts:
-            break
-    return chosen
-
-
 def _bracketed(task: Search) -> list[Minimum]:
     """Return the searches for a single value between places whose residuals differ in sign.
 
-    A single value has a single key. Without such places the nearest of all runs is returned.
+    A single value has a single key. Without such places those between a run that succeeds and one
+    that fails are tried, up to the edge: the value may be reached near it, as that of a pulley that
+    hardly breaks away. Else the nearest of all runs is returned.
     """
     problem, wanted = task.problem, task.measured[0]
-    _that_work(problem, list(_grid()))
+    for place in _grid():
+        problem.model(place)
     pairs = list(pairwise(problem.single_values()))
-    brackets = [
-        (a, b)
-        for (a, below), (b, above) in pairs
-        if below is not None and above is not None and (below - wanted) * (above - wanted) < 0.0
-    ]
+
+    def are_around(one: float | None, other: float | None) -> bool:
+        return None not in (one, other) and (one - wanted) * (other - wanted) < 0.0
+
+    brackets = [(a, b) for (a, left), (b, right) in pairs if are_around(left, right)]
     if not brackets:
         for (a, left), (b, right) in pairs:
             if (left is None) != (right is None):
-                brackets += _edge_bracket(task, *((b, a) if left is None else (a, b)))
+                good, bad, value = (b, a, right) if left is None else (a, b, left)
+                last = last_good(problem.works, good, bad)
+                brackets += [(good, last)] if are_around(value, problem.single(last)) else []
     roots = [task.root_between(*bracket) for bracket in brackets[:MAX_BRACKETS]]
     found = [root for root in roots if root is not None]
     if not found:
@@ -304,23 +394,3 @@ def _bracketed(task: Search) -> list[Minimum]:
         x = min(working, key=task.cost)
         found = [Minimum(x, x, task.cost(x), task.cost(x))]
     return found
-
-
-def _edge_bracket(task: Search, good: "Array", failed: "Array") -> "Iterator[tuple[Array, Array]]":
-    """Yield the bracket between a place and one at which the run fails, if there is one.
-
-    Places are bisected up to the edge of failing runs, such as those of a pulley that does not
-    break away, so that a value reached near this edge is not missed.
-    """
-    side = task.residual(good)[0]
-    for _ in range(MAX_BISECTIONS):
-        middle = 0.5 * (good + failed)
-        if task.problem.model(middle).values is None:
-            failed = middle
-        elif task.residual(middle)[0] * side < 0.0:
-            yield good, middle
-            return
-        else:
-            good = middle
-        if abs(float(failed[0] - good[0])) < EDGE:
-            return

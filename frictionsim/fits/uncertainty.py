@@ -22,6 +22,7 @@ AT_BOUND = 1e-4  # of the bounds
 MIN_SINGULAR = 1e-4  # of derivatives scaled to length 1: smaller ones may be errors of differences
 MIN_COMPONENT = 0.1  # of a unit vector: a smaller component is no part of a combination
 NO_CHANGE = "the data do not change with it"
+NO_DERIVATIVE = "runs fail on both sides of its estimate"
 NO_BETTER = "the data determine it no better than its bounds do"
 JUMP = "the run jumps or kinks at the estimate; a bootstrap needs no derivatives"
 ROUNDING = 1e-7  # of the spread of the data
@@ -65,6 +66,7 @@ class Identification(NamedTuple):
     # For residuals of standard deviation 1.
     covariance: "Array"  # (keys, keys), of places; NaN of a key that is not identified
     rank: int  # number of keys, or combinations of them, that the data determine
+    rough: Mapping[str, str] = {}  # further reasons, which do not concern a bootstrap
 
     @property
     def deviations(self) -> "Array":
@@ -93,6 +95,7 @@ def identify(
     spread: "Array",
     step: float,
     tolerance: float,
+    edges: Mapping[str, str],
 ) -> Identification:
     """Return the identified keys.
 
@@ -109,15 +112,21 @@ def identify(
         That of the differences, as a part of the bounds.
     tolerance : float
         Relative error of the runs.
+    edges : mapping
+        At which edge of valid values an estimate is, by key.
     """
     error = 10.0 * tolerance / step  # of derivatives, relative to the spread
     reasons: dict[str, str] = {}
     for j, key in enumerate(keys):
-        if np.max(np.abs(jacobian[:, j]) / spread) <= max(ROUNDING, error):
+        if np.isnan(jacobian[:, j]).any():
+            reasons[key.key] = edges.get(key.key, NO_DERIVATIVE)
+        elif np.max(np.abs(jacobian[:, j]) / spread) <= max(ROUNDING, error):
             reasons[key.key] = NO_CHANGE
         elif x[j] < AT_BOUND or x[j] > 1.0 - AT_BOUND:
             side, bound = ("lower", key.low) if x[j] < 0.5 else ("upper", key.high)
             reasons[key.key] = f"its estimate is at the {side} bound {bound:g}; widen the bounds"
+        elif key.key in edges:
+            reasons[key.key] = edges[key.key]
     active = [j for j, key in enumerate(keys) if key.key not in reasons]
     covariance = np.full((len(keys), len(keys)), np.nan)
     if not active:
@@ -164,11 +173,6 @@ def misfit_of_noise(keys: int, degrees: int | None) -> float:
     if degrees is None:
         return float(special.chdtri(keys, 1.0 - CONFIDENCE))
     return keys * float(special.fdtri(keys, degrees, CONFIDENCE))
-
-
-def interval(key: FreeKey, x: float, half_width: float) -> tuple[float, float]:
-    """Return the interval of the value of a key about a place; it stays within the bounds."""
-    return key.value(x - half_width), key.value(x + half_width)
 
 
 def autocorrelation(residuals: "Array") -> float:

@@ -288,8 +288,8 @@ def fit_diagram(outcome: "FitOutcome", ax: Any = None) -> "Figure":
 
 
 def _draw_fit(outcome: "FitOutcome", figure: "Figure | SubFigure") -> None:
-    parts = list(zip(outcome.data.targets, outcome.residuals, strict=True))
-    title = outcome.fitted.title or outcome.fitted.kind
+    parts = list(zip(outcome.measured.targets, outcome.residuals, strict=True))
+    title = outcome.scenario.title or outcome.scenario.kind
     set_title(
         figure, f"{title}: fit to measured data", FIT_HEIGHT * len(parts) + FIT_MARGIN, scaled=False
     )
@@ -329,8 +329,8 @@ def _abscissa(outcome: "FitOutcome", target: "Target") -> tuple[Any, str]:
     """Return the abscissae of a target's values, and the label of that axis."""
     if target.kind == "channel":
         return target.times, "time, s"
-    if len(outcome.data.over) == 1:
-        key = outcome.data.over[0]
-        label = axis_label(key, description_of(type(outcome.fitted), key)[0])
-        return np.array([outcome.data.runs[run][key] for run in target.runs]), label
+    if len(outcome.measured.over) == 1:
+        key = outcome.measured.over[0]
+        label = axis_label(key, description_of(type(outcome.scenario), key)[0])
+        return np.array([outcome.measured.runs[run][key] for run in target.runs]), label
     return target.runs + 1.0, "run"

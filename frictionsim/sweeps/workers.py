@@ -102,7 +102,7 @@ class ProcessPool(Workers):
         if not self._begun.value:
             raise InputError(
                 'no worker process can be started; a script of Python needs "if __name__ =='
-                " '__main__':\" around what it does, or workers=1"
+                " '__main__':\" around what it does (a sweep also runs with workers=1)"
             )
         return sorted(run for run in self._current if run != IDLE)
 

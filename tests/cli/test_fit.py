@@ -75,7 +75,7 @@ def test_a_fit_writes_a_scenario_and_a_picture(told: Run, log: Path) -> None:
 
 
 def test_a_fit_as_json(told: Run, log: Path) -> None:
-    options = ("--sigma", "angular_velocity=0.02", "--bootstrap", "3", "--seed", "2", "--json")
+    options = ("--sigma", "angular_velocity=0.02", "--bootstrap", "40", "--seed", "2", "--json")
     out, err = told("fit", PULLEY, *SET, *ONE, "--data", log, *options)
     data = strict_json(out)
     assert err == ""
@@ -85,7 +85,7 @@ def test_a_fit_as_json(told: Run, log: Path) -> None:
     assert high - low == pytest.approx(2.0 * 1.959964 * key["standard_error"])
     assert key["bounds"] == [0.1, 0.4]
     assert len(key["bootstrap_interval"]) == 2
-    assert data["bootstrap"] == {"done": 3, "failed": 0}
+    assert data["bootstrap"] == {"done": 40, "failed": 0}
     assert data["residuals"]["angular_velocity"]["sigma"] == pytest.approx(0.02)
     assert data["residuals"]["angular_velocity"]["sigma_given"] is True
     part = data["residuals"]["angular_velocity"]

@@ -110,7 +110,7 @@ def test_gaps_of_a_file_are_not_data(tmp_path: Path) -> None:
     path.write_text("\n".join(lines))
     fit = fit_of(path, ["angular_velocity", "angle"])
     assert fit.values[FORCE] == pytest.approx(300.0, rel=1e-6)
-    assert [part.values.size for part in fit.data.residuals] == [4, 5]
+    assert [part.values.size for part in fit.residuals] == [4, 5]
 
 
 def test_sigma_may_be_a_column() -> None:

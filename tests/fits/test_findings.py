@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -150,6 +151,7 @@ def test_ends_on_one_plateau_are_no_other_minima() -> None:
 
 
 PHASE = f"{FORCE}.sine.phase_deg"
+SINE = {"mean": 300.0, "amplitude": 100.0, "frequency_hz": 0.5, "phase_deg": 45.0}
 
 
 def two_phases(**given: float) -> fs.Fit:
@@ -158,8 +160,7 @@ def two_phases(**given: float) -> fs.Fit:
     Their values may be given. Velocity follows from the impulse, which has cos(phase) and so two
     phases; the angle tells these apart.
     """
-    sine = {"mean": 300.0, "amplitude": 100.0, "frequency_hz": 0.5, "phase_deg": 45.0}
-    scenario = frictionless().replace({FORCE: {"sine": sine}})
+    scenario = frictionless().replace({FORCE: {"sine": SINE}})
     made = fs.solve(scenario).quantities
     wanted = {"final_angular_velocity": float(made["final_angular_velocity"])}
     if given:
@@ -196,6 +197,22 @@ def test_a_minimum_within_the_noise_of_the_best_is_told_and_a_worse_one_is_not()
     assert other[PHASE] == pytest.approx(-45.0, abs=1.0)
     assert far.finding.other_minima == ()
     assert any(start["last"][PHASE] < 0.0 for start in far.starts)
+
+
+def test_another_minimum_has_the_weights_of_the_noise_of_the_best() -> None:
+    """Its phase would be 0.11 degrees off with the weights before the noise is known."""
+    scenario = frictionless().replace({FORCE: {"sine": SINE}})
+    made = series(scenario, 0.004, angular_velocity=0.0, angle=0.0)
+    data = {name: values[made["time"] >= 0.9] for name, values in made.items()}
+    rng = np.random.default_rng(3)
+    for name, noise in (("angular_velocity", 0.3), ("angle", 2.4)):
+        data[name] += noise * rng.normal(size=data[name].size)
+    channels, bounds = ["angular_velocity", "angle"], {PHASE: (-170.0, 150.0)}
+    fit = fs.fit(scenario, data=data, channels=channels, free=bounds, starts=4)
+    sigma = {part.name: part.sigma or 0.0 for part in fit.residuals}
+    given = fs.fit(scenario, data=data, channels=channels, free=bounds, sigma=sigma, starts=4)
+    (other,), (expected,) = fit.finding.other_minima, given.finding.other_minima
+    assert other[PHASE] == pytest.approx(expected[PHASE], abs=0.01)
 
 
 def test_noisy_data_have_a_minimum() -> None:

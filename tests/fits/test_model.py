@@ -25,7 +25,7 @@ def sampled(scenario: fs.Scenario, times: Any, *channels: str) -> dict[str, Any]
     data = {name: np.array(times) for name in ("time", *channels)}  # any values
     fit = fs.fit(scenario, data=data, channels=channels, free=FREE, starts=1)
     assert list(fit.not_identified) == list(FREE)
-    return {part.name: part.fitted for part in fit.data.residuals}
+    return {part.name: part.fitted for part in fit.residuals}
 
 
 def test_channels_are_those_of_the_closed_form_at_any_times() -> None:

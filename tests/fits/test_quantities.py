@@ -28,7 +28,7 @@ def test_a_quantity_of_one_run() -> None:
     wanted, sigma = {"breakaway_time": breakaway(mu_s=0.27)}, {"breakaway_time": 0.01}
     fit = fit_friction(quantities=wanted, sigma=sigma)
     assert fit.values[MU_S] == pytest.approx(0.27, rel=1e-6)
-    assert fit.data.residuals[0].unit == "s"
+    assert fit.residuals[0].unit == "s"
     # By a difference of two runs: dt/dmu of the standard error.
     error = 0.01 * 0.002 / (breakaway(mu_s=0.271) - breakaway(mu_s=0.269))
     assert fit.standard_errors[MU_S] == pytest.approx(error, rel=1e-3)
@@ -44,10 +44,10 @@ def test_a_table_of_runs() -> None:
         over={LOAD: "W"},
     )
     assert fit.values[MU_S] == pytest.approx(0.27, rel=1e-6)
-    (part,) = fit.data.residuals
+    (part,) = fit.residuals
     assert (part.unit, part.values.size) == ("ms", 4)
     assert fit.scenario.mechanism.load == 2224.1  # that of the scenario
-    assert fit.data.data.runs[0] == {LOAD: 1900.0}
+    assert fit.measured.runs[0] == {LOAD: 1900.0}
 
 
 def test_a_quantity_beside_channels() -> None:
@@ -59,7 +59,7 @@ def test_a_quantity_beside_channels() -> None:
         sigma={"breakaway_time": 1e-3, "angle": 1e-3},
     )
     assert fit.values[MU_S] == pytest.approx(0.27, rel=1e-6)
-    assert [part.name for part in fit.data.residuals] == ["angle", "breakaway_time"]
+    assert [part.name for part in fit.residuals] == ["angle", "breakaway_time"]
 
 
 @pytest.mark.slow
@@ -86,7 +86,7 @@ def test_friction_of_a_belt_from_its_slip_and_a_speed() -> None:
         starts=1,
     )
     assert fit.values[mu] == pytest.approx(0.8, rel=1e-3)
-    assert fit.data.residuals[0].unit == "%"
+    assert fit.residuals[0].unit == "%"
     assert fit.not_identified == {}
 
     speed = fs.solve(belt, {"mechanism.pulleys.1.inertia": 3e-4}).dataset["pulley_speed"]
@@ -106,7 +106,7 @@ def test_a_quantity_that_the_scenario_jumps_over() -> None:
         sigma={"breakaway_time": 0.01},
         free={MU_S: (0.1, 0.4)},
         starts=1,
-        bootstrap=2,
+        bootstrap=40,
     )
     assert fit.values[MU_S] == pytest.approx(0.19672, rel=1e-4)
     assert (fit.standard_errors[MU_S], fit.intervals[MU_S]) == (None, None)
@@ -115,12 +115,13 @@ def test_a_quantity_that_the_scenario_jumps_over() -> None:
     )
     assert fit.bootstrap is not None
     assert fit.bootstrap.intervals[MU_S] is not None
-    assert fit.data.degrees == 0
+    assert fit.degrees == 0
     assert (fit.finding.kind, fit.exit_code) == ("out_of_reach", 1)
     assert fit.warnings[1:] == (
         fit.finding.sentence,
-        "the residuals are up to 4.12 sigma, of breakaway_time, although there are as many free"
-        " keys as values: the scenario cannot give the data, or sigma is too small",
+        "chi squared 16.9 with 0 degrees of freedom is above 6.63, which chance exceeds in 1 % of"
+        " fits: the residuals are up to 4.12 sigma, of breakaway_time; the scenario lacks something"
+        " that the data show, or sigma is too small, and so are the standard errors",
     )
     assert fit.summary().startswith("Pulley on a dry shaft: fit of 1 key to 1 value\n")
 
