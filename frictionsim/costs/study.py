@@ -1,10 +1,10 @@
 """A work-precision study: errors and run times of a scenario for several settings."""
 
 import gc
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from math import inf
 from statistics import median
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -302,16 +302,11 @@ class Benchmark:
 
 
 def study(
-    scenario: "Scenario", options: CostOptions, monitor: RunMonitor, show: Callable[[str], Any]
+    scenario: "Scenario", options: CostOptions, monitor: RunMonitor | None = None
 ) -> tuple[CostTable, int]:
     """Run all settings; return their table and the exit code.
 
-    If a signal stops a run, the table has the rows of the settings before.
-
-    Parameters
-    ----------
-    show : callable
-        Called with a description of the next run.
+    If the monitor stops a run, the table has the rows of the settings before.
 
     Raises
     ------
@@ -321,7 +316,8 @@ def study(
         If no reference is known.
     """
     plan = options.plan(scenario)
-    benchmark = Benchmark(scenario, plan, options, monitor)
+    benchmark = Benchmark(scenario, plan, options, monitor or RunMonitor())
+    show = options.progress or (lambda setting: None)
     rows: list[Row] = []
     reference: Reference | None = None
     in_time: Reference | None = None

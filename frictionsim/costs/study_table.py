@@ -132,11 +132,12 @@ def greatest(errors: Mapping[str, Error]) -> float | None:
 class Advice(NamedTuple):
     """The cheapest setting with an error of at most `wanted`; None if no setting is known to be.
 
-    `is_by_work` tells that there were several, and evaluations decided as times could not.
+    `is_by_work` tells that there were several, and evaluations decided as times could not; `floor`
+    is the reference uncertainty, None where a reference is known and another one failed.
     """
 
     wanted: float
-    floor: float
+    floor: float | None
     row: dict[str, Any] | None
     is_by_work: bool
 
@@ -144,17 +145,18 @@ class Advice(NamedTuple):
     def sentence(self) -> str:
         """The recommendation as text."""
         goal = f"for {study_text(100 * self.wanted)} %"
-        if self.floor > self.wanted:
+        if self.floor is not None and self.floor > self.wanted:
             return f"{goal}: unknown, the reference uncertainty is {error_text(self.floor)}"
         if self.row is None:
             return f"{goal}: no setting reached it"
         row = self.row
         bodies = f"{row['bodies']:.0f} bodies, " if row.get("model") else ""
         work = "; the fewest evaluations, as times of one run each differ by chance"
+        unknown = "; the reference uncertainty is unknown"
         return (
             f"{goal}: {line_of(row)} with {bodies}{row['setting']},"
             f" {short_text(row['wall_seconds'])} s, error {error_text(row['error'])}"
-            f"{work if self.is_by_work else ''}"
+            f"{work * self.is_by_work}{unknown * (self.floor is None)}"
         )
 
 
@@ -180,7 +182,8 @@ def _cheapest(table: CostTable, wanted: float) -> Advice:
     )
     cost = "rhs_evaluations" if is_by_work else "wall_seconds"
     row = min(rows, key=lambda row: float(row[cost]), default=None)
-    return Advice(wanted, table.floor, row, is_by_work)
+    is_known = table.uncertainty or not table.references
+    return Advice(wanted, table.floor if is_known else None, row, is_by_work)
 
 
 def _holds(row: dict[str, Any], rows: list[dict[str, Any]], wanted: float) -> bool:
