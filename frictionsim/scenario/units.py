@@ -100,8 +100,8 @@ def heading(cell: str) -> Heading:
     for match in units[-1:]:
         name = f"{cell[: match.start()]} {cell[match.end() :]}".strip()
         return Heading(name or cell, bare(match[1]))
-    if match := AT_END.fullmatch(cell):
-        return Heading(match[1] or cell, match[3], match[2] is not None)
+    if alone := AT_END.fullmatch(cell):
+        return Heading(alone[1] or cell, alone[3], alone[2] is not None)
     return Heading(cell)
 
 
