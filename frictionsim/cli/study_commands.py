@@ -132,9 +132,8 @@ def cost(
 
     Each is run at several settings.
     """
-    from frictionsim.api.studies import Study
-    from frictionsim.costs.settings import CostOptions
-    from frictionsim.costs.study import study as run_study
+    from frictionsim.api.studies import CostOptions, Study
+    from frictionsim.api.studies import study as run_study
     from frictionsim.io.names import partial_name
     from frictionsim.io.output_file import COSTS
 
