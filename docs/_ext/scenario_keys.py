@@ -8,7 +8,6 @@ from markdown import table
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from frictionsim.scenario.csv_columns import CsvSpeedTable
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.methods import methods_of
 from frictionsim.scenario.model_fields import (
@@ -21,6 +20,7 @@ from frictionsim.scenario.model_fields import (
 )
 from frictionsim.scenario.schema import TRANSITION_SPEED, FrictionLaw
 from frictionsim.scenario.settings import DEFAULT_SAMPLES, Output, Scenario
+from frictionsim.scenario.signal_tables import CsvSpeedTable
 
 BOUNDS = {"gt": "> ", "ge": "≥ ", "lt": "< ", "le": "≤ "}
 # What there is to choose from has a page of its own.
@@ -165,7 +165,7 @@ def _form(annotation: Any) -> str:
 
 
 def _choice(names: Sequence[str]) -> str:
-    return ", ".join(f'`"{name}"`' for name in names)
+    return ", ".join(f'`"{name}"`' for name in names).replace("\t", "\\t")
 
 
 def _taken(model: type[BaseModel], name: str) -> str:

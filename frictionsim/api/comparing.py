@@ -84,15 +84,6 @@ def compare(
         but sampled at different times.
     """
     options = CompareOptions.among(locals())
-    return compare_with(result, golden, options)
-
-
-def compare_with(
-    result: results.Result | str | PathLike[str],
-    golden: results.Result | str | PathLike[str],
-    options: CompareOptions,
-) -> Comparison:
-    """Compare a result with a golden result."""
     tolerances = Tolerances(options.rtol, options.atol, options.time_atol)
     records = (
         _named("result", result, "the result"),

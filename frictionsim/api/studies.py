@@ -9,7 +9,7 @@ from frictionsim.api.result_base import Ending, ResultBase
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.costs.settings import MAX_WALL, REPEATS
 from frictionsim.costs.settings import CostOptions as CostOptions
-from frictionsim.costs.study import study
+from frictionsim.costs.study import study as study
 from frictionsim.costs.study_table import recommendations, table_json
 from frictionsim.display import error_text, number_text, short_text
 from frictionsim.document import Cell, Data, Document, Number, Table
@@ -18,7 +18,6 @@ from frictionsim.io.cost_table import COUNTS, RELATIVE, CostTable
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.options import as_path
 from frictionsim.scenario.settings import Origin, Scenario
-from frictionsim.simulation.monitor import RunMonitor
 
 if TYPE_CHECKING:
     import xarray
@@ -106,7 +105,7 @@ class Study(ResultBase):
         The scenario's file and overrides.
     """
 
-    def __init__(self, table: CostTable, origin: Origin, exit_code: int) -> None:
+    def __init__(self, origin: Origin, table: CostTable, exit_code: int) -> None:
         self.table, self.origin = table, origin
         self._exit_code = exit_code
 
@@ -218,11 +217,5 @@ def cost(
         If all reference runs fail.
     """
     options = CostOptions.among(locals())
-    return cost_with(with_overrides(scenario, overrides), options)
-
-
-def cost_with(scenario: Scenario, options: CostOptions, monitor: RunMonitor | None = None) -> Study:
-    """Run a study of a scenario."""
-    show = options.progress or (lambda name: None)
-    table, exit_code = study(scenario, options, monitor or RunMonitor(), show)
-    return Study(table, scenario.origin, exit_code)
+    loaded = with_overrides(scenario, overrides)
+    return Study(loaded.origin, *study(loaded, options))

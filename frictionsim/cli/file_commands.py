@@ -2,7 +2,7 @@
 
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -191,12 +191,13 @@ def compare(
 ) -> int:
     """Compare a result with a reference result. Exit 0 if they agree, 1 if they differ."""
     log_on_stderr(0)
-    from frictionsim.api.comparing import CompareOptions, compare_with, comparison_parts
+    from frictionsim.api.comparing import compare, comparison_parts
     from frictionsim.document import as_json as json_of
     from frictionsim.document import as_text
 
-    options = CompareOptions.among(locals())
-    comparison = compare_with(result, golden, options)
+    given = {"rtol": rtol, "atol": atol, "time_atol": time_atol, "ignore": ignore}
+    options: dict[str, Any] = {name: one for name, one in given.items() if one is not None}
+    comparison = compare(result, golden, **options)
     parts = comparison_parts(comparison)
     if as_json:
         print_json({"result": str(result), "golden": str(golden), **json_of(parts)})

@@ -132,7 +132,9 @@ def cost(
 
     Each is run at several settings.
     """
-    from frictionsim.api.studies import CostOptions, cost_with
+    from frictionsim.api.studies import CostOptions, Study
+    from frictionsim.api.studies import study as run_study
+    from frictionsim.io.names import partial_name
     from frictionsim.io.output_file import COSTS
 
     log_on_stderr(0)
@@ -144,7 +146,9 @@ def cost(
     ):
         options = CostOptions.among(locals(), progress=line)
         files.check(no_clobber, COSTS)
-        study = cost_with(loaded, options, monitor)
+        study = Study(loaded.origin, *run_study(loaded, options, monitor))
+    if study.status != "done":  # a whole table of another study stays
+        csv, plot = (path and partial_name(path) for path in (csv, plot))
     _write_and_print(
         study, {"table": (csv, study.save), "picture": (plot, study.save_picture)}, as_json
     )

@@ -1,10 +1,10 @@
 """A work-precision study: errors and run times of a scenario for several settings."""
 
 import gc
-from collections.abc import Callable, Iterable, Sequence
-from math import inf
+from collections.abc import Iterable, Sequence
+from math import inf, nan
 from statistics import median
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from frictionsim.costs.settings import CostOptions, Plan, variant
 from frictionsim.costs.study_table import SECONDS_OF_REPEATS, Row, columns_of, greatest
 from frictionsim.display import set_line
 from frictionsim.errors import EXIT_DONE, InputError, SolverError
-from frictionsim.io.cost_table import CostTable, Error
+from frictionsim.io.cost_table import RELATIVE, CostTable, Error
 from frictionsim.results import Quantity, Record, SolverStatistics, failures
 from frictionsim.scenario.methods import METHODS
 from frictionsim.scenario.variants import Setting
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
 SAMPLES = 500  # of the runs for the errors
+# Columns of the work of a run; 0 of a setting that is refused.
+WORK = ("events", "wall_seconds", "repeats", "steps", "rhs_evaluations", "states")
 WARM_UP_FRACTION = 1e-6  # of the duration
 # The wall-time limit of a reference, relative to that of the other runs.
 REFERENCE_TIME_FACTOR = 10.0
@@ -211,12 +213,12 @@ class Benchmark:
         uncertainty = self._errors(others[0], first) if others else {}
         return Reference(first, tuple(done), uncertainty)
 
-    def row(self, setting: Setting, reference: Record, in_time: Record | None) -> Row:
+    def row(self, setting: Setting, reference: Reference, in_time: Reference | None) -> Row:
         """Solve once for the errors, and several times for the wall time.
 
         Parameters
         ----------
-        in_time : Record or None
+        in_time : Reference or None
             The same mesh, converged in time.
 
         Raises
@@ -224,29 +226,59 @@ class Benchmark:
         Stopped
             If a signal stopped a run.
         """
+        row: Row = {
+            "law": setting.law,
+            "backend": setting.backend,
+            "setting": setting.label,
+            "overrides": " ".join(setting.all_overrides),
+        }
+        if setting.mesh:
+            row |= {"model": setting.mesh.model, "bodies": float(setting.mesh.bodies)}
         try:
             judged = self._judged(setting)
         except InputError as refused:  # an effect that the model does not have, too few bodies
-            return Row(setting, "failed", _one_line(refused))
+            nothing = dict.fromkeys(WORK, 0.0)
+            return row | nothing | {"status": "failed", "reason": _one_line(refused)}
         timed = self._timed(setting) if judged.status == "done" else [judged]
         seconds = [_statistics(result).wall_seconds or 0.0 for result in timed]
         last, statistics = timed[-1], _statistics(timed[-1])
         done = last.status == "done"
-        return Row(
-            setting=setting,
-            status=last.status,
-            reason=self._failed_checks(judged) if done else last.reason,
-            wall_seconds=median(seconds),
-            steps=statistics.steps,
-            rejected=statistics.rejected if METHODS[setting.backend].counts_rejected else None,
-            rhs_evaluations=statistics.rhs_evaluations,
-            events=len(judged.transitions),
-            errors=self._errors(judged, reference) if done else {},
-            time_errors=self._errors(judged, in_time) if done and in_time else {},
-            states=statistics.states,
-            repeats=len(seconds),
-            wall_spread=max(seconds) - min(seconds) if len(seconds) > 1 else None,
+        row |= {
+            "status": last.status,
+            "reason": self._failed_checks(judged) if done else last.reason,
+        }
+        numbers = (
+            *(len(judged.transitions), median(seconds), len(seconds)),
+            *(statistics.steps, statistics.rhs_evaluations, statistics.states),
         )
+        row |= dict(zip(WORK, map(float, numbers), strict=True))
+        if METHODS[setting.backend].counts_rejected:
+            row["rejected"] = float(statistics.rejected)
+        if len(seconds) > 1:
+            row["wall_spread"] = max(seconds) - min(seconds)
+        return row | self._error_columns(judged, reference, in_time) if done else row
+
+    def _error_columns(
+        self, judged: Record, reference: Reference, in_time: Reference | None
+    ) -> Row:
+        """Return the errors of a run, and which are below the uncertainty of a reference."""
+        errors, uncertainty = self._errors(judged, reference.outcome), reference.uncertainty
+        relative = {"error": greatest(errors)}
+        limits = {"error": greatest(uncertainty)}
+        if in_time:
+            relative["time_error"] = greatest(self._errors(judged, in_time.outcome))
+            limits["time_error"] = greatest(in_time.uncertainty)
+        row: Row = {name: error for name, error in relative.items() if error is not None}
+        for name, (absolute, its_relative) in errors.items():
+            row[f"{name}_error"] = nan if absolute is None else float(absolute)
+            row[name + RELATIVE] = relative[name] = float(its_relative)
+        limits |= {name: error.relative for name, error in uncertainty.items()}
+        below = (
+            name
+            for name, limit in limits.items()
+            if limit is not None and (error := relative.get(name)) is not None and error < limit
+        )
+        return row | {"below_uncertainty": " ".join(below)}
 
     def _errors(self, outcome: Record, reference: Record) -> dict[str, Error]:
         return metric_errors(self._metrics, outcome, reference, self._duration)
@@ -302,16 +334,11 @@ class Benchmark:
 
 
 def study(
-    scenario: "Scenario", options: CostOptions, monitor: RunMonitor, show: Callable[[str], Any]
+    scenario: "Scenario", options: CostOptions, monitor: RunMonitor | None = None
 ) -> tuple[CostTable, int]:
     """Run all settings; return their table and the exit code.
 
-    If a signal stops a run, the table has the rows of the settings before.
-
-    Parameters
-    ----------
-    show : callable
-        Called with a description of the next run.
+    If the monitor stops a run, the table has the rows of the settings before.
 
     Raises
     ------
@@ -321,7 +348,8 @@ def study(
         If no reference is known.
     """
     plan = options.plan(scenario)
-    benchmark = Benchmark(scenario, plan, options, monitor)
+    benchmark = Benchmark(scenario, plan, options, monitor or RunMonitor())
+    show = options.progress or (lambda setting: None)
     rows: list[Row] = []
     reference: Reference | None = None
     in_time: Reference | None = None
@@ -338,22 +366,20 @@ def study(
         own = plan.references[0].mesh if plan.references else None
         for number, setting in enumerate(plan.settings, start=1):
             show(f"{number} of {len(plan.settings)}: {setting.name}")
-            same = in_time.outcome if in_time and setting.mesh == own else None
             assert reference is not None, "a plan has references or limits"
-            rows.append(benchmark.row(setting, reference.outcome, same))
+            same = in_time if setting.mesh == own else None
+            rows.append(benchmark.row(setting, reference, same))
     except Stopped as stop:
         status, reason, exit_code = "interrupted", stop.run.reason, stop.run.exit_code
-    uncertainty = reference.uncertainty if reference else {}
-    time_uncertainty = greatest(in_time.uncertainty) if in_time else None
     return CostTable(
-        columns_of(rows, plan.metrics, uncertainty, time_uncertainty),
+        columns_of(rows, plan.metrics),
         title=scenario.title,
         kind=scenario.kind,
         overrides=set_line({"overrides": "\n".join(scenario.origin.overrides)})[len("set: ") :],
         references=reference.names if reference else (),
         time_references=in_time.names if in_time else (),
-        uncertainty=uncertainty,
-        time_uncertainty=time_uncertainty,
+        uncertainty=reference.uncertainty if reference else {},
+        time_uncertainty=greatest(in_time.uncertainty) if in_time else None,
         status=status,
         reason=reason,
     ), exit_code

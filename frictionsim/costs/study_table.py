@@ -2,13 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from math import isfinite, nan
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.display import error_text, short_text, study_text
 from frictionsim.io.cost_table import COUNTS, RELATIVE, CostTable, Error, line_of
 from frictionsim.results import Column, finite
-from frictionsim.scenario.variants import Setting
 
 if TYPE_CHECKING:
     from frictionsim.results import Metric
@@ -18,110 +16,48 @@ SECONDS_OF_REPEATS = 1.0
 """Runs of a setting are not repeated after this total time, s: the timing is accurate enough."""
 
 
-class Row(NamedTuple):
-    """The results of a setting; those of one that is refused, but for its reason.
+# Unit and words of the columns; those without a unit are texts.
+COLUMNS = {
+    "law": ("", "friction law"),
+    "backend": ("", "integration method"),
+    "setting": ("", "setting of the method"),
+    "model": ("", "model in space"),
+    "bodies": ("1", "number of bodies"),
+    "overrides": ("", "keys it sets"),
+    "status": ("", "done or failed"),
+    "reason": ("", "why it failed"),
+    "error": ("1", "largest relative error"),
+    "time_error": ("1", "largest relative error in time alone"),
+    "below_uncertainty": ("", "errors that are below the reference uncertainty"),
+    "events": ("1", "events of the run"),
+    "wall_seconds": ("s", "median wall time of the solution alone"),
+    "wall_spread": ("s", "largest minus least wall time of the repeats"),
+    "repeats": ("1", "runs that were timed"),
+    "steps": ("1", "accepted steps"),
+    "rejected": ("1", "rejected steps"),
+    "rhs_evaluations": ("1", "evaluations of the right-hand side"),
+    "states": ("1", "length of the state vector"),
+}
+OF_MESHES = ("model", "bodies", "time_error")
+BEFORE_MEASURES = "below_uncertainty"  # the column that those of each measure follow
 
-    Attributes
-    ----------
-    status : str
-        `done` or `failed`.
-    reason : str
-        Why it failed, or which checks of the audit failed.
-    wall_seconds : float, s
-        Median over the repeats, or the time of the failed run.
-    steps, rejected, rhs_evaluations, events : int
-        Without evaluations for samples. `rejected` is None if the backend does not report it.
-    errors : dict of Error
-        By measure; empty if it failed.
-    time_errors : mapping of Error
-        Against the same mesh converged in time; empty if that is not known, and without meshes.
-    states : int
-        Length of the state vector.
-    repeats : int
-        Number of timed runs.
-    wall_spread : float or None, s
-        Largest minus least wall time of the repeats; None of a single run.
-    """
-
-    setting: Setting
-    status: str
-    reason: str
-    wall_seconds: float = 0.0
-    steps: int = 0
-    rejected: int | None = None
-    rhs_evaluations: int = 0
-    events: int = 0
-    errors: Mapping[str, Error] = MappingProxyType({})
-    time_errors: Mapping[str, Error] = MappingProxyType({})
-    states: int = 0
-    repeats: int = 0
-    wall_spread: float | None = None
+Row = dict[str, Any]  # the values of a setting by column; a number that is not known is left out
 
 
-def columns_of(
-    rows: Sequence[Row],
-    metrics: "Sequence[Metric]",
-    uncertainty: Mapping[str, Error],
-    time_uncertainty: float | None,
-) -> dict[str, Column]:
-    """Return the columns of a table of rows.
-
-    Parameters
-    ----------
-    uncertainty, time_uncertainty
-        As in `CostTable`; errors below them are named in a column of their own.
-    """
-    columns: dict[str, Column] = {}
-
-    def add(name: str, unit: str, words: str, values: list[Any]) -> None:
-        if unit:
-            values = [nan if value is None else float(value) for value in values]
-        columns[name] = Column(name, unit, words, values)
-
-    def below(row: Row) -> str:
-        limits = {"error": greatest(uncertainty), "time_error": time_uncertainty}
-        limits |= {name: error.relative for name, error in uncertainty.items()}
-        errors = {"error": greatest(row.errors), "time_error": greatest(row.time_errors)}
-        errors |= {name: error.relative for name, error in row.errors.items()}
-        return " ".join(
-            name
-            for name, limit in limits.items()
-            if limit is not None and (error := errors.get(name)) is not None and error < limit
-        )
-
-    add("law", "", "friction law", [row.setting.law for row in rows])
-    add("backend", "", "integration method", [row.setting.backend for row in rows])
-    add("setting", "", "setting of the method", [row.setting.label for row in rows])
-    meshes = [row.setting.mesh for row in rows if row.setting.mesh]  # of all rows, or of none
-    if meshes:
-        add("model", "", "model in space", [mesh.model for mesh in meshes])
-        add("bodies", "1", "number of bodies", [mesh.bodies for mesh in meshes])
-    add("overrides", "", "keys it sets", [" ".join(row.setting.all_overrides) for row in rows])
-    add("status", "", "done or failed", [row.status for row in rows])
-    add("reason", "", "why it failed", [row.reason for row in rows])
-    add("error", "1", "largest relative error", [greatest(row.errors) for row in rows])
-    if meshes:
-        words = "largest relative error in time alone"
-        add("time_error", "1", words, [greatest(row.time_errors) for row in rows])
-    words = "errors that are below the reference uncertainty"
-    add("below_uncertainty", "", words, list(map(below, rows)))
-    for metric in metrics:
-        name = metric.name
-        errors = [row.errors.get(name, Error(None, nan)) for row in rows]
-        add(f"{name}_error", metric.unit, f"error of {name}", [e.absolute for e in errors])
-        add(f"{name}{RELATIVE}", "1", f"relative error of {name}", [e.relative for e in errors])
-    add("events", "1", "events of the run", [row.events for row in rows])
-    words = "median wall time of the solution alone"
-    add("wall_seconds", "s", words, [row.wall_seconds for row in rows])
-    words = "largest minus least wall time of the repeats"
-    add("wall_spread", "s", words, [row.wall_spread for row in rows])
-    add("repeats", "1", "runs that were timed", [row.repeats for row in rows])
-    add("steps", "1", "accepted steps", [row.steps for row in rows])
-    add("rejected", "1", "rejected steps", [row.rejected for row in rows])
-    words = "evaluations of the right-hand side"
-    add("rhs_evaluations", "1", words, [row.rhs_evaluations for row in rows])
-    add("states", "1", "length of the state vector", [row.states for row in rows])
-    return columns
+def columns_of(rows: Sequence[Row], metrics: "Sequence[Metric]") -> dict[str, Column]:
+    """Return the columns of a table of rows."""
+    of_meshes = any("model" in row for row in rows)
+    described: dict[str, tuple[str, str]] = {}
+    for name, unit_and_words in COLUMNS.items():
+        if of_meshes or name not in OF_MESHES:
+            described[name] = unit_and_words
+        for metric in metrics if name == BEFORE_MEASURES else ():
+            described[f"{metric.name}_error"] = metric.unit, f"error of {metric.name}"
+            described[metric.name + RELATIVE] = "1", f"relative error of {metric.name}"
+    return {
+        name: Column(name, unit, words, [row.get(name, nan if unit else "") for row in rows])
+        for name, (unit, words) in described.items()
+    }
 
 
 def greatest(errors: Mapping[str, Error]) -> float | None:
@@ -132,11 +68,12 @@ def greatest(errors: Mapping[str, Error]) -> float | None:
 class Advice(NamedTuple):
     """The cheapest setting with an error of at most `wanted`; None if no setting is known to be.
 
-    `is_by_work` tells that there were several, and evaluations decided as times could not.
+    `is_by_work` tells that there were several, and evaluations decided as times could not; `floor`
+    is the reference uncertainty, None where a reference is known and another one failed.
     """
 
     wanted: float
-    floor: float
+    floor: float | None
     row: dict[str, Any] | None
     is_by_work: bool
 
@@ -144,17 +81,18 @@ class Advice(NamedTuple):
     def sentence(self) -> str:
         """The recommendation as text."""
         goal = f"for {study_text(100 * self.wanted)} %"
-        if self.floor > self.wanted:
+        if self.floor is not None and self.floor > self.wanted:
             return f"{goal}: unknown, the reference uncertainty is {error_text(self.floor)}"
         if self.row is None:
             return f"{goal}: no setting reached it"
         row = self.row
         bodies = f"{row['bodies']:.0f} bodies, " if row.get("model") else ""
         work = "; the fewest evaluations, as times of one run each differ by chance"
+        unknown = "; the reference uncertainty is unknown"
         return (
             f"{goal}: {line_of(row)} with {bodies}{row['setting']},"
             f" {short_text(row['wall_seconds'])} s, error {error_text(row['error'])}"
-            f"{work if self.is_by_work else ''}"
+            f"{work * self.is_by_work}{unknown * (self.floor is None)}"
         )
 
 
@@ -180,7 +118,8 @@ def _cheapest(table: CostTable, wanted: float) -> Advice:
     )
     cost = "rhs_evaluations" if is_by_work else "wall_seconds"
     row = min(rows, key=lambda row: float(row[cost]), default=None)
-    return Advice(wanted, table.floor, row, is_by_work)
+    is_known = table.uncertainty or not table.references
+    return Advice(wanted, table.floor if is_known else None, row, is_by_work)
 
 
 def _holds(row: dict[str, Any], rows: list[dict[str, Any]], wanted: float) -> bool:

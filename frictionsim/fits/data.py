@@ -14,7 +14,6 @@ from frictionsim.scenario.csv_columns import (
     ColumnKey,
     CsvColumn,
     NoSuchColumn,
-    heading,
     read_columns,
 )
 from frictionsim.scenario.model_fields import unit_of_key
@@ -30,7 +29,7 @@ from frictionsim.scenario.options import (
     number_or_name,
 )
 from frictionsim.scenario.schema import inconsistent, unit_field
-from frictionsim.scenario.units import factor
+from frictionsim.scenario.units import factor, heading
 
 if TYPE_CHECKING:
     import numpy.typing as npt

@@ -133,7 +133,6 @@ def _expected(kind: str, context: dict[str, Any], location: _ErrorLocation) -> s
         "string_type": "text in quotes",
         "bool_type": "true or false",
         "column": "the name of a column in quotes, or its number from 1",
-        "delimiter": "one character between cells, such as ';' or '\\t'",
         "string_too_short": "text of at least one character",
         "string_pattern_mismatch": "letters, digits, '_' and '-' without spaces",
         "model_type": "a table",

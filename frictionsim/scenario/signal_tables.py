@@ -6,19 +6,22 @@ A signal is a number, points, a sine, a smooth step, or points from a CSV file.
 from itertools import pairwise
 from math import floor, fmod, log10, pi, radians
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import (
     BeforeValidator,
     Discriminator,
     Field,
     GetCoreSchemaHandler,
+    PlainValidator,
     Tag,
     ValidationInfo,
     model_validator,
 )
+from pydantic_core import PydanticCustomError
 
-from frictionsim.scenario.csv_columns import CsvSpeedTable, CsvTable, read_points
+from frictionsim.errors import InputError
+from frictionsim.scenario.csv_columns import ColumnKey, read_columns
 from frictionsim.scenario.schema import Params, inconsistent, unit_field, unit_of_key
 from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal, Sine, SmoothStep
 
@@ -147,6 +150,94 @@ class SmoothStepTable(Params):
         return SmoothStep(s.before, s.after, s.start, s.stop)
 
 
+def _column(value: Any) -> ColumnKey:
+    if isinstance(value, str) and value.strip():
+        return value.strip()
+    if isinstance(value, int) and not isinstance(value, bool) and value >= 1:
+        return value
+    raise PydanticCustomError("column", "expected a column")  # worded in messages.py
+
+
+_COLUMN_SCHEMA: Any = Annotated[str, Field(pattern=r"\S")] | Annotated[int, Field(ge=1)]
+_Column = Annotated[ColumnKey, PlainValidator(_column, json_schema_input_type=_COLUMN_SCHEMA)]
+
+
+class CsvTable(Params):
+    """`{csv = "log.csv", time = "t", value = "F_N"}`: points from columns of a file."""
+
+    csv: str = Field(
+        min_length=1, description="File, relative to the scenario; # begins a comment in it."
+    )
+    time: _Column | None = Field(
+        None, description="Column of the times, by name or number; the first if left out."
+    )
+    value: _Column | None = Field(
+        None, description="Column of the values, by name or number; the second if left out."
+    )
+    delimiter: Literal[";", "\t", ",", " ", "|"] | None = Field(
+        None, description="Character between cells; if left out `;`, tab, `,` or blank, as found."
+    )
+    decimal: Literal[".", ","] | None = Field(
+        None, description="Decimal mark of the numbers; if left out as found."
+    )
+
+    def points(self, folder: Path, unit: str) -> dict[str, list[float]]:
+        """Return the points in the file, which is relative to a folder, with the values in `unit`.
+
+        Raises a PydanticCustomError if the file cannot be read, or lacks a column or a number, or
+        if a unit is not known or does not fit.
+        """
+        path, of_speed = folder / self.csv, getattr(self, "speed", None)
+        argument, its_unit = ("speed", "rad/s") if of_speed else ("time", "s")
+        wanted: list[ColumnKey] = [of_speed or self.time or 1, self.value or 2]
+        are_all = not self.model_fields_set - {"csv"}
+        try:
+            columns, lines = read_columns(
+                path,
+                wanted,
+                wanted,
+                delimiter=self.delimiter,
+                decimal=self.decimal,
+                are_all=are_all,
+            )
+            x, y = (columns[column] for column in wanted)
+            if x.place == y.place:
+                raise InputError(f"'{path}': column {y.place + 1} is that of the {argument}, too")
+            sizes = x.factor(its_unit), y.factor(unit)
+            points, values = (
+                [n * size for n in c.values] for c, size in zip((x, y), sizes, strict=True)
+            )
+            if len(lines) == 1:
+                raise InputError(
+                    f"'{path}' has only one line with numbers, expected at least two; a constant"
+                    f" signal is given as a number, here {values[0]!r}, in the place of the file"
+                )
+            for line, (earlier, later) in zip(lines[1:], pairwise(points), strict=True):
+                if not later > earlier:
+                    raise InputError(
+                        f"line {line} of '{path}': {argument}s must increase from line to line, but"
+                        f" {later} {its_unit} follows {earlier} {its_unit}"
+                    )
+        except InputError as error:
+            relative = "" if path.exists() else "; the path is relative to the scenario"
+            raise inconsistent(("csv",), f"{error}{relative}") from None
+        return {argument: points, "value": values}
+
+
+class CsvSpeedTable(CsvTable):
+    """`{csv = "log.csv", speed = "w", value = "M_Nm"}`: points from columns, over a speed."""
+
+    speed: _Column | None = Field(
+        None, description="Column of speeds, by name or number, in the place of time."
+    )
+
+    @model_validator(mode="after")
+    def _over_time_or_speed(self) -> Self:
+        if self.speed is not None and self.time is not None:
+            raise inconsistent(("speed",), "expected a column of time or of speed; found both")
+        return self
+
+
 class _FileReader(NamedTuple):
     """The validator that replaces `{csv = "file.csv", ...}` by the points in the file."""
 
@@ -163,7 +254,7 @@ class _FileReader(NamedTuple):
                     "a scenario in a result holds its numbers itself, and refers to no file; was"
                     " the result changed?",
                 )
-            return read_points(self.model.model_validate(table), folder, unit)
+            return self.model.model_validate(table).points(folder, unit)
 
         reader = BeforeValidator(read, json_schema_input_type=self.model)
         return reader.__get_pydantic_core_schema__(source, handler)

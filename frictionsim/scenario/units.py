@@ -1,6 +1,8 @@
 """Units of measured numbers, and their sizes in the units of the model."""
 
+import re
 from math import pi
+from typing import NamedTuple
 
 from frictionsim.errors import InputError
 
@@ -71,6 +73,41 @@ _WRITTEN = {
 }
 # The longest first: of n_rad/s the unit is not s.
 WRITTEN = sorted({*UNITS, *_WRITTEN} - {"1", "-"}, key=len, reverse=True)
+
+BRACKETS = re.compile(r"\s*[\[({<]([^][(){}<>]*)[\])}>]")
+# A unit alone, or behind a name and `/`, `,`, `in`, or a blank or `_`.
+AT_END = re.compile(
+    rf"(?:(.*?\S)(?:(\s*[/,]\s*|\s+in\s+)|_|\s+))??({'|'.join(map(re.escape, WRITTEN))})"
+)
+
+
+class Heading(NamedTuple):
+    """The name of a column and its unit, which may be a part of the name if not certain."""
+
+    name: str
+    unit: str = ""
+    is_certain: bool = True
+
+
+def heading(cell: str) -> Heading:
+    """Return name and unit of a heading.
+
+    The unit is the last known one in brackets, or else what ends the heading in brackets, or a
+    known one at its end; behind a blank or `_`, and alone, it is not certain.
+    """
+    found = [match for match in BRACKETS.finditer(cell) if bare(match[1])]
+    units = [m for m in found if is_unit(bare(m[1]))] or [m for m in found if m.end() == len(cell)]
+    for match in units[-1:]:
+        name = f"{cell[: match.start()]} {cell[match.end() :]}".strip()
+        return Heading(name or cell, bare(match[1]))
+    if alone := AT_END.fullmatch(cell):
+        return Heading(alone[1] or cell, alone[3], alone[2] is not None)
+    return Heading(cell)
+
+
+def bare(cell: str) -> str:
+    """Return a unit without the brackets that may be around it."""
+    return cell.strip(" []()<>{}")
 
 
 def is_unit(text: str) -> bool:

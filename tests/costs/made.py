@@ -48,10 +48,8 @@ def made_table(
 ) -> Path:
     """Write rows as the file of a study, with the difference of its references by measure."""
     with path.open("w", newline="", encoding="utf-8") as file:
-        about = {
-            "references": "one and two",
-            "reference_uncertainty": json.dumps(uncertainty or {}),
-        }
+        known = {"angle": 0.0} if uncertainty is None else uncertainty
+        about = {"references": "one and two", "reference_uncertainty": json.dumps(known)}
         writer = csv.DictWriter(file, [*rows[0], *about])
         writer.writeheader()
         writer.writerows(row | about for row in rows)

@@ -110,7 +110,7 @@ def test_errors_below_the_reference_uncertainty_are_marked(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("damage", ["[1]", "{", '{"a": "x"}', '{"a": 1e999}', "null"])
 def test_a_damaged_uncertainty_is_refused(damage: str, tmp_path: Path) -> None:
-    path = made_table(tmp_path / "a.csv", [made_row("a", 1e-3, 1.0)])
+    path = made_table(tmp_path / "a.csv", [made_row("a", 1e-3, 1.0)], {})
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("{}", '"' + damage.replace('"', '""') + '"'), encoding="utf-8")
     with pytest.raises(fs.InputError, match="its reference uncertainty is damaged"):

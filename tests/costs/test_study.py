@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
+from tests.costs.made import made_row, made_table
 from tests.support.cases import slow
 from tests.support.plugins import searched
 from tests.support.problems import RAMP
@@ -204,6 +205,7 @@ def test_failed_references_are_reported_and_an_error_if_all_fail() -> None:
     # The first reference takes 129 steps, the second one 190.
     failed = fs.cost(PULLEY, {**SHORT, "solver.max_steps": 160}, **options)
     assert "reference uncertainty: unknown, the second reference failed" in failed.summary()
+    assert failed.recommendations[0].endswith("; the reference uncertainty is unknown")
 
 
 @pytest.mark.parametrize(("builds", "rows"), [(6, 0), (24, 2)])
@@ -211,6 +213,8 @@ def test_an_interrupted_study_shows_its_results(
     builds: int, rows: int, cli: Callable[..., Any], tmp_path: Path
 ) -> None:
     """Ctrl-C comes while the n-th run is set up; two references come first."""
+    whole = made_table(Path("table.csv"), [made_row("events", 1e-3, 1.0)])
+    before = whole.read_bytes()
     left = tmp_path / "left"
     left.write_text("x" * builds)
     body = (
@@ -225,9 +229,11 @@ def test_an_interrupted_study_shows_its_results(
     assert done.returncode == 130
     assert "error against run time (interrupted)" in done.stdout
     assert done.stderr.startswith("frictionsim: study interrupted by SIGINT at t = ")
-    table = Path("table.csv").read_text(encoding="utf-8").splitlines()
+    table = Path("table.partial.csv").read_text(encoding="utf-8").splitlines()
     assert len(table) >= 1 + rows
     assert (len(table) > 1) == (rows > 0)
+    assert "\ntable: table.partial.csv\n" in done.stdout
+    assert whole.read_bytes() == before
 
 
 # --- the command ---------------------------------------------------------------------------

@@ -245,15 +245,14 @@ def test_each_key_that_differs_is_noted_with_both_values(
     assert (code, notes(table)) == (0, [f"note: {note}"])
 
 
-def test_the_entry_of_a_long_list_that_differs_is_noted() -> None:
+def test_long_lists_that_differ_are_noted_by_their_length() -> None:
     other = [*POINTS[:20], 3.0, *POINTS[21:]]
     results = [
         fs.solve(pulley(drive={"force": {"time": POINTS, "value": values}}))
         for values in (other, POINTS)
     ]
     assert fs.compare(*results).notes == [
-        "note: drive.force.value: a list of 40 with 3.0 at 20, expected a list of 40 with"
-        f" {POINTS[20]!r} at 20"
+        "note: drive.force.value: a list of 40, expected a list of 40"
     ]
 
 

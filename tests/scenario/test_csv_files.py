@@ -204,8 +204,8 @@ def test_a_unit_that_is_not_known_or_does_not_fit_is_refused(
 
 
 @pytest.mark.parametrize("header", ["t; [s]; F [kN]", "Log of F [kN]"])
-def test_a_unit_that_belongs_to_no_column_is_refused(header: str, tmp_path: Path) -> None:
-    with pytest.raises(fs.ScenarioError, match=r"unit '.*give each column a cell of its own"):
+def test_a_unit_in_the_cell_of_another_column_is_refused(header: str, tmp_path: Path) -> None:
+    with pytest.raises(fs.ScenarioError, match=r"unit of column [12], '.*expected one of"):
         signal_of(f"{header}\n0;1\n1;2\n", tmp_path)
 
 

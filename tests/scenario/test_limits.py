@@ -90,14 +90,11 @@ def test_csv_files_are_no_pipes_or_devices(path: str, tmp_path: Path) -> None:
         )
 
 
-@pytest.mark.parametrize("content", [b"0, 1\n" * 1_000_001, b" " * (16 * 2**20 + 1)])
-def test_csv_files_without_end_are_refused(content: bytes, tmp_path: Path) -> None:
-    (tmp_path / "force.csv").write_bytes(content)
+def test_a_csv_file_without_end_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "force.csv").write_bytes(b" " * (16 * 2**20 + 1))
     ramp = "{ time = [0.0, 0.8], value = [1832.6, 3113.75] }"
     (tmp_path / "s.toml").write_text(PULLEY.replace(ramp, '{ csv = "force.csv" }'))
-    with pytest.raises(
-        fs.ScenarioError, match="has more than 16 MiB or 1000000 lines; give fewer lines"
-    ):
+    with pytest.raises(fs.ScenarioError, match="has more than 16 MiB; give fewer lines"):
         fs.load(tmp_path / "s.toml")
 
 
