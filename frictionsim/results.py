@@ -198,8 +198,9 @@ class StaticQuantities(NamedQuantities):
 class SolverStatistics(NamedTuple):
     """Statistics of a run, including the parts before an interruption.
 
-    `wall_seconds` does not include `compile_seconds`, which is 0 if no kernel was compiled. Both
-    are None if the run was read from a file, which does not hold them.
+    Evaluations of the right-hand side are those of steps, not of samples and of the search for
+    events. `wall_seconds` does not include `compile_seconds`, which is 0 if no kernel was compiled.
+    Both are None if the run was read from a file, which does not hold them.
     """
 
     steps: int

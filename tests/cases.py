@@ -248,7 +248,6 @@ CASES = [
     Case("hoist_drum", golden=EXACT, mirror=OF_SHAFT, sampled=PEAKS),
     Case("hoist_drum", "rkf45", SHORTER, mirror=OF_SHAFT, sampled=PEAKS, slow=True),
     Case("swing_door", golden=EXACT, mirror=OF_SHAFT, sampled=PEAKS, model="stops"),
-    Case("swing_door", "rkf45", mirror=OF_SHAFT, sampled=PEAKS),
     Case(
         "swing_door",
         "rkf45",

@@ -15,7 +15,6 @@ from filelock import FileLock
 from hypothesis import HealthCheck, Phase, settings
 
 import frictionsim as fs
-from frictionsim.solvers import compilation, event_driven
 from tests.cases import CASES, Case, SolvedCase
 from tests.support import scenarios
 from tests.support.examples import FEW, MANY
@@ -110,14 +109,7 @@ def _keep_what_is_there() -> None:
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Have a test that patches the program run scenarios anew.
-
-    As in a new process, no run is compiled because of the tests before: compiled, it does not call
-    `on_step` after each step.
-    """
-    compilation._compiled_forms.clear()
-    compilation._failed_forms.clear()
-    event_driven._python_steps.clear()
+    """Have a test that patches the program run scenarios anew."""
     scenarios.program_is_patched = "monkeypatch" in getattr(item, "fixturenames", ())
 
 

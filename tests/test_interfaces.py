@@ -2,40 +2,48 @@
 
 from math import pi, sin
 from pathlib import Path
-from unittest.mock import Mock
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.mechanisms.extension import MultiplesOf
-from frictionsim.solvers import new_solver
-from frictionsim.solvers.mechanism import SwitchingSurface, equation_of, friction_of
+from frictionsim.mechanisms.single_dof import MultiplesOf
+from frictionsim.solvers.rkf45 import Tolerances
+from frictionsim.solvers.system import INPUT, OneCoordinate, Term
 from tests.support.scenarios import pulley, simulate
-from tests.support.wheels import buffer_to, settings, signal, wheel
+from tests.support.wheels import signal, solved, wheel
 
-DURATION = 3.0
 EVENT = "half turn"
 
 
+class Place(NamedTuple):
+    """The surface of one place, by an author's own hand."""
+
+    place: float
+    event: str = EVENT
+
+    def beyond(self, step: Any, t: float, y: list[float]) -> float:
+        """Return how far the motion is beyond it, if the step began before it."""
+        return y[0] - self.place if step.y_old[0] < self.place else -1.0
+
+
 @pytest.mark.parametrize(
-    "surface",
-    [SwitchingSurface(lambda q, v: sin(q), EVENT), MultiplesOf(pi, is_event=True, event=EVENT)],
+    "surfaces", [(Place(pi), Place(2.0 * pi)), (MultiplesOf(pi, EVENT),)], ids=["own", "multiples"]
 )
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
 def test_steps_end_on_switching_surfaces(
-    backend: str, friction: float, surface: SwitchingSurface | MultiplesOf
+    backend: str, friction: float, surfaces: tuple[Any, ...]
 ) -> None:
-    buffer, solver = buffer_to(DURATION), settings(backend=backend, duration=DURATION)
     # 1 kg m^2 under 2 N m, and 1 N m more where sin(q) is negative.
     mechanism = wheel(
         signal(2.0),
         lambda u, q, v: u + 0.5 * (1.0 - float(np.sign(sin(q)))),
         (lambda u: friction) if friction else None,
-        surfaces=(surface,),
+        surfaces=surfaces,
     )
-    new_solver(mechanism, solver, buffer).run(lambda t: None)
+    solver = solved(mechanism, 3.0, Tolerances(1e-10, 1e-12), backend)
     # From rest with 2 N m to pi, then with 3 N m to 2 pi, then with 2 N m to the end.
     t, v = 0.0, 0.0
     expected = []
@@ -43,7 +51,8 @@ def test_steps_end_on_switching_surfaces(
         faster = (v * v + 2.0 * (torque - friction) * pi) ** 0.5
         t, v = t + (faster - v) / (torque - friction), faster
         expected.append((t, k * pi))
-    events = [(e.time, e.position) for e in buffer.transitions if e.contact == EVENT]
+    transitions = solver.recording.transitions
+    events = [(e.time, e.position) for e in transitions if e.contact == EVENT]
     # Before and after the jump the motion is a parabola, which the method gives exactly; the last
     # stage of the step that ends on it may see what is beyond, which the tolerance covers.
     assert np.array(events[:2]) == pytest.approx(np.array(expected), abs=1e-8)
@@ -66,10 +75,9 @@ def test_output_channels_are_the_only_channels(tmp_path: Path) -> None:
     assert "channels = []" in content.attributes["scenario"]
 
 
-def test_what_a_system_lacks_is_named() -> None:
-    with pytest.raises(TypeError, match=r"^dict lacks inertia, .*, reversing_load: see"):
-        equation_of({}, ["energy_input"], [])
-    with pytest.raises(TypeError, match=r"^dict lacks static_limit, .*, first_excess: see"):
-        friction_of({}, "hub", {})
-    with pytest.raises(TypeError, match="lack 'energy_input'"):
-        equation_of(Mock(), ["energy_damping"], [])
+@pytest.mark.parametrize(
+    ("terms", "found"), [((), 0), ((Term(1.0, INPUT), Term(2.0, INPUT)), 2), ((Term(1.0),), 0)]
+)
+def test_an_equation_has_one_term_of_its_drive(terms: tuple[Term, ...], found: int) -> None:
+    with pytest.raises(TypeError, match=f"'energy_input', of a drive; found {found}"):
+        OneCoordinate(signal(1.0), None, 1.0, terms, None)

@@ -295,7 +295,7 @@ class Result(ResultBase):
         if self.audit:
             yield audit_table([self.audit])
         if self.statistics is not None:
-            yield _statistics(self.statistics, len(self.record.channels["time"]))
+            yield _statistics(self.statistics)
         yield f"result: {self.path or 'none'}"
         yield Data(self._json())
 
@@ -405,7 +405,7 @@ def file_to_resume(path: Path) -> tuple[Path, Result | None]:
     return file, content if isinstance(content, Result) else None
 
 
-def _statistics(statistics: SolverStatistics, samples: int) -> str:
+def _statistics(statistics: SolverStatistics) -> str:
     compiled, seconds = statistics.compile_seconds, statistics.wall_seconds
     compilation = f" after {short_text(compiled)} s of compilation" if compiled else ""
     solved = "" if seconds is None else f"solved in {short_text(seconds)} s{compilation}: "
@@ -413,7 +413,6 @@ def _statistics(statistics: SolverStatistics, samples: int) -> str:
         f"{solved}{statistics.states} states,"
         f" {statistics.steps} steps, {statistics.rejected} rejected steps,"
         f" {statistics.rhs_evaluations} evaluations of the right-hand side"
-        f" (including {samples} samples)"
     )
 
 

@@ -179,10 +179,9 @@ class WarmedUp(NamedTuple):
 
 
 def warm_up(kind: str | None = None) -> tuple[WarmedUp, ...]:
-    """Compile the kernels of the shipped scenarios, with each compiled method.
+    """Compile the kernels of the shipped belts, with each of their methods.
 
-    Of belts all that a run calls, of the other kinds what long runs, sweeps and fits call. Another
-    scenario compiles again if it has another set of effects.
+    Another belt compiles again if it has another set of effects. Other kinds have no kernels.
 
     Parameters
     ----------
@@ -192,7 +191,7 @@ def warm_up(kind: str | None = None) -> tuple[WarmedUp, ...]:
     Returns
     -------
     tuple of WarmedUp
-        Empty for a kind without shipped scenarios.
+        Empty for a kind without kernels or without shipped scenarios.
 
     Raises
     ------

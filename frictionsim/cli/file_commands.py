@@ -66,7 +66,7 @@ def warm_up(
     ] = None,
     quiet: Quiet = False,
 ) -> None:
-    """Compile the kernels of shipped scenarios in advance. For containers and CI."""
+    """Compile the kernels of shipped belts in advance. For containers and CI."""
     from frictionsim.api.scenarios import warming
 
     total, has_kernels = 0.0, False

@@ -22,7 +22,6 @@ from frictionsim.scenario.variants import (
     tolerance_overrides,
     with_tolerance,
 )
-from frictionsim.solvers.mechanism import Mechanism
 
 if TYPE_CHECKING:
     from frictionsim.results import Metric
@@ -250,23 +249,21 @@ def references(scenario: "Scenario", rtol: float) -> tuple[Setting, ...]:
 
     Where there is one method only, the second has short steps, too.
     """
-    first = with_tolerance("events", REFERENCE_OFFSET * rtol)
-    if _is_smooth(scenario):  # `events` and `rkf45` are the same method
-        return first, with_tolerance("dop853", rtol)
-    second = with_tolerance("rkf45", rtol)
-    if methods_of(scenario.pairs) == ("events",):
+    first, second = with_tolerance("events", REFERENCE_OFFSET * rtol), with_tolerance("rkf45", rtol)
+    is_smooth, only_events = _is_smooth(scenario), methods_of(scenario.pairs) == ("events",)
+    if only_events:
         step = REFERENCE_STEP * scenario.solver.duration
         overrides = (*tolerance_overrides(rtol), f"solver.max_step={step:.6g}")
         second = Setting("events", f"rtol {short(rtol)}, max_step {short(step)}", overrides)
+    if is_smooth:  # `events` and `rkf45` are the same method
+        return first, second if only_events else with_tolerance("dop853", rtol)
     return first.with_law(SET_VALUED, scenario), second.with_law(SET_VALUED, scenario)
 
 
 def _is_smooth(scenario: "Scenario") -> bool:
     """Return whether no friction law is needed, so that every method is possible."""
     mechanism = mechanism_module(scenario.kind).build(scenario)
-    if isinstance(mechanism, Mechanism):
-        return mechanism.contact is None or mechanism.prescribed
-    return False
+    return mechanism.prescribed or not mechanism.law
 
 
 def _with_speed(backend: str, speed: float, scenario: "Scenario") -> Setting:

@@ -26,7 +26,6 @@ from frictionsim.fits.outcome import (
 from frictionsim.fits.problem import FitProblem
 from frictionsim.fits.search import (
     AT_EDGE,
-    EVALUATIONS_OF_A_KEY,
     Minimum,
     Search,
     edges,
@@ -318,7 +317,6 @@ def _bootstrap(
             drawn[group] = noise.sigma[group] * rng.choice(pool / size, size=pool.size)
         resampled = problem.data.values - residuals + drawn
         searches.append((Search(problem, 1.0 / noise.sigma, resampled, ACCURACY), best.x))
-    problem.compile(best.x, EVALUATIONS_OF_A_KEY * len(problem.keys) * options.bootstrap)
     ends = minima(searches)
     places = np.array([end.x for end in ends if end.converged]).reshape(-1, len(problem.keys))
     intervals: dict[str, tuple[float, float] | None] = {key.key: None for key in problem.keys}

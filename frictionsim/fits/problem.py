@@ -17,7 +17,6 @@ import numpy as np
 
 from frictionsim.errors import ArgumentError, InputError, ScenarioError, unknown
 from frictionsim.fits.data import Measured, Target
-from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.model_fields import expanded, fields_of_key, names_in, unit_of_key
 from frictionsim.scenario.units import factor, fits
 from frictionsim.simulation.combinations import Combinations
@@ -43,7 +42,6 @@ LIMITS: dict[str, tuple[Callable[[float, float], bool], str]] = {
 SAME_TIME = 1e-12  # relative to the time: a sample at an event
 NEAR_ZERO = 1e-3  # of the values that the runs gave
 EXACT, FIXED_ERROR = 1e-6, 1e-3  # of the data; the latter is the error of runs with fixed steps
-RUNS_THAT_PAY_COMPILING = 3000
 
 
 class FreeKey(NamedTuple):
@@ -291,14 +289,8 @@ class FitProblem:
 
     @property
     def seconds_each(self) -> float:
-        """The usual wall time of a model, s: the first may compile."""
+        """The usual wall time of a model, s: the first of a belt may compile."""
         return float(np.median(self._seconds)) if self._seconds else 0.0
-
-    def compile(self, x: "Array", evaluations: float) -> None:
-        """Compile the runs, at a place at which they succeed, if so many evaluations pay it."""
-        if evaluations * len(self.data.runs) >= RUNS_THAT_PAY_COMPILING:
-            scenario = self._base.replace(expanded(self.values(x)))
-            mechanism_module(scenario.kind).simulation(scenario).compile(RunMonitor())
 
     def values(self, x: "Array") -> dict[str, float]:
         """Return the values of the keys at a place."""

@@ -1,13 +1,14 @@
 """Effects of several kinds of mechanism: gravity, viscous damping, friction of a journal."""
 
+from collections.abc import Callable
+from math import hypot
 from sys import float_info
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 from pydantic import model_validator
 
-from frictionsim.mechanisms.single_dof import hypot
 from frictionsim.scenario.schema import FrictionLaw, Params, check_kinetic, unit_field
-from frictionsim.solvers.compilation import compilable
+from frictionsim.solvers.system import Friction, Term
 
 CONTACT_NAME = "shaft"
 # Torque and limit are sums of three products: a few roundings of each.
@@ -64,16 +65,30 @@ class ShaftFriction(FrictionLaw):
         return friction_radius(self.shaft_radius, self.mu_k)
 
 
-class Journal(NamedTuple):
-    """The friction radii of a journal, m."""
+def journal_friction(
+    effect: ShaftFriction | None,
+    reaction: Callable[[Any, float], float],
+    roundoff: Callable[[Any, float], float],
+) -> Friction | None:
+    """Return the dry friction of a journal whose reaction R does not depend on the motion.
 
-    r_s: float
-    r_k: float
-
-
-def journal_of(effect: ShaftFriction | None) -> tuple[Journal, ...]:
-    """Return the friction radii of an effect as data of an equation; none without it."""
-    return () if effect is None else (Journal(effect.static_radius, effect.kinetic_radius),)
+    Parameters
+    ----------
+    effect : ShaftFriction or None
+        Without the effect there is no friction.
+    reaction, roundoff : callable
+        R, N, not negative, and the roundoff of torque and limit, N m, of (u, q).
+    """
+    if effect is None:
+        return None
+    r_s, r_k = effect.static_radius, effect.kinetic_radius
+    return Friction(
+        CONTACT_NAME,
+        static=lambda u, q: r_s * reaction(u, q),
+        kinetic=lambda u, q, w, s, applied: r_k * reaction(u, q),
+        roundoff=roundoff,
+        **effect.law_of_contact(),
+    )
 
 
 RENAMED_TO_VISCOUS_DAMPING = "renamed to viscous_damping: write [effects.viscous_damping]"
@@ -93,28 +108,9 @@ class ViscousDamping(Params):
     )
 
 
-class Damping(NamedTuple):
-    """The coefficient of viscous damping, N m s."""
-
-    b: float
-
-
-def damping_of(effect: ViscousDamping | None) -> tuple[Damping, ...]:
-    """Return the damping of an effect as data of an equation; none without it."""
-    return () if effect is None else (Damping(effect.coefficient),)
-
-
-@compilable
-def with_damping(torque: Any, damping: tuple[Damping, ...], velocity: Any) -> Any:
-    """Return a torque with that of viscous damping, N m."""
-    if len(damping) == 0:
-        return torque
-    return torque - damping[0].b * velocity
-
-
-@compilable
-def with_damping_power(powers: Any, damping: tuple[Damping, ...], velocity: Any) -> Any:
-    """Return powers, and that of viscous damping if there is some, W."""
-    if len(damping) == 0:
-        return powers
-    return (*powers, damping[0].b * velocity * velocity)
+def viscous_damping(effect: ViscousDamping | None) -> list[Term]:
+    """Return the term -b w; none without the effect."""
+    if effect is None:
+        return []
+    b = effect.coefficient
+    return [Term(lambda u, q, w: -b * w, "energy_damping")]

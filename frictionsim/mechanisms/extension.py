@@ -9,7 +9,8 @@ installed package. The module has
     statics(scenario)     the quantities of impending motion
     PANELS                the channels of its default plot, from top to bottom
     METRICS               the error metrics of a work-precision study
-    build(scenario)       the `Mechanism` of a scenario, for a mechanism of one coordinate
+    build(scenario)       the `Mechanism` of a scenario, for a mechanism of one coordinate, by
+                          `one_coordinate`
 
 and may have
 
@@ -41,16 +42,12 @@ Dry friction and damping
     ViscousDamping, Gravity
 
 Equation of motion of one coordinate
-    Mechanism, DryFriction, SwitchingSurface, Trajectory, Value
-    simulation_of, set_up, kinetic_energy, total
-    sin, cos, sqrt: of a float in a step, of an array in post-processing
-
-The same as a named tuple of numbers with methods, which is compiled for sweeps, fits and long runs
-    equation_of, friction_of: the arguments of `Mechanism` and its contact, from such a tuple
-    Curve, curve_of: the drive
-    compilable: marks a function that the methods call
-    MultiplesOf: a switching surface
-    Damping, damping_of, with_damping, with_damping_power: viscous damping, or none
+    OneCoordinate, Term, Friction: a sum of terms, with dry friction or without
+    EndStops, MultiplesOf: stops, and angles at which the equation is not smooth
+    INPUT: the energy of the term of the drive, which each equation has
+    journal_friction, viscous_damping: the friction of a shaft, the term of damping
+    one_coordinate, simulation_of, start_of: from the equation to the simulation
+    Mechanism, Samples: what they make, and what quantities and warnings are made from
 
 Results
     Channel, base_channels, Quantity, Quantities, Transition, STICK
@@ -63,27 +60,21 @@ A mechanism that does not fit into one coordinate
 """
 
 from frictionsim.mechanisms.effects import (
-    Damping,
     Gravity,
     ShaftFriction,
     ViscousDamping,
-    damping_of,
     friction_radius,
-    with_damping,
-    with_damping_power,
+    journal_friction,
+    viscous_damping,
 )
 from frictionsim.mechanisms.single_dof import (
     METRICS,
     MultiplesOf,
     SingleDofScenario,
     base_channels,
-    cos,
-    kinetic_energy,
-    set_up,
+    one_coordinate,
     simulation_of,
-    sin,
-    sqrt,
-    total,
+    start_of,
 )
 from frictionsim.results import (
     ENERGY_BALANCE,
@@ -102,70 +93,52 @@ from frictionsim.scenario.methods import SINGLE_DOF, Pair
 from frictionsim.scenario.schema import FrictionLaw, Params, check_kinetic, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.signal_tables import TimeSignal, extremes, signal_from
-from frictionsim.scenario.signals import Curve, curve_of
 from frictionsim.simulation.base import Simulation
-from frictionsim.solvers.compilation import compilable
-from frictionsim.solvers.mechanism import (
-    DryFriction,
-    Mechanism,
-    SwitchingSurface,
-    Trajectory,
-    Value,
-    equation_of,
-    friction_of,
-)
+from frictionsim.simulation.mechanism import Mechanism, Samples
+from frictionsim.solvers.system import INPUT, EndStops, Friction, OneCoordinate, Term
 
 __all__ = [
     "ENERGY_BALANCE",
+    "INPUT",
     "METRICS",
     "SINGLE_DOF",
     "SINGLE_DOF_METRICS",
     "STICK",
     "Channel",
     "Check",
-    "Curve",
-    "Damping",
-    "DryFriction",
+    "EndStops",
+    "Friction",
     "FrictionLaw",
     "Gravity",
     "Mechanism",
     "Metric",
     "MultiplesOf",
+    "OneCoordinate",
     "Pair",
     "Params",
     "Quantities",
     "Quantity",
     "Record",
+    "Samples",
     "Scenario",
     "ShaftFriction",
     "Simulation",
     "SimulationResult",
     "SingleDofScenario",
-    "SwitchingSurface",
+    "Term",
     "TimeSignal",
-    "Trajectory",
     "Transition",
-    "Value",
     "ViscousDamping",
     "base_channels",
     "check_kinetic",
-    "compilable",
-    "cos",
-    "curve_of",
-    "damping_of",
-    "equation_of",
     "extremes",
-    "friction_of",
     "friction_radius",
     "inconsistent",
-    "kinetic_energy",
-    "set_up",
+    "journal_friction",
+    "one_coordinate",
     "signal_from",
     "simulation_of",
-    "sin",
-    "sqrt",
-    "total",
+    "start_of",
     "unit_field",
-    "with_damping",
-    "with_damping_power",
+    "viscous_damping",
 ]

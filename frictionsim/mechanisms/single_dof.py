@@ -1,7 +1,7 @@
-"""Parts that mechanisms of one coordinate share: scenario base, channels, terms, sine, cosine."""
+"""What mechanisms of one coordinate share: the base of their scenarios, channels, warnings."""
 
-import math
 from collections.abc import Callable
+from math import ceil, floor, radians
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from frictionsim.results import (
@@ -14,14 +14,14 @@ from frictionsim.results import (
     Flags,
     Metric,
 )
-from frictionsim.scenario.methods import SINGLE_DOF, Pairs
+from frictionsim.scenario.methods import SET_VALUED, SINGLE_DOF, Pairs
 from frictionsim.scenario.settings import Scenario
-from frictionsim.solvers.compilation import compilable, compiled_as
-from frictionsim.solvers.mechanism import Mechanism, Value
+from frictionsim.simulation.mechanism import ContactColumns, Mechanism, Samples
+from frictionsim.solvers.system import MARGINS, OneCoordinate
 
 if TYPE_CHECKING:
+    from frictionsim.results import Quantities
     from frictionsim.simulation.base import Simulation
-    from frictionsim.solvers.contacts import MultiContactMechanism
 
 # The modes of one coordinate; the others are of belts.
 SINGLE_DOF_MODES: Flags = tuple(flag for flag in MODES if flag[0] in (BACKWARD, STICK, FORWARD))
@@ -51,128 +51,118 @@ def base_channels(body: str) -> dict[str, Channel]:
     }
 
 
-def simulation_of(
-    build: "Callable[[Any], Mechanism | MultiContactMechanism]",
-) -> Callable[[Scenario], "Simulation"]:
+def simulation_of(build: Callable[[Any], Mechanism]) -> Callable[[Scenario], "Simulation"]:
     """Return the function `simulation` of a kind, from its `build`."""
 
     def simulation(scenario: Scenario) -> "Simulation":
-        mechanism = build(scenario)
         # Imported here because it imports numpy, which `check` does not need.
-        if not isinstance(mechanism, Mechanism):
-            from frictionsim.simulation.multi_contact import MultiContactSimulation
+        from frictionsim.simulation.coordinates import CoordinateSimulation
 
-            return MultiContactSimulation(scenario, mechanism)
-        from frictionsim.simulation.single_dof import SingleDofSimulation
-
-        return SingleDofSimulation(scenario, mechanism)
+        return CoordinateSimulation(scenario, build(scenario))
 
     return simulation
 
 
-def set_up(scenario: Any) -> dict[str, Any]:
-    """Return the arguments of `Mechanism` taken from the scenario: start, effects, channels."""
-    return {
-        "position": radians(scenario.mechanism.initial_angle_deg),
-        "velocity": scenario.mechanism.initial_angular_velocity,
-        "effects": scenario.effect_names,
-        "channel_info": scenario.CHANNELS,
-    }
+def start_of(scenario: Any) -> tuple[float, float]:
+    """Return angle, rad, and angular velocity, rad/s, at the start."""
+    mechanism = scenario.mechanism
+    return radians(mechanism.initial_angle_deg), mechanism.initial_angular_velocity
 
 
-def kinetic_energy(inertia: float) -> Callable[[Value, Value], Value]:
-    """Return the kinetic energy of the coordinate, a function of angle and velocity, J."""
-    return lambda angle, velocity: 0.5 * inertia * velocity * velocity
+def one_coordinate(
+    scenario: Scenario,
+    system: OneCoordinate,
+    quantities: "Callable[[Samples], Quantities]",
+    *,
+    run_warnings: Callable[[Samples], list[str]] = lambda samples: [],
+    is_turned: Callable[[Samples], bool] | None = None,
+    tolerance_share: float = 1.0,
+    prescribed: bool = False,
+) -> Mechanism:
+    """Return a mechanism of one coordinate for the simulation.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    system : OneCoordinate
+    quantities, run_warnings : callable
+        Of the samples: the quantities of the summary and the warnings that are specific to the
+        mechanism. Warnings about a body that nothing moves, or that moves too little for
+        `solver.atol`, are there without them.
+    is_turned : callable or None
+        Of the samples of a body at rest on which the torques sum up to zero: whether there are any.
+        Without it: whether the drive ever acts.
+    tolerance_share : float
+        See `Mechanism`.
+    prescribed : bool
+        The drive is the velocity, rad/s, and its torque the channel `drive_torque`, N m.
+
+    Returns
+    -------
+    Mechanism
+        Its channels are those columns of the system that are in the `CHANNELS` of the scenario.
+    """
+    motion = "angle", "angular_velocity", "friction_torque", "mode"
+    friction = system.friction
+    atol = scenario.solver.atol * tolerance_share
+
+    def energy_scale(samples: Samples) -> float:
+        import numpy as np  # imported here because `check` does not need it
+
+        torque = samples["drive_torque"] if prescribed else torque_at_rest(samples)
+        return float(np.max(np.abs(torque), initial=0.0)) + system.kinetic(system.start[1])
+
+    def warnings(samples: Samples) -> list[str]:
+        from frictionsim.simulation.run_warnings import nothing_moved, tiny_motion
+
+        return [
+            *([] if prescribed else nothing_moved(system, samples, is_turned)),
+            *tiny_motion(samples["angle"], samples["angular_velocity"], atol),
+            *run_warnings(samples),
+        ]
+
+    return Mechanism(
+        system=system,
+        columns=system.columns,
+        contacts=() if friction is None else (ContactColumns(friction.name, *motion, *MARGINS),),
+        energies=system.energies,
+        channel_info=scenario.CHANNELS,
+        effects=scenario.effect_names,
+        quantities=quantities,
+        energy_scale=energy_scale,
+        run_warnings=warnings,
+        law="" if friction is None else SET_VALUED if prescribed else friction.law,
+        tolerance_share=tolerance_share,
+        prescribed=prescribed,
+    )
 
 
-@compilable
-def kinetic_energy_of(inertia: Any, velocity: Any) -> Any:
-    """Return the kinetic energy of the coordinate, J."""
-    return 0.5 * inertia * velocity * velocity
+def torque_at_rest(samples: Samples) -> Any:
+    """Return the torque at rest of all but dry friction, (n,), N m."""
+    if "torque_at_rest" in samples.columns:
+        return samples["torque_at_rest"]
+    forward, backward, _ = MARGINS
+    return 0.5 * (samples[backward] - samples[forward])
 
 
 class MultiplesOf(NamedTuple):
-    """A switching surface at the multiples of an angle, rad; with the name of its event, if any."""
+    """The surface of the multiples of an angle, at each of which a step ends.
+
+    Attributes
+    ----------
+    every : float, rad
+        Above 0.
+    event : str
+        The name of the event that is recorded there; empty for none.
+    """
 
     every: float
-    is_event: bool
     event: str = ""
-    is_of_table: bool = False
 
-    def beyond(self, q0: float, v0: float, q1: float, q: float, v: float) -> float:
-        """Return a number that is positive beyond the first multiple in a step from q0 to q1."""
-        if q1 > q0:
-            return q - (math.floor(q0 / self.every) + 1) * self.every
-        return (math.ceil(q0 / self.every) - 1) * self.every - q
-
-
-def total(*terms: Callable[..., Value] | None) -> Callable[..., Value]:
-    """Return the sum of functions of the same arguments, added from left to right.
-
-    Terms of absent effects are None and are removed once.
-    """
-    present = [term for term in terms if term is not None]
-    while len(present) > 1:  # three at a time, to reduce the number of nested calls
-        present = [_sum(*present[:3]), *present[3:]]
-    return present[0]
-
-
-def _sum(
-    one: Callable[..., Value], two: Callable[..., Value], three: Callable[..., Value] | None = None
-) -> Callable[..., Value]:
-    if three is None:
-        return lambda *arguments: one(*arguments) + two(*arguments)
-    return lambda *arguments: one(*arguments) + two(*arguments) + three(*arguments)
-
-
-def _sin(x: float) -> float:
-    return math.sin(x)
-
-
-@compiled_as(_sin)
-def sin(x: Any) -> Any:
-    """Return the sine of a float, or of each element of an array; NaN of an infinite one."""
-    if isinstance(x, float):
-        return math.sin(x) if abs(x) < math.inf else math.nan
-    return _numpy().sin(x)
-
-
-def _cos(x: float) -> float:
-    return math.cos(x)
-
-
-@compiled_as(_cos)
-def cos(x: Any) -> Any:
-    """Return the cosine of a float, or of each element of an array; NaN of an infinite one."""
-    if isinstance(x, float):
-        return math.cos(x) if abs(x) < math.inf else math.nan
-    return _numpy().cos(x)
-
-
-def _sqrt(x: float) -> float:
-    return math.sqrt(x)
-
-
-@compiled_as(_sqrt)
-def sqrt(x: Any) -> Any:
-    """Return the square root of a float, or of each element of an array."""
-    return math.sqrt(x) if isinstance(x, float) else _numpy().sqrt(x)
-
-
-def radians(x: Any) -> Any:
-    """Return an angle in degrees, or each element of an array, in radians."""
-    return math.radians(x) if isinstance(x, float) else _numpy().radians(x)
-
-
-def hypot(x: float, y: Any) -> Any:
-    """Return the hypotenuse for a float, or for each element of an array."""
-    if isinstance(y, int | float):
-        return math.hypot(x, y)
-    each = [math.hypot(x, one) for one in _numpy().asarray(y).tolist()]  # numpy's has other bits
-    return _numpy().array(each).view(type(y))
-
-
-def _numpy() -> Any:
-    import numpy  # imported here because `check` does not need it
-
-    return numpy
+    def beyond(self, step: Any, t: float, y: list[float]) -> float:
+        """Return a number that is positive beyond the first multiple in a step."""
+        every, start = self.every, step.y_old[0]
+        if step.y[0] > start:
+            first: float = (floor(start / every) + 1) * every
+            return y[0] - first
+        return (ceil(start / every) - 1) * every - y[0]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint, tracer_position
+from frictionsim.mechanisms.epicyclic.tracer_point import TracerPath, TracerPoint
 from frictionsim.motion.frames import frames_with_events, readouts_at, state_at, values_at
 from frictionsim.motion.parts import Body, Disc, Line, Motion, Part, Trail
 from frictionsim.motion.shapes import bounds_around, ray
@@ -38,7 +38,7 @@ def motion(result: "Record") -> Motion:
     if "angle" in result.channels:
         angle = values_at(result, "angle", frames)
         if point is not None:
-            parts.append(_path(time, angle, length, length / planet, point))
+            parts.append(_path(time, angle, TracerPath(sun, planet, point)))
             reach = max(reach, length + point.radius)
         parts += _carried(angle, length, planet, point)
     elif {"tracer_x", "tracer_y"} <= result.channels.keys():
@@ -103,7 +103,7 @@ def _carried(angle: "Array", length: float, radius: float, point: TracerPoint | 
     return parts
 
 
-def _path(time: "Array", angle: "Array", length: float, turns: float, point: TracerPoint) -> Trail:
+def _path(time: "Array", angle: "Array", path: TracerPath) -> Trail:
     """Return the path of the tracer point, finer than the frames where the crank is fast.
 
     Between frames the angle is linear in time, as that of the drawing is: the point stays on it.
@@ -114,5 +114,5 @@ def _path(time: "Array", angle: "Array", length: float, turns: float, point: Tra
     fraction = np.concatenate([*(np.arange(n) / n + i for i, n in enumerate(counts)), [len(steps)]])
     frames = np.arange(len(time))
     fine = np.interp(fraction, frames, time)
-    x, y = tracer_position(length, turns, point, np.interp(fraction, frames, angle))
+    x, y = path.position(np.interp(fraction, frames, angle))
     return Trail("path of the tracer point", fine, x.astype(np.float32), y.astype(np.float32))

@@ -8,9 +8,7 @@ give the recorded torques at both samples. Other channels are linear in between,
 lines are, and so is everything next to events, where torques may jump.
 """
 
-from collections.abc import Sequence
 from math import pi
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,14 +26,7 @@ from frictionsim.display import (
     study_text,
 )
 from frictionsim.errors import InputError, counted
-from frictionsim.mechanisms.epicyclic.tracer_point import (
-    Cubic,
-    TracerPoint,
-    count_cusps,
-    cusp_angles,
-    longest_dwell,
-    tracer_position,
-)
+from frictionsim.mechanisms.epicyclic.tracer_point import TracerPath, TracerPoint
 from frictionsim.plots import time_history
 from frictionsim.plots.style import (
     WIDTH,
@@ -49,10 +40,7 @@ from frictionsim.plots.style import (
     width_of,
 )
 from frictionsim.plots.view import View, over_time
-from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.loading import ValidationFailure, validate
-from frictionsim.scenario.toml_data import scenario_of, scenario_value
-from frictionsim.solvers.mechanism import Mechanism, Trajectory
+from frictionsim.scenario.toml_data import scenario_value
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -89,141 +77,34 @@ def draw_marks(plane: Any, result: "Record", sun_radius: float, radius: float) -
     sun_radius, radius : float, m
         Of sun and planet.
     """
-    channels = result.channels
-    point = TracerPoint.model_validate(scenario_value(result, "effects", "tracer_point"))
-    length = sun_radius + radius
-    cusps = count_cusps(sun_radius, radius, point, channels["angle"])
+    channels, path = result.channels, _path_of(result, sun_radius, radius)
+    first, count = path.cusps(channels["angle"]) or (0.0, 0.0)
     handles = []
-    if cusps and cusps <= MAX_CUSPS:
-        angles = cusp_angles(sun_radius, radius, point, channels["angle"])
-        x, y = tracer_position(length, length / radius, point, angles)
-        places = np.round(np.column_stack([x, y]) / (SAME * length)).astype(np.int64)
-        _, first = np.unique(places, axis=0, return_index=True)
-        label = counted(angles.size, "cusp")
-        handles += plane.plot(x[first], y[first], **CUSP, zorder=3.5, label=label)
+    if 0.0 < count <= MAX_CUSPS:
+        x, y = path.position(path.angle_of(first + np.arange(count)))
+        places = np.round(np.column_stack([x, y]) / (SAME * path.length)).astype(np.int64)
+        _, once = np.unique(places, axis=0, return_index=True)
+        label = counted(int(count), "cusp")
+        handles += plane.plot(x[once], y[once], **CUSP, zorder=3.5, label=label)
     if "angular_velocity" in channels:
-        handles += _draw_dwell(plane, result, (sun_radius, radius), point)
+        handles += _draw_dwell(plane, result, path)
     return handles
 
 
-def _draw_dwell(plane: Any, result: "Record", radii: tuple[float, float], point: Any) -> list[Any]:
-    channels, (length, turns) = result.channels, (sum(radii), sum(radii) / radii[1])
-    motion = channels["time"], channels["angle"], channels["angular_velocity"]
-    dwell = longest_dwell(*radii, point, motion)
+def _path_of(result: "Record", sun_radius: float, radius: float) -> TracerPath:
+    point = TracerPoint.model_validate(scenario_value(result, "effects", "tracer_point"))
+    return TracerPath(sun_radius, radius, point)
+
+
+def _draw_dwell(plane: Any, result: "Record", path: TracerPath) -> list[Any]:
+    channels = result.channels
+    dwell = path.longest_dwell((channels["time"], channels["angle"], channels["angular_velocity"]))
     if dwell is None:
         return []
     turned = np.linspace(dwell.angle - dwell.half, dwell.angle + dwell.half, FINE)
-    plane.plot(*tracer_position(length, turns, point, turned), **DWELL, zorder=2.5)
-    place = tracer_position(length, turns, point, dwell.angle)
+    plane.plot(*path.position(turned), **DWELL, zorder=2.5)
     words = f"longest dwell, {picture_text(dwell.time)} s"
-    return list(plane.plot(*place, **PLACE, zorder=4.5, label=words))
-
-
-FAR = 0.06  # rad, between two samples: there are finer ones in between
-ANGLE_STEP = 0.04  # rad, from one of these to the next
-MAX_POINTS = 20_000
-AGREES = 1e-6  # of the largest torque: the equations give what is recorded
-NEEDED = ("angle", "angular_velocity", "mode")
-
-
-def refined(result: "Record") -> "Record":
-    """Return a record with finer samples where the angle turns far between its own.
-
-    Parameters
-    ----------
-    result : Record
-        Of one coordinate. Without `angle`, `angular_velocity` or `mode` it is returned as it is.
-    """
-    channels = result.channels
-    if not set(NEEDED) <= channels.keys() or channels["time"].size < 2:
-        return result
-    mechanism = _mechanism_of(result)
-    fine, interval = _fine_times(result)
-    if mechanism is None or fine.size == channels["time"].size:
-        return result
-    time = channels["time"]
-    angle, velocity = _hermite(
-        time, channels["angle"], channels["angular_velocity"], fine, interval
-    )
-    values_at: dict[str, Any] = {}
-    for name, values in channels.items():
-        if result.axes.get(name):
-            values_at[name] = np.stack(
-                [np.interp(fine, time, column) for column in values.T], axis=1
-            )
-        elif np.asarray(values).dtype.kind in "iub":
-            values_at[name] = values[interval]
-        else:
-            values_at[name] = np.interp(fine, time, values)
-    values_at |= {"time": fine, "angle": angle, "angular_velocity": velocity}
-    mode = values_at["mode"]
-    at_samples = _torques(
-        mechanism, channels["angle"], channels["angular_velocity"], channels["mode"]
-    )
-    between = _torques(mechanism, angle, velocity, mode)
-    for name in at_samples.keys() & channels.keys():
-        off = np.abs(at_samples[name] - channels[name])
-        agree = off <= AGREES * float(np.max(np.abs(channels[name])))
-        after = np.minimum(interval + 1, time.size - 1)
-        sound = agree[interval] & agree[after] & ~np.isin(fine, time)
-        values_at[name] = np.where(sound, between[name], values_at[name])
-    return result._replace(channels=values_at)
-
-
-def _mechanism_of(result: "Record") -> Mechanism | None:
-    """Return the mechanism of the scenario; None if another version wrote it."""
-    try:
-        scenario = validate(scenario_of(result), Path())
-    except (InputError, ValidationFailure):
-        return None
-    build = getattr(mechanism_module(scenario.kind), "build", None)
-    mechanism = None if build is None else build(scenario)
-    return mechanism if isinstance(mechanism, Mechanism) else None
-
-
-def _fine_times(result: "Record") -> tuple["Array", Any]:
-    """Return all times, s, those of the samples among them, and the sample before each."""
-    time, angle = result.channels["time"], result.channels["angle"]
-    turned = np.abs(np.diff(angle))
-    at_event = np.isin(time, result.events["time"])
-    smooth = ~(at_event[1:] | at_event[:-1]) & np.isfinite(turned) & (turned > FAR)
-    counts = np.where(smooth, np.ceil(turned / ANGLE_STEP), 1.0).astype(int)
-    if counts.sum() > MAX_POINTS:
-        counts = np.minimum(counts, max(1, MAX_POINTS // counts.size))
-    interval = np.repeat(np.arange(counts.size), counts)
-    within = np.arange(interval.size) - np.repeat(np.cumsum(counts) - counts, counts)
-    share = within / counts[interval]
-    fine = time[interval] + share * np.diff(time)[interval]
-    fine = np.where(within == 0, time[interval], fine)
-    return np.append(fine, time[-1]), np.append(interval, time.size - 1)
-
-
-def _hermite(
-    time: "Array", angle: "Array", velocity: "Array", fine: "Array", interval: Any
-) -> tuple["Array", "Array"]:
-    """Return angle and velocity at fine times, by the cubic polynomial between two samples."""
-    first = np.minimum(interval, time.size - 2)
-    cubic = Cubic(*(part[first] for part in Cubic.of(time, angle, velocity)))
-    u = (fine - time[first]) / cubic.step
-    slope = cubic.rise + u * (2.0 * cubic.rest + 3.0 * u * cubic.cubic)
-    return cubic.at(u), slope / cubic.step
-
-
-def _torques(mechanism: Mechanism, angle: "Array", velocity: "Array", mode: Any) -> dict[str, Any]:
-    """Return the torques that follow from angle, velocity and mode, N m, by channel."""
-    none = np.zeros_like(angle)
-    trajectory = Trajectory(
-        none, none, angle, velocity, none, none, np.asarray(mode, dtype=float), {}, {}, []
-    )
-    torques = dict(mechanism.channels(trajectory))
-    torques.pop("drive_torque", None)  # of the time
-    if mechanism.contact is not None:
-        forward = mechanism.contact.kinetic_limit(0.0, angle, velocity, 1)
-        backward = mechanism.contact.kinetic_limit(0.0, angle, velocity, -1)
-        torques["friction_torque"] = np.where(
-            mode > 0, -forward, np.where(mode < 0, backward, none)
-        )
-    return torques
+    return list(plane.plot(*path.position(dwell.angle), **PLACE, zorder=4.5, label=words))
 
 
 TORQUES = {
@@ -241,9 +122,7 @@ PATH_STEP, MAX_PATH_POINTS = (
 )  # of a path: crank angle between points, rad; number of points
 
 
-def response(result: "Record", figure: "Figure | SubFigure", channels: Sequence[str] = ()) -> None:
-    """Draw channels over time, with torques finer than the samples where the crank turns fast."""
-    time_history.response(refined(result), figure, channels)
+response = time_history.response
 
 
 def torque(result: "Record", figure: "Figure | SubFigure") -> None:
@@ -260,9 +139,8 @@ def torque(result: "Record", figure: "Figure | SubFigure") -> None:
         )
     set_up(figure, result, TORQUE_HEIGHT)
     ax = figure.subplots()
-    fine = refined(result)
     handles = [
-        ax.plot(fine.channels["angle"], fine.channels[name], **line_style(i), label=words)[0]
+        ax.plot(result.channels["angle"], result.channels[name], **line_style(i), label=words)[0]
         for i, (name, words) in enumerate(shown.items())
     ]
     grid(ax)
@@ -329,9 +207,7 @@ def _path(result: "Record", sun_radius: float, radius: float) -> tuple[Any, Any]
         return result.channels["tracer_x"], result.channels["tracer_y"]
     low, high = np.min(result.channels["angle"]), np.max(result.channels["angle"])
     count = int(min(2 + (high - low) / PATH_STEP, MAX_PATH_POINTS))
-    point = TracerPoint.model_validate(scenario_value(result, "effects", "tracer_point"))
-    length = sun_radius + radius
-    return tracer_position(length, length / radius, point, np.linspace(low, high, count))
+    return _path_of(result, sun_radius, radius).position(np.linspace(low, high, count))
 
 
 def _draw_path(plane: Any, result: "Record", path: tuple[Any, Any]) -> list[Any]:

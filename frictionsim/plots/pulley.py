@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from math import radians
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,8 +28,6 @@ from frictionsim.plots.time_history import (
     stacked_axes,
 )
 from frictionsim.plots.view import View, over_time
-from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.loading import ValidationFailure, validate
 from frictionsim.scenario.toml_data import scenario_of, scenario_value
 from frictionsim.simulation.record import sticking_phases, with_jumps
 
@@ -247,21 +244,12 @@ def response(result: "Record", figure: "Figure | SubFigure", channels: Sequence[
     else:
         axes, handles = time_history.draw_channels(result, figure, channels)
     if masses or "friction_torque" in result.channels:
-        limits = _limits(result)
+        limits = result.quantities
         for drive in DRIVES:
             if drive in axes:
                 _draw_limits(axes[drive], len(axes), result, limits, drive)
     handles += draw_static_limit(axes, result)
     add_legend(figure, handles)
-
-
-def _limits(result: "Record") -> "Quantities":
-    """Return the quantities of impending motion; none if another version wrote the scenario."""
-    try:
-        scenario = validate(scenario_of(result), Path())
-    except ValidationFailure:
-        return {}
-    return mechanism_module(scenario.kind).statics(scenario)
 
 
 def _draw_limits(ax: Any, panels: int, result: "Record", limits: "Quantities", drive: str) -> None:

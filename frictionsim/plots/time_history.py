@@ -49,7 +49,7 @@ from frictionsim.simulation.record import (
     sticking_words,
     with_jumps,
 )
-from frictionsim.solvers.end_stops import EVENT as END_STOP
+from frictionsim.solvers.events import STOP as END_STOP
 
 if TYPE_CHECKING:
     import numpy.typing as npt

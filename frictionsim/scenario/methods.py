@@ -2,9 +2,8 @@
 
 A scenario names the law in its friction effect (`effects.<friction>.law`) and the method as
 `solver.backend`. A kind of mechanism has one of the tables of pairs below (`Scenario.PAIRS`).
-Modules are given by name, so that only the one of the scenario is imported.
 
-A module for mechanisms of one coordinate has its class as `SOLVER`, one for belts as `STEPPER`.
+The module of a pair for belts has its class as `STEPPER`; `frictionsim.solvers` has the others.
 """
 
 from collections.abc import Mapping
@@ -69,39 +68,38 @@ class Pair(NamedTuple):
 
     Attributes
     ----------
-    module : str
-        The module of the solver.
     fixed_step : bool
         It accepts a fixed step size, `solver.step`.
+    module : str
+        Of belts, the module of the stepper.
     """
 
-    module: str
     fixed_step: bool = False
+    module: str = ""
 
 
 Pairs = Mapping[tuple[str, str], Pair]
 """Pairs by (law, method), in the order of recommendation."""
 
-_SOLVERS = "frictionsim.solvers."
 _STEPPERS = "frictionsim.mechanisms.belt_drive.steppers."
 
 SINGLE_DOF: Pairs = {
-    (SET_VALUED, "events"): Pair(_SOLVERS + "event_driven"),
-    (SET_VALUED, "rkf45"): Pair(_SOLVERS + "set_valued"),
-    (PUBLISHED, "rkf45"): Pair(_SOLVERS + "published_law", fixed_step=True),
+    (SET_VALUED, "events"): Pair(),
+    (SET_VALUED, "rkf45"): Pair(),
+    (PUBLISHED, "rkf45"): Pair(fixed_step=True),
     # Near rest a smoothed law is stiff, the more the lower its transition speed: it limits the
     # steps of explicit methods whatever their tolerances.
-    **{(REGULARISED, name): Pair(_SOLVERS + "regularised") for name in (*SCIPY, "rkf45")},
+    **{(REGULARISED, name): Pair() for name in (*SCIPY, "rkf45")},
 }
 
 # Of several contacts: their changes of mode are located events.
-EVENTS_ONLY: Pairs = {(SET_VALUED, "events"): Pair(_SOLVERS + "event_driven")}
+EVENTS_ONLY: Pairs = {(SET_VALUED, "events"): Pair()}
 
 BELT: Pairs = {
-    (SET_VALUED, "rkf45"): Pair(_STEPPERS + "rkf45"),
-    (SET_VALUED, "moreau"): Pair(_STEPPERS + "moreau", fixed_step=True),
-    (REGULARISED, "rkf45"): Pair(_STEPPERS + "rkf45"),
-    (CREEP, "rkf45"): Pair(_STEPPERS + "rkf45"),
+    (SET_VALUED, "rkf45"): Pair(module=_STEPPERS + "rkf45"),
+    (SET_VALUED, "moreau"): Pair(True, _STEPPERS + "moreau"),
+    (REGULARISED, "rkf45"): Pair(module=_STEPPERS + "rkf45"),
+    (CREEP, "rkf45"): Pair(module=_STEPPERS + "rkf45"),
 }
 
 

@@ -104,7 +104,7 @@ class FrictionLaw(Params):
         return self
 
     def law_of_contact(self) -> dict[str, Any]:
-        """Return law and transition speed as arguments of `DryFriction`."""
+        """Return law and transition speed, rad/s, as arguments of `Friction`."""
         return {"law": self.law, "transition_speed": self.transition_speed or TRANSITION_SPEED}
 
 

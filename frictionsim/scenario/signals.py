@@ -4,7 +4,6 @@ Solvers end a step where a derivative jumps, so that every step is smooth. Betwe
 signal is monotone and crosses a threshold at most once, so that no breakaway is missed.
 """
 
-from array import array
 from bisect import bisect_right
 from collections.abc import Sequence
 from math import ceil, cos, inf, pi, sin
@@ -44,11 +43,21 @@ class Signal(Protocol):
     def next_extremum(self, t: float) -> float:
         """Return a time after t, s, up to which the signal is monotone and smooth; inf if all."""
 
+    def extremes(self, begin: float, end: float) -> tuple[float, float]:
+        """Return bounds of the value between two times between which it is smooth."""
+
+    def curvature(self, begin: float, end: float) -> float:
+        """Return a bound of the second derivative between two such times, per s^2."""
+
     def pieces(self) -> list[CubicPiece]:
         """Return its cubic pieces; the first has no beginning, whatever its knot is."""
 
     def harmonic(self) -> Harmonic | None:
         """Return the part that is added to the pieces."""
+
+
+def _in_order(one: float, two: float) -> tuple[float, float]:
+    return (one, two) if one <= two else (two, one)
 
 
 class Constant:
@@ -68,6 +77,12 @@ class Constant:
 
     def next_extremum(self, t: float) -> float:
         return inf
+
+    def extremes(self, begin: float, end: float) -> tuple[float, float]:
+        return self._value, self._value
+
+    def curvature(self, begin: float, end: float) -> float:
+        return 0.0
 
     def pieces(self) -> list[CubicPiece]:
         return [CubicPiece(0.0, self._value)]
@@ -102,6 +117,12 @@ class PiecewiseLinear:
         return self._times[i] if i < len(self._times) else inf
 
     next_extremum = next_discontinuity
+
+    def extremes(self, begin: float, end: float) -> tuple[float, float]:
+        return _in_order(self(begin), self(end))
+
+    def curvature(self, begin: float, end: float) -> float:
+        return 0.0
 
     def pieces(self) -> list[CubicPiece]:
         parts = zip(self._from_time, self._from_value, self._slope, strict=True)
@@ -143,6 +164,12 @@ class Sine:
             k += further
             further *= 2
 
+    def extremes(self, begin: float, end: float) -> tuple[float, float]:
+        return _in_order(self._mean - self._amplitude, self._mean + self._amplitude)
+
+    def curvature(self, begin: float, end: float) -> float:
+        return abs(self._amplitude) * self._angular_frequency**2
+
     def pieces(self) -> list[CubicPiece]:
         return [CubicPiece(0.0, self._mean)]
 
@@ -178,6 +205,17 @@ class SmoothStep:
 
     next_extremum = next_discontinuity
 
+    def extremes(self, begin: float, end: float) -> tuple[float, float]:
+        return _in_order(self(begin), self(end))
+
+    def curvature(self, begin: float, end: float) -> float:
+        if end <= self._start or begin >= self._stop:
+            return 0.0
+        x, y = ((t - self._start) / self._duration for t in (begin, end))
+        return (
+            abs(6.0 * self._rise) / self._duration**2 * max(abs(1.0 - 2.0 * x), abs(1.0 - 2.0 * y))
+        )
+
     def pieces(self) -> list[CubicPiece]:
         curvature = 3.0 * self._rise / self._duration**2
         return [
@@ -190,63 +228,3 @@ class SmoothStep:
 
     def harmonic(self) -> Harmonic | None:
         return None
-
-
-class Curve(NamedTuple):
-    """Any signal as numbers: cubic pieces, and one harmonic that is added to them.
-
-    Attributes
-    ----------
-    knots : array, s
-        Where a piece ends and the next begins.
-    pieces : array
-        `CubicPiece` after `CubicPiece`, one more than knots.
-    amplitude, angular_frequency, phase : float
-        Of the harmonic; an amplitude of 0 is none.
-    """
-
-    knots: "array[float]"
-    pieces: "array[float]"
-    amplitude: float
-    angular_frequency: float
-    phase: float
-
-    def at(self, t: float) -> float:
-        """Return the value at time t, s."""
-        i, pieces = 5 * bisect_right(self.knots, t), self.pieces
-        x = t - pieces[i]
-        value = pieces[i + 1] + x * (pieces[i + 2] + x * (pieces[i + 3] + x * pieces[i + 4]))
-        if self.amplitude != 0.0:
-            value += self.amplitude * sin(self.angular_frequency * t + self.phase)
-        return value
-
-    def next_extremum(self, t: float) -> float:
-        """Return a time after t, s, up to which the signal is monotone and smooth; inf if all."""
-        i = bisect_right(self.knots, t)
-        until = self.knots[i] if i < len(self.knots) else inf
-        if self.amplitude == 0.0:
-            return until
-        half_periods = (self.angular_frequency * t + self.phase - pi / 2) / pi
-        k, further = -(-half_periods // 1.0), 1.0
-        while True:
-            extremum = (pi / 2 + k * pi - self.phase) / self.angular_frequency
-            # Rounding may return t itself; many times, where periods are below its resolution.
-            if extremum > t:
-                return min(extremum, until)
-            k += further
-            further *= 2.0
-
-
-def doubles(values: Sequence[float]) -> "array[float]":
-    """Return numbers as an array, (n,)."""
-    return array("d", values)
-
-
-def curve_of(signal: Signal) -> Curve:
-    """Return a signal as numbers."""
-    pieces, harmonic = signal.pieces(), signal.harmonic()
-    return Curve(
-        doubles([piece.knot for piece in pieces[1:]]),
-        doubles([number for piece in pieces for number in piece]),
-        *(harmonic or (0.0, 0.0, 0.0)),
-    )

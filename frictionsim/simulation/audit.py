@@ -1,13 +1,13 @@
-"""The self-audit of a run of one coordinate.
+"""The self-audit of a run of one or several coordinates, from the columns of its samples.
 
 energy_balance      energy input = change of kinetic and potential energy + dissipated energy
-friction_law        |T| at most the static limit while sticking, the kinetic limit while sliding
-dissipation_sign    the power of dry friction is never positive
-stick_drift         the position is constant while the contact sticks
+friction_law        the force of a contact that holds is within its static limits
+dissipation_sign    the power of dry friction is never positive, and no impact gives energy
+stick_drift         the coordinate of a contact that holds is constant
 end_stops           the position is never beyond an end stop
 impact_law          an impact on a stop leaves e^2 of the energy, none below the capture speed
-release             of located events: what leaves stick was at its static limit just before, or a
-                    jump of the load takes it past the limit
+release             what leaves stick was at its static limit just before, or a jump of the load
+                    takes it past the limit
 """
 
 from math import ulp
@@ -15,13 +15,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.results import STICK, Check, Transition
-from frictionsim.solvers.common import SAME_TIME_ULPS
-from frictionsim.solvers.end_stops import EVENT
+from frictionsim.results import STICK, Check
+from frictionsim.scenario import methods
+from frictionsim.solvers.events import SAME_TIME_ULPS, STOP
+from frictionsim.solvers.modes import holds
 
 if TYPE_CHECKING:
-    from frictionsim.results import Array
-    from frictionsim.solvers.mechanism import DryFriction, EndStops, Mechanism, Trajectory
+    from frictionsim.results import Transition
+    from frictionsim.scenario.settings import SolverSettings
+    from frictionsim.simulation.mechanism import ContactColumns, Mechanism, Samples
 
 # Allowed sum of the local errors of all steps, in relative tolerances, and of long runs that of
 # each step: a flywheel with an eccentric mass was measured to have 0.03.
@@ -41,217 +43,188 @@ ABSOLUTE_ERROR_LIMIT = 1e-8
 
 
 def audit(
-    trajectory: "Trajectory",
-    contact: "DryFriction | None",
-    energy_limit: float,
-    atol: float,
-    size: float,
-    stops: "EndStops | None" = None,
+    mechanism: "Mechanism", samples: "Samples", settings: "SolverSettings", steps: int
 ) -> dict[str, Check]:
-    """Return the checks that apply, by name; all are relative except two, in rad.
+    """Return the checks that apply, by name.
+
+    All are relative, but for the drift and the distance beyond a stop, in the coordinate's unit.
 
     Parameters
     ----------
-    trajectory : Trajectory
-    contact : DryFriction or None
-        None without set-valued dry friction.
-    energy_limit : float
-        Allowed residual of the energy balance.
-    atol : float
-        Absolute tolerance of the integration.
-    size : float, J
-        Energy scale of the scenario: its kinetic energy at the start plus the work of the largest
-        applied torque over one radian.
-    stops : EndStops or None
+    mechanism : Mechanism
+    samples : Samples
+    settings : SolverSettings
+    steps : int
+        Their number so far.
+
+    Returns
+    -------
+    dict of Check by name
+        Of a run that stopped early they are those of the samples that it has.
     """
-    checks = {"energy_balance": energy_check(trajectory, energy_limit, atol, size)}
-    if contact is not None:
-        checks["friction_law"] = Check(float(friction_violation(trajectory, contact)), ROUNDING)
-        checks["dissipation_sign"] = Check(float(driving_power(trajectory, atol)), 0.0)
-        checks["stick_drift"] = Check(stick_drift(trajectory), 0.0)
-    if stops is not None:
-        checks["end_stops"] = end_stops_check(trajectory, stops)
-        if trajectory.velocity_before is not None:
-            checks["impact_law"] = Check(impact_violation(trajectory, stops), IMPACT_ERROR)
-    return checks
-
-
-def allowed_residual(rtol: float, steps: int = 0) -> float:
-    """Return the allowed residual of the energy balance of a run with a number of steps."""
     errors = max(ENERGY_ERROR_PER_RTOL, ENERGY_ERROR_PER_STEP * steps)
-    return min(errors * rtol + ROUNDING, MAX_ENERGY_ERROR)
+    limit = min(errors * settings.rtol + ROUNDING, MAX_ENERGY_ERROR)
+    atol = settings.atol * mechanism.tolerance_share
+    checks = {"energy_balance": Check(energy_residual(mechanism, samples, limit, atol), limit)}
+    frictions = [c for c in mechanism.contacts if c.backward]
+    impacts = "energy_impact" in mechanism.energies
+    # Regularised friction creeps instead of sticking; the friction checks do not apply.
+    if frictions and mechanism.law != methods.REGULARISED:
+        carries = mechanism.law == methods.SET_VALUED and not mechanism.prescribed
+        worst = max(friction_violation(samples, c, carries) for c in frictions)
+        checks["friction_law"] = Check(worst, ROUNDING)
+        power = max(driving_power(samples, c, atol) for c in frictions)
+        checks["dissipation_sign"] = Check(max(power, _gain(samples) if impacts else 0.0), 0.0)
+        checks["stick_drift"] = Check(max(drift(samples, c) for c in mechanism.contacts), 0.0)
+        if methods.METHODS[settings.backend].locates_events and not mechanism.prescribed:
+            distance = release_distance(samples, frictions, settings.duration)
+            checks["release"] = Check(distance, RELEASE_DISTANCE)
+    elif impacts and mechanism.contacts:
+        checks["dissipation_sign"] = Check(_gain(samples), 0.0)
+        checks["stick_drift"] = Check(max(drift(samples, c) for c in mechanism.contacts), 0.0)
+    stops = mechanism.system.stops
+    if stops is not None:
+        largest = float(np.max(np.abs(samples["angle"]), initial=0.0))
+        beyond = float(np.max(stops.excess(samples["angle"]), initial=0.0))
+        checks["end_stops"] = Check(beyond, ROUNDING * largest)
+        checks["impact_law"] = Check(impact_violation(samples, stops), IMPACT_ERROR)
+    return checks | mechanism.checks(samples)
 
 
-def energy_check(trajectory: "Trajectory", limit: float, atol: float, size: float) -> Check:
-    """Return the check of the energy balance; the parameters are those of `energy_residual`."""
-    return Check(float(energy_residual(trajectory, limit, atol, size)), limit)
-
-
-def energy_residual(trajectory: "Trajectory", limit: Any, atol: Any, size: Any) -> Any:
+def energy_residual(mechanism: "Mechanism", samples: "Samples", limit: float, atol: float) -> float:
     """Return the residual of the energy balance, relative to the largest of the energies.
 
     These are the work of the drive, the changes of the others, and the kinetic energy. Small
     energies are integrated to the absolute tolerance only. It counts up to ABSOLUTE_ERROR_LIMIT
     times the energy scale of the scenario.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-    limit : float
-        Allowed residual.
-    atol : float
-        Tolerance of the integration.
-    size : float, J
-        Energy scale of the scenario.
     """
-    residual = -trajectory.energy_integrals["energy_input"]
-    floor = np.minimum(ENERGY_ERROR_PER_RTOL * atol, ABSOLUTE_ERROR_LIMIT * size) / limit
-    largest = np.maximum(np.max(np.abs(residual), axis=0, initial=0.0), floor)
-    for name, energy in (*trajectory.energy_integrals.items(), *trajectory.stored_energies.items()):
+    if not samples.time.size:
+        return 0.0
+    work = samples["energy_input"]
+    size = mechanism.energy_scale(samples)
+    largest = min(ENERGY_ERROR_PER_RTOL * atol, ABSOLUTE_ERROR_LIMIT * size) / limit
+    largest = max(largest, float(np.max(np.abs(work))))
+    residual = -work
+    stored = [n for n in ("energy_kinetic", "energy_potential") if n in samples.columns]
+    for name in (*mechanism.energies, *stored):
         if name != "energy_input":
-            change = energy - energy[:1]
+            change = samples[name] - samples[name][0]
             residual = residual + change
-            largest = np.maximum(largest, np.max(np.abs(change), axis=0, initial=0.0))
-    kinetic = trajectory.stored_energies["energy_kinetic"]
-    largest = np.maximum(largest, np.max(kinetic, axis=0, initial=0.0))
-    worst = np.max(np.abs(residual), axis=0, initial=0.0)
-    return _ratio(worst, largest, 0.0)
+            largest = max(largest, float(np.max(np.abs(change))))
+    largest = max(largest, float(np.max(samples["energy_kinetic"])))
+    return float(np.max(np.abs(residual))) / largest if largest > 0.0 else 0.0
 
 
-def friction_violation(trajectory: "Trajectory", contact: "DryFriction") -> Any:
-    """Return the largest violation of the friction law, relative to the largest of its limits.
+def friction_violation(samples: "Samples", contact: "ContactColumns", carries: bool) -> float:
+    """Return by how much a force exceeds its static limit at most, relative to the largest one.
 
-    The inertia of an eccentric mass loads a contact that slides, and none that sticks.
+    `carries` says that a contact that holds carries what its margins are of, which eq 30 need not:
+    then they are judged, too, as the limits may differ by direction.
     """
-    u, q, v, mode = trajectory.drive, trajectory.position, trajectory.velocity, trajectory.mode
-    static = contact.static_limit(u, q) + contact.roundoff(u, q)
-    kinetic = contact.kinetic_limit(u, q, v, mode)
-    size = np.abs(trajectory.friction)
-    excess = np.where(mode == 0, size - static, np.abs(size - kinetic))
-    limits = np.maximum(static, np.where(mode == 0, 0.0, kinetic))
-    largest = np.max(limits, axis=0, initial=0.0)
-    worst = np.max(excess, axis=0, initial=0.0)
-    return _ratio(worst, largest, worst)
+    forward, backward = samples[contact.forward], samples[contact.backward]
+    limit = 0.5 * (forward + backward)
+    excess = np.abs(samples[contact.force]) - limit
+    if carries:
+        excess = np.maximum(excess, -np.minimum(forward, backward))
+    excess = excess - samples[contact.roundoff]
+    worst = float(np.max(np.where(samples[contact.mode] == STICK, excess, 0.0), initial=0.0))
+    largest = float(np.max(limit, initial=0.0))
+    return worst / largest if largest > 0.0 else worst
 
 
-def driving_power(trajectory: "Trajectory", atol: Any) -> Any:
-    """Return the largest positive power of friction, relative to the largest magnitude.
+def driving_power(samples: "Samples", contact: "ContactColumns", atol: float) -> float:
+    """Return the largest positive power of a contact, relative to the largest magnitude.
 
-    A speed below the absolute tolerance may have either sign.
+    A speed below the absolute tolerance may have either sign, a force below its roundoff, too.
     """
-    velocity = trajectory.velocity
-    power = trajectory.friction * velocity
-    largest = np.max(np.abs(power), axis=0, initial=0.0)
-    driving = np.where(np.abs(velocity) > atol, power, 0.0)
-    return _ratio(np.max(driving, axis=0, initial=0.0), largest, 0.0)
+    velocity = samples[contact.velocity]
+    power = samples[contact.force] * velocity
+    beyond = power - samples[contact.roundoff] * np.abs(velocity)
+    driving = float(np.max(np.where(np.abs(velocity) > atol, beyond, 0.0), initial=0.0))
+    largest = float(np.max(np.abs(power), initial=0.0))
+    return driving / largest if largest > 0.0 else 0.0
 
 
-def _ratio(worst: Any, largest: Any, otherwise: Any) -> Any:
-    """Return worst/largest where largest is not zero."""
-    some = largest != 0.0
-    return np.where(some, worst / np.where(some, largest, 1.0), otherwise)
+def _gain(samples: "Samples") -> float:
+    """Return the largest energy gained in an impact, relative to the largest energy of impacts."""
+    lost = samples["energy_impact"]
+    gained = -float(np.min(np.diff(lost), initial=0.0))
+    return gained / float(np.max(np.abs(lost))) if gained > 0.0 else 0.0
 
 
-def stick_drift(trajectory: "Trajectory") -> float:
-    """Return the largest change of the position between samples of one sticking phase, rad."""
-    slips = [e.time for e in trajectory.transitions if e.mode_to != STICK]
-    releases = np.searchsorted(slips, trajectory.time)
-    return float(drift(trajectory.position, trajectory.mode == STICK, releases))
+def drift(samples: "Samples", contact: "ContactColumns") -> float:
+    """Return the largest change of a coordinate between samples of one hold of its contact."""
+    released = [
+        e.time
+        for e in samples.transitions
+        if e.contact in (contact.name, STOP) and not holds(e.mode_to)
+    ]
+    holding = np.array([holds(int(mode)) for mode in samples[contact.mode]], dtype=bool)
+    releases = np.searchsorted(released, samples.time)
+    same = holding[1:] & holding[:-1] & (np.diff(releases) == 0)
+    moved = np.abs(np.diff(samples[contact.position]))
+    return float(np.max(np.where(same, moved, 0.0), initial=0.0))
 
 
-def drift(position: Any, holds: Any, releases: Any) -> Any:
-    """Return the largest change of a coordinate between samples at which its contact holds.
-
-    `releases` says how often it was released before a sample: it may hold again at the next one.
-    """
-    same = holds[1:] & holds[:-1] & (np.diff(releases, axis=0) == 0)
-    moved = np.where(same, np.abs(np.diff(position, axis=0)), 0.0)
-    return np.max(moved, axis=0, initial=0.0)
-
-
-def end_stops_check(trajectory: "Trajectory", stops: "EndStops") -> Check:
-    """Return the check of the largest distance beyond a stop, rad, but for rounding."""
-    largest = np.max(np.abs(trajectory.position), initial=0.0)
-    beyond = np.max(stops.excess(trajectory.position), initial=0.0)
-    return Check(float(beyond), ROUNDING * float(largest))
-
-
-def impact_violation(trajectory: "Trajectory", stops: "EndStops") -> float:
+def impact_violation(samples: "Samples", stops: Any) -> float:
     """Return the largest error of the energy after an impact on a stop.
 
     It is relative to the largest energy before an impact.
     """
-    assert trajectory.velocity_before is not None  # checked by the caller
-    assert trajectory.velocity_after is not None
-    hits = np.array([event.contact == EVENT for event in trajectory.transitions], dtype=bool)
-    before, after = np.abs(trajectory.velocity_before[hits]), trajectory.velocity_after[hits]
+    hits = np.array([e.contact == STOP for e in samples.transitions], dtype=bool)
+    before = np.abs(samples.before["angular_velocity"][hits])
+    after = samples.after["angular_velocity"][hits]
     rebound = np.where(before >= stops.capture_speed, stops.restitution * before, 0.0)
-    largest = np.max(before, initial=0.0)
+    largest = float(np.max(before, initial=0.0))
     if largest == 0.0:
         return 0.0
     return float(np.max(np.abs((after / largest) ** 2 - (rebound / largest) ** 2)))
 
 
-def leaves_stick(event: Transition) -> bool:
+def leaves_stick(event: "Transition") -> bool:
     """Return whether a contact breaks away at an event."""
-    return event.mode_from == STICK and event.mode_to != STICK and event.contact != EVENT
+    return event.mode_from == STICK and event.mode_to != STICK and event.contact != STOP
 
 
-def release_check(
-    mechanism: "Mechanism", before: "Trajectory", after: "Trajectory", end: float
-) -> Check:
-    """Return the check of the breakaways, each with the samples immediately before and after it.
+def release_distance(samples: "Samples", frictions: list["ContactColumns"], end: float) -> float:
+    """Return the largest distance of a breakaway from its static limit, relative to this.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-    before, after : Trajectory
-        A sample for each breakaway.
-    end : float, s
-        Duration of the run, which sets the roundoff of the time.
+    Just before it; or, where another event or a jump of the load comes with it, and at the start of
+    the run, by how much the contact could hold just after it. One that comes as another contact
+    turns, its slip passing zero without an event, is left out.
     """
-    distance = release_distance(mechanism, before, after)
-    for i in np.flatnonzero(distance > RELEASE_DISTANCE):
-        t, q, s = (float(x[i]) for x in (after.time, after.position, after.mode))
-        # At a jump, the load passes the limit within the roundoff of the time.
-        early, late = (
-            margin_at_rest(mechanism, mechanism.drive(x), q, s) for x in (just_before(t, end), t)
+    columns, worst = {c.name: c for c in frictions}, 0.0
+    apart = 2.0 * SAME_TIME_ULPS * ulp(end)
+    for i, event in enumerate(samples.transitions):
+        if not leaves_stick(event) or event.contact not in columns:
+            continue
+        contact = columns[event.contact]
+        others_turn = [_turns(samples.before, c, i) for c in frictions if c is not contact]
+        if event.time > 0.0 and any(others_turn):
+            continue
+        before, after = (
+            _margin(side, contact, i, event.mode_to) for side in (samples.before, samples.after)
         )
-        if early >= 0.0 >= late:
-            distance[i] = 0.0
-    return Check(float(np.max(distance, initial=0.0)), RELEASE_DISTANCE)
+        others = (e for e in samples.transitions if e.contact != event.contact)
+        jumps = before >= 0.0 >= after
+        if event.time == 0.0:
+            worst = max(worst, after)
+        elif jumps or any(abs(e.time - event.time) <= apart for e in others):
+            worst = max(worst, min(abs(before), max(after, 0.0)))
+        else:
+            worst = max(worst, abs(before))
+    return worst
 
 
-def just_before(t: float, end: float) -> float:
-    """Return a time that is earlier by the roundoff of event location in a run to `end`, s."""
-    return t - 2.0 * SAME_TIME_ULPS * ulp(end)
+def _turns(side: Any, contact: "ContactColumns", i: int) -> bool:
+    """Return whether a contact that slides is at rest on a side of an event."""
+    return bool(side[contact.mode][i] != STICK and side[contact.velocity][i] == 0.0)
 
 
-def release_distance(mechanism: "Mechanism", before: "Trajectory", after: "Trajectory") -> "Array":
-    """Return the distance of each breakaway from its static limit, relative to this, (n,).
-
-    Just before it; of a breakaway at the start of the run, by how much the contact could hold.
-    """
-    off, left = (
-        margin_at_rest(mechanism, at.drive, at.position, after.mode) for at in (before, after)
-    )
-    distance: Array = np.where(after.time > 0.0, np.abs(off), np.maximum(left, 0.0))
-    return distance
-
-
-def margin_at_rest(mechanism: "Mechanism", u: Any, q: Any, direction: Any) -> Any:
-    """Return the margin of the torque in a direction, at rest, to the static limit."""
-    contact = mechanism.contact
-    assert contact is not None  # which breaks away
-    torque = direction * mechanism.applied_torque(u, q, 0.0 * q)
-    return relative_margin(contact.static_limit(u, q), torque, contact.roundoff(u, q))
-
-
-def relative_margin(limit: Any, force: Any, roundoff: Any) -> Any:
-    """Return a limit minus a force, over the sum of their sizes; zero if it is roundoff.
-
-    A limit is negative where a rope pushes, and what needs that does not hold.
-    """
-    margin = limit - force
-    beyond = np.copysign(np.maximum(np.abs(margin) - roundoff, 0.0), margin)
-    return _ratio(beyond, np.abs(limit) + np.abs(force), 0.0)
+def _margin(side: Any, contact: "ContactColumns", i: int, direction: int) -> float:
+    """Return a margin in a direction, relative to limit and force; zero if it is roundoff."""
+    forward, backward = float(side[contact.forward][i]), float(side[contact.backward][i])
+    margin = forward if direction > 0 else backward
+    size = 0.5 * (abs(forward + backward) + abs(backward - forward))
+    beyond = max(abs(margin) - float(side[contact.roundoff][i]), 0.0)
+    return float(np.copysign(beyond, margin)) / size if size > 0.0 else 0.0

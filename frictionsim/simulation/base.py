@@ -64,9 +64,9 @@ class Simulation(Protocol):
         """
 
     def compile(self, monitor: "RunMonitor") -> float | None:
-        """Compile the functions of the run, or of a longer one; return the duration, s.
+        """Compile the kernels of the run, for `fs.warm_up`; return the duration, s.
 
-        None if it is not compiled with this method. `monitor` is as for `prepare`.
+        None if it has none. `monitor` is as for `prepare`.
         """
 
     def solve(self, on_step: Callable[[float], Any]) -> bool | None:

@@ -16,9 +16,9 @@ from frictionsim.errors import InputError
 
 Arrays = dict[str, Any]
 
-# After the last sample the next one is never; a rate may be beyond the range of double precision in
-# a state that a step ends at, and the next step fails by name then.
-INFINITE = ("times.next", "stepper.f", "stepping.f")
+# A rate may be beyond the range of double precision in a state that a step ends at, and the next
+# step fails by name then; no contact is released at `held`.
+INFINITE = ("stepping.f", "state.held", "step.k", "step.k_old")
 
 
 def unfit(name: str, what: str) -> InputError:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.results import MODES, OPEN, OTHER_MODES, SLACK, STICK, TAUT, Record, defined
-from frictionsim.solvers.end_stops import EVENT as END_STOP
+from frictionsim.solvers.events import STOP as END_STOP
 from frictionsim.version import __version__
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from itertools import pairwise
 from math import pi, ulp
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,14 +10,13 @@ from frictionsim.results import STICK
 from frictionsim.scenario.settings import MAX_SAMPLES
 from frictionsim.scenario.signal_tables import SAMPLES_PER_PERIOD, shorter, too_long
 from frictionsim.simulation.averages import time_mean
-from frictionsim.solvers.end_stops import EVENT
+from frictionsim.solvers.events import STOP as EVENT
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from frictionsim.results import Array, Transition
     from frictionsim.scenario.signals import Signal
-    from frictionsim.solvers.mechanism import Mechanism, Trajectory
 
 # Transitions closer than this are one: event location is exact to two units in the last place.
 SAME_EVENT_ULPS = 4.0
@@ -54,41 +53,55 @@ def hidden_stick_slip(
     ]
 
 
-def nothing_moves(mechanism: "Mechanism", trajectory: "Trajectory") -> list[str]:
-    """Warn if a mechanism did not move, with the largest ratio of torque to static limit."""
-    if mechanism.prescribed or np.any(trajectory.velocity) or np.ptp(trajectory.position) > 0.0:
+def nothing_moved(
+    system: Any, samples: Any, is_turned: "Callable[[Any], bool] | None" = None
+) -> list[str]:
+    """Warn if a mechanism of one coordinate did not move, with the largest torque over its limit.
+
+    Parameters
+    ----------
+    system : OneCoordinate
+    samples : Samples
+    is_turned : callable or None
+        Of the samples: whether torques act that cancel each other; else whether the drive does.
+    """
+    if np.any(samples["angular_velocity"]) or np.ptp(samples["angle"]) > 0.0:
         return []
-    u = np.concatenate((trajectory.drive, _at_extrema(mechanism.drive, trajectory.time[-1])))
-    q = np.full(u.shape, trajectory.position[0])
-    applied_torque = np.broadcast_to(
-        np.abs(mechanism.applied_torque(u, q, np.zeros_like(u))), q.shape
-    )
-    stops, none = mechanism.stops, not np.any(applied_torque)
-    if none and stops is not None and stops.side(float(q[0])) != STICK:
+    end, t, left = float(samples.time[-1]), 0.0, MAX_EXTREMA
+    y, times = [float(samples["angle"][0]), 0.0], samples.time.tolist()
+    while t < end and left:  # at its extrema, too, which the samples may miss
+        t, left = system.smooth_until(t, y, end), left - 1
+        times.append(t)
+    times += _extrema(getattr(system.drive, "signals", ()), end)
+    acting = [system.acting(t, y[0], 0.0) for t in times]
+    torques = np.array([system.torque(u, y[0], 0.0) for u in acting])
+    stops, none = system.stops, not np.any(torques)
+    if none and stops is not None and stops.side(y[0]) != STICK:
         return ["nothing moves: the body rests on its end stop"]
-    if mechanism.contact is None or none:
-        if mechanism.is_turned(trajectory):
+    if system.friction is None or none:
+        if is_turned(samples) if is_turned else any(map(np.any, acting)):
             return ["nothing moves: the applied torques are in balance, their sum is zero"]
         return ["nothing moves: no torque is applied"]
-    limit = np.broadcast_to(mechanism.contact.static_limit(u, q), q.shape)
-    roundoff = mechanism.contact.roundoff(u, q)
-    hidden = (applied_torque > (1.0 + TIE) * limit) & (applied_torque <= limit + roundoff)
+    limit = np.array([system.friction.static(u, y[0]) for u in acting])
+    roundoff = np.array([system.friction.roundoff(u, y[0]) for u in acting])
+    size = np.abs(torques)
+    hidden = (size > (1.0 + TIE) * limit) & (size <= limit + roundoff)
     if np.any(hidden):
         return [
-            f"nothing moves: a torque of {np.max(applied_torque[hidden]):.4g} N m is above the"
-            " static limit, but not by more than the rounding of the forces,"
-            f" {np.max(roundoff):.2g} N m; give smaller forces"
+            f"nothing moves: a torque of {np.max(size[hidden]):.4g} N m is above the static limit,"
+            f" but not by more than the rounding of the forces, {np.max(roundoff):.2g} N m; give"
+            " smaller forces"
         ]
-    ratio = np.max(applied_torque[limit > 0.0] / limit[limit > 0.0], initial=0.0)
+    ratio = np.max(size[limit > 0.0] / limit[limit > 0.0], initial=0.0)
     return [f"nothing moves: the largest torque is {100.0 * ratio:.10g} % of the static limit"]
 
 
-def tiny_motion(trajectory: "Trajectory", atol: float) -> list[str]:
+def tiny_motion(position: "Array", velocity: "Array", atol: float) -> list[str]:
     """Warn of a motion of which the absolute tolerance `atol`, in rad and rad/s, is no small part.
 
     The stops of a motion of 1e-7 rad are 1e-6 of their time off with an atol of 1e-12.
     """
-    moved = max(float(np.ptp(trajectory.position)), float(np.max(np.abs(trajectory.velocity))))
+    moved = max(float(np.ptp(position)), float(np.max(np.abs(velocity))))
     if moved == 0.0 or atol <= SMALL_SHARE * moved:
         return []
     return [
@@ -141,12 +154,12 @@ def against_drive(time: "Array", torque: "Array", position: "Array") -> str:
     return f"ran back by {abs(displacement):.6g} rad, against a mean torque of {mean:.4g} N m"
 
 
-def _at_extrema(drive: "Signal", end: float) -> list[float]:
-    """Return the values of a signal at its extrema, which the samples may miss."""
-    values: list[float] = []
-    for signal in getattr(drive, "signals", [drive]):  # time as the drive of several signals
+def _extrema(signals: "Sequence[Signal]", end: float) -> list[float]:
+    """Return the times of the extrema of signals, s."""
+    times: list[float] = []
+    for signal in signals:
         t, left = signal.next_extremum(0.0), MAX_EXTREMA
         while t < end and left:
-            values.append(drive(t))
+            times.append(t)
             t, left = signal.next_extremum(t), left - 1
-    return values
+    return times

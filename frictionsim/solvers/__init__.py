@@ -1,40 +1,36 @@
-"""Solvers for mechanisms of one coordinate, and of several coordinates and contacts.
+"""Solvers for mechanisms of one coordinate, and of several coordinates and contacts."""
 
-Each module of a pair of friction law and method names its class as SOLVER. Its
-`run` integrates to settings.duration, fills the buffer with samples and transitions, and calls
-on_step between steps.
-"""
+from typing import Any
 
-from importlib import import_module
-from typing import TYPE_CHECKING
-
-from frictionsim.scenario.methods import SINGLE_DOF, pair_of
-
-if TYPE_CHECKING:
-    from frictionsim.scenario.settings import SolverSettings
-    from frictionsim.solvers.base import Solver
-    from frictionsim.solvers.common import SampleBuffer
-    from frictionsim.solvers.mechanism import Mechanism
+from frictionsim.scenario import methods
 
 
-def new_solver(
-    mechanism: "Mechanism", settings: "SolverSettings", buffer: "SampleBuffer"
-) -> "Solver":
-    """Return the solver for the friction law of a mechanism and the method of its settings.
+def solver_of(law: str, method: str, system: Any, *others: Any) -> Any:
+    """Return the solver for a friction law and a method.
+
+    Parameters
+    ----------
+    law : str
+        A name in `frictionsim.scenario.methods`; empty without dry friction.
+    method : str
+    system, others
+        The arguments of `events.Events`.
 
     Returns
     -------
-    Solver
-        Without dry friction, or if the drive prescribes the velocity, the same for all methods.
+    Events or Law
+        With `run(on_step)` and `state`.
     """
-    if mechanism.prescribed:
-        from frictionsim.solvers.prescribed_motion import PrescribedMotionSolver
+    from frictionsim.solvers.events import Events
+    from frictionsim.solvers.laws import Published, Regularised, SetValued
 
-        return PrescribedMotionSolver(mechanism, settings, buffer)
-    if mechanism.contact is None:
-        from frictionsim.solvers.frictionless import FrictionlessSolver
+    kind: Any = {methods.REGULARISED: Regularised, methods.PUBLISHED: Published}.get(law, SetValued)
+    if method == "events" or not law:
+        kind = Events
+    integrator = methods.METHODS[method].scipy_class
+    if not integrator:
+        return kind(system, *others)
+    # Imported here because SciPy takes 0.3 s to import.
+    from frictionsim.solvers.scipy_methods import ScipyStep
 
-        return FrictionlessSolver(mechanism, settings, buffer)
-    module = pair_of(SINGLE_DOF, mechanism.contact.law, settings.backend).module
-    solver: Solver = import_module(module).SOLVER(mechanism, settings, buffer)
-    return solver
+    return kind(system, *others, ScipyStep(integrator))

@@ -1,8 +1,8 @@
 """The adaptive Runge-Kutta-Fehlberg method of order 4(5).
 
-The steps of one and of several coordinates take the coefficients and write the sums out for their
-few states. The functions below are for the arrays of belts, as kernels: long sums are split into
-two loops, because compilers vectorise loops over a few arrays only.
+The steps of one and of several coordinates, `rkf45.Step`, take the coefficients and write the sums
+out for their few states. The functions below are for the arrays of belts, as kernels: long sums are
+split into two loops, because compilers vectorise loops over a few arrays only.
 """
 
 from collections.abc import MutableSequence

@@ -1,7 +1,6 @@
 """The choice of steps of adaptive integrators, and their errors."""
 
 from frictionsim.errors import NonFinite, StepUnderflow
-from frictionsim.solvers.compilation import compilable
 
 
 def non_finite_error(t: float, what: str) -> NonFinite:
@@ -28,13 +27,11 @@ PI_ALPHA, PI_BETA = 0.7 / 5, 0.4 / 5
 MIN_ERROR_NORM = 1e-10  # replaces smaller errors in the controller
 
 
-@compilable
 def reduced_step(h: float, error: float) -> float:
     """Return the length of the next trial after a step of length h with an error above 1."""
     return h * max(MIN_FACTOR, SAFETY * error**-0.2)
 
 
-@compilable
 def clipped_step(h: float, left: float) -> float:
     """Return the length of the next step, at most `left`, s."""
     if h >= left * STEP_END_TOLERANCE:
@@ -44,11 +41,21 @@ def clipped_step(h: float, left: float) -> float:
     return h
 
 
-@compilable
 def next_step_size(
     h: float, planned: float, error: float, error_old: float, rejected_here: bool, max_step: float
 ) -> float:
-    """Return the length of the step after one of length h, s, from its error and the one before."""
+    """Return the length of the step after one of length h, s, from its error and the one before.
+
+    Parameters
+    ----------
+    h, planned : float, s
+        The length of the step, and what was planned for it.
+    error, error_old : float
+        Of the step and of the one before, relative to what is allowed.
+    rejected_here : bool
+        A longer step was tried first, and rejected.
+    max_step : float, s
+    """
     growth = SAFETY * error**-PI_ALPHA * error_old**PI_BETA
     length = h * min(max(growth, MIN_FACTOR), 1.0 if rejected_here else MAX_FACTOR)
     # The error of a shortened step is not representative: keep the planned length.

@@ -1,117 +1,471 @@
-"""Systems: the equation of motion of one coordinate with one dry contact, as data with methods.
+"""Equations of motion: what a solver knows of a mechanism, and mechanisms of one coordinate.
 
-    inertia dv/dt = applied_torque(u, q, v) + T,    u = drive.at(t)
+`System` is the contract between mechanisms and solvers, for any number of coordinates and contacts.
+`OneCoordinate` fulfils it for a mechanism of one coordinate q, rad, of velocity v, rad/s, as a sum
+of terms. Each term says what its torque is and where its energy goes, so that no author can forget
+a power. An effect that a scenario lacks is no term.
 
-A system is a named tuple of numbers with at most three arrays. Its fields and methods:
+    inertia dv/dt = sum of the torques + T,    u = acting(t, q, v)
 
-drive
-    The input u over time, a `Curve` with `at(t)` and `next_extremum(t)`.
-inertia
-    kg m^2, positive.
-applied_torque(u, q, v)
-    The sum of all torques except dry friction, N m.
-static_limit(u, q), kinetic_limit(u, q, v, s)
-    The limits of `frictionsim.solvers.mechanism.DryFriction`, N m.
-roundoff(u, q)
-    Smaller differences of torque and limit count as equal, N m.
-powers(u, q, v)
-    The power of each energy integral, W, but for the heat of the contact.
-torques_and_powers(u, q, v, s)
-    Applied torque, kinetic limit and powers at once, of a body that slides.
-stored_energies(q, v)
-    J, the kinetic energy first.
-breaks
-    An array: the values of u between which s applied_torque(u, q, 0) - static_limit(u, q) is
-    monotone in u.
-first_excess(q, a, b)
-    A time after a, at most b, up to which a contact at rest in q breaks away at most once, s.
-surfaces, stops
-    Tuples, empty without: switching surfaces with a method `beyond`, and `EndStops`.
-first_departure(q, a, b)
-    With stops: a time after a, at most b, such that the torque on the body at rest on a stop in q
-    turns away from it at most once up to it, and points away at it if it does, s. The signals are
-    smooth from a to b.
-reversing_load
-    (True,) if the load of the contact may reverse, `contact_load(u, q, v)`; empty if not.
+u is what acts on the mechanism at an instant, evaluated once for all terms: a force, or the sums of
+several. T is the dry friction of the contact: while it sticks, v = 0, it balances the torques up to
+its static limit; while it slides in direction s, T = -s times its kinetic limit.
 
-An effect that a scenario omits is an empty tuple in the data. Functions that take such a tuple
-begin with `if len(effect) == 0`, which is decided when they are compiled.
+All functions take and return floats.
 """
 
-from array import array
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, Protocol
 
-if TYPE_CHECKING:
-    from frictionsim.solvers.mechanism import Mechanism, SwitchingSurface
+from frictionsim.results import BACKWARD, FORWARD, STICK
+from frictionsim.scenario.schema import TRANSITION_SPEED
+from frictionsim.solvers.roots import bracket_root
 
-
-class FunctionDrive(NamedTuple):
-    """A signal as the drive of a system."""
-
-    at: Callable[[float], float]
-    next_extremum: Callable[[float], float]
+Acting = Any  # what acts on a mechanism at an instant
+INPUT = "energy_input"
+MARGINS = ("margin_forward", "margin_backward", "margin_roundoff")
 
 
-class FunctionSystem(NamedTuple):
-    """The system of a mechanism whose equation is given by functions; it is not compiled."""
+class Term(NamedTuple):
+    """A torque of the equation of one coordinate, and where its energy goes.
 
-    drive: FunctionDrive
-    inertia: float
-    applied_torque: Callable[[float, float, float], float]
-    static_limit: Any
-    kinetic_limit: Any
-    roundoff: Any
-    power_flows: tuple[Callable[[float, float, float], float], ...]
-    energies: tuple[Callable[[float, float], float], ...]
-    first_excess: Callable[[float, float, float], float]
-    contact_load: Any
-    breaks: "array[float]"
-    surfaces: "tuple[SwitchingSurface, ...]"
-    stops: Any
-    reversing_load: Any
+    Attributes
+    ----------
+    torque : callable, or float
+        Of (u, q, v), N m, along the coordinate, smooth between surfaces; a number if it is
+        constant.
+    energy : str
+        The energy that its work goes into: `energy_input` of a drive, whose work is counted as it
+        is done on the mechanism; a heat, such as `energy_damping`, of what takes it out.
+    potential : callable or None
+        Of q, J, of a torque that is its negative slope; `energy` is empty then.
 
-    def powers(self, u: float, q: float, v: float) -> tuple[float, ...]:
-        """Return the power flows of the mechanism."""
-        return tuple([power(u, q, v) for power in self.power_flows])
+    A term without either would lose its work, and the audit `energy_balance` would fail.
+    """
 
-    def stored_energies(self, q: float, v: float) -> tuple[float, ...]:
-        """Return the stored energies of the mechanism."""
-        return tuple([energy(q, v) for energy in self.energies])
+    torque: Callable[[Any, float, float], float] | float
+    energy: str = ""
+    potential: Callable[[float], float] | None = None
 
-    def torques_and_powers(
-        self, u: float, q: float, v: float, s: float
-    ) -> tuple[float, float, tuple[float, ...]]:
-        """Return the applied torque, its kinetic limit and the powers."""
-        return self.applied_torque(u, q, v), self.kinetic_limit(u, q, v, s), self.powers(u, q, v)
 
-    def first_departure(self, q: float, a: float, b: float) -> float:
-        """Return b: the torque is monotone between the extrema of the drive."""
+class Friction(NamedTuple):
+    """Dry friction along the coordinate.
+
+    The limits are not negative. The kinetic one must not exceed the static one at v = 0, or
+    a contact that breaks away would not move, and the run ends with a SolverError.
+
+    The kinetic limit may depend on the speed, as by a Stribeck curve: between surfaces it is then a
+    smooth function of v for each direction s. It may depend on the torques, since the load of a
+    contact may depend on the acceleration
+
+        dv/dt = (applied - s kinetic)/inertia,
+
+    which such a limit satisfies. Direction and velocity are arguments of their own, as v is 0 where
+    a slip begins and ends, and may have the wrong sign by rounding.
+
+    Attributes
+    ----------
+    name : str
+        In events and messages.
+    static : callable
+        Static limit of (u, q), N m, with u at rest.
+    kinetic : callable
+        Kinetic limit of (u, q, v, s, applied), N m: s is the direction of the slip, +1 or -1, and
+        `applied` the sum of the torques of all terms, N m.
+    roundoff : callable
+        Of (u, q), N m: smaller differences of torque and static limit count as equal, and the
+        contact holds. Some 10 units in the last place of the numbers that torque and limit are
+        sums of.
+    law : str
+        A name in `frictionsim.scenario.methods`.
+    transition_speed : float, rad/s
+        Of the regularised law.
+    """
+
+    name: str
+    static: Callable[[Any, float], float]
+    kinetic: Callable[[Any, float, float, int, float], float]
+    roundoff: Callable[[Any, float], float]
+    law: str = "set-valued"
+    transition_speed: float = TRANSITION_SPEED
+
+
+class EndStops(NamedTuple):
+    """The end stops of a mechanism; one may be missing.
+
+    An impact on a stop gives v+ = -e v-; after one slower than the capture speed the body stays on
+    the stop, which then carries the whole torque towards it. The method `events` alone has impacts.
+
+    Attributes
+    ----------
+    lowest, highest : float, rad
+        Positions of the stops; -inf and inf for none.
+    restitution : float
+        e, at least 0 and below 1.
+    capture_speed : float, rad/s
+    """
+
+    lowest: float
+    highest: float
+    restitution: float
+    capture_speed: float
+
+    def side(self, q: float) -> int:
+        """Return FORWARD or BACKWARD at the highest or lowest position, STICK between them."""
+        if q >= self.highest:
+            return FORWARD
+        return BACKWARD if q <= self.lowest else STICK
+
+    def hit(self, q: float, v: float) -> int:
+        """Return the direction of the stop that a body is beyond, or at and moving into; else 0."""
+        side = self.side(q)
+        is_hit = side * v > 0.0 or q > self.highest or q < self.lowest
+        return side if is_hit else STICK
+
+    def excess(self, q: Any) -> Any:
+        """Return how far positions, (n,), are beyond the stops, rad; negative between them."""
+        import numpy as np
+
+        return np.maximum(q - self.highest, self.lowest - q)
+
+
+class Contact(NamedTuple):
+    """A contact of a system: its name, its coordinate, and whether it is a rope.
+
+    The coordinate of dry friction is its slip. That of a rope, which pulls and does not push, is
+    its gap: zero while it is taut, positive while it is slack.
+    """
+
+    name: str
+    coordinate: int = 0
+    is_rope: bool = False
+
+
+class System(Protocol):
+    """What the event-driven solver integrates.
+
+    The state y has n positions, their velocities, and the energies that are integrated, in SI
+    units; rates do not depend on the energies. Modes are those of the contacts: FORWARD, STICK
+    and BACKWARD of dry friction, TAUT and SLACK of a rope, from `frictionsim.results`. Without end
+    stops, `stops` is None, and `rests_on_stop` and `departure` are not called; nor is `impact`
+    without ropes.
+
+    Attributes
+    ----------
+    coordinates : int
+        n.
+    contacts : tuple of Contact
+    start : list of float
+        The state at the start.
+    surfaces : tuple
+        Where the equations are not smooth, steps end. Each has `event`, the name of an event or
+        empty, and `beyond(step, t, y)`, positive after the first crossing within a step.
+    stops : EndStops or None
+        Of one coordinate.
+    impact_heat : int
+        Place of the heat of impacts on stops in the state.
+    """
+
+    coordinates: int
+    contacts: tuple[Contact, ...]
+    start: list[float]
+    surfaces: tuple[Any, ...]
+    stops: EndStops | None
+    impact_heat: int
+
+    def rates(self, t: float, y: list[float], modes: list[int]) -> list[float]:
+        """Return dy/dt in the modes of the contacts; exactly zero for a velocity that is held."""
+
+    def margins(
+        self, t: float, y: list[float], modes: list[int]
+    ) -> list[tuple[float, float, float]]:
+        """Return of each contact the margins of its force and their roundoff, while it holds.
+
+        Of friction the margins forward and backward, limit -+ force; of a rope its tension, and a
+        number that is not used.
+        """
+
+    def recorded(self, t: float, y: list[float], modes: list[int]) -> list[float]:
+        """Return what is recorded with a sample beside the state and the modes, floats."""
+
+    def smooth_until(self, t: float, y: list[float], end: float) -> float:
+        """Return a time after t, s, at most the end, up to which the equations are smooth in t."""
+
+    def rests_until(self, t: float, y: list[float], end: float) -> float:
+        """Return a time after t, s, at most the end, up to which margins at rest are monotone.
+
+        Or, while all contacts hold, one such that each gives way at most once up to it, and that
+        does not hold at it if it does.
+        """
+
+    def impact(self, i: int, y: list[float], modes: list[int]) -> list[float]:
+        """Return the state after the impact in which rope i becomes taut."""
+
+    def kinetic_and_supplied(self, y: list[float]) -> tuple[float, float]:
+        """Return the kinetic energy, and what the mechanism had at the start and was given, J."""
+
+    def rests_on_stop(self, t: float, y: list[float]) -> bool:
+        """Return whether a body without contacts is pressed to an end stop at rest."""
+
+    def departure(self, t: float, y: list[float], end: float) -> tuple[float, bool]:
+        """Return until when such a body rests, s, at most the end, and whether it leaves then."""
+
+
+class OneCoordinate:
+    """A mechanism of one coordinate with one dry contact or none; a `System`.
+
+    Parameters
+    ----------
+    drive : Signal
+        Or another object with `next_extremum(t)` and `next_discontinuity(t)`, s, of what acts; it
+        is called with the time if there is no `acting`.
+    acting : callable or None
+        Of (t, q, v); None if the drive acts as it is, u = drive(t).
+    inertia : float, kg m^2
+    terms : sequence of Term
+        One of them has the energy `INPUT`, of the drive.
+    friction : Friction or None
+    start : (float, float), rad and rad/s
+    breaks : sequence of float
+        Values of a drive that acts as it is, u = drive(t), between which torque and limit at rest
+        are smooth, and torque -+ limit are monotone.
+    first_excess : callable or None
+        For others: first_excess(q, a, b) returns a time after a, at most b, such that at rest in q
+        the contact breaks away at most once up to it, and does not hold at it if it does. Without
+        it torque -+ limit at rest have to be monotone between the extrema of the drive.
+    first_departure : callable or None
+        The same of a body without dry friction that rests on a stop in q, and leaves it where the
+        torque points away from the stop.
+    surfaces : tuple
+        As of `System`.
+    stops : EndStops or None
+    channels : tuple of str
+        Names of the further numbers of a sample.
+    recorded : callable
+        Returns them, of (u, q, v, a) with the acceleration a, rad/s^2.
+
+    Attributes
+    ----------
+    columns : tuple of str
+        The names of the numbers of a sample: of the state, of what is recorded, of the mode.
+    energies : tuple of str
+        The names of the energies that are integrated.
+
+    Raises
+    ------
+    TypeError
+        If not exactly one term is that of the drive.
+    """
+
+    coordinates = 1
+
+    def __init__(
+        self,
+        drive: Any,
+        acting: Callable[[float, float, float], Acting] | None,
+        inertia: float,
+        terms: Sequence[Term],
+        friction: Friction | None,
+        *,
+        start: tuple[float, float] = (0.0, 0.0),
+        breaks: Sequence[float] = (),
+        first_excess: Callable[[float, float, float], float] | None = None,
+        first_departure: Callable[[float, float, float], float] | None = None,
+        surfaces: tuple[Any, ...] = (),
+        stops: EndStops | None = None,
+        channels: tuple[str, ...] = (),
+        recorded: Callable[[Acting, float, float, float], list[float]] = lambda u, q, v, a: [],
+    ) -> None:
+        self.drive, self.inertia, self.terms = drive, inertia, tuple(terms)
+        self.acting = acting or (lambda t, q, v: drive(t))
+        self._is_at_rest_same = acting is None  # what acts does not depend on the motion
+        self.friction, self.breaks, self._first_excess = friction, breaks, first_excess
+        self._first_departure = first_departure
+        self.surfaces, self.stops, self._recorded = surfaces, stops, recorded
+        self.contacts = () if friction is None else (Contact(friction.name),)
+        self._driving = _function(self._only(INPUT).torque)
+        storing = [term.torque for term in self.terms if not term.energy]
+        self._constant = sum([torque for torque in storing if not callable(torque)])
+        self._storing = [torque for torque in storing if callable(torque)]
+        self._heating = [
+            _function(term.torque) for term in self.terms if term.energy not in ("", INPUT)
+        ]
+        self._kinetic: Any = None if friction is None else friction.kinetic
+        self._no_heat = [] if stops is None else [0.0]
+        self._stored = [term.potential for term in self.terms if term.potential]
+        self.energies = (
+            *[term.energy for term in self.terms if term.energy],
+            *(["energy_impact"] if stops is not None else []),
+            *(["energy_friction"] if friction is not None else []),
+        )
+        self.start = [*start, *[0.0 for _ in self.energies]]
+        self._input = 2 + self.energies.index(INPUT)
+        # A heat that published laws may give back.
+        self._gains = [2 + i for i, name in enumerate(self.energies) if name == "energy_friction"]
+        self.impact_heat = 3 + len(self._heating)
+        self._potential_at_start = self.potential(start[0])
+        self.columns = (
+            *("angle", "angular_velocity", *self.energies, "angular_acceleration"),
+            *("energy_kinetic", *(["energy_potential"] if self._stored else [])),
+            *(["torque_at_rest"] if friction is None else ["friction_torque", *MARGINS]),
+            *channels,
+            *([] if friction is None else ["mode"]),
+        )
+
+    def _only(self, energy: str) -> Term:
+        terms = [term for term in self.terms if term.energy == energy]
+        if len(terms) != 1:
+            raise TypeError(f"one term has the energy '{energy}', of a drive; found {len(terms)}")
+        return terms[0]
+
+    def torque(self, u: Acting, q: float, v: float) -> float:
+        """Return the sum of all torques except dry friction, N m."""
+        applied = self._applied(u, q, v)
+        return self._with_stop(applied, q, v) if self.stops is not None else applied
+
+    def _applied(self, u: Acting, q: float, v: float) -> float:
+        """Return the sum of the torques of the terms, N m."""
+        applied = self._driving(u, q, v) + self._constant
+        for torque in self._storing:
+            applied += torque(u, q, v)
+        for torque in self._heating:
+            applied += torque(u, q, v)
+        return applied
+
+    def _with_stop(self, applied: float, q: float, v: float) -> float:
+        """Return the torque with that of a stop on which the body rests."""
+        pressed = v == 0.0 and self.stops.side(q) * applied > 0.0  # type: ignore[union-attr]
+        return 0.0 if pressed else applied
+
+    def rates(self, t: float, y: list[float], modes: list[int]) -> list[float]:
+        q, v = y[0], y[1]
+        u = self.acting(t, q, v)
+        driving = self._driving(u, q, v)
+        applied = driving + self._constant
+        for torque in self._storing:
+            applied += torque(u, q, v)
+        rates = [v, 0.0, driving * v]
+        for torque in self._heating:
+            loss = torque(u, q, v)
+            applied += loss
+            rates.append(-loss * v)
+        if self.stops is not None:
+            applied = self._with_stop(applied, q, v)
+            rates.append(0.0)
+        if modes:
+            friction = self.dry_friction(u, q, v, modes[0], applied)
+            rates[1] = (applied + friction) / self.inertia
+            rates.append(-friction * v)
+        else:
+            rates[1] = applied / self.inertia
+        return rates
+
+    def dry_friction(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
+        """Return T in a mode, N m: exact stick, or the kinetic limit against the direction."""
+        return -applied if s == STICK else -s * self._kinetic(u, q, v, s, applied)
+
+    def margins(
+        self, t: float, y: list[float], modes: list[int]
+    ) -> list[tuple[float, float, float]]:
+        return [self._margins_at_rest(self.acting(t, y[0], 0.0), y[0])]
+
+    def _margins_at_rest(self, u: Acting, q: float) -> tuple[float, float, float]:
+        friction: Any = self.friction
+        torque, limit = self.torque(u, q, 0.0), friction.static(u, q)
+        return limit - torque, limit + torque, friction.roundoff(u, q)
+
+    def recorded(self, t: float, y: list[float], modes: list[int]) -> list[float]:
+        q, v = y[0], y[1]
+        u = self.acting(t, q, v)
+        applied = self.torque(u, q, v)
+        friction = self.dry_friction(u, q, v, modes[0], applied) if modes else 0.0
+        return self.numbers(t, u, (q, v, (applied + friction) / self.inertia), friction)
+
+    def numbers(
+        self,
+        t: float,
+        u: Acting,
+        motion: tuple[float, float, float],
+        friction: float,
+        margins: tuple[float, float, float] | None = None,
+    ) -> list[float]:
+        """Return what is recorded of an instant, with angle, velocity and acceleration.
+
+        Without margins they are those at rest.
+        """
+        q, v, a = motion
+        stored = [self.kinetic(v), self.potential(q)] if self._stored else [self.kinetic(v)]
+        at_rest = u if self._is_at_rest_same or v == 0.0 else self.acting(t, q, 0.0)
+        if self.friction is None:
+            contact = [self.torque(at_rest, q, 0.0)]
+        else:
+            contact = [friction, *(margins or self._margins_at_rest(at_rest, q))]
+        return [a, *stored, *contact, *self._recorded(u, q, v, a)]
+
+    def powers(self, u: Acting, q: float, v: float) -> list[float]:
+        """Return the powers of the energies that terms and stops change, W."""
+        losses = [-torque(u, q, v) * v for torque in self._heating]
+        return [self._driving(u, q, v) * v, *losses, *self._no_heat]
+
+    def smooth_until(self, t: float, y: list[float], end: float) -> float:
+        drive = self.drive
+        if self.friction is None:
+            return min(end, drive.next_discontinuity(t))
+        b = min(end, drive.next_extremum(t))
+        for critical in self.breaks:
+            if (drive(t) - critical) * (drive(b) - critical) < 0.0:
+
+                def beyond(at: float, critical: float = critical) -> float:
+                    value: float = drive(at) - critical
+                    return value
+
+                b = bracket_root(beyond, t, b)[1]
         return b
 
+    def rests_until(self, t: float, y: list[float], end: float) -> float:
+        b = self.smooth_until(t, y, end)
+        return b if self._first_excess is None else self._first_excess(y[0], t, b)
 
-def system_of(mechanism: "Mechanism") -> Any:
-    """Return the system of a mechanism; without dry friction its limits are not called."""
-    if mechanism.system is not None:
-        return mechanism.system
-    contact: Any = mechanism.contact
-    static, kinetic, roundoff, load, first_excess = (
-        getattr(contact, name, None)
-        for name in ("static_limit", "kinetic_limit", "roundoff", "load", "first_excess")
-    )
-    return FunctionSystem(
-        FunctionDrive(mechanism.drive, mechanism.drive.next_extremum),
-        mechanism.inertia,
-        mechanism.applied_torque,
-        static,
-        kinetic,
-        roundoff,
-        power_flows=tuple(mechanism.power_flows.values()),
-        energies=tuple(mechanism.stored_energies.values()),
-        first_excess=first_excess or (lambda q, a, b: b),
-        contact_load=load,
-        breaks=array("d", contact.monotonicity_breaks if contact else ()),
-        surfaces=mechanism.switching_surfaces,
-        stops=() if mechanism.stops is None else (mechanism.stops,),
-        reversing_load=(True,) if load else (),
-    )
+    def impact(self, i: int, y: list[float], modes: list[int]) -> list[float]:
+        raise NotImplementedError  # there are no ropes
+
+    def kinetic(self, v: float) -> float:
+        """Return the kinetic energy, J."""
+        return 0.5 * self.inertia * v * v
+
+    def potential(self, q: float) -> float:
+        """Return the potential energy, J."""
+        return sum([potential(q) for potential in self._stored])
+
+    def kinetic_and_supplied(self, y: list[float]) -> tuple[float, float]:
+        released = abs(self.potential(y[0]) - self._potential_at_start)
+        supplied = self.kinetic(self.start[1]) + abs(y[self._input]) + released
+        for i in self._gains:
+            supplied += max(0.0, -y[i])
+        return self.kinetic(y[1]), supplied
+
+    def rests_on_stop(self, t: float, y: list[float]) -> bool:
+        stops, q = self.stops, y[0]
+        if stops is None or y[1] != 0.0 or stops.side(q) == 0:
+            return False
+        return not self._away(t, q) > 0.0
+
+    def _away(self, t: float, q: float) -> float:
+        """Return the torque away from the stop at which a body rests, N m."""
+        u = self.acting(t, q, 0.0)
+        return -self.stops.side(q) * self._applied(u, q, 0.0)  # type: ignore[union-attr]
+
+    def departure(self, t: float, y: list[float], end: float) -> tuple[float, bool]:
+        q, until = y[0], self.smooth_until(t, y, end)
+        if self._first_departure is not None:
+            until = self._first_departure(q, t, until)
+        else:
+            until = min(until, self.drive.next_extremum(t))
+        if not self._away(until, q) > 0.0:
+            return until, False
+        return bracket_root(lambda at: self._away(at, q), t, until)[1], True
+
+
+def _function(torque: Callable[[Any, float, float], float] | float) -> Any:
+    """Return a torque as a function."""
+    return torque if callable(torque) else lambda u, q, v: torque

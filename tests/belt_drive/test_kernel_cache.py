@@ -11,6 +11,7 @@ import pytest
 from frictionsim.mechanisms.belt_drive.kernels import jit
 from frictionsim.solvers import kernel_folder as cache
 from frictionsim.solvers.kernel_folder import usable_folder
+from frictionsim.solvers.stepper import reduced_step
 
 NAME = "kernels-0123"
 
@@ -226,12 +227,20 @@ def test_numba_gets_the_folder_again_if_the_environment_changed_it(
 ) -> None:
     from numba.core import config
 
-    jit.kernel(doubled).compiled  # noqa: B018
+    jit.kernel(reduced_step).compiled  # noqa: B018
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "planted"))
     config.reload_config()  # as numba does before it compiles
-    assert jit.kernel(doubled)(2.0) == 4.0
+    assert jit.kernel(reduced_step)(1.0, 32.0) == pytest.approx(0.45)
     assert not (tmp_path / "planted").exists()
     assert list((home / "frictionsim").glob("kernels-*/*/*.nbi"))
+
+
+@pytest.mark.usefixtures("fresh")
+def test_kernels_with_functions_from_elsewhere_are_not_kept(home: Path) -> None:
+    """The name of a build does not tell one source of them from another."""
+    assert jit.kernel(doubled)(2.0) == 4.0
+    assert jit.kernel(reduced_step)(1.0, 32.0) == pytest.approx(0.45)
+    assert not list(home.rglob("*.nbi"))
 
 
 # --- old ones -------------------------------------------------------------------------------------

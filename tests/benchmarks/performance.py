@@ -15,6 +15,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -210,53 +211,49 @@ def long_run(seconds: float = 1000.0, bodies: float = 150, interval: float = 1e-
 
 
 CYCLES = "hard/many_cycles"  # as it is; of the others STEPS steps
-COMPILED = ("pulley", "marble_machine", "epicyclic", "shaft", "hoist_drum", "swing_door", "lift")
-COMPILED += (CYCLES,)
-STEPS = 200_000
-# Compiles the loop of a scenario, and times its steps: prints both.
-COMPILE = """
-import sys, time
-import frictionsim as fs
-from frictionsim.scenario.kinds import mechanism_module
-scenario, least = fs.load(sys.argv[1]), float(sys.argv[2])  # so many steps at least, if not 0
-if least:
-    duration = scenario.solver.duration
-    changed = {"solver.max_step": duration / least, "solver.max_steps": 10**9}
-    scenario = scenario.replace({**changed, "output.interval": duration})
-simulation = mechanism_module(scenario.kind).simulation(scenario)
-started = time.perf_counter()
-simulation.compile(RunMonitor())
-compiled = time.perf_counter()
-simulation.solve(lambda t: None)
-seconds, steps = time.perf_counter() - compiled, simulation.statistics()[0]
-print(compiled - started, seconds, seconds / steps)
-"""
+COORDINATES = ("pulley", "marble_machine", "epicyclic", "shaft", "hoist_drum", "swing_door", "lift")
+STEPS = 10_000
+
+
+def additions() -> float:
+    """Return the processor time of ten million additions, the unit of the speed of a machine, s."""
+    started, x = time.process_time(), 0
+    for i in range(10_000_000):
+        x += i
+    return time.process_time() - started
 
 
 def coordinates(turns: float = 5) -> None:
-    """What the compiled loops cost: compilation, loading from the disk, and a step.
+    """Processor time of steps and runs of one and several coordinates, and of a long run.
 
-    Then a long run as a command, and a fit with 200 resamples, once their code is on the disk.
+    Then that of a fit with 200 resamples, as wall time.
     """
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = Path(temporary)
+    say(f"ten million additions: {additions():.2f} s")
+    for name in COORDINATES:
+        scenario = fs.load(str(SCENARIOS / f"{name}.toml"))
+        duration = scenario.solver.duration
+        short = {"solver.max_step": duration / STEPS, "output.interval": duration}
+        seconds, run = _least(partial(fs.solve, scenario.replace(short)), int(turns))
+        say(f"{name}: {1e6 * seconds / run.statistics.steps:.0f} us a step")
+    pulley = fs.load(PULLEY).replace({"output.interval": 3.0})
+    vary = {LOAD: "lin(2000.0, 2400.0, 400)"}
+    seconds, _ = _least(lambda: fs.sweep(pulley, vary, workers=1), int(turns))
+    say(f"400 pulleys: {400 / seconds:.0f} runs a second and core")
+    seconds, _ = _least(lambda: fs.solve(str(SCENARIOS / f"{CYCLES}.toml")), 1)
+    say(f"{CYCLES}: {seconds:.1f} s")
+    say(f"ten million additions: {additions():.2f} s")
+    with tempfile.TemporaryDirectory() as folder:
+        tabulate(by_turns({"fit of 200 resamples": _fit(Path(folder))}, int(turns)))
 
-        def compiled(scenario: str, steps: int) -> list[float]:
-            printed = _run(sys.executable, "-c", COMPILE, scenario, f"{steps}")
-            return [float(number) for number in printed.split()]
 
-        say(f"{'':16s} {'compiled s':>10s} {'loaded s':>8s} {'solved s':>8s} {'us a step':>9s}")
-        for name in COMPILED:
-            os.environ["XDG_CACHE_HOME"] = str(folder / Path(name).name)
-            arguments = str(SCENARIOS / f"{name}.toml"), 0 if name == CYCLES else STEPS
-            first, *_ = compiled(*arguments)
-            rows = [compiled(*arguments) for _ in range(int(turns))]
-            loaded, solved, step = np.median(rows, axis=0)
-            say(f"{name:16s} {first:10.1f} {loaded:8.2f} {solved:8.3f} {step * 1e6:9.2f}")
-        into = (*PROGRAM, "solve", "-q", "-o", str(folder / "result.h5"))
-        calls = {"many_cycles as a command": lambda: _run(*into, str(SCENARIOS / f"{CYCLES}.toml"))}
-        calls["fit of 200 resamples"] = _fit(folder)
-        tabulate(by_turns(calls, int(turns)))
+def _least(call: Callable[[], Any], turns: int) -> tuple[float, Any]:
+    """Return the least processor time of some calls, s, and what the last one returned."""
+    times = []
+    for _ in range(turns):
+        started = time.process_time()
+        returned = call()
+        times.append(time.process_time() - started)
+    return min(times), returned
 
 
 def _fit(folder: Path) -> Callable[[], Any]:

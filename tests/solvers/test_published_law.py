@@ -10,9 +10,11 @@ from typing import NamedTuple
 
 import pytest
 
-from frictionsim.solvers.published_law import switch
+from frictionsim.solvers.laws import Published
+from frictionsim.solvers.recording import Recording
 from tests.support.problems import CORD_RADIUS, DRAG, LOAD, R_K, R_S
 from tests.support.scenarios import pulley, simulate, with_method
+from tests.support.wheels import TIGHT, signal, wheel
 
 
 class Case(NamedTuple):
@@ -55,7 +57,6 @@ def test_switch_and_friction_of_eq_30_in_the_five_cases(case: Case) -> None:
     assert abs(sign(abs(x) - x)) == case.beyond
     assert abs(sign(case.velocity)) == case.moving
     assert sign(case.beyond + case.moving) == case.factor
-    assert switch(moment(case), R_S * reaction, case.velocity) == case.factor
     data = pulley(
         drive__force=case.force,
         mechanism__initial_angular_velocity=case.velocity,
@@ -71,7 +72,10 @@ def test_switch_and_friction_of_eq_30_in_the_five_cases(case: Case) -> None:
 
 
 def test_a_torque_equal_to_the_limit_is_within_it() -> None:
-    """x = 0 leaves sign(0) = 0."""
-    assert switch(20.0, 20.0, 0.0) == 0
-    assert switch(-20.0, 20.0, 0.0) == 0
-    assert switch(20.0, 20.0, -1.0) == 1
+    """x = 0 leaves sign(0) = 0, and what is to the right of I theta'' vanishes."""
+    system = wheel(signal(0.0), lambda u, q, v: u, lambda u: 20.0, lambda u: 10.0)
+    law = Published(system, TIGHT, Recording(system, 1.0, 1.0), 1.0)
+    for torque in (20.0, -20.0):
+        assert law.friction(0.0, 0.0, 0.0, 0, torque) == -torque
+        assert law.friction(0.0, 0.0, 0.0, 0, 1.001 * torque) == 0.0
+        assert law.friction(0.0, 0.0, -1.0, 0, torque) == 10.0

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionsim.errors import StepUnderflow
-from frictionsim.solvers.root_finding import bracket_root
+from frictionsim.solvers.roots import bracket_root
 
 
 @given(st.floats(0.001, 0.999), st.integers(0, 4))

@@ -1,67 +1,55 @@
 """The Runge-Kutta-Fehlberg integrator on problems with closed solutions."""
 
-from array import array
 from collections.abc import Callable
 from itertools import pairwise
-from math import cos, exp, hypot, inf, log2, sin
-from types import SimpleNamespace
-from typing import Any, NamedTuple
+from math import cos, exp, hypot, log2, sin
 
 import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.solvers import new_solver, runge_kutta_fehlberg
-from frictionsim.solvers import one_contact_state as layout
-from frictionsim.solvers.law_stepper import LawStepper
-from frictionsim.solvers.one_contact_state import Failure, Run
-from frictionsim.solvers.one_contact_step import trial_step
+from frictionsim.errors import BudgetExceeded, NonFinite, StepUnderflow
+from frictionsim.solvers import runge_kutta_fehlberg
+from frictionsim.solvers.rkf45 import START, Step, Tolerances
 from tests.support.cases import one_in
 from tests.support.problems import CORD_RADIUS, DRAG, INERTIA, LOAD, R_K, R_S
-from tests.support.wheels import buffer_to, settings, signal, wheel
+from tests.support.wheels import signal, solved, wheel
+
+USUAL = Tolerances(rtol=1e-9, atol=1e-12)
 
 
-class Acceleration(NamedTuple):
-    """x'' = a(t, x, v), as a system without friction."""
+class Acceleration:
+    """x'' = a(t, x, v): of a `System` what steps need."""
 
-    value: Callable[[float, float, float], float]
-    drive: Any = SimpleNamespace(at=lambda t: t)
-    inertia: float = 1.0
+    coordinates = 1
 
-    def torques_and_powers(self, t: float, q: float, v: float, s: float) -> Any:
-        return self.value(t, q, v), 0.0, ()
+    def __init__(self, value: Callable[[float, float, float], float]) -> None:
+        self.value = value
+
+    def rates(self, t: float, y: list[float], modes: list[int]) -> list[float]:
+        return [y[1], self.value(t, *y)]
+
+    def first(self, y: list[float], tolerances: Tolerances = USUAL, t: float = 0.0) -> Step:
+        """Return the step of no length at a state."""
+        return START.started(self, [], t, y, tolerances)
 
 
 OSCILLATOR = Acceleration(lambda t, x, v: -x)  # x = sin t, v = cos t from (0, 1)
 GROWTH = Acceleration(lambda t, x, v: v * cos(t))  # v = exp(sin t) from 1
 
 
-def stepper(
-    system: Acceleration,
-    rtol: float = 1e-9,
-    atol: float = 1e-12,
-    max_steps: int = 10**6,
-    fixed: float = 0.0,
-) -> LawStepper:
-    numbers = {"end": inf, "interval": inf, "last": 0.0, "given": array("d"), "stored": ()}
-    more = {"columns": 0, "energy_floor": 0.0, "input": 0, "heats": 0}
-    run: Any = Run(
-        states=2, rtol=rtol, atol=atol, max_step=inf, fixed_step=fixed, max_steps=max_steps,
-        **numbers, **more,
-    )  # fmt: skip
-    problem: Any = SimpleNamespace(run=run, state=array("d", bytes(8 * layout.LENGTH)))
-    return LawStepper(system, problem)
-
-
-def integrate(rkf: LawStepper, y: list[float], end: float) -> list[float]:
-    rkf.start(0.0, y)
-    while rkf.t < end:
-        rkf.advance(end)
-    return rkf.y
+def integrate(
+    system: Acceleration, y: list[float], end: float, tolerances: Tolerances = USUAL
+) -> Step:
+    step = system.first(y, tolerances)
+    while step.t < end:
+        step = step.advanced(system, [], end, tolerances)
+    return step
 
 
 def error_of_fixed_steps(count: int) -> float:
-    y = integrate(stepper(OSCILLATOR, fixed=2.0 / count), [0.0, 1.0], 2.0)
+    fixed = USUAL._replace(fixed_step=2.0 / count)
+    y = integrate(OSCILLATOR, [0.0, 1.0], 2.0, fixed).y
     return max(abs(y[0] - sin(2.0)), abs(y[1] - cos(2.0)))
 
 
@@ -84,12 +72,11 @@ def final_angle_by_fixed_steps(count: int) -> float:
         lambda u: R_K * hypot(u, LOAD),
         INERTIA,
     )
-    buffer = buffer_to(end)
     # The scenario of a user may not ask for this: `events` chooses its steps by the tolerances.
-    solver = settings(backend="events", duration=end, step=end / count)
-    new_solver(mechanism, solver, buffer).run(lambda t: None)
-    assert len(buffer.transitions) == 7
-    return buffer.rows[-layout.ROW_COLUMNS - len(mechanism.energy_integrals) + 2]
+    solver = solved(mechanism, end, Tolerances(1e-9, 1e-12, fixed_step=end / count))
+    assert len(solver.recording.transitions) == 7
+    angle: float = solver.state.y[0]
+    return angle
 
 
 def test_fixed_steps_keep_their_order_through_located_events() -> None:
@@ -104,75 +91,83 @@ def test_error_estimate_is_of_order_5() -> None:
     """The local error of the solution of order 4 is of order h^5."""
     sizes = []
     for h in (0.1, 0.05):
-        rkf = stepper(GROWTH, rtol=0.0, atol=1.0)  # the norm is the error itself
-        rkf.start(0.3, [0.0, 1.0])
-        rkf.advance(0.3 + 1e-9)
-        sizes.append(trial_step(GROWTH, rkf._problem.run, rkf._s, 1.0, h))
+        tolerances = Tolerances(rtol=0.0, atol=1.0, fixed_step=h)  # the norm is the error itself
+        first = GROWTH.first([0.0, 1.0], tolerances, 0.3)
+        sizes.append(first.advanced(GROWTH, [], 1.0, tolerances).error)
     assert log2(sizes[0] / sizes[1]) == pytest.approx(5.0, abs=0.2)  # next term, as above
 
 
 @pytest.mark.parametrize("rtol", [1e-5, 1e-8, 1e-11])
 def test_adaptive_error_is_near_its_tolerance(rtol: float) -> None:
-    rkf = stepper(GROWTH, rtol, rtol * 1e-3)
-    y = integrate(rkf, [0.0, 1.0], 20.0)
+    end = integrate(GROWTH, [0.0, 1.0], 20.0, Tolerances(rtol, rtol * 1e-3))
     # Each step may add the tolerance; what is kept, the solution of order 5, is better than the
     # estimate that the step was chosen by, but not by ten orders.
-    error = abs(y[1] - exp(sin(20.0)))
-    assert 1e-5 * rtol < error < rkf.steps * rtol
-    assert rkf.rejected < 0.2 * rkf.steps
+    error = abs(end.y[1] - exp(sin(20.0)))
+    assert 1e-5 * rtol < error < end.taken * rtol
+    assert end.rejected < 0.2 * end.taken
 
 
-def test_interpolation_is_as_accurate_as_the_step() -> None:
-    rkf = stepper(OSCILLATOR, 1e-10)
-    rkf.start(0.0, [0.0, 1.0])
+def test_an_error_is_relative_to_the_larger_of_both_states() -> None:
+    tolerances = Tolerances(rtol=1e-3, atol=1e-6)
+    assert tolerances.error([2e-3, 0.0], [0.1, 1.0], [-2.0, 1.0]) == pytest.approx(1.0, rel=1e-3)
+    assert tolerances.error([2e-3, 0.0], [-2.0, 1.0], [0.1, 1.0]) == pytest.approx(1.0, rel=1e-3)
+    assert tolerances.error([0.0, -3e-6], [1.0, 0.0], [1.0, 0.0]) == pytest.approx(3.0)
+
+
+def test_states_within_a_step_are_as_accurate_as_its_end() -> None:
+    tolerances = Tolerances(1e-10, 1e-12)
+    step = OSCILLATOR.first([0.0, 1.0], tolerances)
     for _ in range(30):
-        rkf.advance(100.0)
+        step = step.advanced(OSCILLATOR, [], 100.0, tolerances)
         for share in (0.0, 0.3, 0.9, 1.0):
-            t = rkf.t_old + share * (rkf.t - rkf.t_old)
-            assert rkf.interpolate(t)[0] == pytest.approx(sin(t), abs=1e-8)  # 30 steps of 1e-10
+            t = step.t_old + share * (step.t - step.t_old)
+            x = step.at(OSCILLATOR, [], t)[0]
+            assert x == pytest.approx(sin(t), abs=1e-8)  # 30 steps of 1e-10
+            # The error of the cubic is at most h^4/384 of the fourth derivative, below 1.
+            cubic = (step.t - step.t_old) ** 4 / 384.0
+            assert step.near(share)[0] == pytest.approx(x, abs=cubic + 1e-10)
+
+
+def test_a_step_that_is_cut_ends_at_its_state_there() -> None:
+    step = OSCILLATOR.first([0.0, 1.0]).advanced(OSCILLATOR, [], 100.0, USUAL)
+    t = 0.4 * step.t
+    cut = step.cut(OSCILLATOR, [], t)
+    assert (cut.t_old, cut.t, cut.y) == (0.0, t, step.at(OSCILLATOR, [], t))
+    assert cut.k == [cut.y[1], -cut.y[0]]
 
 
 def test_steps_end_exactly_at_the_limit() -> None:
-    rkf = stepper(OSCILLATOR)
-    rkf.start(0.0, [0.0, 1.0])
+    step = OSCILLATOR.first([0.0, 1.0])
     for limit in (0.1, 0.1 + 1e-9, 0.3, 1.0):
-        while rkf.t < limit:
-            rkf.advance(limit)
-        assert rkf.t == limit
+        while step.t < limit:
+            step = step.advanced(OSCILLATOR, [], limit, USUAL)
+        assert step.t == limit
 
 
 def test_a_short_limit_does_not_shorten_the_steps_after_it() -> None:
-    rkf = stepper(OSCILLATOR)
-    integrate(rkf, [0.0, 1.0], 5.0)
-    before = rkf.t - rkf.t_old
-    rkf.advance(rkf.t + 1e-9)
-    rkf.advance(10.0)
-    assert rkf.t - rkf.t_old > 0.5 * before
+    step = integrate(OSCILLATOR, [0.0, 1.0], 5.0)
+    before = step.t - step.t_old
+    step = step.advanced(OSCILLATOR, [], step.t + 1e-9, USUAL)
+    step = step.advanced(OSCILLATOR, [], 10.0, USUAL)
+    assert step.t - step.t_old > 0.5 * before
 
 
-def failure_of(rkf: LawStepper, y: list[float], end: float) -> tuple[int, float]:
-    """Return why a run fails, and when."""
-    with pytest.raises(Failure) as failure:
-        integrate(rkf, y, end)
-    return failure.value.reason, failure.value.numbers[0]
-
-
-def test_a_state_that_is_non_finite_is_reported() -> None:
+@pytest.mark.parametrize(("start", "time"), [(1.0, "1 s"), (1e200, "0 s")])
+def test_a_state_that_is_non_finite_is_reported(start: float, time: str) -> None:
     diverging = Acceleration(lambda t, x, v: v * v)  # v = 1/(1 - t)
-    for start, time in ((1.0, 1.0), (1e200, 0.0)):
-        reason, t = failure_of(stepper(diverging), [0.0, start], 2.0)
-        assert (reason, round(t, 9)) == (layout.NON_FINITE, time)
+    with pytest.raises(NonFinite, match=f"state of the motion is not finite after t = {time}"):
+        integrate(diverging, [0.0, start], 2.0)
 
 
 def test_tolerances_that_cannot_be_met_are_reported() -> None:
     jump = Acceleration(lambda t, x, v: 1e9 if t > 1.0 else 0.0)
-    reason, t = failure_of(stepper(jump, 1e-13, 1e-13), [0.0, 0.0], 2.0)
-    assert (reason, round(t, 9)) == (layout.UNDERFLOW, 1.0)
+    with pytest.raises(StepUnderflow, match="at t = 1 s the tolerances require a step"):
+        integrate(jump, [0.0, 0.0], 2.0, Tolerances(1e-13, 1e-13))
 
 
 def test_the_step_limit_is_reported() -> None:
-    limited = stepper(OSCILLATOR, max_steps=10)
-    assert failure_of(limited, [0.0, 1.0], 100.0)[0] == layout.TOO_MANY_STEPS
+    with pytest.raises(BudgetExceeded, match="limit of 10 steps reached at t = "):
+        integrate(OSCILLATOR, [0.0, 1.0], 100.0, USUAL._replace(max_steps=10))
 
 
 WAYS = ("stage_2", "stage_3", "stage_4", "stage_5", "stage_6", "error_estimate_5")

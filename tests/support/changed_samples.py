@@ -10,7 +10,7 @@ import numpy as np
 
 import frictionsim as fs
 from frictionsim.results import Check
-from tests.support.scenarios import Scenario
+from tests.support.scenarios import Scenario, mechanism_of
 from tests.support.stopped_runs import calls_of, stopping
 
 
@@ -20,32 +20,48 @@ def nearly_done(data: Scenario) -> fs.Result:
 
 
 class Samples:
-    """The samples of a stopped run, to be changed: (n, width), and those at events, (m, 2, width).
-
-    A row has the time, the drive, the coordinates, their rates and accelerations, forces, modes and
-    integrated energies; that of a transition its time, the modes before and after, and the angle.
-    """
+    """The samples of a stopped run, to be changed: columns by name, as views."""
 
     def __init__(self, stopped: fs.Result) -> None:
         self._record, self._state = stopped.record, dict(stopped.checkpoint or {})
-        self.transitions = self._numbers("transitions")
-        self.sides = self._numbers("buffer.sides").reshape(len(self.transitions), 2, -1)
-        self.rows = self._numbers("buffer.rows").reshape(-1, self.sides.shape[2])
+        names = ("time", *mechanism_of(stopped.record).columns)
+        self._places = {name: i for i, name in enumerate(names)}
+        self._transitions = np.array(self._state["transitions"])  # time, modes, angle
+        self._rows = np.array(self._state["rows"]).reshape(-1, len(names))
+        self._sides = np.array(self._state["sides"]).reshape(-1, 2, len(names))
 
-    def _numbers(self, name: str) -> Any:
-        return np.array(self._state[name])
+    def __getitem__(self, name: str) -> Any:
+        """Return a column, (n,)."""
+        return self._rows[:, self._places[name]]
+
+    def __setitem__(self, name: str, values: Any) -> None:
+        self[name][:] = values
+
+    def sides(self, name: str) -> Any:
+        """Return a column before and after each event, (m, 2)."""
+        return self._sides[:, :, self._places[name]]
+
+    def event(self, number: int) -> tuple[float, int, int]:
+        """Return time and modes before and after an event."""
+        time, before, after, _ = self._transitions[number].tolist()
+        return time, int(before), int(after)
+
+    def shift_event(self, number: int, time: float) -> None:
+        """Move an event in time, s."""
+        self._transitions[number, 0] += time
+        self.sides("time")[number] += time
 
     def keep_events(self, chosen: Any) -> None:
         """Forget the other events."""
-        self.sides, self.transitions = self.sides[chosen], self.transitions[chosen]
+        self._sides, self._transitions = self._sides[chosen], self._transitions[chosen]
         self._state["transitions.contact"] = self._state["transitions.contact"][chosen]
 
     def audit(self, data: Scenario | None = None) -> dict[str, Check]:
         """Resume the run, with other scenario data if given, and return its audit."""
         state = {
-            "buffer.rows": self.rows.ravel(),
-            "buffer.sides": self.sides.ravel(),
-            "transitions": self.transitions,
+            "rows": self._rows.ravel(),
+            "sides": self._sides.ravel(),
+            "transitions": self._transitions,
         }
         attributes = dict(self._record.attributes)
         if data is not None:

@@ -62,7 +62,6 @@ ORIGINALS: dict[str, tuple[Callable[[], Scenario], int]] = {
     "hoist drum events": (lambda: shipped("hoist_drum", "events"), 40),
     "hoist drum rkf45": (lambda: shipped("hoist_drum", "rkf45"), 150),
     "end stop events": (lambda: shipped("hard/bouncing_body", "events"), 40),
-    "end stop rkf45": (lambda: shipped("hard/bouncing_body", "rkf45"), 120),
     "lift events": (lambda: shipped("lift", "events"), 25),
     "lift with slack rope": (lambda: shipped("hard/lift_slack_rope", "events"), 40),
     "belt moreau": (lambda: belt(pair(), "moreau"), 12),

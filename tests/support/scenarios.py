@@ -16,7 +16,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.results import Channel, Record, Transition, failures
-from frictionsim.solvers.mechanism import Mechanism
+from frictionsim.simulation.mechanism import Mechanism
 
 ROOT = Path(__file__).parents[2]
 SCENARIOS = ROOT / "scenarios"

@@ -4,12 +4,14 @@ from collections.abc import Callable
 from typing import Any
 
 import frictionsim as fs
-from frictionsim.mechanisms.extension import signal_from
-from frictionsim.solvers.common import SampleBuffer, SampleTimes
-from frictionsim.solvers.mechanism import DryFriction, Mechanism
+from frictionsim.mechanisms.extension import INPUT, Friction, OneCoordinate, Term, signal_from
+from frictionsim.scenario.methods import SET_VALUED
+from frictionsim.solvers import solver_of
+from frictionsim.solvers.recording import Recording
+from frictionsim.solvers.rkf45 import Tolerances
 from tests.support.scenarios import pulley
 
-Torque = Callable[[float, float, float], float]
+TIGHT = Tolerances(rtol=1e-12, atol=1e-14)
 
 
 def signal(table: Any) -> Any:
@@ -17,44 +19,31 @@ def signal(table: Any) -> Any:
     return signal_from(fs.load(pulley(drive__force=table)).drive.force)
 
 
-def settings(**changes: Any) -> Any:
-    """Return settings of a solver with some changed; of those, no scenario may have a few."""
-    return fs.load("pulley").solver.model_copy(update=changes)
-
-
-def buffer_to(end: float) -> SampleBuffer:
-    """Return a buffer for the samples at the start and the end of a run to a time, s."""
-    return SampleBuffer(SampleTimes(end, end))
-
-
 def wheel(
     drive: Any,
-    torque: Torque,
+    torque: Callable[[float, float, float], float],
     static: Callable[[float], float] | None = None,
     kinetic: Callable[[float], float] | None = None,
     inertia: float = 1.0,
     surfaces: tuple[Any, ...] = (),
-) -> Mechanism:
+) -> OneCoordinate:
     """Return a wheel under a torque(u, q, v), with friction whose limits are functions of u."""
-    contact = None
+    friction = None
     if static is not None:
         moving = kinetic or static
-        contact = DryFriction(
+        friction = Friction(
             "hub",
-            static_limit=lambda u, q: static(u),
-            kinetic_limit=lambda u, q, v, s: moving(u),
+            static=lambda u, q: static(u),
+            kinetic=lambda u, q, v, s, applied: moving(u),
             roundoff=lambda u, q: 1e-14,
         )
-    return Mechanism(
-        drive=drive,
-        inertia=inertia,
-        applied_torque=torque,
-        contact=contact,
-        power_flows={"energy_input": lambda u, q, v: torque(u, q, v) * v},
-        stored_energies={"energy_kinetic": lambda q, v: 0.5 * inertia * v * v},
-        channels=lambda trajectory: {},
-        channel_info={},
-        quantities=lambda trajectory: {},
-        effects=(),
-        switching_surfaces=surfaces,
-    )
+    terms = (Term(torque, INPUT),)
+    return OneCoordinate(drive, None, inertia, terms, friction, surfaces=surfaces)
+
+
+def solved(system: Any, end: float, tolerances: Tolerances = TIGHT, backend: str = "events") -> Any:
+    """Return a solver that has integrated a system to a time, s, with ten samples."""
+    law = SET_VALUED if system.contacts else ""
+    solver = solver_of(law, backend, system, tolerances, Recording(system, end, 0.1 * end), end)
+    solver.run(lambda t: None)
+    return solver

@@ -19,7 +19,7 @@ from frictionsim.simulation.checkpoint import (
     require_array,
     unfit,
 )
-from frictionsim.solvers.common import SampleTimes
+from frictionsim.solvers.recording import SampleTimes
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario

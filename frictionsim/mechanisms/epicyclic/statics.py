@@ -1,11 +1,6 @@
 """Torques of impending motion and of uniform rotation of an epicyclic gear."""
 
-from frictionsim.mechanisms.epicyclic.equation import (
-    EquationTerms,
-    build,
-    published_gravity_moment,
-    uniform_torque_mean,
-)
+from frictionsim.mechanisms.epicyclic.equation import build, constants_of, uniform_torque_mean
 from frictionsim.mechanisms.epicyclic.schema import EpicyclicScenario
 from frictionsim.results import Quantities, Quantity
 
@@ -16,10 +11,10 @@ def statics(scenario: EpicyclicScenario) -> Quantities:
     The published equation has no rest, and so no impending motion: what its drive has at the
     initial angle is the torque of uniform rotation, eq 28.
     """
-    terms, mechanism = EquationTerms(scenario), build(scenario)
-    angle = mechanism.position
-    balance = -mechanism.applied_torque(0.0, angle, 0.0)
-    limit = mechanism.contact.static_limit(0.0, angle) if mechanism.contact else 0.0
+    system = build(scenario).system
+    angle, friction = system.start[0], system.friction
+    balance = -system.torque(0.0, angle, 0.0)
+    limit = friction.static(0.0, angle) if friction else 0.0
     is_published = scenario.mechanism.formulation == "published"
     other = "consistent" if is_published else "published"
     changed = scenario.model_copy(
@@ -31,11 +26,10 @@ def statics(scenario: EpicyclicScenario) -> Quantities:
     }
     if is_published:
         at_start = {"uniform_torque_at_start": Quantity(balance, "N m")}
-    gravity_moment = published_gravity_moment(terms) if is_published else terms.gravity_moment
     return {
         **at_start,
         "uniform_torque_mean": Quantity(uniform_torque_mean(scenario, 0.0), "N m"),
         f"uniform_torque_mean_{other}": Quantity(uniform_torque_mean(changed, 0.0), "N m"),
-        "gravity_moment": Quantity(gravity_moment, "N m"),
+        "gravity_moment": Quantity(constants_of(scenario).K, "N m"),
         "inertia": Quantity(scenario.mechanism.inertia, "kg m^2"),
     }

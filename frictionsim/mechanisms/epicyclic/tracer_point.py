@@ -10,12 +10,13 @@ after it, its distance from there is
     d(p) = |L (e^(ip) - 1) - rho (e^(i lambda p) - 1)|
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from math import asin, ceil, pi, radians
 from typing import Any, NamedTuple
 
-from frictionsim.mechanisms.single_dof import cos, sin
 from frictionsim.scenario.schema import Params, unit_field
+
+Motion = tuple[Any, Any, Any]  # times, s, angles of the crank, rad, and its velocities, rad/s: (n,)
 
 
 class TracerPoint(Params):
@@ -31,93 +32,6 @@ class TracerPoint(Params):
     dwell_distance: float = unit_field(
         "m", "Distance from a place within which the point dwells there.", 1e-3, gt=0
     )
-
-
-def tracer_position(length: float, turns: float, point: TracerPoint, angle: Any) -> tuple[Any, Any]:
-    """Return the position of a point of the planet; its path is an epicycloid if radius = r2.
-
-    x = L cos phi + rho cos(psi_0 + lambda phi), y the same with sin.
-
-    Parameters
-    ----------
-    length : float, m
-        L, of the crank.
-    turns : float
-        lambda, rotations of the planet per turn of the crank.
-    point : TracerPoint
-    angle : float or (n,), rad
-        phi, of the crank.
-
-    Returns
-    -------
-    x, y : float or (n,), m
-    """
-    psi = radians(point.angle_deg) + turns * angle
-    x = length * cos(angle) + point.radius * cos(psi)
-    y = length * sin(angle) + point.radius * sin(psi)
-    return x, y
-
-
-def count_cusps(
-    sun_radius: float, planet_radius: float, point: TracerPoint, angle: Any
-) -> float | None:
-    """Return the number of cusps in the path of a rim point, where it touches the sun.
-
-    Where the path ends in the cusp that it started in, this counts once.
-
-    Parameters
-    ----------
-    sun_radius, planet_radius : float, m
-    point : TracerPoint
-    angle : (n,), rad
-        phi, of the crank.
-
-    Returns
-    -------
-    float or None
-        None for points off the rim, which have no cusps.
-    """
-    if point.radius != planet_radius or not angle.size:
-        return None
-    first, last = _cusp_numbers(sun_radius / planet_radius, point, angle)
-    return max(last - first + 1.0, 0.0)
-
-
-def cusp_angles(sun_radius: float, planet_radius: float, point: TracerPoint, angle: Any) -> Any:
-    """Return the angles of the crank, (m,), rad, at which a path has cusps; none off the rim.
-
-    Cusps are between the smallest and the largest of the given angles, (n,), rad.
-    """
-    import numpy as np
-
-    if point.radius != planet_radius or not angle.size:
-        return np.zeros(0)
-    sun_planet_ratio = sun_radius / planet_radius
-    first, last = _cusp_numbers(sun_planet_ratio, point, angle)
-    return _angle_of_place(sun_planet_ratio, point, np.arange(first, last + 0.5))
-
-
-def _place_number(sun_planet_ratio: float, point: TracerPoint, angle: Any) -> Any:
-    """Return k of an angle of the crank, an integer where the point is nearest to the sun."""
-    return (radians(point.angle_deg) - pi + sun_planet_ratio * angle) / (2.0 * pi)
-
-
-def _angle_of_place(sun_planet_ratio: float, point: TracerPoint, k: Any) -> Any:
-    return (2.0 * pi * k - (radians(point.angle_deg) - pi)) / sun_planet_ratio
-
-
-def _cusp_numbers(sun_planet_ratio: float, point: TracerPoint, angle: Any) -> tuple[float, float]:
-    """Return k of the first and the last cusp within the angles; the last is less if none is."""
-    slack = 1e-9  # a cusp at the start or end counts, in spite of rounding
-    lowest, highest = (
-        float(_place_number(sun_planet_ratio, point, end)) for end in (angle.min(), angle.max())
-    )
-    first, last = -((-(lowest - slack)) // 1.0), (highest + slack) // 1.0
-    turns = (last - first) / sun_planet_ratio
-    at_ends = abs(first - lowest) <= slack and abs(last - highest) <= slack
-    if at_ends and turns > 0.5 and abs(turns - round(turns)) <= slack:
-        last -= 1.0  # the path is closed, and ends in its first cusp
-    return first, last
 
 
 class Dwell(NamedTuple):
@@ -138,42 +52,108 @@ class Dwell(NamedTuple):
     time: float
 
 
-def longest_dwell(
-    sun_radius: float, planet_radius: float, point: TracerPoint, motion: tuple[Any, Any, Any]
-) -> Dwell | None:
-    """Return the longest passage of a place nearest to the sun; None if there is none.
-
-    The crank passes all of it in one direction, without a rest: what begins or ends in it, or
-    stands still, is no dwell of the mechanism.
+class TracerPath:
+    """The path of a tracer point; an epicycloid of a point of the rim.
 
     Parameters
     ----------
     sun_radius, planet_radius : float, m
     point : TracerPoint
-    motion : tuple of (n,)
-        Time, s, angle of the crank, rad, and its angular velocity, rad/s. Between samples, the
-        angle is the cubic polynomial of both, exact for a uniform rotation.
     """
-    import numpy as np
 
-    length, ratio = sun_radius + planet_radius, sun_radius / planet_radius
-    half = _half_angle(length, length / planet_radius, point)
-    if half is None:
+    def __init__(self, sun_radius: float, planet_radius: float, point: TracerPoint) -> None:
+        self.length = sun_radius + planet_radius
+        self.turns, self._ratio = self.length / planet_radius, sun_radius / planet_radius
+        self.rho, self.psi_0 = point.radius, radians(point.angle_deg)
+        self._distance, self._is_of_rim = point.dwell_distance, point.radius == planet_radius
+
+    def position(self, angle: Any) -> tuple[Any, Any]:
+        """Return x = L cos phi + rho cos(psi_0 + lambda phi), m, and y, of angles of the crank."""
+        import numpy as np
+
+        psi = self.psi_0 + self.turns * angle
+        x = self.length * np.cos(angle) + self.rho * np.cos(psi)
+        return x, self.length * np.sin(angle) + self.rho * np.sin(psi)
+
+    def cusps(self, angle: Any) -> tuple[float, float] | None:
+        """Return k of the first cusp within angles of the crank, (n,), rad, and how many there are.
+
+        A point of the rim has cusps, where it touches the sun; others have None. Where the path
+        ends in the cusp that it started in, this counts once.
+        """
+        if not self._is_of_rim or not angle.size:
+            return None
+        slack = 1e-9  # a cusp at the start or end counts, in spite of rounding
+        lowest, highest = float(self._number(angle.min())), float(self._number(angle.max()))
+        first, last = -((-(lowest - slack)) // 1.0), (highest + slack) // 1.0
+        turns = (last - first) / self._ratio
+        at_ends = abs(first - lowest) <= slack and abs(last - highest) <= slack
+        if at_ends and turns > 0.5 and abs(turns - round(turns)) <= slack:
+            last -= 1.0  # the path is closed
+        return first, max(last - first + 1.0, 0.0)
+
+    def _number(self, angle: Any) -> Any:
+        """Return k of an angle of the crank, an integer where the point is nearest to the sun."""
+        return (self.psi_0 - pi + self._ratio * angle) / (2.0 * pi)
+
+    def angle_of(self, k: Any) -> Any:
+        """Return the angle phi_k of the crank, rad."""
+        return (2.0 * pi * k - (self.psi_0 - pi)) / self._ratio
+
+    def longest_dwell(self, motion: Motion) -> Dwell | None:
+        """Return the longest passage of a place nearest to the sun; None if there is none.
+
+        The crank passes all of it in one direction, without a rest: what begins or ends in it, or
+        stands still, is no dwell of the mechanism. Between samples, the angle is the cubic
+        polynomial of angles and velocities, exact for a uniform rotation.
+        """
+        import numpy as np
+
+        half, longest = self._half_angle(), None
+        if half is None:
+            return None
+        for way in (1.0, -1.0):
+            for time, angle, velocity in _one_way(motion, way):
+                cubic = Cubic.of(time, angle, velocity)
+                # A passage is longest near a sample, or where the speed is least between two.
+                near = np.concatenate((angle, cubic.at(cubic.place_of_least_speed())))
+                k = np.unique(np.floor(self._number(way * near)))
+                at = way * self.angle_of(np.unique(k[:, None] + np.arange(-1.0, 3.0)))
+                at = at[(at - half >= angle[0]) & (at + half <= angle[-1])]
+                start, stop = (cubic.times_of(at + p, time) for p in (-half, half))
+                for i in np.argsort(start - stop, kind="stable")[:1].tolist():
+                    dwell = Dwell(float(way * at[i]), half, float(stop[i] - start[i]))
+                    longest = max(longest or dwell, dwell, key=lambda one: one.time)
+        return longest
+
+    def _half_angle(self) -> float | None:
+        """Return the smallest p at which d(p) is the dwell distance, rad; None within a turn."""
+        import numpy as np
+
+        from frictionsim.solvers.roots import bracket_root
+
+        def excess(p: Any) -> Any:
+            a, b = self.length * np.sin(0.5 * p), self.rho * np.sin(0.5 * self.turns * p)
+            square = (a - b) ** 2 + 4.0 * a * b * np.sin(0.25 * (self.turns - 1.0) * p) ** 2
+            return 2.0 * np.sqrt(np.maximum(square, 0.0)) - self._distance
+
+        # At first d < 2 L sin(p/2) + 2 rho; a point of the centre of a tiny planet takes no search.
+        surely = (self._distance - 2.0 * self.rho) / (2.0 * self.length)
+        if self.rho == 0.0 or surely >= 1.0:
+            return None  # it is equally fast everywhere, or never far from the place
+        low, step = 2.0 * asin(max(surely, 0.0)), pi / (self.turns * FINE)
+        for first in range(0, ceil((2.0 * pi - low) / step), CHUNK):
+            p = low + step * np.arange(first, first + CHUNK + 1)
+            for i in np.flatnonzero(excess(p) > 0.0)[:1].tolist():
+                if i == 0:
+                    return float(p[0])  # by rounding
+                return bracket_root(lambda x: float(excess(x)), float(p[i - 1]), float(p[i]))[0]
         return None
-    longest = None
-    for way in (1.0, -1.0):
-        for time, angle, velocity in _one_way(motion, way):
-            cubic = Cubic.of(time, angle, velocity)
-            # A passage is longest near a sample, or where the speed is least between two.
-            near = np.concatenate((angle, cubic.at(cubic.place_of_least_speed())))
-            k = np.unique(np.floor(_place_number(ratio, point, way * near)))
-            at = way * _angle_of_place(ratio, point, np.unique(k[:, None] + np.arange(-1.0, 3.0)))
-            at = at[(at - half >= angle[0]) & (at + half <= angle[-1])]
-            start, stop = (cubic.times_of(time, angle, at + p) for p in (-half, half))
-            for i in np.argsort(start - stop, kind="stable")[:1].tolist():
-                dwell = Dwell(float(way * at[i]), half, float(stop[i] - start[i]))
-                longest = max(longest or dwell, dwell, key=lambda one: one.time)
-    return longest
+
+
+# Of the search for the end of a dwell: steps to half a rotation of the planet, and at once.
+FINE, CHUNK = 64, 1024
+BISECTIONS = 53  # to the roundoff of a number in 0 to 1
 
 
 class Cubic(NamedTuple):
@@ -200,6 +180,10 @@ class Cubic(NamedTuple):
         """Return the angle at u, rad."""
         return self.start + u * (self.rise + u * (self.rest + u * self.cubic))
 
+    def velocity(self, u: Any) -> Any:
+        """Return the angular velocity at u, rad/s."""
+        return (self.rise + u * (2.0 * self.rest + 3.0 * u * self.cubic)) / self.step
+
     def place_of_least_speed(self) -> Any:
         """Return u where the speed has an extremum between two samples, else 0."""
         import numpy as np
@@ -208,33 +192,32 @@ class Cubic(NamedTuple):
         u = np.where(some, -self.rest / np.where(some, 3.0 * self.cubic, 1.0), 0.0)
         return np.where((u > 0.0) & (u < 1.0), u, 0.0)
 
-    def place_of_rest(self) -> Any:
-        """Return u where the speed is zero, of samples between which it changes its sign."""
+    def place(self, is_before: "Callable[[Cubic, Any], Any]") -> Any:
+        """Return u up to which is_before(self, u) holds, by bisection."""
         import numpy as np
 
-        a, b, c = 3.0 * self.cubic, self.rest, self.rise  # a u^2 + 2 b u + c
-        q = -(b + np.copysign(np.sqrt(np.maximum(b * b - a * c, 0.0)), b))
-        u = q / np.where(a == 0.0, 1.0, a)
-        return np.where((a != 0.0) & (u >= 0.0) & (u <= 1.0), u, c / np.where(q == 0.0, 1.0, q))
-
-    def times_of(self, time: Any, angle: Any, at: Any) -> Any:
-        """Return when a crank that turns forward has angles, (m,), by bisection, s."""
-        import numpy as np
-
-        i = np.clip(np.searchsorted(angle, at, side="right") - 1, 0, angle.size - 2)
-        here, low, high = Cubic(*(part[i] for part in self)), np.zeros(at.size), np.ones(at.size)
+        low, high = np.zeros(self.step.size), np.ones(self.step.size)
         for _ in range(BISECTIONS):
             u = 0.5 * (low + high)
-            below = here.at(u) < at
-            low, high = np.where(below, u, low), np.where(below, high, u)
-        return time[i] + high * here.step
+            before = is_before(self, u)
+            low, high = np.where(before, u, low), np.where(before, high, u)
+        return high
+
+    def times_of(self, at: Any, time: Any) -> Any:
+        """Return when a crank that turns forward has angles, (m,), rad: times, (m,), s."""
+        import numpy as np
+
+        i = np.clip(np.searchsorted(self.start, at, side="right") - 1, 0, None)
+        here = self.of_intervals(i)
+        return time[i] + here.place(lambda cubic, u: cubic.at(u) < at) * here.step
+
+    def of_intervals(self, i: Any) -> "Cubic":
+        """Return the polynomials of some intervals, (m,)."""
+        return Cubic(*(part[i] for part in self))
 
 
-BISECTIONS = 53  # to the roundoff of a number in 0 to 1
-
-
-def _one_way(motion: tuple[Any, Any, Any], way: float) -> Iterator[tuple[Any, Any, Any]]:
-    """Yield time, angle and velocity of each part of a motion in which the angle grows all along.
+def _one_way(motion: Motion, way: float) -> Iterator[Motion]:
+    """Yield each part of a motion in which the angle grows all along.
 
     With `way` -1, angle and velocity are of the opposite sign. Where the motion turns between two
     samples, a sample is inserted.
@@ -243,47 +226,13 @@ def _one_way(motion: tuple[Any, Any, Any], way: float) -> Iterator[tuple[Any, An
 
     time, angle, velocity = motion[0], way * motion[1], way * motion[2]
     turns = np.flatnonzero(velocity[:-1] * velocity[1:] < 0.0)
-    if turns.size:
-        cubic = Cubic(*(part[turns] for part in Cubic.of(time, angle, velocity)))
-        u = cubic.place_of_rest()
-        angle = np.insert(angle, turns + 1, cubic.at(u))
-        velocity = np.insert(velocity, turns + 1, 0.0)
-        time = np.insert(time, turns + 1, time[turns] + u * cubic.step)
+    cubic = Cubic.of(time, angle, velocity).of_intervals(turns)
+    u = cubic.place(lambda cubic, u: cubic.velocity(u) * velocity[turns] > 0.0)
+    angle = np.insert(angle, turns + 1, cubic.at(u))
+    velocity = np.insert(velocity, turns + 1, 0.0)
+    time = np.insert(time, turns + 1, time[turns] + u * cubic.step)
     grows = np.concatenate(([False], angle[1:] > angle[:-1], [False]))
     edges = np.flatnonzero(grows[1:] != grows[:-1]).tolist()
     for first, last in zip(edges[::2], edges[1::2], strict=True):
         part = slice(first, last + 1)
         yield time[part], angle[part], velocity[part]
-
-
-# Of the search for the end of a dwell: steps to half a rotation of the planet, and at once.
-FINE, CHUNK = 64, 1024
-
-
-def _half_angle(length: float, turns: float, point: TracerPoint) -> float | None:
-    """Return the smallest p at which d(p) is the dwell distance, rad; None within a turn."""
-    import numpy as np
-
-    from frictionsim.solvers.root_finding import bracket_root
-
-    def excess(p: Any) -> Any:
-        a, b = length * np.sin(0.5 * p), point.radius * np.sin(0.5 * turns * p)
-        square = (a - b) ** 2 + 4.0 * a * b * np.sin(0.25 * (turns - 1.0) * p) ** 2
-        return 2.0 * np.sqrt(np.maximum(square, 0.0)) - point.dwell_distance
-
-    if point.radius == 0.0:
-        return None  # it is equally fast everywhere
-    # At first d < 2 L sin(p/2) + 2 rho; a point of the centre of a tiny planet takes no search.
-    surely = (point.dwell_distance - 2.0 * point.radius) / (2.0 * length)
-    if surely >= 1.0:
-        return None
-    low, step = 2.0 * asin(max(surely, 0.0)), pi / (turns * FINE)
-    for first in range(0, ceil((2.0 * pi - low) / step), CHUNK):
-        p = low + step * np.arange(first, first + CHUNK + 1)
-        above = np.flatnonzero(excess(p) > 0.0)
-        if above.size:
-            i = int(above[0])
-            if i == 0:
-                return float(p[0])  # by rounding
-            return bracket_root(lambda x: float(excess(x)), float(p[i - 1]), float(p[i]))[0]
-    return None

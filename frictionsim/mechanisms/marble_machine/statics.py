@@ -3,20 +3,16 @@
 from math import cos as cosine
 from math import pi, radians, sqrt
 from math import sin as sine
-from sys import float_info
 from typing import NamedTuple
 
+from frictionsim.mechanisms.effects import ROUNDING
 from frictionsim.mechanisms.marble_machine.tables import (
     MarbleMachineEffects,
     MarbleMachineParameters,
     MotorTable,
 )
-from frictionsim.mechanisms.single_dof import sqrt as sqrt_of
 from frictionsim.results import Quantities, Quantity, StaticQuantities
-from frictionsim.solvers.mechanism import Value
 
-# Torque and limit are sums of products: a few roundings of each.
-ROUNDING = 16 * float_info.epsilon
 GRAM_FORCE_CENTIMETRE = 9.80665e-5  # N m
 
 
@@ -25,11 +21,6 @@ class GearMesh(NamedTuple):
 
     c_z: float
     c_y: float
-
-    def reaction(self, torque: Value, weight: Value) -> Value:
-        """Return the reaction of the shaft, N."""
-        sideways, down = self.c_z * torque, weight + self.c_y * torque
-        return sqrt_of(sideways * sideways + down * down)
 
 
 def mesh_of(geometry: MarbleMachineParameters) -> GearMesh:

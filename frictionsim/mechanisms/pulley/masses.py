@@ -16,153 +16,458 @@ tensions: eliminating both, the friction shifts the arms of the forces by its ra
         = (P + m2 g)(r - s r_k) - m1 g (r + s r_k) + tau - b w
 
 and a slack side has no terms in it. Its body falls freely, the gap d1 = x1 - r theta, or
-d2 = x2 + r theta, grows, and closes with an impact.
+d2 = x2 + r theta, grows, and closes with an impact, `rope_impact`.
 
 With cord friction, x is the displacement of the cord, x1 = x and x2 = -x. It sticks while
-exp(-mu_s phi) <= T2/T1 <= exp(mu_s phi); slipping in direction sigma = sign(x' - r w),
-T2 = T1 exp(sigma mu_k phi) [1]_.
+exp(-mu_s phi) <= T2/T1 <= exp(mu_s phi); slipping in direction sigma = sign(x' - r w) [1]_,
 
-In the impact of a slack rope that becomes taut, tensions are impulsive, so is the reaction of the
-shaft, the sum of both tensions, and with it the friction of the shaft. The other forces are finite
-and have no part. Let J be the impulse of the rope that becomes taut, w the speed of the pulley,
-positive against the pull of that rope, and d' the rate of the gap; m is the body on the rope and
-m' that on the other side. With the impulse J' of the other rope, while the shaft slides in
-direction s,
-
-    m dv = dJ,    m' r dw = -dJ',    I dw = (dJ' - dJ) r - s r_k (dJ + dJ')
-    dw/dJ = -k,   k = (r + s r_k)/(I + m' r (r - s r_k)),   dJ' = m' r k dJ,   m' = 0 if slack
-    d(d')/dJ = 1/m + r k
-
-At w = 0 the shaft locks if r_s >= r, as then r dJ <= r_s dJ; if not, s becomes -1. Where k < 0,
-which takes r_k > r and s = -1, J' would be negative: the other rope falls slack, and m' = 0.
-
-All speeds are linear in J, in two pieces at most. The rope takes the work -d' dJ up while the gap
-closes, and gives the part e^2 of it back, the energetic restitution [2]_. In an impact of one
-piece, d' after is -e d' before (Newton), which is no law for others: together with friction, it may
-give more energy than there was.
+    T2/T1 = R = exp(sigma mu_k phi),    T1 = (m1 g m2 + (P + m2 g) m1)/(m2 + R m1)
 
 References
 ----------
 .. [1] J. A. Eytelwein, Handbuch der Statik fester Koerper, 1808: the capstan equation.
-.. [2] W. J. Stronge, Rigid body collisions with friction, Proc. R. Soc. Lond. A 431, 1990.
 """
 
 from collections.abc import Callable, Sequence
-from math import inf, radians, sqrt
-from typing import TYPE_CHECKING, Any, NamedTuple
+from math import radians
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from frictionsim.mechanisms.effects import (
-    CONTACT_NAME,
-    ROUNDING,
-    Damping,
-    Journal,
-    damping_of,
-    journal_of,
-    with_damping,
-    with_damping_power,
-)
+from frictionsim.mechanisms.effects import CONTACT_NAME, ROUNDING
+from frictionsim.mechanisms.pulley.rope_impact import shock
 from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_of_lift
-from frictionsim.results import FORWARD, SLACK, STICK, Check, Quantities, Quantity, Transition
+from frictionsim.results import FORWARD, SLACK, STICK, Check, Quantity, Transition
 from frictionsim.scenario.signal_tables import extremes
-from frictionsim.scenario.signals import Curve, curve_of
-from frictionsim.solvers.compilation import compilable
-from frictionsim.solvers.contacts import (
-    Contact,
-    Form,
-    Friction,
-    MultiContactMechanism,
-    PackedContacts,
-    Unilateral,
-    Value,
-    Vector,
-    table_of,
-)
-from frictionsim.solvers.multi_contact_state import ACCELERATION, FORCES, HEATS, MODES
+from frictionsim.simulation.mechanism import ContactColumns, Mechanism, Samples
+from frictionsim.solvers.system import INPUT, MARGINS, Contact
 
 if TYPE_CHECKING:
-    from frictionsim.solvers.mechanism import Trajectory
+    from frictionsim.results import Quantities
+    from frictionsim.scenario.signals import Signal
 
-
-TORQUE, CAR, OTHER = 0, 1, 2  # in the forces of the balance: friction torque of the shaft, T1, T2
-SLIP = 1  # coordinate of a cord that may slip, x - r theta
 CORD, CAR_ROPE, COUNTERWEIGHT_ROPE = "cord", "car_rope", "counterweight_rope"
 ROPES = {CAR_ROPE: "car", COUNTERWEIGHT_ROPE: "counterweight"}
+TENSIONS = ("rope_tension_car", "rope_tension_counterweight")
 # A tension at the located start of slack is below zero by the roundoff of the location.
 TENSION_ROUNDOFF = 1e-12
-Heights = Callable[[Any], tuple[Any, Any]]
+Margins = tuple[float, float, float]
 
 
-def outputs(
-    scenario: PulleyScenario, contacts: Sequence[Contact], heights: Heights
-) -> dict[str, Any]:
-    """Return the arguments of the mechanism that say what is recorded.
+class Lift:
+    """Masses on a cord, a `System`: `RopeLift` or `CordLift`.
+
+    The coordinates are the angle, rad, and gaps or the slip, m. The shaft, if it has friction, is
+    the first contact.
 
     Parameters
     ----------
-    scenario : PulleyScenario
-    contacts : sequence of Contact
-    heights : callable
-        The heights of car and counterweight, of the coordinates.
+    n : LiftParameters
+    drive : Signal
+        The force P on the cord, N, or the torque tau on the pulley, N m.
+    start : (float, float), rad and rad/s
+    has_damping, has_shaft : bool
+        Whether there is viscous damping, and dry friction of the shaft.
+
+    Attributes
+    ----------
+    energies, columns : tuple of str
+        Names of the integrated energies, and of the numbers of a sample.
+    contact_columns : tuple of ContactColumns
     """
-    names = [contact.name for contact in contacts]
-    n = scenario.lift_parameters
-    weights = n.weight_1 + n.weight_2 + _largest_magnitude(scenario.drive.force, scenario)
 
-    def channels(trajectory: "Trajectory") -> dict[str, Any]:
-        q, v, a = trajectory.position, trajectory.velocity, trajectory.acceleration
-        forces, modes = trajectory.forces, dict(zip(names, trajectory.modes, strict=True))
-        x1, x2 = heights(_displacements(q, scenario))
-        v1, v2 = heights(v)
-        values = {
-            "angle": q[0],
-            "angular_velocity": v[0],
-            "angular_acceleration": a[0],
-            "drive_torque" if n.by_torque else "drive_force": trajectory.drive,
-            "shaft_reaction": forces[CAR] + forces[OTHER],
-            "rope_tension_car": forces[CAR],
-            "rope_tension_counterweight": forces[OTHER],
-            "car_position": x1,
-            "car_velocity": v1,
-            "car_acceleration": heights(a)[0],
-            "counterweight_position": x2,
-            "counterweight_velocity": v2,
-        }
-        if CONTACT_NAME in modes:
-            values |= {"friction_torque": forces[TORQUE], "mode": modes[CONTACT_NAME]}
-        if CORD in modes:
-            values |= {"cord_slip": q[SLIP], "cord_mode": modes[CORD]}
-        else:
-            ropes = [mode == SLACK for name, mode in modes.items() if name != CONTACT_NAME]
-            values["slack"] = sum(side << i for i, side in enumerate(np.asarray(ropes, dtype=int)))
-        return values
+    surfaces: tuple[Any, ...] = ()
+    stops = None
+    coordinates: int
+    # Of the coordinates, their rates, the numbers of a sample that `own_numbers` returns.
+    positions: tuple[str, ...]
+    rates_of_positions: tuple[str, ...]
+    own_columns: tuple[str, ...]
+    own_contacts: tuple[ContactColumns, ...]
+    own_heat: str
+    tension_roundoff = 0.0  # of a tension at which a rope falls slack, N
 
-    def quantities(trajectory: "Trajectory") -> Quantities:
-        return impending_motion_of_lift(scenario) | _sample_quantities(
-            trajectory, channels(trajectory), names
+    def __init__(
+        self,
+        n: LiftParameters,
+        drive: "Signal",
+        start: tuple[float, float],
+        has_damping: bool = False,
+        has_shaft: bool = False,
+    ) -> None:
+        self.n, self.drive, self.first = n, drive, 1 if has_shaft else 0
+        self._loads, self._shift = _loads(n, drive, has_damping), _shift(n, has_shaft)
+        powers = {INPUT: self._power_of_torque if n.by_torque else self._power_of_force}
+        if has_damping:
+            powers["energy_damping"] = lambda u, v, T, t1, t2: n.damping * v[0] * v[0]
+        if has_shaft:
+            powers["energy_friction"] = lambda u, v, T, t1, t2: -T * v[0]
+        powers[self.own_heat] = self.own_loss
+        self.energies, self._powers = tuple(powers), tuple(powers.values())
+        rest = [0.0 for _ in range(self.coordinates - 1)]
+        self.start = [start[0], *rest, start[1], *rest, *[0.0 for _ in powers]]
+        self.impact_heat = len(self.start) - 1
+        self._at_start = self.stored(self.start)
+        motion = ("angle", "angular_velocity", "friction_torque", "mode")
+        shaft = (ContactColumns(CONTACT_NAME, *motion, *MARGINS),) if has_shaft else ()
+        self.contact_columns = (*shaft, *self.own_contacts)
+        names = ("angle", *self.positions, "angular_velocity", *self.rates_of_positions)
+        places = {name: i for i, name in enumerate(names)}
+        self.contacts = tuple(
+            Contact(c.name, places[c.position], not c.backward) for c in self.contact_columns
+        )
+        self.columns = (
+            *names,
+            *self.energies,
+            *("angular_acceleration", "drive_torque" if n.by_torque else "drive_force"),
+            *("shaft_reaction", *TENSIONS, "car_position", "car_velocity", "car_acceleration"),
+            *("counterweight_position", "counterweight_velocity"),
+            *("energy_kinetic", "energy_potential"),
+            *(["friction_torque", *MARGINS] if has_shaft else []),
+            *self.own_columns,
+            *(c.mode for c in self.contact_columns),
         )
 
-    def checks(trajectory: "Trajectory") -> dict[str, Check]:
-        tensions = trajectory.forces[CAR:]
-        lowest = float(np.min(tensions, initial=0.0))
-        largest = max(weights, float(np.max(np.abs(tensions), initial=0.0)))
+    def tensions(
+        self, pull: float, torque: float, shift: float | None, modes: list[int]
+    ) -> tuple[float, list[float], float, float]:
+        """Return w', the accelerations of the other coordinates, T1 and T2.
+
+        Of P + m2 g, N, tau - b w, N m, and what `_shift` returns.
+        """
+        raise NotImplementedError
+
+    def heights(self, q: list[float]) -> tuple[float, float]:
+        """Return x1 and x2 of the coordinates, m; or their rates of those of the coordinates."""
+        raise NotImplementedError
+
+    def own_loss(self, u: float, v: list[float], T: float, t1: float, t2: float) -> float:
+        """Return the power that goes into the own heat, W."""
+        raise NotImplementedError
+
+    def own_margins(self, u: float, t1: float, t2: float) -> list[Margins]:
+        """Return the margins of the contacts other than the shaft."""
+        raise NotImplementedError
+
+    def own_numbers(
+        self, t: float, y: list[float], modes: list[int], t1: float, t2: float
+    ) -> list[float]:
+        """Return what is recorded of the contacts other than the shaft."""
+        raise NotImplementedError
+
+    def balance(
+        self, t: float, v: list[float], modes: list[int]
+    ) -> tuple[float, list[float], float, float, float]:
+        """Return the drive, the accelerations, T, T1 and T2."""
+        u, pull, torque = self._loads(t, v[0])
+        shift = self._shift(modes)
+        a, others, t1, t2 = self.tensions(pull, torque, shift, modes)
+        T = -((t2 - t1) * self.n.r + torque) if shift is None else -shift * (t1 + t2)
+        return u, [a, *others], T, t1, t2
+
+    def rates(self, t: float, y: list[float], modes: list[int]) -> list[float]:
+        v = y[self.coordinates : 2 * self.coordinates]
+        u, a, T, t1, t2 = self.balance(t, v, modes)
+        return [*v, *a, *[power(u, v, T, t1, t2) for power in self._powers]]
+
+    def margins(self, t: float, y: list[float], modes: list[int]) -> list[Margins]:
+        u, _, T, t1, t2 = self.balance(t, y[self.coordinates :], modes)
+        own = self.own_margins(u, t1, t2)
+        if not self.first:
+            return own
+        n = self.n
+        limit, driving = n.r_s * (t1 + t2), abs(u) * (1.0 if n.by_torque else n.r)
+        tie = ROUNDING * (driving + abs(T) + n.r * (abs(t1) + abs(t2)))
+        tie += 2.0 * n.r_s * self.tension_roundoff
+        return [(limit + T, limit - T, tie), *own]
+
+    def margins_if_held(self, i: int, t: float, y: list[float], modes: list[int]) -> Margins:
+        """Return the margins of a dry contact if it stuck and the others kept their modes."""
+        return self.margins(t, y, [*modes[:i], STICK, *modes[i + 1 :]])[i]
+
+    def recorded(self, t: float, y: list[float], modes: list[int]) -> list[float]:
+        n = self.coordinates
+        q, v = y[:n], y[n : 2 * n]
+        u, a, T, t1, t2 = self.balance(t, v, modes)
+        x1, x2 = self.heights([q[0] - self.start[0], *q[1:]])
+        v1, v2 = self.heights(v)
+        shaft = [T, *self.margins_if_held(0, t, y, modes)] if self.first else []
+        return [
+            *(a[0], u, t1 + t2, t1, t2, x1, v1, self.heights(a)[0], x2, v2),
+            *self.stored(y),
+            *shaft,
+            *self.own_numbers(t, y, modes, t1, t2),
+        ]
+
+    def stored(self, y: list[float]) -> tuple[float, float]:
+        """Return the kinetic energy, and the potential one of the masses, J."""
+        n, count = self.n, self.coordinates
+        w, (x1, x2), (v1, v2) = y[count], self.heights(y), self.heights(y[count:])
+        kinetic = 0.5 * (n.inertia * w * w + n.m1 * v1 * v1 + n.m2 * v2 * v2)
+        return kinetic, n.g * (n.m1 * x1 + n.m2 * x2)
+
+    def kinetic_and_supplied(self, y: list[float]) -> tuple[float, float]:
+        (kinetic, potential), at_start = self.stored(y), self._at_start
+        given = abs(y[2 * self.coordinates])
+        return kinetic, at_start[0] + given + abs(potential - at_start[1])
+
+    def smooth_until(self, t: float, y: list[float], end: float) -> float:
+        return min(end, self.drive.next_extremum(t))
+
+    # At rest all forces are linear in the drive.
+    rests_until = smooth_until
+
+    def impact(self, i: int, y: list[float], modes: list[int]) -> list[float]:
+        raise NotImplementedError  # there are no ropes
+
+    def _power_of_torque(self, u: float, v: list[float], T: float, t1: float, t2: float) -> float:
+        return u * v[0]
+
+    def _power_of_force(self, u: float, v: list[float], T: float, t1: float, t2: float) -> float:
+        return -u * self.heights(v)[1]
+
+
+def _loads(
+    n: LiftParameters, drive: "Signal", has_damping: bool
+) -> Callable[[float, float], tuple[float, float, float]]:
+    """Return a function of (t, w): the drive, P + m2 g, N, and tau - b w, N m."""
+    weight, b = n.weight_2, n.damping
+
+    def by_torque(t: float, w: float) -> tuple[float, float, float]:
+        u = drive(t)
+        return u, weight, u
+
+    def by_force(t: float, w: float) -> tuple[float, float, float]:
+        u = drive(t)
+        return u, weight + u, 0.0
+
+    loads = by_torque if n.by_torque else by_force
+
+    def damped(t: float, w: float) -> tuple[float, float, float]:
+        u, pull, torque = loads(t, w)
+        return u, pull, torque - b * w
+
+    return damped if has_damping else loads
+
+
+def _shift(n: LiftParameters, has_shaft: bool) -> Callable[[list[int]], float | None]:
+    """Return a function of the modes: s r_k, m, by which friction shifts arms; None at rest."""
+    r_k = n.r_k
+    if not has_shaft:
+        return lambda modes: 0.0
+    return lambda modes: None if modes[0] == STICK else modes[0] * r_k
+
+
+def _rigid(
+    n: LiftParameters, pull: float, torque: float, shift: float | None, taut_1: bool, taut_2: bool
+) -> tuple[float, float, float]:
+    """Return w', T1 and T2 of a cord that does not slip; the arguments are of `Lift.tensions`."""
+    a, weight = 0.0, n.m1 * n.g
+    if shift is not None:
+        arm_1, arm_2, inertia = n.r + shift, n.r - shift, n.inertia
+        if taut_1:
+            inertia += n.m1 * n.r * arm_1
+            torque -= weight * arm_1
+        if taut_2:
+            inertia += n.m2 * n.r * arm_2
+            torque += pull * arm_2
+        a = torque / inertia
+    rim = n.r * a
+    return a, weight + n.m1 * rim if taut_1 else 0.0, pull - n.m2 * rim if taut_2 else 0.0
+
+
+class RopeLift(Lift):
+    """Masses whose ropes may fall slack; the coordinates are the angle and the gaps.
+
+    A massless end has no gap, since its tension is P.
+
+    Parameters
+    ----------
+    n, others
+        See `Lift`.
+    restitution : float
+        e of an impact.
+    capture_speed : float, m/s
+        An impact with a slower rate has no restitution.
+    largest_force : float, N
+        Of all that act on a rope, for the roundoff of its tension.
+    """
+
+    own_heat = "energy_impact"
+    own_columns = ("slack",)
+
+    def __init__(
+        self,
+        n: LiftParameters,
+        *others: Any,
+        restitution: float,
+        capture_speed: float,
+        largest_force: float,
+    ) -> None:
+        ropes = list(ROPES)[: 1 if n.m2 == 0.0 else 2]
+        self.coordinates = 1 + len(ropes)
+        self.positions = tuple(f"{name}_gap" for name in ropes)
+        self.rates_of_positions = tuple(f"{name}_gap_rate" for name in ropes)
+        self.own_contacts = tuple(
+            ContactColumns(
+                name, f"{name}_gap", f"{name}_gap_rate", tension, f"{name}_mode", tension, "", ""
+            )
+            for name, tension in zip(ropes, TENSIONS, strict=False)
+        )
+        self.restitution, self.capture_speed = restitution, capture_speed
+        self.tension_roundoff = ROUNDING * largest_force
+        super().__init__(n, *others)
+
+    def tensions(
+        self, pull: float, torque: float, shift: float | None, modes: list[int]
+    ) -> tuple[float, list[float], float, float]:
+        n, first = self.n, self.first
+        taut_1 = modes[first] != SLACK
+        taut_2 = self.coordinates == 2 or modes[first + 1] != SLACK
+        a, t1, t2 = _rigid(n, pull, torque, shift, taut_1, taut_2)
+        gaps = [0.0 if taut_1 else -n.g - n.r * a]
+        if self.coordinates == 3:
+            gaps.append(0.0 if taut_2 else n.r * a - pull / n.m2)
+        return a, gaps, t1, t2
+
+    def heights(self, q: list[float]) -> tuple[float, float]:
+        rim = self.n.r * q[0]
+        return rim + q[1], (q[2] if self.coordinates == 3 else 0.0) - rim
+
+    def own_loss(self, u: float, v: list[float], T: float, t1: float, t2: float) -> float:
+        return 0.0
+
+    def own_margins(self, u: float, t1: float, t2: float) -> list[Margins]:
+        tie = self.tension_roundoff
+        return [(t1, 0.0, tie), (t2, 0.0, tie)][: self.coordinates - 1]
+
+    def own_numbers(
+        self, t: float, y: list[float], modes: list[int], t1: float, t2: float
+    ) -> list[float]:
+        sides = modes[self.first :]
+        return [sum([1 << side for side, mode in enumerate(sides) if mode == SLACK])]
+
+    def impact(self, i: int, y: list[float], modes: list[int]) -> list[float]:
+        n, count, side = self.n, self.coordinates, i - self.first
+        sign, (own, other) = (1.0, (n.m1, n.m2)) if side == 0 else (-1.0, (n.m2, n.m1))
+        gap, far = count + 1 + side, count + 2 - side
+        if count == 3 and modes[self.first + 1 - side] == SLACK:
+            other = 0.0
+        w, rate = y[count], y[gap]
+        e = self.restitution if -rate >= self.capture_speed else 0.0
+        end = shock(n, own, other, sign * w, rate, e)
+        after = list(y)
+        after[count], after[gap] = sign * end.w, end.rate
+        if count == 3 and end.other == 0.0:
+            # The body of a slack rope flies on, the rim changes its speed.
+            after[far] += n.r * (end.w - sign * w)
+        after[self.impact_heat] += (1.0 - e * e) * end.absorbed
+        if self.first:
+            after[self.impact_heat - 1] += end.heat
+        return after
+
+
+class CordLift(Lift):
+    """Masses on a cord that may slip and is always taut; the coordinates are angle and slip.
+
+    The friction T1 - T2 acts on the cord, along its slip. Its limit is (R - 1) times the tension
+    behind, R = exp(mu_s phi): T1 where it slips forward, else T2.
+    """
+
+    coordinates = 2
+    own_heat = "energy_cord_friction"
+    positions, rates_of_positions = ("cord_slip",), ("cord_slip_rate",)
+    own_columns = ("cord_force", *(f"cord_{name}" for name in MARGINS))
+    own_contacts = (
+        ContactColumns(CORD, "cord_slip", "cord_slip_rate", own_columns[0], "cord_mode",
+                       *own_columns[1:]),
+    )  # fmt: skip
+
+    def tensions(
+        self, pull: float, torque: float, shift: float | None, modes: list[int]
+    ) -> tuple[float, list[float], float, float]:
+        n, sigma = self.n, modes[-1]
+        if sigma == STICK:
+            a, t1, t2 = _rigid(n, pull, torque, shift, True, True)
+            return a, [0.0], t1, t2
+        ratio = n.kinetic_ratio if sigma == FORWARD else 1.0 / n.kinetic_ratio
+        weight = n.m1 * n.g
+        t1 = (weight * n.m2 + pull * n.m1) / (n.m2 + ratio * n.m1)
+        t2, a = ratio * t1, 0.0
+        if shift is not None:
+            a = ((t2 - t1) * n.r + torque - shift * (t1 + t2)) / n.inertia
+        return a, [(t1 - weight) / n.m1 - n.r * a], t1, t2
+
+    def heights(self, q: list[float]) -> tuple[float, float]:
+        x = self.n.r * q[0] + q[1]
+        return x, -x
+
+    def own_loss(self, u: float, v: list[float], T: float, t1: float, t2: float) -> float:
+        return (t2 - t1) * v[1]
+
+    def own_margins(self, u: float, t1: float, t2: float) -> list[Margins]:
+        ratio = self.n.static_ratio
+        tie = ROUNDING * ratio * (abs(t1) + abs(t2))
+        return [((ratio - 1.0) * t1 + (t1 - t2), (ratio - 1.0) * t2 - (t1 - t2), tie)]
+
+    def own_numbers(
+        self, t: float, y: list[float], modes: list[int], t1: float, t2: float
+    ) -> list[float]:
+        return [t1 - t2, *self.margins_if_held(len(modes) - 1, t, y, modes)]
+
+
+def mechanism_with_masses(scenario: PulleyScenario) -> Mechanism:
+    """Return the mechanism, composed of the effects in the scenario."""
+    n, start, effects = scenario.lift_parameters, scenario.mechanism, scenario.effects
+    masses = effects.hanging_masses
+    assert masses is not None  # of which it is one
+    arguments = (
+        n,
+        scenario.drive_signal,
+        (radians(start.initial_angle_deg), start.initial_angular_velocity),
+        effects.viscous_damping is not None,
+        effects.shaft_friction is not None,
+    )
+    weights = n.weight_1 + n.weight_2 + _largest_magnitude(scenario.drive.force, scenario)
+    torque = _largest_magnitude(scenario.drive.torque, scenario)
+    kinetic = 0.5 * (n.inertia + (n.m1 + n.m2) * n.r**2) * start.initial_angular_velocity**2
+    system: Lift
+    if effects.cord_friction is not None:
+        system = CordLift(*arguments)
+    else:
+        system = RopeLift(
+            *arguments,
+            restitution=masses.restitution,
+            capture_speed=masses.capture_speed,
+            largest_force=weights + torque / n.r,
+        )
+
+    def quantities(samples: Samples) -> "Quantities":
+        return impending_motion_of_lift(scenario) | _sample_quantities(samples)
+
+    def run_warnings(samples: Samples) -> list[str]:
+        speeds = ("angular_velocity", *system.rates_of_positions)
+        rests = not any(samples.columns[name].any() for name in speeds)
+        warnings = ["nothing moves: all contacts hold"] if rests else []
+        return warnings + _slack_warnings(samples.transitions)
+
+    def checks(samples: Samples) -> dict[str, Check]:
+        tensions = [samples.columns[name] for name in TENSIONS]
+        lowest = min(float(x.min(initial=0.0)) for x in tensions)
+        largest = max(weights, *(float(abs(x).max(initial=0.0)) for x in tensions))
         return {"rope_tension": Check(-lowest / largest if lowest else 0.0, TENSION_ROUNDOFF)}
 
-    def run_warnings(trajectory: "Trajectory") -> list[str]:
-        return _run_warnings(trajectory.transitions)
-
-    torque = _largest_magnitude(scenario.drive.torque, scenario) if n.by_torque else 0.0
-    speed = scenario.mechanism.initial_angular_velocity
-    inertia = n.inertia + (n.m1 + n.m2) * n.r**2
-    return {
-        "channels": channels,
-        "quantities": quantities,
-        "checks": checks,
-        "run_warnings": run_warnings,
-        "energy_scale": n.r * weights + torque + 0.5 * inertia * speed**2,
-    }
+    return Mechanism(
+        system=system,
+        columns=system.columns,
+        contacts=system.contact_columns,
+        energies=system.energies,
+        channel_info=scenario.CHANNELS,
+        effects=scenario.effect_names,
+        quantities=quantities,
+        energy_scale=lambda samples: n.r * weights + torque + kinetic,
+        run_warnings=run_warnings,
+        checks=checks,
+    )
 
 
 def _largest_magnitude(signal: Any, scenario: PulleyScenario) -> float:
@@ -172,44 +477,34 @@ def _largest_magnitude(signal: Any, scenario: PulleyScenario) -> float:
     return max(map(abs, extremes(signal, scenario.solver.duration)))
 
 
-def _displacements(q: Any, scenario: PulleyScenario) -> Any:
-    """Return the coordinates, the angle from its start."""
-    moved = np.array(q)
-    moved[0] -= np.radians(scenario.mechanism.initial_angle_deg)
-    return moved
-
-
-def _sample_quantities(
-    trajectory: "Trajectory", channels: dict[str, Any], names: Sequence[str]
-) -> Quantities:
+def _sample_quantities(samples: Samples) -> "Quantities":
     """Return the quantities of samples and events; none without a sample."""
-    if not trajectory.time.size:
+    if not samples.time.size:
         return {}
     quantities = {}
-    for name in ("rope_tension_car", "rope_tension_counterweight"):
-        quantities[f"{name}_max"] = Quantity(float(np.max(channels[name])), "N")
-        quantities[f"{name}_min"] = Quantity(float(np.min(channels[name])), "N")
-    largest = float(np.max(np.abs(channels["car_acceleration"])))
+    for name in TENSIONS:
+        quantities[f"{name}_max"] = Quantity(float(samples.columns[name].max()), "N")
+        quantities[f"{name}_min"] = Quantity(float(samples.columns[name].min()), "N")
+    largest = float(abs(samples.columns["car_acceleration"]).max())
     quantities["car_acceleration_max"] = Quantity(largest, "m/s^2")
-    quantities["car_travel"] = Quantity(float(channels["car_position"][-1]), "m")
-    if CORD in names:
-        slip = float(np.max(np.abs(channels["cord_slip"])))
+    quantities["car_travel"] = Quantity(float(samples.columns["car_position"][-1]), "m")
+    if "cord_slip" in samples.columns:
+        slip = float(abs(samples.columns["cord_slip"]).max())
         quantities["cord_slip_max"] = Quantity(slip, "m")
-        quantities["cord_slip_time"] = Quantity(
-            _first(trajectory, lambda e: e.contact == CORD and e.mode_from == STICK), "s"
-        )
+        slips = _first(samples, lambda e: e.contact == CORD and e.mode_from == STICK)
+        quantities["cord_slip_time"] = Quantity(slips, "s")
     else:
-        quantities["slack_time"] = Quantity(_first(trajectory, lambda e: e.mode_to == SLACK), "s")
+        quantities["slack_time"] = Quantity(_first(samples, lambda e: e.mode_to == SLACK), "s")
     return quantities
 
 
-def _first(trajectory: "Trajectory", applies: Callable[[Transition], bool]) -> float | None:
+def _first(samples: Samples, applies: Callable[[Transition], bool]) -> float | None:
     """Return the time of the first event of a sort up to the last sample, s; None if none."""
-    end = float(trajectory.time[-1])
-    return next((e.time for e in trajectory.transitions if applies(e) and e.time <= end), None)
+    end = float(samples.time[-1])
+    return next((e.time for e in samples.transitions if applies(e) and e.time <= end), None)
 
 
-def _run_warnings(transitions: Sequence[Transition]) -> list[str]:
+def _slack_warnings(transitions: Sequence[Transition]) -> list[str]:
     """Return a warning for each rope that fell slack: the model has no elasticity."""
     warnings = []
     for contact, body in ROPES.items():
@@ -225,346 +520,3 @@ def _run_warnings(transitions: Sequence[Transition]) -> list[str]:
             " rope: its force is undefined, and the energy lost depends on restitution"
         )
     return warnings
-
-
-class Impact(NamedTuple):
-    """An impact under way.
-
-    Attributes
-    ----------
-    w : float, rad/s
-        Speed of the pulley, positive against the pull of the rope that becomes taut.
-    rate : float, m/s
-        Of the gap.
-    other : float, kg
-        Mass on the rope of the other side; 0 if that is slack, or does not pull in the impact.
-    work, absorbed, heat : float, J
-        Work that the rope holds, and has taken up; heat of the friction of the shaft.
-    """
-
-    w: float
-    rate: float
-    other: float
-    work: float
-    absorbed: float
-    heat: float
-
-
-@compilable
-def slowing_of(n: LiftParameters, other: float, w: float) -> float:
-    """Return k, by how much an impulse slows the pulley down, up to the next stop of the shaft."""
-    if w == 0.0 and n.r_s >= n.r:
-        return 0.0
-    shift = n.r_k if w > 0.0 else -n.r_k
-    return (n.r + shift) / (n.inertia + other * n.r * (n.r - shift))
-
-
-@compilable
-def begun(n: LiftParameters, impact: Impact) -> Impact:
-    """Return an impact at the begin of a piece: the other rope falls slack where k < 0."""
-    w, rate, other, work, absorbed, heat = impact
-    if slowing_of(n, other, w) < 0.0:
-        other = 0.0
-    return Impact(w, rate, other, work, absorbed, heat)
-
-
-@compilable
-def softness_of(n: LiftParameters, own: float, impact: Impact) -> float:
-    """Return by how much an impulse changes the rate of the gap."""
-    return 1.0 / own + n.r * slowing_of(n, impact.other, impact.w)
-
-
-@compilable
-def stop_of(n: LiftParameters, impact: Impact) -> float:
-    """Return the impulse at which the shaft stops, N s; inf if it does not."""
-    slowing = slowing_of(n, impact.other, impact.w)
-    return impact.w / slowing if impact.w * slowing > 0.0 else inf
-
-
-@compilable
-def pulled(n: LiftParameters, own: float, impact: Impact, impulse: float) -> Impact:
-    """Return an impact after an impulse, N s, at most to the stop of the shaft."""
-    slowing, stop = slowing_of(n, impact.other, impact.w), stop_of(n, impact)
-    step = min(impulse, stop)
-    w = impact.w - slowing * step if impulse < stop else 0.0
-    rate = impact.rate + softness_of(n, own, impact) * step
-    work = -0.5 * (impact.rate + rate) * step
-    friction = n.r_k * (1.0 + impact.other * n.r * slowing)
-    if impact.w == 0.0 and n.r_s >= n.r:
-        friction = 0.0
-    heat = friction * 0.5 * abs(impact.w + w) * step
-    absorbed = impact.absorbed + max(work, 0.0)
-    return Impact(w, rate, impact.other, impact.work + work, absorbed, impact.heat + heat)
-
-
-@compilable
-def shock(
-    n: LiftParameters, own: float, other: float, w: float, rate: float, restitution: float
-) -> Impact:
-    """Return the end of an impact; the rate of the gap is exactly zero without restitution.
-
-    Parameters
-    ----------
-    n : LiftParameters
-    own, other : float, kg
-        Masses on the rope that becomes taut, and on the other, zero if that is slack.
-    w, rate, restitution : float
-        As of `Impact`, before it; the rate is negative.
-    """
-    impact = begun(n, Impact(w, rate, other, 0.0, 0.0, 0.0))
-    while impact.rate < 0.0:
-        impulse = -impact.rate / softness_of(n, own, impact)
-        whole = impulse < stop_of(n, impact)
-        impact = pulled(n, own, impact, impulse)
-        if whole:
-            break
-        impact = begun(n, impact)
-    w, rate, other, work, absorbed, heat = impact
-    impact = Impact(w, 0.0, other, work, absorbed, heat)
-    returned = restitution * restitution * work
-    while returned > 0.0:
-        softness, before = softness_of(n, own, impact), impact.work
-        until = sqrt(impact.rate * impact.rate + 2.0 * softness * returned)
-        impulse = (until - impact.rate) / softness
-        whole = impulse < stop_of(n, impact)
-        impact = pulled(n, own, impact, impulse)
-        if whole:
-            break
-        impact = begun(n, impact)
-        returned -= before - impact.work
-    return impact
-
-
-TURN, GAP_1, GAP_2 = 0, 1, 2  # coordinates
-
-
-@compilable
-def shaft_sticks(journal: tuple[Journal, ...], s: Any) -> bool:
-    """Return whether there is dry friction in the shaft, and it sticks."""
-    if len(journal) == 0:
-        return False
-    return s[MODES] == STICK
-
-
-@compilable
-def shift_of(journal: tuple[Journal, ...], s: Any) -> float:
-    """Return s r_k of a shaft that slides, m."""
-    if len(journal) == 0:
-        return 0.0
-    return s[MODES] * journal[0].r_k
-
-
-class Cord(NamedTuple):
-    """The ratio of the tensions of a cord that slips."""
-
-    ratio: float
-
-
-class Lift(NamedTuple):
-    """The equations of masses on a cord, which may fall slack, or with cord friction slip.
-
-    The coordinates are the angle and the gaps; a massless end has none, since its tension is P. A
-    cord that may slip is always taut: its slip is in the place of the gaps. The shaft, if it has
-    friction, is the first contact.
-
-    Attributes
-    ----------
-    P_per_u, tau_per_u : float
-        The drive is a force P on the cord or a torque tau on the pulley: 1 and 0, or 0 and 1.
-    """
-
-    drive: Curve
-    contacts: PackedContacts
-    coordinates: int
-    n: LiftParameters
-    P_per_u: float
-    tau_per_u: float
-    journal: tuple[Journal, ...]
-    damping: tuple[Damping, ...]
-    cord: tuple[Cord, ...]
-
-    def balance(self, u: float, s: Any, y: int) -> None:
-        """Write accelerations and tensions for the modes of shaft and cord."""
-        if not write_slipping(self.cord, self, u, s, y):
-            write_rigid(self, u, s, y)
-
-    def impact(self, contact: int, restitution: float, s: Any, y: int) -> None:
-        """Change the state by the impact in which the rope of a side becomes taut."""
-        n, first, v = self.n, len(self.journal), y + self.coordinates
-        side = contact - first
-        sign = 1.0 - 2.0 * side
-        gap, far = v + GAP_1 + side, v + GAP_2 - side
-        own, other = (n.m1, n.m2) if side == 0 else (n.m2, n.m1)
-        if s[MODES + first + 1 - side] == SLACK:
-            other = 0.0
-        w = s[v + TURN]
-        after = shock(n, own, other, sign * w, s[gap], restitution)
-        s[v + TURN], s[gap] = sign * after.w, after.rate
-        if self.coordinates == 3 and after.other == 0.0:
-            # The body of a slack rope flies on, the rim changes its speed.
-            s[far] += n.r * (after.w - sign * w)
-        s[HEATS + contact] += (1.0 - restitution * restitution) * after.absorbed
-        if first > 0:
-            s[HEATS] += after.heat
-
-    def heights(self, angle: Value, first: Value, last: Value) -> tuple[Value, Value]:
-        """Return x1 and x2, or their rates, of the coordinates: the angle, the next, the last."""
-        rim = self.n.r * angle
-        if self.coordinates == 3:
-            return rim + first, last - rim
-        return rim + first, -(rim + len(self.cord) * first)
-
-    def powers(self, u: float, s: Any, y: int) -> tuple[float, ...]:
-        """Return the powers of drive and damping, W."""
-        v, n = y + self.coordinates, self.coordinates
-        w = s[v + TURN]
-        rise = self.heights(w, s[v + 1], s[v + n - 1])[1]
-        drive = self.tau_per_u * u * w - self.P_per_u * u * rise
-        powers: tuple[float, ...] = with_damping_power((drive,), self.damping, w)
-        return powers
-
-    def stored_energies(self, q: Vector, v: Vector) -> tuple[Value, Value]:
-        """Return the kinetic energy, and the potential one of the masses, J."""
-        n, w = self.n, v[TURN]
-        x1, x2 = self.heights(q[TURN], q[1], q[-1])
-        v1, v2 = self.heights(w, v[1], v[-1])
-        kinetic = 0.5 * (n.inertia * w * w + n.m1 * v1 * v1 + n.m2 * v2 * v2)
-        return kinetic, n.m1 * n.g * x1 + n.m2 * n.g * x2
-
-
-@compilable
-def write_rigid(lift: Lift, u: float, s: Any, y: int) -> None:
-    """Write accelerations and tensions of a cord that does not slip."""
-    n, w = lift.n, s[y + lift.coordinates + TURN]
-    weight_1, weight_2 = n.m1 * n.g, n.m2 * n.g + lift.P_per_u * u
-    torque = with_damping(lift.tau_per_u * u, lift.damping, w)
-    # Of a side that is always taut, the mode is that of the cord, or 0 as of any that is not there.
-    first = MODES + len(lift.journal)
-    taut_1, taut_2 = s[first] != SLACK, s[first + 1] != SLACK
-    sticks, shift = shaft_sticks(lift.journal, s), shift_of(lift.journal, s)
-    acceleration = 0.0
-    if not sticks:
-        arm_1, arm_2 = n.r + shift, n.r - shift
-        inertia, driving = n.inertia, torque
-        if taut_1:
-            inertia += n.m1 * n.r * arm_1
-            driving -= weight_1 * arm_1
-        if taut_2:
-            inertia += n.m2 * n.r * arm_2
-            driving += weight_2 * arm_2
-        acceleration = driving / inertia
-    rim = n.r * acceleration
-    t1 = weight_1 + n.m1 * rim if taut_1 else 0.0
-    t2 = weight_2 - n.m2 * rim if taut_2 else 0.0
-    s[FORCES + TORQUE] = -((t2 - t1) * n.r + torque) if sticks else -shift * (t1 + t2)
-    s[FORCES + CAR], s[FORCES + OTHER] = t1, t2
-    s[ACCELERATION + TURN] = acceleration
-    s[ACCELERATION + GAP_1] = 0.0 if taut_1 else -weight_1 / n.m1 - rim
-    if lift.coordinates == 3:
-        s[ACCELERATION + GAP_2] = 0.0 if taut_2 else rim - weight_2 / n.m2
-
-
-@compilable
-def write_slipping(cord: tuple[Cord, ...], lift: Lift, u: float, s: Any, y: int) -> bool:
-    """Write accelerations and tensions of a cord that slips; return whether it does."""
-    if len(cord) == 0:
-        return False
-    sigma, n = s[MODES + len(lift.journal)], lift.n
-    if sigma == STICK:
-        return False
-    torque = with_damping(lift.tau_per_u * u, lift.damping, s[y + lift.coordinates + TURN])
-    ratio = cord[0].ratio if sigma == FORWARD else 1.0 / cord[0].ratio
-    weight_1, weight_2 = n.m1 * n.g, n.m2 * n.g + lift.P_per_u * u
-    t1 = (weight_1 * n.m2 + weight_2 * n.m1) / (n.m2 + ratio * n.m1)
-    t2 = ratio * t1
-    cord_acceleration = (t1 - weight_1) / n.m1
-    unbalance = (t2 - t1) * n.r + torque
-    acceleration, friction = 0.0, -unbalance
-    if not shaft_sticks(lift.journal, s):
-        friction = -shift_of(lift.journal, s) * (t1 + t2)
-        acceleration = (unbalance + friction) / n.inertia
-    s[ACCELERATION + TURN] = acceleration
-    s[ACCELERATION + SLIP] = cord_acceleration - n.r * acceleration
-    s[FORCES + TORQUE], s[FORCES + CAR], s[FORCES + OTHER] = friction, t1, t2
-    return True
-
-
-def mechanism_with_masses(scenario: PulleyScenario) -> MultiContactMechanism:
-    """Return the mechanism, composed of the effects in the scenario."""
-    n, start, effects = scenario.lift_parameters, scenario.mechanism, scenario.effects
-    masses, shaft = effects.hanging_masses, effects.shaft_friction
-    assert masses is not None  # of which it is one
-    contacts = [_shaft(n)] if shaft else []
-    cord = (Cord(n.kinetic_ratio),) if effects.cord_friction else ()
-    coordinates = 2 if cord or n.m2 == 0.0 else 3
-    if cord:
-        contacts.append(_cord(n))
-    else:
-        law = Unilateral(masses.restitution, masses.capture_speed)
-        contacts += [_rope(n, law, side) for side in range(coordinates - 1)]
-    damping = damping_of(effects.viscous_damping)
-    flows = ("energy_input", *(["energy_damping"] if damping else []))
-    system = Lift(
-        curve_of(scenario.drive_signal),
-        table_of(contacts),
-        coordinates,
-        n,
-        P_per_u=0.0 if n.by_torque else 1.0,
-        tau_per_u=1.0 if n.by_torque else 0.0,
-        journal=journal_of(shaft),
-        damping=damping,
-        cord=cord,
-    )
-    rest = (0.0,) * (coordinates - 1)
-    return MultiContactMechanism(
-        drive=scenario.drive_signal,
-        system=system,
-        contacts=tuple(contacts),
-        power_flows=flows,
-        stored_energies=("energy_kinetic", "energy_potential"),
-        position=(radians(start.initial_angle_deg), *rest),
-        velocity=(start.initial_angular_velocity, *rest),
-        effects=scenario.effect_names,
-        channel_info=scenario.CHANNELS,
-        **outputs(scenario, contacts, lambda q: system.heights(q[TURN], q[1], q[-1])),
-    )
-
-
-# The forms of contacts are of 1, the drive, and the forces T, T1, T2.
-
-
-def _shaft(n: LiftParameters) -> Contact:
-    """Return the contact of the shaft: its friction T has the limits r_s (T1 + T2)."""
-    static, kinetic = (0.0, 0.0, 0.0, n.r_s, n.r_s), (0.0, 0.0, 0.0, n.r_k, n.r_k)
-    driving = ROUNDING * (1.0 if n.by_torque else n.r)
-    return Contact(
-        CONTACT_NAME,
-        TURN,
-        Friction((static, static), (kinetic, kinetic)),
-        force=(0.0, 0.0, 1.0, 0.0, 0.0),
-        roundoff=(0.0, driving, ROUNDING, ROUNDING * n.r, ROUNDING * n.r),
-    )
-
-
-def _rope(n: LiftParameters, law: Unilateral, side: int) -> Contact:
-    """Return the contact of a rope, 0 of the car: its force is its tension."""
-    driving = ROUNDING / n.r if n.by_torque else ROUNDING
-    weights = ROUNDING * (n.weight_1 + n.weight_2)
-    tension = (0.0, 0.0, 0.0, 1.0, 0.0) if side == 0 else (0.0, 0.0, 0.0, 0.0, 1.0)
-    roundoff = (weights, driving, 0.0, 0.0, 0.0)
-    return Contact((CAR_ROPE, COUNTERWEIGHT_ROPE)[side], GAP_1 + side, law, tension, roundoff)
-
-
-def _cord(n: LiftParameters) -> Contact:
-    """Return the contact of the cord: its friction T1 - T2 acts on the cord, along its slip.
-
-    The limit is (ratio - 1) times the tension behind: T1 where it slips forward, else T2.
-    """
-
-    def limits(ratio: float) -> tuple[Form, Form]:
-        return (0.0, 0.0, 0.0, ratio - 1.0, 0.0), (0.0, 0.0, 0.0, 0.0, ratio - 1.0)
-
-    law = Friction(limits(n.static_ratio), limits(n.kinetic_ratio), heat="energy_cord_friction")
-    tensions = ROUNDING * n.static_ratio
-    roundoff = (0.0, 0.0, 0.0, tensions, tensions)
-    return Contact(CORD, SLIP, law, (0.0, 0.0, 0.0, 1.0, -1.0), roundoff)

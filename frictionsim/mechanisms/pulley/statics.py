@@ -10,11 +10,10 @@ A torque tau changes neither tension, so that beyond the second limit the cord s
 no torque lifts or holds the car, or moves it at a constant speed, where the cord sticks to the rim.
 """
 
-from math import inf
+from math import inf, sqrt
 from typing import NamedTuple
 
 from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
-from frictionsim.mechanisms.single_dof import sqrt
 from frictionsim.results import Quantities, Quantity, StaticQuantities
 
 

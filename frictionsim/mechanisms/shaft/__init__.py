@@ -11,7 +11,7 @@ radius e accelerates, and the force on the shaft is F - m a, of which
 
 with the components F_t along and F_n across its path, so that friction and acceleration follow
 from one quadratic equation. An end stop is a couple on the body, and no force on the shaft: see
-`frictionsim.solvers.end_stops`.
+`frictionsim.solvers.events`.
 
 References
 ----------
@@ -23,42 +23,28 @@ The model is in
     schema            the scenario's tables
     channels          what is recorded
     loads             forces and couples: moment and resultant over time, angle and speed
-    equation          the equation of motion as data: friction, end stops, energies
+    equation          the equation of motion as a sum of terms, and its dry friction
     unknowns          the keys for which eq 24 can be solved
     balance           the body at rest, linear in one unknown, and the roots of eq 24
-    statics           the body at rest, the smallest and the largest root over a turn
+    turn              the smallest and the largest root over a turn
+    statics           the body at rest, its roots, and what is said about them
     free_body         where each force acts, for pictures
 """
 
-from math import radians
+from math import sqrt
 from typing import Any
 
-from frictionsim.mechanisms.effects import CONTACT_NAME
 from frictionsim.mechanisms.shaft.channels import CHANNELS as CHANNELS
 from frictionsim.mechanisms.shaft.channels import PANELS as PANELS
-from frictionsim.mechanisms.shaft.equation import (
-    load_on_shaft,
-    loads_of,
-    shaft_of,
-    turns_with_body,
-    weights_of,
-)
-from frictionsim.mechanisms.shaft.loads import Elapsed
+from frictionsim.mechanisms.shaft.equation import Shaft, shaft_of, system_of
 from frictionsim.mechanisms.shaft.schema import ShaftScenario
 from frictionsim.mechanisms.shaft.statics import breakaway_values, check_unknown
 from frictionsim.mechanisms.shaft.statics import statics as statics
 from frictionsim.mechanisms.single_dof import METRICS as METRICS
-from frictionsim.mechanisms.single_dof import set_up, simulation_of, sqrt
+from frictionsim.mechanisms.single_dof import one_coordinate, simulation_of, start_of
 from frictionsim.results import Quantities, Quantity
-from frictionsim.solvers.end_stops import ENERGY, EVENT
-from frictionsim.solvers.mechanism import (
-    Mechanism,
-    Trajectory,
-    Value,
-    equation_of,
-    friction_of,
-    stop_torque,
-)
+from frictionsim.simulation.mechanism import Mechanism, Samples
+from frictionsim.solvers.events import STOP
 
 SCENARIO = ShaftScenario
 ShaftScenario.CHECKS = (check_unknown,)
@@ -72,80 +58,46 @@ LEAST_SHARE = 1e-100  # energies of smaller motions have no digits
 
 def build(scenario: ShaftScenario) -> Mechanism:
     """Return the mechanism, composed of the effects in the scenario."""
-    shaft, effects = shaft_of(scenario), scenario.effects
+    shaft = shaft_of(scenario)
+    system, breakaway = system_of(scenario, shaft), breakaway_values(scenario)
 
-    def reaction(trajectory: Trajectory) -> tuple[Value, Value, Value]:
-        """Return the size of the force on the shaft, and its components, N."""
-        time, angle, velocity = trajectory.drive, trajectory.position, trajectory.velocity
-        x, y = load_on_shaft(shaft, time, angle, velocity, trajectory.acceleration)
-        return sqrt(x * x + y * y), x, y
-
-    def channels(trajectory: Trajectory) -> dict[str, Value]:
-        size, x, y = reaction(trajectory)
-        angle, velocity = trajectory.position, trajectory.velocity
-        torque, _, _ = shaft.torque_and_force(trajectory.drive, angle, velocity)
-        values = {
-            "applied_torque": torque,
-            "shaft_reaction": size,
-            "reaction_x": -x,
-            "reaction_y": -y,
-        }
-        if shaft.stops:
-            values["stop_torque"] = stop_torque(shaft.stops[0], torque, angle, velocity)
-        return values
-
-    breakaway = breakaway_values(scenario)
-
-    def quantities(trajectory: Trajectory) -> Quantities:
-        if not trajectory.time.size:
+    def quantities(samples: Samples) -> Quantities:
+        if not samples.time.size:
             return breakaway
-        peak = float((reaction(trajectory)[0] + 0.0 * trajectory.time).max())
-        values = {"shaft_reaction_peak": Quantity(peak, "N")} | breakaway
-        return values | impact_quantities(trajectory) if shaft.stops else values
+        values = {"shaft_reaction_peak": Quantity(float(samples["shaft_reaction"].max()), "N")}
+        return values | breakaway | (impact_quantities(samples) if shaft.stops else {})
 
-    turns = turns_with_body(scenario, shaft)
-
-    def run_warnings(trajectory: Trajectory) -> list[str]:
+    def run_warnings(samples: Samples) -> list[str]:
         from frictionsim.simulation.run_warnings import hidden_turns
 
-        warnings = many_impacts(trajectory) if shaft.stops else []
-        if not turns:
+        warnings = many_impacts(samples) if shaft.stops else []
+        if not shaft.turns:
             return warnings
-        duration, interval = scenario.solver.duration, scenario.interval
-        return warnings + hidden_turns(trajectory.position, trajectory.velocity, interval, duration)
+        motion, duration = (samples["angle"], samples["angular_velocity"]), scenario.solver.duration
+        return warnings + hidden_turns(*motion, scenario.interval, duration)
 
-    def is_turned(trajectory: Trajectory) -> bool:
+    def is_turned(samples: Samples) -> bool:
         """Return whether a load has a moment, or the spring is deflected."""
-        angle = float(trajectory.position[0])
-        if any(spring.k * (angle - spring.q_0) for spring in shaft.spring):
-            return True
-        state = (trajectory.time, angle + 0.0 * trajectory.time, 0.0 * trajectory.time)
-        loads = [*loads_of(scenario), *weights_of(scenario)]
-        return any((load.over_samples(*state) * load.arms.at(angle)[0]).any() for load in loads)
+        angle = float(samples["angle"][0])
+        moments = [(load, load.arms.at(angle)[0]) for load in [*shaft.loads, *shaft.weights]]
+        return any(k * (angle - q_0) for k, q_0 in shaft.spring) or any(
+            arm * load.at_rest(t, angle) for load, arm in moments for t in samples.time.tolist()
+        )
 
-    damping, friction = effects.viscous_damping, effects.shaft_friction
-    flows = ("energy_input", *["energy_damping"] * bool(damping), *[ENERGY] * bool(shaft.stops))
-    has_potential = bool(shaft.weight or shaft.spring)
-    contact = friction_of(shaft, CONTACT_NAME, friction.law_of_contact()) if friction else None
-    drive = Elapsed(tuple(load.size for load in loads_of(scenario) if load.over == "time"))
-    return Mechanism(
-        drive=drive,
-        tolerance_share=tolerance_share(scenario, shaft, drive),
-        contact=contact,
-        channels=channels,
-        quantities=quantities,
-        stops=shaft.stops[0] if shaft.stops else None,
+    return one_coordinate(
+        scenario,
+        system,
+        quantities,
         run_warnings=run_warnings,
         is_turned=is_turned,
-        **equation_of(shaft, flows, ("energy_kinetic", "energy_potential")[: 1 + has_potential]),
-        **set_up(scenario),
+        tolerance_share=tolerance_share(scenario, shaft),
     )
 
 
 simulation = simulation_of(build)
 
 
-def tolerance_share(scenario: ShaftScenario, shaft: Any, drive: Elapsed) -> float:
+def tolerance_share(scenario: ShaftScenario, shaft: Shaft) -> float:
     """Return the share of the absolute tolerance that fits the motion, 1 of ordinary ones.
 
     Blocks that move by nanometres, as angles, are no motion to a tolerance of 1e-12. The size of
@@ -153,22 +105,23 @@ def tolerance_share(scenario: ShaftScenario, shaft: Any, drive: Elapsed) -> floa
     some times, and the limit of friction give the body in its place at the start; with a torsion
     spring, of what it swings by with these. Below SMALL_MOTION, it is the share.
     """
-    start, effects = scenario.mechanism, scenario.effects
-    q, fastest = radians(start.initial_angle_deg), 1.0
-    if effects.torsion_spring:
-        fastest = max(1.0, sqrt(effects.torsion_spring.stiffness / shaft.inertia))
-    size = abs(start.initial_angular_velocity) / fastest
+    (q, velocity), fastest = start_of(scenario), 1.0
+    for spring in shaft.spring:
+        fastest = max(1.0, sqrt(spring.k / shaft.inertia))
+    size = abs(velocity) / fastest
     for i in range(LOOKS + 1):
-        u = drive(scenario.solver.duration * i / LOOKS)
-        limit = shaft.static_limit(u, q) if effects.shaft_friction else 0.0
-        torque = abs(shaft.applied_torque(u, q, 0.0)) + limit
+        u = shaft.acting(scenario.solver.duration * i / LOOKS, q, 0.0)
+        torque, stops = shaft.torque(u, q, 0.0), shaft.stops
+        if stops is not None and stops.side(q) * torque > 0.0:
+            torque = 0.0
+        torque = abs(torque) + shaft.static_limit(u, q)
         size = max(size, torque / (shaft.inertia * fastest * fastest))
     return max(size, LEAST_SHARE) if 0.0 < size < SMALL_MOTION else 1.0
 
 
-def impact_quantities(trajectory: Trajectory) -> Quantities:
+def impact_quantities(samples: Samples) -> Quantities:
     """Return the number of impacts and the largest speed of one; None if there was none."""
-    speeds = impact_speeds(trajectory)
+    speeds = impact_speeds(samples)
     largest = float(speeds.max()) if speeds.size else None
     return {
         "impacts": Quantity(float(speeds.size), "1"),
@@ -176,26 +129,21 @@ def impact_quantities(trajectory: Trajectory) -> Quantities:
     }
 
 
-def impact_speeds(trajectory: Trajectory) -> Any:
+def impact_speeds(samples: Samples) -> Any:
     """Return the speeds of the body immediately before its impacts, (m,), rad/s.
 
     Events after the last sample, which a failed run may have, are ignored.
     """
     import numpy as np  # imported here because `check` does not need it
 
-    if trajectory.velocity_before is None:
-        return np.empty(0)
-    end = trajectory.time[-1] if trajectory.time.size else -np.inf
-    hits = [
-        event.contact == EVENT and event.time <= end and speed != 0.0
-        for event, speed in zip(trajectory.transitions, trajectory.velocity_before, strict=True)
-    ]
-    return np.abs(trajectory.velocity_before[np.array(hits, dtype=bool)])
+    speeds, end = np.abs(samples.before["angular_velocity"]), samples.time[-1]
+    hits = np.array([e.contact == STOP and e.time <= end for e in samples.transitions], dtype=bool)
+    return speeds[hits & (speeds != 0.0)]
 
 
-def many_impacts(trajectory: Trajectory) -> list[str]:
+def many_impacts(samples: Samples) -> list[str]:
     """Warn if the body bounces so often that the capture speed seems far too low."""
-    count = impact_speeds(trajectory).size
+    count = impact_speeds(samples).size
     if count < MANY_IMPACTS:
         return []
     return [

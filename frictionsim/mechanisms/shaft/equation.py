@@ -1,388 +1,34 @@
-"""The equation of motion of a body on a shaft, as data with the terms of its effects."""
+"""The equation of motion of a body on a shaft, as a sum of the effects in a scenario."""
 
-from array import array
-from collections.abc import Sequence
-from math import radians
+from math import cos, hypot, radians, sin, sqrt
 from sys import float_info
 from typing import Any, NamedTuple
 
-from frictionsim.mechanisms.effects import (
-    Damping,
-    Journal,
-    damping_of,
-    journal_of,
-    with_damping,
-    with_damping_power,
-)
+from frictionsim.mechanisms.effects import CONTACT_NAME, ROUNDING, viscous_damping
 from frictionsim.mechanisms.shaft.loads import (
+    ANGLE,
     COUPLE,
-    OVER,
-    ROW,
+    SPEED,
     TIME,
+    Acting,
     Arms,
+    Elapsed,
     Load,
-    Loads,
-    TableKnots,
     Triple,
-    arms_in,
+    acting_of,
     arms_of_weight,
     knots_of,
-    largest_curvature,
-    loads_in,
-    middle_and_range,
-    size_of,
+    sizes_of,
+    total_of,
 )
-from frictionsim.mechanisms.shaft.schema import Couple, Force, ShaftScenario
-from frictionsim.mechanisms.single_dof import cos, kinetic_energy_of, sin, sqrt
+from frictionsim.mechanisms.shaft.schema import Couple, Force, ShaftScenario, TorsionSpring
+from frictionsim.mechanisms.single_dof import start_of
 from frictionsim.scenario.signal_tables import AngleTable, SpeedTable, signal_from
-from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal
-from frictionsim.solvers.compilation import compilable
-from frictionsim.solvers.mechanism import EndStops, Value, stop_torque
-from frictionsim.solvers.root_finding import time_of_excess
-
-# Torque and limit are sums of products: a few roundings of each, and of numbers below the smallest
-# normal one all digits.
-ROUNDING = 16 * float_info.epsilon
-SMALLEST = float_info.min
-
-
-class LoadAndTurn(NamedTuple):
-    """Torque, N m, components of the force, N, cosine and sine of the angle."""
-
-    torque: Value
-    x: Value
-    y: Value
-    cosine: Value
-    sine: Value
-
-
-class Spring(NamedTuple):
-    """A torsion spring: a torque -k (q - q_0)."""
-
-    k: float
-    q_0: float
-
-
-class EccentricMass(NamedTuple):
-    """The load of the shaft while a body with an eccentric mass slides on it.
-
-    With p = m e, it has the components A_t - p dw/dt along the path of the mass and A_n across it,
-    A_n with the centrifugal force. From I dw/dt = M - s K and K = r_k R follows
-
-        K = r_k (I S + s r_k p D)/(I^2 - r_k^2 p^2),   D = I A_t - p M,
-        S^2 = D^2 + (I^2 - r_k^2 p^2) A_n^2
-
-    Attributes
-    ----------
-    p : float, kg m
-        First moment of the eccentric mass.
-    x, y : float
-        Its direction from the axis at q = 0, a unit vector.
-    determinant : float, kg^2 m^4
-        I^2 - r_k^2 p^2.
-    """
-
-    p: float
-    x: float
-    y: float
-    determinant: float
-
-    def direction(self, c: Value, s: Value) -> tuple[Value, Value]:
-        """Return the unit vector from the axis to the mass, by cosine and sine of the angle."""
-        return self.x * c - self.y * s, self.x * s + self.y * c
-
-
-class EccentricWeight(NamedTuple):
-    """The moment of an eccentric mass under gravity: cosine cos q + sine sin q, N m."""
-
-    cosine: float
-    sine: float
-
-
-class Shaft(NamedTuple):
-    """I dw/dt = M - k (q - q_0) - b w + T; u is the time, and M the moment of loads and weights.
-
-    Attributes
-    ----------
-    reversing_load : tuple of bool
-        Not empty if the load of the shaft may reverse.
-    """
-
-    drive: Loads
-    inertia: float
-    journal: tuple[Journal, ...]
-    weight: tuple[EccentricWeight, ...]
-    eccentric: tuple[EccentricMass, ...]
-    spring: tuple[Spring, ...]
-    damping: tuple[Damping, ...]
-    stops: tuple[EndStops, ...]
-    surfaces: tuple[TableKnots, ...]
-    reversing_load: tuple[bool, ...]
-    breaks: "array[float]"
-
-    def torque_and_force(
-        self, time: Value, angle: Value, velocity: Value
-    ) -> tuple[Value, Value, Value]:
-        """Return the torque of all but friction and stops, N m, and the resultant of forces, N."""
-        moment, x, y, c, s = self.drive.resultant(time, angle, velocity)
-        return _with_effects(self, moment, (angle, c, s), velocity), x, y
-
-    def applied_torque(self, time: Value, angle: Value, velocity: Value) -> Value:
-        """Return the torque of all but dry friction, N m."""
-        torque, _, _ = self.torque_and_force(time, angle, velocity)
-        return _with_stop(self.stops, torque, angle, velocity)
-
-    def static_limit(self, time: Value, angle: Value) -> Value:
-        """Return r_s R, N m."""
-        _, x, y, _, _ = self.drive.resultant(time, angle, 0.0)
-        return self.journal[0].r_s * sqrt(x * x + y * y)
-
-    def kinetic_limit(self, time: Value, angle: Value, velocity: Value, s: Value) -> Value:
-        """Return r_k R while sliding in direction s, N m."""
-        _, limit, _ = self.torques_and_powers(time, angle, velocity, s)
-        return limit
-
-    def torques_and_powers(
-        self, time: Value, angle: Value, velocity: Value, s: Value
-    ) -> tuple[Value, Value, tuple[Value, ...]]:
-        """Return the applied torque, its kinetic limit, N m, and the powers, W."""
-        moment, x, y, cosine, sine = self.drive.resultant(time, angle, velocity)
-        torque = _with_effects(self, moment, (angle, cosine, sine), velocity)
-        load = LoadAndTurn(torque, x, y, cosine, sine)
-        limit = _kinetic_limit(self.eccentric, self, load, velocity, s)
-        applied = _with_stop(self.stops, torque, angle, velocity)
-        return applied, limit, _powers(self, moment, velocity)
-
-    def powers(self, time: Value, angle: Value, velocity: Value) -> tuple[Value, ...]:
-        """Return the powers of the loads, of damping and of the stops, W."""
-        moment, _, _, _, _ = self.drive.resultant(time, angle, velocity)
-        powers: tuple[Value, ...] = _powers(self, moment, velocity)
-        return powers
-
-    def contact_load(self, time: float, angle: float, velocity: float) -> tuple[float, float]:
-        """Return a vector in proportion to the load of the shaft while it slides.
-
-        That of an eccentric mass passes zero in no more than single points of a run, but it passes
-        close to it, and friction has then all but a corner.
-        """
-        moment, x, y, c, s = self.drive.resultant(time, angle, velocity)
-        torque = _with_effects(self, moment, (angle, c, s), velocity)
-        load = LoadAndTurn(torque, x, y, c, s)
-        sliding: tuple[float, float] = _sliding_load(self.eccentric, self, load, velocity)
-        return sliding
-
-    def roundoff(self, time: Value, angle: Value) -> Value:
-        """Return the roundoff of the torque and its limit at rest, N m."""
-        return ROUNDING * self.terms(time, angle) + SMALLEST
-
-    def terms(self, time: Value, angle: Value) -> Value:
-        """Return the sum of the terms of torque and limit at rest, N m."""
-        return _with_spring_size(self.spring, self.drive.sizes(time, angle), angle)
-
-    def stored_energies(self, angle: Value, velocity: Value) -> tuple[Value, ...]:
-        """Return the kinetic energy, and the potential one of eccentric mass and spring, J."""
-        kinetic = kinetic_energy_of(self.inertia, velocity)
-        energies: tuple[Value, ...] = _with_potential(self.weight, self.spring, kinetic, angle)
-        return energies
-
-    def first_excess(self, angle: float, begin: float, end: float) -> float:
-        """Return a time up to which the torque at rest exceeds its limit at most once, s."""
-        r_s, closed = self.journal[0].r_s, _closed_direction(self.stops, angle)
-        # At once, however many periods the loads have until then.
-        forward = closed != 1.0 and largest_excess(self, r_s, 1.0, angle, begin, end) >= 0.0
-        backward = closed != -1.0 and largest_excess(self, r_s, -1.0, angle, begin, end) >= 0.0
-        if forward:
-            end = _first_excess(self, r_s, 1.0, angle, begin, end)
-        if backward:
-            end = _first_excess(self, r_s, -1.0, angle, begin, end)
-        return end
-
-    def first_departure(self, angle: float, begin: float, end: float) -> float:
-        """Return a time up to which the torque on a body on a stop turns away at most once, s."""
-        s = -_closed_direction(self.stops, angle)
-        if largest_excess(self, 0.0, s, angle, begin, end) < 0.0:
-            return end
-        return _first_excess(self, 0.0, s, angle, begin, end)
-
-
-@compilable
-def _with_effects(shaft: Shaft, moment: Value, turned: Triple, velocity: Value) -> Value:
-    """Return the moment of the loads with the torques of weight, spring and damping, N m.
-
-    `turned` are the angle, its cosine and its sine.
-    """
-    angle, c, s = turned
-    torque = _with_spring(shaft.spring, _with_weight(shaft.weight, moment, c, s), angle)
-    return with_damping(torque, shaft.damping, velocity)
-
-
-@compilable
-def _powers(shaft: Shaft, moment: Value, velocity: Value) -> Any:
-    powers = with_damping_power((moment * velocity,), shaft.damping, velocity)
-    return _with_impacts(shaft.stops, powers)
-
-
-@compilable
-def _with_weight(weight: tuple[EccentricWeight, ...], moment: Value, c: Value, s: Value) -> Value:
-    if len(weight) == 0:
-        return moment
-    return moment + (weight[0].cosine * c + weight[0].sine * s)
-
-
-@compilable
-def _with_spring(spring: tuple[Spring, ...], moment: Value, angle: Value) -> Value:
-    if len(spring) == 0:
-        return moment
-    return moment - spring[0].k * (angle - spring[0].q_0)
-
-
-@compilable
-def _with_spring_size(spring: tuple[Spring, ...], terms: Value, angle: Value) -> Value:
-    if len(spring) == 0:
-        return terms
-    return terms + spring[0].k * abs(angle - spring[0].q_0)
-
-
-@compilable
-def _with_stop(stops: tuple[EndStops, ...], torque: Value, angle: Value, velocity: Value) -> Value:
-    if len(stops) == 0:
-        return torque
-    return torque + stop_torque(stops[0], torque, angle, velocity)
-
-
-@compilable
-def _with_impacts(stops: tuple[EndStops, ...], powers: Any) -> Any:
-    if len(stops) == 0:
-        return powers
-    return (*powers, 0.0)
-
-
-@compilable
-def _with_potential(
-    weight: tuple[EccentricWeight, ...], spring: tuple[Spring, ...], kinetic: Value, angle: Value
-) -> Any:
-    if len(weight) == 0:
-        if len(spring) == 0:
-            return (kinetic,)
-        return kinetic, _energy_of(spring[0], angle)
-    raised = weight[0].sine * cos(angle) - weight[0].cosine * sin(angle)
-    if len(spring) == 0:
-        return kinetic, raised
-    return kinetic, raised + _energy_of(spring[0], angle)
-
-
-@compilable
-def _energy_of(spring: Spring, angle: Value) -> Value:
-    turned = angle - spring.q_0
-    return 0.5 * spring.k * turned * turned
-
-
-@compilable
-def _closed_direction(stops: tuple[EndStops, ...], angle: float) -> float:
-    """Return the direction in which a stop keeps the body from turning; 0 for none."""
-    if len(stops) == 0:
-        return 0.0
-    return 1.0 if angle >= stops[0].highest else -1.0 if angle <= stops[0].lowest else 0.0
-
-
-@compilable
-def _kinetic_limit(
-    eccentric: tuple[EccentricMass, ...],
-    shaft: Shaft,
-    load: LoadAndTurn,
-    velocity: Value,
-    s: Value,
-) -> Value:
-    r_k = shaft.journal[0].r_k
-    if len(eccentric) == 0:
-        return r_k * sqrt(load.x * load.x + load.y * load.y)
-    p, determinant = eccentric[0].p, eccentric[0].determinant
-    difference, normal, _, _ = _along_and_across(eccentric[0], shaft, load, velocity)
-    root = sqrt(difference * difference + determinant * normal * normal)
-    return r_k * (shaft.inertia * root + s * r_k * p * difference) / determinant
-
-
-@compilable
-def _along_and_across(
-    eccentric: EccentricMass, shaft: Shaft, load: LoadAndTurn, velocity: Value
-) -> tuple[Value, Value, Value, Value]:
-    """Return D and A_n, and cosine and sine of the azimuth of the mass."""
-    torque, x, y, cosine, sine = load
-    c, d = eccentric.direction(cosine, sine)
-    normal = x * c + y * d + eccentric.p * velocity * velocity
-    return shaft.inertia * (y * c - x * d) - eccentric.p * torque, normal, c, d
-
-
-@compilable
-def _sliding_load(
-    eccentric: tuple[EccentricMass, ...],
-    shaft: Shaft,
-    load: LoadAndTurn,
-    velocity: float,
-) -> tuple[float, float]:
-    if len(eccentric) == 0:
-        return load.x, load.y
-    along, normal, c, d = _along_and_across(eccentric[0], shaft, load, velocity)
-    across = sqrt(eccentric[0].determinant) * normal
-    return across * c - along * d, across * d + along * c
-
-
-@compilable
-class Excess(NamedTuple):
-    """The torque at rest beyond its limit and its roundoff, as a function of time, N m."""
-
-    shaft: Shaft
-    r_s: float
-    s: float
-    angle: float
-
-    def at(self, t: float) -> float:
-        """Return the excess at a time, s."""
-        torque, x, y = self.shaft.torque_and_force(t, self.angle, 0.0)
-        limit = self.r_s * sqrt(x * x + y * y) + self.shaft.roundoff(t, self.angle)
-        return self.s * torque - limit
-
-    def slope(self, t: float) -> float:
-        """Return the derivative after a time, N m/s; the roundoff counts as constant."""
-        moment, dx, dy = self.shaft.drive.rates(t, self.angle)
-        _, x, y, _, _ = self.shaft.drive.resultant(t, self.angle, 0.0)
-        size = sqrt(x * x + y * y)
-        growth = (x * dx + y * dy) / size if size > 0.0 else sqrt(dx * dx + dy * dy)
-        return self.s * moment - self.r_s * growth
-
-
-@compilable
-def _first_excess(
-    shaft: Shaft, r_s: float, s: float, angle: float, begin: float, end: float
-) -> float:
-    loads, curvature = shaft.drive, 0.0
-    for k in range(0, len(loads.rows), ROW):
-        if loads.rows[k + OVER] == TIME:
-            moment, x, y = arms_in(loads.rows, k).at(angle)
-            arm = abs(moment) + r_s * sqrt(x * x + y * y)
-            curvature += largest_curvature(loads, k, begin, end) * arm
-    excess, tie = Excess(shaft, r_s, s, angle), shaft.roundoff(begin, angle)
-    return time_of_excess(excess, curvature, begin, end, tie)
-
-
-@compilable
-def largest_excess(
-    shaft: Shaft, r_s: float, s: float, angle: float, begin: float, end: float
-) -> float:
-    """Return a bound of the excess of torque over limit at rest between two times, N m.
-
-    The signals are smooth between the times.
-    """
-    loads, slack = shaft.drive, 0.0
-    applied, x, y = shaft.torque_and_force(begin, angle, 0.0)
-    for k in range(0, len(loads.rows), ROW):
-        if loads.rows[k + OVER] == TIME:
-            moment, dx, dy = arms_in(loads.rows, k).at(angle)
-            middle, bound = middle_and_range(loads, k, begin, end)
-            change = middle - size_of(loads.rows, loads.pieces, k, begin, angle, 0.0)
-            applied, x, y = applied + change * moment, x + change * dx, y + change * dy
-            slack += bound * (abs(moment) + r_s * sqrt(dx * dx + dy * dy))
-    return s * applied - r_s * sqrt(x * x + y * y) + slack
+from frictionsim.scenario.signals import Constant, PiecewiseLinear
+from frictionsim.solvers.roots import time_of_excess
+from frictionsim.solvers.system import INPUT, EndStops, Friction, OneCoordinate, Term
+
+SMALLEST = float_info.min  # numbers below it have no digits left
 
 
 def loads_of(scenario: ShaftScenario) -> list[Load]:
@@ -394,15 +40,14 @@ def loads_of(scenario: ShaftScenario) -> list[Load]:
 def load_of(part: Force | Couple, arms: Arms) -> Load:
     """Return the load of a table of the scenario."""
     size = part.size
+    if not isinstance(size, SpeedTable | AngleTable):
+        return Load(arms, signal_from(size))
     if isinstance(size, SpeedTable):
-        return Load(arms, _points(size.speed, size.value), "speed")
-    if isinstance(size, AngleTable):
-        return Load(arms, _points([radians(x) for x in size.angle_deg], size.value), "angle")
-    return Load(arms, signal_from(size))
-
-
-def _points(x: Sequence[float], values: Sequence[float]) -> Signal:
-    return Constant(values[0]) if len(set(values)) == 1 else PiecewiseLinear(x, values)
+        over, x = SPEED, list(size.speed)
+    else:
+        over, x = ANGLE, [radians(angle) for angle in size.angle_deg]
+    is_one = len(set(size.value)) == 1
+    return Load(arms, Constant(size.value[0]) if is_one else PiecewiseLinear(x, size.value), over)
 
 
 def weights_of(scenario: ShaftScenario) -> list[Load]:
@@ -417,61 +62,331 @@ def weights_of(scenario: ShaftScenario) -> list[Load]:
     return loads
 
 
+class Spring(NamedTuple):
+    """A torsion spring: a torque -k (q - q_0)."""
+
+    k: float
+    q_0: float
+
+
+class EccentricMass:
+    """The load of the shaft with a mass m at the radius e from the axis.
+
+    It has the components A_t - p dw/dt along the path of the mass and A_n across it, A_n with the
+    centrifugal force. While the body slides, from I dw/dt = M - s K and K = r_k R follows
+
+        K = r_k (I S + s r_k p D)/(I^2 - r_k^2 p^2),   D = I A_t - p M,
+        S^2 = D^2 + (I^2 - r_k^2 p^2) A_n^2
+
+    Parameters
+    ----------
+    p : float, kg m
+        First moment m e.
+    azimuth : float, rad
+        At q = 0.
+    inertia : float, kg m^2
+        I, with the mass.
+    r_k : float, m
+    """
+
+    def __init__(self, p: float, azimuth: float, inertia: float, r_k: float) -> None:
+        self.p, self.x, self.y = p, cos(azimuth), sin(azimuth)
+        self.inertia, self.r_k = inertia, r_k
+        self.determinant = (inertia - r_k * p) * (inertia + r_k * p)
+
+    def direction(self, u: Acting) -> tuple[float, float]:
+        """Return the unit vector from the axis to the mass."""
+        _, _, _, _, c, s = u
+        return self.x * c - self.y * s, self.x * s + self.y * c
+
+    def sliding_load(self, u: Acting, v: float, applied: float) -> tuple[float, float]:
+        """Return D, and A_n times the root of the determinant."""
+        (_, _, x, y, _, _), (c, d) = u, self.direction(u)
+        along = self.inertia * (y * c - x * d) - self.p * applied
+        return along, sqrt(self.determinant) * (x * c + y * d + self.p * v * v)
+
+    def kinetic_limit(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
+        """Return K, N m."""
+        along, across = self.sliding_load(u, v, applied)
+        root, r_k = hypot(along, across), self.r_k
+        return r_k * (self.inertia * root + s * r_k * self.p * along) / self.determinant
+
+    def load(self, u: Acting, v: float, a: float) -> tuple[float, float]:
+        """Return the force of the body on the shaft at an acceleration, N, right and up."""
+        (_, _, x, y, _, _), (c, s) = u, self.direction(u)
+        outward, along = self.p * v * v, -self.p * a
+        return x + outward * c - along * s, y + outward * s + along * c
+
+
+class Shaft:
+    """What acts on the body, of numbers.
+
+    Attributes
+    ----------
+    acting : callable
+        Of time, s, angle, rad, and speed, rad/s: `loads.Acting`.
+    parts : list of Term
+        The torques of loads, eccentric mass, spring and damping.
+    inertia : float, kg m^2
+    loads, weights : list of Load
+    forces : list of Load
+        All of them, the weights without their moments, which are stored energies and no input.
+    r_s, r_k : float, m
+        Friction radii; zero without dry friction.
+    eccentric : EccentricMass or None
+    spring : tuple of Spring
+        One, or none.
+    stops : EndStops or None
+    """
+
+    def __init__(self, scenario: ShaftScenario) -> None:
+        effects, self.inertia = scenario.effects, scenario.inertia
+        journal, mass, stops = effects.shaft_friction, effects.eccentric_mass, effects.end_stops
+        self.r_s = journal.static_radius if journal else 0.0
+        self.r_k = journal.kinetic_radius if journal else 0.0
+        self.spring = _spring_of(effects.torsion_spring)
+        self.loads, self.weights = loads_of(scenario), weights_of(scenario)
+        (_, x, y), (cosine, *_), (sine, *_) = total_of(self.weights)
+        self.forces = [*self.loads, Load(Arms((0.0, x, y)), Constant(1.0))]
+        self.acting = acting_of(self.forces)
+        self._sizes = sizes_of([*self.loads, *self.weights], self.r_s)
+        self.eccentric = None
+        if mass is not None and mass.first_moment:
+            azimuth = radians(mass.azimuth_deg)
+            self.eccentric = EccentricMass(mass.first_moment, azimuth, self.inertia, self.r_k)
+        self.stops = None
+        if stops is not None:
+            limits = stops.lowest, stops.highest
+            self.stops = EndStops(*limits, stops.restitution, stops.capture_speed)
+        self.parts = [
+            Term(lambda u, q, v: u[1], INPUT),
+            *(_eccentric_weight(cosine, sine) if effects.gravity and mass else []),
+            *[term_of(spring) for spring in self.spring],
+            *viscous_damping(effects.viscous_damping),
+        ]
+        self._torques: list[Any] = [part.torque for part in self.parts]
+
+    def torque(self, u: Acting, q: float, v: float) -> float:
+        """Return the torque of all but dry friction and end stops, N m."""
+        return sum([torque(u, q, v) for torque in self._torques])
+
+    def torque_and_force(self, time: float, angle: float, velocity: float) -> Triple:
+        """Return this torque, N m, and the resultant of all forces, N."""
+        u = self.acting(time, angle, velocity)
+        return self.torque(u, angle, velocity), u[2], u[3]
+
+    def static_limit(self, u: Acting, q: float) -> float:
+        """Return r_s R at rest, N m."""
+        return self.r_s * hypot(u[2], u[3])
+
+    def kinetic_limit(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
+        """Return r_k R without an eccentric mass, N m."""
+        return self.r_k * hypot(u[2], u[3])
+
+    def terms(self, time: float, angle: float) -> float:
+        """Return the sum of the terms of torque and limit at rest, N m."""
+        terms = self._sizes(time, angle)
+        return terms + sum([k * abs(angle - q_0) for k, q_0 in self.spring])
+
+    def roundoff(self, time: float, angle: float) -> float:
+        """Return the roundoff of the torque and its limit at rest, N m."""
+        return ROUNDING * self.terms(time, angle) + SMALLEST
+
+    def turning_load(self, u: Acting, q: float, v: float) -> tuple[float, float]:
+        """Return a vector in proportion to the load of the shaft while it slides.
+
+        That of an eccentric mass passes zero in no more than single points of a run, but it passes
+        close to it, and friction has then all but a corner.
+        """
+        if self.eccentric is None:
+            return u[2], u[3]
+        along, across = self.eccentric.sliding_load(u, v, self.torque(u, q, v))
+        c, d = self.eccentric.direction(u)
+        return across * c - along * d, across * d + along * c
+
+    @property
+    def may_reverse(self) -> bool:
+        """Whether the load of the shaft may pass zero."""
+        fixed, turning, _ = total_of(load for load in self.forces if load.is_constant)
+        varying = [load.arms for load in self.forces if not load.is_constant]
+        varies = any(any(triple[1:]) for arms in varying for triple in arms)
+        return self.eccentric is not None or varies or (any(fixed[1:]) and any(turning[1:]))
+
+    @property
+    def turns(self) -> bool:
+        """Whether a moment or a component of a force depends on the angle of the body."""
+        every = [*self.forces, *self.weights]
+        return (
+            self.eccentric is not None
+            or total_of(load for load in every if load.is_constant).turn
+            or any(load.arms.turn or load.over == ANGLE for load in every if not load.is_constant)
+        )
+
+
 def shaft_of(scenario: ShaftScenario) -> Shaft:
-    """Return the equation with the terms of the effects in the scenario."""
-    effects, loads, weights = scenario.effects, loads_of(scenario), weights_of(scenario)
-    spring, stops, eccentric = effects.torsion_spring, effects.end_stops, effects.eccentric_mass
-    journal, inertia = journal_of(effects.shaft_friction), scenario.inertia
-    r_s, r_k = journal[0] if journal else Journal(0.0, 0.0)
-    driving, weight = loads_in(loads, r_s), loads_in(weights, r_s)
-    (_, x, y), (cosine, *_), (sine, *_) = weight.constant
-    all_loads = driving._replace(
-        constant=driving.constant.plus(Arms((0.0, x, y))), scale=driving.scale + weight.scale
-    )
-    p = eccentric.first_moment if eccentric else 0.0
-    azimuth = radians(eccentric.azimuth_deg) if eccentric else 0.0
-    mass = EccentricMass(p, cos(azimuth), sin(azimuth), (inertia - r_k * p) * (inertia + r_k * p))
-    fixed, turning, _ = all_loads.constant
-    varies = any(any(triple[1:]) for load in loads if not load.is_constant for triple in load.arms)
-    reverses = journal and (p or varies or (any(fixed[1:]) and any(turning[1:])))
-    return Shaft(
-        all_loads,
-        inertia,
-        journal,
-        weight=(EccentricWeight(cosine, sine),) if effects.gravity and eccentric else (),
-        eccentric=(mass,) if p else (),
-        spring=(Spring(spring.stiffness, radians(spring.free_angle_deg)),) if spring else (),
-        damping=damping_of(effects.viscous_damping),
-        stops=(EndStops(stops.lowest, stops.highest, stops.restitution, stops.capture_speed),)
-        if stops
-        else (),
-        surfaces=knots_of(loads),
-        reversing_load=(True,) if reverses else (),
-        breaks=array("d"),
-    )
+    """Return what acts on the body of a scenario."""
+    return Shaft(scenario)
 
 
-def load_on_shaft(
-    shaft: Shaft, time: Value, angle: Value, velocity: Value, acceleration: Value
-) -> tuple[Value, Value]:
-    """Return the force of the body on the shaft, components to the right and upwards, N."""
-    _, x, y, cosine, sine = shaft.drive.resultant(time, angle, velocity)
-    if not shaft.eccentric:
-        return x, y
-    p, (c, s) = shaft.eccentric[0].p, shaft.eccentric[0].direction(cosine, sine)
-    outward, along = p * velocity * velocity, -p * acceleration
-    return (
-        x + outward * c - along * s,
-        y + outward * s + along * c,
-    )
+def _eccentric_weight(cosine: float, sine: float) -> list[Term]:
+    return [
+        Term(
+            lambda u, q, v: cosine * u[4] + sine * u[5],
+            potential=lambda q: sine * cos(q) - cosine * sin(q),
+        )
+    ]
 
 
-def turns_with_body(scenario: ShaftScenario, shaft: Shaft) -> bool:
-    """Return whether a moment or a component of a force depends on the angle of the body."""
-    variable = [load for load in loads_of(scenario) if not load.is_constant]
-    return (
-        bool(shaft.eccentric)
-        or shaft.drive.constant.turn
-        or any(any(weight) for weight in shaft.weight)
-        or any(load.arms.turn or load.over == "angle" for load in variable)
+def _spring_of(table: TorsionSpring | None) -> tuple[Spring, ...]:
+    return () if table is None else (Spring(table.stiffness, radians(table.free_angle_deg)),)
+
+
+def term_of(spring: Spring) -> Term:
+    """Return the torque of a torsion spring."""
+    k, q_0 = spring
+    return Term(lambda u, q, v: -k * (q - q_0), potential=lambda q: 0.5 * k * (q - q_0) * (q - q_0))
+
+
+class Excess:
+    """The torque at rest beyond its limit and its roundoff in a direction, over time, N m.
+
+    Parameters
+    ----------
+    shaft : Shaft
+    r_s : float, m
+        Zero on an end stop of a body without dry friction.
+    s : {1, -1}
+    angle : float, rad
+    """
+
+    def __init__(self, shaft: Shaft, r_s: float, s: int, angle: float) -> None:
+        self.shaft, self.r_s, self.s, self.angle = shaft, r_s, s, angle
+        self.changing = [
+            (load.size, load.arms.at(angle))
+            for load in shaft.loads
+            if load.over == TIME and not load.is_constant
+        ]
+
+    def at(self, t: float) -> float:
+        """Return the excess at a time, s."""
+        torque, x, y = self.shaft.torque_and_force(t, self.angle, 0.0)
+        return self.s * torque - self.r_s * hypot(x, y) - self.shaft.roundoff(t, self.angle)
+
+    def slope(self, t: float) -> float:
+        """Return the derivative after a time, N m/s; the roundoff counts as constant."""
+        moment = dx = dy = 0.0
+        for size, (arm, a_x, a_y) in self.changing:
+            rate = size.derivative(t)
+            moment, dx, dy = moment + rate * arm, dx + rate * a_x, dy + rate * a_y
+        _, x, y = self.shaft.torque_and_force(t, self.angle, 0.0)
+        force = hypot(x, y)
+        growth = (x * dx + y * dy) / force if force > 0.0 else hypot(dx, dy)
+        return self.s * moment - self.r_s * growth
+
+    def largest(self, begin: float, end: float) -> float:
+        """Return a bound of the excess without roundoff between two times, s.
+
+        The signals are smooth between the times.
+        """
+        (torque, x, y), slack = self.shaft.torque_and_force(begin, self.angle, 0.0), 0.0
+        for size, (arm, a_x, a_y) in self.changing:
+            lowest, highest = size.extremes(begin, end)
+            change = 0.5 * (lowest + highest) - size(begin)
+            torque, x, y = torque + change * arm, x + change * a_x, y + change * a_y
+            slack += 0.5 * (highest - lowest) * (abs(arm) + self.r_s * hypot(a_x, a_y))
+        return self.s * torque - self.r_s * hypot(x, y) + slack
+
+    def time(self, begin: float, end: float) -> float:
+        """Return a time up to which the excess becomes positive at most once, s."""
+        curvature = sum(
+            size.curvature(begin, end) * (abs(arm) + self.r_s * hypot(x, y))
+            for size, (arm, x, y) in self.changing
+        )
+        tie = self.shaft.roundoff(begin, self.angle)
+        until: float = time_of_excess(self, curvature, begin, end, tie)
+        return until
+
+
+def first_excess(shaft: Shaft, r_s: float, angle: float, begin: float, end: float) -> float:
+    """Return a time up to which the torque at rest exceeds its limit at most once, s.
+
+    A stop keeps the body from turning in its direction.
+    """
+    closed = 0 if shaft.stops is None else shaft.stops.side(angle)
+    both = [Excess(shaft, r_s, s, angle) for s in (1, -1) if s != closed]
+    # At once, however many periods the loads have until then.
+    for excess in [excess for excess in both if excess.largest(begin, end) >= 0.0]:
+        end = excess.time(begin, end)
+    return end
+
+
+class Reversal:
+    """The surface at which the load of the shaft has turned by a right angle within a step.
+
+    A load that passes zero turns by two at once, where its size, and friction with it, has a
+    corner.
+    """
+
+    event = ""
+
+    def __init__(self, shaft: Shaft) -> None:
+        self.shaft = shaft
+
+    def beyond(self, step: Any, t: float, y: list[float]) -> float:
+        """Return the negative product of the load and that at the start of the step."""
+        x_old, y_old = self._load(step.t_old, step.y_old)
+        across, up = self._load(t, y)
+        return -(across * x_old + up * y_old)
+
+    def _load(self, t: float, y: list[float]) -> tuple[float, float]:
+        u = self.shaft.acting(t, y[0], y[1])
+        return self.shaft.turning_load(u, y[0], y[1])
+
+
+def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
+    """Return the equation of motion.
+
+        I dw/dt = M - k (q - q_0) - b w + T,   |T| <= r_s R sticking,   T = -s K sliding
+
+    M is the moment of loads and weights. The kinetic limit K is r_k R of the resultant R of all
+    forces, and with an eccentric mass that of `EccentricMass`.
+    """
+    journal, stops, eccentric = scenario.effects.shaft_friction, shaft.stops, shaft.eccentric
+    friction = None
+    if journal is not None:
+        friction = Friction(
+            CONTACT_NAME,
+            static=shaft.static_limit,
+            kinetic=eccentric.kinetic_limit if eccentric else shaft.kinetic_limit,
+            roundoff=lambda u, q: shaft.roundoff(u[0], q),
+            **journal.law_of_contact(),
+        )
+
+    def recorded(u: Acting, q: float, v: float, a: float) -> list[float]:
+        torque = shaft.torque(u, q, v)
+        x, y = eccentric.load(u, v, a) if eccentric else (u[2], u[3])
+        numbers = [torque, hypot(x, y), -x, -y]
+        if stops is not None:
+            numbers.append(-torque if v == 0.0 and stops.side(q) * torque > 0.0 else 0.0)
+        return numbers
+
+    return OneCoordinate(
+        Elapsed(tuple(load.size for load in shaft.loads if load.over == TIME)),
+        shaft.acting,
+        shaft.inertia,
+        shaft.parts,
+        friction,
+        start=start_of(scenario),
+        first_excess=lambda q, a, b: first_excess(shaft, shaft.r_s, q, a, b),
+        first_departure=lambda q, a, b: first_excess(shaft, 0.0, q, a, b),
+        surfaces=(
+            *knots_of(shaft.loads),
+            *([Reversal(shaft)] if friction is not None and shaft.may_reverse else []),
+        ),
+        stops=stops,
+        channels=(
+            *("applied_torque", "shaft_reaction", "reaction_x", "reaction_y"),
+            *(["stop_torque"] if stops is not None else []),
+        ),
+        recorded=recorded,
     )

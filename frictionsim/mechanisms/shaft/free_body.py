@@ -1,8 +1,8 @@
 """The free-body diagram of a body on a shaft: where each force acts, how large it is, the reaction.
 
-Sizes, moments and resultants are those of the equation of motion; only the points of application
-are found here. A cord of arm r that leaves the body in the unit direction d touches it at the point
-p with p x d = r, which is r (d_y, -d_x).
+Sizes and directions are those of the equation of motion; points of application, moments and
+resultants follow from them. A cord of arm r that leaves the body in the unit direction d touches it
+at the point p with p x d = r, which is r (d_y, -d_x).
 """
 
 from math import hypot, radians
@@ -10,12 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.shaft.equation import (
-    load_on_shaft,
-    loads_of,
-    shaft_of,
-    weights_of,
-)
+from frictionsim.mechanisms.shaft.equation import Shaft, loads_of, shaft_of
+from frictionsim.mechanisms.shaft.loads import ANGLE, SPEED, TIME
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -126,35 +122,40 @@ def free_body(scenario: "ShaftScenario", motion: "tuple[Array, Array, Array, Arr
     derivatives count where `channels_needed` names them.
     """
     time, angle, velocity, acceleration = (np.asarray(values, dtype=float) for values in motion)
-    zero = np.zeros_like(time)
     shaft, state = shaft_of(scenario), (time, angle, velocity)
-    moment, across, up = (part + zero for part in shaft.torque_and_force(*state))
-    load_across, load_up = (
-        component + zero for component in load_on_shaft(shaft, *state, acceleration)
-    )
-    forces = _forces(scenario, state)
+    zero = np.zeros_like(time)
+    forces, couples = _forces(scenario, shaft, state), _couples(scenario, shaft, state)
+    moment = sum((force.x * force.up - force.y * force.across for force in forces), zero)
+    across = sum((force.across for force in forces), zero)
+    up = sum((force.up for force in forces), zero)
+    loads = [across, up]
     eccentric = scenario.effects.eccentric_mass
     if eccentric is not None:
         place = _turned((eccentric.radius, 0.0), angle + radians(eccentric.azimuth_deg))
-        inert = load_across - across, load_up - up
+        # The centre of mass accelerates by a J p - w^2 p at the place p, J a quarter turn.
+        (x, y), w_2, m = place, velocity * velocity, eccentric.mass
+        inert = m * (w_2 * x + acceleration * y), m * (w_2 * y - acceleration * x)
         size = np.hypot(*inert)
         along = (component / np.where(size > 0.0, size, 1.0) for component in inert)
         forces.append(AppliedForce(INERTIA_FORCE, "inertia", *place, size, *along))
+        loads = [component + part for component, part in zip(loads, inert, strict=True)]
     return FreeBody(
         tuple(forces),
-        tuple(_couples(scenario, state)),
-        moment,
+        tuple(couples),
+        sum((couple.size for couple in couples), moment),
         across,
         up,
-        -load_across,
-        -load_up,
+        -loads[0],
+        -loads[1],
         sum((np.abs(force.size) for force in forces), zero),
     )
 
 
-def _forces(scenario: "ShaftScenario", state: "tuple[Array, Array, Array]") -> list[AppliedForce]:
-    loads, weights, forces = loads_of(scenario), weights_of(scenario), []
-    for force, load in zip(scenario.forces, loads, strict=False):
+def _forces(
+    scenario: "ShaftScenario", shaft: Shaft, state: "tuple[Array, Array, Array]"
+) -> list[AppliedForce]:
+    forces = []
+    for force, load in zip(scenario.forces, shaft.loads, strict=False):
         kind: Literal["force", "cord"] = "force" if force.cord_radius is None else "cord"
         forces.append(_force(force.name, kind, load, _point(force, state[1]), state))
     angle, eccentric = state[1], scenario.effects.eccentric_mass
@@ -163,9 +164,15 @@ def _forces(scenario: "ShaftScenario", state: "tuple[Array, Array, Array]") -> l
     if eccentric is not None:
         azimuth = angle + radians(eccentric.azimuth_deg)
         places.append(_turned((eccentric.radius, 0.0), azimuth))
-    named = zip((WEIGHT, ECCENTRIC_WEIGHT), weights, places, strict=False)
+    named = zip((WEIGHT, ECCENTRIC_WEIGHT), shaft.weights, places, strict=False)
     forces += [_force(name, "weight", load, place, state) for name, load, place in named]
     return [force for force in forces if force.kind != "weight" or np.any(force.size != 0.0)]
+
+
+def _size(load: "Load", state: "tuple[Array, Array, Array]") -> "Array":
+    """Return the size of a load at some times, (n,)."""
+    x = dict(zip((TIME, ANGLE, SPEED), state, strict=True))[load.over]
+    return np.array([load.size(value) for value in x.tolist()])
 
 
 def _force(
@@ -175,13 +182,12 @@ def _force(
     place: "tuple[Array, Array]",
     state: "tuple[Array, Array, Array]",
 ) -> AppliedForce:
-    size = load.over_samples(*state)
     angle = state[1]
     along = (
         a + b * np.cos(angle) + c * np.sin(angle)
         for a, b, c in zip(*(triple[1:] for triple in load.arms), strict=True)
     )
-    return AppliedForce(name, kind, *place, size, *along)
+    return AppliedForce(name, kind, *place, _size(load, state), *along)
 
 
 def _point(force: "Force", angle: "Array") -> "tuple[Array, Array]":
@@ -201,13 +207,16 @@ def _turned(point: tuple[float, float], angle: "Array") -> "tuple[Array, Array]"
     return cosine * x - sine * y, sine * x + cosine * y
 
 
-def _couples(scenario: "ShaftScenario", state: "tuple[Array, Array, Array]") -> list[AppliedCouple]:
-    loads = loads_of(scenario)[len(scenario.forces) :]
+def _couples(
+    scenario: "ShaftScenario", shaft: Shaft, state: "tuple[Array, Array, Array]"
+) -> list[AppliedCouple]:
     couples = [
-        AppliedCouple(couple.name, load.over_samples(*state))
-        for couple, load in zip(scenario.couples, loads, strict=False)
+        AppliedCouple(couple.name, _size(load, state))
+        for couple, load in zip(scenario.couples, shaft.loads[len(scenario.forces) :], strict=True)
     ]
     _, angle, velocity = state
-    shaft = shaft_of(scenario)
+    damping = scenario.effects.viscous_damping
     couples += [AppliedCouple(SPRING, -k * (angle - free)) for k, free in shaft.spring]
-    return couples + [AppliedCouple(DAMPING, -b * velocity) for (b,) in shaft.damping]
+    if damping is not None:
+        couples.append(AppliedCouple(DAMPING, -damping.coefficient * velocity))
+    return couples

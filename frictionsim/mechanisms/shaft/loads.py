@@ -6,21 +6,19 @@ A body turns by the angle q. The moment about the axis and the components of a f
 
 with three constant vectors a, b, c, whichever of its point and its direction turns with the body. A
 cord that leaves the body at a radius pulls in a fixed direction with a constant arm: b = c = 0. The
-sizes are numbers, or functions of time, speed or angle; time is the drive of the mechanism.
+sizes are numbers, or functions of time, speed or angle.
 """
 
-from array import array
-from collections.abc import Iterable
-from math import hypot, inf
+from bisect import bisect_right
+from collections.abc import Callable, Iterable, Sequence
+from math import cos, hypot, inf, sin
 from typing import Any, NamedTuple
 
-from frictionsim.mechanisms.single_dof import cos, sin
-from frictionsim.scenario.signals import Constant, CubicPiece, Signal
-from frictionsim.solvers.compilation import compilable, compiled_as
-from frictionsim.solvers.mechanism import Value
+from frictionsim.scenario.signals import Constant, Signal
 
 Triple = tuple[float, float, float]
 NONE: Triple = (0.0, 0.0, 0.0)
+TIME, ANGLE, SPEED = "time", "angle", "speed"
 
 
 class Arms(NamedTuple):
@@ -53,19 +51,17 @@ class Arms(NamedTuple):
         """Whether they depend on the angle."""
         return any(self.cosine) or any(self.sine)
 
-    def at(self, angle: Value) -> Triple:
+    def at(self, angle: float) -> Triple:
         """Return moment and components per size at an angle, rad."""
         turned = sum_of(scaled(self.cosine, cos(angle)), scaled(self.sine, sin(angle)))
         return sum_of(self.constant, turned)
 
 
-@compilable
-def scaled(triple: Triple, size: Value) -> Triple:
+def scaled(triple: Triple, size: float) -> Triple:
     """Return a multiple of a triple."""
     return (triple[0] * size, triple[1] * size, triple[2] * size)
 
 
-@compilable
 def sum_of(one: Triple, two: Triple) -> Triple:
     """Return the sum of two triples."""
     return (one[0] + two[0], one[1] + two[1], one[2] + two[2])
@@ -85,7 +81,7 @@ class Load(NamedTuple):
 
     arms: Arms
     size: Signal
-    over: str = "time"
+    over: str = TIME
 
     @property
     def is_constant(self) -> bool:
@@ -94,14 +90,7 @@ class Load(NamedTuple):
 
     def at_rest(self, time: float, angle: float) -> float:
         """Return the size at rest, N or N m."""
-        return self.size({"time": time, "speed": 0.0, "angle": angle}[self.over])
-
-    def over_samples(self, time: Any, angle: Any, velocity: Any) -> Any:
-        """Return the size at each of some samples, (n,)."""
-        import numpy as np  # imported here because `check` does not need it
-
-        x = {"time": time, "speed": velocity, "angle": angle}[self.over]
-        return np.array([self.size(value) for value in x.tolist()])
+        return self.size({TIME: time, SPEED: 0.0, ANGLE: angle}[self.over])
 
 
 class Turning(NamedTuple):
@@ -147,293 +136,116 @@ def largest_arm(arms: Arms) -> float:
     return abs(arms.constant[0]) + hypot(arms.cosine[0], arms.sine[0])
 
 
-# A row of the table of loads: what the size is a function of; its first cubic piece and the end of
-# its pieces; its harmonic; torque and limit per size; the arms.
-OVER, FIRST, END, AMPLITUDE, FREQUENCY, PHASE, REACH, A = range(8)
-B, C, ROW = A + 3, A + 6, A + 9
-TIME, ANGLE, SPEED = 0.0, 1.0, 2.0
-PIECE = 5  # knot and four coefficients
+def total_of(loads: Iterable[Load]) -> Arms:
+    """Return the sum of loads of constant size, N m, N, N."""
+    total = Arms()
+    for load in loads:
+        total = total.plus(load.arms.times(load.size(0.0)))
+    return total
 
 
-class Loads(NamedTuple):
-    """All forces and couples; the drive of the body is the time.
+# Time, s; moment, N m, and components of the force, N, of the loads; cosine and sine of the angle.
+Acting = tuple[float, float, float, float, float, float]
 
-    The moment of an eccentric mass is a term of its own (`equation.EccentricWeight`).
 
-    Attributes
-    ----------
-    constant : Arms, N m, N, N
-        The sum of those of constant size.
-    scale : float, N m
-        The sum of torques and limits of those of constant size.
-    rows : array
-        A row for each of the others.
-    pieces : array
-        The cubic pieces of their sizes (`frictionsim.scenario.signals.CubicPiece`).
+def acting_of(loads: Sequence[Load]) -> Callable[[float, float, float], Acting]:
+    """Return what acts on the body as a function of time, angle and speed."""
+    constant = total_of(load for load in loads if load.is_constant)
+    (m_0, x_0, y_0), (m_c, x_c, y_c), (m_s, x_s, y_s) = constant
+    varying = [load for load in loads if not load.is_constant]
+    fixed = [(load.size, load.over, *load.arms.constant) for load in varying if not load.arms.turn]
+    turning = [(load.size, load.over, *load.arms) for load in varying if load.arms.turn]
+
+    def acting(t: float, q: float, v: float) -> Acting:
+        c, s = cos(q), sin(q)
+        m, x, y = m_0 + m_c * c + m_s * s, x_0 + x_c * c + x_s * s, y_0 + y_c * c + y_s * s
+        for size, over, a_m, a_x, a_y in fixed:
+            n = size(t if over == TIME else q if over == ANGLE else v)
+            m, x, y = m + n * a_m, x + n * a_x, y + n * a_y
+        for size, over, (a_m, a_x, a_y), (b_m, b_x, b_y), (c_m, c_x, c_y) in turning:
+            n = size(t if over == TIME else q if over == ANGLE else v)
+            m += n * (a_m + b_m * c + c_m * s)
+            x += n * (a_x + b_x * c + c_x * s)
+            y += n * (a_y + b_y * c + c_y * s)
+        return t, m, x, y, c, s
+
+    return acting
+
+
+def sizes_of(loads: Iterable[Load], friction_radius: float) -> Callable[[float, float], float]:
+    """Return the sum of torques and static limits of all loads at rest, N m, over time and angle.
+
+    A couple has no limit.
     """
-
-    constant: Arms
-    scale: float
-    rows: "array[float]"
-    pieces: "array[float]"
-
-    def at(self, t: float) -> float:
-        """Return the time."""
-        return t
-
-    def next_extremum(self, t: float) -> float:
-        """Return the next time after t, s, at which a derivative of a size jumps."""
-        rows, until = self.rows, inf
-        for k in range(0, len(rows), ROW):
-            if rows[k + OVER] == TIME:
-                following = piece_number(self.pieces, rows[k + FIRST], rows[k + END], t) + 1
-                if following < rows[k + END]:
-                    until = min(until, self.pieces[PIECE * following])
-        return until
-
-    def resultant(
-        self, time: Value, angle: Value, velocity: Value
-    ) -> tuple[Value, Value, Value, Value, Value]:
-        """Return the moment, N m, the components of the force, N, cosine and sine of the angle."""
-        (m, x, y), (m_c, x_c, y_c), (m_s, x_s, y_s) = self.constant
-        rows, pieces, c, s = self.rows, self.pieces, cos(angle), sin(angle)
-        m, x, y = m + m_c * c + m_s * s, x + x_c * c + x_s * s, y + y_c * c + y_s * s
-        for k in range(0, len(rows), ROW):
-            size = size_of(rows, pieces, k, time, angle, velocity)
-            m = m + size * (rows[k + A] + rows[k + B] * c + rows[k + C] * s)
-            x = x + size * (rows[k + A + 1] + rows[k + B + 1] * c + rows[k + C + 1] * s)
-            y = y + size * (rows[k + A + 2] + rows[k + B + 2] * c + rows[k + C + 2] * s)
-        return m, x, y, c, s
-
-    def rates(self, time: float, angle: float) -> Triple:
-        """Return the derivatives of moment and components at rest, N m/s and N/s, after a time."""
-        total = NONE
-        for k in range(0, len(self.rows), ROW):
-            if self.rows[k + OVER] == TIME:
-                rate = rate_of(self, k, time)
-                total = sum_of(total, scaled(arms_in(self.rows, k).at(angle), rate))
-        return total
-
-    def sizes(self, time: Value, angle: Value) -> Value:
-        """Return the sum of torques and limits of all loads at rest, N m."""
-        total = self.scale
-        for k in range(0, len(self.rows), ROW):
-            total = (
-                total
-                + abs(size_of(self.rows, self.pieces, k, time, angle, 0.0)) * self.rows[k + REACH]
-            )
-        return total
-
-
-@compilable
-def arms_in(rows: Any, k: int) -> Arms:
-    """Return the arms of a row that begins at k."""
-    return Arms(
-        (rows[k + A], rows[k + A + 1], rows[k + A + 2]),
-        (rows[k + B], rows[k + B + 1], rows[k + B + 2]),
-        (rows[k + C], rows[k + C + 1], rows[k + C + 2]),
-    )
-
-
-@compilable
-def _size(rows: Any, pieces: Any, k: int, time: float, angle: float, velocity: float) -> float:
-    over = rows[k + OVER]
-    x = time if over == TIME else angle if over == ANGLE else velocity
-    i = PIECE * piece_number(pieces, rows[k + FIRST], rows[k + END], x)
-    z = x - pieces[i]
-    size: float = pieces[i + 1] + z * (pieces[i + 2] + z * (pieces[i + 3] + z * pieces[i + 4]))
-    if rows[k + AMPLITUDE] != 0.0:
-        size += rows[k + AMPLITUDE] * sin(rows[k + FREQUENCY] * x + rows[k + PHASE])
-    return size
-
-
-@compiled_as(_size)
-def size_of(rows: Any, pieces: Any, k: int, time: Value, angle: Value, velocity: Value) -> Value:
-    """Return the size of the load whose row begins at k, N or N m, of numbers or arrays."""
-    if isinstance(time, float) and isinstance(angle, float) and isinstance(velocity, float):
-        return _size(rows, pieces, k, time, angle, velocity)
-    import numpy as np  # imported here because `check` does not need it
-
-    x = np.asarray((time, angle, velocity)[int(rows[k + OVER])])
-    table = np.asarray(pieces).reshape(-1, PIECE)[int(rows[k + FIRST]) : int(rows[k + END])]
-    at_x = table[np.searchsorted(table[1:, 0], x, side="right")]
-    knot, c0, c1, c2, c3 = np.moveaxis(at_x, -1, 0)
-    z = x - knot
-    wave = rows[k + AMPLITUDE] * np.sin(rows[k + FREQUENCY] * x + rows[k + PHASE])
-    return c0 + z * (c1 + z * (c2 + z * c3)) + wave
-
-
-@compilable
-def rate_of(loads: Loads, k: int, time: float) -> float:
-    """Return the derivative over time of the size of a load, after a time."""
-    rows = loads.rows
-    knot, _, c1, c2, c3 = piece_at(loads.pieces, rows[k + FIRST], rows[k + END], time)
-    z, frequency = time - knot, rows[k + FREQUENCY]
-    wave = rows[k + AMPLITUDE] * frequency * cos(frequency * time + rows[k + PHASE])
-    return c1 + z * (2.0 * c2 + z * (3.0 * c3)) + wave
-
-
-@compilable
-def largest_curvature(loads: Loads, k: int, begin: float, end: float) -> float:
-    """Return a bound of the second derivative of a size between two times, per s^2.
-
-    Between the times its pieces have no end.
-    """
-    rows = loads.rows
-    wave = abs(rows[k + AMPLITUDE]) * rows[k + FREQUENCY] * rows[k + FREQUENCY]
-    return wave + _bend(piece_at(loads.pieces, rows[k + FIRST], rows[k + END], begin), begin, end)
-
-
-@compilable
-def _bend(piece: Any, begin: float, end: float) -> float:
-    knot, _, _, c2, c3 = piece
-    if c2 == 0.0 and c3 == 0.0:  # also up to infinity
-        return 0.0
-    return max(abs(2.0 * c2 + 6.0 * c3 * (begin - knot)), abs(2.0 * c2 + 6.0 * c3 * (end - knot)))
-
-
-@compilable
-def middle_and_range(loads: Loads, k: int, begin: float, end: float) -> tuple[float, float]:
-    """Return a middle value of a size between two times, and a bound.
-
-    The size differs from the middle value by no more than the bound. Between the times its pieces
-    have no end.
-    """
-    rows = loads.rows
-    piece = piece_at(loads.pieces, rows[k + FIRST], rows[k + END], begin)
-    knot, c0, c1, c2, c3 = piece
-    y, z, length = begin - knot, end - knot, end - begin
-    first, last = c0 + y * (c1 + y * (c2 + y * c3)), c0 + z * (c1 + z * (c2 + z * c3))
-    bound = 0.5 * abs(last - first) + abs(rows[k + AMPLITUDE])
-    return 0.5 * (first + last), bound + _bend(piece, begin, end) * length * length / 8.0
-
-
-@compilable
-def piece_number(pieces: Any, first: float, end: float, x: float) -> int:
-    """Return the number of the piece at x, of those from first up to end."""
-    return first_above(pieces, PIECE, int(first) + 1, int(end), x) - 1
-
-
-@compilable
-def first_above(values: Any, stride: int, low: int, high: int, x: float) -> int:
-    """Return the first i from low on with values[stride i] > x, in ascending order, or high."""
-    while low < high:
-        middle = (low + high) // 2
-        if x < values[stride * middle]:
-            high = middle
+    scale, varying = 0.0, []
+    for load in loads:
+        reach = largest_arm(load.arms) + (0.0 if load.arms == COUPLE else friction_radius)
+        if load.is_constant:
+            scale += abs(load.size(0.0)) * reach
         else:
-            low = middle + 1
-    return low
+            varying.append((load, reach))
+    return lambda t, q: sum([abs(load.at_rest(t, q)) * reach for load, reach in varying], scale)
 
 
-@compilable
-def piece_at(pieces: Any, first: float, end: float, x: float) -> Any:
-    """Return knot and coefficients of the piece at x."""
-    i = PIECE * piece_number(pieces, first, end, x)
-    return pieces[i], pieces[i + 1], pieces[i + 2], pieces[i + 3], pieces[i + 4]
-
-
-class Elapsed(NamedTuple):
+class Elapsed:
     """Time as the drive of a mechanism on which several signals act; steps end where they jump."""
 
-    signals: tuple[Signal, ...]
+    def __init__(self, signals: tuple[Signal, ...]) -> None:
+        self.signals = signals
 
     def __call__(self, t: float) -> float:
         return t
 
-    def derivative(self, t: float) -> float:
-        """Return 1."""
-        return 1.0
-
     def next_discontinuity(self, t: float) -> float:
         """Return the first time after t, s, at which a derivative of a signal jumps."""
-        return min((signal.next_discontinuity(t) for signal in self.signals), default=inf)
+        return min([signal.next_discontinuity(t) for signal in self.signals], default=inf)
 
-    def next_extremum(self, t: float) -> float:
-        """Return the same time."""
-        return self.next_discontinuity(t)
-
-    def pieces(self) -> list[CubicPiece]:
-        """Return the time as a cubic piece."""
-        return [CubicPiece(0.0, 0.0, 1.0)]
-
-    def harmonic(self) -> None:
-        """Return none."""
+    next_extremum = next_discontinuity
 
 
-class TableKnots(NamedTuple):
-    """The switching surface at which the slope of a size over angle or speed jumps.
+class TableKnots:
+    """The surface at which the slope of a size over angle or speed jumps.
 
-    Attributes
+    Parameters
     ----------
-    knots : array
-        The angles, rad, then the speeds, rad/s, each in ascending order.
-    angles : int
-        The number of angles.
+    angles, speeds : sequence of float, rad and rad/s
+        In ascending order.
     """
 
-    knots: "array[float]"
-    angles: int
-    event: str = ""
-    is_event: bool = False
-    is_of_table: bool = True
+    event = ""
 
-    def beyond(self, q0: float, v0: float, q1: float, q: float, v: float) -> float:
-        """Return a number that is positive beyond the first knot after (q0, v0)."""
-        knots, angles = self.knots, self.angles
+    def __init__(self, angles: Sequence[float], speeds: Sequence[float]) -> None:
+        self.angles, self.speeds = angles, speeds
+
+    def beyond(self, step: Any, t: float, y: list[float]) -> float:
+        """Return a number that is positive beyond the first knot after the start of a step."""
         return max(
-            _beyond_next(knots, 0, angles, q0, q), _beyond_next(knots, angles, len(knots), v0, v)
+            _beyond_next(self.angles, step.y_old[0], y[0]),
+            _beyond_next(self.speeds, step.y_old[1], y[1]),
         )
 
 
-@compilable
-def _beyond_next(knots: Any, begin: int, end: int, x0: float, x: float) -> float:
-    """Return how far x is beyond the next knot above or below x0."""
-    above, beyond = first_above(knots, 1, begin, end, x0), -inf
+def _beyond_next(knots: Sequence[float], x_old: float, x: float) -> float:
+    """Return how far x is beyond the next knot above or below x_old."""
+    above, beyond = bisect_right(knots, x_old), -inf
     below = above - 1
-    if below >= begin and knots[below] == x0:
+    if below >= 0 and knots[below] == x_old:
         below -= 1
-    if above < end:
+    if above < len(knots):
         beyond = x - knots[above]
-    if below >= begin:
+    if below >= 0:
         beyond = max(beyond, knots[below] - x)
     return beyond
 
 
-def loads_in(loads: Iterable[Load], friction_radius: float) -> Loads:
-    """Return loads as one table.
-
-    Parameters
-    ----------
-    loads : iterable of Load
-    friction_radius : float, m
-        Of the static limit; 0 without dry friction.
-    """
-    constant, scale, rows, pieces = Arms(), 0.0, array("d"), array("d")
-    for load in loads:
-        reach = reach_of(load.arms, friction_radius)
-        if load.is_constant:
-            size = load.size(0.0)
-            constant, scale = constant.plus(load.arms.times(size)), scale + abs(size) * reach
-            continue
-        first, own = len(pieces) // PIECE, load.size.pieces()
-        wave = load.size.harmonic() or (0.0, 0.0, 0.0)
-        over = {"time": TIME, "angle": ANGLE, "speed": SPEED}[load.over]
-        rows.extend((over, first, first + len(own), *wave, reach))
-        rows.extend(number for triple in load.arms for number in triple)
-        pieces.extend(number for piece in own for number in piece)
-    return Loads(constant, scale, rows, pieces)
-
-
-def reach_of(arms: Arms, friction_radius: float) -> float:
-    """Return the torque and the limit of a load per size: that of a couple has no limit."""
-    return largest_arm(arms) + (0.0 if arms == COUPLE else friction_radius)
-
-
 def knots_of(loads: Iterable[Load]) -> tuple[TableKnots, ...]:
     """Return where the slopes of sizes over angle or speed jump; none if there are no tables."""
-    knots: dict[str, set[float]] = {"angle": set(), "speed": set(), "time": set()}
+    knots: dict[str, set[float]] = {ANGLE: set(), SPEED: set()}
     for load in loads:
-        knots[load.over].update(piece.knot for piece in load.size.pieces()[1:])
-    angles, speeds = sorted(knots["angle"]), sorted(knots["speed"])
-    return (TableKnots(array("d", angles + speeds), len(angles)),) if angles or speeds else ()
+        if load.over in knots:
+            x = load.size.next_discontinuity(-inf)
+            while x < inf:
+                knots[load.over].add(x)
+                x = load.size.next_discontinuity(x)
+    angles, speeds = sorted(knots[ANGLE]), sorted(knots[SPEED])
+    return (TableKnots(angles, speeds),) if angles or speeds else ()

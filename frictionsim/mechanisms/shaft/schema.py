@@ -12,7 +12,7 @@ from frictionsim.mechanisms.shaft.channels import CHANNELS
 from frictionsim.mechanisms.shaft.loads import Arms, Turning, arms_of_force, largest_arm
 from frictionsim.mechanisms.single_dof import SingleDofScenario
 from frictionsim.results import Channel
-from frictionsim.scenario.methods import PUBLISHED
+from frictionsim.scenario.methods import EVENTS_ONLY, SET_VALUED, Pairs
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.signal_tables import MotionSignal
 
@@ -196,6 +196,17 @@ class ShaftEffects(Params):
     torsion_spring: TorsionSpring | None = None
     end_stops: EndStopsTable | None = None
 
+    @model_validator(mode="after")
+    def _check_law(self) -> Self:
+        journal = self.shaft_friction
+        if self.end_stops is not None and journal is not None and journal.law != SET_VALUED:
+            raise inconsistent(
+                ("shaft_friction", "law"),
+                f"'{journal.law}' does not go with end_stops, whose impacts are located events: use"
+                f" law = '{SET_VALUED}', or remove effects.end_stops",
+            )
+        return self
+
 
 class Statics(Params):
     """`[statics]`: what `frictionsim static` computes."""
@@ -234,6 +245,16 @@ class ShaftScenario(SingleDofScenario):
     couples: tuple[Couple, ...] = Field((), max_length=MAX_LOADS, strict=False)
     effects: ShaftEffects = ShaftEffects()
     statics: Statics | None = None
+
+    @property
+    def pairs(self) -> Pairs:
+        """The pairs of law and method: with end stops, impacts are located events."""
+        return self.PAIRS if self.effects.end_stops is None else EVENTS_ONLY
+
+    @property
+    def called(self) -> str:
+        """The name of the mechanism in messages."""
+        return "shaft" if self.effects.end_stops is None else "shaft with end_stops"
 
     @property
     def signals(self) -> dict[str, Any]:
@@ -287,12 +308,6 @@ class ShaftScenario(SingleDofScenario):
         stops, start = self.effects.end_stops, self.mechanism.initial_angle_deg
         if stops is None:
             return self
-        if self.law == PUBLISHED:
-            raise inconsistent(
-                ("effects", "shaft_friction", "law"),
-                "law = 'published' does not rest, on an end stop either; use law = 'set-valued', or"
-                " remove effects.end_stops",
-            )
         _check_between(stops, start, ("mechanism", "initial_angle_deg"), "start")
         if self.statics is not None and self.statics.angle_deg is not None:
             where = ("statics", "angle_deg")

@@ -5,46 +5,42 @@
 M is the torque of the drive, constant; r the radius of the rim. The block only pushes, F >= 0.
 """
 
-from array import array
 from collections.abc import Mapping
 from pathlib import Path
 from sys import float_info
-from typing import Any, ClassVar, Literal, NamedTuple, Self
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import model_validator
 
-from frictionsim.mechanisms.extension import METRICS as METRICS
 from frictionsim.mechanisms.extension import (
+    INPUT,
     STICK,
     Channel,
-    Curve,
-    Damping,
+    Friction,
     FrictionLaw,
     Mechanism,
+    OneCoordinate,
     Params,
     Quantities,
     Quantity,
     Record,
+    Samples,
     SingleDofScenario,
+    Term,
     TimeSignal,
-    Trajectory,
-    Value,
     ViscousDamping,
     base_channels,
     check_kinetic,
-    curve_of,
-    damping_of,
-    equation_of,
     extremes,
-    friction_of,
     inconsistent,
-    set_up,
+    one_coordinate,
     signal_from,
     simulation_of,
+    start_of,
     unit_field,
-    with_damping,
-    with_damping_power,
+    viscous_damping,
 )
+from frictionsim.mechanisms.extension import METRICS as METRICS
 
 EXAMPLE = Path(__file__).with_name("block_brake.toml").read_text(encoding="utf-8")
 
@@ -127,88 +123,40 @@ class BrakeScenario(SingleDofScenario):
 SCENARIO = BrakeScenario
 
 
-class Block(NamedTuple):
-    """Limits of the friction of the block per force: mu_s r and mu_k r."""
-
-    arm_s: float
-    arm_k: float
-
-
-class Brake(NamedTuple):
-    """I dw/dt = M - b w + T, in numbers; an effect that is left out is an empty tuple."""
-
-    drive: Curve
-    inertia: float
-    torque: float
-    block: tuple[Block, ...]
-    damping: tuple[Damping, ...]
-    breaks: Any = array("d")
-    surfaces: tuple[Any, ...] = ()
-    stops: tuple[Any, ...] = ()
-    reversing_load: tuple[Any, ...] = ()
-
-    def applied_torque(self, force: Value, angle: Value, velocity: Value) -> Value:
-        return with_damping(self.torque, self.damping, velocity)
-
-    def static_limit(self, force: Value, angle: Value) -> Value:
-        return self.block[0].arm_s * force
-
-    def kinetic_limit(self, force: Value, angle: Value, velocity: Value, s: Value) -> Value:
-        return self.block[0].arm_k * force
-
-    def roundoff(self, force: Value, angle: Value) -> Value:
-        return ROUNDING * abs(self.torque)
-
-    def powers(self, force: Value, angle: Value, velocity: Value) -> tuple[Value, ...]:
-        return with_damping_power((self.torque * velocity,), self.damping, velocity)
-
-    def torques_and_powers(
-        self, force: Value, angle: Value, velocity: Value, s: Value
-    ) -> tuple[Value, Value, tuple[Value, ...]]:
-        return (
-            self.applied_torque(force, angle, velocity),
-            self.kinetic_limit(force, angle, velocity, s),
-            self.powers(force, angle, velocity),
-        )
-
-    def stored_energies(self, angle: Value, velocity: Value) -> tuple[Value, ...]:
-        return (0.5 * self.inertia * velocity * velocity,)
-
-    def first_excess(self, angle: float, a: float, b: float) -> float:
-        return b  # the limit is as monotone as the force
-
-
 def build(scenario: BrakeScenario) -> Mechanism:
     """Return the mechanism, composed of the effects in the scenario."""
-    radius, torque = scenario.mechanism.rim_radius, scenario.drive.torque
-    block, damping = scenario.effects.block_friction, scenario.effects.viscous_damping
-    force = signal_from(scenario.drive.force)
-    system = Brake(
-        curve_of(force),
+    # What acts is the force F of the block.
+    torque, radius = scenario.drive.torque, scenario.mechanism.rim_radius
+    block, friction = scenario.effects.block_friction, None
+    if block is not None:
+        arm_s, arm_k = block.mu_s * radius, block.mu_k * radius
+        friction = Friction(
+            "block",
+            static=lambda F, q: arm_s * F,
+            kinetic=lambda F, q, w, s, applied: arm_k * F,
+            roundoff=lambda F, q: ROUNDING * abs(torque),
+            **block.law_of_contact(),
+        )
+    system = OneCoordinate(
+        signal_from(scenario.drive.force),
+        None,
         scenario.mechanism.inertia,
-        torque,
-        () if block is None else (Block(block.mu_s * radius, block.mu_k * radius),),
-        damping_of(damping),
+        [Term(torque, INPUT), *viscous_damping(scenario.effects.viscous_damping)],
+        friction,
+        start=start_of(scenario),
+        channels=("block_force",),
+        recorded=lambda F, q, w, a: [F],
     )
-    flows = ["energy_input"] if damping is None else ["energy_input", "energy_damping"]
-    return Mechanism(
-        drive=force,
-        contact=None if block is None else friction_of(system, "block", block.law_of_contact()),
-        channels=lambda trajectory: {"block_force": trajectory.drive},
-        quantities=lambda trajectory: braking(scenario, trajectory),
-        **equation_of(system, flows, ["energy_kinetic"]),
-        **set_up(scenario),
-    )
+    return one_coordinate(scenario, system, lambda samples: braking(scenario, samples))
 
 
 simulation = simulation_of(build)
 
 
-def braking(scenario: BrakeScenario, trajectory: Trajectory) -> Quantities:
+def braking(scenario: BrakeScenario, samples: Samples) -> Quantities:
     """Return time and angle from the start to the first rest; None if it does not come to rest."""
-    rests = (e for e in trajectory.transitions if e.mode_to == STICK)
-    first = next(rests, None)
-    start = trajectory.position[0] if trajectory.time.size else 0.0
+    first = next((e for e in samples.transitions if e.mode_to == STICK), None)
+    start = samples["angle"][0] if samples.time.size else 0.0
     angle = None if first is None or first.position is None else float(first.position - start)
     return {
         "braking_time": Quantity(None if first is None else first.time, "s"),

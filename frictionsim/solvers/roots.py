@@ -13,7 +13,6 @@ from math import inf, sqrt, ulp
 from typing import Any, NamedTuple
 
 from frictionsim.errors import StepUnderflow
-from frictionsim.solvers.compilation import compilable
 
 # Of the way to the first excess: the shortest step, in units in the last place of the time.
 MIN_STEP_ULPS = 4.0
@@ -78,19 +77,16 @@ def bracket_root(
     return min(root.x, root.y), max(root.x, root.y)
 
 
-@compilable
 def min_width(root: Bracket, resolution: float) -> float:
     """Return the shortest distance between two points."""
     return max(0.5 * resolution, ulp(max(abs(root.x), abs(root.y))))
 
 
-@compilable
 def is_narrow(root: Bracket, resolution: float) -> bool:
     """Return whether a bracket is as narrow as it is to be."""
     return abs(root.y - root.x) <= 2.0 * min_width(root, resolution)
 
 
-@compilable
 def next_point(root: Bracket, resolution: float) -> float:
     """Return the next point at which the function is evaluated."""
     least = min_width(root, resolution) / abs(root.y - root.x)
@@ -98,7 +94,6 @@ def next_point(root: Bracket, resolution: float) -> float:
     return root.x + fraction * (root.y - root.x)
 
 
-@compilable
 def narrowed(root: Bracket, new: float, f_new: float) -> Bracket:
     """Return a bracket narrowed by the value at a point."""
     x, f_x, y, f_y, _ = root
@@ -117,7 +112,6 @@ def hidden_event(a: float, b: float, f_a: float, f_b: float) -> StepUnderflow:
     )
 
 
-@compilable
 def _next_fraction(x: float, f_x: float, y: float, f_y: float, z: float, f_z: float) -> float:
     """Return the next point, as a fraction of the interval from x to y; 0.5 is bisection."""
     if f_x == f_z or f_y == f_z:
@@ -131,7 +125,6 @@ def _next_fraction(x: float, f_x: float, y: float, f_y: float, z: float, f_z: fl
     )
 
 
-@compilable
 def time_of_excess(f: Any, curvature: float, begin: float, end: float, tie: float) -> float:
     """Return a time b such that the function exceeds zero at most once from the start to b.
 
@@ -165,7 +158,6 @@ def time_of_excess(f: Any, curvature: float, begin: float, end: float, tie: floa
     return t
 
 
-@compilable
 def _root_of_parabola(f: float, slope: float, curvature: float) -> float:
     """Return the smallest positive root of f + slope x + curvature x^2/2, f <= 0; else inf."""
     if curvature <= 0.0:

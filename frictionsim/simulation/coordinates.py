@@ -1,0 +1,303 @@
+"""The simulation of a mechanism of one or several coordinates, and its results."""
+
+from array import array
+from collections.abc import Callable, Collection, Mapping, Sequence
+from math import inf
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frictionsim.results import STICK, Quantities, Quantity, SimulationResult, Transition
+from frictionsim.scenario import methods
+from frictionsim.simulation.audit import audit
+from frictionsim.simulation.checkpoint import Arrays, require_array, unfit
+from frictionsim.simulation.mechanism import Mechanism, Samples
+from frictionsim.simulation.monitor import RunMonitor
+from frictionsim.simulation.run_warnings import hidden_stick_slip
+from frictionsim.solvers import solver_of
+from frictionsim.solvers.events import STOP, State
+from frictionsim.solvers.modes import holds, subject
+from frictionsim.solvers.prescribed import DRIVE, PrescribedMotion
+from frictionsim.solvers.recording import Recording
+from frictionsim.solvers.rkf45 import Step, Tolerances
+
+if TYPE_CHECKING:
+    from frictionsim.scenario.settings import Scenario
+
+# Channels that /events holds as `angle`, `mode_from` and `mode_to`, not as sides.
+EVENT_CHANNELS = ("angle", "mode")
+
+
+class CoordinateSimulation:
+    """The `Simulation` of a mechanism of one or several coordinates.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    mechanism : Mechanism
+        Built from the scenario. Its system belongs to the run: a friction law may replace its
+        friction.
+    """
+
+    axes: Mapping[str, tuple[str, ...]] = {}
+
+    def __init__(self, scenario: "Scenario", mechanism: Mechanism) -> None:
+        settings, system = scenario.solver, mechanism.system
+        self._mechanism, self._settings = mechanism, settings
+        self._at_events, self._interval = scenario.output.at_events, scenario.interval
+        self._method = methods.METHODS[settings.backend]
+        self.effects, self.channel_info = mechanism.effects, mechanism.channel_info
+        self.states = len(system.start)
+        tolerances = Tolerances(
+            settings.rtol,
+            settings.atol * mechanism.tolerance_share,
+            settings.max_step or inf,
+            settings.step or 0.0,
+            settings.max_steps,
+            subject=subject(system),
+            budget_advice=settings.budget_advice(mechanism.law),
+        )
+        self._recording = Recording(system, settings.duration, scenario.interval)
+        parts = system, tolerances, self._recording, settings.duration
+        self._solver = (
+            PrescribedMotion(*parts)
+            if mechanism.prescribed
+            else solver_of(mechanism.law, settings.backend, *parts)
+        )
+
+    def sample_at(self, times: Sequence[float]) -> None:
+        """Take samples at these times, s, instead of the regular ones; before `solve`."""
+        self._recording.times.give(times)
+
+    def prepare(self, monitor: RunMonitor) -> float:
+        """Return 0: there is nothing to prepare."""
+        return 0.0
+
+    def compile(self, monitor: RunMonitor) -> float | None:
+        """Return None: nothing is compiled."""
+        return None
+
+    def solve(self, on_step: Callable[[float], Any]) -> bool:
+        """Integrate to the end; see `Simulation.solve`."""
+        self._solver.run(on_step)
+        return False
+
+    def statistics(self) -> tuple[int, int, int]:
+        """Return steps, rejected steps and their evaluations of the right-hand side so far."""
+        step = self._solver.state.step
+        return step.taken, step.rejected, step.evaluations
+
+    def state(self) -> Arrays | None:
+        """Return the state to resume from; None for SciPy's integrators, whose state is private."""
+        if not self._method.resumable:
+            return None
+        recording, state = self._recording, self._solver.state
+        return {
+            **{
+                f"step.{name}": np.array(x, dtype=float) for name, x in state.step._asdict().items()
+            },
+            **{
+                f"state.{name}": np.array(x, dtype=float)
+                for name, x in state._asdict().items()
+                if name != "step"
+            },
+            "rows": np.array(recording.rows),
+            "sides": np.array(recording.sides),
+            "transitions.contact": np.array(
+                [e.contact for e in recording.transitions], dtype=np.bytes_
+            ),
+            "transitions": np.array(
+                [(e.time, e.mode_from, e.mode_to, e.position) for e in recording.transitions],
+                dtype=np.float64,
+            ).reshape(-1, 4),
+        }
+
+    def restore(self, state: Arrays) -> None:
+        """Load the state of another simulation of the same scenario."""
+        recording, solver = self._recording, self._solver
+        step = _restored(Step, "step.", state, solver.state.step, {0, self.states})
+        before = solver.state._replace(step=step)
+        solver.state = _restored(State, "state.", state, before, {self.states})
+        solver.tolerances = solver.tolerances._replace(granted=step.taken + step.rejected)
+        recording.transitions[:] = self._transitions(state)
+        width = 1 + len(self._mechanism.columns)
+        rows = {"rows": solver.state.samples, "sides": 2 * len(recording.transitions)}
+        for name, count in rows.items():
+            numbers = require_array(state, name, np.float64, ndim=1)
+            if len(numbers) != count * width:
+                raise unfit(name, "is of another type or shape")
+            setattr(recording, name, array("d", numbers.tobytes()))
+
+    def _transitions(self, state: Arrays) -> list[Transition]:
+        """Return the transitions of a state."""
+        contacts = require_array(state, "transitions.contact", np.bytes_, ndim=1).tolist()
+        rows = require_array(state, "transitions", np.float64, ndim=2)
+        if rows.shape != (len(contacts), 4):  # time, modes before and after it, position
+            raise unfit("transitions", "is of another type or shape")
+        names = [STOP, DRIVE, *[c.name for c in self._mechanism.system.contacts]]
+        names += [surface.event for surface in self._mechanism.system.surfaces]
+        known = {name.encode(): name for name in names if name}
+        if not known.keys() >= set(contacts):
+            raise unfit("transitions.contact", "names no contact of it")
+        return [
+            Transition(time, known[contact], int(mode_from), int(mode_to), position)
+            for contact, (time, mode_from, mode_to, position) in zip(
+                contacts, rows.tolist(), strict=True
+            )
+        ]
+
+    def observe(self) -> SimulationResult:
+        """Return the finite samples, and quantities, checks and warnings from them."""
+        samples, is_cut = self._samples()
+        is_channel = self.channel_info.__contains__
+        sides = {
+            f"{name}_{side}": values
+            for side, columns in (("before", samples.before), ("after", samples.after))
+            for name, values in columns.items()
+            if is_channel(name) and name not in EVENT_CHANNELS and not name.startswith("energy_")
+        }
+        return SimulationResult(
+            time=samples.time,
+            channels={n: samples[n] for n in self.channel_info if n in samples.columns},
+            transitions=samples.transitions,
+            quantities=self._quantities(samples),
+            checks=audit(self._mechanism, samples, self._settings, self.statistics()[0]),
+            non_finite_tail=is_cut,
+            warnings=tuple(self._run_warnings(samples)),
+            sides=sides,
+        )
+
+    def _samples(self) -> tuple[Samples, bool]:
+        """Return the samples before the first that is not finite, and whether there is one."""
+        recording, names = self._recording, self._mechanism.columns
+        rows = np.array(recording.rows).reshape(-1, 1 + len(names))
+        sides = np.array(recording.sides).reshape(-1, 2, 1 + len(names))
+        transitions = recording.transitions
+        # A step records the event at its end before an impact within it.
+        order = np.argsort(sides[:, 1, 0], kind="stable")
+        sides, transitions = sides[order], [transitions[i] for i in order]
+        finite, finite_sides = np.isfinite(rows).all(axis=1), np.isfinite(sides).all(axis=(1, 2))
+        is_cut = not (finite.all() and finite_sides.all())
+        if is_cut:
+            ends = rows[~finite, 0], sides[~finite_sides, 1, 0]
+            end = np.min(np.nan_to_num(np.concatenate(ends), nan=-np.inf), initial=np.inf)
+            kept = finite_sides & (sides[:, 1, 0] < end)
+            rows = rows if finite.all() else rows[: np.argmin(finite)]
+            sides, transitions = (
+                sides[kept],
+                [e for e, k in zip(transitions, kept, strict=True) if k],
+            )
+        before, after = sides[:, 0], sides[:, 1]
+        if self._at_events and transitions:
+            rows = _merged(rows, self._sides_at_events(before, after, transitions))
+        columns, left, right = (
+            dict(zip(names, of.T[1:].copy(), strict=True)) for of in (rows, before, after)
+        )
+        return Samples(rows[:, 0].copy(), columns, transitions, left, right), is_cut
+
+    def _sides_at_events(self, before: Any, after: Any, transitions: list[Transition]) -> Any:
+        """Return one sample for each event: the side before a breakaway, else the side after it."""
+        velocity = 1 + self._mechanism.system.coordinates
+        holds_on = np.array(
+            [
+                e.mode_from == STICK and b[velocity] == a[velocity]
+                for e, b, a in zip(transitions, before, after, strict=True)
+            ]
+        )
+        return np.where(holds_on[:, None], before, after)
+
+    def _quantities(self, samples: Samples) -> Quantities:
+        """Return the quantities of the mechanism, of its contacts and of the end.
+
+        Transitions after the last sample, which a failed run may have, are ignored.
+        """
+        mechanism = self._mechanism
+        quantities: Quantities = mechanism.quantities(samples)
+        end = np.max(samples.time, initial=-np.inf)
+        first = [c.name for c in mechanism.contacts if c.backward][:1]
+        system = mechanism.system
+        names = [*first, *[s.event for s in system.surfaces if s.event]] if first else []
+        if system.stops is not None:  # a rest on a stop is one
+            names.append(STOP)
+        if names:
+            events = [e for e in samples.transitions if e.time <= end]
+            slips = (e.time for e in events if e.contact in names and e.mode_from == STICK)
+            quantities |= {
+                "breakaway_time": Quantity(next(slips, None), "s"),
+                "last_rest_time": Quantity(self._last_rest(samples, events, names), "s"),
+            }
+        if samples.time.size:
+            last = {name: float(values[-1]) for name, values in samples.columns.items()}
+            stored = [name for name in ("energy_kinetic", "energy_potential") if name in last]
+            at_start = system.recorded(0.0, system.start, self._modes_at_start())
+            start = dict(zip(mechanism.columns[self.states :], at_start, strict=False))
+            quantities |= {
+                "final_time": Quantity(float(samples.time[-1]), "s"),
+                "final_angle": Quantity(last["angle"], "rad"),
+                "final_angular_velocity": Quantity(last["angular_velocity"], "rad/s"),
+                "initial_energy": Quantity(sum(start[name] for name in stored), "J"),
+                **{n: Quantity(last[n], "J") for n in (*mechanism.energies, *stored)},
+            }
+        return quantities
+
+    def _modes_at_start(self) -> list[int]:
+        return [STICK for _ in self._mechanism.contacts]
+
+    def _last_rest(
+        self, samples: Samples, events: list[Transition], names: Sequence[str]
+    ) -> float | None:
+        """Return when all contacts last came to hold, s; None if they never did."""
+        contacts = self._mechanism.contacts
+        if len(contacts) < 2:
+            rests = (e.time for e in reversed(events) if e.contact in names and e.mode_to == STICK)
+            return next(rests, None)
+        if not samples.time.size:
+            return None
+        modes = {c.name: int(samples[c.mode][-1]) for c in contacts}
+        for e in reversed(events):
+            if all(map(holds, modes.values())):
+                return e.time
+            modes[e.contact] = e.mode_from
+        return None
+
+    def _run_warnings(self, samples: Samples) -> list[str]:
+        """Return the warnings about the run; none if it stopped before its end."""
+        mechanism, settings = self._mechanism, self._settings
+        if samples.time.size < 2 or samples.time[-1] < settings.duration:
+            return []
+        warnings = list(mechanism.run_warnings(samples))
+        if mechanism.law in ("", methods.REGULARISED):  # which passes "stick" at each reversal
+            return warnings
+        return warnings + hidden_stick_slip(samples.transitions, self._interval, settings.duration)
+
+
+def _restored(kind: Any, prefix: str, state: Arrays, before: Any, lengths: Collection[int]) -> Any:
+    """Return a named tuple of numbers and lists from the arrays of a state.
+
+    `lengths` are those that a state and its derivative may have; a step has none at the start.
+    """
+    values = {}
+    for name, value in before._asdict().items():
+        if name == "step":
+            values[name] = value
+            continue
+        array_ = require_array(state, prefix + name, np.float64, ndim=np.ndim(value))
+        numbers = array_.tolist()
+        if isinstance(value, list) and name != "changes":
+            is_mode = name in ("modes", "now")
+            if len(numbers) not in ({len(value)} if is_mode else lengths):
+                raise unfit(prefix + name, "is of another type or shape")
+        is_count = isinstance(value, int) or name in ("modes", "now")
+        if is_count:
+            numbers = [int(x) for x in numbers] if isinstance(numbers, list) else int(numbers)
+        values[name] = numbers
+    return kind(**values)
+
+
+def _merged(rows: Any, at_events: Any) -> Any:
+    """Return the regular samples and those of events, which replace regular ones at their times."""
+    time = at_events[:, 0]
+    last = np.append(time[1:] != time[:-1], True)
+    time, at_events = time[last], at_events[last]
+    regular = rows[~np.isin(rows[:, 0], time)]
+    return np.insert(regular, np.searchsorted(regular[:, 0], time), at_events, 0)

@@ -1,0 +1,116 @@
+"""The modes of contacts that are consistent with a state of rest, slip and slack.
+
+Where several combinations are solutions, the one in which most contacts hold is taken, so that
+quasi-static stick is kept. All combinations are tried, at most 3^n of n contacts.
+"""
+
+from collections.abc import Iterator
+from itertools import product
+from typing import Any
+
+from frictionsim.errors import SolverError
+from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
+
+Modes = list[int]
+# No change of mode; an impact of another body, after which modes are found anew.
+KEEPS, REFINDS = 9, 8
+
+
+def holds(mode: int) -> bool:
+    """Return whether a contact holds in a mode: its coordinate stands still."""
+    return mode in (STICK, TAUT)
+
+
+def direction_of(mode: int) -> int:
+    """Return the direction in which a contact gives way in a mode; 0 if it holds."""
+    return FORWARD if mode == SLACK else STICK if mode == TAUT else mode
+
+
+def options(system: Any, y: list[float], i: int) -> Modes:
+    """Return the modes that slip or gap allow a contact, those that hold first."""
+    n, c = system.coordinates, system.contacts[i].coordinate
+    gap, rate = y[c], y[n + c]
+    if system.contacts[i].is_rope:
+        return [SLACK] if gap > 0.0 or rate > 0.0 else [TAUT, SLACK]
+    if rate == 0.0:
+        return [STICK, FORWARD, BACKWARD]
+    return [FORWARD if rate > 0.0 else BACKWARD]
+
+
+def consistent(system: Any, t: float, y: list[float], before: Modes, now: Modes) -> Modes:
+    """Return the modes that follow at a time, s.
+
+    Parameters
+    ----------
+    system : System
+    t : float, s
+    y : list of float
+        Zeros of velocities and gaps are exact.
+    before, now : list of int
+        The modes so far; the direction in which a contact was found to give way, else `KEEPS`.
+
+    Raises
+    ------
+    SolverError
+        If there are none.
+    """
+    n = system.coordinates
+    located = {i: mode for i, mode in enumerate(now) if mode < REFINDS and not holds(mode)}
+    # Released at this very time, they have not moved yet.
+    gone = {
+        i: mode
+        for i, mode in enumerate(before)
+        if now[i] == KEEPS and not holds(mode) and y[n + system.contacts[i].coordinate] == 0.0
+    }
+    some = sorted(
+        product(*(options(system, y, i) for i in range(len(before)))),
+        key=lambda modes: -sum(map(holds, modes)),
+    )
+    # An acceleration at the limit may be roundoff of the wrong sign: what was found there, or gave
+    # way before, gives way whatever it is. Of several that were found, one may relieve the others.
+    for modes, sure in _by_holding(some, (gone, gone | located)):
+        gives_way = not located or any(modes[i] == mode for i, mode in located.items())
+        gives_way = gives_way and all(modes[i] == mode for i, mode in sure.items())
+        if gives_way and _is_consistent(system, t, y, list(modes), sure):
+            return list(modes)
+    for modes in some:
+        if _is_consistent(system, t, y, list(modes), {}):
+            return list(modes)
+    raise SolverError(
+        f"at t = {t:.9g} s no combination of sticking, sliding and slack satisfies the equations of"
+        f" {subject(system)}: the friction is too large for them; check the coefficients of"
+        " friction and the radius of the shaft"
+    )
+
+
+def _by_holding(some: list[Any], sure: tuple[dict[int, int], ...]) -> Iterator[Any]:
+    """Yield combinations with what is sure, for each number that holds one after the other."""
+    for holding in range(len(some[0]), -1, -1):
+        for certain in sure:
+            yield from ((m, certain) for m in some if sum(map(holds, m)) == holding)
+
+
+def _is_consistent(
+    system: Any, t: float, y: list[float], modes: Modes, sure: dict[int, int]
+) -> bool:
+    """Return whether forces are within their limits, and what gives way moves that way."""
+    n = system.coordinates
+    margins, k = system.margins(t, y, modes), system.rates(t, y, modes)
+    for i, mode in enumerate(modes):
+        c, (forward, backward, roundoff) = system.contacts[i].coordinate, margins[i]
+        if holds(mode):
+            if forward < -roundoff or (mode == STICK and backward < -roundoff):
+                return False
+        elif y[n + c] != 0.0 or (mode == SLACK and y[c] > 0.0) or i in sure:
+            continue
+        elif not direction_of(mode) * k[n + c] > 0.0:
+            return False
+    return True
+
+
+def subject(system: Any) -> str:
+    """Return the subject of messages: "the motion on the contact 'shaft'"."""
+    names = " and ".join(f"'{contact.name}'" for contact in system.contacts)
+    if not names:
+        return "the motion"
+    return f"the motion on the contact{'s' if len(system.contacts) > 1 else ''} {names}"

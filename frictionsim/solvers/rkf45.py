@@ -1,0 +1,297 @@
+"""The adaptive Runge-Kutta-Fehlberg method of order 4(5) for a few states, in lists of floats.
+
+A `Step` is a value: it is not changed, and the next one follows from it. With the settings of the
+run it is all that an integration needs to continue.
+"""
+
+from math import inf, isfinite, ulp
+from typing import Any, NamedTuple
+
+from frictionsim.errors import BudgetExceeded
+from frictionsim.solvers.runge_kutta_fehlberg import (
+    A21,
+    A31,
+    A32,
+    A41,
+    A42,
+    A43,
+    A51,
+    A52,
+    A53,
+    A54,
+    A61,
+    A62,
+    A63,
+    A64,
+    A65,
+    B1,
+    B3,
+    B4,
+    B5,
+    B6,
+    C2,
+    C3,
+    C4,
+    C6,
+    E1,
+    E3,
+    E4,
+    E5,
+    E6,
+    MIN_REPEATED_ULPS,
+    MIN_TRIAL_STEP,
+)
+from frictionsim.solvers.stepper import (
+    MIN_ERROR_NORM,
+    STEP_END_TOLERANCE,
+    clipped_step,
+    next_step_size,
+    non_finite_error,
+    reduced_step,
+    step_underflow,
+)
+
+
+class Tolerances(NamedTuple):
+    """What decides the lengths of steps.
+
+    Attributes
+    ----------
+    rtol, atol : float
+        An error e of a number y is allowed up to atol + rtol |y|.
+    max_step : float, s
+    fixed_step : float, s
+        0 for steps that adapt.
+    max_steps : int
+        Trials, accepted or not, after the first `granted`.
+    granted : int
+    jump_ulps : float
+        A step of this number of units in the last place of the time is accepted whatever its error.
+    subject, budget_advice : str
+        For messages: "the motion on the contact 'shaft'".
+    """
+
+    rtol: float
+    atol: float
+    max_step: float = inf
+    fixed_step: float = 0.0
+    max_steps: int = 10**9
+    granted: int = 0
+    jump_ulps: float = 0.0
+    subject: str = "the motion"
+    budget_advice: str = ""
+
+    def error(self, errors: list[float], y_old: list[float], y: list[float]) -> float:
+        """Return the largest error relative to what is allowed; NaN stays noticed."""
+        rtol, atol, worst = self.rtol, self.atol, 0.0
+        for error, a, b in zip(errors, y_old, y):
+            ratio = abs(error) / (atol + rtol * max(abs(a), abs(b)))
+            if not ratio <= worst:  # also true if it is NaN
+                worst = ratio
+        return worst
+
+
+class Step(NamedTuple):
+    """The last step of y' = k(t, y), from t_old to t, and what the next begins with.
+
+    Attributes
+    ----------
+    t_old, y_old, k_old, t, y, k
+        Time, s, state and its derivative at both ends.
+    length : float, s
+        Planned for the next step.
+    error : float
+        Of this one, relative to what is allowed.
+    taken, rejected, evaluations : int
+        Numbers since the start of the run.
+    """
+
+    t_old: float
+    y_old: list[float]
+    k_old: list[float]
+    t: float
+    y: list[float]
+    k: list[float]
+    length: float
+    error: float
+    taken: int
+    rejected: int
+    evaluations: int
+
+    def at(self, system: Any, modes: list[int], t: float) -> list[float]:
+        """Return the state at a time within the step: of a shorter one to there."""
+        if t >= self.t or self.y is self.y_old:  # nothing moves
+            return self.y
+        if t <= self.t_old:
+            return self.y_old
+        return _after(system, modes, self.t_old, self.y_old, self.k_old, t - self.t_old)[0]
+
+    def near(self, x: float) -> list[float]:
+        """Return the state at a part x of the step, by the cubic through its ends."""
+        h = self.t - self.t_old
+        return [
+            a
+            + x
+            * (h * p + x * (3.0 * (b - a) - h * (2.0 * p + r) + x * (h * (p + r) - 2.0 * (b - a))))
+            for a, b, p, r in zip(self.y_old, self.y, self.k_old, self.k)
+        ]
+
+    def started(
+        self, system: Any, modes: list[int], t: float, y: list[float], tol: Tolerances
+    ) -> "Step":
+        """Return a step of no length at a state, with the length of the first after it [1]_.
+
+        .. [1] Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, II.4.
+        """
+        k = system.rates(t, y, modes)
+        if tol.fixed_step > 0.0:
+            return Step(t, y, k, t, y, k, tol.fixed_step, 1.0, *self[8:10], self.evaluations + 1)
+        scale = [tol.atol + tol.rtol * abs(a) for a in y]
+        size = max([abs(a) / w for a, w in zip(y, scale)])
+        rate = _largest(k, scale)
+        if not isfinite(rate):
+            raise non_finite_error(t, tol.subject)
+        h = 0.01 * size / rate if size > 1e-5 and rate > 1e-5 else 1e-6
+        h = min(max(h, MIN_TRIAL_STEP), tol.max_step)
+        k1 = system.rates(t + h, [a + h * b for a, b in zip(y, k)], modes)
+        change = [(a - b) / h for a, b in zip(k1, k)]
+        fastest, length = max(rate, _largest(change, scale)), h
+        if isfinite(fastest):
+            shorter = (0.01 / fastest) ** 0.2 if fastest > 1e-15 else max(1e-6, 1e-3 * h)
+            length = min(100.0 * h, shorter, tol.max_step)
+        return Step(t, y, k, t, y, k, length, 1.0, *self[8:10], self.evaluations + 2)
+
+    def resting(self, t: float, end: float) -> "Step":
+        """Return a step from a time to another in which nothing moves."""
+        return self._replace(t_old=t, t=end, y_old=self.y, k_old=self.k)
+
+    def advanced(self, system: Any, modes: list[int], limit: float, tol: Tolerances) -> "Step":
+        """Return the next step, which ends at a time, s, at the latest.
+
+        Raises
+        ------
+        BudgetExceeded, NonFinite, StepUnderflow
+        """
+        t, y, k, planned, rejected = self.t, self.y, self.k, self.length, self.rejected
+        check_budget(self, tol, STIFF)
+        left, shortest, evaluations = limit - t, tol.jump_ulps * ulp(t), self.evaluations
+        while True:
+            if tol.fixed_step > 0.0:
+                h = left if planned >= left * STEP_END_TOLERANCE else planned
+            else:
+                h = clipped_step(planned, left)
+            try:
+                new, errors = _after(system, modes, t, y, k, h)
+            except (OverflowError, ValueError):  # of a function of `math` at infinity
+                raise non_finite_error(t, tol.subject) from None
+            evaluations += 5
+            error = tol.error(errors, y, new)
+            if not isfinite(error):
+                raise non_finite_error(t, tol.subject)
+            if error <= 1.0 or tol.fixed_step > 0.0 or h <= shortest:
+                break
+            rejected += 1
+            planned = max(shortest, reduced_step(h, error))
+            if planned < 4.0 * ulp(limit):
+                raise step_underflow(t, planned, tol.subject)
+        end = limit if h == left else t + h
+        length = planned
+        if tol.fixed_step == 0.0:
+            error = max(error, MIN_ERROR_NORM)
+            repeated = rejected > self.rejected
+            length = next_step_size(h, planned, error, self.error, repeated, tol.max_step)
+        k_new = system.rates(end, new, modes)
+        return Step(
+            t, y, k, end, new, k_new, length, error, self.taken + 1, rejected, evaluations + 1
+        )
+
+    def cut(self, system: Any, modes: list[int], t: float) -> "Step":
+        """Return the step ended at a time within it."""
+        if t >= self.t:
+            return self
+        y = self.at(system, modes, t)
+        k = system.rates(t, y, modes)
+        return self._replace(t=t, y=y, k=k, evaluations=self.evaluations + 6)
+
+    def repeated(
+        self, cut: "Step", system: Any, modes: list[int], limit: float, tol: Tolerances
+    ) -> "Step | None":
+        """Return a shorter step after this one if a step that was cut has too large an error.
+
+        The stages of the whole step may have passed over what those of the shorter one meet.
+        """
+        h = cut.t - self.t
+        y, errors = _after(system, modes, self.t, self.y, self.k, h)
+        error = tol.error(errors, self.y, y)
+        if tol.fixed_step > 0.0 or error <= 1.0 or h <= MIN_REPEATED_ULPS * ulp(cut.t):
+            return None
+        length = max(tol.jump_ulps * ulp(self.t), reduced_step(h, error))
+        rejected, evaluations = cut.rejected + 1, cut.evaluations + 5
+        shorter = self._replace(length=length, rejected=rejected, evaluations=evaluations)
+        return shorter.advanced(system, modes, limit, tol)
+
+
+# Of an explicit method.
+STIFF = " (unless a short time constant, such as inertia over damping, limits the steps)"
+START = Step(0.0, [], [], 0.0, [], [], 0.0, 1.0, 0, 0, 0)
+
+
+def check_budget(step: Any, tol: Tolerances, unless: str = "") -> None:
+    """Raise BudgetExceeded if the limit of steps is reached; `unless` restricts the advice."""
+    if step.taken + step.rejected - tol.granted >= tol.max_steps:
+        raise BudgetExceeded(
+            f"limit of {tol.max_steps} steps reached at t = {step.t:.9g} s of {tol.subject};"
+            f" {tol.budget_advice}{unless}"
+        )
+
+
+def _largest(numbers: list[float], scale: list[float]) -> float:
+    """Return the largest size of numbers in their scales; NaN stays noticed."""
+    largest = 0.0
+    for number, width in zip(numbers, scale):
+        size = abs(number) / width
+        if not size <= largest:
+            largest = size
+    return largest
+
+
+def _after(
+    system: Any, modes: list[int], t: float, y: list[float], k1: list[float], h: float
+) -> tuple[list[float], list[float]]:
+    """Return the state a time h after t, s, and the estimate of its error.
+
+    Stages are of the motion alone, on which the rates of energies depend.
+    """
+    rates, motion = system.rates, y[: 2 * system.coordinates]
+    a2 = h * A21
+    k2 = rates(t + C2 * h, [x + a2 * a for x, a in zip(motion, k1)], modes)
+    a1, a2 = h * A31, h * A32
+    k3 = rates(t + C3 * h, [x + a1 * a + a2 * b for x, a, b in zip(motion, k1, k2)], modes)
+    a1, a2, a3 = h * A41, h * A42, h * A43
+    k4 = rates(
+        t + C4 * h,
+        [x + a1 * a + a2 * b + a3 * c for x, a, b, c in zip(motion, k1, k2, k3)],
+        modes,
+    )
+    a1, a2, a3, a4 = h * A51, h * A52, h * A53, h * A54
+    k5 = rates(
+        t + h,
+        [x + a1 * a + a2 * b + a3 * c + a4 * d for x, a, b, c, d in zip(motion, k1, k2, k3, k4)],
+        modes,
+    )
+    a1, a2, a3, a4, a5 = h * A61, h * A62, h * A63, h * A64, h * A65
+    k6 = rates(
+        t + C6 * h,
+        [
+            x + a1 * a + a2 * b + a3 * c + a4 * d + a5 * e
+            for x, a, b, c, d, e in zip(motion, k1, k2, k3, k4, k5)
+        ],
+        modes,
+    )
+    b1, b3, b4, b5, b6 = h * B1, h * B3, h * B4, h * B5, h * B6
+    e1, e3, e4, e5, e6 = h * E1, h * E3, h * E4, h * E5, h * E6
+    new, errors = [], []
+    for x, a, c, d, e, f in zip(y, k1, k3, k4, k5, k6):
+        new.append(x + (b1 * a + b3 * c + b4 * d + b5 * e + b6 * f))
+        errors.append(e1 * a + e3 * c + e4 * d + e5 * e + e6 * f)
+    return new, errors

@@ -1,0 +1,418 @@
+"""The event-driven loop by name: closed forms, order of its method, states between turns."""
+
+from collections.abc import Callable
+from math import cos, inf, pi, sin, sqrt
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from frictionsim.errors import SolverError
+from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
+from frictionsim.scenario.signals import Constant, PiecewiseLinear
+from frictionsim.solvers.events import Events, State
+from frictionsim.solvers.modes import KEEPS, consistent
+from frictionsim.solvers.recording import Recording
+from frictionsim.solvers.rkf45 import Tolerances
+from frictionsim.solvers.system import INPUT, Contact, Friction, OneCoordinate, Term
+from tests.support.wheels import TIGHT, solved
+
+
+def block(drive: Any, *terms: Term, start: tuple[float, float] = (0.0, 0.0)) -> OneCoordinate:
+    """Return a block of 2 kg with the limits 6 and 4 N, under a force and other terms."""
+    friction = Friction(
+        "floor",
+        static=lambda u, q: 6.0,
+        kinetic=lambda u, q, v, s, applied: 4.0,
+        roundoff=lambda u, q: 1e-14,
+    )
+    terms = (Term(lambda u, q, v: u, INPUT), *terms)
+    return OneCoordinate(drive, None, 2.0, terms, friction, start=start)
+
+
+def test_a_block_under_a_growing_force_breaks_away_at_its_limit_and_moves_by_a_cubic() -> None:
+    """3 t = 6 at 2 s; then 2 x'' = 3 t - 4: the method is exact for a cubic, but for rounding."""
+    solver = solved(block(PiecewiseLinear([0.0, 10.0], [0.0, 30.0])), 5.0)
+    (event,) = solver.recording.transitions
+    assert (event.contact, event.mode_from, event.mode_to) == ("floor", STICK, FORWARD)
+    assert event.time == pytest.approx(2.0, rel=1e-15)
+    moved = 3.0  # s
+    v = (3.0 * moved**2 / 2.0 + 2.0 * moved) / 2.0
+    x = (3.0 * moved**3 / 6.0 + 2.0 * moved**2 / 2.0) / 2.0
+    assert solver.state.y[:2] == pytest.approx([x, v], rel=1e-13)
+    work, heat = solver.state.y[2:]
+    assert heat == pytest.approx(4.0 * x, rel=1e-12)
+    assert work == pytest.approx(v**2 + 4.0 * x, rel=1e-12)
+
+
+@given(st.floats(0.1, 50.0))
+def test_a_sliding_block_comes_to_rest_as_constant_friction_stops_it(speed: float) -> None:
+    stop = 2.0 * speed / 4.0
+    solver = solved(block(Constant(0.0), start=(0.0, speed)), 2.0 * stop)
+    (event,) = solver.recording.transitions
+    assert event.time == pytest.approx(stop, rel=1e-12)
+    assert solver.state.y[:2] == [pytest.approx(0.5 * speed * stop, rel=1e-12), 0.0]
+
+
+def test_a_block_on_a_spring_swings_until_its_force_is_within_the_limit() -> None:
+    """k = 8 N/m: each half swing ends 2 * 4/8 = 1 m nearer: from 3.2 m at -2.2, 1.2, -0.2 m."""
+    spring = Term(lambda u, q, v: -8.0 * q, potential=lambda q: 4.0 * q * q)
+    solver = solved(block(Constant(0.0), spring, start=(3.2, 0.0)), 10.0)
+    half = pi / sqrt(8.0 / 2.0)
+    turns = [e.time for e in solver.recording.transitions if e.time > 0.0]
+    assert turns == pytest.approx([half, 2.0 * half, 3.0 * half], rel=1e-11)
+    # Where 8 * 0.2 N is within 6 N.
+    assert solver.state.y[0] == pytest.approx(-0.2, rel=1e-10)
+    assert solver.state.modes == [STICK]
+
+
+def test_its_method_is_of_the_fifth_order() -> None:
+    """A free oscillator by steps of one length: its error falls by 2^5 as they are halved."""
+    spring = Term(lambda u, q, v: -2.0 * q, potential=lambda q: q * q)
+    errors = []
+    for step in (0.1, 0.05, 0.025):
+        terms = (Term(0.0, INPUT), spring)
+        system = OneCoordinate(Constant(0.0), None, 2.0, terms, None, start=(1.0, 0.0))
+        y = solved(system, 4.0, Tolerances(1e-6, 1e-9, fixed_step=step)).state.y
+        errors.append(np.hypot(y[0] - cos(4.0), y[1] + sin(4.0)))
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert orders == pytest.approx([5.0, 5.0], abs=0.3)  # of the next order, a tenth at these steps
+
+
+def test_from_each_state_between_turns_a_run_continues_to_the_same_bits() -> None:
+    def system() -> OneCoordinate:
+        spring = Term(lambda u, q, v: -8.0 * q, potential=lambda q: 4.0 * q * q)
+        return block(PiecewiseLinear([0.0, 1.0, 2.0], [0.0, 20.0, -9.0]), spring)
+
+    states: list[tuple[State, int]] = []
+    whole = Events(system(), TIGHT, Recording(system(), 4.0, 0.1), 4.0)
+    whole.run(lambda t: states.append((whole.state, len(whole.recording.rows))))
+    for state, rows in states[:: max(1, len(states) // 20)]:
+        part = Events(system(), TIGHT, Recording(system(), 4.0, 0.1), 4.0)
+        part.state = state
+        part.recording.rows = whole.recording.rows[:rows]
+        part.run(lambda t: None)
+        assert part.recording.rows == whole.recording.rows
+        assert part.state == whole.state
+
+
+class Bodies:
+    """Bodies without energies: a `System`; who derives from it says what accelerates them."""
+
+    surfaces, stops, impact_heat = (), None, 0
+    contacts: tuple[Contact, ...]
+
+    def __init__(self, *contacts: Contact, start: list[float] | None = None) -> None:
+        self.contacts, self.coordinates = contacts, len(contacts)
+        self.start = start or [0.0 for _ in range(2 * len(contacts))]
+
+    def accelerations(self, t: float, modes: list[int]) -> list[float]:
+        """Return the accelerations of the coordinates."""
+        raise NotImplementedError
+
+    def rates(self, t: float, y: list[float], modes: list[int]) -> list[float]:
+        return [*y[self.coordinates :], *self.accelerations(t, modes)]
+
+    def recorded(self, t: float, y: list[float], modes: list[int]) -> list[float]:
+        return []
+
+    def smooth_until(self, t: float, y: list[float], end: float) -> float:
+        return end
+
+    def rests_until(self, t: float, y: list[float], end: float) -> float:
+        return self.smooth_until(t, y, end)
+
+    def kinetic_and_supplied(self, y: list[float]) -> tuple[float, float]:
+        return 0.0, inf
+
+
+Margins = list[tuple[float, float, float]]
+
+
+class Stack(Bodies):
+    """A block of 1 kg on one of 1 kg: floor and interface hold 3 and 1 N, and slide at 2 and 0.5 N.
+
+    Coordinates are the slips: of the lower block on the floor, of the upper one on the lower.
+    """
+
+    def __init__(self, rate: float) -> None:
+        super().__init__(Contact("floor", 0), Contact("interface", 1))
+        self.rate = rate  # N/s, of the force on the lower block
+
+    def forces(self, t: float, modes: list[int]) -> tuple[float, float, float, float]:
+        """Return the accelerations of both slips, and the friction on them."""
+        pull, (floor, between) = self.rate * t, modes
+        if floor == STICK and between == STICK:
+            return 0.0, 0.0, -pull, 0.0
+        if floor == STICK:
+            force = -0.5 * between
+            return 0.0, force, -pull + force, force
+        below = -2.0 * floor
+        if between == STICK:  # both move as one of 2 kg
+            a = 0.5 * (pull + below)
+            return a, 0.0, below, a
+        force = -0.5 * between  # on the upper block
+        a = pull + below - force
+        return a, force - a, below, force
+
+    def accelerations(self, t: float, modes: list[int]) -> list[float]:
+        return [*self.forces(t, modes)[:2]]
+
+    def margins(self, t: float, y: list[float], modes: list[int]) -> Margins:
+        _, _, below, between = self.forces(t, modes)
+        return [
+            (3.0 + below, 3.0 - below, 1e-14),
+            (1.0 + between, 1.0 - between, 1e-14),
+        ]
+
+
+def test_of_two_blocks_the_lower_one_slides_first_and_then_leaves_the_upper_one_behind() -> None:
+    """t = 3 at the floor's limit; 0.5 (t - 2) = 1 at that of the interface: t = 4."""
+    solver = solved(Stack(1.0), 5.0)
+    events = [(e.time, e.contact, e.mode_to) for e in solver.recording.transitions]
+    assert events == [
+        (pytest.approx(3.0, rel=1e-14), "floor", FORWARD),
+        (pytest.approx(4.0, rel=1e-14), "interface", -FORWARD),
+    ]
+    # From 3 s on 2 v' = t - 2, from 4 s on v' = t - 2.5 of the lower and 0.5 of the upper block.
+    v_4 = 0.25 * (2.0**2 - 1.0**2)
+    lower = v_4 + 0.5 * (2.5**2 - 1.5**2)
+    assert solver.state.y[2:] == pytest.approx([lower, v_4 + 0.5 - lower], rel=1e-12)
+
+
+def test_a_pile_of_blocks_slips_from_top_to_bottom_and_comes_to_rest_together() -> None:
+    """Three blocks on each other and on the ground; a force on the lowest rises, then is gone."""
+    m, g = np.array([3.0, 2.0, 1.0]), 10.0
+    mu = np.array([0.1, 0.3, 0.2])  # of the ground, and of the blocks on it
+    limits = mu * g * np.cumsum(m[::-1])[::-1]
+    top = 60.0  # N; up to it the force rises by 20 N/s
+    end = top / 20.0
+    force = PiecewiseLinear([0.0, end, end + 1e-3], [0.0, top, 0.0])
+
+    class Pile(Bodies):
+        def solution(self, t: float, modes: list[int]) -> Any:
+            """Return the accelerations of the blocks, and the frictions below them."""
+            matrix, right = np.zeros((6, 6)), np.zeros(6)
+            right[0] = force(t)
+            for i in range(3):
+                matrix[i, i], matrix[i, 3 + i] = m[i], -1.0
+                if i < 2:
+                    matrix[i, 4 + i] = 1.0
+                if modes[i] == STICK:
+                    matrix[3 + i, i], matrix[3 + i, i - 1] = 1.0, -1.0 if i else 0.0
+                else:
+                    matrix[3 + i, 3 + i], right[3 + i] = 1.0, -modes[i] * limits[i]
+            return np.linalg.solve(matrix, right)
+
+        def accelerations(self, t: float, modes: list[int]) -> list[float]:
+            slips = np.diff(self.solution(t, modes)[:3], prepend=0.0)
+            return [float(a) if mode else 0.0 for a, mode in zip(slips, modes, strict=True)]
+
+        def margins(self, t: float, y: list[float], modes: list[int]) -> Margins:
+            frictions = self.solution(t, modes)[3:].tolist()
+            return [(x + f, x - f, 1e-12) for x, f in zip(limits, frictions, strict=True)]
+
+        def smooth_until(self, t: float, y: list[float], end: float) -> float:
+            return min(end, force.next_extremum(t))
+
+    solver = solved(Pile(*[Contact(f"below {i}", i) for i in range(3)]), 40.0)
+    # The ground, then the top block at its mu g, then the middle one with that on it.
+    of_middle = (mu[1] * (m[1] + m[2]) - mu[2] * m[2]) * g / m[1]
+    forces = (
+        limits[0],
+        limits[0] + m.sum() * mu[2] * g,
+        limits[0] + limits[2] + (m[0] + m[1]) * of_middle,
+    )
+    transitions = solver.recording.transitions
+    slips = [(e.time, e.contact) for e in transitions if e.mode_from == STICK]
+    expected = [(f / 20.0, f"below {i}") for f, i in zip(forces, (0, 2, 1), strict=True)]
+    assert slips == [(pytest.approx(t, abs=1e-11), name) for t, name in expected]
+    assert solver.state.modes == [STICK, STICK, STICK]
+    assert solver.state.y[3:] == [0.0, 0.0, 0.0]
+
+
+class Margin(Bodies):
+    """Contacts that hold with margins that are given over time, beside a body that moves."""
+
+    def __init__(self, *given: Callable[[float], float], tie: float = 0.0) -> None:
+        self.given, self.tie = given, tie
+        super().__init__(*[Contact(f"contact {i}", i) for i in range(len(given))])
+        self.coordinates += 1
+        self.start = [0.0] * (2 * self.coordinates)
+
+    def accelerations(self, t: float, modes: list[int]) -> list[float]:
+        return [*map(float, modes), 1.0]
+
+    def margins(self, t: float, y: list[float], modes: list[int]) -> Margins:
+        return [(margin(t), 1.0, self.tie) for margin in self.given]
+
+
+ONE_STEP = Tolerances(1e-9, 1e-12, fixed_step=1.0)
+
+
+def released(*given: Callable[[float], float], tie: float = 0.0) -> list[tuple[float, str]]:
+    """Return the releases of contacts in a step from 0 to 1 s by margins over time."""
+    solver = solved(Margin(*given, tie=tie), 1.0, ONE_STEP)
+    return [(e.time, e.contact) for e in solver.recording.transitions]
+
+
+@pytest.mark.parametrize("middle", [0.0005, 0.004, 0.2, 0.45, 0.7, 0.97, 0.9992])
+def test_a_margin_that_is_used_up_and_restored_within_a_step_is_seen(middle: float) -> None:
+    depth = 1e-9 if 0.01 < middle < 0.99 else 1e-13
+    (time, _), *_ = released(lambda t: (t - middle) ** 2 - depth)
+    assert time == pytest.approx(middle - depth**0.5, abs=1e-9)
+
+
+def test_a_margin_that_is_nearly_used_up_lasts() -> None:
+    assert released(lambda t: (t - 0.4) ** 2 + 1e-9) == []
+
+
+def test_the_first_of_several_margins_ends_the_step_and_ties_end_it_together() -> None:
+    events = released(lambda t: 0.7 - t, lambda t: 0.3 - t, lambda t: 0.6 - 2 * t)
+    at = pytest.approx(0.3, abs=1e-15)
+    assert events == [
+        (at, "contact 1"),
+        (at, "contact 2"),
+        (pytest.approx(0.7, abs=1e-15), "contact 0"),
+    ]
+
+
+def test_a_force_may_equal_its_limit_and_pass_it_by_its_roundoff() -> None:
+    assert released(lambda t: 0.0) == []
+    assert released(lambda t: -1e-13, tie=1e-12) == []
+
+
+class Thrown(Bodies):
+    """A body with a velocity that is given over time, and friction that holds it where it stops."""
+
+    def __init__(self, slope: Callable[[float], float], velocity: float) -> None:
+        super().__init__(Contact("floor"), start=[0.0, velocity])
+        self.slope = slope
+
+    def accelerations(self, t: float, modes: list[int]) -> list[float]:
+        return [self.slope(t) if modes[0] != STICK else 0.0]
+
+    def margins(self, t: float, y: list[float], modes: list[int]) -> Margins:
+        return [(1.0, 1.0, 0.0)]
+
+
+@pytest.mark.parametrize("middle", [0.0005, 0.004, 0.2, 0.45, 0.7, 0.97, 0.9992])
+def test_a_velocity_that_is_zero_and_rises_again_within_a_step_is_seen(middle: float) -> None:
+    """v = (t - middle)^2 - depth, which the method integrates but for rounding."""
+    depth = 1e-9 if 0.01 < middle < 0.99 else 1e-13
+    body = Thrown(lambda t: 2.0 * (t - middle), middle**2 - depth)
+    (event,) = solved(body, 1.0, ONE_STEP).recording.transitions
+    assert (event.mode_from, event.mode_to) == (FORWARD, STICK)
+    assert event.time == pytest.approx(middle - depth**0.5, abs=1e-9)
+
+
+def test_a_body_that_nearly_stops_moves_on() -> None:
+    body = Thrown(lambda t: 2.0 * (t - 0.4), 0.4**2 + 1e-9)
+    assert solved(body, 1.0, ONE_STEP).recording.transitions == []
+
+
+class Hung(Bodies):
+    """Two bodies on ropes, which pull with given forces while they are taut; they fall at 10."""
+
+    def __init__(self, *tensions: Callable[[float], float], start: list[float]) -> None:
+        ropes = [Contact(f"rope {i}", i, is_rope=True) for i in range(len(tensions))]
+        super().__init__(*ropes, start=start)
+        self.tensions, self.impacts = tensions, []
+
+    def accelerations(self, t: float, modes: list[int]) -> list[float]:
+        return [-10.0 if mode == SLACK else 0.0 for mode in modes]
+
+    def margins(self, t: float, y: list[float], modes: list[int]) -> Margins:
+        return [
+            (tension(t) if mode == TAUT else 0.0, 0.0, 1e-14)
+            for tension, mode in zip(self.tensions, modes, strict=True)
+        ]
+
+    def impact(self, i: int, y: list[float], modes: list[int]) -> list[float]:
+        """Return the state after an impact that takes half of the speed."""
+        self.impacts.append((i, y[self.coordinates + i]))
+        after = list(y)
+        after[self.coordinates + i] = -0.5 * y[self.coordinates + i] if y[2 + i] < -1.0 else 0.0
+        return after
+
+
+def test_a_rope_becomes_taut_where_its_gap_closes_and_is_thrown_up_by_an_impact() -> None:
+    """From 5 m it falls for 1 s to 10 m/s, and comes back with 5, 2.5, 1.25 m/s, then none."""
+    bodies = Hung(lambda t: 1.0, lambda t: 1.0, start=[5.0, 0.0, 0.0, 0.0])
+    solver = solved(bodies, 5.0)
+    speeds = [10.0, 5.0, 2.5, 1.25, 0.625]
+    times = np.cumsum([1.0, *[2.0 * v / 10.0 for v in speeds[1:]]])
+    assert bodies.impacts == [(0, pytest.approx(-v, rel=1e-9)) for v in speeds]
+    changes = [e for e in solver.recording.transitions if e.time > 0.0]
+    assert [e.time for e in changes] == pytest.approx(times, abs=1e-9)
+    assert [e.contact for e in changes] == ["rope 0"] * 5
+    assert [e.mode_to for e in changes] == [SLACK] * 4 + [TAUT]
+    assert solver.state.y == [0.0, 0.0, 0.0, 0.0]
+    assert solver.state.modes == [TAUT, TAUT]
+
+
+def test_a_rope_falls_slack_where_its_tension_vanishes() -> None:
+    class Lifted(Hung):
+        def accelerations(self, t: float, modes: list[int]) -> list[float]:
+            return [t - 2.0 if mode == SLACK else 0.0 for mode in modes]
+
+    bodies = Lifted(lambda t: 2.0 - t, lambda t: 9.0, start=[0.0, 0.0, 0.0, 0.0])
+    (event,) = solved(bodies, 3.0).recording.transitions
+    assert event[:4] == (pytest.approx(2.0, rel=1e-15), "rope 0", TAUT, SLACK)
+
+
+class Loaded(Bodies):
+    """A block of 1 kg and mu = 0.5 whose load is 1 N plus a part of the acceleration."""
+
+    def __init__(self, load_per_acceleration: float, driving: float) -> None:
+        super().__init__(Contact("block"))
+        self.part, self.driving = load_per_acceleration, driving
+
+    def accelerations(self, t: float, modes: list[int]) -> list[float]:
+        shift = 0.5 * modes[0]
+        return [(self.driving - shift) / (1.0 + shift * self.part) if modes[0] else 0.0]
+
+    def margins(self, t: float, y: list[float], modes: list[int]) -> Margins:
+        return [(0.5 - self.driving, 0.5 + self.driving, 1e-12)]
+
+
+def modes_from_rest(system: Bodies, now: list[int]) -> list[int]:
+    return consistent(system, 0.0, system.start, [STICK for _ in now], now)
+
+
+def test_a_contact_holds_at_its_limit_and_gives_way_beyond_it() -> None:
+    assert modes_from_rest(Loaded(0.0, 0.5), [KEEPS]) == [STICK]
+    assert modes_from_rest(Loaded(0.0, -0.50001), [KEEPS]) == [BACKWARD]
+    # Located at its limit, it gives way, although roundoff would let it hold.
+    assert modes_from_rest(Loaded(0.0, 0.5), [FORWARD]) == [FORWARD]
+
+
+def test_equations_without_a_solution_are_an_error() -> None:
+    """A load that falls with the acceleration jams the block: 0.6 N are beyond any friction."""
+    with pytest.raises(SolverError) as error:
+        solved(Loaded(-3.0, 0.6), 1.0)
+    assert str(error.value) == (
+        "at t = 0 s no combination of sticking, sliding and slack satisfies the equations of the"
+        " motion on the contact 'block': the friction is too large for them; check the"
+        " coefficients of friction and the radius of the shaft"
+    )
+
+
+def test_two_contacts_hold_in_turn_before_both_give_way() -> None:
+    """Of two contacts on their own coordinates, that at its limit gives way: the other holds.
+
+    Its acceleration is roundoff of the wrong sign; if the other gave way, it would be positive.
+    """
+
+    class Two(Bodies):
+        def accelerations(self, t: float, modes: list[int]) -> list[float]:
+            first = 1.0 if modes[1] else -1e-17
+            return [first if modes[0] else 0.0, float(modes[1])]
+
+        def margins(self, t: float, y: list[float], modes: list[int]) -> Margins:
+            return [(1.0, 1.0, 1e-12)] * 2
+
+    both = Two(Contact("shaft", 0), Contact("cord", 1))
+    assert modes_from_rest(both, [FORWARD, KEEPS]) == [FORWARD, STICK]
