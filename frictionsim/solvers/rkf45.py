@@ -124,7 +124,9 @@ class Step(NamedTuple):
             return self.y
         if t <= self.t_old:
             return self.y_old
-        return _after(system, modes, self.t_old, self.y_old, self.k_old, t - self.t_old)[0]
+        h = t - self.t_old
+        stages = _stages(system, modes, self.t_old, self.y_old, self.k_old, h)
+        return _solution(self.y_old, self.k_old, stages, h)
 
     def near(self, x: float) -> list[float]:
         """Return the state at a part x of the step, by the cubic through its ends."""
@@ -181,11 +183,12 @@ class Step(NamedTuple):
             else:
                 h = clipped_step(planned, left)
             try:
-                new, errors = _after(system, modes, t, y, k, h)
+                stages = _stages(system, modes, t, y, k, h)
             except (OverflowError, ValueError):  # of a function of `math` at infinity
                 raise non_finite_error(t, tol.subject) from None
             evaluations += 5
-            error = tol.error(errors, y, new)
+            new = _solution(y, k, stages, h)
+            error = tol.error(_errors(k, stages, h), y, new)
             if not isfinite(error):
                 raise non_finite_error(t, tol.subject)
             if error <= 1.0 or tol.fixed_step > 0.0 or h <= shortest:
@@ -221,8 +224,8 @@ class Step(NamedTuple):
         The stages of the whole step may have passed over what those of the shorter one meet.
         """
         h = cut.t - self.t
-        y, errors = _after(system, modes, self.t, self.y, self.k, h)
-        error = tol.error(errors, self.y, y)
+        stages = _stages(system, modes, self.t, self.y, self.k, h)
+        error = tol.error(_errors(self.k, stages, h), self.y, cut.y)
         if tol.fixed_step > 0.0 or error <= 1.0 or h <= MIN_REPEATED_ULPS * ulp(cut.t):
             return None
         length = max(tol.jump_ulps * ulp(self.t), reduced_step(h, error))
@@ -255,16 +258,19 @@ def _largest(numbers: list[float], scale: list[float]) -> float:
     return largest
 
 
-def _after(
+Stages = tuple[list[float], list[float], list[float], list[float]]
+
+
+def _stages(
     system: Any, modes: list[int], t: float, y: list[float], k1: list[float], h: float
-) -> tuple[list[float], list[float]]:
-    """Return the state a time h after t, s, and the estimate of its error.
+) -> Stages:
+    """Return the derivatives at the stages 3 to 6 of a step of length h from t, s.
 
     Stages are of the motion alone, on which the rates of energies depend.
     """
     rates, motion = system.rates, y[: 2 * system.coordinates]
-    a2 = h * A21
-    k2 = rates(t + C2 * h, [x + a2 * a for x, a in zip(motion, k1)], modes)
+    a1 = h * A21
+    k2 = rates(t + C2 * h, [x + a1 * a for x, a in zip(motion, k1)], modes)
     a1, a2 = h * A31, h * A32
     k3 = rates(t + C3 * h, [x + a1 * a + a2 * b for x, a, b in zip(motion, k1, k2)], modes)
     a1, a2, a3 = h * A41, h * A42, h * A43
@@ -288,10 +294,18 @@ def _after(
         ],
         modes,
     )
+    return k3, k4, k5, k6
+
+
+def _solution(y: list[float], k1: list[float], stages: Stages, h: float) -> list[float]:
+    """Return the state after a step, of the fifth order."""
     b1, b3, b4, b5, b6 = h * B1, h * B3, h * B4, h * B5, h * B6
+    return [
+        x + (b1 * a + b3 * c + b4 * d + b5 * e + b6 * f) for x, a, c, d, e, f in zip(y, k1, *stages)
+    ]
+
+
+def _errors(k1: list[float], stages: Stages, h: float) -> list[float]:
+    """Return its difference to that of the fourth order."""
     e1, e3, e4, e5, e6 = h * E1, h * E3, h * E4, h * E5, h * E6
-    new, errors = [], []
-    for x, a, c, d, e, f in zip(y, k1, k3, k4, k5, k6):
-        new.append(x + (b1 * a + b3 * c + b4 * d + b5 * e + b6 * f))
-        errors.append(e1 * a + e3 * c + e4 * d + e5 * e + e6 * f)
-    return new, errors
+    return [e1 * a + e3 * c + e4 * d + e5 * e + e6 * f for a, c, d, e, f in zip(k1, *stages)]

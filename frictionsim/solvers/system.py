@@ -339,7 +339,7 @@ class OneCoordinate:
 
     def rates(self, t: float, y: list[float], modes: list[int]) -> list[float]:
         q, v = y[0], y[1]
-        u = self.acting(t, q, v)
+        u = self.drive(t) if self._is_at_rest_same else self.acting(t, q, v)
         driving = self._driving(u, q, v)
         applied = driving + self._constant
         for torque in self._storing:
