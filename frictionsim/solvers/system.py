@@ -40,7 +40,7 @@ class Term(NamedTuple):
     potential : callable or None
         Of q, J, of a torque that is its negative slope; `energy` is empty then.
 
-    A term without either would lose its work, and the audit `energy_balance` would fail.
+    Each term has one of both, so that none loses its work.
     """
 
     torque: Callable[[Any, float, float], float] | float
@@ -283,6 +283,7 @@ class OneCoordinate:
         self._first_departure = first_departure
         self.surfaces, self.stops, self._recorded = surfaces, stops, recorded
         self.contacts = () if friction is None else (Contact(friction.name),)
+        self._check_terms()
         self._driving = _function(self._only(INPUT).torque)
         storing = [term.torque for term in self.terms if not term.energy]
         self._constant = sum([torque for torque in storing if not callable(torque)])
@@ -311,6 +312,14 @@ class OneCoordinate:
             *channels,
             *([] if friction is None else ["mode"]),
         )
+
+    def _check_terms(self) -> None:
+        for term in self.terms:
+            if (term.potential is None) == (not term.energy):
+                raise TypeError(
+                    "each term says where its energy goes: give it an energy, such as"
+                    " 'energy_damping' of what takes it out, or a potential"
+                )
 
     def _only(self, energy: str) -> Term:
         terms = [term for term in self.terms if term.energy == energy]
