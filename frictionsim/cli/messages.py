@@ -132,29 +132,35 @@ PACKAGE = "frictionsim"
 
 def defect_message(error: BaseException) -> str:
     """Return the message for an internal error, which names the plug-in that it comes from."""
-    plugin = _plugin_of(error)
+    plugin, place = _plugin_of(error)
     whose = f"error in the plug-in {plugin}" if plugin else "internal error"
+    at = f"at {place}; " if plugin else ""
     to = f"to the authors of {plugin} " if plugin else ""
     return (
         f"{whose}: {type(error).__name__}: {error}\n"
-        f"please report it {to}with the scenario; --debug before the command shows the traceback"
+        f"{at}please report it {to}with the scenario; --debug before the command shows the"
+        " traceback"
     )
 
 
-def _plugin_of(error: BaseException) -> str:
-    """Return the installed package whose call failed; empty if it was ours."""
+def _plugin_of(error: BaseException) -> tuple[str, str]:
+    """Return the installed package whose call failed, and file and line; empty if it was ours."""
     from importlib.metadata import entry_points
 
     from frictionsim.scenario.kinds import GROUP
 
-    names = [frame.f_globals.get("__name__", "") for frame, _ in walk_tb(error.__traceback__)]
+    frames = [
+        (_top(frame.f_globals.get("__name__", "")), f"{frame.f_code.co_filename}:{line}")
+        for frame, line in walk_tb(error.__traceback__)
+    ]
     try:
         points = {_top(point.value): point for point in entry_points(group=GROUP)}
     except Exception:  # of any installed package: entry points are text without a check
-        return ""
-    calling = (top for top in map(_top, reversed(names)) if top == PACKAGE or top in points)
-    point = points.get(next(calling, ""))
-    return "" if point is None else str(point.dist.name if point.dist else point.value)
+        return "", ""
+    calling = (frame for frame in reversed(frames) if frame[0] == PACKAGE or frame[0] in points)
+    top, place = next(calling, ("", ""))
+    point = points.get(top)
+    return ("", "") if point is None else (point.dist.name if point.dist else point.value, place)
 
 
 def _top(module: str) -> str:

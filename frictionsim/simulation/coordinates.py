@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from frictionsim.errors import InputError
 from frictionsim.results import STICK, Quantities, Quantity, SimulationResult, Transition
 from frictionsim.scenario import methods
 from frictionsim.simulation.audit import audit
@@ -59,6 +60,10 @@ class CoordinateSimulation:
         )
         self._recording = Recording(system, settings.duration, scenario.interval)
         parts = system, tolerances, self._recording, settings.duration
+        if system.stops is not None and settings.backend != "events":
+            raise InputError(
+                f"solver.backend: end stops need the backend 'events', got '{settings.backend}'"
+            )
         self._solver = (
             PrescribedMotion(*parts)
             if mechanism.prescribed
@@ -158,7 +163,7 @@ class CoordinateSimulation:
         }
         return SimulationResult(
             time=samples.time,
-            channels={n: samples[n] for n in self.channel_info if n in samples.columns},
+            channels={name: samples[name] for name in self._channel_names()},
             transitions=samples.transitions,
             quantities=self._quantities(samples),
             checks=audit(self._mechanism, samples, self._settings, self.statistics()[0]),
@@ -167,13 +172,21 @@ class CoordinateSimulation:
             sides=sides,
         )
 
+    def _channel_names(self) -> list[str]:
+        """Return the names of the channels: motion, forces, friction, energies."""
+        motion = ("angle", "angular_velocity", "angular_acceleration")
+        ranks = {name: i - 10 for i, name in enumerate(motion)}
+        ranks |= {"friction_torque": 1, "mode": 2}
+        names = [name for name in self._mechanism.columns if name in self.channel_info]
+        return sorted(names, key=lambda n: 3 if n.startswith("energy_") else ranks.get(n, 0))
+
     def _samples(self) -> tuple[Samples, bool]:
         """Return the samples before the first that is not finite, and whether there is one."""
         recording, names = self._recording, self._mechanism.columns
         rows = np.array(recording.rows).reshape(-1, 1 + len(names))
         sides = np.array(recording.sides).reshape(-1, 2, 1 + len(names))
         transitions = recording.transitions
-        # A step records the event at its end before an impact within it.
+        # Laws record that a step ends at a surface before a change of mode within it.
         order = np.argsort(sides[:, 1, 0], kind="stable")
         sides, transitions = sides[order], [transitions[i] for i in order]
         finite, finite_sides = np.isfinite(rows).all(axis=1), np.isfinite(sides).all(axis=(1, 2))

@@ -17,7 +17,7 @@ from frictionsim.errors import Chattering, Diverged
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
 from frictionsim.solvers.modes import KEEPS, REFINDS, Modes, consistent, holds
 from frictionsim.solvers.recording import Recording
-from frictionsim.solvers.rkf45 import START, Step, Tolerances
+from frictionsim.solvers.rkf45 import START, Step, Tolerances, in_range
 from frictionsim.solvers.roots import bracket_root
 
 # Parts of a step at which margins are looked at; near its ends for the sign of their slopes.
@@ -36,6 +36,7 @@ MAX_ENERGY_RATIO = 100.0
 # A flight shorter than this number of units in the last place of time or position, over 1 - e, is
 # ignored: rounding would give the body as much speed as an impact takes.
 HIDDEN_ULPS = 16.0
+MAX_IMPACTS = 100  # of ropes that become taut at one time: each leaves less of what is to close
 STOP = "stop"  # name of the event
 LEAVES = 2  # instead of the direction in which a stop is hit: a body without friction leaves it
 
@@ -64,7 +65,7 @@ class State(NamedTuple):
         Positions, velocities, energies.
     modes : list of int, (contacts,)
     now : list of int, (contacts,)
-        The modes that begin at t, `KEEPS` for no change.
+        The modes that begin at t, `KEEPS` for no change, `REFINDS` if they are to be found.
     held : float, s
         The last time at which the contacts held that are released at t.
     hit : int
@@ -124,7 +125,7 @@ class Events:
         modes = [TAUT if c.is_rope else _sign(_rate(system, c, y)) for c in system.contacts]
         hit = 0 if system.stops is None else system.stops.hit(y[0], y[1])
         now = [REFINDS for _ in modes]
-        self.state = State(0.0, y, modes, now, -1.0, hit, first, 0.0, 0, [])
+        self.state = State(0.0, y, modes, now, inf, hit, first, 0.0, 0, [])
 
     def run(self, on_step: Callable[[float], object]) -> None:
         """Integrate to the end; `on_step` is called with the time between turns.
@@ -137,11 +138,11 @@ class Events:
         while True:
             state = self.state
             while not state.step.y or state.hit or any([mode != KEEPS for mode in state.now]):
-                state = self.state = self._settled(state)
+                state = self.state = in_range(self._settled, state, self.tolerances)
             if state.t >= self.end:
                 break
             on_step(state.t)
-            self.state = self._turned(state)
+            self.state = in_range(self._turned, state, self.tolerances)
         if self.recording.times.at(state.samples) <= self.end:
             self.recording.sample(self.end, state.y, state.modes)
             self.state = state._replace(samples=state.samples + 1)
@@ -155,9 +156,10 @@ class Events:
             if step.t >= segment:
                 segment = system.smooth_until(step.t, step.y, self.end)
             step, crossed = smooth_step(system, step, modes, segment, self.tolerances)
-            if system.stops is not None and not modes:  # so that it moves in one direction
-                sign = _sign(step.y_old[1] or step.k_old[1])
-                step = step.cut(system, modes, self._time_of_zero(step, modes, 1, sign))
+            if system.stops is not None and not modes:
+                turn = self._time_of_turn(step)
+                if turn < step.t:
+                    step, crossed = step.cut(system, modes, turn), None
         elif modes:
             step = step.resting(state.t, system.rests_until(state.t, state.y, self.end))
         else:
@@ -242,6 +244,18 @@ class Events:
             if t_old >= t:
                 return t
         return bracket_root(value, t_old, t, resolution)[1]
+
+    def _time_of_turn(self, step: Step) -> float:
+        """Return when a body without contacts turns in a step, s; inf if it moves one way.
+
+        The direction at the start may be that of a first acceleration which is roundoff.
+        """
+        direction = _sign(step.y_old[1] or step.k_old[1] or step.y[1])
+        for s in (direction, -direction) if direction else ():
+            turn = self._time_of_zero(step, [], 1, s)
+            if turn > step.t_old:
+                return turn
+        return inf
 
     def _first_releases(self, step: Step, modes: Modes, at_rest: bool) -> dict[int, Change]:
         """Return the first changes of contacts whose force passes its limit.
@@ -354,10 +368,7 @@ class Events:
                 y_before[n + contact.coordinate] = 0.0
             elif mode == TAUT:
                 y_before[contact.coordinate] = 0.0
-        y = y_before
-        for i, mode in enumerate(now):
-            if mode == TAUT:
-                y = system.impact(i, y, modes)
+        y = self._closed(y_before, modes, [i for i, mode in enumerate(now) if mode == TAUT])
         if state.hit and state.hit != LEAVES:
             y_before[0] = min(max(y[0], system.stops.lowest), system.stops.highest)
             y = self._rebounded(t, y_before, modes)
@@ -372,6 +383,21 @@ class Events:
         else:
             step = state.step.started(system, after, t, y, self.tolerances)
         return started._replace(step=step, samples=state.samples)
+
+    def _closed(self, y: list[float], modes: Modes, ropes: list[int]) -> list[float]:
+        """Return the state after the impacts of ropes that become taut at one time.
+
+        One may take up the slack of another once more.
+        """
+        system, modes, collides = self.system, list(modes), list(ropes)
+        for _ in range(MAX_IMPACTS):
+            for i in collides:
+                y = system.impact(i, y, modes)
+                modes[i] = SLACK if _rate(system, system.contacts[i], y) > 0.0 else TAUT
+            collides = [i for i in ropes if _rate(system, system.contacts[i], y) < 0.0]
+            if not collides:
+                break
+        return y
 
     def _check_chattering(self, changes: list[float]) -> None:
         """Raise an error if contacts change their modes without end; bounces on a stop do end."""

@@ -30,7 +30,7 @@ from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.solvers.events import State, smooth_step
 from frictionsim.solvers.friction_curve import KINETIC_FROM, friction_curve
 from frictionsim.solvers.recording import Recording
-from frictionsim.solvers.rkf45 import START, Tolerances
+from frictionsim.solvers.rkf45 import START, Tolerances, in_range
 from frictionsim.solvers.roots import bracket_root
 
 # A step across a jump of the friction is accepted at so many units in the last place of the time:
@@ -118,7 +118,7 @@ class Law:
             state = self.state = self.begun(self.started(state, state.y, state.modes[0]))
         while state.t < self.end:
             on_step(state.t)
-            state = self.state = self._advanced(state)
+            state = self.state = in_range(self._advanced, state, self.tolerances)
         if self.recording.times.at(state.samples) <= self.end:
             self.sample(self.end, state.y, state.modes[0])
             self.state = state._replace(samples=state.samples + 1)
@@ -260,9 +260,9 @@ class SetValued(Law):
         """Return the time of the breakaway in a step, s, and before it the last that holds."""
         side, y, a, b = 0 if mode == FORWARD else 1, step.y_old, step.t_old, step.t
 
-        def excess(t: float, share: float = 0.0) -> float:
-            margins = self.system.margins(t, y, [STICK])[0]
-            return -(margins[side] + share * margins[2])
+        def excess(t: float) -> float:
+            beyond: float = -self.system.margins(t, y, [STICK])[0][side]
+            return beyond
 
         if excess(a) > 0.0 or excess(b) <= 0.0:
             return a, a

@@ -12,7 +12,7 @@ from frictionsim.errors import SolverError
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
 
 Modes = list[int]
-# No change of mode; an impact of another body, after which modes are found anew.
+# No change of mode; modes are found anew, at the start of a run and after an end stop.
 KEEPS, REFINDS = 9, 8
 
 
@@ -47,7 +47,7 @@ def consistent(system: Any, t: float, y: list[float], before: Modes, now: Modes)
     y : list of float
         Zeros of velocities and gaps are exact.
     before, now : list of int
-        The modes so far; the direction in which a contact was found to give way, else `KEEPS`.
+        The modes so far; the mode that was found to begin, else `KEEPS` or `REFINDS`.
 
     Raises
     ------

@@ -16,7 +16,7 @@ from typing import Any
 from frictionsim.results import STICK
 from frictionsim.solvers.events import State, smooth_step
 from frictionsim.solvers.recording import Recording
-from frictionsim.solvers.rkf45 import START, Tolerances
+from frictionsim.solvers.rkf45 import START, Tolerances, in_range
 from frictionsim.solvers.roots import bracket_root
 from frictionsim.solvers.system import OneCoordinate
 
@@ -86,7 +86,7 @@ class PrescribedMotion:
                 state = self.state = self._begun(state)
             self._segment = state.segment
             on_step(state.t)
-            state = self.state = self._advanced(state)
+            state = self.state = in_range(self._advanced, state, self.tolerances)
         if self.recording.times.at(state.samples) <= self.end:
             self._sample(self.end, state.y, state.modes)
             self.state = state._replace(samples=state.samples + 1)

@@ -4,6 +4,7 @@ A `Step` is a value: it is not changed, and the next one follows from it. With t
 run it is all that an integration needs to continue.
 """
 
+from collections.abc import Callable
 from math import inf, isfinite, ulp
 from typing import Any, NamedTuple
 
@@ -182,10 +183,7 @@ class Step(NamedTuple):
                 h = left if planned >= left * STEP_END_TOLERANCE else planned
             else:
                 h = clipped_step(planned, left)
-            try:
-                stages = _stages(system, modes, t, y, k, h)
-            except (OverflowError, ValueError):  # of a function of `math` at infinity
-                raise non_finite_error(t, tol.subject) from None
+            stages = _stages(system, modes, t, y, k, h)
             evaluations += 5
             new = _solution(y, k, stages, h)
             error = tol.error(_errors(k, stages, h), y, new)
@@ -237,6 +235,14 @@ class Step(NamedTuple):
 # Of an explicit method.
 STIFF = " (unless a short time constant, such as inertia over damping, limits the steps)"
 START = Step(0.0, [], [], 0.0, [], [], 0.0, 1.0, 0, 0, 0)
+
+
+def in_range(turn: Callable[[Any], Any], state: Any, tol: Tolerances) -> Any:
+    """Return the state after a turn; a function of `math` without a value ends the run by name."""
+    try:
+        return turn(state)
+    except (OverflowError, ValueError) as error:
+        raise non_finite_error(state.t, tol.subject) from error
 
 
 def check_budget(step: Any, tol: Tolerances, unless: str = "") -> None:

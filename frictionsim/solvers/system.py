@@ -295,12 +295,17 @@ class OneCoordinate:
         self._no_heat = [] if stops is None else [0.0]
         self._stored = [term.potential for term in self.terms if term.potential]
         self.energies = (
-            *[term.energy for term in self.terms if term.energy],
+            INPUT,
+            *[term.energy for term in self.terms if term.energy not in ("", INPUT)],
             *(["energy_impact"] if stops is not None else []),
             *(["energy_friction"] if friction is not None else []),
         )
+        if len(set(self.energies)) < len(self.energies):
+            raise TypeError(
+                f"each heat has a name of its own; found {', '.join(self.energies)}: make one term"
+                " of those with one name, or give them others"
+            )
         self.start = [*start, *[0.0 for _ in self.energies]]
-        self._input = 2 + self.energies.index(INPUT)
         # A heat that published laws may give back.
         self._gains = [2 + i for i, name in enumerate(self.energies) if name == "energy_friction"]
         self.impact_heat = 3 + len(self._heating)
@@ -448,7 +453,7 @@ class OneCoordinate:
 
     def kinetic_and_supplied(self, y: list[float]) -> tuple[float, float]:
         released = abs(self.potential(y[0]) - self._potential_at_start)
-        supplied = self.kinetic(self.start[1]) + abs(y[self._input]) + released
+        supplied = self.kinetic(self.start[1]) + abs(y[2]) + released
         for i in self._gains:
             supplied += max(0.0, -y[i])
         return self.kinetic(y[1]), supplied

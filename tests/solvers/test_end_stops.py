@@ -1,6 +1,7 @@
 """End stops: located impacts, rest on a stop and leaving it, which `events` alone has."""
 
 from math import ceil, log, pi, radians, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
@@ -213,3 +214,36 @@ def test_other_methods_have_no_end_stops(backend: str) -> None:
 def test_other_laws_have_no_end_stops(law: str) -> None:
     with pytest.raises(fs.errors.ScenarioError, match="use law = 'set-valued', or remove"):
         fs.load(with_friction(stopped(0.5), 0.1, 0.1, law=law))
+
+
+@pytest.mark.parametrize(
+    "size",
+    [
+        {"sine": {"amplitude": 1.0, "frequency_hz": 1.0}},
+        0.0,
+        {"time": [0.0, 0.5, 1.0], "value": [0.0, 0.0, 1.0]},
+        {"time": [0.0, 1.0], "value": [1e-20, -1.0]},
+    ],
+)
+def test_a_body_without_friction_starts_from_rest_between_its_stops(size: Any) -> None:
+    """I w' = M: the integral of the couple, where it has not reached a stop."""
+    data = {
+        "kind": "shaft",
+        "mechanism": {"inertia": 1.0},
+        "couples": [{"name": "motor", "size": size}],
+        "effects": {
+            "end_stops": {"lowest_angle_deg": -30.0, "highest_angle_deg": 30.0, "restitution": 0.5}
+        },
+        "solver": {"duration": 1.0},
+    }
+    done = fs.solve(data, max_steps=2000)
+    assert done.status == "done"
+    channels = done.record.channels
+    time, angle = channels["time"], channels["angle"]
+    couple = np.interp(time, size["time"], size["value"]) if "time" in str(size) else 0.0 * time
+    if "sine" in str(size):
+        couple = np.sin(2.0 * np.pi * time)
+    speed = np.concatenate([[0.0], np.cumsum(0.5 * (couple[1:] + couple[:-1]) * np.diff(time))])
+    # The trapezoidal rule at 500 samples.
+    assert channels["angular_velocity"] == pytest.approx(speed, abs=1e-5)
+    assert np.max(np.abs(angle)) < np.radians(30.0)

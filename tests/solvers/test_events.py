@@ -1,7 +1,7 @@
 """The event-driven loop by name: closed forms, order of its method, states between turns."""
 
 from collections.abc import Callable
-from math import cos, inf, pi, sin, sqrt
+from math import cos, exp, inf, pi, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -416,3 +416,23 @@ def test_two_contacts_hold_in_turn_before_both_give_way() -> None:
 
     both = Two(Contact("shaft", 0), Contact("cord", 1))
     assert modes_from_rest(both, [FORWARD, KEEPS]) == [FORWARD, STICK]
+
+
+def test_energies_have_their_names_in_whatever_order_the_terms_are() -> None:
+    """A drive of 6 N m against 2 w on 2 kg m^2: w = 3 (1 - exp(-t)), by hand."""
+    damping = Term(lambda u, q, v: -2.0 * v, "energy_damping")
+    drive = Term(lambda u, q, v: u, INPUT)
+    for terms in ((drive, damping), (damping, drive)):
+        system = OneCoordinate(Constant(6.0), None, 2.0, terms, None)
+        solver = solved(system, 1.0)
+        energies = dict(zip(system.energies, solver.state.y[2:], strict=True))
+        work = 18.0 * exp(-1.0)  # 6 times the integral of w
+        assert energies["energy_input"] == pytest.approx(work, rel=1e-11)
+        kinetic = 9.0 * (1.0 - exp(-1.0)) ** 2
+        assert energies["energy_damping"] == pytest.approx(work - kinetic, rel=1e-10)
+
+
+def test_heats_of_one_name_are_refused() -> None:
+    damping = Term(lambda u, q, v: -v, "energy_damping")
+    with pytest.raises(TypeError, match="each heat has a name of its own"):
+        OneCoordinate(Constant(0.0), None, 1.0, (Term(0.0, INPUT), damping, damping), None)
