@@ -289,7 +289,7 @@ def ending_of(error: BaseException, arguments: Sequence[str]) -> tuple[str, int]
         return usage_message(error, arguments), EXIT_BAD_INPUT
     if isinstance(error, KeyboardInterrupt | typer.Abort):
         return "", EXIT_SIGNAL + SIGINT
-    if isinstance(error, SystemExit) and not _plugin_of(error):
+    if isinstance(error, SystemExit) and not _plugin_of(error)[0]:
         return "", error.code if isinstance(error.code, int) else EXIT_DEFECT
     if is_lack_of_memory(error):
         return _memory_message(error, arguments), EXIT_SOLVER_FAILED
