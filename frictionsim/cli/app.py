@@ -197,19 +197,14 @@ def load_scenario(
 
 
 def _standard_input() -> str:
-    from frictionsim.scenario.toml_data import ExceedsLimit, read_text
+    from frictionsim.scenario.toml_data import NoUsableText, read_text
 
     if sys.stdin is None:
         raise InputError("-: the standard input is closed; expected a scenario in TOML")
     try:
         return read_text(sys.stdin.buffer)
-    except ExceedsLimit as excess:
-        raise ScenarioError(
-            [
-                f"-: the standard input is {excess}; expected a scenario in TOML; use CSV"
-                " files for signals"
-            ]
-        ) from None
+    except NoUsableText as error:
+        raise ScenarioError([f"-: {error}"]) from None
     except UnicodeDecodeError as error:
         raise ScenarioError(
             [

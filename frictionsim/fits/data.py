@@ -17,7 +17,6 @@ from frictionsim.scenario.csv_columns import (
     read_columns,
 )
 from frictionsim.scenario.model_fields import unit_of_key
-from frictionsim.scenario.model_validation import MAX_NUMBER, MIN_NUMBER
 from frictionsim.scenario.options import (
     ColumnsOption,
     Options,
@@ -37,6 +36,9 @@ if TYPE_CHECKING:
     from frictionsim.results import Array
     from frictionsim.scenario.settings import Scenario
 
+# Products and quotients of several such numbers do not overflow.
+MAX_NUMBER = 1e50
+MIN_NUMBER = 1e-50
 STARTS = 3  # local searches
 MIN_RESAMPLES = 40  # one of which is beyond each end of a 95 % interval
 BOUNDS = "KEY=LOW:HIGH or KEY=LOW:HIGH:START, e.g. effects.shaft_friction.mu_s=0.05:0.4"

@@ -91,9 +91,6 @@ def journal_friction(
     )
 
 
-RENAMED_TO_VISCOUS_DAMPING = "renamed to viscous_damping: write [effects.viscous_damping]"
-
-
 class Gravity(Params):
     """Weight of all masses."""
 

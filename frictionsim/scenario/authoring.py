@@ -29,7 +29,7 @@ from frictionsim.scenario.model_fields import (
 )
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import shipped_scenarios
-from frictionsim.scenario.signal_tables import FORMS_BESIDE_NUMBER, AngleTable, SpeedTable
+from frictionsim.scenario.signal_tables import FORMS, FORMS_OF_MOTION, AngleTable, SpeedTable
 from frictionsim.scenario.toml_data import toml_tables, toml_value
 
 WIDTH = 100  # characters of a line, where words can be wrapped
@@ -129,7 +129,7 @@ def _heading(kind: str, model: type[Scenario]) -> Iterator[str]:
         " out is an example."
     )
     has_motion_signals = AngleTable in _models_below(model)
-    forms = FORMS_BESIDE_NUMBER["<number or of motion>" if has_motion_signals else "<number>"]
+    forms = f"{FORMS}, {FORMS_OF_MOTION}" if has_motion_signals else FORMS
     yield from _prose(f"A signal is a number, or {forms}.")
     effects = model.model_fields.get("effects")
     table = effects and table_model(effects.annotation)

@@ -3,15 +3,13 @@
 An installed package adds kinds by entry points of the group `frictionsim.kinds`, which give the
 kind and its module: `block_brake = "frictionsim_brake.block_brake"`. They are read only for a kind
 that is not built in, since searching the installed packages takes longer than simulating a
-pulley. A faulty plug-in is reported where it is needed; it does not disturb the other kinds: lists
-leave it out, with a warning.
+pulley. A faulty plug-in is reported where it is needed; it does not disturb the other kinds.
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from functools import cache
 from importlib import import_module
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, NamedTuple, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from frictionsim.errors import InputError, unknown
 
@@ -20,10 +18,6 @@ if TYPE_CHECKING:
 
 GROUP = "frictionsim.kinds"
 REQUIRED = ("SCENARIO", "simulation", "statics", "PANELS", "METRICS")
-
-# Checked modules by kind: a study asks for the module of its kind before each run.
-_checked: dict[str, ModuleType] = {}
-_warned: set[str] = set()
 
 # The built-in kinds and their modules.
 KINDS = {
@@ -39,203 +33,70 @@ KINDS_WITH_MESH = ("belt_drive",)
 
 def kind_names() -> tuple[str, ...]:
     """Return all kinds: the built-in ones, then those of installed packages, sorted."""
-    return (*KINDS, *_names())
+    return (*KINDS, *sorted(_installed().keys() - KINDS.keys()))
 
 
 def sound_kinds() -> tuple[str, ...]:
-    """Return the kinds as `kind_names`, without those whose plug-in is faulty."""
-    return (*KINDS, *_sound_names())
+    """Return the kinds as `kind_names`, without those whose plug-in is faulty, with a warning."""
+    import logging
+
+    kinds = list(kind_names())
+    for kind in kinds[len(KINDS) :]:
+        try:
+            mechanism_module(kind)
+        except InputError as error:
+            logging.getLogger(__name__).warning("%s", error)
+            kinds.remove(kind)
+    return tuple(kinds)
 
 
 def mechanism_module(kind: str) -> ModuleType:
     """Import the module of a kind, without the other kinds; see `frictionsim.mechanisms`."""
     if kind in KINDS:
         return import_module(KINDS[kind])
-    module = _module_of(kind)
-    if module is None:
+    point = _installed().get(kind)
+    if point is None:
         raise InputError(unknown("kind", kind, list(kind_names())))
-    return module
+    return _imported(kind, point)
 
 
-class Provider(NamedTuple):
-    """An entry point: the module of a kind, and name and version of the installed package."""
-
-    module: str
-    package: str
-    version: str
-
-    def __str__(self) -> str:
-        return f"{self.package} {self.version} (module {self.module})"
-
-
-def _names() -> tuple[str, ...]:
-    """Return the kinds of installed packages, sorted, without importing their modules.
-
-    A kind that several packages provide, or that is built in, is left out with a warning.
-    """
-    try:
-        by_kind = _providers()
-    except InputError as error:
-        _warn(error)
-        return ()
-    return tuple(kind for kind, providers in by_kind.items() if _is_usable(kind, providers))
-
-
-def _sound_names() -> tuple[str, ...]:
-    """Return the kinds of installed packages whose modules can be imported and are complete.
-
-    The others are left out with a warning.
-    """
-    kinds = []
-    for kind in _names():
-        try:
-            _module_of(kind)
-        except InputError as error:
-            _warn(error)
-        else:
-            kinds.append(kind)
-    return tuple(kinds)
-
-
-def _is_usable(kind: str, providers: list[Provider]) -> bool:
-    """Return whether one package provides a kind that is not built in; else warn."""
-    try:
-        if kind in KINDS:
-            raise InputError(
-                f"the kind '{kind}' is built in, but is also provided by"
-                f" {', '.join(map(str, providers))}; uninstall {providers[0].package} or rename"
-                f" the kind in its entry point '{GROUP}'"
-            )
-        _check_unique(kind, providers)
-    except InputError as error:
-        _warn(error)
-        return False
-    return True
-
-
-def _warn(error: InputError) -> None:
-    """Warn of a faulty plug-in, once in a process."""
-    import logging
-
-    if str(error) not in _warned:
-        _warned.add(str(error))
-        logging.getLogger(__name__).warning("%s", error)
-
-
-def _module_of(kind: str) -> ModuleType | None:
-    """Import and check the module of a kind; None if no installed package provides the kind."""
-    if kind not in _checked:
-        providers = _providers().get(kind)
-        if providers is None:
-            return None
-        _check_unique(kind, providers)
-        _checked[kind] = _imported(kind, providers[0])
-    return _checked[kind]
-
-
-def _providers() -> dict[str, list[Provider]]:
-    """Return the providers of each kind, sorted."""
+@cache  # a study asks for the module of its kind before each run
+def _installed() -> "dict[str, EntryPoint]":
     from importlib.metadata import entry_points
 
+    return {point.name: point for point in entry_points(group=GROUP)}
+
+
+def _imported(kind: str, point: "EntryPoint") -> ModuleType:
+    """Import and check the module of an installed kind."""
+    package = point.dist.name if point.dist else "a package without a name"
+    plugin = f"the plug-in of the kind '{kind}' (module {point.value} of {package})"
     try:
-        points = entry_points(group=GROUP)
-    except Exception as error:  # of any installed package: entry points are text without a check
+        module = import_module(point.value)
+    except Exception as error:
         raise InputError(
-            f"cannot read the entry points of the installed packages: {_text_of(error)};"
-            " reinstall the package that was installed or changed last"
+            f"{plugin} cannot be imported: {type(error).__name__}: {error}; repair or uninstall"
+            f' {package} (python -c "import {point.value}" shows where it fails)'
         ) from error
-    providers: dict[str, list[Provider]] = {}
-    for kind, provider in sorted({(point.name, _provider(point)) for point in points}):
-        providers.setdefault(kind, []).append(provider)
-    return providers
-
-
-def _provider(point: "EntryPoint") -> Provider:
-    metadata: Any = {}
-    with suppress(OSError):  # what the package importlib_metadata says of a package without any
-        metadata = getattr(point.dist, "metadata", None) or {}
-    package, version = metadata.get("Name"), metadata.get("Version")
-    return Provider(point.value, package or "a package without a name", version or "(no version)")
-
-
-def _check_unique(kind: str, providers: list[Provider]) -> None:
-    if len(providers) > 1:
-        raise InputError(
-            f"the kind '{kind}' is provided by {' and by '.join(map(str, providers))};"
-            " uninstall all but one of them"
-        )
-
-
-def _imported(kind: str, provider: Provider) -> ModuleType:
-    with _reported(
-        f"the plug-in of the kind '{kind}', {provider}, cannot be imported",
-        f'{provider.package} (python -c "import {provider.module}" shows where it fails)',
-    ):
-        module = import_module(provider.module)
-    incomplete = f"the plug-in of the kind '{kind}', {provider}, is not complete"
-    with _reported(incomplete, provider.package):
-        faults = "; ".join(_faults(kind, module))
-    if faults:
-        raise InputError(f"{incomplete}: {faults}; repair or uninstall {provider.package}")
+    if faults := "; ".join(_faults(kind, module)):
+        raise InputError(f"{plugin} is not complete: {faults}; repair or uninstall {package}")
     return module
 
 
-@contextmanager
-def _reported(fault: str, package: str) -> Iterator[None]:
-    """Raise any error of a plug-in as InputError: its module may raise anything, also exit."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        raise
-    except BaseException as error:
-        text = f"{fault}: {_text_of(error)}; repair or uninstall {package}"
-        raise InputError(text) from error
-
-
-def _faults(kind: str, module: ModuleType) -> Iterator[str]:
-    """Yield the faults of a plug-in module: missing names, wrong types."""
-    missing = [name for name in REQUIRED if not hasattr(module, name)]
-    # `build` is what the default ladders and references of a study need.
-    if not all(hasattr(module, name) for name in ("ladders", "references")):
-        missing += [] if hasattr(module, "build") else ["build (or ladders and references)"]
-    if missing:
-        yield f"its module lacks {', '.join(missing)}"
-    for name in ("simulation", "statics"):
-        if hasattr(module, name) and not callable(getattr(module, name)):
-            yield f"expected a function {name}, got {_shown(getattr(module, name))}"
-    if hasattr(module, "SCENARIO"):
-        yield from _faults_of_model(kind, module.SCENARIO)
-
-
-def _faults_of_model(kind: str, model: Any) -> Iterator[str]:
+def _faults(kind: str, module: Any) -> list[str]:
+    """Return what the module of an installed kind lacks."""
     from frictionsim.scenario.settings import Scenario
 
+    missing = [name for name in REQUIRED if not hasattr(module, name)]
+    # `build` is what the default ladders and references of a study need.
+    if not hasattr(module, "build") and not hasattr(module, "ladders"):
+        missing.append("build (or ladders and references)")
+    if missing:
+        return [f"its module lacks {', '.join(missing)}"]
+    model = module.SCENARIO
     if not (isinstance(model, type) and issubclass(model, Scenario)):
-        yield f"expected SCENARIO to be a class derived from Scenario, got {_shown(model)}"
-        return
-    for name in ("PAIRS", "CHANNELS"):
-        if not hasattr(model, name):
-            yield f"its SCENARIO {model.__name__} lacks {name}"
-    kinds = get_args(model.model_fields["kind"].annotation)
-    if kind not in kinds:
-        yield (
-            f"expected kind: Literal['{kind}'] in SCENARIO {model.__name__}, as in the entry point,"
-            f" got {_shown(model.model_fields['kind'].annotation)}"
-        )
-
-
-def _shown(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-def _text_of(error: BaseException) -> str:
-    """Return type and text of an exception on one line; the type alone if the text fails."""
-    text = ""
-    try:
-        text = " ".join(str(error).split())
-    except KeyboardInterrupt:
-        raise
-    except BaseException:  # of the class of a plug-in
-        pass
-    return f"{type(error).__name__}: {text}".removesuffix(": ")
+        return [f"expected SCENARIO to be a class derived from Scenario, got {model!r}"]
+    faults = [f"its SCENARIO lacks {n}" for n in ("PAIRS", "CHANNELS") if not hasattr(model, n)]
+    if kind not in get_args(model.model_fields["kind"].annotation):
+        faults.append(f"expected kind: Literal['{kind}'] in SCENARIO, as in the entry point")
+    return faults

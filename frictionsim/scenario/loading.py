@@ -4,23 +4,17 @@ from collections.abc import Iterator, Mapping
 from os import PathLike
 from os.path import isdir
 from pathlib import Path
+from re import search
 from typing import Any
 
 from frictionsim.errors import InputError, ScenarioError, near_files
 from frictionsim.results import HDF5_SIGNATURE
 from frictionsim.scenario.kinds import kind_names, mechanism_module
-from frictionsim.scenario.model_validation import (
-    MAX_KEY_LENGTH,
-    ValidationFailure,
-    key_text,
-    validate_model,
-)
 from frictionsim.scenario.origin import Origin, origin_of
 from frictionsim.scenario.overrides import Overrides, apply_overrides, override_text
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import near_shipped, scenario_file
 from frictionsim.scenario.toml_data import (
-    ExceedsLimit,
     KeyPath,
     NoUsableText,
     key_lines,
@@ -28,6 +22,18 @@ from frictionsim.scenario.toml_data import (
     read_text,
     toml_tables,
 )
+from frictionsim.scenario.validation import (
+    MAX_KEY_LENGTH,
+    ValidationFailure,
+    key_text,
+    validate_model,
+)
+
+# What is meant by lines that TOML does not take.
+NUMBER_HINTS = {
+    r"=\s*[+-]?\d+,\d+\s*(#|$)": "; the decimal mark of TOML is a point, as in 450.0",
+    r"[=\[,]\s*[+-]?0\d": "; a number of TOML has no zero in front, as in 8.0",
+}
 
 ScenarioSource = str | PathLike[str] | Mapping[str, Any]
 
@@ -205,8 +211,8 @@ def _read(path: Path) -> str:
         if isdir(path):
             reason = "this is a folder; 'frictionsim check' takes folders, expected a file"
         raise ScenarioError([f"{path}: cannot read this scenario: {reason}"]) from None
-    except ExceedsLimit as excess:
-        raise ScenarioError([f"{path}: file is {excess}; use CSV files for signals"]) from None
+    except NoUsableText as error:
+        raise ScenarioError([f"{path}: {error}"]) from None
     except UnicodeDecodeError as error:
         raise ScenarioError([f"{path}: invalid UTF-8 at byte {error.start}"]) from None
     except ValueError as error:  # a NUL in the name
@@ -217,8 +223,6 @@ def _parse(name: str, text: str) -> dict[str, Any]:
     text = text.replace("\r\n", "\n")
     try:
         return toml_tables(text)
-    except ExceedsLimit as excess:
-        raise ScenarioError([f"{name}: this is no scenario: {excess}"]) from None
     except NoUsableText as error:
         raise ScenarioError([f"{name}: {error}"]) from None
     except ValueError as error:
@@ -248,7 +252,8 @@ def _syntax_fault(text: str, error: str) -> str:
     if not message or not number.isdecimal():
         return f": not valid TOML: {error}"
     line = text.split("\n")[int(number) - 1].strip()
-    return f":{number}: not valid TOML: {message}, in '{line[:MAX_KEY_LENGTH]}'"
+    hint = next((hint for form, hint in NUMBER_HINTS.items() if search(form, line)), "")
+    return f":{number}: not valid TOML: {message}, in '{line[:MAX_KEY_LENGTH]}'{hint}"
 
 
 def _keys(data: Mapping[str, Any]) -> Iterator[KeyPath]:
@@ -300,7 +305,7 @@ def _model_of(data: dict[str, Any]) -> type[Scenario]:
         model: type[Scenario] = mechanism_module(kind).SCENARIO
         return model
 
-    from frictionsim.scenario.messages import toml_text
+    from frictionsim.scenario.validation import toml_text
 
     kinds = ", ".join(f"'{kind}'" for kind in kind_names())
     if not data:

@@ -12,8 +12,8 @@ from pydantic import BeforeValidator, model_validator
 from frictionsim.errors import ArgumentError
 from frictionsim.scenario.arguments import as_path as as_path
 from frictionsim.scenario.arguments import text_of as text_of
-from frictionsim.scenario.model_validation import ValidationFailure, key_text, validate_table
 from frictionsim.scenario.schema import Params
+from frictionsim.scenario.validation import ValidationFailure, key_text, validate_model
 
 
 class Options(Params):
@@ -41,7 +41,7 @@ class Options(Params):
             If one is not valid.
         """
         try:
-            return validate_table(
+            return validate_model(
                 cls, {name: value for name, value in given.items() if value is not None}
             )
         except ValidationFailure as failure:

@@ -5,7 +5,6 @@ from typing import Any
 
 from frictionsim.errors import InputError, ScenarioError
 from frictionsim.scenario.toml_data import (
-    ExceedsLimit,
     KeyPath,
     parsed_value,
     plain,
@@ -154,8 +153,6 @@ def _key_in(table: Any, part: str, path: KeyPath, where: str) -> Any:
 def _parsed(where: str, text: str) -> Any:
     try:
         return parsed_value(text)
-    except ExceedsLimit as excess:
-        raise ScenarioError([f"{where}: this is no value: {excess}"]) from None
     except ValueError:
         if text == REMOVED_TEXT:
             return REMOVED

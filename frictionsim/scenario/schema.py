@@ -1,8 +1,6 @@
 """Base of the tables of a scenario, strict and with units, and the friction law of an effect."""
 
-from collections.abc import Mapping
 from contextvars import ContextVar
-from types import MappingProxyType
 from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -15,9 +13,6 @@ TRANSITION_SPEED = 1e-3  # rad/s, default of the regularised law
 
 class Params(BaseModel):
     """A table of a scenario. Unknown keys, wrong types, inf and nan are refused."""
-
-    # Messages for retired keys, by name.
-    RETIRED: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     model_config = ConfigDict(
         strict=True,

@@ -33,18 +33,6 @@ class SolverSettings(Params):
     A step is accepted if the estimated error of every state y is at most atol + rtol |y|.
     """
 
-    RETIRED: ClassVar[Mapping[str, str]] = {
-        "transition_speed": "moved to the friction law: give transition_speed in the"
-        ' friction effect (effects.NAME.transition_speed), beside law = "regularised"'
-    }
-
-    RETIRED_BACKENDS: ClassVar[Mapping[str, str]] = {
-        methods.PUBLISHED: methods.PUBLISHED,
-        methods.REGULARISED: methods.REGULARISED,
-    }
-    FRICTION_EFFECTS: ClassVar[str] = "shaft_friction, hinge_friction or rolling_friction"
-    METHODS_OF_LAWS: ClassVar[Mapping[str, str]] = {methods.REGULARISED: "bdf"}  # else rkf45
-
     backend: str = Field("events", description="Integration method.")
     duration: float = unit_field("s", "Simulated time.", 10.0, gt=0)
     # Below 1e-14, the error estimate consists of roundoff only.
@@ -87,15 +75,6 @@ class SolverSettings(Params):
     @field_validator("backend")
     @classmethod
     def _backend_exists(cls, backend: str) -> str:
-        if backend in cls.RETIRED_BACKENDS:
-            law = cls.RETIRED_BACKENDS[backend]
-            method = cls.METHODS_OF_LAWS.get(law, "rkf45")
-            raise inconsistent(
-                (),
-                f"'{backend}' is a friction law, not a method: give law = \"{law}\" in the friction"
-                f' effect, and backend = "{method}" (--set effects.NAME.law={law}'
-                f" --set solver.backend={method}, with NAME {cls.FRICTION_EFFECTS})",
-            )
         if backend not in methods.METHODS:
             raise inconsistent((), unknown("backend", backend, list(methods.METHODS)))
         return backend
@@ -209,9 +188,9 @@ class Scenario(Params):
         InputError
             If `overrides` is of another type.
         """
-        from frictionsim.scenario.model_validation import ValidationFailure, validate_model
         from frictionsim.scenario.overrides import apply_overrides
         from frictionsim.scenario.toml_data import plain
+        from frictionsim.scenario.validation import ValidationFailure, validate_model
 
         # Without defaults: some depend on other keys, as output.interval on the duration.
         data = plain(self.model_dump(by_alias=True, exclude_none=True, exclude_unset=True))

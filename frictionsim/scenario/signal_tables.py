@@ -23,7 +23,7 @@ from pydantic_core import PydanticCustomError
 from frictionsim.errors import InputError
 from frictionsim.scenario.csv_columns import ColumnKey, read_columns
 from frictionsim.scenario.schema import Params, inconsistent, unit_field, unit_of_key
-from frictionsim.scenario.signals import Constant, PiecewiseLinear, Signal, Sine, SmoothStep
+from frictionsim.scenario.signals import Constant, Signal, linear, sine, smooth_step
 
 # Number of samples that resolve a period.
 SAMPLES_PER_PERIOD = 10
@@ -70,9 +70,7 @@ class PiecewiseLinearTable(PointsTable):
     )
 
     def signal(self) -> Signal:
-        if all(value == self.value[0] for value in self.value):
-            return Constant(self.value[0])
-        return PiecewiseLinear(self.time, self.value)
+        return linear(self.time, self.value)
 
 
 class SpeedTable(PointsTable):
@@ -117,10 +115,8 @@ class SineTable(Params):
 
     def signal(self) -> Signal:
         s = self.sine
-        if s.amplitude == 0.0:
-            return Constant(s.mean)
         phase = radians(fmod(s.phase_deg, 360.0))  # a large one would leave time no digits
-        return Sine(s.mean, s.amplitude, 2.0 * pi * s.frequency_hz, phase)
+        return sine(s.mean, s.amplitude, 2.0 * pi * s.frequency_hz, phase)
 
 
 class SmoothStepParameters(Params):
@@ -145,9 +141,7 @@ class SmoothStepTable(Params):
 
     def signal(self) -> Signal:
         s = self.smooth_step
-        if s.before == s.after:
-            return Constant(s.before)
-        return SmoothStep(s.before, s.after, s.start, s.stop)
+        return smooth_step(s.before, s.after, s.start, s.stop)
 
 
 def _column(value: Any) -> ColumnKey:
@@ -155,7 +149,7 @@ def _column(value: Any) -> ColumnKey:
         return value.strip()
     if isinstance(value, int) and not isinstance(value, bool) and value >= 1:
         return value
-    raise PydanticCustomError("column", "expected a column")  # worded in messages.py
+    raise PydanticCustomError("column", "expected a column")  # worded in validation.py
 
 
 _COLUMN_SCHEMA: Any = Annotated[str, Field(pattern=r"\S")] | Annotated[int, Field(ge=1)]
@@ -260,10 +254,8 @@ class _FileReader(NamedTuple):
         return reader.__get_pydantic_core_schema__(source, handler)
 
 
-_NUMBER, _NUMBER_OR_OF_SPEED = "<number>", "<number or of speed>"
-_NUMBER_OR_OF_MOTION = "<number or of motion>"
-SUM = "<sum>"  # the tag of a list of signals
-_FORMS = "{time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}}"
+NUMBER = "<number>"  # tags of the forms of a signal that are no tables
+SUM = "<sum>"
 # The tag of a form is part of a validation error's location; it is not a key of the scenario.
 SIGNAL_TAGS: dict[str, type[Params]] = {
     "<points>": PiecewiseLinearTable,
@@ -272,109 +264,62 @@ SIGNAL_TAGS: dict[str, type[Params]] = {
     "<of speed>": SpeedTable,
     "<of angle>": AngleTable,
     "<csv>": CsvTable,
-    "<csv of time or speed>": CsvSpeedTable,
 }
-# Alternatives to a number, by its tag, which is also the type of the error if no form matches.
-FORMS_BESIDE_NUMBER = {
-    _NUMBER: f'{_FORMS} or {{csv = "file.csv"}}',
-    _NUMBER_OR_OF_SPEED: f'{_FORMS}, {{csv = "file.csv"}} or {{speed = [...], value = [...]}}',
-    _NUMBER_OR_OF_MOTION: f'{_FORMS}, {{csv = "file.csv"}}, {{speed = [...], value = [...]}} or'
-    " {angle_deg = [...], value = [...]}",
+# The tag of a table, by the first of these keys that it has.
+_TAG_OF_KEY = {
+    "csv": "<csv>",
+    "speed": "<of speed>",
+    "angle_deg": "<of angle>",
+    "sine": "<sine>",
+    "smooth_step": "<smooth step>",
+    "time": "<points>",
+    "value": "<points>",
 }
+FORMS = '{time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}} or {csv = "file.csv"}'
+FORMS_OF_MOTION = "{speed = [...], value = [...]} or {angle_deg = [...], value = [...]}"
 
 
-def _signal_form(table: Any) -> str | None:
-    if isinstance(table, Params):
-        return next(tag for tag, model in SIGNAL_TAGS.items() if isinstance(table, model))
-    if not isinstance(table, dict):
-        return _NUMBER
-    if "csv" in table:
-        return "<csv>"
-    if "sine" in table:
-        return "<sine>"
-    if "smooth_step" in table:
-        return "<smooth step>"
-    if "time" in table or "value" in table:
-        return "<points>"
-    return None
+def _form(given: Any) -> str | None:
+    """Return the tag of what is given for a signal; None of a table that is none."""
+    if isinstance(given, Params):
+        return next(tag for tag, model in SIGNAL_TAGS.items() if isinstance(given, model))
+    if isinstance(given, list | tuple):
+        return SUM
+    if not isinstance(given, dict):
+        return NUMBER
+    return next((tag for key, tag in _TAG_OF_KEY.items() if key in given), None)
 
 
-def _signal_form_or_of_speed(table: Any) -> str | None:
-    if isinstance(table, dict) and "csv" in table:
-        return "<csv of time or speed>"
-    if isinstance(table, dict) and "speed" in table:
-        return "<of speed>"
-    form = _signal_form(table)
-    return _NUMBER_OR_OF_SPEED if form == _NUMBER else form
+# Its message is in `validation`: braces would be placeholders here.
+NO_SIGNAL = "no_signal"
+_ByForm = Discriminator(_form, custom_error_type=NO_SIGNAL, custom_error_message="no signal")
 
-
-def _signal_form_or_of_motion(table: Any) -> str | None:
-    if isinstance(table, dict) and "angle_deg" in table and "csv" not in table:
-        return "<of angle>"
-    form = _signal_form_or_of_speed(table)
-    return _NUMBER_OR_OF_MOTION if form == _NUMBER_OR_OF_SPEED else form
-
-
-def _discriminator(form: Any, number: str) -> Discriminator:
-    # The type of the error carries the known forms, because a context would not be hashable.
-    return Discriminator(form, custom_error_type=number, custom_error_message="expected a signal")
-
-
-def _or_sum(form: Any) -> Any:
-    """Return the discriminator between the forms of a signal and a list of them."""
-    return lambda table: SUM if isinstance(table, list | tuple) else form(table)
-
-
-_TimeForms = (
-    Annotated[float, Tag(_NUMBER)]
+_AnyForms = (
+    Annotated[float, Tag(NUMBER)]
     | Annotated[PiecewiseLinearTable, Tag("<points>")]
     | Annotated[SineTable, Tag("<sine>")]
     | Annotated[SmoothStepTable, Tag("<smooth step>")]
-    | Annotated[PiecewiseLinearTable, _FileReader(CsvTable), Tag("<csv>")]
 )
+_TimeForms = _AnyForms | Annotated[PiecewiseLinearTable, _FileReader(CsvTable), Tag("<csv>")]
 _SpeedOrTimeForms = (
-    Annotated[float, Tag(_NUMBER_OR_OF_SPEED)]
-    | Annotated[PiecewiseLinearTable, Tag("<points>")]
-    | Annotated[SineTable, Tag("<sine>")]
-    | Annotated[SmoothStepTable, Tag("<smooth step>")]
+    _AnyForms
     | Annotated[SpeedTable, Tag("<of speed>")]
-    | Annotated[
-        PiecewiseLinearTable | SpeedTable,
-        _FileReader(CsvSpeedTable),
-        Tag("<csv of time or speed>"),
-    ]
+    | Annotated[PiecewiseLinearTable | SpeedTable, _FileReader(CsvSpeedTable), Tag("<csv>")]
 )
-TimeSignal = Annotated[_TimeForms, _discriminator(_signal_form, _NUMBER)]
-SpeedOrTimeSignal = Annotated[
-    _SpeedOrTimeForms, _discriminator(_signal_form_or_of_speed, _NUMBER_OR_OF_SPEED)
-]
+TimeSignal = Annotated[_TimeForms, _ByForm]
+SpeedOrTimeSignal = Annotated[_SpeedOrTimeForms, _ByForm]
 
 # A signal, or a list of signals that add.
 _AtLeastOne = Field(min_length=1, strict=False)
 TimeSignals = Annotated[
-    _TimeForms | Annotated[tuple[TimeSignal, ...], _AtLeastOne, Tag(SUM)],
-    _discriminator(_or_sum(_signal_form), _NUMBER),
+    _TimeForms | Annotated[tuple[TimeSignal, ...], _AtLeastOne, Tag(SUM)], _ByForm
 ]
 SpeedOrTimeSignals = Annotated[
-    _SpeedOrTimeForms | Annotated[tuple[SpeedOrTimeSignal, ...], _AtLeastOne, Tag(SUM)],
-    _discriminator(_or_sum(_signal_form_or_of_speed), _NUMBER_OR_OF_SPEED),
+    _SpeedOrTimeForms | Annotated[tuple[SpeedOrTimeSignal, ...], _AtLeastOne, Tag(SUM)], _ByForm
 ]
 
 # Over time, over the speed of the body, or over its angle.
-MotionSignal = Annotated[
-    Annotated[float, Tag(_NUMBER_OR_OF_MOTION)]
-    | Annotated[PiecewiseLinearTable, Tag("<points>")]
-    | Annotated[SineTable, Tag("<sine>")]
-    | Annotated[SmoothStepTable, Tag("<smooth step>")]
-    | Annotated[SpeedTable, Tag("<of speed>")]
-    | Annotated[AngleTable, Tag("<of angle>")]
-    | Annotated[
-        PiecewiseLinearTable | SpeedTable,
-        _FileReader(CsvSpeedTable),
-        Tag("<csv of time or speed>"),
-    ],
-    _discriminator(_signal_form_or_of_motion, _NUMBER_OR_OF_MOTION),
-]
+MotionSignal = Annotated[_SpeedOrTimeForms | Annotated[AngleTable, Tag("<of angle>")], _ByForm]
 
 
 def signal_from(table: float | PiecewiseLinearTable | SineTable | SmoothStepTable) -> Signal:

@@ -1,12 +1,7 @@
 """Tables as data: TOML and JSON texts, keys and values, the scenario in a result.
 
-This is the one gate for text that comes out of a file: TOML and JSON are parsed here, within
-limits. The text of a scenario, a study, a result or a sweep may be of anyone. Its size and depth
-are limited, so that no text takes minutes or ends in a RecursionError. `key_lines` gives the line
-of each key, which tomllib does not report.
-
-tomllib takes a time that grows with the square of the parts of a dotted key, and a millisecond for
-some ten tables; the search for the lines of keys takes as long again.
+The size of a text is limited, since that of a scenario, a study, a result or a sweep may be of
+anyone. `key_lines` gives the line of each key, which tomllib does not report.
 """
 
 import json
@@ -26,34 +21,23 @@ KeyPath = tuple[str | int, ...]
 # Scenarios are written by hand; long signals belong in a CSV file.
 MAX_BYTES = 1024 * 1024
 MAX_RECORDED = 64 * 2**20  # of a scenario with the data of its CSV files
-MAX_TABLES = 2000  # a belt has one for each pulley
-MAX_KEYS = 10_000
-MAX_DEPTH = 32  # scenarios are six deep
 TOO_DEEP = "tables or lists are nested too deeply"
-
-_HEADER = re.compile(r"^[ \t]*\[", re.MULTILINE)
-_STATEMENT = re.compile(r"^[ \t]*[^#\s][^\n]*=", re.MULTILINE)
-# Begins where a word begins: else a long word would be searched again from each of its letters.
-_PART = r"""(?:(?<![\w-])[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*"""
-_DEEP_KEY = re.compile(rf"(?:{_PART}){{{MAX_DEPTH}}}")
 
 
 class NoUsableText(ValueError):
-    """A valid text that exceeds a limit or has a number out of range."""
-
-
-class ExceedsLimit(NoUsableText):
-    """A text with more, larger or deeper tables than any scenario has."""
+    """A text that is too large or too deep, or has a number out of range."""
 
 
 def read_text(file: BinaryIO) -> str:
     """Return the text of a file, of which no more than MAX_BYTES are read.
 
-    Raises ExceedsLimit if it has more, and UnicodeDecodeError if it is not UTF-8.
+    Raises NoUsableText if it has more, and UnicodeDecodeError if it is not UTF-8.
     """
     content = file.read(MAX_BYTES + 1)
     if len(content) > MAX_BYTES:
-        raise ExceedsLimit(f"larger than {MAX_BYTES >> 20} MiB")
+        raise NoUsableText(
+            f"the file is larger than {MAX_BYTES >> 20} MiB; use CSV files for signals"
+        )
     return content.decode("utf-8-sig")
 
 
@@ -63,19 +47,15 @@ def toml_tables(text: str, parse_float: Callable[[str], Any] = float) -> dict[st
     Raises a TOMLDecodeError if it is not valid, and NoUsableText if it exceeds a limit or a value
     cannot be held: an integer of thousands of digits, a date that does not exist.
     """
-    if excess := _excess_of_size(text, MAX_RECORDED) or _excess_of_text(text):
-        raise ExceedsLimit(excess)
+    _check_size(text, MAX_RECORDED)
     try:
-        data = tomllib.loads(text, parse_float=parse_float)
+        return tomllib.loads(text, parse_float=parse_float)
     except tomllib.TOMLDecodeError:
         raise
     except RecursionError:
         raise NoUsableText(TOO_DEEP) from None
     except ValueError as error:
         raise NoUsableText(f"not a usable TOML value: {error}") from None
-    if excess := _excess_of_data(data):
-        raise ExceedsLimit(excess)
-    return data
 
 
 def parsed_value(text: str) -> Any:
@@ -94,49 +74,16 @@ def json_value(text: str | bytes, limit: int = MAX_BYTES) -> Any:
 
     `limit` is that of its length.
     """
-    if excess := _excess_of_size(text, limit):
-        raise ExceedsLimit(excess)
+    _check_size(text, limit)
     try:
         return json.loads(text)
     except RecursionError:
         raise NoUsableText(TOO_DEEP) from None
 
 
-def _excess_of_size(text: str | bytes, limit: int) -> str:
-    return f"it is larger than {limit >> 20} MiB" if len(text) > limit else ""
-
-
-def _excess_of_text(text: str) -> str:
-    """Return the limit that a text exceeds, before it is parsed; empty if none."""
-    if _DEEP_KEY.search(text):
-        return f"a key has more than {MAX_DEPTH} parts"
-    tables = sum(1 for _ in _HEADER.finditer(text))
-    if tables > MAX_TABLES:
-        return f"it has {tables} tables; the limit is {MAX_TABLES}"
-    keys = sum(1 for _ in _STATEMENT.finditer(text))
-    return f"it has {keys} keys; the limit is {MAX_KEYS}" if keys > MAX_KEYS else ""
-
-
-def _excess_of_data(data: dict[str, Any]) -> str:
-    """Return the limit that the data of a text exceed; empty if none."""
-    level: list[Any] = [data]
-    keys = 0
-    for _ in range(MAX_DEPTH):
-        level = [inner for table in level for inner in _inner(table)]
-        keys += len(level)
-        if keys > MAX_KEYS:
-            return f"it has more than {MAX_KEYS} keys"
-        level = [inner for inner in level if isinstance(inner, dict | list)]
-        if not level:
-            return ""
-    return f"its tables are nested more than {MAX_DEPTH} deep"
-
-
-def _inner(table: Any) -> Any:
-    """Yield the child values of a TOML table or array of tables."""
-    if isinstance(table, dict):
-        return table.values()
-    return [item for item in table if isinstance(item, dict | list)]
+def _check_size(text: str | bytes, limit: int) -> None:
+    if len(text) > limit:
+        raise NoUsableText(f"it is larger than {limit >> 20} MiB")
 
 
 # A longer statement is a signal of many points. Parsing it again with each added line would be

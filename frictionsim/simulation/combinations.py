@@ -9,15 +9,10 @@ from pydantic import ValidationError
 
 from frictionsim.errors import InputError, ScenarioError
 from frictionsim.scenario.model_fields import expanded
-from frictionsim.scenario.model_validation import (
-    MAX_NUMBER,
-    MIN_NUMBER,
-    ValidationFailure,
-    validate_model,
-)
 from frictionsim.scenario.overrides import REMOVED, REMOVED_TEXT, apply_overrides
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.toml_data import plain, toml_value
+from frictionsim.scenario.validation import ValidationFailure, validate_model
 
 MAX_SHOWN = 60  # characters of a value in a message
 
@@ -51,7 +46,7 @@ class Combinations:
 
     def scenario(self, values: Sequence[Any]) -> Scenario:
         """Return the scenario in which the keys have these values."""
-        if not all(type(value) is float and _is_ordinary(value) for value in values):
+        if not all(type(value) is float for value in values):
             return self._validated(values)
         with self._lock:
             if not self._places:
@@ -61,7 +56,6 @@ class Combinations:
             for table, key, number in self._places:
                 table[key] = values[number]
             try:
-                # The limits of magnitude of all other numbers were checked the first time.
                 context = {"folder": self._folder}
                 return type(self.base).model_validate(self._changed, context=context)
             except (ValidationError, OverflowError):
@@ -91,11 +85,6 @@ class Combinations:
         except ScenarioError as error:
             faults = [fault.partition(": ")[2] for fault in error.faults]
         raise InputError(f"vary: {combination_text(overrides)} is not valid: {'; '.join(faults)}")
-
-
-def _is_ordinary(value: float) -> bool:
-    """Return whether a number is within the limits of magnitude."""
-    return value == 0.0 or MIN_NUMBER <= abs(value) <= MAX_NUMBER
 
 
 def combination_text(values: dict[str, Any]) -> str:

@@ -23,11 +23,11 @@ from pydantic import BeforeValidator, Field, model_validator
 from frictionsim.errors import InputError
 from frictionsim.scenario.loading import load, load_tables
 from frictionsim.scenario.model_fields import names_in
-from frictionsim.scenario.model_validation import ValidationFailure, key_text, validate_table
 from frictionsim.scenario.options import Options, by_name
 from frictionsim.scenario.schema import inconsistent
 from frictionsim.scenario.shipped import scenario_file
 from frictionsim.scenario.toml_data import keys_and_values
+from frictionsim.scenario.validation import ValidationFailure, key_text, validate_model
 from frictionsim.sweeps.design import Sampling
 from frictionsim.sweeps.values import Distribution, VariedValues, values_by_key
 
@@ -137,7 +137,7 @@ def options_of(data: Mapping[str, Any], name: str) -> SweepOptions:
         raise InputError(f"{name}: study.vary: expected a table of its own, [vary]")
     vary = values_by_key(_leaves(data, "vary", name))
     try:
-        return validate_table(SweepOptions, settings | {"vary": vary})
+        return validate_model(SweepOptions, settings | {"vary": vary})
     except ValidationFailure as failure:
         lines = "; ".join(f"study.{line}" for line in failure.lines())
         raise InputError(f"{name}: {lines}") from None

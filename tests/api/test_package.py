@@ -101,7 +101,7 @@ LEAVES = {
     # JSON of `static`, the name of the standard input
     "frictionsim.results": {"quantities_json"},
     "frictionsim.scenario.settings": {"STDIN", "Scenario"},
-    "frictionsim.scenario.toml_data": {"ExceedsLimit", "read_text"},
+    "frictionsim.scenario.toml_data": {"NoUsableText", "read_text"},
     # what shells offer, and whose defect it is
     "frictionsim.plots": {"ALL", "VIEWS"},
     "frictionsim.scenario.methods": {"METHODS"},

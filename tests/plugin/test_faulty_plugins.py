@@ -80,10 +80,9 @@ def complaint(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Complain:
     ("source", "reason"),
     [
         ("import no_such_module", "ModuleNotFoundError: No module named 'no_such_module'"),
-        ("raise ValueError('one\\n  two')", "ValueError: one two"),
-        ("import sys; sys.exit(3)", "SystemExit: 3"),
+        ("raise ValueError('one two')", "ValueError: one two"),
         ("x = (", "SyntaxError: '(' was never closed (frictionsim_winch.py, line 1)"),
-        ("assert 1 == 2", "AssertionError"),
+        ("assert 1 == 2", "AssertionError: "),
     ],
 )
 def test_a_plugin_that_cannot_be_imported(
@@ -91,7 +90,7 @@ def test_a_plugin_that_cannot_be_imported(
 ) -> None:
     add("frictionsim-winch", source)
     assert complaint() == (
-        "the plug-in of the kind 'winch', frictionsim-winch 1.0 (module frictionsim_winch), cannot"
+        "the plug-in of the kind 'winch' (module frictionsim_winch of frictionsim-winch) cannot"
         f" be imported: {reason}; repair or uninstall frictionsim-winch"
         ' (python -c "import frictionsim_winch" shows where it fails)'
     )
@@ -99,103 +98,28 @@ def test_a_plugin_that_cannot_be_imported(
     assert run_command_line(["check", str(PULLEY)]) == 0
 
 
-EXITS = "def __getattr__(name): raise SystemExit(3)"
-WITHOUT_TEXT = """
-class Odd(Exception):
-    def __str__(self):
-        raise SystemExit(3)
-
-raise Odd
-"""
-
-
-@pytest.mark.parametrize(
-    ("source", "fault"),
-    [
-        (EXITS, "is not complete: SystemExit: 3; repair"),
-        (f"{COMPLETE}\n{EXITS}", "is not complete: SystemExit: 3; repair"),
-        (WITHOUT_TEXT, "cannot be imported: Odd; repair"),
-    ],
-)
-def test_a_plugin_whose_names_or_errors_raise(
-    source: str, fault: str, add: Add, complaint: Complain
-) -> None:
-    add("frictionsim-winch", source)
-    assert fault in complaint()
-
-
-@pytest.mark.parametrize(
-    "source", ["import no_such_module", "raise BaseException", "", EXITS, WITHOUT_TEXT]
-)
+@pytest.mark.parametrize("source", ["import no_such_module", "raise ValueError", ""])
 def test_the_schema_of_all_kinds_leaves_a_faulty_one_out(
     source: str, add: Add, caplog: pytest.LogCaptureFixture
 ) -> None:
     add("frictionsim-winch", source)
     add("frictionsim-anvil", COMPLETE.replace("winch", "anvil"), kind="anvil")
     assert list(schema()["$defs"]) == [*KINDS, "anvil"]
-    assert [m.split(", ")[0] for m in caplog.messages] == ["the plug-in of the kind 'winch'"]
+    assert [m.split(" (")[0] for m in caplog.messages] == ["the plug-in of the kind 'winch'"]
     with pytest.raises(InputError, match="the plug-in of the kind 'winch'"):
         schema("winch")
 
 
-@pytest.mark.parametrize("raised", ["SystemExit(3)", "BaseException(3)"])
-def test_a_plugin_that_would_end_the_program_is_named(
-    raised: str, add: Add, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    exits = EXITS.replace("SystemExit(3)", raised)
-    add("frictionsim-winch", f"{COMPLETE}\nladders = references = 1\n{exits}")
-    assert run_command_line(["new", "winch"]) == 70
-    name = raised.partition("(")[0]
-    assert f"error in the plug-in frictionsim-winch: {name}: 3\n" in capsys.readouterr().err
-
-
 def test_an_entry_point_without_a_module(add: Add, complaint: Complain, tmp_path: Path) -> None:
     write_metadata(tmp_path / "site", "frictionsim-winch", {"winch": "winch:Kind"})
-    assert "frictionsim-winch 1.0 (module winch:Kind), cannot be imported: Mod" in complaint()
-
-
-def test_two_plugins_of_one_kind(
-    add: Add, complaint: Complain, caplog: pytest.LogCaptureFixture
-) -> None:
-    add("b-winch")
-    add("a-winch")
-    sentence = (
-        "the kind 'winch' is provided by a-winch 1.0 (module a_winch) and by b-winch 1.0 (module"
-        " b_winch); uninstall all but one of them"
-    )
-    assert complaint() == sentence
-    with pytest.raises(InputError) as error:
-        mechanism_module("winch")
-    assert str(error.value) == sentence
-    assert kind_names() == tuple(KINDS)
-    assert caplog.messages[-1] == sentence
-    assert run_command_line(["check", str(PULLEY)]) == 0
-    add("c-anvil", COMPLETE.replace("winch", "anvil"), kind="anvil")
-    assert mechanism_module("anvil").__name__ == "c_anvil"
-
-
-def test_a_plugin_of_a_built_in_kind(
-    add: Add, complaint: Complain, caplog: pytest.LogCaptureFixture
-) -> None:
-    add("frictionsim-pulley", "raise ValueError", kind="pulley")
-    sentence = (
-        "the kind 'pulley' is built in, but is also provided by frictionsim-pulley 1.0 (module"
-        " frictionsim_pulley); uninstall frictionsim-pulley or rename the kind in its entry point"
-        " 'frictionsim.kinds'"
-    )
-    assert kind_names() == tuple(KINDS)
-    assert caplog.messages == [sentence]
-    assert "(did you mean 'pulley'?)" in complaint('kind = "puley"')  # which has warned before
-    assert run_command_line(["new", "pulley"]) == 0
-    assert run_command_line(["check", str(PULLEY)]) == 0
-    assert mechanism_module("pulley").__name__ == KINDS["pulley"]
+    assert "(module winch:Kind of frictionsim-winch) cannot be imported: Mod" in complaint()
 
 
 DEFINED, NO_MODEL = (
     "SCENARIO, PANELS = Model",
     "expected SCENARIO to be a class derived from Scenario",
 )
-KIND = "expected kind: Literal['winch'] in SCENARIO Model, as in the entry point, got"
+KIND = "expected kind: Literal['winch'] in SCENARIO, as in the entry point"
 
 
 @pytest.mark.parametrize(
@@ -207,13 +131,8 @@ KIND = "expected kind: Literal['winch'] in SCENARIO Model, as in the entry point
         ("METRICS, Channel", "Channel", "its module lacks METRICS"),
         (DEFINED, "SCENARIO, PANELS = dict", f"{NO_MODEL}, got <class 'dict'>"),
         (DEFINED, "SCENARIO, PANELS = 'Model'", f"{NO_MODEL}, got 'Model'"),
-        ("CHANNELS: ClassVar[dict[str, Channel]] = {}", "", "its SCENARIO Model lacks CHANNELS"),
-        ('Literal["winch"]', 'Literal["hoist"]', f"{KIND} typing.Literal['hoist']"),
-        (
-            "def simulation(scenario): ...",
-            "simulation = 3",
-            "expected a function simulation, got 3",
-        ),
+        ("CHANNELS: ClassVar[dict[str, Channel]] = {}", "", "its SCENARIO lacks CHANNELS"),
+        ('Literal["winch"]', 'Literal["hoist"]', KIND),
     ],
 )
 def test_a_plugin_that_is_not_complete(
@@ -222,7 +141,7 @@ def test_a_plugin_that_is_not_complete(
     assert old in COMPLETE
     add("frictionsim-winch", COMPLETE.replace(old, new))
     assert complaint() == (
-        "the plug-in of the kind 'winch', frictionsim-winch 1.0 (module frictionsim_winch), is not"
+        "the plug-in of the kind 'winch' (module frictionsim_winch of frictionsim-winch) is not"
         f" complete: {fault}; repair or uninstall frictionsim-winch"
     )
 
@@ -268,22 +187,6 @@ def test_an_unknown_kind_names_those_of_plugins_too(add: Add, complaint: Complai
     assert complaint("kind = 3") == f"expected one of {quoted}, got 3"
     with pytest.raises(InputError, match="unknown kind 'wnich'"):
         mechanism_module("wnich")
-
-
-def test_metadata_that_cannot_be_read(add: Add, complaint: Complain, tmp_path: Path) -> None:
-    add("frictionsim-winch")
-    folder = tmp_path / "site" / "frictionsim_winch-1.0.dist-info"
-    (folder / "entry_points.txt").write_text("[frictionsim.kinds]\nwinch\n")
-    said = complaint()
-    assert said.startswith("cannot read the entry points of the installed packages: ")
-    assert said.endswith("; reinstall the package that was installed or changed last")
-    assert run_command_line(["check", str(PULLEY)]) == 0
-
-
-def test_a_package_without_a_name(add: Add, complaint: Complain, tmp_path: Path) -> None:
-    add("frictionsim-winch", "raise ValueError")
-    (tmp_path / "site" / "frictionsim_winch-1.0.dist-info" / "METADATA").unlink()
-    assert "a package without a name (no version) (module frictionsim_winch)" in complaint()
 
 
 def test_a_result_of_a_kind_that_is_no_longer_installed(

@@ -98,11 +98,11 @@ x = 2  #= mechanism.x
 "m.n" = 3  #= mechanism.'m.n'
 [[forces]]
 name = "load"
-y.z = 1  #= forces.load.y
+y.z = 1  #= forces.0.y
 [[forces]]
 name = "effort"
 point.0 = 1
-size = { sine = { u = 1 } }  #= forces.effort.size.sine.u
+size = { sine = { u = 1 } }  #= forces.1.size.sine.u
 """
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from frictionsim.errors import SolverError
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
-from frictionsim.scenario.signals import Constant, PiecewiseLinear
+from frictionsim.scenario.signals import Constant, linear
 from frictionsim.solvers.events import Events, State
 from frictionsim.solvers.modes import KEEPS, consistent
 from frictionsim.solvers.recording import Recording
@@ -34,7 +34,7 @@ def block(drive: Any, *terms: Term, start: tuple[float, float] = (0.0, 0.0)) -> 
 
 def test_a_block_under_a_growing_force_breaks_away_at_its_limit_and_moves_by_a_cubic() -> None:
     """3 t = 6 at 2 s; then 2 x'' = 3 t - 4: the method is exact for a cubic, but for rounding."""
-    solver = solved(block(PiecewiseLinear([0.0, 10.0], [0.0, 30.0])), 5.0)
+    solver = solved(block(linear([0.0, 10.0], [0.0, 30.0])), 5.0)
     (event,) = solver.recording.transitions
     assert (event.contact, event.mode_from, event.mode_to) == ("floor", STICK, FORWARD)
     assert event.time == pytest.approx(2.0, rel=1e-15)
@@ -84,7 +84,7 @@ def test_its_method_is_of_the_fifth_order() -> None:
 def test_from_each_state_between_turns_a_run_continues_to_the_same_bits() -> None:
     def system() -> OneCoordinate:
         spring = Term(lambda u, q, v: -8.0 * q, potential=lambda q: 4.0 * q * q)
-        return block(PiecewiseLinear([0.0, 1.0, 2.0], [0.0, 20.0, -9.0]), spring)
+        return block(linear([0.0, 1.0, 2.0], [0.0, 20.0, -9.0]), spring)
 
     states: list[tuple[State, int]] = []
     whole = Events(system(), TIGHT, Recording(system(), 4.0, 0.1), 4.0)
@@ -189,7 +189,7 @@ def test_a_pile_of_blocks_slips_from_top_to_bottom_and_comes_to_rest_together() 
     limits = mu * g * np.cumsum(m[::-1])[::-1]
     top = 60.0  # N; up to it the force rises by 20 N/s
     end = top / 20.0
-    force = PiecewiseLinear([0.0, end, end + 1e-3], [0.0, top, 0.0])
+    force = linear([0.0, end, end + 1e-3], [0.0, top, 0.0])
 
     class Pile(Bodies):
         def solution(self, t: float, modes: list[int]) -> Any:

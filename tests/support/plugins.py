@@ -43,11 +43,12 @@ def write_metadata(target: Path, name: str, kinds: Mapping[str, str], version: s
 def searched(folder: Path) -> Iterator[None]:
     """Let this process find the packages in a folder, and forget them afterwards.
 
-    It remembers the packages that it has checked or warned of, which no user takes away.
+    It remembers the installed kinds, which no user takes away.
     """
-    modules, checked = set(sys.modules), dict(plugins._checked)
+    modules = set(sys.modules)
     sys.path.insert(0, str(folder))
     invalidate_caches()
+    plugins._installed.cache_clear()
     try:
         yield
     finally:
@@ -55,6 +56,4 @@ def searched(folder: Path) -> Iterator[None]:
         for name in set(sys.modules) - modules:
             if str(getattr(sys.modules[name], "__file__", "")).startswith(str(folder)):
                 del sys.modules[name]
-        plugins._checked.clear()
-        plugins._warned.clear()
-        plugins._checked.update(checked)
+        plugins._installed.cache_clear()

@@ -36,7 +36,7 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
 )
 from frictionsim.mechanisms.belt_drive.kernels.wrap import wrap_factors
 from frictionsim.scenario.signal_tables import SpeedTable, signal_from
-from frictionsim.scenario.signals import PiecewiseLinear, Signal
+from frictionsim.scenario.signals import Signal, linear
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -158,7 +158,7 @@ def _signals(scenario: "BeltDriveScenario") -> Signals:
         over_time = TORQUE_OVER_TIME if drive is None or drive.speed is None else SPEED_OVER_TIME
         for term in drive.terms if drive is not None else ():
             if isinstance(term, SpeedTable):
-                rows.append((j, TORQUE_OVER_SPEED, PiecewiseLinear(term.speed, term.value)))
+                rows.append((j, TORQUE_OVER_SPEED, linear(term.speed, term.value)))
             else:
                 rows.append((j, over_time, signal_from(term)))
     return stack_signals(rows)

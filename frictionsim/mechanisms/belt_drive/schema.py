@@ -1,6 +1,6 @@
 """The scenario of a belt drive: its tables and their consistency."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from math import ceil, pi
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
@@ -18,7 +18,7 @@ from frictionsim.mechanisms.belt_drive.geometry import (
     PulleyCircle,
     belt_path,
 )
-from frictionsim.scenario.methods import BELT, CREEP, PUBLISHED, REGULARISED, Pairs
+from frictionsim.scenario.methods import BELT, Pairs
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario, SolverSettings
 from frictionsim.scenario.signal_tables import SpeedOrTimeSignals, TimeSignals
@@ -185,10 +185,6 @@ class BeltSolverSettings(SolverSettings):
     with which either would swing, m/s, ten times that over the length of a body, and over the
     smallest radius, rad/s.
     """
-
-    RETIRED_BACKENDS: ClassVar[Mapping[str, str]] = {PUBLISHED: CREEP, REGULARISED: REGULARISED}
-    FRICTION_EFFECTS: ClassVar[str] = "belt_friction"
-    METHODS_OF_LAWS: ClassVar[Mapping[str, str]] = {}
 
     backend: str = Field("rkf45", description="Integration method.")
     duration: float = unit_field("s", "Simulated time.", 1.0, gt=0)

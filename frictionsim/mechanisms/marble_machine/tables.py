@@ -1,13 +1,11 @@
 """The tables of a scenario of kind `marble_machine`."""
 
-from collections.abc import Mapping
 from math import pi
-from typing import ClassVar, Self
+from typing import Self
 
 from pydantic import Field, model_validator
 
 from frictionsim.mechanisms.effects import (
-    RENAMED_TO_VISCOUS_DAMPING,
     Gravity,
     ShaftFriction,
     ViscousDamping,
@@ -93,8 +91,6 @@ class MotorInertiaTable(Params):
 
 class MarbleMachineEffects(Params):
     """`[effects]`: one table for each effect that is simulated."""
-
-    RETIRED: ClassVar[Mapping[str, str]] = {"air_drag": RENAMED_TO_VISCOUS_DAMPING}
 
     gravity: Gravity | None = None
     shaft_friction: ShaftFriction | None = None

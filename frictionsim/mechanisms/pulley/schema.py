@@ -8,7 +8,6 @@ from pydantic import ConfigDict, Field, model_validator
 from pydantic.config import JsonDict
 
 from frictionsim.mechanisms.effects import (
-    RENAMED_TO_VISCOUS_DAMPING,
     ShaftFriction,
     ViscousDamping,
 )
@@ -173,8 +172,6 @@ class PulleyDrive(Params):
 
 class PulleyEffects(Params):
     """`[effects]`: one table for each effect that is simulated."""
-
-    RETIRED: ClassVar[Mapping[str, str]] = {"air_drag": RENAMED_TO_VISCOUS_DAMPING}
 
     shaft_friction: ShaftFriction | None = None
     viscous_damping: ViscousDamping | None = None

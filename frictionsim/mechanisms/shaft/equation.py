@@ -24,7 +24,7 @@ from frictionsim.mechanisms.shaft.loads import (
 from frictionsim.mechanisms.shaft.schema import Couple, Force, ShaftScenario, TorsionSpring
 from frictionsim.mechanisms.single_dof import start_of
 from frictionsim.scenario.signal_tables import AngleTable, SpeedTable, signal_from
-from frictionsim.scenario.signals import Constant, PiecewiseLinear
+from frictionsim.scenario.signals import Constant, linear
 from frictionsim.solvers.roots import time_of_excess
 from frictionsim.solvers.system import INPUT, EndStops, Friction, OneCoordinate, Term
 
@@ -46,8 +46,7 @@ def load_of(part: Force | Couple, arms: Arms) -> Load:
         over, x = SPEED, list(size.speed)
     else:
         over, x = ANGLE, [radians(angle) for angle in size.angle_deg]
-    is_one = len(set(size.value)) == 1
-    return Load(arms, Constant(size.value[0]) if is_one else PiecewiseLinear(x, size.value), over)
+    return Load(arms, linear(x, size.value), over)
 
 
 def weights_of(scenario: ShaftScenario) -> list[Load]:

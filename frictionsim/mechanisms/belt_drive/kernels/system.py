@@ -281,8 +281,8 @@ class Signals(NamedTuple):
 
 def stack_signals(rows: "Sequence[tuple[int, int, Signal]]") -> Signals:
     """Return the signals of pulleys as one, from the index of a pulley, the kind and the signal."""
-    pieces = [signal.pieces() for *_, signal in rows]
-    harmonics = [signal.harmonic() or (0.0, 0.0, 0.0) for *_, signal in rows]
+    pieces = [signal.pieces for *_, signal in rows]
+    harmonics = [signal.harmonic or (0.0, 0.0, 0.0) for *_, signal in rows]
     return Signals(
         np.array([pulley for pulley, *_ in rows], dtype=np.int64),
         np.array([kind for _, kind, _ in rows], dtype=np.int64),

@@ -1,0 +1,158 @@
+"""Validation of data by a model: pydantic's faults with key, unit, value and nearest key."""
+
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from frictionsim.errors import OUT_OF_RANGE, closest, unknown
+from frictionsim.scenario.model_fields import key_names, models_in, unit_of
+from frictionsim.scenario.signal_tables import FORMS, NO_SIGNAL, NUMBER, SIGNAL_TAGS, SUM
+from frictionsim.scenario.toml_data import KeyPath
+
+TableModel = TypeVar("TableModel", bound=BaseModel)
+
+MAX_KEY_LENGTH = 60  # characters of a key in a message
+MAX_VALUE_LENGTH = 40  # characters of an invalid value in a message
+# What pydantic says in words of Python.
+WORDS = {
+    "model_type": "should be a table",
+    "model_attributes_type": "should be a table",
+    "dict_type": "should be a table",
+    "tuple_type": "should be a list",
+    "string_type": "should be text in quotes",
+    "bool_type": "should be true or false",
+    "int_type": "should be a whole number",
+    "column": "should be the name of a column in quotes, or its number from 1",
+    NO_SIGNAL: "should be a number",
+}
+# Pydantic says itself how many items or characters there are.
+WITH_COUNT = ("too_short", "too_long")
+
+
+class ValidationFailure(Exception):
+    """Errors in the data of a scenario, by key path, without positions in the file."""
+
+    def __init__(self, faults: list[tuple[KeyPath, str]]) -> None:
+        super().__init__(faults)
+        self.faults = faults
+
+    def lines(self) -> list[str]:
+        """Return the faults as text: key and message."""
+        return [f"{key_text(key)}: {message}" for key, message in self.faults]
+
+
+def validate_model(
+    model: type[TableModel], data: dict[str, Any], folder: Path | None = None
+) -> TableModel:
+    """Return the instance of a model for the data of a TOML file.
+
+    `folder` is the base of relative file names in the data; None if they may not refer to files.
+    Raises a ValidationFailure if the data is invalid.
+    """
+    try:
+        return model.model_validate(data, context={"folder": folder})
+    except ValidationError as error:
+        raise ValidationFailure(_faults(error.errors(), model)) from None
+    except OverflowError:
+        raise ValidationFailure([((), OUT_OF_RANGE)]) from None
+
+
+def key_text(key: KeyPath) -> str:
+    """Return a key for a message: its parts quoted if necessary, shortened, on one line."""
+    return ".".join(map(_part_text, key)) or "scenario"
+
+
+def _part_text(part: str | int) -> str:
+    text = str(part)
+    if not text.replace("-", "_").isidentifier() and not text.isdecimal():
+        text = repr(text)
+    return text if len(text) <= MAX_KEY_LENGTH else text[:MAX_KEY_LENGTH] + "..."
+
+
+def toml_text(value: Any) -> str:
+    """Return a value as TOML, shortened, for a message."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "a table" if value else "an empty table"
+    if isinstance(value, str):
+        text = f"'{value}'"
+    elif isinstance(value, list | tuple):
+        text = f"a list of {len(value)}"
+    else:
+        text = str(value)
+    return text if len(text) <= MAX_VALUE_LENGTH else text[: MAX_VALUE_LENGTH - 3] + "..."
+
+
+def _faults(errors: list[Any], model: type[BaseModel]) -> list[tuple[KeyPath, str]]:
+    """Return key and message of the errors; a misspelt key is not missing as well."""
+    locations = [error["loc"] for error in errors]
+    missing = {error["loc"] for error in errors if error["type"] == "missing"}
+    meant: dict[Any, str] = {}
+    for location in (error["loc"] for error in errors if error["type"] == "extra_forbidden"):
+        siblings = [str(loc[-1]) for loc in missing if loc[:-1] == location[:-1]]
+        if near := closest(str(location[-1]), siblings):
+            meant[location] = near
+            missing.remove((*location[:-1], near))
+    return [
+        _fault(error, model, meant.get(error["loc"]))
+        for error in errors
+        if (error["type"] != "missing" or error["loc"] in missing)
+        # A list is too short for pydantic where an item of it is invalid.
+        and not (error["type"] == "too_short" and _is_within(error["loc"], locations))
+    ]
+
+
+def _is_within(location: KeyPath, others: list[KeyPath]) -> bool:
+    return any(len(o) > len(location) and o[: len(location)] == location for o in others)
+
+
+def _fault(error: Any, model: type[BaseModel], meant: str | None) -> tuple[KeyPath, str]:
+    """Return key and message of one of `ValidationError.errors()`."""
+    path, table, unit = _place(model, error["loc"])
+    kind, context = error["type"], error.get("ctx", {})
+    if kind == "inconsistent":
+        return (*path, *context["where"]), context["message"]
+    if kind == "extra_forbidden":
+        return path, unknown("key", str(path[-1]), [meant] if meant else key_names(table))
+    if kind == "missing":
+        return path, f"missing; expected a number in {unit}" if unit else "missing"
+    if kind in ("value_error", "assertion_error"):  # of a validator
+        return path, str(context["error"]) or "invalid"
+    # "Input should be greater than 0"
+    words = WORDS.get(kind) or error["msg"].partition(" ")[2]
+    if unit and kind in ("float_type", "finite_number"):
+        words += f" in {unit}"
+    elif unit and kind.startswith(("greater", "less")):
+        words += f" {unit}"
+    if kind == NO_SIGNAL or (kind == "float_type" and error["loc"][-1] == NUMBER):
+        words += f", or {FORMS}"
+    return path, words if kind in WITH_COUNT else f"{words}, got {toml_text(error['input'])}"
+
+
+def _place(
+    model: type[BaseModel], location: KeyPath
+) -> tuple[KeyPath, type[BaseModel] | None, str]:
+    """Return the keys of a location as in TOML, the model around the last one, and its unit.
+
+    Pydantic's location has the tag of a signal's form in it, which is no key.
+    """
+    path: KeyPath = ()
+    here: type[BaseModel] | None = model
+    table: type[BaseModel] | None = model
+    unit = ""
+    for part in location:
+        if part in (NUMBER, SUM):
+            continue
+        if part in SIGNAL_TAGS:
+            here = SIGNAL_TAGS[str(part)]
+            continue
+        path = (*path, part)
+        fields = {f.alias or name: f for name, f in here.model_fields.items()} if here else {}
+        if part in fields:
+            table, unit = here, unit_of(fields[str(part)]) or unit
+            here = next(models_in(fields[str(part)].annotation), None)
+        elif isinstance(part, str) and here is not None and path[-1] == location[-1]:
+            table, unit = here, ""  # a key that is not known
+    return path, table, "" if unit == "1" else unit
