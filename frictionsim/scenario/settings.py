@@ -1,10 +1,8 @@
 """The tables that scenarios of all kinds share: `[solver]`, `[output]`, and the base model."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cache
-from math import floor, log10
 from pathlib import Path
-from types import NoneType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field, PrivateAttr, field_validator, model_validator
@@ -23,8 +21,6 @@ if TYPE_CHECKING:
 MAX_SAMPLES = 10_000_000
 MAX_VALUES = 10_000_000_000  # of all channels, tens of gigabytes on a disk
 DEFAULT_SAMPLES = 500
-MAX_PLAUSIBLE_RADIUS = 5.0  # m; the largest winders and flywheels have about as much
-MAX_PLAUSIBLE_MU = 2.0  # soft rubber on dry rough ground stays below it
 
 
 class SolverSettings(Params):
@@ -237,10 +233,11 @@ class Scenario(Params):
 
     def warnings(self) -> list[str]:
         """Return warnings about a valid scenario whose results may mislead."""
+        from frictionsim.scenario.plausibility import questions
         from frictionsim.scenario.signal_tables import period_of, shorter, too_long
 
         interval, duration = self.interval, self.solver.duration
-        implausible = list(self._implausible_values())
+        implausible = list(questions(self))
         if interval > duration:
             return [
                 *implausible,
@@ -255,28 +252,6 @@ class Scenario(Params):
             for name, period in periods.items()
             if period is not None and too_long(interval, period)
         ]
-
-    def _implausible_values(self) -> Iterator[str]:
-        """Yield warnings about radii that look like millimetres and coefficients like percent."""
-        from frictionsim.scenario.toml_data import keys_and_values
-
-        if not _may_be_implausible(self):  # as in all runs of most sweeps
-            return
-        tables = self.model_dump(by_alias=True, exclude_none=True)
-        for key, value in keys_and_values(tables):
-            name = key.rpartition(".")[2]
-            if isinstance(value, list) or not name.endswith(MAYBE_IMPLAUSIBLE):
-                continue
-            if name.endswith("radius") and abs(value) > MAX_PLAUSIBLE_RADIUS:
-                yield (
-                    f"{key} = {value:g} m is a radius above {MAX_PLAUSIBLE_RADIUS:g} m; did you"
-                    f" mean {value / 1000.0:.6g}, for {value:g} mm?"
-                )
-            elif name in ("mu_s", "mu_k") and value > MAX_PLAUSIBLE_MU:
-                yield (
-                    f"{key} = {value:g} is a coefficient of friction above {MAX_PLAUSIBLE_MU:g};"
-                    f" did you mean {value / 10.0 ** (floor(log10(value)) + 1):.6g}?"
-                )
 
     @field_validator("title")
     @classmethod
@@ -401,33 +376,7 @@ class Scenario(Params):
         return self
 
 
-MAYBE_IMPLAUSIBLE = ("radius", "mu_s", "mu_k")  # ends of keys
-WITHOUT_VALUES = (NoneType, str, bool, int)  # for the other types it is asked what they are
-
-
 @cache
 def _has_law(effect: type) -> bool:
     """Return whether an effect is one of dry friction."""
     return "law" in getattr(effect, "model_fields", ()) or hasattr(effect, "law")
-
-
-def _may_be_implausible(value: Any) -> bool:
-    """Return whether a table has an implausible value in it, without the key of that value."""
-    if isinstance(value, Mapping):
-        value = list(value.values())
-    if isinstance(value, list | tuple):
-        return any(map(_may_be_implausible, value))
-    if not isinstance(value, Params):
-        return False
-    for name, inner in value.__dict__.items():
-        if type(inner) in WITHOUT_VALUES:
-            continue
-        if isinstance(inner, Params | Mapping | list | tuple):
-            implausible = _may_be_implausible(inner)
-        else:
-            implausible = name.endswith(MAYBE_IMPLAUSIBLE) and (
-                inner > MAX_PLAUSIBLE_MU or inner < -MAX_PLAUSIBLE_RADIUS
-            )
-        if implausible:
-            return True
-    return False

@@ -1,4 +1,4 @@
-"""Warnings about radii that look like millimetres, and coefficients of friction like percent."""
+"""Warnings about values that look like a slip of a unit, and keys without effect."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -96,7 +96,8 @@ def test_the_limits_themselves_are_plausible(overrides: dict[str, float], count:
 
 @pytest.mark.parametrize("path", sorted(SCENARIOS.rglob("*.toml")), ids=lambda path: path.stem)
 def test_no_shipped_scenario_is_asked(path: Path) -> None:
-    assert asked(fs.load(path)) == []
+    # One is about a pulley with the inertia of a mountain.
+    assert len(asked(fs.load(path))) == (path.stem == "huge_inertia")
 
 
 @given(scenarios())
@@ -106,6 +107,36 @@ def test_no_drawn_scenario_is_asked(data: Scenario) -> None:
     except fs.ScenarioError:
         return
     assert asked(scenario) == []
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("effects.gravity.g", 981.0, "981 m/s^2 is above 30 m/s^2; did you mean 9.81?"),
+        ("mechanism.inertia", 3500.0, "of 2.71e+06 kg with the radius 0.0508 m; did you mean"),
+    ],
+)
+def test_other_slips_of_a_unit_are_asked_about(key: str, value: float, words: str) -> None:
+    kind = "shaft" if "gravity" in key else "pulley"
+    (warning,) = asked(fs.load(kind, {key: value}))
+    assert warning.startswith(f"{key} = {value:g}")
+    assert words in warning
+
+
+HANGING: Scenario = {"kind": "shaft", "mechanism": {"inertia": 0.1, "mass": 40.0}}
+PRESSED: Scenario = {
+    **HANGING,
+    "couples": [{"name": "motor", "size": 3.0}],
+    "effects": {"shaft_friction": {"shaft_radius": 0.02, "mu_s": 0.2, "mu_k": 0.2}},
+}
+
+
+def test_a_mass_without_weight_and_friction_without_load_are_told() -> None:
+    mass, friction = fs.load(PRESSED).warnings()
+    assert mass.startswith("mechanism.mass has no effect")
+    assert friction.startswith("effects.shaft_friction has no effect")
+    assert fs.load(PRESSED, {"effects.gravity.g": 9.81}).warnings() == []
+    assert fs.load(PRESSED, {"mechanism.mass": 0.0}).warnings() == [friction]
 
 
 def test_a_cord_on_the_other_side_has_a_radius_too() -> None:
