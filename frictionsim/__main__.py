@@ -29,7 +29,7 @@ def main() -> None:
 
     from frictionsim.cli.commands import run_command_line
 
-    code = run_command_line(sys.argv[1:], runs_one_command=True)
+    code = run_command_line(sys.argv[1:])
     for stream in (sys.stdout, sys.stderr):
         if stream is not None:  # None if the parent process closed it
             with suppress(OSError, ValueError):  # broken pipe or full disk; closed

@@ -5,12 +5,11 @@ from typing import Any
 from markdown import table
 from typer.main import get_command
 
-from frictionsim.cli.commands import app, register_all
+from frictionsim.cli.commands import app
 
 
 def commands() -> str:
     """Return a section for the program and for each command."""
-    register_all()
     program: Any = get_command(app)
     parts = [
         "## frictionsim",

@@ -2,9 +2,6 @@
 
 import ast
 from importlib import import_module
-from pathlib import Path
-
-import pytest
 
 import frictionsim as fs
 from tests.support.scenarios import ROOT, python
@@ -73,72 +70,3 @@ def test_the_star_leaves_the_builtin_open() -> None:
     assert set(fs.__all__) <= set(names)
     assert "open" not in names
     assert set(fs._MODULES) - set(fs.__all__) == {"open"}
-
-
-# --- the command line is a thin layer -------------------------------------------------------
-
-CLI = sorted((ROOT / "frictionsim" / "cli").glob("*.py"))
-# What is no part of the interface for Python, and why the command line needs it.
-LEAVES = {
-    # check before a run, say where its result went, and leave no part of one
-    "frictionsim.io.run_files": {"RunFiles"},
-    "frictionsim.io.names": {"partial_name", "whole_name"},
-    "frictionsim.io.output_file": {
-        *("COSTS", "PICTURE", "SCENARIO"),
-        *("check_apart", "check_free", "check_output", "discard_parts"),
-    },
-    "frictionsim.sweeps.sweep_csv": {"files_of_sweep_in_csv"},
-    # text of others on streams that may fail
-    "frictionsim.io.terminal": {
-        *("ReaderGone", "Stdout", "is_terminal", "print_on_stderr", "visible", "write_on_stderr")
-    },
-    # the picture of a study, in the format of its name
-    "frictionsim.plots.picture_file": {"check_picture"},
-    # completion of options
-    "frictionsim.plots.style": {"STYLES", "USER"},
-    # the summary of what has no class of results
-    "frictionsim.document": {"as_json", "as_text"},
-    # JSON of `static`, the name of the standard input
-    "frictionsim.results": {"quantities_json"},
-    "frictionsim.scenario.settings": {"STDIN", "Scenario"},
-    "frictionsim.scenario.toml_data": {"NoUsableText", "read_text"},
-    # what shells offer, and whose defect it is
-    "frictionsim.plots": {"ALL", "VIEWS"},
-    "frictionsim.scenario.methods": {"METHODS"},
-    # the column of times, by name or number
-    "frictionsim.scenario.options": {"column_of"},
-    # what watches a run: the command line handles more signals
-    "frictionsim.simulation.monitor": {
-        *("Monitor", "Monitors", "Progress", "RunMonitor", "StopSignals", "SweepProgress"),
-        "compilation_text",
-    },
-    "frictionsim.scenario.kinds": {"GROUP", "KINDS", "kind_names"},
-    "frictionsim.scenario.shipped": {"shipped_scenarios"},
-}
-
-
-@pytest.mark.parametrize("path", CLI, ids=lambda path: path.name)
-def test_the_command_line_uses_the_interface_for_python(path: Path) -> None:
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            inside = [a.name for a in node.names if a.name.startswith("frictionsim")]
-            assert inside in ([], ["frictionsim"]), inside
-        if not isinstance(node, ast.ImportFrom) or not (node.module or "").startswith(
-            "frictionsim"
-        ):
-            continue
-        module, names = str(node.module), {alias.name for alias in node.names}
-        allowed = (
-            module == "frictionsim"
-            or module in ("frictionsim.errors", "frictionsim.version")
-            or module.startswith(("frictionsim.api", "frictionsim.cli"))
-            or names <= LEAVES.get(module, set())
-        )
-        assert allowed, f"{path.name}:{node.lineno}: {module} {names}"
-
-
-def test_the_exceptions_of_thinness_are_needed() -> None:
-    text = "\n".join(path.read_text(encoding="utf-8") for path in CLI)
-    for module, names in LEAVES.items():
-        assert f"from {module} import" in text, module
-        assert [name for name in names if name not in text] == [], module

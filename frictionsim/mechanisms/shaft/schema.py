@@ -327,14 +327,12 @@ class ShaftScenario(SingleDofScenario):
         journal, arm = self.effects.shaft_friction, self.largest_arm
         warnings = super().warnings()
         if self.effects.gravity is None and self.mechanism.mass > 0.0:
-            warnings.append(
-                "mechanism.mass has no effect: it has no weight without [effects.gravity]"
-            )
+            warnings.append("mechanism.mass has no effect: no weight without [effects.gravity]")
         pressed = self.forces or self.has_weight or self.effects.eccentric_mass
         if journal is not None and not pressed:
             warnings.append(
-                "effects.shaft_friction has no effect: nothing presses the body onto its shaft; give"
-                " [[forces]], or mechanism.mass and [effects.gravity]"
+                "effects.shaft_friction has no effect: nothing presses the body onto its shaft;"
+                " give [[forces]], or mechanism.mass and [effects.gravity]"
             )
         if journal is not None and 0.0 < arm <= journal.shaft_radius:
             warnings.insert(

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 import frictionsim as fs
-from frictionsim.cli.app import (
+from frictionsim.cli.monitor import CommandMonitor, StatusLine, SweepMonitor
+from frictionsim.cli.options import (
     RESULTS,
     STDIN,
     AsJson,
@@ -28,25 +29,28 @@ from frictionsim.cli.app import (
     named_by_option,
     stem_of,
 )
-from frictionsim.cli.completion import sampling_methods
-from frictionsim.cli.messages import (
+from frictionsim.cli.printing import (
     log_on_stderr,
     print_beside_files,
     print_data,
     print_error,
     warn,
 )
-from frictionsim.cli.monitor import CommandMonitor, EndingSignals, StatusLine, SweepMonitor
-from frictionsim.errors import EXIT_SIGNAL, InputError, OutputError, counted
+from frictionsim.errors import (
+    EXIT_SIGNAL,
+    InputError,
+    OutputError,
+    counted,
+)
+from frictionsim.io.names import partial_name
 
 if TYPE_CHECKING:
     from frictionsim.api.result_base import ResultBase
     from frictionsim.api.sweep_result import Sweep
 
 # The option for an argument of `fs.fit` that has another name.
-OPTIONS = {"channels": "channel", "quantities": "quantity", "units": "unit"}
+FIT_OPTIONS = {"channels": "channel", "quantities": "quantity", "units": "unit"}
 SECONDS_BETWEEN_UPDATES = 0.2  # of the status line
-MARK = "-sweep"
 
 
 class StudyFiles(NamedTuple):
@@ -134,7 +138,6 @@ def cost(
     """
     from frictionsim.api.studies import CostOptions, Study
     from frictionsim.api.studies import study as run_study
-    from frictionsim.io.names import partial_name
     from frictionsim.io.output_file import COSTS
 
     log_on_stderr(0)
@@ -200,7 +203,7 @@ def fit(
         list[str] | None,
         typer.Option(
             metavar="KEY=LOW:HIGH[:START]",
-            help="Key to fit, with its bounds; A,B for two keys of equal value.",
+            help="Key to fit, with its bounds; A,B for two keys of equal value. May be repeated.",
         ),
     ] = None,
     data: Annotated[
@@ -211,20 +214,23 @@ def fit(
         typer.Option(
             "--channel",
             metavar="NAME[=COLUMN]",
-            help="Measured channel, and its column in the data.",
+            help="Measured channel, and its column in the data. May be repeated.",
         ),
     ] = None,
     quantities: Annotated[
         list[str] | None,
         typer.Option(
-            "--quantity", metavar="NAME=VALUE", help="Measured quantity; with --over NAME[=COLUMN]."
+            "--quantity",
+            metavar="NAME=VALUE",
+            help="Measured quantity; with --over NAME[=COLUMN]. May be repeated.",
         ),
     ] = None,
     over: Annotated[
         list[str] | None,
         typer.Option(
             metavar="KEY[=COLUMN]",
-            help="Key set by each row of the data, and its column; one run per row.",
+            help="Key set by each row of the data, and its column; one run per row. May be"
+            " repeated.",
         ),
     ] = None,
     overrides: OverridesOption = None,
@@ -233,13 +239,15 @@ def fit(
         typer.Option(
             metavar="NAME=VALUE",
             help="Standard deviation of a channel or quantity, in the unit of the data, or its"
-            " column. [the scatter about the fit]",
+            " column. [the scatter about the fit] May be repeated.",
         ),
     ] = None,
     units: Annotated[
         list[str] | None,
         typer.Option(
-            "--unit", metavar="NAME=UNIT", help="Unit of the data of a channel, e.g. deg/s or rpm."
+            "--unit",
+            metavar="NAME=UNIT",
+            help="Unit of the data of a channel, e.g. deg/s or rpm. May be repeated.",
         ),
     ] = None,
     time: Annotated[
@@ -281,11 +289,7 @@ def fit(
     from frictionsim.api.fitting import fit as fit_scenario
     from frictionsim.scenario.options import column_of
 
-    with (
-        named_by_option(OPTIONS),
-        EndingSignals("nothing was written", activity="fitting"),
-        StatusLine() as line,
-    ):
+    with named_by_option(FIT_OPTIONS), StatusLine() as line:
         given: dict[str, Any] = {"sigma": sigma, "units": units, "time_unit": time_unit}
         given |= {"time_offset": time_offset, "starts": starts, "seed": seed}
         given |= {"bootstrap": bootstrap}
@@ -344,7 +348,7 @@ def sweep(
             metavar="KEY=VALUES",
             help="Vary a key, or several keys of equal value (A,B=...): [0.1, 0.2],"
             " lin(a, b, n), log(a, b, n); with --sample uniform(a, b), normal(m, s),"
-            " lognormal(m, s), triangular(a, c, b).",
+            " lognormal(m, s), triangular(a, c, b). May be repeated.",
         ),
     ] = None,
     overrides: OverridesOption = None,
@@ -360,7 +364,6 @@ def sweep(
         typer.Option(
             metavar="NAME",
             help="Sampling method: sobol, lhs or random. [sobol]",
-            autocompletion=sampling_methods,
         ),
     ] = None,
     seed: Annotated[
@@ -396,41 +399,30 @@ def sweep(
     study = study_from(
         source if source != STDIN else load_scenario(source, overrides), overrides, options
     )
-    printing = SweepPrinting(source, csv, as_json, quiet, verbose)
+    log_on_stderr(verbose)
     with _target(output, source) as target:
         _check_csv(csv, target, no_clobber, study.options.indices)
         warn(study.scenario.warnings())
         run = partial(
             fs.sweep, study, output=target, no_clobber=no_clobber, workers=workers, dask=dask
         )
-        return run_with(run, printing)
+        return run_sweep(run, source, csv, as_json, quiet)
 
 
-class SweepPrinting(NamedTuple):
-    """Output options of `sweep` and `resume`."""
-
-    source: str
-    csv: Path | None
-    as_json: bool
-    quiet: bool
-    verbose: int
-
-
-def run_with(run: "Callable[..., Sweep]", printing: SweepPrinting) -> int:
+def run_sweep(
+    run: "Callable[..., Sweep]", source: str, csv: Path | None, as_json: bool, quiet: bool
+) -> int:
     """Run a sweep, which takes `progress`, and print its summary; return the exit code."""
-    log_on_stderr(printing.verbose)
     gc.enable()  # off for short commands; a sweep may take days
-    shown = not (printing.quiet or printing.as_json)
-    with SweepMonitor(shown, printing.quiet) as monitor:
+    with SweepMonitor(not (quiet or as_json), quiet) as monitor:
         swept = run(progress=monitor)
-        if printing.csv is not None:
-            swept.save_csv(printing.csv)
-    with EndingSignals(f"the sweep is in {swept.path}"):
-        if printing.as_json:
-            csv = None if printing.csv is None else str(printing.csv)
-            print_beside_files(swept.to_json() | {"scenario": printing.source, "csv": csv})
-        elif not printing.quiet:
-            print_beside_files(swept.summary())
+        if csv is not None:
+            swept.save_csv(csv)
+    if as_json:
+        named = None if csv is None else str(csv)
+        print_beside_files(swept.to_json() | {"scenario": source, "csv": named})
+    elif not quiet:
+        print_beside_files(swept.summary())
     for failures in swept.failures:
         print_error(f"warning: {failures}")
     received = monitor.signals.received
@@ -446,7 +438,7 @@ def _target(output: Path | None, source: str) -> Iterator[Path]:
     made = not RESULTS.is_dir()
     folder = default_folder()
     try:
-        yield folder / f"{stem_of(source)}{MARK}.h5"
+        yield folder / f"{stem_of(source)}-sweep.h5"
     finally:
         if made:
             with suppress(OSError):  # there is something in it

@@ -1,73 +1,37 @@
 """The application, options of several commands, and reading of scenarios."""
 
+import os
 import sys
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from os.path import isdir
+from os.path import exists, isdir
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from typer.core import TyperCommand
 
 import frictionsim as fs
-from frictionsim.cli.messages import print_text
-from frictionsim.errors import EXIT_BAD_INPUT, ArgumentError, InputError, OutputError, ScenarioError
+from frictionsim.cli.printing import (
+    print_text,
+)
+from frictionsim.errors import (
+    EXIT_BAD_INPUT,
+    ArgumentError,
+    InputError,
+    OutputError,
+    ScenarioError,
+)
 from frictionsim.io.terminal import print_on_stderr
 from frictionsim.version import __version__
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
+STDIN = "-"
+RESULTS = Path("results")  # the folder of results by default
+FOLDER_ENDS = ("/", os.sep)
 
-class Process:
-    """Whether this process runs one command only: then a limit may end it at any time."""
-
-    runs_one_command = False
-
-
-class Command(TyperCommand):
-    """A command that refuses an option given twice, where the second value would win silently.
-
-    Its help says which options may be repeated.
-    """
-
-    def __init__(self, *args: Any, **settings: Any) -> None:
-        super().__init__(*args, **settings)
-        for option in self.params:
-            if getattr(option, "multiple", False):
-                option.help = f"{option.help} May be repeated."  # type: ignore[attr-defined]
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the command line."""
-        if not ctx.resilient_parsing:  # for completion
-            _, _, order = self.make_parser(ctx).parse_args(args=list(args))
-            for parameter, count in Counter(map(id, order)).items():
-                option: Any = next(one for one in order if id(one) == parameter)
-                if count > 1 and option.param_type_name == "option" and not _repeats(option):
-                    name = max(option.opts, key=len)
-                    raise InputError(f"{name}: expected once, got it {count} times; leave one out")
-        return super().parse_args(ctx, args)
-
-
-def _repeats(option: Any) -> bool:
-    """Return whether an option may be given more than once."""
-    return bool(option.multiple or option.count or option.is_flag)
-
-
-CommandFunction = TypeVar("CommandFunction", bound=Callable[..., Any])
-
-
-class Application(typer.Typer):
-    """An application whose commands are of the class `Command`."""
-
-    def command(self, *args: Any, **options: Any) -> Callable[[CommandFunction], CommandFunction]:
-        """Register a function as a command."""
-        return super().command(*args, cls=Command, **options)
-
-
-app = Application(
+app = typer.Typer(
     name="frictionsim",
     help="Simulate mechanisms governed by dry friction.",
     epilog="Exit codes: 0 done, 1 solver failed or files differ, 2 bad input, 3 audit failed,"
@@ -89,7 +53,9 @@ ResultFile = Annotated[
 ]
 OverridesOption = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Override a key, e.g. solver.rtol=1e-6."),
+    typer.Option(
+        "--set", metavar="KEY=VALUE", help="Override a key, e.g. solver.rtol=1e-6. May be repeated."
+    ),
 ]
 MaxWall = Annotated[
     float | None,
@@ -146,19 +112,6 @@ def program(
     if context.invoked_subcommand is None:
         print_on_stderr(context.get_help())
         raise typer.Exit(EXIT_BAD_INPUT)
-
-
-@contextmanager
-def named_by_option(options: Mapping[str, str]) -> Iterator[None]:
-    """Return the context in which errors of arguments name options of other names."""
-    try:
-        yield
-    except ArgumentError as error:
-        raise ArgumentError(options.get(error.argument, error.argument), error.text) from None
-
-
-STDIN = "-"
-RESULTS = Path("results")  # the folder of results by default
 
 
 def default_folder() -> Path:
@@ -232,3 +185,61 @@ def scenarios_in(sources: Sequence[str]) -> list[str]:
             raise InputError(f"{source}: this folder has no scenario (*.toml)")
         scenarios += inside
     return scenarios
+
+
+def targets_of(sources: Sequence[str], output: str | None, no_clobber: bool) -> list[Path]:
+    """Return the result file of each scenario; of several it is checked that all can be written.
+
+    Parameters
+    ----------
+    sources : sequence of str
+        Paths of scenarios, or "-".
+    output : str or None
+        A folder, which exists or ends with a slash; for one scenario a file otherwise.
+    no_clobber : bool
+        Do not replace existing files.
+    """
+    if output == STDIN:
+        raise InputError("-o -: a result is written as HDF5, not printed; give a file name")
+    is_folder = output is None or output.endswith(FOLDER_ENDS) or isdir(output)
+    if output is not None and len(sources) == 1 and not is_folder:
+        return [Path(output)]
+    targets = _targets_in(_folder(None if output is None else Path(output)), sources)
+    if len(sources) > 1:
+        from frictionsim.io.run_files import RunFiles
+
+        for target in targets:
+            RunFiles(target).check(no_clobber)
+    return targets
+
+
+def _folder(output: Path | None) -> Path:
+    """Return the folder for results; the default one is created."""
+    if output is None:
+        return default_folder()
+    if not isdir(output):
+        reason = "this is a file" if exists(output) else "there is no such folder, create it first"
+        raise OutputError(f"{output}: expected a folder for the results; {reason}")
+    return output
+
+
+def _targets_in(folder: Path, sources: Sequence[str]) -> list[Path]:
+    targets: dict[Path, str] = {}
+    for source in sources:
+        target = folder / f"{stem_of(source)}.h5"
+        if target in targets:
+            raise InputError(
+                f"{targets[target]} and {source} would both be written to {target}; solve them one"
+                " by one, each with its -o"
+            )
+        targets[target] = source
+    return list(targets)
+
+
+@contextmanager
+def named_by_option(options: Mapping[str, str]) -> Iterator[None]:
+    """Return the context in which errors of arguments name options of other names."""
+    try:
+        yield
+    except ArgumentError as error:
+        raise ArgumentError(options.get(error.argument, error.argument), error.text) from None
