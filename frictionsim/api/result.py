@@ -1,16 +1,25 @@
 """The result of a run, whether it was just solved or read from a file."""
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
+from io import StringIO
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from frictionsim.api.result_base import Ending, ResultBase
 from frictionsim.display import set_line, short_text
-from frictionsim.document import Data, Document, Table
-from frictionsim.errors import EXIT_DONE, AuditError, BudgetExceeded, InputError, failure_class
+from frictionsim.document import Data, Document, Table, as_text
+from frictionsim.errors import (
+    EXIT_DONE,
+    ArgumentError,
+    AuditError,
+    BudgetExceeded,
+    InputError,
+    failure_class,
+    unknown,
+)
 from frictionsim.results import (
     Check,
     NamedQuantities,
@@ -245,6 +254,65 @@ class Result(ResultBase):
         write(self.record._replace(checkpoint=self._checkpoint_to_save()), target)
         return target
 
+    def write_csv(
+        self,
+        file: "Writable",
+        channels: Sequence[str] | None = None,
+        *,
+        start: float | None = None,
+        stop: float | None = None,
+    ) -> None:
+        """Write one line for each sample; the first line has the names with their units.
+
+        A channel with columns has one for each member of its axis:
+        ``pulley_speed.driver [rad/s]``. Numbers have as many digits as they need to be read back
+        exactly.
+
+        Parameters
+        ----------
+        file : text file
+        channels : sequence of str, optional
+            By default all; the time is the first column.
+        start, stop : float, optional, s
+            Only the samples between these times, both included.
+
+        Raises
+        ------
+        InputError
+            If the result has no channel of a name.
+        """
+        import numpy as np
+
+        known = self.record.channels
+        for name in channels or ():
+            if name not in known:
+                raise ArgumentError("channels", unknown("channel", name, list(known)))
+        time = self.record.time
+        first = 0 if start is None else int(np.searchsorted(time, start, "left"))
+        last = len(time) if stop is None else int(np.searchsorted(time, stop, "right"))
+        names = list(dict.fromkeys(("time", *(channels or known))))
+        _write_lines(self.record, names, slice(first, last), file)
+
+    def save_csv(
+        self,
+        path: str | PathLike[str],
+        channels: Sequence[str] | None = None,
+        *,
+        start: float | None = None,
+        stop: float | None = None,
+        no_clobber: bool = False,
+    ) -> Path:
+        """Write the lines of `write_csv` to a file, whole or not at all; return its path."""
+        from frictionsim.io.output_file import CHANNELS_IN_CSV, check_free, write_file
+
+        target = as_path("path", path)
+        if no_clobber:
+            check_free(target, CHANNELS_IN_CSV)
+        text = StringIO()
+        self.write_csv(text, channels, start=start, stop=stop)
+        write_file(target, text.getvalue().encode("utf-8"), CHANNELS_IN_CSV)
+        return target
+
     def _checkpoint_to_save(self) -> dict[str, Any] | None:
         resumable = self.status == "interrupted" or self.failure == BudgetExceeded.failure
         if self.checkpoint is not None or self._scenario is not None or not resumable:
@@ -443,25 +511,21 @@ def _event_json(e: Transition) -> dict[str, Any]:
 SAMPLES_AT_ONCE = 1024
 
 
-def write_channels(record: Record, file: "Writable") -> None:
-    """Write one line for each sample; the first line has the names with their units.
-
-    A channel with columns has one for each member of its axis: ``pulley_speed.driver [rad/s]``.
-    Numbers have as many digits as they need to be read back exactly.
-    """
+def _write_lines(record: Record, names: Sequence[str], window: slice, file: "Writable") -> None:
+    """Write the lines of `Result.write_csv`."""
     import csv
 
     headings: list[str] = []
-    for name in record.channels:
+    for name in names:
         axis = record.axes[name]
         unit = f" [{record.units[name]}]"
         members = [f".{member}" for member in record.members[axis]] if axis else [""]
         headings += [f"{name}{member}{unit}" for member in members]
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(headings)
-    for start in range(0, len(record.time), SAMPLES_AT_ONCE):
-        parts = (values[start : start + SAMPLES_AT_ONCE] for values in record.channels.values())
-        columns = (column for part in parts for column in _columns(part))
+    for start in range(window.start, window.stop, SAMPLES_AT_ONCE):
+        part = slice(start, min(start + SAMPLES_AT_ONCE, window.stop))
+        columns = (column for name in names for column in _columns(record.channels[name][part]))
         writer.writerows(zip(*columns, strict=True))
 
 
@@ -469,3 +533,15 @@ def _columns(values: Any) -> Iterator[list[Any]]:
     """Yield the numbers of each column."""
     for column in values.reshape(len(values), -1).T:
         yield column.tolist()
+
+
+def side_by_side(results: Sequence[Result]) -> str:
+    """Return the tables of several results beside each other, as text."""
+    from frictionsim.reports.run_tables import ReportedRun, differences, labels_of, summary
+
+    labels = labels_of([result.path for result in results])
+    runs = [
+        ReportedRun(result.record, result.path, label, errors=result.errors)
+        for result, label in zip(results, labels, strict=True)
+    ]
+    return as_text([differences(runs), *summary(runs)])

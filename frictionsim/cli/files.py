@@ -38,43 +38,31 @@ if TYPE_CHECKING:
     from frictionsim.api.sweep_result import Sweep
 
 
-def show_sweep(
-    sweep: "Sweep",
-    *,
-    as_json: bool = False,
-    as_csv: bool = False,
-    scenario: bool = False,
-    study: bool = False,
-) -> None:
-    """Print the summary of a sweep, or the output that an option selects.
-
-    Parameters
-    ----------
-    sweep : Sweep
-    as_json, as_csv, scenario, study : bool
-        The options of `frictionsim show`; at most one is true.
-    """
-    if scenario or study:
-        print_text(sweep.to_toml("study" if study else "scenario"))
-        return
-    if as_json:
-        print_json(sweep.to_json())
-    elif as_csv:
-        stdout = Stdout()
-        with suppress(ReaderGone):
-            sweep.write_csv(stdout)
-            stdout.flush()
-    else:
-        print_text(sweep.summary())
-    if sweep.missing_runs:
-        print_error(sweep.missing_runs)
-
-
 @app.command()
 def show(
-    result: ResultFile,
+    result: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RESULT",
+            help="Result or sweep in HDF5; several results are shown side by side.",
+            show_default=False,
+        ),
+    ],
     as_json: AsJson = False,
     as_csv: Annotated[bool, typer.Option("--csv", help="Print channels, or runs, as CSV.")] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="Write the CSV to a file."),
+    ] = None,
+    channels: Annotated[
+        str | None, typer.Option(metavar="NAME,NAME", help="Channels of the CSV. [all]")
+    ] = None,
+    start: Annotated[
+        float | None, typer.Option("--from", metavar="SECONDS", help="First time of the CSV.")
+    ] = None,
+    stop: Annotated[
+        float | None, typer.Option("--to", metavar="SECONDS", help="Last time of the CSV.")
+    ] = None,
     scenario: Annotated[
         bool, typer.Option("--scenario", help="Print the scenario as TOML.")
     ] = False,
@@ -83,33 +71,67 @@ def show(
     ] = False,
 ) -> None:
     """Print the summary of a result or sweep again."""
-    if as_json + as_csv + scenario + study > 1:
-        raise InputError("show: give one of --json, --csv, --scenario and --study")
-    from frictionsim.api.result import result_or_sweep
+    from frictionsim.api.result import result_or_sweep, side_by_side
 
     log_on_stderr(0)
-    content = result_or_sweep(result)
-    if not isinstance(content, fs.Result):
-        show_sweep(content, as_json=as_json, as_csv=as_csv, scenario=scenario, study=study)
+    if as_json + as_csv + scenario + study > 1:
+        raise InputError("show: give one of --json, --csv, --scenario and --study")
+    chosen: dict[str, Any] = {"output": output, "channels": channels, "from": start, "to": stop}
+    for name, value in chosen.items():
+        if value is not None and not as_csv:
+            raise ArgumentError(name, "it applies to --csv")
+    if len(result) > 1:
+        if as_json + as_csv + scenario + study:
+            raise InputError("show: several results have no --json, --csv, --scenario or --study")
+        results = list(map(fs.open, result))
+        print_text(side_by_side(results))
+        for one in results:
+            warn(one.warnings, f"{one.path}: ")
         return
-    if study:
-        raise InputError(f"{result}: --study is for sweeps, this is the result of a run")
+    content = result_or_sweep(result[0])
+    if study and isinstance(content, fs.Result):
+        raise InputError(f"{result[0]}: --study is for sweeps, this is the result of a run")
+    if isinstance(content, fs.Result) and scenario:
+        print_text(content.record.attributes["scenario"].rstrip("\n"))
+        return
+    if not isinstance(content, fs.Result) and (scenario or study):
+        print_text(content.to_toml("study" if study else "scenario"))
+        return
     if as_json:
         print_json(content.to_json())
     elif as_csv:
-        from frictionsim.api.result import write_channels
-
-        stdout = Stdout()
-        with suppress(ReaderGone):
-            write_channels(content.record, stdout)
-            stdout.flush()
-    elif scenario:
-        print_text(content.record.attributes["scenario"].rstrip("\n"))
-        return
+        _print_csv(content, output, channels, start, stop)
     else:
         print_text(content.summary())
-    warn(content.warnings)
-    print_end(content, None)
+    if isinstance(content, fs.Result):
+        warn(content.warnings)
+        print_end(content, None)
+    elif content.missing_runs:
+        print_error(content.missing_runs)
+
+
+def _print_csv(
+    content: "fs.Result | Sweep",
+    output: Path | None,
+    channels: str | None,
+    start: float | None,
+    stop: float | None,
+) -> None:
+    """Print a result or sweep as CSV, or write it to a file."""
+    chosen: dict[str, Any] = {}
+    if isinstance(content, fs.Result):
+        names = None if channels is None else [name.strip() for name in channels.split(",")]
+        chosen = {"channels": names, "start": start, "stop": stop}
+    elif channels or start is not None or stop is not None:
+        raise InputError("show: --channels, --from and --to are for the result of a run")
+    if output is not None:
+        content.save_csv(output, **chosen)
+        print_text(str(output))
+        return
+    stdout = Stdout()
+    with suppress(ReaderGone):
+        content.write_csv(stdout, **chosen)
+        stdout.flush()
 
 
 @app.command()

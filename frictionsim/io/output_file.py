@@ -58,6 +58,7 @@ RESULT = Kind("result", "a result", HDF5, checksum.RESULT)
 SWEEP = Kind("sweep", "a sweep", HDF5, checksum.SWEEP)
 UNFINISHED_SWEEP = Kind("sweep", "an unfinished sweep", rb'\{"sweep_version": ')
 COSTS = Kind("table", "a table of costs", rb"(#[^\n]*\n)*law,backend,setting,")
+CHANNELS_IN_CSV = Kind("table", "a table of channels in CSV", rb"time \[s\],")
 SWEEP_IN_CSV = Kind(
     "table", "a sweep in CSV", rb"run \[1\],[^\r\n]*,status,failure,reason,warnings\r?\n"
 )

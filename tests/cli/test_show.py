@@ -125,3 +125,29 @@ def test_names_may_have_blanks_and_letters_of_any_script(told: Run) -> None:
     assert (
         "(did you mean 'results/Überlast θ.h5'?)" in told("show", "results/Uberlast.h5", code=2)[1]
     )
+
+
+def test_channels_and_times_of_the_csv_are_chosen_and_written(told: Run) -> None:
+    told("solve", PULLEY, "-o", "a.h5", "-q")
+    options = ["--csv", "--channels", "angle,angular_velocity", "--from", "1", "--to", "2"]
+    printed = told("show", "a.h5", *options)[0]
+    columns = channels_of(printed)
+    assert list(columns) == ["time [s]", "angle [rad]", "angular_velocity [rad/s]"]
+    dataset = fs.open("a.h5").dataset.sel(time=slice(1.0, 2.0))
+    for name, values in columns.items():
+        np.testing.assert_array_equal(values, dataset[name.partition(" ")[0]].values)
+    assert told("show", "a.h5", *options, "-o", "a.csv")[0] == "a.csv\n"
+    assert Path("a.csv").read_text() == printed
+    assert "did you mean 'angle'" in told("show", "a.h5", "--csv", "--channels", "angel", code=2)[1]
+    assert "--from: it applies to --csv" in told("show", "a.h5", "--from", "1", code=2)[1]
+
+
+def test_several_results_are_shown_side_by_side(told: Run) -> None:
+    for mu in (0.2, 0.3):
+        told("solve", PULLEY, "--set", f"effects.shaft_friction.mu_s={mu}", "-o", f"{mu}.h5", "-q")
+    out, _ = told("show", "0.2.h5", "0.3.h5")
+    assert re.search(r"effects.shaft_friction.mu_s +0.2 +0.3", out)
+    times = [fs.open(f"{mu}.h5").quantities["breakaway_time"].value for mu in (0.2, 0.3)]
+    shown = re.search(r"breakaway_time +(\S+) +(\S+)", out)
+    assert shown is not None
+    assert [float(text) for text in shown.groups()] == pytest.approx(times, rel=1e-9)
