@@ -375,7 +375,7 @@ class OneCoordinate:
         numbers = [a, self.kinetic(v)]
         if self._potentials:
             numbers.append(self.potential(q))
-        at_rest = u if v == 0.0 else self.acting(t, q, 0.0)
+        at_rest = u if v == 0.0 or self._acting is None else self._acting(t, q, 0.0)
         if self.friction is None:
             numbers.append(self.torque(at_rest, q, 0.0))
         else:
