@@ -10,7 +10,7 @@ looked for in what acts on the mechanism. Else the integrator takes a step, `rkf
 """
 
 from collections.abc import Callable
-from math import inf, ulp
+from math import inf, nextafter, ulp
 from typing import Any, NamedTuple
 
 from frictionsim.errors import Chattering, Diverged
@@ -145,7 +145,8 @@ class Events:
                 break
             on_step(state.t)
             self.state = in_range(self._turned, state, self.tolerances)
-        samples = self._sampled(state.samples, state.step, state.modes, inf)
+        beyond = nextafter(self.end, inf)  # with the sample at the end
+        samples = self._sampled(state.samples, state.step, state.modes, beyond)
         self.state = state._replace(samples=samples)
 
     def _turned(self, state: State) -> State:

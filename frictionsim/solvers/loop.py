@@ -1,7 +1,7 @@
 """The loop over the steps of one coordinate whose changes of mode do not end a step."""
 
 from collections.abc import Callable
-from math import inf
+from math import inf, nextafter
 from typing import Any
 
 from frictionsim.solvers.events import State, smooth_step
@@ -77,7 +77,8 @@ class Loop:
                 state = self.state = in_range(self.begun, state, self.tolerances)
             on_step(state.t)
             state = self.state = in_range(self._advanced, state, self.tolerances)
-        self.state = state._replace(samples=self._sampled(state, state.step, inf))
+        beyond = nextafter(self.end, inf)  # with the sample at the end
+        self.state = state._replace(samples=self._sampled(state, state.step, beyond))
 
     def _sampled(self, state: State, step: Any, end: float) -> int:
         """Record the samples before a time, s, within a step; return their number so far."""
