@@ -115,6 +115,7 @@ class Lift:
         self.contacts = tuple(
             Contact(c.name, places[c.position], not c.backward) for c in self.contact_columns
         )
+        self._dry = [i for i, contact in enumerate(self.contacts) if not contact.is_rope]
         self.columns = (
             *names,
             *self.energies,
@@ -185,13 +186,12 @@ class Lift:
 
         They are those of the modes for a contact that sticks.
         """
-        dry = [i for i, contact in enumerate(self.contacts) if not contact.is_rope]
-        held = self.margins(t, y, modes) if any(modes[i] == STICK for i in dry) else []
+        held = self.margins(t, y, modes) if STICK in modes else []
         return [
             held[i]
             if modes[i] == STICK
             else self.margins(t, y, [*modes[:i], STICK, *modes[i + 1 :]])[i]
-            for i in dry
+            for i in self._dry
         ]
 
     def recorded(self, t: float, y: list[float], modes: list[int]) -> list[float]:
