@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
+from frictionsim.errors import InputError
 from frictionsim.mechanisms.single_dof import MultiplesOf
 from frictionsim.solvers.rkf45 import Tolerances
 from frictionsim.solvers.system import INPUT, OneCoordinate, Term
@@ -80,11 +81,11 @@ def test_output_channels_are_the_only_channels(tmp_path: Path) -> None:
     [((), 0), ((Term(1.0, INPUT), Term(2.0, INPUT)), 2), ((Term(1.0, "energy_damping"),), 0)],
 )
 def test_an_equation_has_one_term_of_its_drive(terms: tuple[Term, ...], found: int) -> None:
-    with pytest.raises(TypeError, match=f"'energy_input', of a drive; found {found}"):
+    with pytest.raises(InputError, match=f"'energy_input', of a drive; found {found}"):
         OneCoordinate(signal(1.0), None, 1.0, terms, None)
 
 
 @pytest.mark.parametrize("lost", [Term(1.0), Term(1.0, "energy_spring", lambda q: q)])
 def test_each_term_says_where_its_energy_goes(lost: Term) -> None:
-    with pytest.raises(TypeError, match=r"give it an energy, .* or a potential"):
+    with pytest.raises(InputError, match=r"give it an energy, .* or a potential"):
         OneCoordinate(signal(1.0), None, 1.0, (Term(1.0, INPUT), lost), None)

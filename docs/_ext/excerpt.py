@@ -1,20 +1,20 @@
-"""Parts of the files of the package that shows how to add a mechanism."""
+"""Parts of the files of the packages that show how to add a mechanism."""
 
 import ast
 from collections.abc import Sequence
 from pathlib import Path
 
-PROJECT = Path(__file__).parents[2] / "tests" / "plugin" / "frictionsim-brake"
+PROJECTS = Path(__file__).parents[2] / "tests" / "plugin"
 LANGUAGES = {".py": "python", ".toml": "toml"}
 
 
 def excerpt(file: str, *names: str) -> str:
-    """Return a file of the package, or only the definitions of some names in it, as a block."""
-    path = next(path for path in sorted(PROJECT.rglob(file)) if "__pycache__" not in path.parts)
+    """Return a file of a package, or only the definitions of some names in it, as a block."""
+    path = next(path for path in sorted(PROJECTS.rglob(file)) if "__pycache__" not in path.parts)
     text = path.read_text(encoding="utf-8")
     if names:
         text = _definitions(text, names)
-    place = f"`{path.relative_to(PROJECT)}`"
+    place = f"`{Path(*path.relative_to(PROJECTS).parts[1:])}`"  # in the folder of its project
     mark = f"<!-- not run: {', '.join(names) or 'all'} of {path.name}, which tests/plugin runs -->"
     return f"In {place}:\n\n{mark}\n```{LANGUAGES[path.suffix]}\n{text.rstrip()}\n```"
 

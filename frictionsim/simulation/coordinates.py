@@ -211,13 +211,13 @@ class CoordinateSimulation:
     def _sides_at_events(self, before: Any, after: Any, transitions: list[Transition]) -> Any:
         """Return one sample for each event: the side before a breakaway, else the side after it."""
         velocity = 1 + self._mechanism.system.coordinates
-        holds_on = np.array(
+        is_breakaway = np.array(
             [
                 e.mode_from == STICK and b[velocity] == a[velocity]
                 for e, b, a in zip(transitions, before, after, strict=True)
             ]
         )
-        return np.where(holds_on[:, None], before, after)
+        return np.where(is_breakaway[:, None], before, after)
 
     def _quantities(self, samples: Samples) -> Quantities:
         """Return the quantities of the mechanism, of its contacts and of the end.

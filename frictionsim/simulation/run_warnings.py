@@ -10,7 +10,7 @@ from frictionsim.results import STICK
 from frictionsim.scenario.settings import MAX_SAMPLES
 from frictionsim.scenario.signal_tables import SAMPLES_PER_PERIOD, shorter, too_long
 from frictionsim.simulation.averages import time_mean
-from frictionsim.solvers.events import STOP as EVENT
+from frictionsim.solvers.events import STOP
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -42,7 +42,7 @@ def hidden_stick_slip(
     """
     changes = [e for e in transitions if e.mode_from != e.mode_to]
     apart = SAME_EVENT_ULPS * ulp(duration)
-    between = (b.time - a.time for a, b in pairwise(changes) if EVENT not in (a.contact, b.contact))
+    between = (b.time - a.time for a, b in pairwise(changes) if STOP not in (a.contact, b.contact))
     shortest = min((time for time in between if time > apart), default=None)
     if shortest is None or not too_long(interval, shortest):
         return []

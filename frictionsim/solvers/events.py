@@ -10,7 +10,7 @@ looked for in what acts on the mechanism. Else the integrator takes a step, `rkf
 """
 
 from collections.abc import Callable
-from math import inf, ulp
+from math import inf, nextafter, ulp
 from typing import Any, NamedTuple
 
 from frictionsim.errors import Chattering, Diverged
@@ -38,7 +38,9 @@ MAX_ENERGY_RATIO = 100.0
 HIDDEN_ULPS = 16.0
 MAX_IMPACTS = 100  # of ropes that become taut at one time: each leaves less of what is to close
 STOP = "stop"  # name of the event
-LEAVES = 2  # instead of the direction in which a stop is hit: a body without friction leaves it
+LEAVES_STOP = (
+    2  # instead of the direction in which a stop is hit: a body without friction leaves it
+)
 
 
 class Change(NamedTuple):
@@ -68,8 +70,8 @@ class State(NamedTuple):
         The modes that begin at t, `KEEPS` for no change, `REFINDS` if they are to be found.
     held : float, s
         The last time at which the contacts held that are released at t.
-    hit : int
-        The direction in which an end stop is hit at t, or `LEAVES`; 0 for none.
+    at_stop : int
+        The direction in which an end stop is hit at t, or `LEAVES_STOP`; 0 for none.
     step : Step
     segment : float, s
         Up to which the equations are smooth.
@@ -84,7 +86,7 @@ class State(NamedTuple):
     modes: Modes
     now: Modes
     held: float
-    hit: int
+    at_stop: int
     step: Step
     segment: float
     samples: int
@@ -120,12 +122,12 @@ class Events:
         first: Any = START,
     ) -> None:
         self.system, self.tolerances, self.recording = system, tolerances, recording
-        self.end = end
+        self.end, self._same_time = end, SAME_TIME_ULPS * ulp(end)
         y = list(system.start)
         modes = [TAUT if c.is_rope else _sign(_rate(system, c, y)) for c in system.contacts]
-        hit = 0 if system.stops is None else system.stops.hit(y[0], y[1])
+        at_stop = 0 if system.stops is None else system.stops.struck(y[0], y[1])
         now = [REFINDS for _ in modes]
-        self.state = State(0.0, y, modes, now, inf, hit, first, 0.0, 0, [])
+        self.state = State(0.0, y, modes, now, inf, at_stop, first, 0.0, 0, [])
 
     def run(self, on_step: Callable[[float], object]) -> None:
         """Integrate to the end; `on_step` is called with the time between turns.
@@ -137,20 +139,20 @@ class Events:
         """
         while True:
             state = self.state
-            while not state.step.y or state.hit or any([mode != KEEPS for mode in state.now]):
+            while not state.step.y or state.at_stop or state.now.count(KEEPS) < len(state.now):
                 state = self.state = in_range(self._settled, state, self.tolerances)
             if state.t >= self.end:
                 break
             on_step(state.t)
             self.state = in_range(self._turned, state, self.tolerances)
-        if self.recording.times.at(state.samples) <= self.end:
-            self.recording.sample(self.end, state.y, state.modes)
-            self.state = state._replace(samples=state.samples + 1)
+        beyond = nextafter(self.end, inf)  # with the sample at the end
+        samples = self._sampled(state.samples, state.step, state.modes, beyond)
+        self.state = state._replace(samples=samples)
 
     def _turned(self, state: State) -> State:
         """Return the state after a step or a rest, which ends at the first change within it."""
         system, modes, step, segment = self.system, state.modes, state.step, state.segment
-        at_rest, hit = self._is_at_rest(state), 0
+        at_rest, at_stop = self._is_at_rest(state), 0
         crossed: Any = None
         if not at_rest:
             if step.t >= segment:
@@ -164,26 +166,25 @@ class Events:
             step = step.resting(state.t, system.rests_until(state.t, state.y, self.end))
         else:
             until, leaves = system.departure(state.t, state.y, self.end)
-            step, hit = step.resting(state.t, until), LEAVES if leaves else 0
+            step, at_stop = step.resting(state.t, until), LEAVES_STOP if leaves else 0
         first = self._first_changes(step, modes, at_rest)
-        end, held, now = step.t, inf, [KEEPS for _ in modes]
+        end, held, now = step.t, inf, [KEEPS] * len(modes)
         if first:
             end = min([end, *[change.time for change in first.values()]])
         if system.stops is not None and not at_rest:
             impact, side = self._first_impact(step, modes, end)
             if side:
-                end, hit, first = impact, side, {}
-        tie = SAME_TIME_ULPS * ulp(self.end)
+                end, at_stop, first = impact, side, {}
         for i, change in first.items():
-            if change.time - end <= tie:
+            if change.time - end <= self._same_time:
                 now[i], held = change.mode, min(held, change.held)
         samples = self._sampled(state.samples, step, modes, end)
-        if hit:
-            now = [REFINDS for _ in modes]
-        elif crossed and end == step.t and not first:
+        if at_stop:
+            now = [REFINDS] * len(modes)
+        elif crossed and end == step.t:
             self._record_crossing(crossed, step, modes)
         y = step.at(system, modes, end)
-        return State(end, y, modes, now, held, hit, step, segment, samples, state.changes)
+        return State(end, y, modes, now, held, at_stop, step, segment, samples, state.changes)
 
     def _is_at_rest(self, state: State) -> bool:
         """Return whether nothing moves: contacts hold all coordinates, or a stop the only one."""
@@ -211,21 +212,26 @@ class Events:
 
         The zero at the start of a motion does not count.
         """
-        system, t_old, t = self.system, step.t_old, step.t
+        t_old, t = step.t_old, step.t
         v_old, v, a_old, a = s * step.y_old[c], s * step.y[c], s * step.k_old[c], s * step.k[c]
+        # It is above its tangents at both ends, hence above their intersection. What moves from
+        # rest may be slowed down at first by the roundoff of the limit at which it gave way.
+        if v > 0.0 and (
+            not (v_old > 0.0 and a_old < 0.0 < a)
+            or v_old + a_old * (v - v_old - a * (t - t_old)) / (a_old - a) > 0.0
+        ):
+            return inf
+        return self._located_zero(step, modes, c, s)
+
+    def _located_zero(self, step: Step, modes: Modes, c: int, s: int) -> float:
+        """Return the time of the zero if the number has one, s; else inf."""
+        system, t_old, t, v_old = self.system, step.t_old, step.t, s * step.y_old[c]
         resolution = RESOLUTION * (t - t_old)
 
         def value(at: float) -> float:
             return s * step.at(system, modes, at)[c]
 
-        if v > 0.0:
-            # It is above its tangents at both ends, hence above their intersection. What moves from
-            # rest may be slowed down at first by the roundoff of the limit at which it gave way.
-            if (
-                not (v_old > 0.0 and a_old < 0.0 < a)
-                or v_old + a_old * (v - v_old - a * (t - t_old)) / (a_old - a) > 0.0
-            ):
-                return inf
+        if s * step.y[c] > 0.0:
 
             def slope(at: float) -> float:
                 rates: list[float] = system.rates(at, step.at(system, modes, at), modes)
@@ -323,7 +329,7 @@ class Events:
             return NEVER
         share = 1.0 if used_up(a, 0.0) > 0.0 else 0.0  # an excess that is roundoff is ignored
         held, time = bracket_root(lambda t: used_up(t, share), a, b)
-        if time - a <= SAME_TIME_ULPS * ulp(self.end) and used_up(a, -1.0) >= 0.0:
+        if time - a <= self._same_time and used_up(a, -1.0) >= 0.0:
             held = time = a  # the force equals the limit there
         mode = SLACK if modes[i] == TAUT else (FORWARD, BACKWARD)[side]
         return Change(time, mode, held)
@@ -343,12 +349,9 @@ class Events:
     def _sampled(self, samples: int, step: Step, modes: Modes, end: float) -> int:
         """Record the samples before a time within a step, s; return their number so far."""
         recording, system = self.recording, self.system
-        t = recording.times.at(samples)
-        while t < end:
-            recording.sample(t, step.at(system, modes, t), modes)
-            samples += 1
-            t = recording.times.at(samples)
-        return samples
+        return recording.until(
+            end, samples, lambda t: recording.row(t, step.at(system, modes, t), modes)
+        )
 
     def _record_crossing(self, crossed: tuple[str, list[float]], step: Step, modes: Modes) -> None:
         """Record that a step ends at a surface; modes are unchanged."""
@@ -369,15 +372,17 @@ class Events:
             elif mode == TAUT:
                 y_before[contact.coordinate] = 0.0
         y = self._closed(y_before, modes, [i for i, mode in enumerate(now) if mode == TAUT])
-        if state.hit and state.hit != LEAVES:
+        if state.at_stop and state.at_stop != LEAVES_STOP:
             y_before[0] = min(max(y[0], system.stops.lowest), system.stops.highest)
             y = self._rebounded(t, y_before, modes)
         after = consistent(system, t, y, modes, now) if modes else modes
         self._record_changes(state, y_before, y, after)
         # Without dry friction it may leave the stop that it has just come to rest on.
-        stays = after or not state.hit or y[n] != 0.0 or system.rests_on_stop(t, y)
-        hit = 0 if stays or state.hit == LEAVES else LEAVES
-        started = State(t, y, after, [KEEPS for _ in after], inf, hit, state.step, t, 0, changes)
+        stays = after or not state.at_stop or y[n] != 0.0 or system.rests_on_stop(t, y)
+        at_stop = 0 if stays or state.at_stop == LEAVES_STOP else LEAVES_STOP
+        started = State(
+            t, y, after, [KEEPS for _ in after], inf, at_stop, state.step, t, 0, changes
+        )
         if self._is_at_rest(started):
             step = state.step._replace(t=t, t_old=t, y=y, y_old=y)
         else:
@@ -423,16 +428,16 @@ class Events:
         """Record the changes of modes at a time, each with the samples on both sides of it."""
         recording, t, before, is_start = self.recording, state.t, state.modes, not state.step.y
         changed = [i for i, mode in enumerate(after) if mode != before[i] or state.now[i] == TAUT]
-        if not (changed or state.hit):
+        if not (changed or state.at_stop):
             return
         after_it = recording.row(t, y, after)
         before_it = after_it
-        if state.hit or not is_start:
+        if state.at_stop or not is_start:
             # The last time in the mode before is one rounding earlier if the drive jumps at t.
             before_it = [t, *recording.row(min(state.held, t), y_before, before)[1:]]
-        if state.hit:
+        if state.at_stop:
             modes = (before[0], after[0]) if before else (_sign(y_before[1]), _sign(y[1]))
-            if state.hit == LEAVES:
+            if state.at_stop == LEAVES_STOP:
                 modes = (STICK, -self.system.stops.side(y[0]))
             recording.event(t, STOP, modes, y[0], [before_it, after_it])
             return

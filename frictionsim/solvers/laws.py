@@ -1,4 +1,4 @@
-"""Friction laws in the right-hand side of one coordinate, and the loop over their steps.
+"""Friction laws in the right-hand side of one coordinate.
 
 Of a mechanism of one coordinate with one contact, without end stops. A law gives the friction of a
 state, so that no change of mode ends a step. Steps end where the drive, a table over the angle or
@@ -21,7 +21,6 @@ References
    2018, 8871-8881, eq 30.
 """
 
-from collections.abc import Callable
 from math import inf
 from typing import Any
 
@@ -29,8 +28,9 @@ from frictionsim.errors import Chattering
 from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.solvers.events import State, smooth_step
 from frictionsim.solvers.friction_curve import KINETIC_FROM, friction_curve
+from frictionsim.solvers.loop import Loop, sign
 from frictionsim.solvers.recording import Recording
-from frictionsim.solvers.rkf45 import START, Tolerances, in_range
+from frictionsim.solvers.rkf45 import START, Tolerances
 from frictionsim.solvers.roots import bracket_root
 
 # A step across a jump of the friction is accepted at so many units in the last place of the time:
@@ -42,28 +42,15 @@ CHANGES, CHANGES_WITHIN = 100, 1e-4
 STEPS, STEPS_WITHIN = 1000, 1e-6
 
 
-def sign(x: float) -> int:
-    """Return -1, 0 or +1."""
-    return (x > 0.0) - (x < 0.0)
-
-
-class Law:
-    """A friction law in the right-hand side: the loop over its steps and the samples in them.
+class Law(Loop):
+    """A friction law in the right-hand side.
 
     Parameters
     ----------
     system : OneCoordinate
         Its dry friction is replaced by that of the law.
-    tolerances : Tolerances
-    recording : Recording
-    end : float, s
-    first : Step or ScipyStep
-        Before the first step, of the method.
-
-    Attributes
-    ----------
-    state : State
-        As of `events.Events`; the mode is that of the samples after it.
+    others
+        As of `Loop`.
     """
 
     def __init__(
@@ -74,12 +61,10 @@ class Law:
         end: float,
         first: Any = START,
     ) -> None:
-        self.system, self.tolerances, self.recording, self.end = system, tolerances, recording, end
         self.contact = system.friction
-        system.dry_friction = self.friction
-        y = list(system.start)
-        mode = self.mode_at_start(y[1])
-        self.state = State(0.0, y, [mode], [], 0.0, 0, first, 0.0, 0, [])
+        system.use_friction(self.friction)
+        mode = self.mode_at_start(system.start[1])
+        super().__init__(system, tolerances, recording, end, mode, first)
 
     def friction(self, u: Any, q: float, v: float, s: int, applied: float) -> float:
         """Return T of a state, N m; s is the mode, or of a stage that of the step."""
@@ -90,7 +75,6 @@ class Law:
         return sign(v)
 
     def mode_of(self, t: float, y: list[float], mode: int) -> int:
-        """Return the mode of a sample at a time, s, within a step that began in a mode."""
         return sign(y[1])
 
     def segment_until(self, t: float, y: list[float], mode: int) -> float:
@@ -99,63 +83,19 @@ class Law:
         return until
 
     def begun(self, state: State) -> State:
-        """Return the state at the start."""
-        return state
+        if not state.step.y:
+            state = self.at_start(self.started(state, state.y, state.modes[0]))
+        segment = self.segment_until(state.t, state.y, state.modes[0])
+        return state._replace(segment=segment)
 
-    def ended(self, state: State, step: Any) -> State:
-        """Return the state after a step, whose samples are taken: its mode may change."""
-        raise NotImplementedError
+    def at_start(self, state: State) -> State:
+        """Return the state at the start of the run in the mode that begins there."""
+        return state
 
     def started(self, state: State, y: list[float], mode: int) -> State:
         """Return a state whose integrator begins anew in a mode."""
         step = state.step.started(self.system, [mode], state.t, y, self.tolerances)
         return state._replace(y=y, modes=[mode], step=step)
-
-    def run(self, on_step: Callable[[float], object]) -> None:
-        """Integrate to the end; `on_step` is called with the time between steps."""
-        state = self.state
-        if not state.step.y:
-            state = self.state = self.begun(self.started(state, state.y, state.modes[0]))
-        while state.t < self.end:
-            on_step(state.t)
-            state = self.state = in_range(self._advanced, state, self.tolerances)
-        if self.recording.times.at(state.samples) <= self.end:
-            self.sample(self.end, state.y, state.modes[0])
-            self.state = state._replace(samples=state.samples + 1)
-
-    def _advanced(self, state: State) -> State:
-        """Return the state after the next step."""
-        segment, modes = state.segment, state.modes
-        if state.t >= segment:
-            segment = self.segment_until(state.t, state.y, modes[0])
-        step, crossed = self.step(state, segment)
-        samples, t = state.samples, self.recording.times.at(state.samples)
-        while t < step.t:
-            self.sample(t, step.at(self.system, modes, t), modes[0])
-            samples += 1
-            t = self.recording.times.at(samples)
-        if crossed:
-            name, before = crossed
-            direction = sign(step.y[1])
-            sides = [
-                self.row(step.t, y, self.mode_of(step.t, y, modes[0])) for y in (before, step.y)
-            ]
-            self.recording.event(step.t, name, (direction, direction), step.y[0], sides)
-        after = state._replace(t=step.t, y=step.y, segment=segment, samples=samples, step=step)
-        return self.ended(after, step)
-
-    def step(self, state: State, segment: float) -> tuple[Any, Any]:
-        """Return the next step, and the surface that it ends at if that is an event."""
-        system = self.system
-        return smooth_step(system, state.step, state.modes, segment, self.tolerances)
-
-    def row(self, t: float, y: list[float], mode: int) -> list[float]:
-        """Return the row of a state in a mode."""
-        return self.recording.row(t, y, [mode])
-
-    def sample(self, t: float, y: list[float], mode: int) -> None:
-        """Record a sample of a step that began in a mode."""
-        self.recording.sample(t, y, [self.mode_of(t, y, mode)])
 
     def record_change(
         self,
@@ -211,7 +151,7 @@ class SetValued(Law):
         until: float = of(t, y, self.end)
         return until
 
-    def begun(self, state: State) -> State:
+    def at_start(self, state: State) -> State:
         mode = self.mode_from_rest(0.0, state.y) if state.modes == [STICK] else STICK
         if mode == STICK:
             return state
@@ -219,8 +159,8 @@ class SetValued(Law):
         self.recording.event(0.0, self.contact.name, (STICK, mode), state.y[0], [row, row])
         return self.started(state, state.y, mode)
 
-    def step(self, state: State, segment: float) -> tuple[Any, Any]:
-        step, crossed = super().step(state, segment)
+    def step(self, state: State) -> tuple[Any, Any]:
+        step, crossed = super().step(state)
         slowest = _time_of_possible_rest(step, state.modes[0])
         if slowest < inf:
             # Take the step again, to there: a rest between its stages would go unnoticed.

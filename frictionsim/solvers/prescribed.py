@@ -9,43 +9,36 @@ with the sum M_0 of all other torques. At rest the friction is indeterminate up 
 it is taken as zero.
 """
 
-from collections.abc import Callable
 from math import inf, nextafter
 from typing import Any
 
 from frictionsim.results import STICK
-from frictionsim.solvers.events import State, smooth_step
+from frictionsim.solvers.events import State
+from frictionsim.solvers.loop import Loop, sign
 from frictionsim.solvers.recording import Recording
-from frictionsim.solvers.rkf45 import START, Tolerances, in_range
+from frictionsim.solvers.rkf45 import Tolerances
 from frictionsim.solvers.roots import bracket_root
 from frictionsim.solvers.system import OneCoordinate
 
 DRIVE = "drive"  # name of the event of a change of direction without a contact
 
 
-class PrescribedMotion:
-    """Solver over segments with a smooth velocity of one direction, the mode; also a `System`.
+class PrescribedMotion(Loop):
+    """The loop over segments of a smooth velocity of one direction, the mode; also a `System`.
 
     Parameters
     ----------
     system : OneCoordinate
         `drive` is the velocity, and what acts is 0.
-    tolerances : Tolerances
-    recording : Recording
-    end : float, s
-
-    Attributes
-    ----------
-    state : State
-        As of `events.Events`.
+    others
+        As of `Loop`.
     """
 
     def __init__(
         self, system: OneCoordinate, tolerances: Tolerances, recording: Recording, end: float
     ) -> None:
-        self.system, self.tolerances, self.recording, self.end = system, tolerances, recording, end
-        self.coordinates, self.surfaces = 1, system.surfaces
-        self.state = State(0.0, list(system.start), [STICK], [], 0.0, 0, START, 0.0, 0, [])
+        super().__init__(system, tolerances, recording, end, STICK)
+        self.equations, self.coordinates, self.surfaces = self, 1, system.surfaces
         self._segment = 0.0
 
     def motion(self, t: float, q: float, s: int) -> tuple[float, float, float, float]:
@@ -61,7 +54,7 @@ class PrescribedMotion:
     def rates(self, t: float, y: list[float], modes: list[int]) -> list[float]:
         """Return dy/dt."""
         u, v, friction, a = self.motion(t, y[0], modes[0])
-        powers = self.system.powers(u, y[0], v)
+        powers = self.system.sums(u, y[0], v)[2:]
         heat = [] if self.system.friction is None else [-friction * v]
         return [v, a, *powers, *heat]
 
@@ -78,62 +71,34 @@ class PrescribedMotion:
         """Return nothing: a prescribed motion cannot diverge."""
         return 0.0, 1.0
 
-    def run(self, on_step: Callable[[float], object]) -> None:
-        """Integrate to the end; `on_step` is called with the time between steps."""
-        state = self.state
-        while state.t < self.end:
-            if state.t >= state.segment:
-                state = self.state = self._begun(state)
-            self._segment = state.segment
-            on_step(state.t)
-            state = self.state = in_range(self._advanced, state, self.tolerances)
-        if self.recording.times.at(state.samples) <= self.end:
-            self._sample(self.end, state.y, state.modes)
-            self.state = state._replace(samples=state.samples + 1)
-
-    def _begun(self, state: State) -> State:
-        """Return the state at the start of the next segment; record a change of direction."""
+    def begun(self, state: State) -> State:
+        """Return the state in the direction of the next segment; record a change of it."""
         system, t, (q, _, *energies) = self.system, state.t, state.y
         # The velocity is the given one, without the errors of its integral.
         y = [q, system.drive(t), *energies]
-        before = self._row(t, y, state.modes) if state.step.y else []
+        before = self.row(t, y, state.modes[0]) if state.step.y else []
         self._segment = segment = _segment_end(system.drive, t, self.end)
-        middle = system.drive(0.5 * (t + segment))
-        modes = [(middle > 0.0) - (middle < 0.0)]
-        step = state.step.started(self, modes, t, y, self.tolerances)
-        if before and modes != state.modes:
+        mode = sign(system.drive(0.5 * (t + segment)))
+        step = state.step.started(self, [mode], t, y, self.tolerances)
+        if before and mode != state.modes[0]:
             name = DRIVE if system.friction is None else system.friction.name
-            change = (state.modes[0], modes[0])
-            self.recording.event(t, name, change, q, [before, self._row(t, y, modes)])
-        return state._replace(y=y, modes=modes, step=step, segment=segment)
+            change = (state.modes[0], mode)
+            self.recording.event(t, name, change, q, [before, self.row(t, y, mode)])
+        return state._replace(y=y, modes=[mode], step=step, segment=segment)
 
-    def _advanced(self, state: State) -> State:
-        """Return the state after the next step."""
-        modes = state.modes
-        step, crossed = smooth_step(self, state.step, modes, state.segment, self.tolerances)
-        samples, t = state.samples, self.recording.times.at(state.samples)
-        while t < step.t:
-            self._sample(t, step.at(self, modes, t), modes)
-            samples += 1
-            t = self.recording.times.at(samples)
-        if crossed:
-            name, before = crossed
-            sides = [self._row(step.t, y, modes) for y in (before, step.y)]
-            self.recording.event(step.t, name, (modes[0], modes[0]), step.y[0], sides)
-        return state._replace(t=step.t, y=step.y, samples=samples, step=step)
+    def step(self, state: State) -> tuple[Any, Any]:
+        self._segment = state.segment
+        return super().step(state)
 
-    def _row(self, t: float, y: list[float], modes: list[int]) -> list[float]:
-        shown = modes if self.system.friction is not None else []
-        return [t, y[0], self.system.drive(t), *y[2:], *self.recorded(t, y, modes), *shown]
-
-    def _sample(self, t: float, y: list[float], modes: list[int]) -> None:
-        self.recording.rows.extend(self._row(t, y, modes))
+    def row(self, t: float, y: list[float], mode: int) -> list[float]:
+        shown = [] if self.system.friction is None else [mode]
+        return [t, y[0], self.system.drive(t), *y[2:], *self.recorded(t, y, [mode]), *shown]
 
 
 def _segment_end(drive: Any, t: float, end: float) -> float:
     """Return a time after t up to which the velocity is smooth and of one sign, s."""
     b = min(end, drive.next_extremum(t))
-    last = (drive(b) > 0.0) - (drive(b) < 0.0)
+    last = sign(drive(b))
     # Signs, as a product of tiny velocities may underflow.
     if last and last * drive(t) < 0.0:
         b = bracket_root(lambda x: last * drive(x), t, b)[1]

@@ -1,7 +1,7 @@
 """The samples and events of a run as rows of numbers."""
 
 from array import array
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import floor, inf
 from typing import Any
 
@@ -79,9 +79,17 @@ class Recording:
         """Return the row of a state."""
         return [t, *y, *self._system.recorded(t, y, modes), *modes]
 
-    def sample(self, t: float, y: list[float], modes: list[int]) -> None:
-        """Add a sample."""
-        self.rows.extend(self.row(t, y, modes))
+    def until(self, end: float, number: int, row: Callable[[float], list[float]]) -> int:
+        """Add the samples before a time, s, from a number on; return the number of the next.
+
+        `row` returns the row of a time.
+        """
+        t = self.times.at(number)
+        while t < end:
+            self.rows.extend(row(t))
+            number += 1
+            t = self.times.at(number)
+        return number
 
     def event(
         self,

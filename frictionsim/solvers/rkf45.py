@@ -52,6 +52,8 @@ from frictionsim.solvers.stepper import (
     step_underflow,
 )
 
+UNLIMITED = 10**9  # steps
+
 
 class Tolerances(NamedTuple):
     """What decides the lengths of steps.
@@ -76,16 +78,23 @@ class Tolerances(NamedTuple):
     atol: float
     max_step: float = inf
     fixed_step: float = 0.0
-    max_steps: int = 10**9
+    max_steps: int = UNLIMITED
     granted: int = 0
     jump_ulps: float = 0.0
     subject: str = "the motion"
     budget_advice: str = ""
 
-    def error(self, errors: list[float], y_old: list[float], y: list[float]) -> float:
-        """Return the largest error relative to what is allowed; NaN stays noticed."""
+    def error(
+        self, y_old: list[float], y: list[float], k1: list[float], stages: "Stages", h: float
+    ) -> float:
+        """Return the largest error of a step relative to what is allowed; NaN stays noticed.
+
+        An error is the difference of the solutions of the orders 5 and 4.
+        """
         rtol, atol, worst = self.rtol, self.atol, 0.0
-        for error, a, b in zip(errors, y_old, y):
+        e1, e3, e4, e5, e6 = h * E1, h * E3, h * E4, h * E5, h * E6
+        for a, b, k, c, d, e, f in zip(y_old, y, k1, *stages):
+            error = e1 * k + e3 * c + e4 * d + e5 * e + e6 * f
             ratio = abs(error) / (atol + rtol * max(abs(a), abs(b)))
             if not ratio <= worst:  # also true if it is NaN
                 worst = ratio
@@ -186,7 +195,7 @@ class Step(NamedTuple):
             stages = _stages(system, modes, t, y, k, h)
             evaluations += 5
             new = _solution(y, k, stages, h)
-            error = tol.error(_errors(k, stages, h), y, new)
+            error = tol.error(y, new, k, stages, h)
             if not isfinite(error):
                 raise non_finite_error(t, tol.subject)
             if error <= 1.0 or tol.fixed_step > 0.0 or h <= shortest:
@@ -223,13 +232,14 @@ class Step(NamedTuple):
         """
         h = cut.t - self.t
         stages = _stages(system, modes, self.t, self.y, self.k, h)
-        error = tol.error(_errors(self.k, stages, h), self.y, cut.y)
+        error = tol.error(self.y, cut.y, self.k, stages, h)
         if tol.fixed_step > 0.0 or error <= 1.0 or h <= MIN_REPEATED_ULPS * ulp(cut.t):
             return None
         length = max(tol.jump_ulps * ulp(self.t), reduced_step(h, error))
         rejected, evaluations = cut.rejected + 1, cut.evaluations + 5
         shorter = self._replace(length=length, rejected=rejected, evaluations=evaluations)
-        return shorter.advanced(system, modes, limit, tol)
+        # A part of the step that was begun within the budget, so that a limit of one step gets on.
+        return shorter.advanced(system, modes, limit, tol._replace(max_steps=UNLIMITED))
 
 
 # Of an explicit method.
@@ -309,9 +319,3 @@ def _solution(y: list[float], k1: list[float], stages: Stages, h: float) -> list
     return [
         x + (b1 * a + b3 * c + b4 * d + b5 * e + b6 * f) for x, a, c, d, e, f in zip(y, k1, *stages)
     ]
-
-
-def _errors(k1: list[float], stages: Stages, h: float) -> list[float]:
-    """Return its difference to that of the fourth order."""
-    e1, e3, e4, e5, e6 = h * E1, h * E3, h * E4, h * E5, h * E6
-    return [e1 * a + e3 * c + e4 * d + e5 * e + e6 * f for a, c, d, e, f in zip(k1, *stages)]

@@ -10,33 +10,13 @@ all of the interval. The slope may jump downwards: the function is below the par
 
 from collections.abc import Callable
 from math import inf, sqrt, ulp
-from typing import Any, NamedTuple
+from typing import Any
 
 from frictionsim.errors import StepUnderflow
 
 # Of the way to the first excess: the shortest step, in units in the last place of the time.
 MIN_STEP_ULPS = 4.0
 MAX_STEPS = 1000
-
-
-class Bracket(NamedTuple):
-    """Two points between which a function changes its sign.
-
-    Attributes
-    ----------
-    x, f_x : float
-        The newest point and its value.
-    y, f_y : float
-        The other end and its value.
-    fraction : float
-        The next point, as a fraction of the way from x to y.
-    """
-
-    x: float
-    f_x: float
-    y: float
-    f_y: float
-    fraction: float
 
 
 def bracket_root(
@@ -53,7 +33,7 @@ def bracket_root(
     a, b : float
         a < b.
     resolution : float
-        Allowed width of the bracket; at min_width the roundoff of the abscissa.
+        Allowed width of the bracket; at least the roundoff of the abscissa.
 
     Returns
     -------
@@ -68,48 +48,25 @@ def bracket_root(
     ----------
     .. [1] T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145-149.
     """
-    root = Bracket(a, f(a), b, f(b), 0.5)
-    if (root.f_x > 0.0) == (root.f_y > 0.0):
-        raise hidden_event(a, b, root.f_x, root.f_y)
-    while not is_narrow(root, resolution):
-        x = next_point(root, resolution)
-        root = narrowed(root, x, f(x))
-    return min(root.x, root.y), max(root.x, root.y)
-
-
-def min_width(root: Bracket, resolution: float) -> float:
-    """Return the shortest distance between two points."""
-    return max(0.5 * resolution, ulp(max(abs(root.x), abs(root.y))))
-
-
-def is_narrow(root: Bracket, resolution: float) -> bool:
-    """Return whether a bracket is as narrow as it is to be."""
-    return abs(root.y - root.x) <= 2.0 * min_width(root, resolution)
-
-
-def next_point(root: Bracket, resolution: float) -> float:
-    """Return the next point at which the function is evaluated."""
-    least = min_width(root, resolution) / abs(root.y - root.x)
-    fraction = min(max(root.fraction, least), 1.0 - least)
-    return root.x + fraction * (root.y - root.x)
-
-
-def narrowed(root: Bracket, new: float, f_new: float) -> Bracket:
-    """Return a bracket narrowed by the value at a point."""
-    x, f_x, y, f_y, _ = root
-    if (f_new > 0.0) == (f_x > 0.0):
-        z, f_z = x, f_x
-    else:
-        z, f_z, y, f_y = y, f_y, x, f_x
-    return Bracket(new, f_new, y, f_y, _next_fraction(new, f_new, y, f_y, z, f_z))
-
-
-def hidden_event(a: float, b: float, f_a: float, f_b: float) -> StepUnderflow:
-    """Return the error for an event between a and b of which the values show no sign."""
-    return StepUnderflow(
-        f"between {a:.9g} and {b:.9g} rounding hides an event (no change of sign: {f_a:.3g} and"
-        f" {f_b:.3g}); check the scenario for numbers that are far too large or too small"
-    )
+    x, f_x, y, f_y, fraction = a, f(a), b, f(b), 0.5
+    if (f_x > 0.0) == (f_y > 0.0):
+        raise StepUnderflow(
+            f"between {a:.9g} and {b:.9g} rounding hides an event (no change of sign: {f_x:.3g}"
+            f" and {f_y:.3g}); check the scenario for numbers that are far too large or too small"
+        )
+    while True:
+        least, width = max(0.5 * resolution, ulp(max(abs(x), abs(y)))), abs(y - x)
+        if width <= 2.0 * least:
+            return min(x, y), max(x, y)
+        share = least / width
+        new = x + min(max(fraction, share), 1.0 - share) * (y - x)
+        f_new = f(new)
+        if (f_new > 0.0) == (f_x > 0.0):
+            z, f_z = x, f_x
+        else:
+            z, f_z, y, f_y = y, f_y, x, f_x
+        x, f_x = new, f_new
+        fraction = _next_fraction(x, f_x, y, f_y, z, f_z)
 
 
 def _next_fraction(x: float, f_x: float, y: float, f_y: float, z: float, f_z: float) -> float:

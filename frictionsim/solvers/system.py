@@ -17,12 +17,16 @@ All functions take and return floats.
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
+from frictionsim.errors import InputError
 from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.scenario.schema import TRANSITION_SPEED
 from frictionsim.solvers.roots import bracket_root
 
 Acting = Any  # what acts on a mechanism at an instant
-INPUT = "energy_input"
+Sums = Callable[[Any, float, float], list[float]]  # see `_sums_of`
+DryFriction = Callable[[Any, float, float, int, float], float]
+INPUT, IMPACT, FRICTION = "energy_input", "energy_impact", "energy_friction"
+EQUATION = "the equation of motion of this kind of mechanism, which its author has to mend"
 MARGINS = ("margin_forward", "margin_backward", "margin_roundoff")
 
 
@@ -116,11 +120,11 @@ class EndStops(NamedTuple):
             return FORWARD
         return BACKWARD if q <= self.lowest else STICK
 
-    def hit(self, q: float, v: float) -> int:
+    def struck(self, q: float, v: float) -> int:
         """Return the direction of the stop that a body is beyond, or at and moving into; else 0."""
         side = self.side(q)
-        is_hit = side * v > 0.0 or q > self.highest or q < self.lowest
-        return side if is_hit else STICK
+        is_struck = side * v > 0.0 or q > self.highest or q < self.lowest
+        return side if is_struck else STICK
 
     def excess(self, q: Any) -> Any:
         """Return how far positions, (n,), are beyond the stops, rad; negative between them."""
@@ -253,8 +257,9 @@ class OneCoordinate:
 
     Raises
     ------
-    TypeError
-        If not exactly one term is that of the drive.
+    InputError
+        If not exactly one term is that of the drive, a term does not say where its energy goes, or
+        two heats have one name.
     """
 
     coordinates = 1
@@ -276,107 +281,66 @@ class OneCoordinate:
         channels: tuple[str, ...] = (),
         recorded: Callable[[Acting, float, float, float], list[float]] = lambda u, q, v, a: [],
     ) -> None:
-        self.drive, self.inertia, self.terms = drive, inertia, tuple(terms)
-        self.acting = acting or (lambda t, q, v: drive(t))
-        self._is_at_rest_same = acting is None  # what acts does not depend on the motion
-        self.friction, self.breaks, self._first_excess = friction, breaks, first_excess
+        self.drive, self.inertia, self.friction = drive, inertia, friction
+        self._acting = acting
+        self.breaks, self._first_excess = breaks, first_excess
         self._first_departure = first_departure
         self.surfaces, self.stops, self._recorded = surfaces, stops, recorded
         self.contacts = () if friction is None else (Contact(friction.name),)
-        self._check_terms()
-        self._driving = _function(self._only(INPUT).torque)
-        storing = [term.torque for term in self.terms if not term.energy]
-        self._constant = sum([torque for torque in storing if not callable(torque)])
-        self._storing = [torque for torque in storing if callable(torque)]
-        self._heating = [
-            _function(term.torque) for term in self.terms if term.energy not in ("", INPUT)
-        ]
-        self._kinetic: Any = None if friction is None else friction.kinetic
-        self._no_heat = [] if stops is None else [0.0]
-        self._stored = [term.potential for term in self.terms if term.potential]
-        self.energies = (
-            INPUT,
-            *[term.energy for term in self.terms if term.energy not in ("", INPUT)],
-            *(["energy_impact"] if stops is not None else []),
-            *(["energy_friction"] if friction is not None else []),
-        )
-        if len(set(self.energies)) < len(self.energies):
-            raise TypeError(
-                f"each heat has a name of its own; found {', '.join(self.energies)}: make one term"
-                " of those with one name, or give them others"
-            )
+        self.energies = _energies_of(terms, stops is not None, friction is not None)
         self.start = [*start, *[0.0 for _ in self.energies]]
-        # A heat that published laws may give back.
-        self._gains = [2 + i for i, name in enumerate(self.energies) if name == "energy_friction"]
-        self.impact_heat = 3 + len(self._heating)
+        self._sums_between_stops = self.sums = _sums_of(terms)
+        if stops is not None:
+            self.sums = _with_stops(self.sums, stops)
+            self.impact_heat = 2 + self.energies.index(IMPACT)
+        self._heat_of_friction = [2 + i for i, name in enumerate(self.energies) if name == FRICTION]
+        self._potentials = [term.potential for term in terms if term.potential]
         self._potential_at_start = self.potential(start[0])
+        if friction is not None:
+            kinetic = friction.kinetic
+            self.use_friction(
+                lambda u, q, v, s, applied: (
+                    -applied if s == STICK else -s * kinetic(u, q, v, s, applied)
+                )
+            )
         self.columns = (
             *("angle", "angular_velocity", *self.energies, "angular_acceleration"),
-            *("energy_kinetic", *(["energy_potential"] if self._stored else [])),
+            *("energy_kinetic", *(["energy_potential"] if self._potentials else [])),
             *(["torque_at_rest"] if friction is None else ["friction_torque", *MARGINS]),
             *channels,
             *([] if friction is None else ["mode"]),
         )
 
-    def _check_terms(self) -> None:
-        for term in self.terms:
-            if (term.potential is None) == (not term.energy):
-                raise TypeError(
-                    "each term says where its energy goes: give it an energy, such as"
-                    " 'energy_damping' of what takes it out, or a potential"
-                )
-
-    def _only(self, energy: str) -> Term:
-        terms = [term for term in self.terms if term.energy == energy]
-        if len(terms) != 1:
-            raise TypeError(f"one term has the energy '{energy}', of a drive; found {len(terms)}")
-        return terms[0]
+    def acting(self, t: float, q: float, v: float) -> Acting:
+        """Return what acts at a time, s, in an angle, rad, at a speed, rad/s."""
+        return self.drive(t) if self._acting is None else self._acting(t, q, v)
 
     def torque(self, u: Acting, q: float, v: float) -> float:
         """Return the sum of all torques except dry friction, N m."""
-        applied = self._applied(u, q, v)
-        return self._with_stop(applied, q, v) if self.stops is not None else applied
+        return self.sums(u, q, v)[1]
 
-    def _applied(self, u: Acting, q: float, v: float) -> float:
-        """Return the sum of the torques of the terms, N m."""
-        applied = self._driving(u, q, v) + self._constant
-        for torque in self._storing:
-            applied += torque(u, q, v)
-        for torque in self._heating:
-            applied += torque(u, q, v)
-        return applied
+    def use_friction(self, dry_friction: DryFriction) -> None:
+        """Replace T: of (u, q, v, s, applied) with the mode s, N m."""
+        self.dry_friction = dry_friction
+        drive, acting, sums, inertia = self.drive, self._acting, self.sums, self.inertia
 
-    def _with_stop(self, applied: float, q: float, v: float) -> float:
-        """Return the torque with that of a stop on which the body rests."""
-        pressed = v == 0.0 and self.stops.side(q) * applied > 0.0  # type: ignore[union-attr]
-        return 0.0 if pressed else applied
+        def rates(t: float, y: list[float], modes: list[int]) -> list[float]:
+            q, v = y[0], y[1]
+            u = drive(t) if acting is None else acting(t, q, v)
+            rates = sums(u, q, v)
+            applied = rates[1]
+            friction = dry_friction(u, q, v, modes[0], applied)
+            rates[1] = (applied + friction) / inertia
+            rates.append(-friction * v)
+            return rates
+
+        self.rates = rates  # type: ignore[method-assign]
 
     def rates(self, t: float, y: list[float], modes: list[int]) -> list[float]:
         q, v = y[0], y[1]
-        u = self.drive(t) if self._is_at_rest_same else self.acting(t, q, v)
-        driving = self._driving(u, q, v)
-        applied = driving + self._constant
-        for torque in self._storing:
-            applied += torque(u, q, v)
-        rates = [v, 0.0, driving * v]
-        for torque in self._heating:
-            loss = torque(u, q, v)
-            applied += loss
-            rates.append(-loss * v)
-        if self.stops is not None:
-            applied = self._with_stop(applied, q, v)
-            rates.append(0.0)
-        if modes:
-            friction = self.dry_friction(u, q, v, modes[0], applied)
-            rates[1] = (applied + friction) / self.inertia
-            rates.append(-friction * v)
-        else:
-            rates[1] = applied / self.inertia
+        rates = self.sums(self.acting(t, q, v), q, v)
+        rates[1] /= self.inertia
         return rates
-
-    def dry_friction(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
-        """Return T in a mode, N m: exact stick, or the kinetic limit against the direction."""
-        return -applied if s == STICK else -s * self._kinetic(u, q, v, s, applied)
 
     def margins(
         self, t: float, y: list[float], modes: list[int]
@@ -385,13 +349,13 @@ class OneCoordinate:
 
     def _margins_at_rest(self, u: Acting, q: float) -> tuple[float, float, float]:
         friction: Any = self.friction
-        torque, limit = self.torque(u, q, 0.0), friction.static(u, q)
+        torque, limit = self.sums(u, q, 0.0)[1], friction.static(u, q)
         return limit - torque, limit + torque, friction.roundoff(u, q)
 
     def recorded(self, t: float, y: list[float], modes: list[int]) -> list[float]:
         q, v = y[0], y[1]
         u = self.acting(t, q, v)
-        applied = self.torque(u, q, v)
+        applied = self.sums(u, q, v)[1]
         friction = self.dry_friction(u, q, v, modes[0], applied) if modes else 0.0
         return self.numbers(t, u, (q, v, (applied + friction) / self.inertia), friction)
 
@@ -408,18 +372,17 @@ class OneCoordinate:
         Without margins they are those at rest.
         """
         q, v, a = motion
-        stored = [self.kinetic(v), self.potential(q)] if self._stored else [self.kinetic(v)]
-        at_rest = u if self._is_at_rest_same or v == 0.0 else self.acting(t, q, 0.0)
+        numbers = [a, self.kinetic(v)]
+        if self._potentials:
+            numbers.append(self.potential(q))
+        at_rest = u if v == 0.0 or self._acting is None else self._acting(t, q, 0.0)
         if self.friction is None:
-            contact = [self.torque(at_rest, q, 0.0)]
+            numbers.append(self.torque(at_rest, q, 0.0))
         else:
-            contact = [friction, *(margins or self._margins_at_rest(at_rest, q))]
-        return [a, *stored, *contact, *self._recorded(u, q, v, a)]
-
-    def powers(self, u: Acting, q: float, v: float) -> list[float]:
-        """Return the powers of the energies that terms and stops change, W."""
-        losses = [-torque(u, q, v) * v for torque in self._heating]
-        return [self._driving(u, q, v) * v, *losses, *self._no_heat]
+            numbers.append(friction)
+            numbers.extend(margins or self._margins_at_rest(at_rest, q))
+        numbers.extend(self._recorded(u, q, v, a))
+        return numbers
 
     def smooth_until(self, t: float, y: list[float], end: float) -> float:
         drive = self.drive
@@ -449,12 +412,15 @@ class OneCoordinate:
 
     def potential(self, q: float) -> float:
         """Return the potential energy, J."""
-        return sum([potential(q) for potential in self._stored])
+        energy = 0.0
+        for potential in self._potentials:
+            energy += potential(q)
+        return energy
 
     def kinetic_and_supplied(self, y: list[float]) -> tuple[float, float]:
         released = abs(self.potential(y[0]) - self._potential_at_start)
         supplied = self.kinetic(self.start[1]) + abs(y[2]) + released
-        for i in self._gains:
+        for i in self._heat_of_friction:  # published laws may give some back
             supplied += max(0.0, -y[i])
         return self.kinetic(y[1]), supplied
 
@@ -467,7 +433,8 @@ class OneCoordinate:
     def _away(self, t: float, q: float) -> float:
         """Return the torque away from the stop at which a body rests, N m."""
         u = self.acting(t, q, 0.0)
-        return -self.stops.side(q) * self._applied(u, q, 0.0)  # type: ignore[union-attr]
+        torque = self._sums_between_stops(u, q, 0.0)[1]
+        return -self.stops.side(q) * torque  # type: ignore[union-attr]
 
     def departure(self, t: float, y: list[float], end: float) -> tuple[float, bool]:
         q, until = y[0], self.smooth_until(t, y, end)
@@ -478,6 +445,74 @@ class OneCoordinate:
         if not self._away(until, q) > 0.0:
             return until, False
         return bracket_root(lambda at: self._away(at, q), t, until)[1], True
+
+
+def _energies_of(terms: Sequence[Term], has_stops: bool, has_friction: bool) -> tuple[str, ...]:
+    """Return the names of the energies that are integrated, that of the drive first."""
+    for term in terms:
+        if (term.potential is None) == (not term.energy):
+            raise InputError(
+                f"{EQUATION}: each term says where its energy goes; give it an energy, such as"
+                " 'energy_damping' of what takes it out, or a potential"
+            )
+    drives = [term for term in terms if term.energy == INPUT]
+    if len(drives) != 1:
+        raise InputError(
+            f"{EQUATION}: one term has the energy '{INPUT}', of a drive; found {len(drives)}"
+        )
+    names = (
+        INPUT,
+        *[term.energy for term in terms if term.energy not in ("", INPUT)],
+        *([IMPACT] if has_stops else []),
+        *([FRICTION] if has_friction else []),
+    )
+    if len(set(names)) < len(names):
+        raise InputError(
+            f"{EQUATION}: each heat has a name of its own; found {', '.join(names)}: make one term"
+            " of those with one name, or give them others"
+        )
+    return names
+
+
+def _sums_of(terms: Sequence[Term]) -> Sums:
+    """Return a function of (u, q, v): what the rates begin with.
+
+    It returns the velocity, the sum of the torques, N m, in the place of the acceleration, and the
+    powers of the energies, W.
+    """
+    (driving,) = [_function(term.torque) for term in terms if term.energy == INPUT]
+    storing = [term.torque for term in terms if term.potential]
+    constant = sum([torque for torque in storing if not callable(torque)])
+    varying = [torque for torque in storing if callable(torque)]
+    losing = [_function(term.torque) for term in terms if term.energy not in ("", INPUT)]
+
+    def sums(u: Acting, q: float, v: float) -> list[float]:
+        given = driving(u, q, v)
+        applied = given + constant
+        for torque in varying:
+            applied += torque(u, q, v)
+        sums = [v, 0.0, given * v]
+        for torque in losing:
+            loss = torque(u, q, v)
+            applied += loss
+            sums.append(-loss * v)
+        sums[1] = applied
+        return sums
+
+    return sums
+
+
+def _with_stops(sums: Sums, stops: EndStops) -> Sums:
+    """Return `sums` with the torque of a stop on which the body rests, and no power of impacts."""
+
+    def sums_with_stops(u: Acting, q: float, v: float) -> list[float]:
+        numbers = sums(u, q, v)
+        if v == 0.0 and stops.side(q) * numbers[1] > 0.0:
+            numbers[1] = 0.0
+        numbers.append(0.0)
+        return numbers
+
+    return sums_with_stops
 
 
 def _function(torque: Callable[[Any, float, float], float] | float) -> Any:

@@ -11,6 +11,7 @@ from frictionsim.mechanisms.pulley.masses import RopeLift
 from frictionsim.mechanisms.pulley.schema import LiftParameters
 from frictionsim.results import FORWARD, SLACK, STICK, TAUT
 from frictionsim.scenario.signals import Constant
+from tests.support.wheels import solved
 
 DRAWS, PULLS = 900, 3000
 ROUNDING = 1e-12
@@ -302,3 +303,35 @@ def test_the_speed_decides_about_the_direction_and_not_the_mode_before() -> None
         struck(n, True, 1, [0.0, -1.0, 0.0], (mode, SLACK, TAUT), 0.0) for mode in (STICK, FORWARD)
     )
     assert one == other
+
+
+@pytest.mark.parametrize(("m2", "e"), [(2.0, 0.0), (5.0, 0.0), (5.0, 0.5)])
+def test_two_ropes_that_become_taut_at_one_time_share_their_energy(m2: float, e: float) -> None:
+    """Both bodies fall by the same gap onto a pulley at rest; the sum of all energies stays.
+
+    Without restitution both ropes stay taut: the moment of momentum gives the common motion.
+    """
+    r, inertia, m1, g, gap = 0.3, 0.5, 2.0, 9.81, 0.1
+    n = numbers(r, inertia, (m1, m2), 0.0, 0.0)
+    lift = RopeLift(
+        n, Constant(0.0), (0.0, 0.0), restitution=e, capture_speed=0.0, largest_force=100.0
+    )
+    lift.start[1:3] = [gap, gap]
+    lift._at_start = lift.stored(lift.start)
+    falls = (2.0 * gap / g) ** 0.5
+    solver = solved(lift, falls * (1.0 + 1e-9))
+    events = [(c.contact, c.time) for c in solver.recording.transitions if c.time > 0.0]
+    assert [name for name, _ in events] == ["car_rope", "counterweight_rope"]
+    assert events[0][1] == events[1][1] == pytest.approx(falls, rel=1e-12)
+    _, gap_1, gap_2, w, rate_1, rate_2, *_, heat = solver.state.y
+    fallen = 0.5 * (m1 + m2) * (g * falls) ** 2
+    v1, v2 = r * w + rate_1, rate_2 - r * w
+    kinetic = 0.5 * (inertia * w * w + m1 * v1 * v1 + m2 * v2 * v2)
+    assert kinetic + heat == pytest.approx(fallen, rel=1e-7)  # what gravity adds in 1e-9 of a fall
+    assert min(gap_1, gap_2, rate_1, rate_2) >= -1e-9
+    assert w * inertia + r * (m1 * v1 - m2 * v2) == pytest.approx(
+        r * (m2 - m1) * g * falls, rel=1e-7, abs=1e-9
+    )
+    if e == 0.0:
+        common = r * (m2 - m1) * g * falls / (inertia + (m1 + m2) * r * r)
+        assert w == pytest.approx(common, rel=1e-7, abs=1e-9)

@@ -123,6 +123,33 @@ def test_a_force_has_no_bound_where_its_arm_is_the_friction_radius() -> None:
     )
 
 
+@pytest.mark.parametrize("longer", [0.0, 3e-13, -3e-13])
+def test_two_poles_that_rounding_joins_leave_no_bound(longer: float) -> None:
+    """A load at 0.06 m cos q from the axis, the friction radius: at 0 deg the poles are one.
+
+    A = -(0.06 sin q)^2 is a tie within 1e-4 deg of it. A couple of 2 N m gives the roots.
+    """
+    point = [0.06 * (1.0 + longer), 0.0]
+    data: Scenario = {
+        "kind": "shaft",
+        "mechanism": {"inertia": 1.0},
+        "couples": [{"name": "motor", "size": 2.0}],
+        "forces": [{"name": "load", "size": 8.0, "direction": [0.0, -1.0], "point": point}],
+        "effects": {"shaft_friction": {"shaft_radius": 0.1, "mu_s": 0.75, "mu_k": 0.5}},
+        "statics": {"unknown": "forces.load.size"},
+    }
+    statics = fs.static(fs.load(data))
+    for side, pole in (("smallest", 0.0), ("largest", 180.0)):
+        assert statics[f"load_counter_clockwise_{side}"].value is None
+        angle = statics[f"load_counter_clockwise_{side}_angle"].value
+        assert abs(angle or 0.0) == pytest.approx(radians(pole), abs=radians(1e-3))
+    # A peak of 3e8 N that is as narrow as 0.03 deg has a bound: 2 N m over 0.06 m 1e-7.
+    data["forces"][0]["point"] = [0.06 * (1.0 - 1e-7), 0.0]
+    statics = fs.static(fs.load(data))
+    highest = statics["load_counter_clockwise_largest"].value
+    assert highest == pytest.approx(2.0 / (0.06 * 1e-7), rel=1e-6)
+
+
 def test_an_extremum_at_the_end_of_the_turn_is_found() -> None:
     """A weight beside the axis, held by a couple: M = m g e cos q +- r_s m g, at 0 and 180 deg."""
     data: Scenario = {

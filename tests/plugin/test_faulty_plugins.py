@@ -220,3 +220,24 @@ def test_a_built_in_kind_does_not_search_the_installed_packages(tmp_path: Path) 
     commands.append("plot a.h5")
     done = python("-c", code, *commands, cwd=tmp_path, PYDANTIC_DISABLE_PLUGINS="__all__")
     assert done.returncode == 0, done.stderr
+
+
+WITHOUT_A_DRIVE = COMPLETE.replace("Channel,", "Channel, OneCoordinate, Term,").replace(
+    "def simulation(scenario): ...",
+    """def simulation(scenario):
+    return OneCoordinate(None, None, 1.0, [Term(lambda u, q, v: -v, "energy_damping")], None)""",
+)
+
+
+def test_an_equation_without_the_term_of_its_drive_is_told_in_a_sentence(
+    add: Add, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    add("frictionsim-winch", WITHOUT_A_DRIVE)
+    path = tmp_path / "s.toml"
+    path.write_text('kind = "winch"\n[solver]\nduration = 1.0\n')
+    capsys.readouterr()
+    assert run_command_line(["solve", str(path), "--output", str(tmp_path / "s.h5")]) == 2
+    assert capsys.readouterr().err == (
+        "frictionsim: the equation of motion of this kind of mechanism, which its author has to"
+        " mend: one term has the energy 'energy_input', of a drive; found 0\n"
+    )

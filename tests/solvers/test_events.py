@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionsim.errors import SolverError
+from frictionsim.errors import BudgetExceeded, InputError, SolverError
+from frictionsim.mechanisms.single_dof import MultiplesOf
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
 from frictionsim.scenario.signals import Constant, linear
 from frictionsim.solvers.events import Events, State
@@ -434,5 +435,54 @@ def test_energies_have_their_names_in_whatever_order_the_terms_are() -> None:
 
 def test_heats_of_one_name_are_refused() -> None:
     damping = Term(lambda u, q, v: -v, "energy_damping")
-    with pytest.raises(TypeError, match="each heat has a name of its own"):
+    with pytest.raises(InputError, match="each heat has a name of its own"):
         OneCoordinate(Constant(0.0), None, 1.0, (Term(0.0, INPUT), damping, damping), None)
+
+
+class At:
+    """The surface of one second, with an event."""
+
+    event = "mark"
+
+    def beyond(self, step: Any, t: float, y: list[float]) -> float:
+        return t - 1.0 if step.t_old < 1.0 else -1.0
+
+
+def test_a_crossing_at_the_time_of_a_change_of_mode_is_recorded_before_it() -> None:
+    class Pair(Bodies):
+        """A block that slides on without friction, and one that 1 N/s pulls off its 1 N."""
+
+        surfaces = (At(),)  # type: ignore[assignment]
+
+        def accelerations(self, t: float, modes: list[int]) -> list[float]:
+            return [0.0, t - 1.0 if modes[1] else 0.0]
+
+        def margins(self, t: float, y: list[float], modes: list[int]) -> Margins:
+            return [(1.0, 1.0, 0.0), (1.0 - t, 1.0 + t, 0.0)]
+
+    pair = Pair(Contact("free", 0), Contact("held", 1), start=[0.0, 0.0, 1.0, 0.0])
+    solver = solved(pair, 2.0)
+    events = [(e.contact, e.time) for e in solver.recording.transitions if e.time > 0.0]
+    assert events == [("mark", pytest.approx(1.0)), ("held", pytest.approx(1.0))]
+
+
+def test_a_run_of_one_step_at_a_time_gets_past_a_jump_of_the_torque() -> None:
+    """A wheel of 1 kg m^2 under 2 N m, and 300 N m from a turn of pi on."""
+    torque = Term(lambda u, q, v: 2.0 if q < pi else 300.0, INPUT)
+    system = OneCoordinate(
+        Constant(0.0), None, 1.0, (torque,), None, surfaces=(MultiplesOf(pi, "half"),)
+    )
+    usual = Tolerances(1e-6, 1e-9)
+    one = usual._replace(max_steps=1)
+    solver = Events(system, one, Recording(system, 2.5, 0.5), 2.5)
+    runs, ends = 0, False
+    while not ends:
+        step, runs = solver.state.step, runs + 1
+        assert runs < 1000  # a run of this length takes some ten steps
+        solver.tolerances = one._replace(granted=step.taken + step.rejected)
+        try:
+            solver.run(lambda t: None)
+            ends = True
+        except BudgetExceeded:
+            assert solver.state.step.taken > step.taken or not step.y
+    assert solver.state.y[:2] == solved(system, 2.5, usual).state.y[:2]

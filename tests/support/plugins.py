@@ -13,6 +13,7 @@ from tests.support.scenarios import ROOT
 
 GROUP = "frictionsim.kinds"  # of the entry points that name kinds
 BRAKE = ROOT / "tests" / "plugin" / "frictionsim-brake"
+BELT_BLOCK = ROOT / "tests" / "plugin" / "frictionsim-belt-block"
 
 
 def install(source: Path, target: Path) -> Path:

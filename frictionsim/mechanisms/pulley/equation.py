@@ -1,5 +1,6 @@
 """The equation of motion of a pulley without masses on its cord."""
 
+from collections.abc import Callable
 from math import hypot, sqrt
 from typing import Any
 
@@ -29,20 +30,7 @@ def build(scenario: PulleyScenario) -> Any:
     assert table is not None  # checked by the model of the drive
     drive, vertical = signal_from(table), scenario.drive.direction == "vertical"
     lever = 1.0 if by_torque else r_e
-
-    def reaction(u: float, q: float) -> float:
-        return abs(u + W)
-
-    if by_torque:
-
-        def reaction(u: float, q: float) -> float:
-            return W
-
-    elif not vertical:
-
-        def reaction(u: float, q: float) -> float:
-            return hypot(u, W)
-
+    reaction = _reaction(W, by_torque, vertical)
     terms = [
         Term(lambda u, q, w: u * lever, INPUT),
         Term(-W * r_e, potential=lambda q: W * r_e * q),
@@ -71,6 +59,13 @@ def build(scenario: PulleyScenario) -> Any:
 
     mechanism: Mechanism = one_coordinate(scenario, system, quantities)
     return mechanism
+
+
+def _reaction(load: float, by_torque: bool, vertical: bool) -> Callable[[float, float], float]:
+    """Return R, N, as a function of (u, q)."""
+    if by_torque:
+        return lambda u, q: load
+    return (lambda u, q: abs(u + load)) if vertical else lambda u, q: hypot(u, load)
 
 
 def _critical_forces(arm: float, r_s: float, load: float, vertical: bool) -> tuple[float, ...]:

@@ -115,6 +115,7 @@ class Lift:
         self.contacts = tuple(
             Contact(c.name, places[c.position], not c.backward) for c in self.contact_columns
         )
+        self._dry = [i for i, contact in enumerate(self.contacts) if not contact.is_rope]
         self.columns = (
             *names,
             *self.energies,
@@ -149,7 +150,7 @@ class Lift:
         raise NotImplementedError
 
     def own_numbers(
-        self, t: float, y: list[float], modes: list[int], t1: float, t2: float
+        self, modes: list[int], margins: list[Margins], t1: float, t2: float
     ) -> list[float]:
         """Return what is recorded of the contacts other than the shaft."""
         raise NotImplementedError
@@ -180,9 +181,18 @@ class Lift:
         tie += 2.0 * n.r_s * self.tension_roundoff
         return [(limit + T, limit - T, tie), *own]
 
-    def margins_if_held(self, i: int, t: float, y: list[float], modes: list[int]) -> Margins:
-        """Return the margins of a dry contact if it stuck and the others kept their modes."""
-        return self.margins(t, y, [*modes[:i], STICK, *modes[i + 1 :]])[i]
+    def margins_if_held(self, t: float, y: list[float], modes: list[int]) -> list[Margins]:
+        """Return the margins of the dry contacts, each if it stuck and the others kept their modes.
+
+        They are those of the modes for a contact that sticks.
+        """
+        held = self.margins(t, y, modes) if STICK in modes else []
+        return [
+            held[i]
+            if modes[i] == STICK
+            else self.margins(t, y, [*modes[:i], STICK, *modes[i + 1 :]])[i]
+            for i in self._dry
+        ]
 
     def recorded(self, t: float, y: list[float], modes: list[int]) -> list[float]:
         n = self.coordinates
@@ -190,12 +200,13 @@ class Lift:
         u, a, T, t1, t2 = self.balance(t, v, modes)
         x1, x2 = self.heights([q[0] - self.start[0], *q[1:]])
         v1, v2 = self.heights(v)
-        shaft = [T, *self.margins_if_held(0, t, y, modes)] if self.first else []
+        margins = self.margins_if_held(t, y, modes)
+        shaft = [T, *margins[0]] if self.first else []
         return [
             *(a[0], u, t1 + t2, t1, t2, x1, v1, self.heights(a)[0], x2, v2),
             *self.stored(y),
             *shaft,
-            *self.own_numbers(t, y, modes, t1, t2),
+            *self.own_numbers(modes, margins, t1, t2),
         ]
 
     def stored(self, y: list[float]) -> tuple[float, float]:
@@ -261,18 +272,19 @@ def _rigid(
     n: LiftParameters, pull: float, torque: float, shift: float | None, taut_1: bool, taut_2: bool
 ) -> tuple[float, float, float]:
     """Return w', T1 and T2 of a cord that does not slip; the arguments are of `Lift.tensions`."""
-    a, weight = 0.0, n.m1 * n.g
+    r, inertia, m1, m2, g = n[:5]
+    a, weight = 0.0, m1 * g
     if shift is not None:
-        arm_1, arm_2, inertia = n.r + shift, n.r - shift, n.inertia
+        arm_1, arm_2 = r + shift, r - shift
         if taut_1:
-            inertia += n.m1 * n.r * arm_1
+            inertia += m1 * r * arm_1
             torque -= weight * arm_1
         if taut_2:
-            inertia += n.m2 * n.r * arm_2
+            inertia += m2 * r * arm_2
             torque += pull * arm_2
         a = torque / inertia
-    rim = n.r * a
-    return a, weight + n.m1 * rim if taut_1 else 0.0, pull - n.m2 * rim if taut_2 else 0.0
+    rim = r * a
+    return a, weight + m1 * rim if taut_1 else 0.0, pull - m2 * rim if taut_2 else 0.0
 
 
 class RopeLift(Lift):
@@ -341,7 +353,7 @@ class RopeLift(Lift):
         return [(t1, 0.0, tie), (t2, 0.0, tie)][: self.coordinates - 1]
 
     def own_numbers(
-        self, t: float, y: list[float], modes: list[int], t1: float, t2: float
+        self, modes: list[int], margins: list[Margins], t1: float, t2: float
     ) -> list[float]:
         sides = modes[self.first :]
         return [sum([1 << side for side, mode in enumerate(sides) if mode == SLACK])]
@@ -410,9 +422,9 @@ class CordLift(Lift):
         return [((ratio - 1.0) * t1 + (t1 - t2), (ratio - 1.0) * t2 - (t1 - t2), tie)]
 
     def own_numbers(
-        self, t: float, y: list[float], modes: list[int], t1: float, t2: float
+        self, modes: list[int], margins: list[Margins], t1: float, t2: float
     ) -> list[float]:
-        return [t1 - t2, *self.margins_if_held(len(modes) - 1, t, y, modes)]
+        return [t1 - t2, *margins[-1]]
 
 
 def mechanism_with_masses(scenario: PulleyScenario) -> Mechanism:

@@ -20,6 +20,9 @@ RESOLUTION = 1e-6  # deg: what is shorter is of rounding
 HALVINGS = 60  # from 0.1 deg to below the rounding of an angle
 # Towards a pole, a root grows so many times from one distance, deg, to the other.
 FAR, NEAR, GROWTH = 1e-5, 1e-7, 5.0
+# Two poles nearer to each other than 1e-4 deg, which rounding hides, end a run: its end is so many
+# times as high as one and two stencils beside it. A bounded root does not grow so fast at an end.
+STEEP = 100.0
 STENCIL, SMALL_STEP = 0.05, 1e-3  # deg, of the derivatives at an extremum, and of their correction
 DIGITS_OF_ANGLE = 7  # deg, 1e-9 rad
 
@@ -200,4 +203,7 @@ def _refined(
         if abs(step) < SMALL_STEP and height(best[1] + step) >= c - ROUNDOFF * abs(c):
             best = c, best[1] + step
     near, far = (max(height(best[1] - x), height(best[1] + x)) for x in (NEAR, FAR))
-    return (inf if near > GROWTH * abs(far) < inf else best[0]), best[1]
+    beside = max(abs(max(b, d)), abs(max(a, e)))
+    is_end = any(abs(best[1] - bound) < FAR for bound in bounds)
+    is_pole = near > GROWTH * abs(far) < inf or (is_end and best[0] > STEEP * beside)
+    return (inf if is_pole else best[0]), best[1]

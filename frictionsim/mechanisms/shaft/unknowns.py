@@ -1,19 +1,15 @@
 """The keys of a scenario of kind `shaft` for which eq 24 can be solved."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from pydantic import BaseModel
-
-from frictionsim.errors import unknown as unknown_name
 from frictionsim.scenario.schema import inconsistent
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.shaft.schema import Force, ShaftScenario
+    from frictionsim.mechanisms.shaft.schema import ShaftScenario
 
 UNKNOWN_KEY = ("statics", "unknown")
 WEIGHT_KEYS = "mechanism.mass", "effects.eccentric_mass.mass", "effects.eccentric_mass.radius"
-ANGLE_KEYS = "azimuth_deg", "initial_angle_deg", "angle_deg"
 
 
 class Unknown(NamedTuple):
@@ -77,7 +73,11 @@ def unknown_of(scenario: "ShaftScenario", key: str) -> Unknown:
     """Return the unknown of a key; raises an error if eq 24 cannot be solved for it."""
     known = {unknown.key: unknown for unknown in unknowns_of(scenario)}
     if key not in known:
-        raise inconsistent(UNKNOWN_KEY, _why_not(scenario, key, list(known)))
+        if key in WEIGHT_KEYS and scenario.effects.gravity is None:
+            why = f"'{key}' does not enter eq 24: the scenario has no [effects.gravity]"
+            raise inconsistent(UNKNOWN_KEY, why)
+        why = f"eq 24 is not solved for '{key}'; known: {', '.join(known)}"
+        raise inconsistent(UNKNOWN_KEY, why)
     return known[key]
 
 
@@ -87,53 +87,3 @@ def place_of(scenario: "ShaftScenario") -> tuple[float, float]:
     if statics is None:
         return 0.0, start
     return statics.time, start if statics.angle_deg is None else statics.angle_deg
-
-
-def _why_not(scenario: "ShaftScenario", key: str, known: list[str]) -> str:
-    table, *rest = key.split(".")
-    if table in ("forces", "couples") and rest:
-        return _why_not_of_load(scenario, key, rest)
-    effects = dict(scenario.effects)
-    if rest and rest[-1] in ANGLE_KEYS:
-        return f"eq 24 is not solved for '{key}', an angle; known: {', '.join(known)}"
-    if key in WEIGHT_KEYS and effects["gravity"] is None and _exists(scenario, key.split(".")):
-        return f"'{key}' does not enter eq 24: the scenario has no [effects.gravity]"
-    if _exists(scenario, key.split(".")):
-        return (
-            f"'{key}' does not enter eq 24, the balance of the body at rest; known:"
-            f" {', '.join(known)}"
-        )
-    if table == "effects" and len(rest) == 2 and effects.get(rest[0], scenario) is None:
-        return f"'{key}' does not enter eq 24: the scenario has no [effects.{rest[0]}]"
-    return unknown_name("key", key, known)
-
-
-def _why_not_of_load(scenario: "ShaftScenario", key: str, rest: list[str]) -> str:
-    table = key.partition(".")[0]
-    loads: dict[str, Any] = {load.name: load for load in getattr(scenario, table)}
-    what = table.removesuffix("s")
-    if rest[0] not in loads:
-        if not loads:
-            return f"'{key}' does not exist: the scenario has no [[{table}]]"
-        return unknown_name(what, rest[0], list(loads))
-    name, of = rest[0], ".".join(rest[1:])
-    if table == "couples":
-        return f"eq 24 is solved for couples.{name}.size, not for '{key}'"
-    force: Force = loads[name]
-    if of == "cord_radius":
-        return f"force '{name}' has a point and no cord_radius; use forces.{name}.distance"
-    if of == "distance" and force.point is None:
-        return f"force '{name}' is that of a cord and has no point; use forces.{name}.cord_radius"
-    if of == "distance":
-        return f"the point of force '{name}' is on the axis, so it has no direction from there"
-    arm = "distance" if force.point is not None else "cord_radius"
-    return f"eq 24 is solved for forces.{name}.size or forces.{name}.{arm}, not for '{key}'"
-
-
-def _exists(table: Any, parts: list[str]) -> bool:
-    """Return whether a table has a key."""
-    if not parts:
-        return not isinstance(table, BaseModel) and table is not None
-    if not isinstance(table, BaseModel) or parts[0] not in type(table).model_fields:
-        return False
-    return _exists(getattr(table, parts[0]), parts[1:])

@@ -1,0 +1,1 @@
+"""A plug-in of frictionsim: the kind `belt_block`."""
