@@ -12,7 +12,6 @@ MAX_G = 30.0  # m/s^2; on Jupiter it is 25
 # kg, of a disc with the moment of inertia and the radius; a mill's drum has about as much.
 MAX_DISC = 2e5
 RADII = ("radius", "cord_radius")  # of the body itself
-LONG = 1000.0  # times as long as the drive changes
 
 
 def questions(table: Params, path: str = "") -> Iterator[str]:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 MAX_SAMPLES = 10_000_000
 MAX_VALUES = 10_000_000_000  # of all channels, tens of gigabytes on a disk
 DEFAULT_SAMPLES = 500
+LONG = 1000.0  # times as long as the drive changes
 
 
 class SolverSettings(Params):
@@ -234,10 +235,16 @@ class Scenario(Params):
     def warnings(self) -> list[str]:
         """Return warnings about a valid scenario whose results may mislead."""
         from frictionsim.scenario.plausibility import questions
-        from frictionsim.scenario.signal_tables import period_of, shorter, too_long
+        from frictionsim.scenario.signal_tables import last_change, period_of, shorter, too_long
 
         interval, duration = self.interval, self.solver.duration
         implausible = list(questions(self))
+        changes = max(map(last_change, self.signals.values()), default=0.0)
+        if 0.0 < LONG * changes < duration:
+            implausible.append(
+                f"solver.duration = {duration:g} s is more than {LONG:g} times as long as the drive"
+                f" changes, {changes:g} s: is it meant in seconds?"
+            )
         if interval > duration:
             return [
                 *implausible,

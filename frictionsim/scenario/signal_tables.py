@@ -4,7 +4,7 @@ A signal is a number, points, a sine, a smooth step, or points from a CSV file.
 """
 
 from itertools import pairwise
-from math import floor, fmod, log10, pi, radians
+from math import floor, fmod, inf, log10, pi, radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
@@ -345,6 +345,17 @@ def period_of(signal: Any, end: float) -> float | None:
     periods = [extremum.pulse for extremum in extrema]
     periods += [2.0 * (b.time - a.time) for a, b in pairwise(extrema)]
     return min(periods, default=None)
+
+
+def last_change(signal: Any) -> float:
+    """Return the time after which a signal over time is constant, s; inf of a sine."""
+    if isinstance(signal, tuple):
+        return max(map(last_change, signal))
+    if isinstance(signal, PiecewiseLinearTable):
+        return signal.time[-1]
+    if isinstance(signal, SmoothStepTable):
+        return signal.smooth_step.stop
+    return inf if isinstance(signal, SineTable) else 0.0
 
 
 class _Extremum(NamedTuple):

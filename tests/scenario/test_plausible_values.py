@@ -123,6 +123,16 @@ def test_other_slips_of_a_unit_are_asked_about(key: str, value: float, words: st
     assert words in warning
 
 
+def test_a_duration_in_milliseconds_is_asked_about() -> None:
+    drive = {"drive.force": {"time": [0.0, 2.0], "value": [0.0, 450.0]}}
+    (warning,) = fs.load("pulley", {**drive, "solver.duration": 8000.0}).warnings()
+    assert warning.startswith("solver.duration = 8000 s is more than 1000 times as long")
+    assert fs.load("pulley", {**drive, "solver.duration": 2000.0}).warnings() == []
+    sine = {"drive.force": {"sine": {"amplitude": 450.0, "frequency_hz": 0.01}}}
+    warnings = fs.load("pulley", {**sine, "solver.duration": 8000.0}).warnings()
+    assert not any("duration" in warning for warning in warnings)
+
+
 HANGING: Scenario = {"kind": "shaft", "mechanism": {"inertia": 0.1, "mass": 40.0}}
 PRESSED: Scenario = {
     **HANGING,
