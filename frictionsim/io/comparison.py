@@ -340,7 +340,7 @@ def _worst(
     Of equal ones it is the last.
     """
     if not len(time):
-        return (ComparedChannel(name, 0.0, 0.0, None, True, unit=unit),)
+        return (ComparedChannel(name, 0.0, ok=True, unit=unit),)
     # Integers as numbers: the difference of two of a byte may be larger than a byte.
     actual, expected = (np.asarray(v, dtype=np.float64) for v in (actual, expected))
     difference = _difference(actual, expected)
