@@ -261,15 +261,6 @@ SINGLE_DOF_METRICS = (
 )
 
 
-class Column(NamedTuple):
-    """A column of the work-precision table; its values are text where the unit is empty."""
-
-    name: str
-    unit: str
-    long_name: str
-    values: list[Any]
-
-
 class Record(NamedTuple):
     """The results of a run, just solved or read from its file.
 

@@ -278,22 +278,7 @@ def fit(
     SolverError
         If all runs fail.
     """
-    options = FitOptions.of(
-        data=data,
-        channels=channels,
-        over=over,
-        quantities=quantities,
-        sigma=sigma,
-        units=units,
-        time=time,
-        time_unit=time_unit,
-        time_offset=time_offset,
-        free=free,
-        starts=starts,
-        seed=seed,
-        bootstrap=bootstrap,
-        progress=progress,
-    )
+    options = FitOptions.among(locals())
     given = with_overrides(scenario, overrides)
     keys, its_data = free_keys(options.free, given), measured(options, given)
     check_runs(its_data, keys, given)

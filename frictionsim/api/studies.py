@@ -47,7 +47,7 @@ def study_parts(table: CostTable) -> Document:
     yield from _reference_lines(table)
     relative = [name + RELATIVE for name in table.measures]
     names = [name for name in (*FIRST, *relative, *LAST) if name in table.columns]
-    if "reason" in names and not any(table.columns["reason"].values):
+    if "reason" in names and not any(row["reason"] for row in table.rows):
         names.remove("reason")
     headings = [HEADINGS.get(name, f">{name.removesuffix(RELATIVE)}") for name in names]
     yield Table(headings, [[_cell(row, name) for name in names] for row in table.rows])
@@ -123,10 +123,11 @@ class Study(ResultBase):
         """The table along the dimension `row`: one row for each setting."""
         import xarray
 
+        values = {name: [row[name] for row in self.table.rows] for name in self.table.columns}
         return xarray.Dataset(
             {
-                name: ("row", values, {"long_name": words} | ({"units": unit} if unit else {}))
-                for name, unit, words, values in self.table.columns.values()
+                name: ("row", values[name], {"long_name": words} | ({"units": u} if u else {}))
+                for name, (u, words) in self.table.columns.items()
             }
         )
 

@@ -169,16 +169,8 @@ def sweep(
     SolverError
         If a worker was killed; with an output, what is done is kept for `resume_sweep`.
     """
-    execution = ExecutionOptions.of(workers=workers, dask=dask, progress=progress)
-    options = SweepOptions.of(
-        vary=vary,
-        zip=zip,
-        sample=sample,
-        method=method,
-        seed=seed,
-        indices=indices,
-        keep_series=keep_series,
-    )
+    execution = ExecutionOptions.among(locals())
+    options = SweepOptions.among(locals())
     study = study_from(scenario, overrides, options)
     varied, text, path = study.options, study_toml(study), None
     if output is not None:
@@ -227,7 +219,7 @@ def resume_sweep(
     OutputError
         If another process is running it, or the file cannot be written.
     """
-    execution = ExecutionOptions.of(workers=workers, dask=dask, progress=progress)
+    execution = ExecutionOptions.among(locals())
     file = resumable_name(as_path("path", path))
     if not is_unfinished_sweep(file):
         is_done = open_sweep(file).status == "done"

@@ -138,7 +138,7 @@ def cost(
     """
     from frictionsim.api.studies import CostOptions, Study
     from frictionsim.api.studies import study as run_study
-    from frictionsim.io.output_file import COSTS
+    from frictionsim.io.output_file import COSTS, PICTURE, remove_unfinished
 
     log_on_stderr(0)
     loaded = load_scenario(scenario, overrides)
@@ -155,7 +155,11 @@ def cost(
     _write_and_print(
         study, {"table": (csv, study.save), "picture": (plot, study.save_picture)}, as_json
     )
-    if study.status != "done":
+    if study.status == "done":
+        for path, kind in ((csv, COSTS), (plot, PICTURE)):
+            if path is not None:
+                remove_unfinished(partial_name(path), kind)
+    else:
         print_error(
             f"study {study.status} {study.reason} of a run; the results cover the settings before"
         )

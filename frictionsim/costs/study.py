@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from frictionsim.costs.settings import CostOptions, Plan, variant
-from frictionsim.costs.study_table import SECONDS_OF_REPEATS, Row, columns_of, greatest
+from frictionsim.costs.study_table import SECONDS_OF_REPEATS, columns_of, greatest
 from frictionsim.display import set_line
 from frictionsim.errors import EXIT_DONE, InputError, SolverError
-from frictionsim.io.cost_table import RELATIVE, CostTable, Error
+from frictionsim.io.cost_table import RELATIVE, CostTable, Error, Row
 from frictionsim.results import Quantity, Record, SolverStatistics, failures
 from frictionsim.scenario.methods import METHODS
 from frictionsim.scenario.variants import Setting
@@ -371,8 +371,11 @@ def study(
             rows.append(benchmark.row(setting, reference, same))
     except Stopped as stop:
         status, reason, exit_code = "interrupted", stop.run.reason, stop.run.exit_code
+    columns = columns_of(any("model" in row for row in rows), plan.metrics)
+    unknown = {name: nan if unit else "" for name, (unit, _) in columns.items()}
     return CostTable(
-        columns_of(rows, plan.metrics),
+        columns,
+        [unknown | row for row in rows],
         title=scenario.title,
         kind=scenario.kind,
         overrides=set_line({"overrides": "\n".join(scenario.origin.overrides)})[len("set: ") :],

@@ -1,12 +1,12 @@
 """The rows of a study, the table that is made of them, and the settings that it recommends."""
 
 from collections.abc import Mapping, Sequence
-from math import isfinite, nan
+from math import isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.display import error_text, short_text, study_text
-from frictionsim.io.cost_table import COUNTS, RELATIVE, CostTable, Error, line_of
-from frictionsim.results import Column, finite
+from frictionsim.io.cost_table import COUNTS, RELATIVE, CostTable, Error, Row, line_of
+from frictionsim.results import finite
 
 if TYPE_CHECKING:
     from frictionsim.results import Metric
@@ -41,23 +41,17 @@ COLUMNS = {
 OF_MESHES = ("model", "bodies", "time_error")
 BEFORE_MEASURES = "below_uncertainty"  # the column that those of each measure follow
 
-Row = dict[str, Any]  # the values of a setting by column; a number that is not known is left out
 
-
-def columns_of(rows: Sequence[Row], metrics: "Sequence[Metric]") -> dict[str, Column]:
-    """Return the columns of a table of rows."""
-    of_meshes = any("model" in row for row in rows)
-    described: dict[str, tuple[str, str]] = {}
+def columns_of(of_meshes: bool, metrics: "Sequence[Metric]") -> dict[str, tuple[str, str]]:
+    """Return the units and words of the columns of a table."""
+    columns: dict[str, tuple[str, str]] = {}
     for name, unit_and_words in COLUMNS.items():
         if of_meshes or name not in OF_MESHES:
-            described[name] = unit_and_words
+            columns[name] = unit_and_words
         for metric in metrics if name == BEFORE_MEASURES else ():
-            described[f"{metric.name}_error"] = metric.unit, f"error of {metric.name}"
-            described[metric.name + RELATIVE] = "1", f"relative error of {metric.name}"
-    return {
-        name: Column(name, unit, words, [row.get(name, nan if unit else "") for row in rows])
-        for name, (unit, words) in described.items()
-    }
+            columns[f"{metric.name}_error"] = metric.unit, f"error of {metric.name}"
+            columns[metric.name + RELATIVE] = "1", f"relative error of {metric.name}"
+    return columns
 
 
 def greatest(errors: Mapping[str, Error]) -> float | None:
@@ -74,7 +68,7 @@ class Advice(NamedTuple):
 
     wanted: float
     floor: float | None
-    row: dict[str, Any] | None
+    row: Row | None
     is_by_work: bool
 
     @property
@@ -105,7 +99,7 @@ def recommendations(table: CostTable) -> list[Advice]:
     return [_cheapest(table, wanted) for wanted in TARGET_ERRORS]
 
 
-def _is_sound(row: Mapping[str, Any]) -> bool:
+def _is_sound(row: Row) -> bool:
     """Return whether a run is done and has passed its audit."""
     return row["status"] == "done" and not row.get("reason")
 
@@ -122,7 +116,7 @@ def _cheapest(table: CostTable, wanted: float) -> Advice:
     return Advice(wanted, table.floor if is_known else None, row, is_by_work)
 
 
-def _holds(row: dict[str, Any], rows: list[dict[str, Any]], wanted: float) -> bool:
+def _holds(row: Row, rows: list[Row], wanted: float) -> bool:
     """Return whether finer meshes of the model of a row have no larger an error either.
 
     On one mesh errors of opposite sign may cancel; that is no reason to trust it.
@@ -143,7 +137,7 @@ def table_json(table: CostTable) -> dict[str, Any]:
         "kind": table.kind,
         "status": table.status,
         "reason": table.reason,
-        "measures": {name: {"unit": table.columns[f"{name}_error"].unit} for name in measures},
+        "measures": {name: {"unit": table.columns[f"{name}_error"][0]} for name in measures},
         "references": list(table.references),
         "floor": {name: _error_json(*error) for name, error in table.uncertainty.items()},
         "time_references": list(table.time_references),
@@ -152,7 +146,7 @@ def table_json(table: CostTable) -> dict[str, Any]:
     }
 
 
-def _row_json(row: dict[str, Any], measures: list[str]) -> dict[str, Any]:
+def _row_json(row: Row, measures: list[str]) -> dict[str, Any]:
     known = {
         name: _error_json(row[f"{name}_error"], row[name + RELATIVE])
         for name in measures
@@ -178,7 +172,7 @@ def _advice_json(advice: Advice) -> dict[str, Any]:
 SETTING = ("law", "backend", "setting", "overrides")
 
 
-def _setting_json(row: dict[str, Any]) -> dict[str, Any]:
+def _setting_json(row: Row) -> dict[str, Any]:
     mesh = {"model": row["model"], "bodies": _count(row["bodies"])} if row.get("model") else {}
     return {**{name: row[name] for name in SETTING}, **mesh, "overrides": row["overrides"].split()}
 

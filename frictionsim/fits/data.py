@@ -58,15 +58,9 @@ def _file_or_columns(data: Any) -> Any:
     return data
 
 
-def _bounds(text: str) -> tuple[float, ...]:
-    """Return the numbers of LOW:HIGH or LOW:HIGH:START."""
-    try:
-        numbers = tuple(map(float, text.split(":")))
-    except ValueError:
-        numbers = ()
-    if len(numbers) not in (2, 3):
-        raise ValueError(f"expected {BOUNDS}, got {text!r}")
-    return numbers
+def _parts(text: str) -> list[str]:
+    """Return the texts of the bounds and the start of a key."""
+    return text.split(":")
 
 
 def _finite(name: str, value: Any, hint: str = "") -> float:
@@ -90,7 +84,7 @@ class FitOptions(Options):
     time: str | int | None = None
     time_unit: str | None = None
     time_offset: float = unit_field("s", "Offset added to the times of the data.", 0.0)
-    free: Annotated[dict[str, Any], BeforeValidator(by_name(BOUNDS, _bounds))] = Field({})
+    free: Annotated[dict[str, Any], BeforeValidator(by_name(BOUNDS, _parts))] = Field({})
     starts: int = Field(STARTS, ge=1)
     seed: int = Field(0, ge=0)
     bootstrap: int = Field(0, ge=0)

@@ -27,6 +27,7 @@ from frictionsim.fits.problem import FitProblem
 from frictionsim.fits.search import (
     AT_EDGE,
     Minimum,
+    Resample,
     Search,
     edges,
     last_good,
@@ -57,7 +58,6 @@ MIN_SERIES = 20  # values, for a meaningful correlation of neighbours
 APART = 1e-2  # of the bounds: different ends of searches
 SAME = 1e-3  # relative difference of costs below which minima are equal
 ROUNDED = 1e-12  # cost of the rounding of data without noise, in units of their spread
-ACCURACY = 1e-8  # relative, of the sum of squares of a resample
 NO_SCATTER = (
     "no standard error is known: there are as many values as free keys, which leave no scatter;"
     " give sigma"
@@ -316,7 +316,7 @@ def _bootstrap(
             size = np.sqrt(np.mean(pool**2)) or 1.0
             drawn[group] = noise.sigma[group] * rng.choice(pool / size, size=pool.size)
         resampled = problem.data.values - residuals + drawn
-        searches.append((Search(problem, 1.0 / noise.sigma, resampled, ACCURACY), best.x))
+        searches.append((Resample(problem, 1.0 / noise.sigma, resampled), best.x))
     ends = minima(searches)
     places = np.array([end.x for end in ends if end.converged]).reshape(-1, len(problem.keys))
     intervals: dict[str, tuple[float, float] | None] = {key.key: None for key in problem.keys}

@@ -36,6 +36,9 @@ FIXED_STEP = 3e-3  # where the error of the runs is not known from a tolerance
 SHORTER = (0.25, 0.0625)  # steps of differences, in a check of the derivatives
 DISAGREE = 0.1  # relative: derivatives of a shorter step are taken
 TOLERANCE = 1e-10  # relative change of the places, and of the sum of squares, at the end
+TOLERANCE_OF_RESAMPLES = 1e-8  # of the places
+LOCATED = 0.1  # of the standard errors: the last step of a resample
+CURVED = 0.25  # of a predicted change: derivatives that missed more are found anew
 NO_SLOPE = 1e-15  # of the gradient: the data do not change with any key
 MAX_ITERATIONS = 60
 EVALUATIONS_OF_A_KEY = 10  # in a local search: some five derivatives by two evaluations each
@@ -135,14 +138,10 @@ class _Failed(Exception):
 class Search:
     """Weighted residuals and their derivatives, of the data or of values that replace them (n,)."""
 
-    def __init__(
-        self,
-        problem: Any,
-        weights: "Array",
-        measured: "Array | None" = None,
-        accuracy: float = TOLERANCE,
-    ) -> None:
-        self.problem, self.weights, self.accuracy = problem, weights, accuracy
+    ftol = xtol = TOLERANCE
+
+    def __init__(self, problem: Any, weights: "Array", measured: "Array | None" = None) -> None:
+        self.problem, self.weights = problem, weights
         self.has_failed = False  # a run
         self.measured = problem.data.values if measured is None else measured
         solver = problem.scenario.solver
@@ -231,8 +230,12 @@ class Search:
     def _along(self, edge: "Edge", x: "Array") -> "Array | None":
         """Return the minimum along an edge."""
         problem = OnEdge(self.problem, edge, x)
-        others = Search(problem, self.weights, self.measured, self.accuracy)
+        others = type(self)(problem, self.weights, self.measured)
         return problem.place(others.minimum(np.delete(x, edge.number)).x)
+
+    def derivatives(self) -> "Callable[[Array], Array]":
+        """Return the function of a place that gives the derivatives for a descent."""
+        return lambda x: np.nan_to_num(self.jacobian(x))
 
     def _descent(self, start: "Array") -> Minimum:
         from scipy.optimize import least_squares  # imported here because SciPy takes 0.3 s
@@ -240,11 +243,11 @@ class Search:
         solution: Any = least_squares(
             self.residual,
             np.clip(start, 0.0, 1.0),
-            jac=lambda x: np.nan_to_num(self.jacobian(x)),
+            jac=self.derivatives(),
             bounds=(0.0, 1.0),
             method="trf",
-            ftol=self.accuracy,
-            xtol=self.accuracy,
+            ftol=self.ftol,
+            xtol=self.xtol,
             gtol=NO_SLOPE,
             max_nfev=MAX_ITERATIONS,
         )
@@ -257,7 +260,7 @@ class Search:
         Second and third are the number of runs and, of a single value, the models.
         """
         problem = self.problem.apart(start, 2.0 * self.step)
-        minimum = Search(problem, self.weights, self.measured, self.accuracy).minimum(start)
+        minimum = type(self)(problem, self.weights, self.measured).minimum(start)
         return minimum, problem.runs, problem.models if problem.data.size == 1 else {}
 
     def root_between(self, first: "Array", last: "Array") -> Minimum | None:
@@ -291,6 +294,43 @@ class Search:
         if not self.problem.is_exact(x):
             jump = wanted + ends[False][1], wanted + ends[True][1]
         return Minimum(first, x, self.cost(first), self.cost(x), jump=jump)
+
+
+class Resample(Search):
+    """A search for resampled data, located to a part of the standard errors.
+
+    The weights are one over the standard deviations. So few runs suffice: the derivatives at the
+    start, which all resamples share, are corrected by the change of the values over each step
+    (Broyden's formula), and found anew where they predicted another change.
+    """
+
+    xtol = TOLERANCE_OF_RESAMPLES
+
+    def __init__(self, problem: Any, weights: "Array", measured: "Array") -> None:
+        super().__init__(problem, weights, measured)
+        # A step of a part of the standard error changes the sum of squares, about one for each
+        # value, by the square of that part.
+        self.ftol = LOCATED**2 / measured.size
+
+    def derivatives(self) -> "Callable[[Array], Array]":
+        """Return the function of a place that gives the derivatives for a descent."""
+        before: tuple[Array, Array, Array] | None = None  # the place, its residuals, derivatives
+
+        def derivatives_at(x: "Array") -> "Array":
+            nonlocal before
+            residual, jacobian = self.residual(x), None
+            if before is not None:
+                step, predicted = x - before[0], before[2] @ (x - before[0])
+                missed = residual - before[1] - predicted
+                size = max(float(np.linalg.norm(predicted)), LOCATED)
+                if np.linalg.norm(missed) <= CURVED * size:
+                    jacobian = before[2] + np.outer(missed, step) / (step @ step)
+            if jacobian is None:
+                jacobian = np.nan_to_num(self.jacobian(x))
+            before = x.copy(), residual, jacobian
+            return jacobian
+
+        return derivatives_at
 
 
 def minima(searches: "Sequence[tuple[Search, Array]]") -> list[Minimum]:

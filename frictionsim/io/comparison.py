@@ -68,8 +68,9 @@ class Tolerances(NamedTuple):
     time: float
 
     def allowed(self, expected: Any) -> Any:
-        """Return the allowed differences from the expected values."""
-        return self.atol + self.rtol * np.abs(expected)
+        """Return the allowed differences from the expected values, of infinite ones from 0."""
+        sizes = np.abs(expected, dtype=np.float64)
+        return self.atol + self.rtol * np.where(np.isfinite(sizes), sizes, 0.0)
 
 
 @np.errstate(all="ignore")  # overflows and NaN, as files may hold any numbers
@@ -318,44 +319,39 @@ def _compare_channel(
     if result.units[name] != golden.units[name]:
         note = f"unit {result.units[name]}, expected {golden.units[name]}"
         return ComparedChannel(name, note=note)
-    columns = _columns(golden, name)
+    axis, members = columns = _columns(golden, name)
     if _columns(result, name) != columns:
         note = f"{_axis(result, name)}, expected {_axis(golden, name)}"
         return ComparedChannel(name, note=note)
     time = golden.channels["time"][common.golden]
     away = np.flatnonzero(_outside_event_windows(golden.events["time"], time, tolerances.time))
-    if not len(away):
-        return ComparedChannel(name, 0.0, tolerances.atol, None, True, unit=golden.units[name])
-    actual, expected = (r.channels[name] for r in (result, golden))
-    both = actual[common.result[away]], expected[common.golden[away]]
-    worst = _worst_sample(name, *both, time[away], tolerances, columns)
-    return worst._replace(unit=golden.units[name])
+    actual = result.channels[name][common.result[away]]
+    expected = golden.channels[name][common.golden[away]]
+    allowed = tolerances.allowed(expected)
+    row, *member = _worst(name, actual, expected, time[away], allowed, golden.units[name])
+    return row._replace(note=f"{axis} {members[member[0]]}" if member else "")
 
 
-def _worst_sample(
-    name: str,
-    actual: Any,
-    expected: Any,
-    time: Any,
-    tolerances: Tolerances,
-    columns: tuple[str, tuple[str, ...]],
-) -> ComparedChannel:
-    """Return the row of the sample that is furthest above its tolerance, of equal ones the last."""
+def _worst(
+    name: str, actual: Any, expected: Any, time: Any, allowed: Any, unit: str
+) -> tuple[Any, ...]:
+    """Return the row of what is furthest above its tolerance, and the number of its member.
+
+    Of equal ones it is the last.
+    """
+    if not len(time):
+        return (ComparedChannel(name, 0.0, ok=True, unit=unit),)
     # Integers as numbers: the difference of two of a byte may be larger than a byte.
     actual, expected = (np.asarray(v, dtype=np.float64) for v in (actual, expected))
-    allowed = tolerances.allowed(np.where(np.isfinite(expected), expected, 0.0))
     difference = _difference(actual, expected)
     # With a tolerance of zero the ratio is infinite, or zero if there is no difference.
     ratio = np.where(difference > 0.0, difference / allowed, 0.0)
     ratio[np.isnan(ratio)] = 1.0  # both are infinite
     order = np.lexsort((difference.ravel(), ratio.ravel()))
     sample, *member = worst = np.unravel_index(order[-1], difference.shape)
-    ok = bool(difference[worst] <= allowed[worst])
-    axis, names = columns
-    note = f"{axis} {names[member[0]]}" if member else ""
-    size, limit, at = (float(v) for v in (difference[worst], allowed[worst], time[sample]))
-    values = float(actual[worst]), float(expected[worst])
-    return ComparedChannel(name, size, limit, at, ok, note, *values)
+    numbers = (difference[worst], allowed[worst], time[sample], actual[worst], expected[worst])
+    size, limit, at, value, other = map(float, numbers)
+    return ComparedChannel(name, size, limit, at, size <= limit, "", value, other, unit), *member
 
 
 def _difference(actual: Any, expected: Any) -> Any:
@@ -396,17 +392,14 @@ def _compare_events(result: "Record", golden: "Record", time_atol: float) -> Com
     if len(actual) != len(expected):
         note = f"{len(actual)} events, expected {len(expected)}"
         return ComparedChannel("events", note=note)
-    worst = ComparedChannel("events", 0.0, time_atol, None, True)
-    for (time, *what), (expected_time, *expected_what) in zip(actual, expected, strict=True):
-        difference = abs(time - expected_time)
-        row = ComparedChannel(
-            "events", difference, time_atol, expected_time, False, "", time, expected_time, "s"
-        )
+    for (time, *what), (_, *expected_what) in zip(actual, expected, strict=True):
         if what != expected_what:
             note = f"{what} at {time:.9g} s, expected {expected_what}"
-            return row._replace(note=note)
-        worst = max(row._replace(ok=difference <= time_atol), worst, key=_tolerance_ratio)
-    return worst
+            return ComparedChannel("events", note=note)
+    times, wanted = (r.events["time"] for r in (result, golden))
+    allowed = np.full(times.shape, time_atol)
+    row: ComparedChannel = _worst("events", times, wanted, wanted, allowed, "s")[0]
+    return row
 
 
 def _named_events(result: "Record") -> list[tuple[float, str, int, int]]:
@@ -431,20 +424,12 @@ def _compare_sides(
         sides = [f"{name}_{side}" for side in ("before", "after")]
         if not (wanted(name) and all(s in r.events for s in sides for r in (result, golden))):
             continue
-        rows = [ComparedChannel(f"events/{name}", 0.0, tolerances.atol, None, True)]
-        for side, step in zip(sides, (-1, 1), strict=True):
-            actual, expected = result.events[side], golden.events[side]
-            difference = _difference(actual, expected)
-            rate = _event_rate(golden, name, expected, step)
-            allowed = tolerances.allowed(expected) + rate * tolerances.time
-            columns = difference, allowed, golden.events["time"], actual, expected
-            for numbers in zip(*columns, strict=True):
-                size, limit, at, value, other = map(float, numbers)
-                row = ComparedChannel(
-                    rows[0].name, size, limit, at, size <= limit, "", value, other
-                )
-                rows.append(row._replace(unit=golden.units[name]))
-        yield max(reversed(rows), key=_tolerance_ratio)
+        actual, expected = (np.concatenate([r.events[s] for s in sides]) for r in (result, golden))
+        steps = zip(sides, (-1, 1), strict=True)
+        rates = [_event_rate(golden, name, golden.events[side], step) for side, step in steps]
+        allowed = tolerances.allowed(expected) + np.concatenate(rates) * tolerances.time
+        time, unit = np.tile(golden.events["time"], 2), golden.units[name]
+        yield _worst(f"events/{name}", actual, expected, time, allowed, unit)[0]
 
 
 def _event_rate(golden: "Record", name: str, values: Any, step: int) -> Any:

@@ -17,12 +17,11 @@ from typing import Any, NamedTuple
 
 from frictionsim.errors import InputError
 from frictionsim.io.output_file import COSTS, write_file
-from frictionsim.results import Column, finite
+from frictionsim.results import finite
 from frictionsim.scenario.csv_columns import read_text, separated
 from frictionsim.scenario.toml_data import json_value
 
 NOTE = "#"
-MAX_COLUMNS = 500
 RELATIVE = "_relative"  # end of the names of columns of relative errors
 ABOUT = ("kind", "title", "set", "references", "time_references", "reference_uncertainty")
 TEXTS = (
@@ -41,13 +40,18 @@ class Error(NamedTuple):
     relative: float
 
 
+Row = dict[str, Any]  # the values of a setting by column; a number is NaN where it is not known
+
+
 class CostTable(NamedTuple):
     """The table of a cost study.
 
     Attributes
     ----------
-    columns : dict of Column
-        By name, of equal lengths; a number is NaN where it is not known.
+    columns : dict of (str, str)
+        Unit and words of each column, by name; those without a unit are texts.
+    rows : list of dict
+        The values of each setting, by column.
     title, kind : str
         Of the scenario.
     overrides : str
@@ -64,7 +68,8 @@ class CostTable(NamedTuple):
         Lines above the table in its file.
     """
 
-    columns: dict[str, Column]
+    columns: dict[str, tuple[str, str]]
+    rows: list[Row]
     title: str = ""
     kind: str = ""
     overrides: str = ""
@@ -75,12 +80,6 @@ class CostTable(NamedTuple):
     status: str = ""
     reason: str = ""
     notes: tuple[str, ...] = ()
-
-    @property
-    def rows(self) -> list[dict[str, Any]]:
-        """The values of each setting, by name of the column."""
-        values = zip(*(column.values for column in self.columns.values()), strict=True)
-        return [dict(zip(self.columns, row, strict=True)) for row in values]
 
     @property
     def measures(self) -> list[str]:
@@ -97,16 +96,8 @@ class CostTable(NamedTuple):
         """The reference uncertainty: the largest relative difference of the references."""
         return max((error.relative for error in self.uncertainty.values()), default=0.0)
 
-    def of(self, rows: list[dict[str, Any]]) -> "CostTable":
-        """Return the table with some of its rows."""
-        columns = {
-            name: column._replace(values=[row[name] for row in rows])
-            for name, column in self.columns.items()
-        }
-        return self._replace(columns=columns)
 
-
-def line_of(row: dict[str, Any]) -> str:
+def line_of(row: Row) -> str:
     """Return the method of a row with its law and model, the name of a line in the diagram."""
     return ", ".join(filter(None, (row["backend"], row.get("law"), row.get("model"))))
 
@@ -116,9 +107,10 @@ def write_csv(table: CostTable, path: Path) -> None:
     relative = {name: finite(error.relative) for name, error in table.uncertainty.items()}
     joined = (" and ".join(names) for names in (table.references, table.time_references))
     about = (table.kind, table.title, table.overrides, *joined, json.dumps(relative))
-    text, columns = StringIO(newline=""), table.columns.values()
+    text = StringIO(newline="")
     writer = csv.writer(text)
-    writer.writerow([*(f"{c.name} [{c.unit}]" if c.unit else c.name for c in columns), *ABOUT])
+    heading = (f"{n} [{unit}]" if unit else n for n, (unit, _) in table.columns.items())
+    writer.writerow([*heading, *ABOUT])
     writer.writerows((*row.values(), *about) for row in table.rows)
     write_file(path, text.getvalue().encode(), COSTS)
 
@@ -135,63 +127,59 @@ def read_csv(path: Path) -> CostTable:
     notes = takewhile(lambda line: line.startswith(NOTE), text.split("\n"))
     try:
         heading, *lines = separated(text, ",", path)
-        columns = _columns(heading.cells, [(line.line, line.cells) for line in lines])
-        about = {name: columns.pop(name).values[0] for name in ABOUT if name in columns}
+        units = _units(heading.cells)
+        rows = [_row(units, line.line, line.cells) for line in lines]
+        if not rows:
+            raise ValueError("it has no rows")
+        about = {name: rows[0].get(name, "") for name in ABOUT}
         return CostTable(
-            columns,
-            about.get("title", ""),
-            about.get("kind", ""),
-            about.get("set", ""),
-            tuple(filter(None, [about.get("references", "")])),
-            tuple(filter(None, [about.get("time_references", "")])),
-            _uncertainty(about.get("reference_uncertainty", "{}")),
+            {name: (u, name.replace("_", " ")) for name, u in units.items() if name not in ABOUT},
+            rows,
+            about["title"],
+            about["kind"],
+            about["set"],
+            tuple(filter(None, [about["references"]])),
+            tuple(filter(None, [about["time_references"]])),
+            _uncertainty(about["reference_uncertainty"] or "{}"),
             notes=tuple(note[len(NOTE) :].strip() for note in notes),
         )
     except ValueError as error:
         raise InputError(f"{path}: cannot read this table of costs: {error}") from None
 
 
-def _columns(headings: list[str], lines: list[tuple[int, list[str]]]) -> dict[str, Column]:
-    if len(headings) > MAX_COLUMNS:
-        raise ValueError(
-            f"it has {len(headings)} columns, no such table has more than {MAX_COLUMNS}"
-        )
-    columns: dict[str, Column] = {}
-    for line, cells in lines:
-        if len(cells) != len(headings):
-            raise ValueError(f"line {line} has {len(cells)} cells, the heading has {len(headings)}")
-    for number, heading in enumerate(headings):
+def _units(headings: list[str]) -> dict[str, str]:
+    """Return the units of the columns by name, of the cells of a heading."""
+    units: dict[str, str] = {}
+    for heading in headings:
         name, _, unit = heading.removesuffix("]").partition(" [")
-        if name in columns:
+        if name in units:
             raise ValueError(f"its heading names the column '{name[:80]}' twice")
-        values: list[Any] = [cells[number] for _, cells in lines]
-        if unit:
-            values = [_number(cells[number], line, name) for line, cells in lines]
-        columns[name] = Column(name, unit, name.replace("_", " "), values)
-    for name, column in columns.items():
-        if name in TEXTS and column.unit:
+        if name in TEXTS and unit:
             raise ValueError(f"its column '{name}' does not hold text without a unit")
-        if (name in NUMBERS or name.endswith(RELATIVE)) and not column.unit:
+        if (name in NUMBERS or name.endswith(RELATIVE)) and not unit:
             raise ValueError(f"its column '{name}' does not hold numbers with a unit")
-    if missing := [name for name in REQUIRED if name not in columns]:
+        units[name] = unit
+    if missing := [name for name in REQUIRED if name not in units]:
         raise ValueError(f"it has no column '{missing[0]}'")
-    for status in columns["status"].values:
-        if status not in ("done", "failed"):
+    return units
+
+
+def _row(units: dict[str, str], line: int, cells: list[str]) -> Row:
+    if len(cells) != len(units):
+        raise ValueError(f"line {line} has {len(cells)} cells, the heading has {len(units)}")
+    row: Row = dict(zip(units, cells, strict=True))
+    for name in filter(units.get, units):
+        try:
+            row[name] = float(row[name] or nan)
+        except ValueError:
             raise ValueError(
-                f"a row has the status '{status[:80]}', which is neither done nor failed"
-            )
-    if not lines:
-        raise ValueError("it has no rows")
-    return columns
-
-
-def _number(cell: str, line: int, name: str) -> float:
-    try:
-        return float(cell) if cell else nan
-    except ValueError:
+                f"line {line}, column '{name[:80]}': expected a number, got '{row[name][:80]}'"
+            ) from None
+    if row["status"] not in ("done", "failed"):
         raise ValueError(
-            f"line {line}, column '{name[:80]}': expected a number, got '{cell[:80]}'"
-        ) from None
+            f"a row has the status '{row['status'][:80]}', which is neither done nor failed"
+        )
+    return row
 
 
 def _uncertainty(text: str) -> dict[str, Error]:

@@ -10,6 +10,7 @@ with our checksum at its end: without it another program made or changed the fil
 be replaced by anything: programs that reserve names create such files.
 """
 
+import logging
 import os
 import re
 from collections.abc import Iterator
@@ -23,6 +24,8 @@ from typing import IO, NamedTuple
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io import checksum
 from frictionsim.results import HDF5_SIGNATURE
+
+LOG = logging.getLogger(__name__)
 
 HEAD = 2**16  # bytes that tell the kind of a file
 PROBE = bytes(4096)
@@ -219,6 +222,15 @@ def check_replaceable(path: Path, kind: Kind) -> None:
     except OSError as error:
         reason = f"the existing file cannot be read ({error.strerror}) and is not overwritten"
     raise OutputError(f"{path}: cannot write the {kind.word}: {reason}; give another name")
+
+
+def remove_unfinished(path: Path, kind: Kind) -> None:
+    """Remove the unfinished file of what is done now, unless it is of another kind by now."""
+    with suppress(OSError, OutputError):
+        check_replaceable(path, kind)
+        path.unlink()
+        LOG.info("unfinished %s removed: %s", kind.word, path)
+    remove_parts_of_ended_processes(path)
 
 
 def check_apart(paths: dict[str, Path]) -> None:

@@ -35,7 +35,7 @@ from frictionsim.results import (
     Record,
     SolverStatistics,
 )
-from frictionsim.simulation.sample_store import SAMPLES
+from frictionsim.simulation.sample_store import SAMPLES, places_of_samples
 from frictionsim.version import __version__
 
 ATTRIBUTES = ("backend", "frictionsim_version", "kind", "reason", "scenario", "status", "title")
@@ -58,13 +58,15 @@ class ResultFile(h5py.File):  # type: ignore[misc]
     ----------
     datasets : dict of h5py.Dataset
         By name, as `events/time`, in the order of the file.
+    sizes : dict of int
+        Their bytes.
     image : bytes
         The file, if it is in memory.
     """
 
     def check(self, image: bytes, claimed: int) -> None:
         """Check all objects before any data are read; these claim at most so many bytes."""
-        self.image, self.datasets = image, dict[str, Any]()
+        self.image, self.datasets, self.sizes = image, dict[str, Any](), dict[str, int]()
         links: list[tuple[bytes, Any]] = []
         self.id.links.visit(
             lambda name, info: links.append((name, info.type)),
@@ -79,27 +81,23 @@ class ResultFile(h5py.File):  # type: ignore[misc]
                 continue
             storage, size = item.get_create_plist(), item.get_storage_size()
             layout = storage.get_layout()
-            if layout == h5py.h5d.CHUNKED and size:
-                size = _bytes_of(item)
+            is_ours = layout != h5py.h5d.VIRTUAL
+            if layout == h5py.h5d.CHUNKED:
+                size = size and prod(item.shape) * item.dtype.itemsize
+                filters = (storage.get_filter(i)[0] for i in range(storage.get_nfilters()))
+                is_ours = all(number in BUILT_IN for number in filters)
+            elif layout == h5py.h5d.CONTIGUOUS:
+                is_ours = not storage.get_external_count()
             claimed -= size
-            filters = (storage.get_filter(i)[0] for i in range(storage.get_nfilters()))
-            if (
-                claimed < 0
-                or layout == h5py.h5d.VIRTUAL
-                or storage.get_external_count()
-                or not all(number in BUILT_IN for number in filters)
-            ):
+            if claimed < 0 or not is_ours:
                 raise ValueError(f"{name!r} is none of a result")
+            self.sizes[name.decode()] = size
             self.datasets[name.decode()] = h5py.Dataset(item)
 
     def group(self, name: str) -> dict[str, Any]:
         """Return the datasets of a group by their names in it; those of the root group for ""."""
         parts = [(*item.rpartition("/"), dataset) for item, dataset in self.datasets.items()]
         return {last: dataset for group, _, last, dataset in parts if group == name}
-
-
-def _bytes_of(item: Any) -> int:
-    return prod(item.shape) * int(item.dtype.itemsize)
 
 
 class FileChannels(Mapping[str, Any]):
@@ -112,7 +110,7 @@ class FileChannels(Mapping[str, Any]):
     def __init__(self, file: ResultFile, path: Path, channels: dict[str, Any]) -> None:
         self._names, self._image, self._path = list(channels), file.image, path.absolute()
         self._status = _identity(path)
-        small = (name for name, item in channels.items() if _bytes_of(item.id) <= SMALL)
+        small = (name for name in channels if file.sizes[name] <= SMALL)
         self._read = {name: values_of(channels[name]) for name in small}
         if len(self._read) == len(channels):
             self._image = b""
@@ -186,10 +184,13 @@ def read_checkpoint(path: Path) -> Checkpoint:
         }
         if text_of(file["checkpoint"], "digest") != state_digest(attributes, state):
             raise InputError(f"{path}: cannot resume this run: its checkpoint is damaged")
-        if any(name.startswith(SAMPLES) for name in state):
-            for name, item in file.group("").items():
-                if not _is_axis(name, item):
-                    state.setdefault(SAMPLES + name, item[...].astype(np.float64))
+        if f"{SAMPLES}time" in state:
+            channels = {n: i for n, i in file.group("").items() if not _is_axis(n, i)}
+            events = file.group("events").get("time", ())
+            count = len(state[f"{SAMPLES}time"])
+            places = places_of_samples(channels["time"][...], events and events[...], count)
+            for name in channels.keys() - {n.removeprefix(SAMPLES) for n in state}:
+                state[SAMPLES + name] = channels[name][...][places].astype(np.float64)
     return Checkpoint(attributes, state)
 
 
@@ -319,23 +320,22 @@ NO_EVENTS = {
 def values_of(dataset: Any) -> Any:
     """Return numbers: integers of their type, all others as float64."""
     item = dataset.id
-    if item.dtype.kind not in "fiu":
+    kind = item.get_type()
+    if not isinstance(kind, h5py.h5t.TypeIntegerID | h5py.h5t.TypeFloatID):
         raise ValueError(f"{dataset.name} has no numbers")
-    is_signed = item.dtype.kind == "i"
-    values = np.empty(item.shape, item.dtype if is_signed else np.float64)
-    memory = item.get_type() if is_signed else h5py.h5t.NATIVE_DOUBLE
-    item.read(h5py.h5s.ALL, h5py.h5s.ALL, values, memory)
+    is_signed = kind.get_class() == h5py.h5t.INTEGER and kind.get_sign() == h5py.h5t.SGN_2
+    values = np.empty(item.shape, kind.dtype if is_signed else np.float64)
+    item.read(h5py.h5s.ALL, h5py.h5s.ALL, values, kind if is_signed else h5py.h5t.NATIVE_DOUBLE)
     return values
 
 
 def _text(owner: Any, name: str) -> str:
     """Return an attribute as text."""
-    found = h5py.h5a.open(owner.id, name.encode())
-    kind = found.get_type()
-    if not isinstance(kind, h5py.h5t.TypeStringID) or not kind.is_variable_str():
-        return str(owner.attrs[name])
     text: Any = np.empty((), object)
-    found.read(text, TEXT)
+    try:
+        h5py.h5a.open(owner.id, name.encode()).read(text, TEXT)
+    except (OSError, TypeError):  # a number, or a text as others write it
+        return str(owner.attrs[name])
     return str(text[()].decode())
 
 

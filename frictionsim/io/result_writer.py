@@ -4,7 +4,7 @@ The group /checkpoint holds the state of the solver to resume from: arrays of fl
 names and meaning are internal to the solver, and the run time so far in s, clock.solving and
 clock.compiling; its attribute `digest` is the SHA-256 of these, the scenario and the version, and
 is checked on resuming. What the state has of each sample, `samples.NAME`, is left out where the
-channel NAME has the same numbers. Empty groups are omitted.
+channel NAME has the same numbers, with more at events or not. Empty groups are omitted.
 
 A complete file does not depend on time, place or interruptions of the run. Therefore it has no wall
 times.
@@ -27,7 +27,7 @@ from frictionsim.io.result_format import (
     state_digest,
 )
 from frictionsim.results import Channel, Record
-from frictionsim.simulation.sample_store import SAMPLES
+from frictionsim.simulation.sample_store import SAMPLES, places_of_samples
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -113,13 +113,16 @@ def write_from_memory(fill: "Callable[[Any], None]", path: "Path", kind: Kind) -
 
 
 def own_state(record: Record, state: dict[str, Any]) -> dict[str, Any]:
-    """Return the arrays of a state that are in no channel of the record."""
-    return {name: values for name, values in state.items() if not _is_channel(record, name, values)}
-
-
-def _is_channel(record: Record, name: str, values: Any) -> bool:
-    channel = record.channels.get(name.removeprefix(SAMPLES)) if name.startswith(SAMPLES) else None
-    return channel is not None and channel.shape == values.shape
+    """Return the arrays of a state but for the samples, time excepted, that channels have too."""
+    time = state.get(f"{SAMPLES}time", ())
+    places = places_of_samples(record.time, record.events["time"], len(time))
+    in_channels = (
+        SAMPLES + name
+        for name, channel in record.channels.items()
+        if name != "time" and np.array_equal(channel[places], state.get(SAMPLES + name, ()))
+    )
+    left_out = {*in_channels}
+    return {name: values for name, values in state.items() if name not in left_out}
 
 
 def _fill(file: Any, record: Record, state: dict[str, Any] | None = None) -> None:

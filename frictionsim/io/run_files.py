@@ -14,8 +14,8 @@ from frictionsim.io.names import check_names, is_same_file, partial_name, warn_o
 from frictionsim.io.output_file import (
     RESULT,
     check_output,
-    check_replaceable,
     remove_parts_of_ended_processes,
+    remove_unfinished,
 )
 from frictionsim.io.result_reader import opened
 from frictionsim.io.result_writer import write
@@ -74,7 +74,8 @@ class RunFiles:
             write(run, self.whole)
             LOG.info("result written: %s", self.whole)
             self._note_other_values(run)
-            self._remove_unfinished()
+            remove_unfinished(self.partial, RESULT)
+            remove_parts_of_ended_processes(self._resumed or self.partial)
             return self.whole
         nothing = run.time.size <= 1 and not run.transitions
         if nothing and self.partial.exists() and not self._is_own:
@@ -83,15 +84,6 @@ class RunFiles:
         LOG.info("unfinished result written: %s (%s)", self.partial, run.reason)
         self._is_own, self._is_resumable = True, run.checkpoint is not None
         return self.partial
-
-    def _remove_unfinished(self) -> None:
-        """Remove the unfinished result, unless it is another file by now."""
-        with suppress(OSError, OutputError):
-            check_replaceable(self.partial, RESULT)
-            self.partial.unlink()
-            LOG.info("unfinished result removed: %s", self.partial)
-        for path in {self.partial, self._resumed or self.partial}:
-            remove_parts_of_ended_processes(path)
 
     def _note_other_values(self, run: "Record") -> None:
         """Say that the result which was replaced is one of other values."""

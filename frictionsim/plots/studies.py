@@ -34,10 +34,9 @@ if TYPE_CHECKING:
 
     from frictionsim.fits.data import Target
     from frictionsim.fits.outcome import FitOutcome, TargetResiduals
-    from frictionsim.io.cost_table import CostTable
+    from frictionsim.io.cost_table import CostTable, Row
 
     Array = npt.NDArray[np.float64]
-    Row = dict[str, Any]  # of a table of costs
 
 
 BELOW = "below the reference uncertainty"
@@ -105,7 +104,7 @@ def drawable(table: "CostTable") -> "CostTable":
         known = (row[name] for name in numbers if name in row and not isnan(row[name]))
         return all(0.0 <= number < MAX_DRAWN for number in known)
 
-    return table.of(list(filter(is_drawable, table.rows)))
+    return table._replace(rows=[*filter(is_drawable, table.rows)])
 
 
 def cost_diagram(table: "CostTable", ax: Any = None) -> "Figure":

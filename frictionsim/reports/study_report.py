@@ -248,7 +248,7 @@ def cost_page(costs: CostTable, parts: Document, source: str, diagram: Picture) 
     diagram : Picture
     """
     title = f"{costs.title or costs.kind}: error against run time"
-    failed = costs.columns["status"].values.count("failed")
+    failed = sum(row["status"] == "failed" for row in costs.rows)
     counts = f"{len(costs.rows)} settings" + (f", {failed} failed" if failed else "")
     ending = f"{': '.join(filter(None, (costs.status, costs.reason)))}, " if costs.status else ""
     lines = [

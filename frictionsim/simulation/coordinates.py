@@ -15,6 +15,7 @@ from frictionsim.simulation.checkpoint import Arrays, require_array, unfit
 from frictionsim.simulation.mechanism import Mechanism, Samples
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.run_warnings import hidden_stick_slip
+from frictionsim.simulation.sample_store import SAMPLES
 from frictionsim.solvers import solver_of
 from frictionsim.solvers.events import STOP, State
 from frictionsim.solvers.modes import holds, subject
@@ -106,7 +107,12 @@ class CoordinateSimulation:
                 for name, x in state._asdict().items()
                 if name != "step"
             },
-            "rows": np.array(recording.rows),
+            **{
+                SAMPLES + name: column
+                for name, column in zip(
+                    self._row_names, self._rows(recording.rows).T.copy(), strict=True
+                )
+            },
             "sides": np.array(recording.sides),
             "transitions.contact": np.array(
                 [e.contact for e in recording.transitions], dtype=np.bytes_
@@ -125,13 +131,25 @@ class CoordinateSimulation:
         solver.state = _restored(State, "state.", state, before, {self.states})
         solver.tolerances = solver.tolerances._replace(granted=step.taken + step.rejected)
         recording.transitions[:] = self._transitions(state)
-        width = 1 + len(self._mechanism.columns)
-        rows = {"rows": solver.state.samples, "sides": 2 * len(recording.transitions)}
-        for name, count in rows.items():
-            numbers = require_array(state, name, np.float64, ndim=1)
-            if len(numbers) != count * width:
+        names = [SAMPLES + name for name in self._row_names]
+        columns = [require_array(state, name, np.float64, ndim=1) for name in names]
+        for name, column in zip(names, columns, strict=True):
+            if len(column) != solver.state.samples:
                 raise unfit(name, "is of another type or shape")
-            setattr(recording, name, array("d", numbers.tobytes()))
+        recording.rows = array("d", np.column_stack(columns).tobytes())
+        sides = require_array(state, "sides", np.float64, ndim=1)
+        if len(sides) != 2 * len(recording.transitions) * len(names):
+            raise unfit("sides", "is of another type or shape")
+        recording.sides = array("d", sides.tobytes())
+
+    @property
+    def _row_names(self) -> tuple[str, ...]:
+        return "time", *self._mechanism.columns
+
+    def _rows(self, numbers: "array[float]") -> Any:
+        """Return recorded rows (n, columns), a view; none can be recorded while it exists."""
+        rows = np.frombuffer(numbers) if numbers else np.zeros(0)
+        return rows.reshape(-1, len(self._row_names))
 
     def _transitions(self, state: Arrays) -> list[Transition]:
         """Return the transitions of a state."""
@@ -183,8 +201,8 @@ class CoordinateSimulation:
     def _samples(self) -> tuple[Samples, bool]:
         """Return the samples before the first that is not finite, and whether there is one."""
         recording, names = self._recording, self._mechanism.columns
-        rows = np.array(recording.rows).reshape(-1, 1 + len(names))
-        sides = np.array(recording.sides).reshape(-1, 2, 1 + len(names))
+        rows, sides = (self._rows(numbers) for numbers in (recording.rows, recording.sides))
+        sides = sides.reshape(-1, 2, 1 + len(names))
         transitions = recording.transitions
         # Laws record that a step ends at a surface before a change of mode within it.
         order = np.argsort(sides[:, 1, 0], kind="stable")
@@ -312,5 +330,6 @@ def _merged(rows: Any, at_events: Any) -> Any:
     time = at_events[:, 0]
     last = np.append(time[1:] != time[:-1], True)
     time, at_events = time[last], at_events[last]
-    regular = rows[~np.isin(rows[:, 0], time)]
+    is_regular = ~np.isin(rows[:, 0], time)
+    regular = rows if is_regular.all() else rows[is_regular]
     return np.insert(regular, np.searchsorted(regular[:, 0], time), at_events, 0)

@@ -12,6 +12,11 @@ GROWTH = 1.5
 SAMPLES = "samples."  # before the names of the arrays of a state
 
 
+def places_of_samples(time: Any, events: Any, count: int) -> Any:
+    """Return which samples of channels are those of a state: all of them, or those at no event."""
+    return slice(None) if len(time) == count else ~np.isin(time, events)
+
+
 class SampleStore:
     """The samples of a run, one row of each array, of float64, for each of them."""
 

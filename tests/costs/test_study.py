@@ -236,6 +236,20 @@ def test_an_interrupted_study_shows_its_results(
     assert whole.read_bytes() == before
 
 
+def test_a_done_study_removes_the_unfinished_files_of_its_names(told: Callable[..., Any]) -> None:
+    made_table(Path("table.partial.csv"), [made_row("events", 1e-3, 1.0)])
+    fs.solve(PULLEY, SHORT).plot().savefig("work.partial.png")
+    other = Path("notes.partial.csv")
+    few = ("--backends", "events", "--tolerances", "1e-6", "--set", "solver.duration=1")
+    other.write_text("a,b\n1,2\n")
+    for name in ("table", "notes"):
+        files = ("--csv", f"{name}.csv", "--plot", "work.png")
+        told("cost", "pulley", *few, *files, code=0)
+    assert sorted(path.name for path in Path().glob("*.*")) == (
+        ["notes.csv", "notes.partial.csv", "table.csv", "work.png"]
+    )
+
+
 # --- the command ---------------------------------------------------------------------------
 
 

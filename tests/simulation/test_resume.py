@@ -75,6 +75,37 @@ def test_runs_resume_from_periodic_checkpoints(tmp_path: Path) -> None:
     assert again.read_bytes() == whole.read_bytes()
 
 
+@pytest.mark.parametrize(
+    ("changes", "times"),
+    [
+        ({"drive.force": SINE}, 1.2),
+        ({"drive.force": SINE, "output.interval": "at an event"}, 3.0),
+        ({"output.channels": ["angle"]}, 1.2),
+        ({"output.at_events": False}, 1.2),
+    ],
+)
+def test_an_unfinished_file_has_the_samples_once(
+    changes: dict[str, Any], times: float, tmp_path: Path
+) -> None:
+    """But for what it has at events, and of a run with one at the time of a sample."""
+    settings: dict[str, Any] = {"output.interval": 1e-4, "solver.duration": 1.0, **changes}
+    if settings["output.interval"] != 1e-4:
+        first = fs.solve(fs.load(pulley(), settings | {"output.interval": 0.1})).record.transitions[
+            0
+        ]
+        settings["output.interval"] = first.time / 2**11
+    scenario = fs.load(pulley(), settings)
+    whole = fs.solve(scenario, output=tmp_path / "whole.h5")
+    part = fs.solve(scenario, progress=interrupted_at(0.7))
+    path, again = part.save(tmp_path / "part.h5"), tmp_path / "again.h5"
+    samples = sum(v.nbytes for n, v in part.checkpoint.items() if n.startswith("samples."))
+    assert samples > 5000 * 8 * 10
+    assert path.stat().st_size < times * samples + 10**5
+    assert fs.resume(path, output=again).status == "done"
+    assert again.read_bytes() == (tmp_path / "whole.h5").read_bytes()
+    assert whole.status == "done"
+
+
 def test_resume_replaces_the_result_in_place(told: Any) -> None:
     told("solve", PULLEY, "-q", "-o", "whole.h5")
     # The limit is reached at the first step, so the resumed run needs another limit.

@@ -27,7 +27,8 @@ class Samples:
         names = ("time", *mechanism_of(stopped.record).columns)
         self._places = {name: i for i, name in enumerate(names)}
         self._transitions = np.array(self._state["transitions"])  # time, modes, angle
-        self._rows = np.array(self._state["rows"]).reshape(-1, len(names))
+        self._columns = [f"samples.{name}" for name in names]
+        self._rows = np.column_stack([self._state[name] for name in self._columns])
         self._sides = np.array(self._state["sides"]).reshape(-1, 2, len(names))
 
     def __getitem__(self, name: str) -> Any:
@@ -59,7 +60,7 @@ class Samples:
     def audit(self, data: Scenario | None = None) -> dict[str, Check]:
         """Resume the run, with other scenario data if given, and return its audit."""
         state = {
-            "rows": self._rows.ravel(),
+            **dict(zip(self._columns, self._rows.T, strict=True)),
             "sides": self._sides.ravel(),
             "transitions": self._transitions,
         }
