@@ -340,8 +340,8 @@ def _contacts(scenario: "BeltDriveScenario", body_length: float, width: int) -> 
         con[MU_S, j, :n], con[MU_K, j, :n] = own.mu_s, own.mu_k
     inside = patch_bodies(scenario, body_length)
     if scenario.effects.patch is not None:
-        con[MU_S][:, inside] = scenario.effects.patch.mu_s
-        con[MU_K][:, inside] = scenario.effects.patch.mu_k
+        con[MU_S, :, :n][:, inside] = scenario.effects.patch.mu_s
+        con[MU_K, :, :n][:, inside] = scenario.effects.patch.mu_k
     return con
 
 
