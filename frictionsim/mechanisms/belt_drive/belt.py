@@ -81,15 +81,12 @@ class Line(NamedTuple):
         Where the arc of each pulley begins, from where the belt leaves the first one; its length.
     senses : (pulleys,)
         +1 where the belt passes a pulley counter-clockwise, else -1.
-    run_starts : (runs,), m
-        Where the arc of a run begins, in the round that its points are in.
     """
 
     length: float
     starts: Array
     arcs: Array
     senses: Array
-    run_starts: Array
 
 
 class Belt(NamedTuple):
@@ -107,7 +104,7 @@ class Belt(NamedTuple):
     turning : float, rad
         By which the belt turns in one round, 2 pi or -2 pi.
     skin : float, m
-        Bodies so near to a rim are looked at until the next search.
+        Bodies so near to a rim, or points to an arc, are looked at until the next search.
     stiffness, damping : float, N/m, N s/m
         Of a joint, along the belt.
     bending, bend_damping : float, 1/s^2, 1/s
@@ -233,7 +230,6 @@ def belt_of(scenario: "BeltDriveScenario", body_length: float) -> Belt:
     angles = (2 if guided else 6) * width
     speeds = angles + pulleys
     energies = speeds + len(free)
-    max_runs = (full // BLOCK) * pulleys
     rows = _signals(scenario)
     pieces = [signal.pieces() for *_, signal in rows]
     waves = [signal.harmonic() or (0.0, 0.0, 0.0) for *_, signal in rows]
@@ -251,7 +247,7 @@ def belt_of(scenario: "BeltDriveScenario", body_length: float) -> Belt:
         inertia=inertia,
         half=0.5 * body_length,
         turning=scenario.mechanism.path().total_turning,
-        skin=body_length,
+        skin=(2.0 if guided else 1.0) * body_length,
         stiffness=stiffness,
         damping=damping,
         bending=None if bending is None else bending.rigidity / body_length / inertia,
@@ -270,7 +266,7 @@ def belt_of(scenario: "BeltDriveScenario", body_length: float) -> Belt:
         pul=pul,
         free=free,
         prescribed=np.flatnonzero(is_given),
-        runs=np.zeros((max_runs, 3), dtype=np.int64),
+        runs=np.zeros((full // BLOCK * pulleys, 3), dtype=np.int64),
         n_runs=np.zeros(1, dtype=np.int64),
         sig_pulley=np.array([pulley for pulley, *_ in rows], dtype=np.int64),
         sig_kind=np.array([kind for _, kind, _ in rows], dtype=np.int64),
@@ -278,17 +274,37 @@ def belt_of(scenario: "BeltDriveScenario", body_length: float) -> Belt:
         sig_piece=np.array([piece for of in pieces for piece in of]).reshape(-1, 5),
         sig_wave=np.array(waves).reshape(-1, 3),
         plane=None if guided else True,
-        line=_line(scenario, max_runs) if guided else None,
+        line=_line(scenario) if guided else None,
     )
 
 
-def _line(scenario: "BeltDriveScenario", max_runs: int) -> Line:
+def _line(scenario: "BeltDriveScenario") -> Line:
     path = scenario.mechanism.path()
     # The arc of the first pulley is the last one.
     starts: Array = np.roll(path.breakpoints[1:-1:2], 1)
     ends: Array = np.roll(path.breakpoints[2::2], 1)
     senses = np.sign([arc.wrap_angle for arc in path.arcs])
-    return Line(path.length, starts, ends - starts, senses, np.zeros(max_runs))
+    return Line(path.length, starts, ends - starts, senses)
+
+
+def initial_state(belt: Belt, x: Array, y: Array, angle: Array) -> Array:
+    """Return the state at the start, (size,): bodies at rest in these places, m and rad.
+
+    Points on a line start half a distance behind where the belt leaves the first pulley.
+    """
+    state: Array = aligned(belt.size)
+    kinematics = belt.kinematics(state)[:, : belt.n]
+    if belt.line is None:
+        kinematics[X], kinematics[Y], kinematics[PHI] = x, y, angle
+    else:
+        kinematics[POSITION] = initial_positions(belt.line.length, belt.n)
+    return state
+
+
+def initial_positions(length: float, points: int) -> Array:
+    """Return where the points are at the start, m, on a line of a length."""
+    positions: Array = (np.arange(points, dtype=np.float64) + 0.5) * (length / points)
+    return positions
 
 
 def mesh_scale(contact: "ContactTable", bodies: int) -> float:
@@ -324,8 +340,8 @@ def _contacts(scenario: "BeltDriveScenario", body_length: float, width: int) -> 
         con[MU_S, j, :n], con[MU_K, j, :n] = own.mu_s, own.mu_k
     inside = patch_bodies(scenario, body_length)
     if scenario.effects.patch is not None:
-        con[MU_S][:, inside] = scenario.effects.patch.mu_s
-        con[MU_K][:, inside] = scenario.effects.patch.mu_k
+        con[MU_S, :, :n][:, inside] = scenario.effects.patch.mu_s
+        con[MU_K, :, :n][:, inside] = scenario.effects.patch.mu_k
     return con
 
 
