@@ -1,0 +1,1061 @@
+"""The equations of motion of a belt drive, compiled: joints, contacts, friction, pulleys.
+
+In the plane body k has its left end at P_k - (l/2) e_k and its right end at P_k + (l/2) e_k, with
+e_k = (cos phi_k, sin phi_k). Joint k is between body k - 1 and body k:
+
+    d_k = P_k - (l/2) e_k - P_(k-1) - (l/2) e_(k-1)                       [1]_ eq 22
+    F_k = c d_k + b (d_k' . u_k) u_k,  u_k = d_k/|d_k|,  c = EA/l         [1]_ eq 20
+    M_k = c_tor (phi_k - phi_(k-1)) + b_tor (phi_k' - phi_(k-1)')         [1]_ eq 21
+    m P_k'' = F_(k+1) - F_k + contact, friction, weight
+    (m l^2/12) phi_k'' = (l/2) e_k x (F_k + F_(k+1)) + M_(k+1) - M_k
+
+Contact. With n the unit vector from the centre of a pulley of radius R to the centre of a body at
+the distance r, and t = z x n along the rim:
+
+    p = R - r,   N = c1 p^2 + c2 p + delta(p) b p',   N >= 0              [1]_ eqs 6, 7, 9-11
+    s = R omega - kappa v . t                                             [1]_ eqs 14-18
+
+Wrap factor. A belt of the pitch l that lies on a rim follows an arc; a chain of rigid bodies
+follows its chords. Joints that turn by dphi bring the centres of their bodies closer together, by
+dphi^2/8 of half a body on either side, but the arc that these halves stand for is longer than its
+chord by dphi^2/24: bodies that wrap slow down by dphi^2/12 against the material line. Friction that
+compares the rim with the velocity of a body sees a slip that no belt has. With
+
+    kappa = 1 + (dphi_before^2 + dphi_after^2)/24
+
+kappa v . t is the velocity of the material on the arc; it is the same on a straight span, and half
+way round the corner where the arc begins. The friction T acts with kappa T on the body and with
+-R T on the pulley: its power is -T s, for any kappa. To T a body yields with the mass m/kappa^2.
+Without `Belt.wrap` kappa is 1: the slip is that of the body's centre, as published.
+
+Set-valued friction. A body that sticks has s' = -s/tau, which takes the force
+T = m/kappa^2 (R alpha + g), with the bias g = s/tau - a, where a is the rate of kappa v . t without
+friction. Sliding, the force is at its limit. What each pulley does is then one scalar equation,
+
+    I alpha = M - R sum clip(m/kappa^2 (R alpha + g_i), -mu_i- N_i, mu_i+ N_i).
+
+The left side rises with alpha and the right side falls; both are piecewise linear. With velocities
+in the place of accelerations and impulses in the place of forces it serves a fixed step as well.
+A body that sticks is held by the static coefficient, in either direction; at the limit it sticks
+still. One that slides is braked by the kinetic coefficient and never driven; where its slip comes
+to zero, the static coefficient decides whether it sticks: that is its mode. With equal coefficients
+no mode has to be remembered.
+
+On a line (a belt without motion across itself) each of n points has a coordinate s along it. With
+the middles m_k = (s_(k-1) + s_k)/2 point k stands for the belt from m_k to m_(k+1), of which the
+length a_k lies on the arc of a pulley:
+
+    T_k   = c (s_k - s_(k-1) - l) + b (s_k' - s_(k-1)')
+    N_k   = ((T_k + T_(k+1))/2 - m s_k'^2/(m_(k+1) - m_k)) a_k/R,   N_k >= 0
+    m s_k'' = T_(k+1) - T_k + sigma F_k,     slip = R omega - sigma s_k'
+
+where sigma is +1 where the belt passes the pulley counter-clockwise, else -1. In full slip this is
+the equation of Euler and Eytelwein, in creep that of Reynolds [2]_, both to second order in l.
+Where the belt would have to leave its line its normal force is zero, and a joint under pressure
+pushes.
+
+Speed. Loops are to become vector instructions, and what prevents that cannot be read off a loop:
+a sum with a condition (hence `y * (1.0 if c else 0.0)`), one array more in a loop of some 25. The
+numbers stay right and a step takes three to twelve times as long. A test counts the instructions.
+A part that an absent effect leaves out is told so by an ARGUMENT that is None; a field of the belt
+that is None would not do, as numba would compile the part all the same.
+
+References
+----------
+.. [1] K. Kubas, "A two-dimensional discrete model for dynamic analysis of belt transmission with
+   dry friction", Archive of Mechanical Engineering 61(4), 2014.
+.. [2] M. J. Leamy, T. M. Wasfy, "Analysis of belt-drive mechanics using a creep-rate-dependent
+   friction law", Journal of Applied Mechanics 69(6), 2002.
+"""
+
+from math import pi
+
+import numpy as np
+
+from frictionsim.mechanisms.belt_drive.belt import (
+    ALPHA,
+    BACKWARD,
+    BEND,
+    BIAS,
+    BLOCK,
+    COS,
+    DAMPING,
+    FORWARD,
+    FRICTION,
+    FX,
+    FY,
+    INERTIA,
+    INV_FULL,
+    KAPPA,
+    LINEAR,
+    MIDDLE,
+    MODE,
+    MU_BACKWARD,
+    MU_FORWARD,
+    MU_K,
+    MU_S,
+    NEW,
+    NORMAL,
+    NX,
+    NY,
+    PHI,
+    POSITION,
+    PULL,
+    PX,
+    PY,
+    QUADRATIC,
+    RADIUS,
+    RATE,
+    SIN,
+    SLIP,
+    SPEED,
+    SPEED_OVER_TIME,
+    SPIN,
+    STICKING,
+    TENSION,
+    TORQUE,
+    TORQUE_OVER_SPEED,
+    VELOCITY,
+    VX,
+    VY,
+    WORK_ROWS,
+    YIELD,
+    Array,
+    Belt,
+    Line,
+    X,
+    Y,
+)
+from frictionsim.mechanisms.belt_drive.numba_kinds import loop, part, shared
+from frictionsim.solvers import friction_curve as curve
+
+TINY = 1e-300  # a joint of no length has no force; padding may stand in the centre of a pulley
+FULL_TURN = 2.0 * pi
+ONE = np.uint64(1)  # an index without a sign is not looked at for being negative
+
+MAX_ITERATIONS = 100  # each halves the bracket at least; two or three are the rule
+PULLEY_TOLERANCE = 1e-13  # of two values of alpha, over the largest that counts
+
+friction_curve = part(curve.friction_curve)
+rising_part = part(curve.rising_part)
+
+# sin(z)/z and (1 - cos(z))/z^2 in powers of z^2; the next term is below 1e-16 for |z| <= pi/4.
+S3, S5, S7, S9 = -1 / 6, 1 / 120, -1 / 5040, 1 / 362880
+S11, S13, S15 = -1 / 39916800, 1 / 6227020800, -1 / 1307674368000
+C2, C4, C6, C8 = 1 / 2, -1 / 24, 1 / 720, -1 / 40320
+C10, C12, C14, C16 = 1 / 3628800, -1 / 479001600, 1 / 87178291200, -1 / 20922789888000
+
+
+@loop
+def copy(source: Array, target: Array) -> None:
+    """Copy an array; a slice would be looked at for overlaps first, which takes longer."""
+    for i in range(len(source)):
+        target[i] = source[i]
+
+
+# --- bodies in the plane and their joints -------------------------------------------------------
+
+
+@part
+def cos_sin(angle: float) -> tuple[float, float]:
+    """Return the cosine and sine of an angle, to a rounding of the angle itself.
+
+    A quarter of the angle, less the full turns, goes into two short series; doubling it twice
+    gives the angle back. In contrast to a library's functions this needs no branch.
+    """
+    z = 0.25 * (angle - FULL_TURN * np.floor(angle / FULL_TURN + 0.5))
+    u = z * z
+    series = S3 + u * (S5 + u * (S7 + u * (S9 + u * (S11 + u * (S13 + u * S15)))))
+    s = z + z * u * series
+    c = 1.0 - u * (
+        C2 + u * (C4 + u * (C6 + u * (C8 + u * (C10 + u * (C12 + u * (C14 + u * C16))))))
+    )
+    s2 = 2.0 * s * c
+    return 1.0 - 2.0 * s2 * s2, 2.0 * s2 * (1.0 - 2.0 * s * s)
+
+
+@loop
+def turn(
+    full: int, phi: Array, spin: Array, cos: Array, sin: Array, bend: Array, rate: Array
+) -> None:
+    """Write the directions of bodies, and of the joint behind each its angle and rate."""
+    for k in range(full):
+        cos[k], sin[k] = cos_sin(phi[k])
+    for k in range(full):
+        bend[k], rate[k] = phi[k + 1] - phi[k], spin[k + 1] - spin[k]
+
+
+@loop
+def pull(
+    n: int,
+    full: int,
+    half: float,
+    c: float,
+    damping: float | None,
+    x: Array,
+    y: Array,
+    vx: Array,
+    vy: Array,
+    spin: Array,
+    cos: Array,
+    sin: Array,
+    fx: Array,
+    fy: Array,
+    dx: Array | None,
+    dy: Array | None,
+) -> float:
+    """Write the forces of the joints behind each body; return the power of their dampers, W.
+
+    With the spring's force F the damper's is b (d' . F) F / F^2: no root, and no direction to be
+    kept for a joint without length. Its part is written to dx and dy, unless they are None.
+    """
+    power = 0.0
+    for k in range(full):
+        c0, c1, s0, s1 = cos[k], cos[k + 1], sin[k], sin[k + 1]
+        px = c * (x[k + 1] - x[k] - half * (c0 + c1))
+        py = c * (y[k + 1] - y[k] - half * (s0 + s1))
+        if damping is not None:
+            w0, w1 = half * spin[k], half * spin[k + 1]
+            rx = vx[k + 1] - vx[k] + (s0 * w0 + s1 * w1)
+            ry = vy[k + 1] - vy[k] - (c0 * w0 + c1 * w1)
+            dot = px * rx + py * ry
+            d = damping * dot / (px * px + py * py + TINY)
+            if dx is not None:
+                dx[k], dy[k] = d * px, d * py
+            px += d * px
+            py += d * py
+            power += d * dot * (1.0 if k < n else 0.0)
+        fx[k], fy[k] = px, py
+    return power
+
+
+@loop
+def accelerate(
+    n: int,
+    full: int,
+    inv_mass: float,
+    lever: float,
+    bending: float | None,
+    bend_damping: float | None,
+    gravity: float | None,
+    cos: Array,
+    sin: Array,
+    fx: Array,
+    fy: Array,
+    bend: Array,
+    rate: Array,
+    ax: Array,
+    ay: Array,
+    aphi: Array,
+) -> float:
+    """Write the accelerations without contacts; return the power of bending dampers over I, W/I."""
+    power = 0.0
+    for k in range(full):
+        x0, x1, y0, y1 = fx[k], fx[k + 1], fy[k], fy[k + 1]
+        turning = lever * (cos[k] * (y0 + y1) - sin[k] * (x0 + x1))
+        if bending is not None:
+            turning += bending * (bend[k + 1] - bend[k])
+        if bend_damping is not None:
+            turning += bend_damping * (rate[k + 1] - rate[k])
+            power += bend_damping * rate[k] * rate[k] * (1.0 if k < n else 0.0)
+        up = inv_mass * (y1 - y0)
+        if gravity is not None:
+            up -= gravity
+        ax[k], ay[k], aphi[k] = inv_mass * (x1 - x0), up, turning
+    return power
+
+
+@part
+def body_forces(
+    kin: Array, ax: Array, ay: Array, aphi: Array, dx: Array | None, dy: Array | None, b: Belt
+) -> float:
+    """Write the accelerations without contacts; return the power of dampers, W.
+
+    Closes the ring: it writes column n of the kinematics, the copy of the first body. dx and dy are
+    the parts of dampers of joints 1 to n, or None.
+    """
+    n, full, work = b.n, b.full, b.work
+    for row in range(6):
+        kin[row, n] = kin[row, 0]
+    kin[PHI, n] += b.turning
+    turn(full, kin[PHI], kin[SPIN], work[COS], work[SIN], work[BEND, 1:], work[RATE, 1:])
+    work[BEND, 0], work[RATE, 0] = work[BEND, n], work[RATE, n]
+    work[COS, n], work[SIN, n] = work[COS, 0], work[SIN, 0]
+    damped = pull(
+        n,
+        full,
+        b.half,
+        b.stiffness,
+        b.damping,
+        kin[X],
+        kin[Y],
+        kin[VX],
+        kin[VY],
+        kin[SPIN],
+        work[COS],
+        work[SIN],
+        work[FX, 1:],
+        work[FY, 1:],
+        dx,
+        dy,
+    )
+    # Joint 0 is joint n; the parts of dampers as well, or the heat that fixed steps take is wrong.
+    for row in range(FX, WORK_ROWS):
+        work[row, 0] = work[row, n]
+    bent = accelerate(
+        n,
+        full,
+        1.0 / b.mass,
+        b.half / b.inertia,
+        b.bending,
+        b.bend_damping,
+        b.gravity,
+        work[COS],
+        work[SIN],
+        work[FX],
+        work[FY],
+        work[BEND],
+        work[RATE],
+        ax,
+        ay,
+        aphi,
+    )
+    for k in range(n, b.width):  # nothing there ever moves
+        ax[k] = ay[k] = aphi[k] = 0.0
+    return damped + b.inertia * bent
+
+
+# --- contact and friction -----------------------------------------------------------------------
+
+
+@loop
+def press(
+    n: int,
+    a: int,
+    e: int,
+    px: float,
+    py: float,
+    radius: float,
+    rim: float,
+    c1: float,
+    c2: float,
+    b: float,
+    inv_full: float,
+    damping: bool | None,
+    wrap: bool | None,
+    inv_tau: float | None,
+    mass: float,
+    x: Array,
+    y: Array,
+    vx: Array,
+    vy: Array,
+    bend: Array,
+    rate: Array,
+    mu_f: Array,
+    mu_b: Array,
+    ax: Array,
+    ay: Array,
+    nx: Array,
+    ny: Array,
+    normal: Array,
+    slip: Array,
+    bias: Array,
+    forward: Array,
+    backward: Array,
+    kappa: Array,
+    yields: Array,
+) -> float:
+    """Add the normal forces of bodies a to e on one pulley; return the power of their dampers, W.
+
+    Write all that friction is solved from. `rim` is the velocity of the rim, m/s.
+    """
+    power, inv_mass = 0.0, 1.0 / mass
+    for k in range(np.uint64(a), np.uint64(e)):
+        dx, dy, ux, uy = x[k] - px, y[k] - py, vx[k], vy[k]
+        square = dx * dx + dy * dy + TINY
+        inv = 1.0 / np.sqrt(square)
+        cx, cy = dx * inv, dy * inv
+        p = max(radius - square * inv, 0.0) if k < np.uint64(n) else 0.0
+        force = p * (c1 * p + c2)
+        out, along = ux * cx + uy * cy, uy * cx - ux * cy
+        if damping is not None:
+            share = min(p * inv_full, 1.0)
+            damped = max(force - b * share * share * (3.0 - 2.0 * share) * out, 0.0)
+            power += (force - damped) * out
+            force = damped
+        factor, factor_rate = 1.0, 0.0
+        if wrap is not None:
+            b0, b1 = bend[k], bend[k + ONE]
+            factor += (b0 * b0 + b1 * b1) * (1.0 / 24.0)
+            factor_rate = (b0 * rate[k] + b1 * rate[k + ONE]) * (1.0 / 12.0)
+        s = rim - factor * along
+        if inv_tau is not None:
+            own = factor * (along * out * inv - (ay[k] * cx - ax[k] * cy))
+            bias[k] = s * inv_tau + own - factor_rate * along
+        slip[k], normal[k], nx[k], ny[k] = s, force, cx, cy
+        forward[k], backward[k] = mu_f[k] * force, mu_b[k] * force
+        kappa[k], yields[k] = factor, mass / (factor * factor)
+        ax[k] += inv_mass * force * cx
+        ay[k] += inv_mass * force * cy
+    return power
+
+
+@loop
+def reaction(
+    a: int, e: int, rim: float, yields: Array, bias: Array, forward: Array, backward: Array
+) -> tuple[float, float]:
+    """Return the friction of a run, N or N s, and the mass of what sticks in it, kg."""
+    force = sticking = 0.0
+    for k in range(np.uint64(a), np.uint64(e)):
+        needed = yields[k] * (rim + bias[k])
+        limited = min(max(needed, -backward[k]), forward[k])
+        force += limited
+        sticking += yields[k] * (1.0 if limited == needed else 0.0)
+    return force, sticking
+
+
+@loop
+def project(
+    a: int,
+    e: int,
+    rim: float,
+    yields: Array,
+    bias: Array,
+    forward: Array,
+    backward: Array,
+    friction: Array,
+    sticking: Array,
+) -> None:
+    """Write the friction that sticking needs, within its limits."""
+    for k in range(np.uint64(a), np.uint64(e)):
+        needed = yields[k] * (rim + bias[k])
+        limited = min(max(needed, -backward[k]), forward[k])
+        friction[k], sticking[k] = limited, 1.0 if limited == needed else 0.0
+
+
+@loop
+def regularise(
+    a: int,
+    e: int,
+    transition: float,
+    creep: float | None,
+    duration: float,
+    slip: Array,
+    normal: Array,
+    mu_s: Array,
+    mu_k: Array,
+    friction: Array,
+    sticking: Array,
+) -> None:
+    """Write the friction that a regularised law has for the slip, [1]_ eq 12 and Fig. 6.
+
+    With a creep, m, a contact that hardly slips has friction of the way that it slips in a
+    duration, s, too: eq 13, Fig. 6b.
+    """
+    for k in range(np.uint64(a), np.uint64(e)):
+        size = abs(slip[k])
+        mu = friction_curve(size / transition, mu_s[k], mu_k[k])
+        if creep is not None:
+            rise = rising_part(size / transition)
+            mu += mu_s[k] * (1.0 - rise) * rising_part(size * duration / creep)
+        friction[k] = np.copysign(mu * normal[k], slip[k])
+        sticking[k] = 1.0 if size < transition else 0.0
+
+
+@loop
+def rub(
+    a: int,
+    e: int,
+    inv_mass: float,
+    kappa: Array,
+    nx: Array,
+    ny: Array,
+    slip: Array,
+    friction: Array,
+    ax: Array,
+    ay: Array,
+) -> tuple[float, float]:
+    """Add what the friction accelerates; return its sum, N, and its power, W."""
+    force = power = 0.0
+    for k in range(np.uint64(a), np.uint64(e)):
+        t = friction[k]
+        force += t
+        power += t * slip[k]
+        ax[k] -= inv_mass * kappa[k] * t * ny[k]
+        ay[k] += inv_mass * kappa[k] * t * nx[k]
+    return force, power
+
+
+@part
+def pulley_motion(j: int, x: float, external: float, b: Belt) -> float:
+    """Return the x with I x = external - R sum clip(m/kappa^2 (R x + g)), for pulley j.
+
+    x, the first guess, is an angular acceleration and `external` a torque; or an angular velocity
+    and the angular momentum that there would be without friction. Newton's method, in a bracket.
+    """
+    con, radius, inertia = b.con, b.pul[RADIUS, j], b.pul[INERTIA, j]
+    low, high = -np.inf, np.inf
+    for _ in range(MAX_ITERATIONS):
+        force = sticking = 0.0
+        for r in range(b.n_runs[0]):
+            if b.runs[r, 0] == j:
+                own, held = reaction(
+                    b.runs[r, 1],
+                    b.runs[r, 2],
+                    radius * x,
+                    con[YIELD, j],
+                    con[BIAS, j],
+                    con[FORWARD, j],
+                    con[BACKWARD, j],
+                )
+                force += own
+                sticking += held
+        excess = inertia * x - external + radius * force
+        if excess > 0.0:
+            high = x
+        else:
+            low = x
+        change = excess / (inertia + radius * radius * sticking)
+        if abs(change) <= PULLEY_TOLERANCE * (abs(x) + abs(external) / inertia):
+            return x - change
+        x -= change
+        if not low < x < high:
+            x = 0.5 * (low + high)
+    return x
+
+
+# --- points on a line ---------------------------------------------------------------------------
+
+
+@loop
+def stretch(
+    n: int,
+    full: int,
+    c: float,
+    rest: float,
+    damping: float | None,
+    s: Array,
+    v: Array,
+    tension: Array,
+    middle: Array,
+) -> float:
+    """Write tension and middle of the joint behind each point; return the power of dampers, W."""
+    power = 0.0
+    for k in range(np.uint64(full)):
+        middle[k] = 0.5 * (s[k] + s[k + ONE])
+    for k in range(np.uint64(full)):
+        force = c * (s[k + ONE] - s[k]) - rest
+        if damping is not None:
+            rate = v[k + ONE] - v[k]
+            force += damping * rate
+            power += damping * rate * rate * (1.0 if k < np.uint64(n) else 0.0)
+        tension[k] = force
+    return power
+
+
+@loop
+def accelerate_on_line(full: int, inv_mass: float, tension: Array, a: Array) -> None:
+    """Write the accelerations without friction."""
+    for k in range(np.uint64(full)):
+        a[k] = inv_mass * (tension[k + ONE] - tension[k])
+
+
+@loop
+def press_on_line(
+    n: int,
+    a: int,
+    e: int,
+    duration: float,
+    inv_tau: float,
+    rim: float,
+    sense: float,
+    inv_radius: float,
+    start: float,
+    arc: float,
+    skin: float,
+    length: float,
+    mass: float,
+    v: Array,
+    gained: Array,
+    tension: Array,
+    middle: Array,
+    mu_f: Array,
+    mu_b: Array,
+    normal: Array,
+    slip: Array,
+    bias: Array,
+    forward: Array,
+    backward: Array,
+    yields: Array,
+) -> None:
+    """Write what friction is solved from, of points a to e at one pulley.
+
+    `gained` are the accelerations without friction, m/s^2, with a duration of 1 s; or, for impulses
+    of a step of that duration, the velocities after it, and inv_tau is 0. `start` is where the arc
+    begins in one round; that of a point is the last one that begins before it, by a skin.
+    """
+    inv_length = 1.0 / length
+    for k in range(np.uint64(a), np.uint64(e)):
+        before, after = middle[k], middle[k + ONE]
+        begin = start + length * np.floor((before - start + skin) * inv_length)
+        on_arc = min(max(after - begin, 0.0), arc) - min(max(before - begin, 0.0), arc)
+        force = 0.5 * (tension[k] + tension[k + ONE]) - mass * v[k] * v[k] / (after - before)
+        force = max(force * on_arc * inv_radius, 0.0) if k < np.uint64(n) else 0.0
+        s = rim - sense * v[k]
+        normal[k], slip[k], bias[k], yields[k] = force, s, s * inv_tau - sense * gained[k], mass
+        forward[k], backward[k] = duration * mu_f[k] * force, duration * mu_b[k] * force
+
+
+@loop
+def rub_on_line(
+    a: int, e: int, pull: float, slip: Array, friction: Array, acceleration: Array
+) -> tuple[float, float]:
+    """Add what the friction accelerates, `pull` each unit of it; return its sum and its power."""
+    force = power = 0.0
+    for k in range(np.uint64(a), np.uint64(e)):
+        t = friction[k]
+        force += t
+        power += t * slip[k]
+        acceleration[k] += pull * t
+    return force, power
+
+
+@part
+def point_forces(kin: Array, acceleration: Array, b: Belt, line: Line) -> float:
+    """Write the accelerations of points without friction; return the power of dampers, W."""
+    n, full = b.n, b.full
+    tension, middle = b.work[TENSION], b.work[MIDDLE]
+    kin[POSITION, n], kin[VELOCITY, n] = kin[POSITION, 0] + line.length, kin[VELOCITY, 0]
+    rest = 2.0 * b.stiffness * b.half
+    damped = stretch(
+        n,
+        full,
+        b.stiffness,
+        rest,
+        b.damping,
+        kin[POSITION],
+        kin[VELOCITY],
+        tension[1:],
+        middle[1:],
+    )
+    tension[0], middle[0] = tension[n], middle[n] - line.length
+    accelerate_on_line(full, 1.0 / b.mass, tension, acceleration)
+    for k in range(n, b.width):
+        acceleration[k] = 0.0
+    return damped
+
+
+# --- the search for bodies near a pulley, and their modes ---------------------------------------
+
+
+@part
+def enter(j: int, first: int, b: Belt) -> None:
+    """Give the new bodies of a block at a pulley their mode, by their slip."""
+    con = b.con
+    for k in range(first, first + BLOCK):
+        if con[MODE, j, k] == NEW:
+            slip = con[SLIP, j, k]
+            con[MODE, j, k] = np.sign(slip)
+            con[STICKING, j, k] = 1.0 if slip == 0.0 else 0.0
+
+
+@part
+def leave(j: int, first: int, b: Belt) -> None:
+    """Have a block of bodies touch a pulley no more."""
+    con = b.con
+    for k in range(first, first + BLOCK):
+        con[MODE, j, k] = NEW
+        con[FRICTION, j, k] = con[NORMAL, j, k] = con[STICKING, j, k] = 0.0
+
+
+@shared
+def search(b: Belt, kin: Array, wrap: bool | None) -> None:
+    """List the runs of blocks of bodies within the skin of each rim.
+
+    Only these are looked at until the next search. No body passes the skin meanwhile, which is as
+    thick as a body is long, unless it is faster than a sixteenth of the waves along the belt.
+    """
+    con, pul, phi, count = b.con, b.pul, kin[PHI], 0
+    phi[b.n] = phi[0] + b.turning
+    for j in range(pul.shape[1]):
+        inside, reach = False, (pul[RADIUS, j] + b.skin) ** 2
+        for first in range(0, b.full, BLOCK):
+            nearest = np.inf
+            for k in range(first, min(first + BLOCK, b.n)):
+                dx, dy = kin[X, k] - pul[PX, j], kin[Y, k] - pul[PY, j]
+                nearest = min(nearest, dx * dx + dy * dy)
+            if nearest >= reach:
+                leave(j, first, b)
+                inside = False
+                continue
+            for k in range(first, first + BLOCK):
+                if con[MODE, j, k] == NEW:
+                    dx, dy = kin[X, k] - pul[PX, j], kin[Y, k] - pul[PY, j]
+                    along = kin[VY, k] * dx - kin[VX, k] * dy
+                    along /= np.sqrt(dx * dx + dy * dy + TINY)
+                    if wrap is not None:
+                        after = phi[k + 1] - phi[k]
+                        before = phi[k] - phi[k - 1] if k > 0 else phi[b.n] - phi[b.n - 1]
+                        along *= 1.0 + (before * before + after * after) / 24.0
+                    con[SLIP, j, k] = pul[RADIUS, j] * pul[SPEED, j] - along
+            enter(j, first, b)
+            if not inside:
+                b.runs[count, 0], b.runs[count, 1], inside = j, first, True
+                count += 1
+            b.runs[count - 1, 2] = first + BLOCK
+    b.n_runs[0] = count
+    select_coefficients(b)
+
+
+@shared
+def search_line(b: Belt, line: Line, kin: Array) -> None:
+    """List the runs of blocks of points on each arc, or within the skin of its ends."""
+    con, pul, count = b.con, b.pul, 0
+    for j in range(pul.shape[1]):
+        inside = False
+        for first in range(0, b.full, BLOCK):
+            gap = np.inf
+            for k in range(first, min(first + BLOCK, b.n)):
+                ahead = kin[POSITION, k] - line.starts[j] + b.skin
+                gap = min(gap, ahead - line.length * np.floor(ahead / line.length))
+            if gap >= line.arcs[j] + 2.0 * b.skin:
+                leave(j, first, b)
+                inside = False
+                continue
+            for k in range(first, first + BLOCK):
+                if con[MODE, j, k] == NEW:
+                    rim = pul[RADIUS, j] * pul[SPEED, j]
+                    con[SLIP, j, k] = rim - line.senses[j] * kin[VELOCITY, k]
+            enter(j, first, b)
+            if not inside:
+                b.runs[count, 0], b.runs[count, 1], inside = j, first, True
+                count += 1
+            b.runs[count - 1, 2] = first + BLOCK
+    b.n_runs[0] = count
+    select_coefficients(b)
+
+
+@part
+def find(b: Belt, kin: Array, plane: bool | None, line: Line | None) -> None:
+    """List the runs of bodies near each pulley; the last two arguments are those of the belt."""
+    if plane is not None:
+        search(b, kin, b.wrap)
+    if line is not None:
+        search_line(b, line, kin)
+
+
+@loop
+def choose(
+    a: int,
+    e: int,
+    mode: Array,
+    static: Array,
+    kinetic: Array,
+    normal: Array,
+    forward: Array,
+    backward: Array,
+) -> float:
+    """Write the coefficients in force; return by how much that changes the limits, N."""
+    changed = 0.0
+    for k in range(np.uint64(a), np.uint64(e)):
+        m, s, d = mode[k], static[k], kinetic[k]
+        against = 0.0 if s > d else s
+        f = s if m == 0.0 else d if m > 0.0 else against
+        g = s if m == 0.0 else d if m < 0.0 else against
+        changed += (abs(f - forward[k]) + abs(g - backward[k])) * normal[k]
+        forward[k], backward[k] = f, g
+    return changed
+
+
+@loop
+def new_modes(a: int, e: int, slip: Array, friction: Array, sticking: Array, mode: Array) -> None:
+    """Write the modes after a step.
+
+    A body that sticks starts to slide in the direction of its friction; one that slides keeps its
+    mode until its slip is zero.
+    """
+    for k in range(np.uint64(a), np.uint64(e)):
+        m, s, f = mode[k], slip[k], friction[k]
+        way = s if f == 0.0 else f
+        begun = (1.0 if way > 0.0 else 0.0) - (1.0 if way < 0.0 else 0.0)
+        m = begun if m == 0.0 else m
+        m = 0.0 if mode[k] * s < 0.0 else m
+        mode[k] = 0.0 if sticking[k] > 0.0 else m
+
+
+@part
+def select_coefficients(b: Belt) -> bool:
+    """Write the coefficients in force; return whether that changes a limit."""
+    con, changed = b.con, 0.0
+    for r in range(b.n_runs[0]):
+        j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
+        changed += choose(
+            a,
+            e,
+            con[MODE, j],
+            con[MU_S, j],
+            con[MU_K, j],
+            con[NORMAL, j],
+            con[MU_FORWARD, j],
+            con[MU_BACKWARD, j],
+        )
+    return changed > 0.0
+
+
+@part
+def update_modes(b: Belt) -> bool:
+    """Write modes and coefficients in force after a step; return whether that changes a limit."""
+    con = b.con
+    for r in range(b.n_runs[0]):
+        j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
+        new_modes(a, e, con[SLIP, j], con[FRICTION, j], con[STICKING, j], con[MODE, j])
+    return select_coefficients(b)
+
+
+# --- pulleys ------------------------------------------------------------------------------------
+
+
+@part
+def signal(k: int, u: float, b: Belt) -> tuple[float, float]:
+    """Return value and derivative of signal k at u, a time or a speed."""
+    low, high = b.sig_offset[k], b.sig_offset[k + 1]
+    while high - low > 1:
+        middle = (low + high) // 2
+        if b.sig_piece[middle, 0] <= u:
+            low = middle
+        else:
+            high = middle
+    p, wave = b.sig_piece[low], b.sig_wave[k]
+    z = u - p[0]
+    value = p[1] + z * (p[2] + z * (p[3] + z * p[4]))
+    slope = p[2] + z * (2.0 * p[3] + z * 3.0 * p[4])
+    if wave[0] != 0.0:
+        phase = wave[1] * u + wave[2]
+        value += wave[0] * np.sin(phase)
+        slope += wave[0] * wave[1] * np.cos(phase)
+    return value, slope
+
+
+@part
+def drive(t: float, b: Belt) -> None:
+    """Write the torques on all pulleys from outside, and the motion of those that is given."""
+    pul = b.pul
+    for j in b.prescribed:
+        pul[SPEED, j] = pul[ALPHA, j] = 0.0
+    for j in range(pul.shape[1]):
+        pul[TORQUE, j] = 0.0
+    for k in range(len(b.sig_kind)):
+        j, kind = b.sig_pulley[k], b.sig_kind[k]
+        value, slope = signal(k, pul[SPEED, j] if kind == TORQUE_OVER_SPEED else t, b)
+        if kind == SPEED_OVER_TIME:
+            pul[SPEED, j] += value
+            pul[ALPHA, j] += slope
+        else:
+            pul[TORQUE, j] += value
+
+
+# --- the equation of motion ---------------------------------------------------------------------
+
+
+@part
+def press_all(
+    kin: Array,
+    acc: Array,
+    b: Belt,
+    plane: bool | None,
+    line: Line | None,
+    inv_tau: float | None,
+) -> float:
+    """Add all forces but friction, of what is near a pulley; return the power of dampers, W."""
+    con, pul, work, damped = b.con, b.pul, b.work, 0.0
+    for r in range(b.n_runs[0]):
+        j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
+        rim = pul[RADIUS, j] * pul[SPEED, j]
+        if plane is not None:
+            damped += press(
+                b.n,
+                a,
+                e,
+                pul[PX, j],
+                pul[PY, j],
+                pul[RADIUS, j],
+                rim,
+                pul[QUADRATIC, j],
+                pul[LINEAR, j],
+                pul[DAMPING, j],
+                pul[INV_FULL, j],
+                b.contact_damping,
+                b.wrap,
+                inv_tau,
+                b.mass,
+                kin[X],
+                kin[Y],
+                kin[VX],
+                kin[VY],
+                work[BEND],
+                work[RATE],
+                con[MU_FORWARD, j],
+                con[MU_BACKWARD, j],
+                acc[0],
+                acc[1],
+                con[NX, j],
+                con[NY, j],
+                con[NORMAL, j],
+                con[SLIP, j],
+                con[BIAS, j],
+                con[FORWARD, j],
+                con[BACKWARD, j],
+                con[KAPPA, j],
+                con[YIELD, j],
+            )
+        if line is not None:
+            press_on_line(
+                b.n,
+                a,
+                e,
+                1.0,
+                0.0 if inv_tau is None else inv_tau,
+                rim,
+                line.senses[j],
+                1.0 / pul[RADIUS, j],
+                line.starts[j],
+                line.arcs[j],
+                b.skin,
+                line.length,
+                b.mass,
+                kin[VELOCITY],
+                acc[0],
+                work[TENSION],
+                work[MIDDLE],
+                con[MU_FORWARD, j],
+                con[MU_BACKWARD, j],
+                con[NORMAL, j],
+                con[SLIP, j],
+                con[BIAS, j],
+                con[FORWARD, j],
+                con[BACKWARD, j],
+                con[YIELD, j],
+            )
+    return damped
+
+
+@part
+def rub_all(
+    acc: Array,
+    duration: float,
+    b: Belt,
+    plane: bool | None,
+    line: Line | None,
+    inv_tau: float | None,
+    transition: float | None,
+    creep: float | None,
+) -> float:
+    """Solve for friction and the accelerations of free pulleys; return its power, W.
+
+    `duration` is the time in which the creep is slipped, s.
+    """
+    con, pul, rubbed = b.con, b.pul, 0.0
+    if inv_tau is not None:
+        for j in b.free:
+            pul[ALPHA, j] = pulley_motion(j, pul[ALPHA, j], pul[TORQUE, j], b)
+    for j in range(pul.shape[1]):
+        pul[PULL, j] = 0.0
+    for r in range(b.n_runs[0]):
+        j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
+        if inv_tau is not None:
+            project(
+                a,
+                e,
+                pul[RADIUS, j] * pul[ALPHA, j],
+                con[YIELD, j],
+                con[BIAS, j],
+                con[FORWARD, j],
+                con[BACKWARD, j],
+                con[FRICTION, j],
+                con[STICKING, j],
+            )
+        if transition is not None:
+            regularise(
+                a,
+                e,
+                transition,
+                creep,
+                duration,
+                con[SLIP, j],
+                con[NORMAL, j],
+                con[MU_S, j],
+                con[MU_K, j],
+                con[FRICTION, j],
+                con[STICKING, j],
+            )
+        if plane is not None:
+            force, power = rub(
+                a,
+                e,
+                1.0 / b.mass,
+                con[KAPPA, j],
+                con[NX, j],
+                con[NY, j],
+                con[SLIP, j],
+                con[FRICTION, j],
+                acc[0],
+                acc[1],
+            )
+        if line is not None:
+            force, power = rub_on_line(
+                a, e, line.senses[j] / b.mass, con[SLIP, j], con[FRICTION, j], acc[0]
+            )
+        pul[PULL, j] += force
+        rubbed += power
+    if inv_tau is None:
+        for j in b.free:
+            moment = pul[TORQUE, j] - pul[RADIUS, j] * pul[PULL, j]
+            pul[ALPHA, j] = moment / pul[INERTIA, j]
+    return rubbed
+
+
+@part
+def belt_rates(
+    h: float,
+    kin: Array,
+    acc: Array,
+    b: Belt,
+    plane: bool | None,
+    line: Line | None,
+    creep_time: float | None,
+) -> tuple[float, float]:
+    """Write accelerations of bodies and free pulleys; return powers of dampers and friction, W."""
+    damped, duration = 0.0, h
+    if plane is not None:
+        damped += body_forces(kin, acc[0], acc[1], acc[2], None, None, b)
+    if line is not None:
+        damped += point_forces(kin, acc[0], b, line)
+    if creep_time is not None:
+        duration = creep_time
+    damped += press_all(kin, acc, b, plane, line, b.inv_tau)
+    return damped, rub_all(acc, duration, b, plane, line, b.inv_tau, b.transition, b.creep)
+
+
+@shared
+def rhs(t: float, h: float, y: Array, f: Array, b: Belt) -> None:
+    """Write the rate f of a state y; h is the length of the step, s, for a creep without a time.
+
+    The belt's rows have the forces of the state afterwards.
+    """
+    w, pul, half = b.width, b.pul, b.angles // 2
+    rows = half // w
+    kin, acc = y[: b.angles].reshape((2 * rows, w)), f[half : b.angles].reshape((rows, w))
+    copy(y[half : b.angles], f[:half])
+    for i in range(len(b.free)):
+        pul[SPEED, b.free[i]] = y[b.speeds + i]
+    drive(t, b)
+    damped, rubbed = belt_rates(h, kin, acc, b, b.plane, b.line, b.creep_time)
+    for j in b.prescribed:  # what it takes to keep the speed
+        pul[TORQUE, j] = pul[INERTIA, j] * pul[ALPHA, j] + pul[RADIUS, j] * pul[PULL, j]
+    put_in = 0.0
+    for j in range(pul.shape[1]):
+        f[b.angles + j] = pul[SPEED, j]
+        put_in += pul[TORQUE, j] * pul[SPEED, j]
+    for i in range(len(b.free)):
+        f[b.speeds + i] = pul[ALPHA, b.free[i]]
+    f[b.energies], f[b.energies + 1], f[b.energies + 2] = put_in, rubbed, damped
