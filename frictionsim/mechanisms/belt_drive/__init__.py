@@ -8,9 +8,10 @@ of nb + np degrees of freedom. The model is in
     channels          what is recorded
     equation          the equations of motion, compiled
     statics           the belt at rest: its quantities
-    effects           each with its table, force, energy and limits: contact, friction, ...
+    effects           each with its table, force and limits: contact, friction, ...
     geometry          the line of an ideal belt round its pulleys
-    equilibrium       the search for the belt at rest: equilibrium_energy is what it minimises
+    energy            the energies that a belt stores, and their gradient
+    equilibrium       the belt at rest, where the energy is least
     composition       from a scenario to arrays
     model             the belt at rest, ready to be stepped: its energies and limits
     kernels           the arrays (system), both kinematics (plane, string), contacts

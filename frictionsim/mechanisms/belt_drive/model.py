@@ -4,38 +4,29 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.errors import ScenarioError
 from frictionsim.mechanisms.belt_drive import stability_limits
 from frictionsim.mechanisms.belt_drive.composition import (
-    chain_of,
     compose,
-    effect_parameters,
-    pitch_line,
 )
 from frictionsim.mechanisms.belt_drive.effects import ordered_effects
-from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect, Shape
+from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect
 from frictionsim.mechanisms.belt_drive.effects.contact import stiffness_under
-from frictionsim.mechanisms.belt_drive.equilibrium import (
-    Equilibrium,
-    NoEquilibrium,
-    find_equilibrium,
+from frictionsim.mechanisms.belt_drive.energy import (
+    Chain,
+    chain_of,
+    energies,
+    energy_on_line,
+    kinetic_energy,
+    shape_of,
 )
+from frictionsim.mechanisms.belt_drive.equilibrium import Rest, at_rest, initial_positions
 from frictionsim.mechanisms.belt_drive.kernels.system import (
-    ANGLE,
     INERTIA,
     POSITION,
     PULLEY_RADIUS,
-    PULLEY_X,
-    PULLEY_Y,
-    SPIN,
-    VELOCITY,
     VX,
-    VY,
     Array,
-    PitchLine,
     System,
-    X,
-    Y,
     kinematics_of,
     zero_state,
 )
@@ -50,7 +41,6 @@ from frictionsim.mechanisms.belt_drive.stability_limits import (
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.geometry import Path
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     ComplexArray = npt.NDArray[np.complex128]
@@ -67,14 +57,16 @@ class BeltModel(NamedTuple):
     Attributes
     ----------
     system : System
-    equilibrium : Equilibrium
+    equilibrium : Rest
     state : (size,)
         At the start: at rest, no friction yet.
+    chain : Chain
     """
 
     system: System
-    equilibrium: Equilibrium
+    equilibrium: Rest
     state: Array
+    chain: Chain
 
     @property
     def distinct_static_friction(self) -> bool:
@@ -95,25 +87,16 @@ class BeltModel(NamedTuple):
     def kinetic_energy(self, kinematics: Array, speeds: Array) -> float:
         """Return the kinetic energy of bodies and pulleys, J.
 
-        Of the `kinematics` of the bodies, (6, n), and the speeds of all pulleys, (pulleys,), rad/s.
+        Of the `kinematics` of the bodies, (6, n), or of points on a line, (2, n), and the speeds of
+        all pulleys, (pulleys,), rad/s.
         """
-        chain, inertia = self.system.chain, self.system.pulleys.table[INERTIA]
-        linear = chain.mass * np.sum(kinematics[VX] ** 2 + kinematics[VY] ** 2)
-        turning = chain.inertia * np.sum(kinematics[SPIN] ** 2) + np.sum(inertia * speeds**2)
-        return float(0.5 * (linear + turning))
+        velocities = kinematics[len(kinematics) // 2 :]
+        return kinetic_energy(self.chain, velocities, self.system.pulleys.table[INERTIA], speeds)
 
     def potential_energy(self, kinematics: Array) -> float:
         """Return the energy of all effects that store one, J, for the kinematics (6, n)."""
-        pulley = self.system.pulleys.table
-        shape = Shape(
-            self.system.chain,
-            kinematics[[X, Y]].T,
-            kinematics[ANGLE],
-            pulley[[PULLEY_X, PULLEY_Y]].T,
-            pulley[PULLEY_RADIUS],
-        )
-        energies = (effect.energies(own, shape) for effect, own in self.present_effects)
-        return float(sum(np.sum(energy) for energy in energies))
+        x, y, angle = kinematics[:VX]
+        return float(np.sum(energies(self.chain, shape_of(self.chain, x, y, angle))))
 
     @property
     def max_frequency_and_decay(self) -> tuple[float, float]:
@@ -193,19 +176,9 @@ class StringModel(BeltModel):
         waves = oscillator_eigenvalues(frequency**2, damping_rates(system).moving)
         return np.append(waves, -FRICTION_MARGIN * friction_rate(system))
 
-    def kinetic_energy(self, kinematics: Array, speeds: Array) -> float:
-        """Return the kinetic energy of points, with the kinematics (2, n), and pulleys, J."""
-        inertia = self.system.pulleys.table[INERTIA]
-        linear = self.system.chain.mass * np.sum(kinematics[VELOCITY] ** 2)
-        return float(0.5 * (linear + np.sum(inertia * speeds**2)))
-
     def potential_energy(self, kinematics: Array) -> float:
         """Return the energy of the springs along the belt, J, for the kinematics (2, n)."""
-        position, chain = kinematics[POSITION], self.system.chain
-        behind = position[-1] - self.system.kinematics.length
-        stretch = np.diff(position, prepend=behind) - chain.length
-        stiffness = self.system.effects.axial_damping.stiffness
-        return float(0.5 * stiffness * np.sum(stretch**2))
+        return energy_on_line(self.chain, self.system.kinematics.length, kinematics[POSITION])
 
     @property
     def error_scales(self) -> Array:
@@ -220,71 +193,13 @@ class StringModel(BeltModel):
 
 def assemble(scenario: "BeltDriveScenario") -> BeltModel:
     """Find the belt's equilibrium and compose its equations of the effects of the scenario."""
-    equilibrium = solve_equilibrium(scenario)
+    equilibrium = at_rest(scenario)
     system = compose(scenario, equilibrium.body_length)
+    chain = chain_of(scenario, equilibrium.body_length)
     state, bodies = zero_state(system.layout), system.layout.bodies
     kinematics = kinematics_of(state, system.layout)
     if scenario.guided:
         kinematics[POSITION, :bodies] = initial_positions(scenario.mechanism.path(), bodies)
-        return StringModel(system, equilibrium, state)
+        return StringModel(system, equilibrium, state, chain)
     kinematics[:3, :bodies] = equilibrium.x, equilibrium.y, equilibrium.angle
-    return BeltModel(system, equilibrium, state)
-
-
-def solve_equilibrium(scenario: "BeltDriveScenario") -> Equilibrium:
-    """Return the belt at rest, without friction."""
-    if scenario.guided:
-        return string_at_rest(scenario)
-    belt = scenario.mechanism.belt
-    try:
-        return find_equilibrium(
-            scenario.mechanism.path(),
-            scenario.mechanism.circles,
-            belt.axial_rigidity,
-            lambda length: chain_of(scenario, length),
-            lambda chain: effect_parameters(scenario, chain),
-            pretension=belt.pretension,
-            length=belt.length,
-        )
-    except NoEquilibrium as error:
-        raise ScenarioError([f"mechanism.belt: {error}"]) from None
-
-
-def initial_positions(path: "Path", points: int) -> Array:
-    """Return where the points are at the start, m, from where the belt leaves the first pulley."""
-    positions: Array = (np.arange(points, dtype=np.float64) + 0.5) * (path.length / points)
-    return positions
-
-
-def string_at_rest(scenario: "BeltDriveScenario") -> Equilibrium:
-    """Return a guided string at rest without friction: one tension throughout."""
-    belt, path = scenario.mechanism.belt, scenario.mechanism.path()
-    spacing = path.length / belt.bodies
-    if belt.length is not None:
-        length = belt.length / belt.bodies
-        tension = belt.axial_rigidity * (path.length / belt.length - 1.0)
-    else:
-        assert belt.pretension is not None
-        tension = belt.pretension
-        length = spacing / (1.0 + tension / belt.axial_rigidity)
-    points = path.at(initial_positions(path, belt.bodies))
-    on_arc = arc_shares(pitch_line(path, belt.bodies), belt.bodies, spacing)
-    curvature = np.array([1.0 / pulley.radius for pulley in scenario.mechanism.pulleys])
-    pulley = np.where(on_arc.any(axis=0), np.argmax(on_arc, axis=0), -1)
-    return Equilibrium(
-        length,
-        points.position[:, 0],
-        points.position[:, 1],
-        points.angle,
-        np.full(belt.bodies, tension),
-        tension * (curvature @ on_arc),
-        pulley,
-        0.0,
-    )
-
-
-def arc_shares(line: PitchLine, points: int, spacing: float) -> Array:
-    """Return the length of each point's part of the belt on each arc, (pulleys, n), m, at rest."""
-    along = np.arange(points + 1) * spacing - line.starts[:, None]
-    shares: Array = np.diff(np.minimum(np.maximum(along, 0.0), line.arcs[:, None]), axis=1)
-    return shares
+    return BeltModel(system, equilibrium, state, chain)

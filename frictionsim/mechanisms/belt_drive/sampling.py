@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.errors import BeltOffPulleys, Diverged
-from frictionsim.mechanisms.belt_drive.channels import CHANNELS
+from frictionsim.mechanisms.belt_drive.belt import patch_bodies
+from frictionsim.mechanisms.belt_drive.channels import CHANNELS, BeltSamples
 from frictionsim.mechanisms.belt_drive.effects.base import previous_rows
-from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
 from frictionsim.mechanisms.belt_drive.kernels.system import (
     ANGLE,
     ARC_LENGTH,
@@ -76,7 +76,7 @@ class Observer:
             for name, channel in CHANNELS.items()
             if channel.axis and name not in absent and (wanted is None or name in wanted)
         ]
-        self._patch = patch_bodies(scenario.effects.patch, system.chain)
+        self._patch = patch_bodies(scenario, system.chain.length)
         self.samples = SampleStore()
         self.energy_gain = 0.0  # energy that came from nowhere, over what was stored and put in
 
@@ -271,19 +271,7 @@ class Observer:
             limit = np.where(friction > 0.0, *limits) * self.force_per_impulse
             let_go = (rows.slip == 0.0) & (rows.sticking == 0.0)
             off = np.maximum(size - limit, np.where(let_go, at_rest - size, 0.0))
-            # A body that slides one way has no friction the other way, until its slip has ended.
-            turning = (friction == 0.0) & (np.minimum(*limits) == 0.0)
-            self._note_release((rows.sticking == 0.0) & ~turning, limit - size, limit)
         return np.array([np.max(off, initial=0.0), np.max(at_rest, initial=0.0)])
-
-    def _note_release(self, sliding: Any, missing: Array, limit: Array) -> None:
-        """Note by how much the friction of a body that slides is below its limit, N, over it.
-
-        Where static and kinetic friction differ, the steps note it when a body lets go.
-        """
-        some = sliding & (limit > 0.0)
-        release = self._system.contacts.release
-        release[0] = np.max(missing[some] / limit[some], initial=release[0])
 
     def observe(self) -> SimulationResult:
         """Return the samples before the first that is not finite, and what follows from them."""
@@ -292,15 +280,17 @@ class Observer:
         channels = {name: samples.channel(name, sound) for name in CHANNELS if name in names}
         time = samples.channel("time", sound) if names else np.zeros(0)
         seen = {n: samples.channel(n, sound) for n in names if n.startswith(("energy", "_"))}
-        quantities = quantities_of(self._scenario, self._model, time, seen)
+        length, tension = self._system.chain.length, self._model.equilibrium.tension
+        run = BeltSamples(self._scenario, length, float(np.mean(tension)), time, seen)
+        quantities = quantities_of(run)
         return SimulationResult(
             time=time,
             channels=channels,
-            transitions=transitions_of(self._scenario, self._model, time, seen),
+            transitions=transitions_of(run),
             quantities=quantities,
-            checks=checks_of(self._scenario, self._model, time, seen),
+            checks=checks_of(run),
             non_finite_tail=sound < len(samples),
-            warnings=warnings_of(self._scenario, self._model, time, seen, quantities),
+            warnings=warnings_of(run, quantities),
         )
 
 

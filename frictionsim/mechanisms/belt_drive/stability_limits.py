@@ -22,7 +22,7 @@ from frictionsim.mechanisms.belt_drive.effects.base import Decay, Waves
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium
+    from frictionsim.mechanisms.belt_drive.equilibrium import Rest
     from frictionsim.mechanisms.belt_drive.kernels.system import System
 
     ComplexArray = npt.NDArray[np.complex128]
@@ -35,7 +35,7 @@ FRICTION_MARGIN = 2.0
 DAMPER_SHARES = np.linspace(0.0, 1.0, 5)  # bodies come on to pulleys and leave them
 
 
-def max_frequency_and_decay(system: "System", equilibrium: "Equilibrium") -> tuple[float, float]:
+def max_frequency_and_decay(system: "System", equilibrium: "Rest") -> tuple[float, float]:
     """Return the highest angular frequency, rad/s, and the fastest decay rate, 1/s.
 
     Bounds for a belt on its pulleys: each wave is taken as if it ran on a pulley throughout.
@@ -45,7 +45,7 @@ def max_frequency_and_decay(system: "System", equilibrium: "Equilibrium") -> tup
     return float(np.sqrt(square)), max_decay_rate(system)
 
 
-def eigenvalues(system: "System", equilibrium: "Equilibrium") -> "ComplexArray":
+def eigenvalues(system: "System", equilibrium: "Rest") -> "ComplexArray":
     """Return the eigenvalues of the belt's waves and of its friction, (m,), 1/s.
 
     Of waves across the belt, y'' = -K y - C y' of displacement and rotation, and of the shortest
@@ -76,7 +76,7 @@ def oscillator_eigenvalues(square: float, decay: float) -> "ComplexArray":
     return np.concatenate([-half + root, -half - root])
 
 
-def waves_on_pulleys(system: "System", equilibrium: "Equilibrium") -> Waves:
+def waves_on_pulleys(system: "System", equilibrium: "Rest") -> Waves:
     """Return the stiffness that waves meet, as if they ran on a pulley throughout."""
     waves = Waves(
         system.chain,
@@ -104,7 +104,7 @@ def max_transverse_square(waves: Waves) -> float:
     return float(np.max(upper))
 
 
-def max_normal_force(equilibrium: "Equilibrium") -> float:
+def max_normal_force(equilibrium: "Rest") -> float:
     """Return the upper bound of a normal force, N."""
     return CONTACT_LOAD_FACTOR * float(np.max(equilibrium.normal_force, initial=0.0))
 

@@ -1,8 +1,8 @@
 """The effects that a belt drive can have, one file each.
 
-A file has all of its effect: the table of the scenario, the parameters of its force, the force
-itself, a kernel, its energy with the first and second derivatives that the equilibrium is found
-with, and what it does to the highest frequency and decay rate, which bound the steps.
+A file has the table of the scenario, the parameters of the force, the force itself, a kernel, and
+what it does to the highest frequency and decay rate, which bound the steps. Energies are in
+`energy.py`.
 
 A new effect is a class derived from `BeltEffect` and a line in this list. Forces are added in the
 order of their stages, scenarios list effects in the order of the list.

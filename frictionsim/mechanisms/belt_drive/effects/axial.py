@@ -18,7 +18,7 @@ References
 """
 
 from math import pi
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -27,12 +27,8 @@ from frictionsim.mechanisms.belt_drive.effects.base import (
     BeltEffect,
     BeltProperties,
     Decay,
-    Shape,
     Stage,
-    Stiffness,
     Waves,
-    next_rows,
-    previous_rows,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.system import (
@@ -330,29 +326,6 @@ class AxialEffect(BeltEffect):
     def dissipates(self, parameters: AxialParameters) -> bool:
         return parameters.damping is not None
 
-    def energies(self, parameters: AxialParameters, shape: Shape) -> Array:
-        energies: Array = 0.5 * parameters.stiffness * np.sum(shape.gap**2, axis=1)
-        return energies
-
-    def add_gradient(self, parameters: AxialParameters, shape: Shape, gradient: Array) -> None:
-        force = parameters.stiffness * shape.gap
-        ahead = next_rows(force)
-        gradient[:, :2] += force - ahead
-        gradient[:, 2] -= 0.5 * shape.chain.length * np.sum(shape.across * (force + ahead), axis=1)
-
-    def add_stiffness(self, parameters: AxialParameters, shape: Shape, to: Stiffness) -> None:
-        c, h = parameters.stiffness, shape.scale
-        arm = 0.5 * shape.chain.length / h
-        force = c * shape.gap
-        forces = force + next_rows(force)
-        before = previous_rows(shape.across)
-        to.body[:, 2, 2] += arm / h * np.sum(shape.along * forces, axis=1)
-        to.ends += np.diag([c, c, c * arm**2])
-        to.coupling[:, :2, :2] += -c * np.eye(2)
-        to.coupling[:, :2, 2] += -c * arm * before
-        to.coupling[:, 2, :2] += c * arm * shape.across
-        to.coupling[:, 2, 2] += c * arm**2 * np.sum(shape.across * before, axis=1)
-
     def add_wave_stiffness(self, parameters: AxialParameters, waves: Waves) -> None:
         c = parameters.stiffness
         waves.along += 4.0 * c
@@ -362,35 +335,3 @@ class AxialEffect(BeltEffect):
 
     def decay(self, parameters: AxialParameters, chain: Chain) -> Decay:
         return Decay(moving=4.0 * (parameters.damping or 0.0) / chain.mass)
-
-
-def length_gradient(rigidity: float, shape: Shape) -> float:
-    """Return the derivative of the springs' energy by the length of the bodies, N, at c = EA/l."""
-    force = rigidity / shape.chain.length * shape.gap
-    return -float(np.sum((mean_directions(shape) + 0.5 / rigidity * force) * force))
-
-
-def length_stiffness(rigidity: float, shape: Shape) -> tuple[Array, float]:
-    """Return its derivatives by the bodies, (n, 3), and by the length, at c = EA/l."""
-    length, c = shape.chain.length, rigidity / shape.chain.length
-    force = c * shape.gap
-    forces = force + next_rows(force)
-    change = -c * mean_directions(shape) - force / length
-    ahead = next_rows(change)
-    border = np.empty((len(change), 3))
-    border[:, :2] = change - ahead
-    turning = forces + length * (change + ahead)
-    border[:, 2] = -0.5 / shape.scale * np.sum(shape.across * turning, axis=1)
-    return border, float(np.sum(change**2)) / c
-
-
-def mean_directions(shape: Shape) -> Array:
-    """Return the mean direction of the two bodies at each joint, (n, 2)."""
-    mean: Array = 0.5 * (shape.along + previous_rows(shape.along))
-    return mean
-
-
-def joint_tensions(parameters: Any, shape: Shape) -> Array:
-    """Return the forces of the joints' springs, (n,), N."""
-    force = parameters.stiffness * shape.gap
-    return np.hypot(force[:, 0], force[:, 1])

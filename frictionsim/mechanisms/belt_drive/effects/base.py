@@ -1,11 +1,9 @@
 """The parts of an effect on the bodies of a belt."""
 
 from enum import IntEnum
-from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionsim.mechanisms.belt_drive.kernels.system import Array, Chain
 from frictionsim.scenario.schema import Params
@@ -30,106 +28,6 @@ class BeltProperties(NamedTuple):
 def previous_rows(rows: Array) -> Array:
     """Return for each body or joint the row of the one before it; quicker than `np.roll`."""
     return np.concatenate((rows[-1:], rows[:-1]))
-
-
-def next_rows(rows: Array) -> Array:
-    """Return for each body, or joint, the row of the one after it."""
-    return np.concatenate((rows[1:], rows[:1]))
-
-
-class Shape:
-    """The configuration of the bodies, of which energies are functions.
-
-    Parameters
-    ----------
-    chain : Chain
-    position : (n, 2), m
-    angle : (n,), rad
-    centers : (pulleys, 2), m
-    radii : (pulleys,), m
-    scale : float, m
-        Makes a length of an angle in `Stiffness`.
-    """
-
-    def __init__(
-        self,
-        chain: Chain,
-        position: Array,
-        angle: Array,
-        centers: Array,
-        radii: Array,
-        scale: float = 1.0,
-    ) -> None:
-        self.chain, self.position, self.angle = chain, position, angle
-        self.centers, self.radii, self.scale = centers, radii, scale
-
-    @cached_property
-    def along(self) -> Array:
-        """The directions of the bodies, (n, 2)."""
-        return np.column_stack([np.cos(self.angle), np.sin(self.angle)])
-
-    @cached_property
-    def across(self) -> Array:
-        """The normals to their left, (n, 2)."""
-        return np.column_stack([-self.along[:, 1], self.along[:, 0]])
-
-    @cached_property
-    def gap(self) -> Array:
-        """How far each joint is stretched, (n, 2), m; joint k is before body k."""
-        # The difference of neighbours is exact: only the rounding of the coordinates is left.
-        gap = self.position - previous_rows(self.position)
-        gap -= 0.5 * self.chain.length * (self.along + previous_rows(self.along))
-        return gap
-
-    @cached_property
-    def bend(self) -> Array:
-        """How far each joint is bent, (n,), rad."""
-        bend = self.angle - previous_rows(self.angle)
-        bend[0] += self.chain.total_turning
-        return bend
-
-    @cached_property
-    def rim(self) -> "Rim":
-        """Where the bodies are on their pulleys."""
-        offsets = self.position[:, None, :] - self.centers
-        distances = np.hypot(offsets[..., 0], offsets[..., 1])
-        pulley = np.argmax(self.radii - distances, axis=1)
-        row = np.arange(len(self.position))
-        distance = distances[row, pulley]
-        depth = np.maximum(self.radii[pulley] - distance, 0.0)
-        return Rim(pulley, offsets[row, pulley] / distance[:, None], distance, depth)
-
-
-class Rim(NamedTuple):
-    """The nearest pulley of each body, the outward normal there, and how deep it is pressed.
-
-    `pulley` is (n,), `normal` (n, 2), `distance` from the centre (n,), m, and `depth` (n,), m, zero
-    where there is no contact.
-    """
-
-    pulley: NDArray[np.intp]
-    normal: Array
-    distance: Array
-    depth: Array
-
-
-class Stiffness:
-    """Second derivatives of an energy by x, y and scale times angle, N/m, to be added to.
-
-    Attributes
-    ----------
-    body : (n, 3, 3)
-        Of each body.
-    ends : (3, 3)
-        Of a body at a joint: every body has one at either end.
-    coupling : (n, 3, 3)
-        Of body k with body k - 1.
-    """
-
-    def __init__(self, bodies: int) -> None:
-        self.body = np.zeros((bodies, 3, 3))
-        self.ends = np.zeros((3, 3))
-        self.coupling = np.zeros((bodies, 3, 3))
 
 
 class Waves:
@@ -213,16 +111,6 @@ class BeltEffect:
     def dissipates(self, parameters: Any) -> bool:
         """Return whether it has a damper."""
         return False
-
-    def energies(self, parameters: Any, shape: Shape) -> Array:
-        """Return the energy of each body or joint, (n,), J."""
-        return np.zeros(len(shape.angle))
-
-    def add_gradient(self, parameters: Any, shape: Shape, gradient: Array) -> None:
-        """Add the derivatives of the energy by x, y and angle, (n, 3), N and N m."""
-
-    def add_stiffness(self, parameters: Any, shape: Shape, stiffness: Stiffness) -> None:
-        """Add the second derivatives of the energy."""
 
     def add_wave_stiffness(self, parameters: Any, waves: Waves) -> None:
         """Add the stiffness that waves meet."""

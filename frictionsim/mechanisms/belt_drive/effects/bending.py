@@ -16,11 +16,8 @@ from frictionsim.mechanisms.belt_drive.effects.base import (
     BeltEffect,
     BeltProperties,
     Decay,
-    Shape,
     Stage,
-    Stiffness,
     Waves,
-    next_rows,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.system import (
@@ -105,18 +102,6 @@ class BendingEffect(BeltEffect):
 
     def dissipates(self, parameters: BendingParameters) -> bool:
         return parameters.damping > 0.0
-
-    def energies(self, parameters: BendingParameters, shape: Shape) -> Array:
-        return 0.5 * parameters.stiffness * shape.bend**2
-
-    def add_gradient(self, parameters: BendingParameters, shape: Shape, gradient: Array) -> None:
-        moment = parameters.stiffness * shape.bend
-        gradient[:, 2] += moment - next_rows(moment)
-
-    def add_stiffness(self, parameters: BendingParameters, shape: Shape, to: Stiffness) -> None:
-        stiffness = parameters.stiffness / shape.scale**2
-        to.ends[2, 2] += stiffness
-        to.coupling[:, 2, 2] -= stiffness
 
     def add_wave_stiffness(self, parameters: BendingParameters, waves: Waves) -> None:
         waves.turning += parameters.stiffness * np.abs(waves.shift) ** 2

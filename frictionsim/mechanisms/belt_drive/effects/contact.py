@@ -19,9 +19,7 @@ from frictionsim.mechanisms.belt_drive.effects.base import (
     BeltEffect,
     BeltProperties,
     Decay,
-    Shape,
     Stage,
-    Stiffness,
     Waves,
 )
 from frictionsim.mechanisms.belt_drive.kernels.contacts import run_end
@@ -224,22 +222,6 @@ class ContactEffect(BeltEffect):
     def dissipates(self, parameters: ContactParameters) -> bool:
         return parameters.damping is not None
 
-    def energies(self, parameters: ContactParameters, shape: Shape) -> Array:
-        depth, (c1, c2) = shape.rim.depth, coefficients(parameters, shape)
-        energies: Array = (c1 * depth / 3.0 + 0.5 * c2) * depth**2
-        return energies
-
-    def add_gradient(self, parameters: ContactParameters, shape: Shape, gradient: Array) -> None:
-        gradient[:, :2] -= normal_forces(parameters, shape)[:, None] * shape.rim.normal
-
-    def add_stiffness(self, parameters: ContactParameters, shape: Shape, to: Stiffness) -> None:
-        rim = shape.rim
-        outward = rim.normal[:, :, None] * rim.normal[:, None, :]
-        around = -normal_forces(parameters, shape) / rim.distance
-        radial = radial_stiffness(parameters, shape) - around
-        to.body[:, :2, :2] += radial[:, None, None] * outward
-        to.body[:, :2, :2] += around[:, None, None] * np.eye(2)
-
     def add_wave_stiffness(self, parameters: ContactParameters, waves: Waves) -> None:
         stiffness = stiffness_under(parameters, waves.normal_force)
         waves.along += stiffness
@@ -251,31 +233,7 @@ class ContactEffect(BeltEffect):
         return Decay(moving=fastest / chain.mass)
 
 
-def coefficients(parameters: ContactParameters, shape: Shape) -> tuple[Array, Array]:
-    """Return c1, N/m^2, and c2, N/m, of the pulley that is nearest to each body, (n,) both."""
-    return parameters.c1[shape.rim.pulley], parameters.c2[shape.rim.pulley]
-
-
-def normal_forces(parameters: ContactParameters, shape: Shape) -> Array:
-    """Return the forces of the contacts' springs, (n,), N."""
-    depth, (c1, c2) = shape.rim.depth, coefficients(parameters, shape)
-    return (c1 * depth + c2) * depth
-
-
-def radial_stiffness(parameters: ContactParameters, shape: Shape) -> Array:
-    """Return dN/dp of each body, (n,), N/m."""
-    depth, (c1, c2) = shape.rim.depth, coefficients(parameters, shape)
-    return np.where(depth > 0.0, 2.0 * c1 * depth + c2, 0.0)
-
-
 def stiffness_under(parameters: ContactParameters, force: float) -> float:
     """Return dN/dp of the stiffest contact when it is pressed by a force, N/m."""
     c1, c2, _ = parameters
     return float(np.max(np.sqrt(c2**2 + 4.0 * c1 * force)))
-
-
-def depth_under(parameters: ContactParameters, force: Array) -> Array:
-    """Return how deep the contact with each pulley is under a force there, (pulleys,), m."""
-    c1, c2, _ = parameters
-    depth: Array = 2.0 * force / (c2 + np.sqrt(c2**2 + 4.0 * c1 * force))
-    return depth

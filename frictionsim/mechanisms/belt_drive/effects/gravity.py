@@ -2,11 +2,9 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
-from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect, BeltProperties, Shape, Stage
+from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect, BeltProperties, Stage
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel
-from frictionsim.mechanisms.belt_drive.kernels.system import Array, Chain, System
+from frictionsim.mechanisms.belt_drive.kernels.system import Array, System
 from frictionsim.mechanisms.effects import Gravity
 
 
@@ -45,12 +43,3 @@ class GravityEffect(BeltEffect):
 
     def parameters(self, table: Gravity | None, belt: BeltProperties) -> GravityParameters | None:
         return None if table is None else GravityParameters(0.0, -table.g)
-
-    def energies(self, parameters: GravityParameters, shape: Shape) -> Array:
-        return -(shape.position @ self._weight(parameters, shape.chain))
-
-    def add_gradient(self, parameters: GravityParameters, shape: Shape, gradient: Array) -> None:
-        gradient[:, :2] -= self._weight(parameters, shape.chain)
-
-    def _weight(self, parameters: GravityParameters, chain: Chain) -> Array:
-        return chain.mass * np.array([parameters.x, parameters.y])
