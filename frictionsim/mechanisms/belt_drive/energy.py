@@ -152,9 +152,11 @@ def shape_of(
 
 
 def nearest_pulleys(chain: Chain, x: Array, y: Array) -> Indices:
-    """Return the pulley whose rim is nearest to each body, (n,)."""
-    distances = np.hypot(x[:, None] - chain.centers[0], y[:, None] - chain.centers[1])
-    nearest: Indices = np.argmax(chain.radii - distances, axis=1)
+    """Return the pulley whose rim is nearest to each body, (..., n)."""
+    center_x, center_y = chain.centers[..., None]
+    dx, dy = x[..., None, :] - center_x, y[..., None, :] - center_y
+    depths = chain.radii[:, None] - np.sqrt(dx * dx + dy * dy)
+    nearest: Indices = np.argmax(depths, axis=-2)
     return nearest
 
 
@@ -231,18 +233,23 @@ def contact_stiffness(chain: Chain, force: float) -> float:
     return float(np.max(np.sqrt(chain.linear**2 + 4.0 * chain.quadratic * force)))
 
 
-def energy_on_line(chain: Chain, line_length: float, place: Array) -> float:
-    """Return the energy of points, J, at places, (n,), along a line that closes in a length, m."""
-    stretch = np.diff(place, prepend=place[-1] - line_length) - chain.length
-    return float(0.5 * chain.stiffness * np.sum(stretch**2))
+def energy_on_line(chain: Chain, line_length: float, place: Array) -> Array:
+    """Return the energy of points, J, at places, (..., n), along a line of a length, m."""
+    stretch = place - before(place) - chain.length
+    stretch[..., 0] += line_length
+    total: Array = 0.5 * chain.stiffness * np.sum(stretch**2, axis=-1)
+    return total
 
 
-def kinetic_energy(chain: Chain, velocities: Array, inertias: Array, speeds: Array) -> float:
-    """Return the kinetic energy of bodies and pulleys, J.
+def kinetic_energy(chain: Chain, velocities: Array, inertias: Array, speeds: Array) -> Array:
+    """Return the kinetic energy of bodies and pulleys, (...,), J.
 
-    `velocities` are of bodies by x, y, m/s, and angle, rad/s, (3, n), or of points along their
-    line, (1, n); `inertias`, kg m^2, and `speeds`, rad/s, are those of the pulleys.
+    `velocities` are those of bodies in x and y, m/s, and of their angles, rad/s, (..., 3, n), or of
+    points along their line, (..., 1, n); `speeds`, (..., pulleys), rad/s, and the moments of
+    `inertias`, kg m^2, are of the pulleys.
     """
-    moving = chain.mass * np.sum(velocities[:2] ** 2)
-    turning = chain.inertia * np.sum(velocities[2:] ** 2)
-    return float(0.5 * (moving + turning + np.sum(inertias * speeds**2)))
+    squares = np.sum(velocities**2, axis=-1)
+    bodies = chain.mass * squares[..., :2].sum(axis=-1)
+    turning = chain.inertia * squares[..., 2:].sum(axis=-1)
+    total: Array = 0.5 * (bodies + turning + np.sum(inertias * speeds**2, axis=-1))
+    return total

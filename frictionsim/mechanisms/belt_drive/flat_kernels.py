@@ -437,9 +437,10 @@ def project(
 def regularise(
     a: int,
     e: int,
-    transition: float,
+    transition: float | None,
     creep: float | None,
-    duration: float,
+    creep_time: float | None,
+    h: float,
     slip: Array,
     normal: Array,
     mu_s: Array,
@@ -449,17 +450,21 @@ def regularise(
 ) -> None:
     """Write the friction that a regularised law has for the slip, [1]_ eq 12 and Fig. 6.
 
-    With a creep, m, a contact that hardly slips has friction of the way that it slips in a
-    duration, s, too: eq 13, Fig. 6b.
+    With a creep, m, a contact that hardly slips has friction of the way that it slips in the creep
+    time, s, too: eq 13, Fig. 6b. Without a time that is the step h, on which the law depends then.
     """
-    for k in range(np.uint64(a), np.uint64(e)):
-        size = abs(slip[k])
-        mu = friction_curve(size / transition, mu_s[k], mu_k[k])
-        if creep is not None:
-            rise = rising_part(size / transition)
-            mu += mu_s[k] * (1.0 - rise) * rising_part(size * duration / creep)
-        friction[k] = np.copysign(mu * normal[k], slip[k])
-        sticking[k] = 1.0 if size < transition else 0.0
+    if transition is not None:
+        duration = h
+        if creep_time is not None:
+            duration = creep_time
+        for k in range(np.uint64(a), np.uint64(e)):
+            size = abs(slip[k])
+            mu = friction_curve(size / transition, mu_s[k], mu_k[k])
+            if creep is not None:
+                rise = rising_part(size / transition)
+                mu += mu_s[k] * (1.0 - rise) * rising_part(size * duration / creep)
+            friction[k] = np.copysign(mu * normal[k], slip[k])
+            sticking[k] = 1.0 if size < transition else 0.0
 
 
 @loop
@@ -566,7 +571,7 @@ def press_on_line(
     a: int,
     e: int,
     duration: float,
-    inv_tau: float,
+    inv_tau: float | None,
     rim: float,
     sense: float,
     inv_radius: float,
@@ -591,10 +596,12 @@ def press_on_line(
     """Write what friction is solved from, of points a to e at one pulley.
 
     `gained` are the accelerations without friction, m/s^2, with a duration of 1 s; or, for impulses
-    of a step of that duration, the velocities after it, and inv_tau is 0. `start` is where the arc
+    of a step of that duration, the velocities after it, without inv_tau. `start` is where the arc
     begins in one round; that of a point is the last one that begins before it, by a skin.
     """
-    inv_length = 1.0 / length
+    inv_length, rate = 1.0 / length, 0.0
+    if inv_tau is not None:
+        rate = inv_tau
     for k in range(np.uint64(a), np.uint64(e)):
         before, after = middle[k], middle[k + ONE]
         begin = start + length * np.floor((before - start + skin) * inv_length)
@@ -602,7 +609,7 @@ def press_on_line(
         force = 0.5 * (tension[k] + tension[k + ONE]) - mass * v[k] * v[k] / (after - before)
         force = max(force * on_arc * inv_radius, 0.0) if k < np.uint64(n) else 0.0
         s = rim - sense * v[k]
-        normal[k], slip[k], bias[k], yields[k] = force, s, s * inv_tau - sense * gained[k], mass
+        normal[k], slip[k], bias[k], yields[k] = force, s, s * rate - sense * gained[k], mass
         forward[k], backward[k] = duration * mu_f[k] * force, duration * mu_b[k] * force
 
 
@@ -648,102 +655,6 @@ def point_forces(kin: Array, acceleration: Array, b: Belt, line: Line) -> float:
 # --- the search for bodies near a pulley, and their modes ---------------------------------------
 
 
-@part
-def enter(j: int, first: int, b: Belt) -> None:
-    """Give the new bodies of a block at a pulley their mode, by their slip."""
-    con = b.con
-    for k in range(first, first + BLOCK):
-        if con[MODE, j, k] == NEW:
-            slip = con[SLIP, j, k]
-            con[MODE, j, k] = np.sign(slip)
-            con[STICKING, j, k] = 1.0 if slip == 0.0 else 0.0
-
-
-@part
-def leave(j: int, first: int, b: Belt) -> None:
-    """Have a block of bodies touch a pulley no more."""
-    con = b.con
-    for k in range(first, first + BLOCK):
-        con[MODE, j, k] = NEW
-        con[FRICTION, j, k] = con[NORMAL, j, k] = con[STICKING, j, k] = 0.0
-
-
-@shared
-def search(b: Belt, kin: Array, wrap: bool | None) -> None:
-    """List the runs of blocks of bodies within the skin of each rim.
-
-    Only these are looked at until the next search. No body passes the skin meanwhile, which is as
-    thick as a body is long, unless it is faster than a sixteenth of the waves along the belt.
-    """
-    con, pul, phi, count = b.con, b.pul, kin[PHI], 0
-    phi[b.n] = phi[0] + b.turning
-    for j in range(pul.shape[1]):
-        inside, reach = False, (pul[RADIUS, j] + b.skin) ** 2
-        for first in range(0, b.full, BLOCK):
-            nearest = np.inf
-            for k in range(first, min(first + BLOCK, b.n)):
-                dx, dy = kin[X, k] - pul[PX, j], kin[Y, k] - pul[PY, j]
-                nearest = min(nearest, dx * dx + dy * dy)
-            if nearest >= reach:
-                leave(j, first, b)
-                inside = False
-                continue
-            for k in range(first, first + BLOCK):
-                if con[MODE, j, k] == NEW:
-                    dx, dy = kin[X, k] - pul[PX, j], kin[Y, k] - pul[PY, j]
-                    along = kin[VY, k] * dx - kin[VX, k] * dy
-                    along /= np.sqrt(dx * dx + dy * dy + TINY)
-                    if wrap is not None:
-                        after = phi[k + 1] - phi[k]
-                        before = phi[k] - phi[k - 1] if k > 0 else phi[b.n] - phi[b.n - 1]
-                        along *= 1.0 + (before * before + after * after) / 24.0
-                    con[SLIP, j, k] = pul[RADIUS, j] * pul[SPEED, j] - along
-            enter(j, first, b)
-            if not inside:
-                b.runs[count, 0], b.runs[count, 1], inside = j, first, True
-                count += 1
-            b.runs[count - 1, 2] = first + BLOCK
-    b.n_runs[0] = count
-    select_coefficients(b)
-
-
-@shared
-def search_line(b: Belt, line: Line, kin: Array) -> None:
-    """List the runs of blocks of points on each arc, or within the skin of its ends."""
-    con, pul, count = b.con, b.pul, 0
-    for j in range(pul.shape[1]):
-        inside = False
-        for first in range(0, b.full, BLOCK):
-            gap = np.inf
-            for k in range(first, min(first + BLOCK, b.n)):
-                ahead = kin[POSITION, k] - line.starts[j] + b.skin
-                gap = min(gap, ahead - line.length * np.floor(ahead / line.length))
-            if gap >= line.arcs[j] + 2.0 * b.skin:
-                leave(j, first, b)
-                inside = False
-                continue
-            for k in range(first, first + BLOCK):
-                if con[MODE, j, k] == NEW:
-                    rim = pul[RADIUS, j] * pul[SPEED, j]
-                    con[SLIP, j, k] = rim - line.senses[j] * kin[VELOCITY, k]
-            enter(j, first, b)
-            if not inside:
-                b.runs[count, 0], b.runs[count, 1], inside = j, first, True
-                count += 1
-            b.runs[count - 1, 2] = first + BLOCK
-    b.n_runs[0] = count
-    select_coefficients(b)
-
-
-@part
-def find(b: Belt, kin: Array, plane: bool | None, line: Line | None) -> None:
-    """List the runs of bodies near each pulley; the last two arguments are those of the belt."""
-    if plane is not None:
-        search(b, kin, b.wrap)
-    if line is not None:
-        search_line(b, line, kin)
-
-
 @loop
 def choose(
     a: int,
@@ -767,6 +678,72 @@ def choose(
     return changed
 
 
+@shared
+def search(b: Belt, kin: Array, plane: bool | None, line: Line | None, wrap: bool | None) -> None:
+    """List the runs of blocks of bodies near each pulley; give those that are new a mode.
+
+    The last three arguments are fields of the belt. Only these bodies are looked at until the next
+    search. In the plane none passes the skin round a rim meanwhile, which is as thick as a body is
+    long, unless it is faster than a sixteenth of the waves along the belt.
+    """
+    con, pul, count, gap, slip = b.con, b.pul, 0, 0.0, 0.0
+    if plane is not None:
+        phi = kin[PHI]
+        phi[b.n] = phi[0] + b.turning
+    for j in range(pul.shape[1]):
+        rim, inside = pul[RADIUS, j] * pul[SPEED, j], False
+        if plane is not None:
+            reach = (pul[RADIUS, j] + b.skin) ** 2
+        if line is not None:
+            reach = line.arcs[j] + 2.0 * b.skin
+        for first in range(0, b.full, BLOCK):
+            nearest = np.inf
+            for k in range(first, min(first + BLOCK, b.n)):
+                if plane is not None:
+                    dx, dy = kin[X, k] - pul[PX, j], kin[Y, k] - pul[PY, j]
+                    gap = dx * dx + dy * dy
+                if line is not None:
+                    gap = kin[POSITION, k] - line.starts[j] + b.skin
+                    gap -= line.length * np.floor(gap / line.length)
+                nearest = min(nearest, gap)
+            if nearest >= reach:
+                inside = False
+                for k in range(first, first + BLOCK):
+                    con[MODE, j, k] = NEW
+                    con[FRICTION, j, k] = con[NORMAL, j, k] = con[STICKING, j, k] = 0.0
+                continue
+            for k in range(first, first + BLOCK):
+                if con[MODE, j, k] == NEW:
+                    if plane is not None:
+                        dx, dy = kin[X, k] - pul[PX, j], kin[Y, k] - pul[PY, j]
+                        along = kin[VY, k] * dx - kin[VX, k] * dy
+                        along /= np.sqrt(dx * dx + dy * dy + TINY)
+                        if wrap is not None:
+                            after = phi[k + 1] - phi[k]
+                            before = phi[k] - phi[k - 1] if k > 0 else phi[b.n] - phi[b.n - 1]
+                            along *= 1.0 + (before * before + after * after) / 24.0
+                        slip = rim - along
+                    if line is not None:
+                        slip = rim - line.senses[j] * kin[VELOCITY, k]
+                    con[SLIP, j, k], con[MODE, j, k] = slip, np.sign(slip)
+                    con[STICKING, j, k] = 1.0 if slip == 0.0 else 0.0
+            choose(
+                first,
+                first + BLOCK,
+                con[MODE, j],
+                con[MU_S, j],
+                con[MU_K, j],
+                con[NORMAL, j],
+                con[MU_FORWARD, j],
+                con[MU_BACKWARD, j],
+            )
+            if not inside:
+                b.runs[count, 0], b.runs[count, 1], inside = j, first, True
+                count += 1
+            b.runs[count - 1, 2] = first + BLOCK
+    b.n_runs[0] = count
+
+
 @loop
 def new_modes(a: int, e: int, slip: Array, friction: Array, sticking: Array, mode: Array) -> None:
     """Write the modes after a step.
@@ -784,11 +761,12 @@ def new_modes(a: int, e: int, slip: Array, friction: Array, sticking: Array, mod
 
 
 @part
-def select_coefficients(b: Belt) -> bool:
-    """Write the coefficients in force; return whether that changes a limit."""
+def update_modes(b: Belt) -> bool:
+    """Write modes and coefficients in force after a step; return whether that changes a limit."""
     con, changed = b.con, 0.0
     for r in range(b.n_runs[0]):
         j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
+        new_modes(a, e, con[SLIP, j], con[FRICTION, j], con[STICKING, j], con[MODE, j])
         changed += choose(
             a,
             e,
@@ -800,16 +778,6 @@ def select_coefficients(b: Belt) -> bool:
             con[MU_BACKWARD, j],
         )
     return changed > 0.0
-
-
-@part
-def update_modes(b: Belt) -> bool:
-    """Write modes and coefficients in force after a step; return whether that changes a limit."""
-    con = b.con
-    for r in range(b.n_runs[0]):
-        j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
-        new_modes(a, e, con[SLIP, j], con[FRICTION, j], con[STICKING, j], con[MODE, j])
-    return select_coefficients(b)
 
 
 # --- pulleys ------------------------------------------------------------------------------------
@@ -857,17 +825,35 @@ def drive(t: float, b: Belt) -> None:
 # --- the equation of motion ---------------------------------------------------------------------
 
 
-@part
-def press_all(
-    kin: Array,
-    acc: Array,
+@shared
+def rhs(
+    t: float,
+    h: float,
+    y: Array,
+    f: Array,
     b: Belt,
     plane: bool | None,
     line: Line | None,
     inv_tau: float | None,
-) -> float:
-    """Add all forces but friction, of what is near a pulley; return the power of dampers, W."""
-    con, pul, work, damped = b.con, b.pul, b.work, 0.0
+) -> None:
+    """Write the rate f of a state y; the last three arguments are fields of the belt.
+
+    h is the length of the step, s, for a creep without a time. The belt's rows have the forces of
+    the state afterwards. All is written out here: each further level of parts would be compiled
+    once more.
+    """
+    w, con, pul, work, half = b.width, b.con, b.pul, b.work, b.angles // 2
+    rows = half // w
+    kin, acc = y[: b.angles].reshape((2 * rows, w)), f[half : b.angles].reshape((rows, w))
+    copy(y[half : b.angles], f[:half])
+    for i in range(len(b.free)):
+        pul[SPEED, b.free[i]] = y[b.speeds + i]
+    drive(t, b)
+    damped = rubbed = put_in = 0.0
+    if plane is not None:
+        damped += body_forces(kin, acc[0], acc[1], acc[2], None, None, b)
+    if line is not None:
+        damped += point_forces(kin, acc[0], b, line)
     for r in range(b.n_runs[0]):
         j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
         rim = pul[RADIUS, j] * pul[SPEED, j]
@@ -914,7 +900,7 @@ def press_all(
                 a,
                 e,
                 1.0,
-                0.0 if inv_tau is None else inv_tau,
+                inv_tau,
                 rim,
                 line.senses[j],
                 1.0 / pul[RADIUS, j],
@@ -936,25 +922,6 @@ def press_all(
                 con[BACKWARD, j],
                 con[YIELD, j],
             )
-    return damped
-
-
-@part
-def rub_all(
-    acc: Array,
-    duration: float,
-    b: Belt,
-    plane: bool | None,
-    line: Line | None,
-    inv_tau: float | None,
-    transition: float | None,
-    creep: float | None,
-) -> float:
-    """Solve for friction and the accelerations of free pulleys; return its power, W.
-
-    `duration` is the time in which the creep is slipped, s.
-    """
-    con, pul, rubbed = b.con, b.pul, 0.0
     if inv_tau is not None:
         for j in b.free:
             pul[ALPHA, j] = pulley_motion(j, pul[ALPHA, j], pul[TORQUE, j], b)
@@ -974,13 +941,14 @@ def rub_all(
                 con[FRICTION, j],
                 con[STICKING, j],
             )
-        if transition is not None:
+        if inv_tau is None:
             regularise(
                 a,
                 e,
-                transition,
-                creep,
-                duration,
+                b.transition,
+                b.creep,
+                b.creep_time,
+                h,
                 con[SLIP, j],
                 con[NORMAL, j],
                 con[MU_S, j],
@@ -1011,48 +979,8 @@ def rub_all(
         for j in b.free:
             moment = pul[TORQUE, j] - pul[RADIUS, j] * pul[PULL, j]
             pul[ALPHA, j] = moment / pul[INERTIA, j]
-    return rubbed
-
-
-@part
-def belt_rates(
-    h: float,
-    kin: Array,
-    acc: Array,
-    b: Belt,
-    plane: bool | None,
-    line: Line | None,
-    creep_time: float | None,
-) -> tuple[float, float]:
-    """Write accelerations of bodies and free pulleys; return powers of dampers and friction, W."""
-    damped, duration = 0.0, h
-    if plane is not None:
-        damped += body_forces(kin, acc[0], acc[1], acc[2], None, None, b)
-    if line is not None:
-        damped += point_forces(kin, acc[0], b, line)
-    if creep_time is not None:
-        duration = creep_time
-    damped += press_all(kin, acc, b, plane, line, b.inv_tau)
-    return damped, rub_all(acc, duration, b, plane, line, b.inv_tau, b.transition, b.creep)
-
-
-@shared
-def rhs(t: float, h: float, y: Array, f: Array, b: Belt) -> None:
-    """Write the rate f of a state y; h is the length of the step, s, for a creep without a time.
-
-    The belt's rows have the forces of the state afterwards.
-    """
-    w, pul, half = b.width, b.pul, b.angles // 2
-    rows = half // w
-    kin, acc = y[: b.angles].reshape((2 * rows, w)), f[half : b.angles].reshape((rows, w))
-    copy(y[half : b.angles], f[:half])
-    for i in range(len(b.free)):
-        pul[SPEED, b.free[i]] = y[b.speeds + i]
-    drive(t, b)
-    damped, rubbed = belt_rates(h, kin, acc, b, b.plane, b.line, b.creep_time)
     for j in b.prescribed:  # what it takes to keep the speed
         pul[TORQUE, j] = pul[INERTIA, j] * pul[ALPHA, j] + pul[RADIUS, j] * pul[PULL, j]
-    put_in = 0.0
     for j in range(pul.shape[1]):
         f[b.angles + j] = pul[SPEED, j]
         put_in += pul[TORQUE, j] * pul[SPEED, j]

@@ -213,7 +213,7 @@ class Observer:
             "_torque": table[TORQUE].copy(),
             "_mean_tension": tension.mean(),
             "_belt_speed": self._belt_speed(kinematics),
-            "_span_tension": span_tensions(tension, pulley, len(members)),
+            "_span_tension": span_tensions(tension[None], pulley[None], len(members))[0],
             **self._contact_counts(channels),
             **self._friction_on_pulleys(),
             "_patch": np.sum(pulley[self._patch] >= 0.0),
