@@ -289,7 +289,7 @@ class Observer:
         velocities = states.kin[:, self._rows_of_places :]
         contacts = self._contacts(states)
         if line is None:
-            shape = shape_of(chain, *(states.kin[:, row] for row in (X, Y, PHI)))
+            shape = shape_of(chain, states.kin[:, X], states.kin[:, Y], states.kin[:, PHI])
             potential = energies(chain, shape).sum(axis=-1)
             along = velocities[:, 0] * shape.cos + velocities[:, 1] * shape.sin
             tension = _tension(states.work[:, :, : belt.n], shape)

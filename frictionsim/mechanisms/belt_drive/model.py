@@ -70,7 +70,8 @@ class BeltModel(NamedTuple):
         all pulleys, (pulleys,), rad/s.
         """
         velocities = kinematics[len(kinematics) // 2 :]
-        return kinetic_energy(self.chain, velocities, self.system.pulleys.table[INERTIA], speeds)
+        inertias = self.system.pulleys.table[INERTIA]
+        return float(kinetic_energy(self.chain, velocities, inertias, speeds))
 
     def potential_energy(self, kinematics: Array) -> float:
         """Return the energy of all effects that store one, J, for the kinematics (6, n)."""
@@ -114,7 +115,8 @@ class StringModel(BeltModel):
 
     def potential_energy(self, kinematics: Array) -> float:
         """Return the energy of the springs along the belt, J, for the kinematics (2, n)."""
-        return energy_on_line(self.chain, self.system.kinematics.length, kinematics[POSITION])
+        length = self.system.kinematics.length
+        return float(energy_on_line(self.chain, length, kinematics[POSITION]))
 
     def contact_state(self) -> dict[str, Any]:
         """Return the state of the contacts between steps, by name."""
