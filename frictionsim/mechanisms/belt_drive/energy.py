@@ -23,8 +23,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from frictionsim.mechanisms.belt_drive.belt import mesh_scale
+
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.effects.contact import ContactTable
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
 Array = npt.NDArray[Any]  # of floats, or of complex numbers for derivatives
@@ -67,7 +68,7 @@ class Chain(NamedTuple):
 def chain_of(scenario: "BeltDriveScenario", body_length: float) -> Chain:
     """Return the chain of bodies of an unstretched length, m."""
     mechanism, effects = scenario.mechanism, scenario.effects
-    belt, pulleys, contact = mechanism.belt, mechanism.pulleys, effects.contact
+    belt, pulleys = mechanism.belt, mechanism.pulleys
     mass = belt.mass_per_length * body_length
     return Chain(
         belt.bodies,
@@ -80,22 +81,18 @@ def chain_of(scenario: "BeltDriveScenario", body_length: float) -> Chain:
         effects.gravity.g if effects.gravity is not None else 0.0,
         np.array([p.center for p in pulleys]).T,
         np.array([p.radius for p in pulleys]),
-        contact_numbers(contact, "c1", mechanism.names, belt.bodies),
-        contact_numbers(contact, "c2", mechanism.names, belt.bodies),
+        _contact_numbers(scenario, "c1"),
+        _contact_numbers(scenario, "c2"),
     )
 
 
-def contact_numbers(
-    contact: "ContactTable | None", key: str, pulleys: tuple[str, ...], bodies: int
-) -> Array:
-    """Return c1, c2 or the damping of the contact of a body with each pulley, (pulleys,).
-
-    A contact that is given for a body of another mesh acts by the length of the body.
-    """
+def _contact_numbers(scenario: "BeltDriveScenario", key: str) -> Array:
+    """Return c1 or c2 of the contact of a body with each pulley, (pulleys,); zeros without one."""
+    mechanism, contact = scenario.mechanism, scenario.effects.contact
     if contact is None:
-        return np.zeros(len(pulleys))
-    part = 1.0 if contact.reference_bodies is None else contact.reference_bodies / bodies
-    return part * np.array([contact.at(name, key) for name in pulleys])
+        return np.zeros(len(mechanism.pulleys))
+    scale = mesh_scale(contact, mechanism.belt.bodies)
+    return scale * np.array([contact.at(name, key) for name in mechanism.names])
 
 
 class Shape(NamedTuple):

@@ -66,7 +66,7 @@ class Observer:
         self._energies = ["energy_input"]
         if system.friction is not None:
             self._energies.append("energy_friction")
-        if any(effect.dissipates(parameters) for effect, parameters in model.present_effects):
+        if model.belt.has_dampers:
             self._energies.append("energy_damping")
         contact = {"friction_force", "slip_velocity", "sticking"}
         absent = contact if system.friction is None else set()
