@@ -133,7 +133,7 @@ def test_a_belt_without_dampers_keeps_its_energy_and_tensions(rtol: float) -> No
 
 def longest_steps(data: dict[str, Any]) -> float:
     """Return the steps of omega h = 4 for the duration, omega that of the fastest waves."""
-    frequency, _ = assemble(scenario_of(data)).max_frequency_and_decay
+    frequency = assemble(scenario_of(data)).max_frequency
     return float(data["solver"]["duration"]) * frequency / 4.0
 
 

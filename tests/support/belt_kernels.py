@@ -40,6 +40,7 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     padded_width,
     value,
 )
+from frictionsim.mechanisms.belt_drive.limits import decay_rates
 from frictionsim.mechanisms.belt_drive.model import BeltModel, assemble
 from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
 from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
@@ -73,6 +74,7 @@ __all__ = [
     "belt_path",
     "compiled_friction_curve",
     "contact_forces",
+    "decay_rates",
     "derivative",
     "find_contact_candidates",
     "joint_forces",

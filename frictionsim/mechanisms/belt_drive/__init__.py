@@ -8,7 +8,7 @@ of nb + np degrees of freedom. The model is in
     channels          what is recorded
     equation          the equations of motion, compiled
     statics           the belt at rest: its quantities
-    effects           each with its table, force and limits: contact, friction, ...
+    effects           each with its force: contact, friction, ...
     geometry          the line of an ideal belt round its pulleys
     energy            the energies that a belt stores, and their gradient
     equilibrium       the belt at rest, where the energy is least
@@ -16,7 +16,7 @@ of nb + np degrees of freedom. The model is in
     model             the belt at rest, ready to be stepped: its energies and limits
     kernels           the arrays (system), both kinematics (plane, string), contacts
     steppers          the methods rkf45 and moreau, the latter with a step for each kinematics
-    stability_limits  the highest frequency and decay, which bound the steps
+    limits            waves, dampers and friction, which bound the steps; scales of errors
     belt_simulation   from step to step
     sampling          the channels, and what summary and audit need of each sample
     slip              the slip of the drive, and the tensions of its spans
@@ -32,20 +32,21 @@ References
    dry friction", Archive of Mechanical Engineering 61(4), 2014.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from frictionsim.mechanisms.belt_drive import mesh_study
 from frictionsim.mechanisms.belt_drive.channels import PANELS
+from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.mechanisms.belt_drive.statics import statics
 from frictionsim.mechanisms.belt_drive.work_precision import METRICS, ladders, references, tighter
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.simulation.base import Simulation
 
 __all__ = [
     "METRICS",
     "PANELS",
+    "SCENARIO",
     "ladders",
     "mesh_study",
     "references",
@@ -55,16 +56,10 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    """Return SCENARIO, when it is first asked for: by then all effects have to be known."""
-    if name == "SCENARIO":
-        from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
-
-        return BeltDriveScenario
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+SCENARIO = BeltDriveScenario
 
 
-def simulation(scenario: "BeltDriveScenario") -> "Simulation":
+def simulation(scenario: BeltDriveScenario) -> "Simulation":
     """Return the simulation of a scenario."""
     from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 

@@ -23,8 +23,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from frictionsim.mechanisms.belt_drive.belt import mesh_scale
+
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.effects.contact import ContactTable
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
 Array = npt.NDArray[Any]  # of floats, or of complex numbers for derivatives
@@ -67,7 +68,7 @@ class Chain(NamedTuple):
 def chain_of(scenario: "BeltDriveScenario", body_length: float) -> Chain:
     """Return the chain of bodies of an unstretched length, m."""
     mechanism, effects = scenario.mechanism, scenario.effects
-    belt, pulleys, contact = mechanism.belt, mechanism.pulleys, effects.contact
+    belt, pulleys = mechanism.belt, mechanism.pulleys
     mass = belt.mass_per_length * body_length
     return Chain(
         belt.bodies,
@@ -80,22 +81,18 @@ def chain_of(scenario: "BeltDriveScenario", body_length: float) -> Chain:
         effects.gravity.g if effects.gravity is not None else 0.0,
         np.array([p.center for p in pulleys]).T,
         np.array([p.radius for p in pulleys]),
-        contact_numbers(contact, "c1", mechanism.names, belt.bodies),
-        contact_numbers(contact, "c2", mechanism.names, belt.bodies),
+        _contact_numbers(scenario, "c1"),
+        _contact_numbers(scenario, "c2"),
     )
 
 
-def contact_numbers(
-    contact: "ContactTable | None", key: str, pulleys: tuple[str, ...], bodies: int
-) -> Array:
-    """Return c1, c2 or the damping of the contact of a body with each pulley, (pulleys,).
-
-    A contact that is given for a body of another mesh acts by the length of the body.
-    """
+def _contact_numbers(scenario: "BeltDriveScenario", key: str) -> Array:
+    """Return c1 or c2 of the contact of a body with each pulley, (pulleys,); zeros without one."""
+    mechanism, contact = scenario.mechanism, scenario.effects.contact
     if contact is None:
-        return np.zeros(len(pulleys))
-    part = 1.0 if contact.reference_bodies is None else contact.reference_bodies / bodies
-    return part * np.array([contact.at(name, key) for name in pulleys])
+        return np.zeros(len(mechanism.pulleys))
+    scale = mesh_scale(contact, mechanism.belt.bodies)
+    return scale * np.array([contact.at(name, key) for name in mechanism.names])
 
 
 class Shape(NamedTuple):
@@ -155,9 +152,11 @@ def shape_of(
 
 
 def nearest_pulleys(chain: Chain, x: Array, y: Array) -> Indices:
-    """Return the pulley whose rim is nearest to each body, (n,)."""
-    distances = np.hypot(x[:, None] - chain.centers[0], y[:, None] - chain.centers[1])
-    nearest: Indices = np.argmax(chain.radii - distances, axis=1)
+    """Return the pulley whose rim is nearest to each body, (..., n)."""
+    center_x, center_y = chain.centers[..., None]
+    dx, dy = x[..., None, :] - center_x, y[..., None, :] - center_y
+    depths = chain.radii[:, None] - np.sqrt(dx * dx + dy * dy)
+    nearest: Indices = np.argmax(depths, axis=-2)
     return nearest
 
 
@@ -234,18 +233,23 @@ def contact_stiffness(chain: Chain, force: float) -> float:
     return float(np.max(np.sqrt(chain.linear**2 + 4.0 * chain.quadratic * force)))
 
 
-def energy_on_line(chain: Chain, line_length: float, place: Array) -> float:
-    """Return the energy of points, J, at places, (n,), along a line that closes in a length, m."""
-    stretch = np.diff(place, prepend=place[-1] - line_length) - chain.length
-    return float(0.5 * chain.stiffness * np.sum(stretch**2))
+def energy_on_line(chain: Chain, line_length: float, place: Array) -> Array:
+    """Return the energy of points, J, at places, (..., n), along a line of a length, m."""
+    stretch = place - before(place) - chain.length
+    stretch[..., 0] += line_length
+    total: Array = 0.5 * chain.stiffness * np.sum(stretch**2, axis=-1)
+    return total
 
 
-def kinetic_energy(chain: Chain, velocities: Array, inertias: Array, speeds: Array) -> float:
-    """Return the kinetic energy of bodies and pulleys, J.
+def kinetic_energy(chain: Chain, velocities: Array, inertias: Array, speeds: Array) -> Array:
+    """Return the kinetic energy of bodies and pulleys, (...,), J.
 
-    `velocities` are of bodies by x, y, m/s, and angle, rad/s, (3, n), or of points along their
-    line, (1, n); `inertias`, kg m^2, and `speeds`, rad/s, are those of the pulleys.
+    `velocities` are those of bodies in x and y, m/s, and of their angles, rad/s, (..., 3, n), or of
+    points along their line, (..., 1, n); `speeds`, (..., pulleys), rad/s, and the moments of
+    `inertias`, kg m^2, are of the pulleys.
     """
-    moving = chain.mass * np.sum(velocities[:2] ** 2)
-    turning = chain.inertia * np.sum(velocities[2:] ** 2)
-    return float(0.5 * (moving + turning + np.sum(inertias * speeds**2)))
+    squares = np.sum(velocities**2, axis=-1)
+    bodies = chain.mass * squares[..., :2].sum(axis=-1)
+    turning = chain.inertia * squares[..., 2:].sum(axis=-1)
+    total: Array = 0.5 * (bodies + turning + np.sum(inertias * speeds**2, axis=-1))
+    return total

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import ScenarioError
+from frictionsim.mechanisms.belt_drive.belt import initial_positions
 from frictionsim.mechanisms.belt_drive.energy import (
     Array,
     Chain,
@@ -473,12 +474,6 @@ def factorised(hessian: Any, shift: float) -> Any:
 # --- a belt that is guided on its line --------------------------------------------------------
 
 
-def initial_positions(path: Path, points: int) -> Array:
-    """Return where the points are at the start, m, from where the belt leaves the first pulley."""
-    positions: Array = (np.arange(points, dtype=np.float64) + 0.5) * (path.length / points)
-    return positions
-
-
 def _string_at_rest(scenario: "BeltDriveScenario") -> Rest:
     belt, path = scenario.mechanism.belt, scenario.mechanism.path()
     spacing = path.length / belt.bodies
@@ -487,7 +482,7 @@ def _string_at_rest(scenario: "BeltDriveScenario") -> Rest:
         assert length is not None  # one of them is given
         tension = belt.axial_rigidity * (path.length / length - 1.0)
     body_length = spacing / (1.0 + tension / belt.axial_rigidity)
-    points = path.at(initial_positions(path, belt.bodies))
+    points = path.at(initial_positions(path.length, belt.bodies))
     # Each point's part of the belt on each arc; the arc of the first pulley is the last one.
     starts, ends = np.roll(path.breakpoints[1:-1:2], 1), np.roll(path.breakpoints[2::2], 1)
     along = np.arange(belt.bodies + 1) * spacing

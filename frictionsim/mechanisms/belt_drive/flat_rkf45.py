@@ -146,10 +146,44 @@ def sum_3(
 
 
 @loop
-def add_2(h: float, c1: float, c2: float, k1: Array, k2: Array, out: Array) -> None:
-    """Add h (c1 k1 + c2 k2): a sum of more terms in one loop would be no vector instructions."""
-    for i in range(len(out)):
-        out[i] += h * (c1 * k1[i] + c2 * k2[i])
+def sum_4(
+    h: float,
+    c1: float,
+    c2: float,
+    c3: float,
+    c4: float,
+    y: Array,
+    k1: Array,
+    k2: Array,
+    k3: Array,
+    k4: Array,
+    out: Array,
+) -> None:
+    """Write y + h (c1 k1 + ... + c4 k4)."""
+    for i in range(len(y)):
+        out[i] = y[i] + h * (c1 * k1[i] + c2 * k2[i] + c3 * k3[i] + c4 * k4[i])
+
+
+@loop
+def sum_5(
+    h: float,
+    c1: float,
+    c2: float,
+    c3: float,
+    c4: float,
+    c5: float,
+    y: Array,
+    k1: Array,
+    k2: Array,
+    k3: Array,
+    k4: Array,
+    k5: Array,
+    out: Array,
+) -> None:
+    """Write y + h (c1 k1 + ... + c5 k5)."""
+    for i in range(len(y)):
+        total = c1 * k1[i] + c2 * k2[i] + c3 * k3[i] + c4 * k4[i] + c5 * k5[i]
+        out[i] = y[i] + h * total
 
 
 @loop
@@ -230,14 +264,11 @@ def advance(
         rhs(t + C3 * h, h, z, k2, b, plane, line, inv_tau)
         sum_3(h, A41, A42, A43, s.y_old, k0, k1, k2, z)
         rhs(t + C4 * h, h, z, k3, b, plane, line, inv_tau)
-        sum_2(h, A51, A52, s.y_old, k0, k1, z)
-        add_2(h, A53, A54, k2, k3, z)
+        sum_4(h, A51, A52, A53, A54, s.y_old, k0, k1, k2, k3, z)
         rhs(t + h, h, z, k4, b, plane, line, inv_tau)
-        sum_3(h, A61, A62, A63, s.y_old, k0, k1, k2, z)
-        add_2(h, A64, A65, k3, k4, z)
+        sum_5(h, A61, A62, A63, A64, A65, s.y_old, k0, k1, k2, k3, k4, z)
         rhs(t + C6 * h, h, z, k5, b, plane, line, inv_tau)
-        sum_3(h, D1, D3, D4, s.y_old, k0, k2, k3, y_new)
-        add_2(h, D5, D6, k4, k5, y_new)
+        sum_5(h, D1, D3, D4, D5, D6, s.y_old, k0, k2, k3, k4, k5, y_new)
         if task == INTERPOLATE:
             rhs(sample, h, y_new, z, b, plane, line, inv_tau)
             return RUNNING

@@ -66,7 +66,7 @@ class Observer:
         self._energies = ["energy_input"]
         if system.friction is not None:
             self._energies.append("energy_friction")
-        if any(effect.dissipates(parameters) for effect, parameters in model.present_effects):
+        if model.belt.has_dampers:
             self._energies.append("energy_damping")
         contact = {"friction_force", "slip_velocity", "sticking"}
         absent = contact if system.friction is None else set()
@@ -213,7 +213,7 @@ class Observer:
             "_torque": table[TORQUE].copy(),
             "_mean_tension": tension.mean(),
             "_belt_speed": self._belt_speed(kinematics),
-            "_span_tension": span_tensions(tension, pulley, len(members)),
+            "_span_tension": span_tensions(tension[None], pulley[None], len(members))[0],
             **self._contact_counts(channels),
             **self._friction_on_pulleys(),
             "_patch": np.sum(pulley[self._patch] >= 0.0),

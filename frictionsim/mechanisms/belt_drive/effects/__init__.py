@@ -1,12 +1,4 @@
-"""The effects that a belt drive can have, one file each.
-
-A file has the table of the scenario, the parameters of the force, the force itself, a kernel, and
-what it does to the highest frequency and decay rate, which bound the steps. Energies are in
-`energy.py`.
-
-A new effect is a class derived from `BeltEffect` and a line in this list. Forces are added in the
-order of their stages, scenarios list effects in the order of the list.
-"""
+"""The effects that a belt drive can have, one file each: parameters and kernel of the force."""
 
 from frictionsim.mechanisms.belt_drive.effects.axial import AxialEffect
 from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect

@@ -18,17 +18,14 @@ References
 """
 
 from math import pi
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from pydantic import Field
 
 from frictionsim.mechanisms.belt_drive.effects.base import (
     BeltEffect,
     BeltProperties,
-    Decay,
     Stage,
-    Waves,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.system import (
@@ -50,7 +47,7 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     Y,
     full_vectors,
 )
-from frictionsim.scenario.schema import Params, unit_field
+from frictionsim.mechanisms.belt_drive.schema import AxialDampingTable
 
 TINY = 1e-300  # a joint of no length has no force
 
@@ -63,18 +60,6 @@ S3, S5, S7, S9 = -1 / 6, 1 / 120, -1 / 5040, 1 / 362880
 S11, S13, S15 = -1 / 39916800, 1 / 6227020800, -1 / 1307674368000
 C2, C4, C6, C8 = 1 / 2, -1 / 24, 1 / 720, -1 / 40320
 C10, C12, C14, C16 = 1 / 3628800, -1 / 479001600, 1 / 87178291200, -1 / 20922789888000
-
-
-class AxialDampingTable(Params):
-    """`[effects.axial_damping]`: of each joint, N s/m, or of the section, N s (b/l a joint)."""
-
-    coefficient: float = unit_field(
-        "N s/m or N s", "Damping along the belt: of a joint, N s/m, or of the section, N s.", gt=0
-    )
-    basis: Literal["joint", "section"] = Field(
-        "joint",
-        description="What the coefficient belongs to; of the section a joint has coefficient/l.",
-    )
 
 
 class AxialParameters(NamedTuple):
@@ -311,27 +296,11 @@ class AxialEffect(BeltEffect):
     """The springs that every belt has, and the dampers of `[effects.axial_damping]`."""
 
     key = "axial_damping"
-    table = AxialDampingTable
     stage = Stage.JOINT
     add_forces = add_axial_forces
-    on_guided_string = True
-    solved_for_in_fixed_steps = True
 
     def parameters(self, table: AxialDampingTable | None, belt: BeltProperties) -> AxialParameters:
         length, damping = belt.chain.length, None
         if table is not None:
             damping = table.coefficient / (length if table.basis == "section" else 1.0)
         return AxialParameters(belt.axial_rigidity / length, damping)
-
-    def dissipates(self, parameters: AxialParameters) -> bool:
-        return parameters.damping is not None
-
-    def add_wave_stiffness(self, parameters: AxialParameters, waves: Waves) -> None:
-        c = parameters.stiffness
-        waves.along += 4.0 * c
-        waves.across += c * np.abs(waves.shift) ** 2
-        waves.turning += c * np.abs(waves.lever) ** 2 + waves.tension * waves.chain.length
-        waves.coupling += np.abs(c * waves.shift.conj() * waves.lever)
-
-    def decay(self, parameters: AxialParameters, chain: Chain) -> Decay:
-        return Decay(moving=4.0 * (parameters.damping or 0.0) / chain.mass)

@@ -30,10 +30,9 @@ References
 .. [1] K. Kubas, Archive of Mechanical Engineering 61(4), 2014.
 """
 
-from typing import ClassVar, Literal, NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
-from pydantic import Field, model_validator
 
 from frictionsim.mechanisms.belt_drive.effects.base import BeltEffect, BeltProperties, Stage
 from frictionsim.mechanisms.belt_drive.kernels.contacts import run_end
@@ -62,7 +61,7 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     contact_rows,
 )
 from frictionsim.mechanisms.belt_drive.kernels.wrap import mass_ratio, times_factor, wrap_rate
-from frictionsim.scenario.schema import CoefficientsOfFriction, inconsistent, unit_field
+from frictionsim.mechanisms.belt_drive.schema import BeltFrictionTable
 from frictionsim.solvers import friction_curve as curve
 
 
@@ -120,60 +119,6 @@ def add_friction_rows(
         start = end
 
 
-UNITS = {"transition_speed": "m/s", "maximum_creep": "m", "elementary_time": "s"}
-
-
-class BeltFrictionTable(CoefficientsOfFriction):
-    """`[effects.belt_friction]`, with `pulleys.NAME` for those that differ."""
-
-    LAW_KEYS: ClassVar[tuple[str, ...]] = ("law", *UNITS)
-
-    law: Literal["set-valued", "regularised", "creep"] = Field(
-        "set-valued", description="Friction law."
-    )
-    transition_speed: float | None = unit_field(
-        "m/s",
-        "Speed over which `regularised` and `creep` friction rises to its full size; needed by"
-        " both.",
-        None,
-        gt=0,
-    )
-    maximum_creep: float | None = unit_field(
-        "m",
-        "Creep at which a contact without slip has its full friction, eq 13; `creep` needs it.",
-        None,
-        gt=0,
-    )
-    elementary_time: float | None = unit_field(
-        "s",
-        "Time in which the slip velocity gives the creep of eq 13, for `creep`; without it the"
-        " step of the solver, on which the friction depends then.",
-        None,
-        gt=0,
-    )
-    pulleys: dict[str, CoefficientsOfFriction] = Field(
-        default_factory=dict,
-        description="Coefficients of a pulley that differs from the others, by its name.",
-    )
-
-    @model_validator(mode="after")
-    def _law_has_its_parameters(self) -> Self:
-        of_law = {"regularised": ("transition_speed",), "creep": tuple(UNITS)}.get(self.law, ())
-        for key, unit in UNITS.items():
-            given = getattr(self, key) is not None
-            if key in of_law and not given and key != "elementary_time":
-                raise inconsistent(
-                    (key,),
-                    f"missing; law = '{self.law}' needs it, in {unit}"
-                    f" (--set effects.belt_friction.{key}=VALUE)",
-                )
-            if given and key not in of_law:
-                raise inconsistent(
-                    (key,), f"law = '{self.law}' has no such parameter; leave it out"
-                )
-        return self
-
-
 MAX_ITERATIONS = 100  # each halves the bracket at least; two or three are the rule
 PULLEY_TOLERANCE = 1e-13  # of two values of alpha, over the largest that counts
 
@@ -224,9 +169,7 @@ class FrictionEffect(BeltEffect):
     """`[effects.belt_friction]`: it is solved for after all other forces are known."""
 
     key = "belt_friction"
-    table = BeltFrictionTable
     stage = Stage.FRICTION
-    on_guided_string = True
 
     def parameters(
         self, table: BeltFrictionTable | None, belt: BeltProperties

@@ -10,37 +10,21 @@ References
 
 from typing import NamedTuple
 
-import numpy as np
-
 from frictionsim.mechanisms.belt_drive.effects.base import (
     BeltEffect,
     BeltProperties,
-    Decay,
     Stage,
-    Waves,
 )
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
 from frictionsim.mechanisms.belt_drive.kernels.system import (
     BEND,
     BEND_RATE,
     Array,
-    Chain,
     System,
     full_vectors,
 )
 from frictionsim.mechanisms.belt_drive.kernels.wrap import bend_rates
-from frictionsim.scenario.schema import Params, unit_field
-
-
-class BendingTable(Params):
-    """`[effects.bending]`: of the section; a joint has rigidity/l and damping/l."""
-
-    rigidity: float = unit_field(
-        "N m^2", "Bending rigidity EI of the section; a joint has EI/l.", gt=0
-    )
-    damping: float = unit_field(
-        "N m^2 s", "Bending damping of the section; a joint has it over l.", 0.0, ge=0
-    )
+from frictionsim.mechanisms.belt_drive.schema import BendingTable
 
 
 class BendingParameters(NamedTuple):
@@ -88,7 +72,6 @@ class BendingEffect(BeltEffect):
     """`[effects.bending]`."""
 
     key = "bending"
-    table = BendingTable
     stage = Stage.JOINT
     add_forces = add_bending
 
@@ -99,12 +82,3 @@ class BendingEffect(BeltEffect):
             return None
         length = belt.chain.length
         return BendingParameters(table.rigidity / length, table.damping / length)
-
-    def dissipates(self, parameters: BendingParameters) -> bool:
-        return parameters.damping > 0.0
-
-    def add_wave_stiffness(self, parameters: BendingParameters, waves: Waves) -> None:
-        waves.turning += parameters.stiffness * np.abs(waves.shift) ** 2
-
-    def decay(self, parameters: BendingParameters, chain: Chain) -> Decay:
-        return Decay(turning=4.0 * parameters.damping / chain.inertia)

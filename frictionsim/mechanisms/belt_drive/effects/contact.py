@@ -13,14 +13,11 @@ References
 from typing import NamedTuple
 
 import numpy as np
-from pydantic import Field
 
 from frictionsim.mechanisms.belt_drive.effects.base import (
     BeltEffect,
     BeltProperties,
-    Decay,
     Stage,
-    Waves,
 )
 from frictionsim.mechanisms.belt_drive.kernels.contacts import run_end
 from frictionsim.mechanisms.belt_drive.kernels.jit import inline_kernel, loop_kernel
@@ -28,7 +25,6 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     VX,
     VY,
     Array,
-    Chain,
     ContactRows,
     Contacts,
     System,
@@ -37,48 +33,9 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     contact_rows,
 )
 from frictionsim.mechanisms.belt_drive.kernels.wrap import update_wrap_factors
-from frictionsim.scenario.schema import Params, unit_field
+from frictionsim.mechanisms.belt_drive.schema import ContactTable
 
 TINY = 1e-300  # what fills a block up may stand in the centre of a pulley
-
-
-class PulleyContactTable(Params):
-    """Contact with one pulley; what is left out is as on the others."""
-
-    c1: float | None = unit_field("N/m^2", "Quadratic stiffness there.", None, ge=0)
-    c2: float | None = unit_field("N/m", "Linear stiffness there.", None, gt=0)
-    damping: float | None = unit_field("N s/m", "Damping there.", None, ge=0)
-    p_max: float | None = unit_field(
-        "m", "Penetration from which on the damping acts in full there.", None, gt=0
-    )
-
-
-class ContactTable(Params):
-    """`[effects.contact]`: eqs 9-11 of Kubas 2014, for one body; `pulleys.NAME` where they differ.
-
-    With `reference_bodies` the numbers are for a body of a belt of so many; each body of another
-    mesh has its part by length, so that the mesh can be refined.
-    """
-
-    c1: float = unit_field("N/m^2", "Quadratic stiffness of the contact of a body.", 0.0, ge=0)
-    c2: float = unit_field("N/m", "Linear stiffness of the contact of a body.", gt=0)
-    damping: float = unit_field("N s/m", "Damping of the contact of a body.", 0.0, ge=0)
-    p_max: float = unit_field(
-        "m", "Penetration from which on the damping acts in full.", 1e-3, gt=0
-    )
-    reference_bodies: int | None = unit_field(
-        "1", "Bodies of the belt that these numbers are for; without it any mesh.", None, gt=0
-    )
-    pulleys: dict[str, PulleyContactTable] = Field(
-        default_factory=dict,
-        description="Contact with a pulley that differs; what is left out is as on the others.",
-    )
-
-    def at(self, pulley: str, key: str) -> float:
-        """Return a number of the contact with a pulley: its own, or the common one."""
-        own = getattr(self.pulleys.get(pulley), key, None)
-        parameter: float = getattr(self, key) if own is None else own
-        return parameter
 
 
 class ContactDamping(NamedTuple):
@@ -200,10 +157,8 @@ class ContactEffect(BeltEffect):
     """`[effects.contact]`."""
 
     key = "contact"
-    table = ContactTable
     stage = Stage.CONTACT
     add_forces = add_contacts
-    solved_for_in_fixed_steps = True
 
     def parameters(
         self, table: ContactTable | None, belt: BeltProperties
@@ -218,22 +173,3 @@ class ContactEffect(BeltEffect):
         coefficient = scale * pulley_values("damping")
         damping = ContactDamping(coefficient, pulley_values("p_max")) if coefficient.any() else None
         return ContactParameters(scale * pulley_values("c1"), scale * pulley_values("c2"), damping)
-
-    def dissipates(self, parameters: ContactParameters) -> bool:
-        return parameters.damping is not None
-
-    def add_wave_stiffness(self, parameters: ContactParameters, waves: Waves) -> None:
-        stiffness = stiffness_under(parameters, waves.normal_force)
-        waves.along += stiffness
-        waves.across += stiffness
-
-    def decay(self, parameters: ContactParameters, chain: Chain) -> Decay:
-        damping = parameters.damping
-        fastest = float(np.max(damping.coefficient)) if damping is not None else 0.0
-        return Decay(moving=fastest / chain.mass)
-
-
-def stiffness_under(parameters: ContactParameters, force: float) -> float:
-    """Return dN/dp of the stiffest contact when it is pressed by a force, N/m."""
-    c1, c2, _ = parameters
-    return float(np.max(np.sqrt(c2**2 + 4.0 * c1 * force)))

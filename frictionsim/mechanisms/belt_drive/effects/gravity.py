@@ -37,7 +37,6 @@ class GravityEffect(BeltEffect):
     """`[effects.gravity]`."""
 
     key = "gravity"
-    table = Gravity
     stage = Stage.BODY
     add_forces = add_gravity
 

@@ -48,7 +48,6 @@ from frictionsim.mechanisms.belt_drive.kernels.system import (
     kinematics_of,
     zero_state,
 )
-from frictionsim.mechanisms.belt_drive.stability_limits import explicit_decay
 from frictionsim.mechanisms.belt_drive.steppers import moreau_plane as plane
 from frictionsim.mechanisms.belt_drive.steppers import moreau_string as string
 from frictionsim.mechanisms.belt_drive.steppers.base import Stepper
@@ -173,8 +172,7 @@ LAST_STEP = CANDIDATE_UPDATE_INTERVAL - 1  # after a search, before the next one
 
 def max_stable_step(model: "BeltModel") -> float:
     """Return the length below which steps of bodies in the plane are stable, s."""
-    frequency, _ = model.max_frequency_and_decay
-    return stable_step(frequency, explicit_decay(model.system))
+    return stable_step(model.max_frequency, 4.0 * (model.belt.bend_damping or 0.0))
 
 
 def stable_step(frequency: float, decay: float) -> float:
@@ -234,7 +232,7 @@ def plane_plan(model: "BeltModel", settings: "BeltSolverSettings") -> StepPlan:
 def string_plan(model: "BeltModel", settings: "BeltSolverSettings") -> StepPlan:
     """Return how a guided string is stepped: with its dampers solved for throughout, or never."""
     system = model.system
-    damping, (frequency, _) = system.effects.axial_damping.damping, model.max_frequency_and_decay
+    damping, frequency = system.effects.axial_damping.damping, model.max_frequency
     max_step = stable_step(frequency, 4.0 * (damping or 0.0) / system.chain.mass)
     stiff = None
     if damping and (settings.step or MAX_OMEGA_H / frequency / SHORTENED) >= max_step:

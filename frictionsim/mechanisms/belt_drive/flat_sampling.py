@@ -1,0 +1,481 @@
+"""Samples of a belt drive: channels, and what the summary and the audit need.
+
+Contacts have rows over bodies, so that a channel of bodies is a row of contacts: of the pulley that
+presses each body.
+"""
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from frictionsim.errors import BeltOffPulleys, Diverged
+from frictionsim.mechanisms.belt_drive.belt import (
+    DAMPING_HEAT,
+    ENERGIES,
+    FRICTION_HEAT,
+    FX,
+    FY,
+    INERTIA,
+    INPUT_ENERGY,
+    MIDDLE,
+    MODE,
+    MU_K,
+    MU_S,
+    NORMAL,
+    PHI,
+    POSITION,
+    PX,
+    PY,
+    RADIUS,
+    SPEED,
+    STICKING,
+    TENSION,
+    TORQUE,
+    Array,
+    Belt,
+    Indices,
+    Line,
+    X,
+    Y,
+    patch_bodies,
+)
+from frictionsim.mechanisms.belt_drive.channels import CHANNELS, BeltSamples
+from frictionsim.mechanisms.belt_drive.energy import (
+    Shape,
+    before,
+    chain_of,
+    energies,
+    energy_on_line,
+    kinetic_energy,
+    shape_of,
+)
+from frictionsim.mechanisms.belt_drive.quantities import checks_of, quantities_of
+from frictionsim.mechanisms.belt_drive.run_warnings import warnings_of
+from frictionsim.mechanisms.belt_drive.slip import span_tensions
+from frictionsim.mechanisms.belt_drive.transitions import transitions_of
+from frictionsim.results import SimulationResult
+from frictionsim.simulation.checkpoint import Arrays
+from frictionsim.simulation.sample_store import SampleStore
+
+if TYPE_CHECKING:
+    from frictionsim.mechanisms.belt_drive.equilibrium import Rest
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+
+Bools = npt.NDArray[np.bool_]
+
+# Of the pretension: a belt whose tension is above mass_per_length times speed squared by less than
+# that is about to lift off. Its friction fades before it does.
+LIGHT = 0.02
+MAX_PENETRATION = 0.5  # of a radius: a body that gets further into a pulley does not come out again
+MAX_ENERGY_GAIN = 1.0  # of the energy that was stored at the start or put in since
+OF_FRICTION = {"friction_force", "slip_velocity", "sticking"}
+ENERGIES_HELD = "input", "kinetic", "potential"
+# So many samples are worked out at once, of so many contacts: of more no time is saved.
+MOST_AT_ONCE, NUMBERS_AT_ONCE = 64, 40_000
+# The rows of contacts that are copied, and their places among these.
+OF_CONTACTS = slice(NORMAL, STICKING + 1)
+AT_NORMAL, AT_SLIP, _, AT_FORWARD, AT_BACKWARD, AT_FRICTION, AT_STICKING = range(7)
+OF_BODIES = AT_NORMAL, AT_SLIP, AT_FRICTION, AT_STICKING
+IN_PLANE, ON_LINE = slice(FX, FY + 1), slice(TENSION, MIDDLE + 1)
+
+
+class States(NamedTuple):
+    """Samples as they are taken, (m, ...): copies of the state and of the belt's rows.
+
+    Attributes
+    ----------
+    time : (m,), s
+    kin : (m, rows, n)
+        The kinematics.
+    rest : (m, ...)
+        The state behind them.
+    con : (m, rows, pulleys, n)
+        The rows NORMAL to STICKING of the contacts.
+    mode : (m, pulleys, n)
+    work : (m, 2, n + 1)
+        FX and FY, on a line TENSION and MIDDLE.
+    speed, torque : (m, pulleys)
+    """
+
+    time: Array
+    kin: Array
+    rest: Array
+    con: Array
+    mode: Array
+    work: Array
+    speed: Array
+    torque: Array
+
+
+class Contacts(NamedTuple):
+    """The contacts of samples, m: which bodies each pulley presses, and what these have of it.
+
+    Attributes
+    ----------
+    on : (m, pulleys, n) of bool
+    pulley : (m, n)
+        -1 where none presses.
+    normal, friction, slip, sticking, mode : (m, n)
+        0 where none presses.
+    """
+
+    on: Bools
+    pulley: Indices
+    normal: Array
+    friction: Array
+    slip: Array
+    sticking: Array
+    mode: Array
+
+
+class Observer:
+    """Samples of a belt drive, in a `SampleStore`.
+
+    A sample is a copy of rows. What is recorded of it, the wanted channels and what the quantities
+    need, is worked out for many samples at once: for one of 150 bodies NumPy takes twenty times as
+    long to be called as to calculate.
+
+    Parameters
+    ----------
+    scenario : BeltDriveScenario
+    belt : Belt
+    rest : Rest
+    force_per_impulse : float, 1/s
+        Makes a force of what the contacts hold as friction, if that is an impulse.
+    """
+
+    def __init__(
+        self, scenario: "BeltDriveScenario", belt: Belt, rest: "Rest", force_per_impulse: float
+    ) -> None:
+        self._scenario, self._belt = scenario, belt
+        self._force_per_impulse = force_per_impulse
+        self._chain = chain_of(scenario, rest.body_length)
+        self._pretension = float(np.mean(rest.tension))
+        self._path = scenario.mechanism.path()
+        self._patch = patch_bodies(scenario, rest.body_length)
+        self._mu_s, self._mu_k = belt.con[[MU_S, MU_K], :, : belt.n]
+        self._distinct = belt.distinct
+        self._energies = {"energy_input": INPUT_ENERGY}
+        if belt.has_friction:
+            self._energies["energy_friction"] = FRICTION_HEAT
+        if belt.has_dampers:
+            self._energies["energy_damping"] = DAMPING_HEAT
+        absent = set() if belt.has_friction else OF_FRICTION
+        wanted = scenario.output.channels
+        self._wanted = [
+            name
+            for name, channel in CHANNELS.items()
+            if channel.axis and name not in absent and (wanted is None or name in wanted)
+        ]
+        self._samples = SampleStore()
+        self._states = self._room(max(1, min(MOST_AT_ONCE, NUMBERS_AT_ONCE // belt.con[0].size)))
+        self._waiting = self._checked = 0  # samples
+        self._squares = 0.0  # of velocities, at most, that wait
+
+    def _room(self, samples: int) -> States:
+        belt = self._belt
+        pulleys, rows = belt.pul.shape[1], belt.angles // belt.width
+        return States(
+            np.empty(samples),
+            np.empty((samples, rows, belt.n)),
+            np.empty((samples, belt.energies + ENERGIES - belt.angles)),
+            np.empty((samples, OF_CONTACTS.stop - OF_CONTACTS.start, pulleys, belt.n)),
+            np.empty((samples, pulleys, belt.n)),
+            np.empty((samples, 2, belt.n + 1)),
+            np.empty((samples, pulleys)),
+            np.empty((samples, pulleys)),
+        )
+
+    @property
+    def states(self) -> int:
+        """How many numbers are integrated: those of the state that this scenario needs."""
+        belt = self._belt
+        rows = belt.angles // belt.width
+        return rows * belt.n + belt.energies - belt.angles + len(self._energies)
+
+    def check_belt(self, t: float, state: Array) -> None:
+        """Stop where the belt has left its pulleys, is pressed through one, or passes itself."""
+        belt, kin = self._belt, self._belt.kinematics(state)[:, : self._belt.n]
+        if belt.line is not None:
+            spacing = np.diff(kin[POSITION], append=kin[POSITION, 0] + belt.line.length)
+            if np.min(spacing) <= 0.0:
+                raise Diverged(
+                    f"bodies {int(np.argmin(spacing))} and the next have passed each other at"
+                    f" t = {t:.9g} s: without effects.contact a slack span goes into compression"
+                    " instead of sagging; raise mechanism.belt.pretension, or add [effects.contact]"
+                )
+            return
+        if belt.n_runs[0] == 0:
+            raise BeltOffPulleys(
+                f"the belt has left its pulleys at t = {t:.9g} s; is the pretension too low, or a"
+                " torque too high?"
+            )
+        x, y, radius = belt.pul[[PX, PY, RADIUS]][..., None]
+        depth = 1.0 - np.sqrt((kin[X] - x) ** 2 + (kin[Y] - y) ** 2) / radius
+        if np.max(depth) > MAX_PENETRATION:
+            body = int(np.argmax(np.max(depth, axis=0)))
+            raise BeltOffPulleys(
+                f"body {body} of the belt is pressed {100 * np.max(depth):.0f} % of the radius into"
+                f" a pulley at t = {t:.9g} s; stiffen effects.contact, or lower the tension"
+            )
+
+    # --- samples are taken ----------------------------------------------------------------------
+
+    def sample(self, t: float, state: Array) -> None:
+        """Take the sample of time t, of whose state the belt's rows have the forces.
+
+        Raises
+        ------
+        Diverged
+            There is more energy than was stored or put in; of this sample or one before.
+        """
+        self._copy(t, state, self._waiting, self._states)
+        velocities = self._states.kin[self._waiting].ravel()[self._belt.n * self._rows_of_places :]
+        squares = float(velocities @ velocities)
+        self._waiting += 1
+        # Energy that comes from nowhere may grow beyond all numbers within a few samples.
+        if self._waiting == len(self._states.time) or not squares <= 2.0 * self._squares:
+            self._squares = squares
+            self.finish()
+
+    @property
+    def _rows_of_places(self) -> int:
+        return self._belt.angles // self._belt.width // 2
+
+    def _copy(self, t: float, state: Array, k: int, states: States) -> None:
+        belt, n = self._belt, self._belt.n
+        states.time[k] = t
+        states.kin[k] = belt.kinematics(state)[:, :n]
+        states.rest[k] = state[belt.angles : belt.energies + ENERGIES]
+        states.con[k] = belt.con[OF_CONTACTS, :, :n]
+        states.mode[k] = belt.con[MODE, :, :n]
+        states.work[k] = belt.work[IN_PLANE if belt.line is None else ON_LINE, : n + 1]
+        states.speed[k] = belt.pul[SPEED]
+        states.speed[k, belt.free] = state[belt.speeds : belt.energies]
+        states.torque[k] = belt.pul[TORQUE]
+
+    def finish(self) -> None:
+        """Work out the samples that wait, and check their energies; `Diverged` as of `sample`."""
+        self._work_out()
+        samples = self._samples
+        put_in, kinetic, potential = (
+            samples.channel(f"energy_{name}", len(samples)) for name in ENERGIES_HELD
+        )
+        stored = np.abs(potential[0]) + np.abs(put_in - put_in[0])
+        # Dissipated energy is ignored: it can only lower the total.
+        gain = kinetic - kinetic[0] + potential - potential[0] - (put_in - put_in[0])
+        created = np.flatnonzero(gain[self._checked :] > MAX_ENERGY_GAIN * stored[self._checked :])
+        if created.size:
+            k = self._checked + created[0]
+            raise Diverged(
+                f"at t = {samples.channel('time', len(samples))[k]:.9g} s the belt has"
+                f" {gain[k] / stored[k]:.3g} times the energy that it was given: the steps are"
+                " unstable; give a smaller solver.step or solver.max_step, or a smaller rtol"
+            )
+        self._checked = len(samples)
+
+    def _work_out(self) -> None:
+        if self._waiting:
+            states = States(*(of[: self._waiting] for of in self._states))
+            self._samples.extend(self._worked_out(states))
+            self._waiting = 0
+
+    # --- what is recorded of them ---------------------------------------------------------------
+
+    def _worked_out(self, states: States) -> dict[str, Any]:
+        """Return the wanted channels and what quantities need, (m, ...), of samples."""
+        belt, chain, line = self._belt, self._chain, self._belt.line
+        velocities = states.kin[:, self._rows_of_places :]
+        contacts = self._contacts(states)
+        if line is None:
+            shape = shape_of(chain, states.kin[:, X], states.kin[:, Y], states.kin[:, PHI])
+            potential = energies(chain, shape).sum(axis=-1)
+            along = velocities[:, 0] * shape.cos + velocities[:, 1] * shape.sin
+            tension = _tension(states.work[:, :, : belt.n], shape)
+            x, y, angle = states.kin[:, X], states.kin[:, Y], states.kin[:, PHI]
+        else:
+            potential = energy_on_line(chain, line.length, states.kin[:, POSITION])
+            along, tension = velocities[:, 0], states.work[:, 0, : belt.n]
+            x, y, angle = self._places_on_line(states.kin[:, POSITION])
+        kinetic = kinetic_energy(chain, velocities, belt.pul[INERTIA], states.speed)
+        channels = {
+            "pulley_angle": states.rest[:, : belt.speeds - belt.angles],
+            "pulley_speed": states.speed,
+            "pulley_torque": states.torque,
+            "x": x,
+            "y": y,
+            "angle": angle,
+            "normal_force": contacts.normal,
+            "friction_force": contacts.friction,
+            "slip_velocity": contacts.slip,
+            "sticking": contacts.sticking,
+            "pulley_index": contacts.pulley,
+            "tension": tension,
+        }
+        behind = belt.energies - belt.angles
+        return {
+            "time": states.time,
+            **{name: channels[name] for name in self._wanted},
+            **{name: states.rest[:, behind + k] for name, k in self._energies.items()},
+            "energy_kinetic": kinetic,
+            "energy_potential": potential,
+            "_speed": states.speed,
+            "_torque": states.torque,
+            "_mean_tension": tension.mean(axis=-1),
+            "_belt_speed": along.mean(axis=-1),
+            "_span_tension": span_tensions(tension, contacts.pulley, belt.pul.shape[1]),
+            "_patch": np.sum(contacts.pulley[:, self._patch] >= 0, axis=-1),
+            **self._lengths_on_pulleys(states, contacts),
+            **self._friction_on_pulleys(states),
+            "_power": self._friction_power(contacts),
+        }
+
+    def _contacts(self, states: States) -> Contacts:
+        normal, slip, friction, sticking = (states.con[:, row] for row in OF_BODIES)
+        on = normal > 0.0
+        pressed = on.any(axis=1)
+        own = on.argmax(axis=1)[:, None]
+
+        def of(rows: Array) -> Array:
+            taken: Array = np.take_along_axis(rows, own, axis=1)[:, 0] * pressed
+            return taken
+
+        friction = of(friction) * self._force_per_impulse
+        slips, sticks, mode = of(slip), of(sticking), of(states.mode)
+        pulley = np.where(pressed, own[:, 0], -1)
+        return Contacts(on, pulley, of(normal), friction, slips, sticks, mode)
+
+    def _places_on_line(self, position: Array) -> tuple[Array, Array, Array]:
+        length = self._path.length
+        rounds = np.floor(position / length)
+        within = np.minimum(position - rounds * length, np.nextafter(length, 0.0))
+        points = self._path.at(within.ravel())
+        x, y = points.position.T.reshape(2, *position.shape)
+        angle = points.angle.reshape(position.shape) + rounds * self._path.total_turning
+        return x, y, angle
+
+    def _lengths_on_pulleys(self, states: States, contacts: Contacts) -> dict[str, Array]:
+        """Return how many bodies' lengths touch each pulley, and on how many of them it sticks.
+
+        On a line parts of lengths count as such; and the angle, rad, over which a string is hardly
+        pressed on a pulley is told.
+
+        The friction is at its limit on the sliding arc and zero on the arc of adhesion, but for
+        waves, whose mean is zero, and for the body between the two: the share of its limit is that
+        of its length that slides. Counted as a whole it would make an error of first order. Where
+        no body sticks there is no adhesion.
+        """
+        lengths, light = contacts.on.astype(np.float64), {}
+        if self._belt.line is not None:
+            parts = self._parts_on_arcs(states.work[:, 1], self._belt.line)
+            lengths *= parts / self._chain.length
+            radius = self._belt.pul[RADIUS, :, None]
+            lightly = states.con[:, AT_NORMAL] * radius < LIGHT * self._pretension * parts
+            light = {"_unpressed": np.sum(contacts.on * lightly * parts / radius, axis=-1)}
+        friction = states.con[:, AT_FRICTION] * self._force_per_impulse
+        sticking = states.con[:, AT_STICKING] > 0.0
+        limit = np.where(sticking, self._mu_s, self._mu_k) * states.con[:, AT_NORMAL]
+        share = np.divide(friction, limit, out=np.zeros_like(limit), where=limit > 0.0)
+        touching = lengths.sum(axis=-1)
+        sliding = np.abs((lengths * share.clip(-1.0, 1.0)).sum(axis=-1))
+        sticks = (contacts.on & sticking).any(axis=-1)
+        adhesion = np.where(sticks, (touching - sliding).clip(min=0.0), 0.0)
+        return {"_touching": touching, "_sticking": adhesion, **light}
+
+    def _parts_on_arcs(self, middle: Array, line: Line) -> Array:
+        """Return the length of each point's part of the belt on each arc, (m, pulleys, n), m."""
+        first, last = middle[:, None, :-1], middle[:, None, 1:]
+        starts, arcs = line.starts[:, None], line.arcs[:, None]
+        # Of the round that the point is in, as the kernels have it.
+        rounds = np.floor((first - starts + self._belt.skin) / line.length)
+        begin = starts + line.length * rounds
+        parts: Array = (last - begin).clip(0.0, arcs) - (first - begin).clip(0.0, arcs)
+        return parts
+
+    def _friction_on_pulleys(self, states: States) -> dict[str, Array]:
+        """Return friction on the belt, what it could be in full slip, and its excess, N.
+
+        `_slip` is the sum of N s, whose sign is the direction of the slip. `_excess` has by how
+        much a friction is off its limits, and the largest limit: above the one that holds it; or
+        below that at rest, of a body that has no slip but does not stick: the static coefficient
+        would hold it.
+        """
+        if not self._belt.has_friction:
+            return {"_excess": np.zeros((len(states.time), 2))}
+        con, scale = states.con, self._force_per_impulse
+        normal, slip, sticking = (con[:, k] for k in (AT_NORMAL, AT_SLIP, AT_STICKING))
+        friction, at_rest = con[:, AT_FRICTION] * scale, self._mu_s * normal
+        size = np.abs(friction)
+        off = size - at_rest
+        if self._belt.inv_tau is not None:
+            forward, backward = con[:, AT_FORWARD], con[:, AT_BACKWARD]
+            limit = np.where(friction > 0.0, forward, backward) * scale
+            let_go = (slip == 0.0) & (sticking == 0.0)
+            off = np.maximum(size - limit, np.where(let_go, at_rest - size, 0.0))
+        excess = np.stack([off, at_rest], axis=-1).max(axis=(1, 2), initial=0.0)
+        return {
+            "_friction": friction.sum(axis=-1),
+            "_capacity": (self._mu_k * normal).sum(axis=-1),
+            "_slip": (normal * slip).sum(axis=-1),
+            "_excess": excess,
+        }
+
+    def _friction_power(self, contacts: Contacts) -> Array:
+        """Return the power with which friction drives bodies that slide, and that of all of it, W.
+
+        What residual slip a body has that is held relaxes within steps, in either direction. Where
+        static and kinetic friction differ, its mode says that it is held; at its limit, too.
+        """
+        power = contacts.friction * contacts.slip
+        slides = contacts.sticking == 0.0
+        if self._distinct:
+            slides &= contacts.mode != 0.0
+        driving = (-power * slides).clip(min=0.0).sum(axis=-1)
+        return np.stack([driving, np.abs(power).sum(axis=-1)], axis=-1)
+
+    # --- the samples so far ---------------------------------------------------------------------
+
+    def state(self) -> Arrays:
+        """Return the samples, for a checkpoint."""
+        self._work_out()
+        return self._samples.state()
+
+    def restore(self, state: Arrays, belt_state: Array) -> int:
+        """Take over the samples of another run of the scenario; return how many these are.
+
+        `belt_state` is a state of the belt, any: of it a sample is made that theirs are to be like.
+        """
+        one = self._room(1)
+        self._copy(0.0, belt_state, 0, one)
+        like = {name: values[0] for name, values in self._worked_out(one).items()}
+        self._samples.restore(state, like)
+        self._checked = len(self._samples)
+        return self._checked
+
+    def observe(self) -> SimulationResult:
+        """Return the samples before the first that is not finite, and what follows from them."""
+        self._work_out()
+        samples, sound = self._samples, self._samples.n_finite()
+        names = samples.names
+        seen = {n: samples.channel(n, sound) for n in names if n.startswith(("energy", "_"))}
+        time = samples.channel("time", sound) if names else np.zeros(0)
+        run = BeltSamples(self._scenario, self._chain.length, self._pretension, time, seen)
+        quantities = quantities_of(run)
+        return SimulationResult(
+            time=time,
+            channels={name: samples.channel(name, sound) for name in CHANNELS if name in names},
+            transitions=transitions_of(run),
+            quantities=quantities,
+            checks=checks_of(run),
+            non_finite_tail=sound < len(samples),
+            warnings=warnings_of(run, quantities),
+        )
+
+
+def _tension(force: Array, shape: Shape) -> Array:
+    """Return the size of the joints' forces, (m, 2, n), N; negative in compression."""
+    fx, fy = force[:, 0], force[:, 1]
+    along = fx * (shape.cos + before(shape.cos)) + fy * (shape.sin + before(shape.sin))
+    tension: Array = np.copysign(np.sqrt(fx * fx + fy * fy), along)
+    return tension
