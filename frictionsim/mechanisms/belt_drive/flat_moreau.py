@@ -46,17 +46,10 @@ import numpy as np
 from frictionsim.errors import InputError, NonFinite
 from frictionsim.mechanisms.belt_drive.belt import (
     ALPHA,
-    BACKWARD,
-    BEND,
     BIAS,
-    COS,
     DAMPING,
     DAMPING_HEAT,
-    DX,
-    DY,
     FIXED,
-    FORWARD,
-    FRICTION,
     FRICTION_HEAT,
     FX,
     FY,
@@ -66,45 +59,37 @@ from frictionsim.mechanisms.belt_drive.belt import (
     KAPPA,
     LINEAR,
     MIDDLE,
-    MU_BACKWARD,
-    MU_FORWARD,
     NORMAL,
-    NX,
     NY,
-    PHI,
     PULL,
     PX,
     PY,
     QUADRATIC,
     RADIUS,
-    RATE,
-    SIN,
-    SLIP,
     SPEED,
     SPEED_NEW,
     SPEED_OLD,
-    SPIN,
-    STICKING,
     TENSION,
     TORQUE,
-    TURNED,
-    VX,
-    VY,
-    YIELD,
     Array,
     Belt,
     Indices,
     Line,
-    X,
-    Y,
     aligned,
 )
 from frictionsim.mechanisms.belt_drive.flat_kernels import (
     ONE,
     TINY,
+    Accelerations,
+    Bodies,
+    Contact,
+    Joints,
+    bodies_of,
     body_forces,
+    contact_of,
     copy,
     drive,
+    joints_of,
     point_forces,
     press_on_line,
     pulley_motion,
@@ -149,9 +134,6 @@ class Steps(NamedTuple):
     counts: Indices
 
 
-# Rows by name, (width,) each, in the units of `belt`: loops take tuples of them.
-
-
 class Body(NamedTuple):
     """What all bodies have in common: how many, also in full vectors, half a length, inertias."""
 
@@ -162,38 +144,6 @@ class Body(NamedTuple):
     inertia: float
 
 
-class Bodies(NamedTuple):
-    """Kinematics of bodies."""
-
-    x: Array
-    y: Array
-    phi: Array
-    vx: Array
-    vy: Array
-    spin: Array
-
-
-class Accelerations(NamedTuple):
-    """Accelerations of bodies."""
-
-    x: Array
-    y: Array
-    phi: Array
-
-
-class Joints(NamedTuple):
-    """Directions of bodies; of joints their force, angle, rate, and the part of the damper."""
-
-    cos: Array
-    sin: Array
-    fx: Array
-    fy: Array
-    bend: Array
-    rate: Array
-    dx: Array
-    dy: Array
-
-
 class Motion(NamedTuple):
     """Bodies at the start of a step and in its middle, and what they do there."""
 
@@ -201,25 +151,6 @@ class Motion(NamedTuple):
     middle: Bodies
     acc: Accelerations
     joints: Joints
-
-
-class Contact(NamedTuple):
-    """The contacts of one pulley."""
-
-    nx: Array
-    ny: Array
-    normal: Array
-    slip: Array
-    bias: Array
-    forward: Array
-    backward: Array
-    friction: Array
-    sticking: Array
-    kappa: Array
-    yields: Array
-    mu_forward: Array
-    mu_backward: Array
-    turned: Array
 
 
 class Dampers(NamedTuple):
@@ -282,40 +213,10 @@ DAMPER_ROWS = 20  # of one dimension
 
 
 @part
-def bodies_of(kin: Array) -> Bodies:
-    """Return the rows of kinematics in the plane."""
-    return Bodies(kin[X], kin[Y], kin[PHI], kin[VX], kin[VY], kin[SPIN])
-
-
-@part
 def motion_of(old: Array, s: Steps, work: Array) -> Motion:
     """Return the rows of bodies in a step."""
-    joints = Joints(
-        work[COS], work[SIN], work[FX], work[FY], work[BEND], work[RATE], work[DX], work[DY]
-    )
     acc = Accelerations(s.acc[0], s.acc[1], s.acc[2])
-    return Motion(bodies_of(old), bodies_of(s.middle), acc, joints)
-
-
-@part
-def contact_of(con: Array, j: int) -> Contact:
-    """Return the rows of the contacts of pulley j."""
-    return Contact(
-        con[NX, j],
-        con[NY, j],
-        con[NORMAL, j],
-        con[SLIP, j],
-        con[BIAS, j],
-        con[FORWARD, j],
-        con[BACKWARD, j],
-        con[FRICTION, j],
-        con[STICKING, j],
-        con[KAPPA, j],
-        con[YIELD, j],
-        con[MU_FORWARD, j],
-        con[MU_BACKWARD, j],
-        con[TURNED, j],
-    )
+    return Motion(bodies_of(old), bodies_of(s.middle), acc, joints_of(work))
 
 
 # --- pulleys --------------------------------------------------------------------------------------
@@ -592,7 +493,6 @@ def press_line(h: float, v: Array, new: Array, bias: Array, b: Belt, line: Line)
     con, pul, work = b.con, b.pul, b.work
     for r in range(b.n_runs[0]):
         j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
-        c = contact_of(con, j)
         press_on_line(
             b.n,
             a,
@@ -611,14 +511,8 @@ def press_line(h: float, v: Array, new: Array, bias: Array, b: Belt, line: Line)
             new,
             work[TENSION],
             work[MIDDLE],
-            c.mu_forward,
-            c.mu_backward,
-            c.normal,
-            c.slip,
             bias[j],
-            c.forward,
-            c.backward,
-            c.yields,
+            contact_of(con, j),
         )
 
 
@@ -1048,7 +942,7 @@ def integrate_plane(
             copy(q, y_old[:half])
         start_pulleys(counts[STEPS] * h, h, y, y_old, b)
         predict(half, h, q, v, q_middle, v_middle)
-        damped = body_forces(s.middle, acc.x, acc.y, acc.phi, m.joints.dx[1:], m.joints.dy[1:], b)
+        damped = body_forces(s.middle, acc, m.joints.dx[1:], m.joints.dy[1:], b)
         for r in range(b.n_runs[0]):
             j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
             c, contact_damping, wrap = contact_of(b.con, j), b.contact_damping, b.wrap
@@ -1301,8 +1195,7 @@ class MoreauStepper:
         belt.con[NORMAL, rest.pulley[on], bodies[on]] = rest.normal_force[on]
         if belt.line is not None:
             belt.work[TENSION, : belt.n] = rest.tension
-            spacing = belt.line.length / belt.n
-            belt.work[MIDDLE, : belt.n + 1] = spacing * np.arange(belt.n + 1)
+            belt.work[MIDDLE, : belt.n + 1] = np.linspace(0.0, belt.line.length, belt.n + 1)
             return
         cos, sin = np.cos(rest.angle), np.sin(rest.angle)
         for row, place, along in ((FX, rest.x, cos), (FY, rest.y, sin)):
