@@ -55,8 +55,8 @@ NEW = 2.0
 PX, PY, RADIUS, INERTIA, SPEED, ALPHA, TORQUE = range(7)
 # its contact with a body: N/m^2, N/m, N s/m, 1/m; the sum of its friction on the belt, N or N s;
 QUADRATIC, LINEAR, DAMPING, INV_FULL, PULL = range(7, 12)
-# in fixed steps: the speed at the start of a step and of the one before; 1 where it is given.
-SPEED_OLD, SPEED_BEFORE, FIXED = range(12, 15)
+# in fixed steps: the speed at the start of a step and at its end; 1 where it is given.
+SPEED_OLD, SPEED_NEW, FIXED = range(12, 15)
 PULLEY_ROWS = 16
 
 # What a signal gives: a torque, N m, over time or over the speed of the pulley; a speed, rad/s.

@@ -69,6 +69,7 @@ References
 """
 
 from math import pi
+from typing import NamedTuple
 
 import numpy as np
 
@@ -80,6 +81,8 @@ from frictionsim.mechanisms.belt_drive.belt import (
     BLOCK,
     COS,
     DAMPING,
+    DX,
+    DY,
     FORWARD,
     FRICTION,
     FX,
@@ -115,6 +118,7 @@ from frictionsim.mechanisms.belt_drive.belt import (
     TENSION,
     TORQUE,
     TORQUE_OVER_SPEED,
+    TURNED,
     VELOCITY,
     VX,
     VY,
@@ -144,6 +148,131 @@ S3, S5, S7, S9 = -1 / 6, 1 / 120, -1 / 5040, 1 / 362880
 S11, S13, S15 = -1 / 39916800, 1 / 6227020800, -1 / 1307674368000
 C2, C4, C6, C8 = 1 / 2, -1 / 24, 1 / 720, -1 / 40320
 C10, C12, C14, C16 = 1 / 3628800, -1 / 479001600, 1 / 87178291200, -1 / 20922789888000
+
+
+# --- rows by name -------------------------------------------------------------------------------
+# Loops take tuples of rows: that the arrays in it do not overlap is known, of parts of a table it
+# is not.
+
+
+class Bodies(NamedTuple):
+    """Kinematics of bodies in the plane, (width,) each, m, rad, m/s and rad/s."""
+
+    x: Array
+    y: Array
+    phi: Array
+    vx: Array
+    vy: Array
+    spin: Array
+
+
+class Accelerations(NamedTuple):
+    """Accelerations of bodies in the plane, (width,) each, m/s^2 and rad/s^2."""
+
+    x: Array
+    y: Array
+    phi: Array
+
+
+class Joints(NamedTuple):
+    """Directions of bodies; of joints their force, angle, rate, and the part of the damper."""
+
+    cos: Array
+    sin: Array
+    fx: Array
+    fy: Array
+    bend: Array
+    rate: Array
+    dx: Array
+    dy: Array
+
+
+class Contact(NamedTuple):
+    """Contacts of all bodies with one pulley: the rows of `Belt.con`, (width,) each."""
+
+    nx: Array
+    ny: Array
+    normal: Array
+    slip: Array
+    bias: Array
+    forward: Array
+    backward: Array
+    friction: Array
+    sticking: Array
+    kappa: Array
+    yields: Array
+    mode: Array
+    mu_forward: Array
+    mu_backward: Array
+    mu_s: Array
+    mu_k: Array
+    turned: Array
+
+
+class Rim(NamedTuple):
+    """One pulley: centre and radius, m, rim speed, m/s, and its contact with a body."""
+
+    x: float
+    y: float
+    radius: float
+    speed: float
+    quadratic: float
+    linear: float
+    damping: float
+    inv_full: float
+
+
+@part
+def bodies_of(kin: Array) -> Bodies:
+    """Return the rows of the kinematics of bodies in the plane."""
+    return Bodies(kin[X], kin[Y], kin[PHI], kin[VX], kin[VY], kin[SPIN])
+
+
+@part
+def joints_of(work: Array) -> Joints:
+    """Return the rows of the joints."""
+    return Joints(
+        work[COS], work[SIN], work[FX], work[FY], work[BEND], work[RATE], work[DX], work[DY]
+    )
+
+
+@part
+def contact_of(con: Array, j: int) -> Contact:
+    """Return the rows of the contacts with pulley j."""
+    return Contact(
+        con[NX, j],
+        con[NY, j],
+        con[NORMAL, j],
+        con[SLIP, j],
+        con[BIAS, j],
+        con[FORWARD, j],
+        con[BACKWARD, j],
+        con[FRICTION, j],
+        con[STICKING, j],
+        con[KAPPA, j],
+        con[YIELD, j],
+        con[MODE, j],
+        con[MU_FORWARD, j],
+        con[MU_BACKWARD, j],
+        con[MU_S, j],
+        con[MU_K, j],
+        con[TURNED, j],
+    )
+
+
+@part
+def rim_of(pul: Array, j: int) -> Rim:
+    """Return the numbers of pulley j."""
+    return Rim(
+        pul[PX, j],
+        pul[PY, j],
+        pul[RADIUS, j],
+        pul[RADIUS, j] * pul[SPEED, j],
+        pul[QUADRATIC, j],
+        pul[LINEAR, j],
+        pul[DAMPING, j],
+        pul[INV_FULL, j],
+    )
 
 
 @loop
@@ -192,11 +321,7 @@ def pull(
     half: float,
     c: float,
     damping: float | None,
-    x: Array,
-    y: Array,
-    vx: Array,
-    vy: Array,
-    spin: Array,
+    at: Bodies,
     cos: Array,
     sin: Array,
     fx: Array,
@@ -209,7 +334,7 @@ def pull(
     With the spring's force F the damper's is b (d' . F) F / F^2: no root, and no direction to be
     kept for a joint without length. Its part is written to dx and dy, unless they are None.
     """
-    power = 0.0
+    x, y, vx, vy, spin, power = at.x, at.y, at.vx, at.vy, at.spin, 0.0
     for k in range(full):
         c0, c1, s0, s1 = cos[k], cos[k + 1], sin[k], sin[k + 1]
         px = c * (x[k + 1] - x[k] - half * (c0 + c1))
@@ -238,17 +363,11 @@ def accelerate(
     bending: float | None,
     bend_damping: float | None,
     gravity: float | None,
-    cos: Array,
-    sin: Array,
-    fx: Array,
-    fy: Array,
-    bend: Array,
-    rate: Array,
-    ax: Array,
-    ay: Array,
-    aphi: Array,
+    joints: Joints,
+    acc: Accelerations,
 ) -> float:
     """Write the accelerations without contacts; return the power of bending dampers over I, W/I."""
+    cos, sin, fx, fy, bend, rate, _, _ = joints
     power = 0.0
     for k in range(full):
         x0, x1, y0, y1 = fx[k], fx[k + 1], fy[k], fy[k + 1]
@@ -261,67 +380,36 @@ def accelerate(
         up = inv_mass * (y1 - y0)
         if gravity is not None:
             up -= gravity
-        ax[k], ay[k], aphi[k] = inv_mass * (x1 - x0), up, turning
+        acc.x[k], acc.y[k], acc.phi[k] = inv_mass * (x1 - x0), up, turning
     return power
 
 
 @part
 def body_forces(
-    kin: Array, ax: Array, ay: Array, aphi: Array, dx: Array | None, dy: Array | None, b: Belt
+    kin: Array, acc: Accelerations, dx: Array | None, dy: Array | None, b: Belt
 ) -> float:
     """Write the accelerations without contacts; return the power of dampers, W.
 
     Closes the ring: it writes column n of the kinematics, the copy of the first body. dx and dy are
     the parts of dampers of joints 1 to n, or None.
     """
-    n, full, work = b.n, b.full, b.work
+    n, full, work, at, joints = b.n, b.full, b.work, bodies_of(kin), joints_of(b.work)
+    cos, sin, fx, fy, bend, rate, _, _ = joints
     for row in range(6):
         kin[row, n] = kin[row, 0]
-    kin[PHI, n] += b.turning
-    turn(full, kin[PHI], kin[SPIN], work[COS], work[SIN], work[BEND, 1:], work[RATE, 1:])
-    work[BEND, 0], work[RATE, 0] = work[BEND, n], work[RATE, n]
-    work[COS, n], work[SIN, n] = work[COS, 0], work[SIN, 0]
-    damped = pull(
-        n,
-        full,
-        b.half,
-        b.stiffness,
-        b.damping,
-        kin[X],
-        kin[Y],
-        kin[VX],
-        kin[VY],
-        kin[SPIN],
-        work[COS],
-        work[SIN],
-        work[FX, 1:],
-        work[FY, 1:],
-        dx,
-        dy,
-    )
+    at.phi[n] += b.turning
+    turn(full, at.phi, at.spin, cos, sin, bend[1:], rate[1:])
+    bend[0], rate[0], cos[n], sin[n] = bend[n], rate[n], cos[0], sin[0]
+    damped = pull(n, full, b.half, b.stiffness, b.damping, at, cos, sin, fx[1:], fy[1:], dx, dy)
     # Joint 0 is joint n; the parts of dampers as well, or the heat that fixed steps take is wrong.
     for row in range(FX, WORK_ROWS):
         work[row, 0] = work[row, n]
+    lever = b.half / b.inertia
     bent = accelerate(
-        n,
-        full,
-        1.0 / b.mass,
-        b.half / b.inertia,
-        b.bending,
-        b.bend_damping,
-        b.gravity,
-        work[COS],
-        work[SIN],
-        work[FX],
-        work[FY],
-        work[BEND],
-        work[RATE],
-        ax,
-        ay,
-        aphi,
+        n, full, 1.0 / b.mass, lever, b.bending, b.bend_damping, b.gravity, joints, acc
     )
     for k in range(n, b.width):  # nothing there ever moves
-        ax[k] = ay[k] = aphi[k] = 0.0
+        acc.x[k] = acc.y[k] = acc.phi[k] = 0.0
     return damped + b.inertia * bent
 
 
@@ -333,104 +421,72 @@ def press(
     n: int,
     a: int,
     e: int,
-    px: float,
-    py: float,
-    radius: float,
-    rim: float,
-    c1: float,
-    c2: float,
-    b: float,
-    inv_full: float,
     damping: bool | None,
     wrap: bool | None,
     inv_tau: float | None,
     mass: float,
-    x: Array,
-    y: Array,
-    vx: Array,
-    vy: Array,
+    rim: Rim,
+    at: Bodies,
     bend: Array,
     rate: Array,
-    mu_f: Array,
-    mu_b: Array,
-    ax: Array,
-    ay: Array,
-    nx: Array,
-    ny: Array,
-    normal: Array,
-    slip: Array,
-    bias: Array,
-    forward: Array,
-    backward: Array,
-    kappa: Array,
-    yields: Array,
+    acc: Accelerations,
+    c: Contact,
 ) -> float:
     """Add the normal forces of bodies a to e on one pulley; return the power of their dampers, W.
 
-    Write all that friction is solved from. `rim` is the velocity of the rim, m/s.
+    Write all that friction is solved from.
     """
     power, inv_mass = 0.0, 1.0 / mass
     for k in range(np.uint64(a), np.uint64(e)):
-        dx, dy, ux, uy = x[k] - px, y[k] - py, vx[k], vy[k]
+        dx, dy, ux, uy = at.x[k] - rim.x, at.y[k] - rim.y, at.vx[k], at.vy[k]
         square = dx * dx + dy * dy + TINY
         inv = 1.0 / np.sqrt(square)
-        cx, cy = dx * inv, dy * inv
-        p = max(radius - square * inv, 0.0) if k < np.uint64(n) else 0.0
-        force = p * (c1 * p + c2)
-        out, along = ux * cx + uy * cy, uy * cx - ux * cy
+        nx, ny = dx * inv, dy * inv
+        p = max(rim.radius - square * inv, 0.0) if k < np.uint64(n) else 0.0
+        force = p * (rim.quadratic * p + rim.linear)
+        out, along = ux * nx + uy * ny, uy * nx - ux * ny
         if damping is not None:
-            share = min(p * inv_full, 1.0)
-            damped = max(force - b * share * share * (3.0 - 2.0 * share) * out, 0.0)
+            share = min(p * rim.inv_full, 1.0)
+            full = rim.damping * share * share * (3.0 - 2.0 * share)
+            damped = max(force - full * out, 0.0)
             power += (force - damped) * out
             force = damped
-        factor, factor_rate = 1.0, 0.0
+        kappa, kappa_rate = 1.0, 0.0
         if wrap is not None:
             b0, b1 = bend[k], bend[k + ONE]
-            factor += (b0 * b0 + b1 * b1) * (1.0 / 24.0)
-            factor_rate = (b0 * rate[k] + b1 * rate[k + ONE]) * (1.0 / 12.0)
-        s = rim - factor * along
+            kappa += (b0 * b0 + b1 * b1) * (1.0 / 24.0)
+            kappa_rate = (b0 * rate[k] + b1 * rate[k + ONE]) * (1.0 / 12.0)
+        slip = rim.speed - kappa * along
         if inv_tau is not None:
-            own = factor * (along * out * inv - (ay[k] * cx - ax[k] * cy))
-            bias[k] = s * inv_tau + own - factor_rate * along
-        slip[k], normal[k], nx[k], ny[k] = s, force, cx, cy
-        forward[k], backward[k] = mu_f[k] * force, mu_b[k] * force
-        kappa[k], yields[k] = factor, mass / (factor * factor)
-        ax[k] += inv_mass * force * cx
-        ay[k] += inv_mass * force * cy
+            own = kappa * (along * out * inv - (acc.y[k] * nx - acc.x[k] * ny))
+            c.bias[k] = slip * inv_tau + own - kappa_rate * along
+        c.slip[k], c.normal[k], c.nx[k], c.ny[k] = slip, force, nx, ny
+        c.forward[k], c.backward[k] = c.mu_forward[k] * force, c.mu_backward[k] * force
+        c.kappa[k], c.yields[k] = kappa, mass / (kappa * kappa)
+        acc.x[k] += inv_mass * force * nx
+        acc.y[k] += inv_mass * force * ny
     return power
 
 
 @loop
-def reaction(
-    a: int, e: int, rim: float, yields: Array, bias: Array, forward: Array, backward: Array
-) -> tuple[float, float]:
+def reaction(a: int, e: int, rim: float, c: Contact) -> tuple[float, float]:
     """Return the friction of a run, N or N s, and the mass of what sticks in it, kg."""
     force = sticking = 0.0
     for k in range(np.uint64(a), np.uint64(e)):
-        needed = yields[k] * (rim + bias[k])
-        limited = min(max(needed, -backward[k]), forward[k])
+        needed = c.yields[k] * (rim + c.bias[k])
+        limited = min(max(needed, -c.backward[k]), c.forward[k])
         force += limited
-        sticking += yields[k] * (1.0 if limited == needed else 0.0)
+        sticking += c.yields[k] * (1.0 if limited == needed else 0.0)
     return force, sticking
 
 
 @loop
-def project(
-    a: int,
-    e: int,
-    rim: float,
-    yields: Array,
-    bias: Array,
-    forward: Array,
-    backward: Array,
-    friction: Array,
-    sticking: Array,
-) -> None:
+def project(a: int, e: int, rim: float, c: Contact) -> None:
     """Write the friction that sticking needs, within its limits."""
     for k in range(np.uint64(a), np.uint64(e)):
-        needed = yields[k] * (rim + bias[k])
-        limited = min(max(needed, -backward[k]), forward[k])
-        friction[k], sticking[k] = limited, 1.0 if limited == needed else 0.0
+        needed = c.yields[k] * (rim + c.bias[k])
+        limited = min(max(needed, -c.backward[k]), c.forward[k])
+        c.friction[k], c.sticking[k] = limited, 1.0 if limited == needed else 0.0
 
 
 @loop
@@ -441,12 +497,7 @@ def regularise(
     creep: float | None,
     creep_time: float | None,
     h: float,
-    slip: Array,
-    normal: Array,
-    mu_s: Array,
-    mu_k: Array,
-    friction: Array,
-    sticking: Array,
+    c: Contact,
 ) -> None:
     """Write the friction that a regularised law has for the slip, [1]_ eq 12 and Fig. 6.
 
@@ -458,36 +509,25 @@ def regularise(
         if creep_time is not None:
             duration = creep_time
         for k in range(np.uint64(a), np.uint64(e)):
-            size = abs(slip[k])
-            mu = friction_curve(size / transition, mu_s[k], mu_k[k])
+            size = abs(c.slip[k])
+            mu = friction_curve(size / transition, c.mu_s[k], c.mu_k[k])
             if creep is not None:
                 rise = rising_part(size / transition)
-                mu += mu_s[k] * (1.0 - rise) * rising_part(size * duration / creep)
-            friction[k] = np.copysign(mu * normal[k], slip[k])
-            sticking[k] = 1.0 if size < transition else 0.0
+                mu += c.mu_s[k] * (1.0 - rise) * rising_part(size * duration / creep)
+            c.friction[k] = np.copysign(mu * c.normal[k], c.slip[k])
+            c.sticking[k] = 1.0 if size < transition else 0.0
 
 
 @loop
-def rub(
-    a: int,
-    e: int,
-    inv_mass: float,
-    kappa: Array,
-    nx: Array,
-    ny: Array,
-    slip: Array,
-    friction: Array,
-    ax: Array,
-    ay: Array,
-) -> tuple[float, float]:
+def rub(a: int, e: int, inv_mass: float, c: Contact, acc: Accelerations) -> tuple[float, float]:
     """Add what the friction accelerates; return its sum, N, and its power, W."""
     force = power = 0.0
     for k in range(np.uint64(a), np.uint64(e)):
-        t = friction[k]
+        t = c.friction[k]
         force += t
-        power += t * slip[k]
-        ax[k] -= inv_mass * kappa[k] * t * ny[k]
-        ay[k] += inv_mass * kappa[k] * t * nx[k]
+        power += t * c.slip[k]
+        acc.x[k] -= inv_mass * c.kappa[k] * t * c.ny[k]
+        acc.y[k] += inv_mass * c.kappa[k] * t * c.nx[k]
     return force, power
 
 
@@ -498,21 +538,13 @@ def pulley_motion(j: int, x: float, external: float, b: Belt) -> float:
     x, the first guess, is an angular acceleration and `external` a torque; or an angular velocity
     and the angular momentum that there would be without friction. Newton's method, in a bracket.
     """
-    con, radius, inertia = b.con, b.pul[RADIUS, j], b.pul[INERTIA, j]
+    c, radius, inertia = contact_of(b.con, j), b.pul[RADIUS, j], b.pul[INERTIA, j]
     low, high = -np.inf, np.inf
     for _ in range(MAX_ITERATIONS):
         force = sticking = 0.0
         for r in range(b.n_runs[0]):
             if b.runs[r, 0] == j:
-                own, held = reaction(
-                    b.runs[r, 1],
-                    b.runs[r, 2],
-                    radius * x,
-                    con[YIELD, j],
-                    con[BIAS, j],
-                    con[FORWARD, j],
-                    con[BACKWARD, j],
-                )
+                own, held = reaction(b.runs[r, 1], b.runs[r, 2], radius * x, c)
                 force += own
                 sticking += held
         excess = inertia * x - external + radius * force
@@ -584,16 +616,10 @@ def press_on_line(
     gained: Array,
     tension: Array,
     middle: Array,
-    mu_f: Array,
-    mu_b: Array,
-    normal: Array,
-    slip: Array,
     bias: Array,
-    forward: Array,
-    backward: Array,
-    yields: Array,
+    c: Contact,
 ) -> None:
-    """Write what friction is solved from, of points a to e at one pulley.
+    """Write what friction is solved from, of points a to e at one pulley; the bias to any row.
 
     `gained` are the accelerations without friction, m/s^2, with a duration of 1 s; or, for impulses
     of a step of that duration, the velocities after it, without inv_tau. `start` is where the arc
@@ -608,22 +634,22 @@ def press_on_line(
         on_arc = min(max(after - begin, 0.0), arc) - min(max(before - begin, 0.0), arc)
         force = 0.5 * (tension[k] + tension[k + ONE]) - mass * v[k] * v[k] / (after - before)
         force = max(force * on_arc * inv_radius, 0.0) if k < np.uint64(n) else 0.0
-        s = rim - sense * v[k]
-        normal[k], slip[k], bias[k], yields[k] = force, s, s * rate - sense * gained[k], mass
-        forward[k], backward[k] = duration * mu_f[k] * force, duration * mu_b[k] * force
+        slip = rim - sense * v[k]
+        c.normal[k], c.slip[k], c.yields[k] = force, slip, mass
+        bias[k] = slip * rate - sense * gained[k]
+        c.forward[k] = duration * c.mu_forward[k] * force
+        c.backward[k] = duration * c.mu_backward[k] * force
 
 
 @loop
-def rub_on_line(
-    a: int, e: int, pull: float, slip: Array, friction: Array, acceleration: Array
-) -> tuple[float, float]:
+def rub_on_line(a: int, e: int, pull: float, c: Contact, acc: Array) -> tuple[float, float]:
     """Add what the friction accelerates, `pull` each unit of it; return its sum and its power."""
     force = power = 0.0
     for k in range(np.uint64(a), np.uint64(e)):
-        t = friction[k]
+        t = c.friction[k]
         force += t
-        power += t * slip[k]
-        acceleration[k] += pull * t
+        power += t * c.slip[k]
+        acc[k] += pull * t
     return force, power
 
 
@@ -632,19 +658,9 @@ def point_forces(kin: Array, acceleration: Array, b: Belt, line: Line) -> float:
     """Write the accelerations of points without friction; return the power of dampers, W."""
     n, full = b.n, b.full
     tension, middle = b.work[TENSION], b.work[MIDDLE]
-    kin[POSITION, n], kin[VELOCITY, n] = kin[POSITION, 0] + line.length, kin[VELOCITY, 0]
-    rest = 2.0 * b.stiffness * b.half
-    damped = stretch(
-        n,
-        full,
-        b.stiffness,
-        rest,
-        b.damping,
-        kin[POSITION],
-        kin[VELOCITY],
-        tension[1:],
-        middle[1:],
-    )
+    s, v, rest = kin[POSITION], kin[VELOCITY], 2.0 * b.stiffness * b.half
+    s[n], v[n] = s[0] + line.length, v[0]
+    damped = stretch(n, full, b.stiffness, rest, b.damping, s, v, tension[1:], middle[1:])
     tension[0], middle[0] = tension[n], middle[n] - line.length
     accelerate_on_line(full, 1.0 / b.mass, tension, acceleration)
     for k in range(n, b.width):
@@ -656,25 +672,17 @@ def point_forces(kin: Array, acceleration: Array, b: Belt, line: Line) -> float:
 
 
 @loop
-def choose(
-    a: int,
-    e: int,
-    mode: Array,
-    static: Array,
-    kinetic: Array,
-    normal: Array,
-    forward: Array,
-    backward: Array,
-) -> float:
+def choose(a: int, e: int, c: Contact) -> float:
     """Write the coefficients in force; return by how much that changes the limits, N."""
     changed = 0.0
     for k in range(np.uint64(a), np.uint64(e)):
-        m, s, d = mode[k], static[k], kinetic[k]
-        against = 0.0 if s > d else s
-        f = s if m == 0.0 else d if m > 0.0 else against
-        g = s if m == 0.0 else d if m < 0.0 else against
-        changed += (abs(f - forward[k]) + abs(g - backward[k])) * normal[k]
-        forward[k], backward[k] = f, g
+        mode, static, kinetic = c.mode[k], c.mu_s[k], c.mu_k[k]
+        against = 0.0 if static > kinetic else static
+        forward = static if mode == 0.0 else kinetic if mode > 0.0 else against
+        backward = static if mode == 0.0 else kinetic if mode < 0.0 else against
+        change = abs(forward - c.mu_forward[k]) + abs(backward - c.mu_backward[k])
+        changed += change * c.normal[k]
+        c.mu_forward[k], c.mu_backward[k] = forward, backward
     return changed
 
 
@@ -727,16 +735,7 @@ def search(b: Belt, kin: Array, plane: bool | None, line: Line | None, wrap: boo
                         slip = rim - line.senses[j] * kin[VELOCITY, k]
                     con[SLIP, j, k], con[MODE, j, k] = slip, np.sign(slip)
                     con[STICKING, j, k] = 1.0 if slip == 0.0 else 0.0
-            choose(
-                first,
-                first + BLOCK,
-                con[MODE, j],
-                con[MU_S, j],
-                con[MU_K, j],
-                con[NORMAL, j],
-                con[MU_FORWARD, j],
-                con[MU_BACKWARD, j],
-            )
+            choose(first, first + BLOCK, contact_of(con, j))
             if not inside:
                 b.runs[count, 0], b.runs[count, 1], inside = j, first, True
                 count += 1
@@ -745,38 +744,29 @@ def search(b: Belt, kin: Array, plane: bool | None, line: Line | None, wrap: boo
 
 
 @loop
-def new_modes(a: int, e: int, slip: Array, friction: Array, sticking: Array, mode: Array) -> None:
+def new_modes(a: int, e: int, c: Contact) -> None:
     """Write the modes after a step.
 
     A body that sticks starts to slide in the direction of its friction; one that slides keeps its
     mode until its slip is zero.
     """
     for k in range(np.uint64(a), np.uint64(e)):
-        m, s, f = mode[k], slip[k], friction[k]
-        way = s if f == 0.0 else f
+        old, slip, friction = c.mode[k], c.slip[k], c.friction[k]
+        way = slip if friction == 0.0 else friction
         begun = (1.0 if way > 0.0 else 0.0) - (1.0 if way < 0.0 else 0.0)
-        m = begun if m == 0.0 else m
-        m = 0.0 if mode[k] * s < 0.0 else m
-        mode[k] = 0.0 if sticking[k] > 0.0 else m
+        mode = begun if old == 0.0 else old
+        mode = 0.0 if old * slip < 0.0 else mode
+        c.mode[k] = 0.0 if c.sticking[k] > 0.0 else mode
 
 
 @part
 def update_modes(b: Belt) -> bool:
     """Write modes and coefficients in force after a step; return whether that changes a limit."""
-    con, changed = b.con, 0.0
+    changed = 0.0
     for r in range(b.n_runs[0]):
-        j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
-        new_modes(a, e, con[SLIP, j], con[FRICTION, j], con[STICKING, j], con[MODE, j])
-        changed += choose(
-            a,
-            e,
-            con[MODE, j],
-            con[MU_S, j],
-            con[MU_K, j],
-            con[NORMAL, j],
-            con[MU_FORWARD, j],
-            con[MU_BACKWARD, j],
-        )
+        a, e, c = b.runs[r, 1], b.runs[r, 2], contact_of(b.con, b.runs[r, 0])
+        new_modes(a, e, c)
+        changed += choose(a, e, c)
     return changed > 0.0
 
 
@@ -844,55 +834,24 @@ def rhs(
     """
     w, con, pul, work, half = b.width, b.con, b.pul, b.work, b.angles // 2
     rows = half // w
-    kin, acc = y[: b.angles].reshape((2 * rows, w)), f[half : b.angles].reshape((rows, w))
+    kin, rates = y[: b.angles].reshape((2 * rows, w)), f[half : b.angles].reshape((rows, w))
     copy(y[half : b.angles], f[:half])
     for i in range(len(b.free)):
         pul[SPEED, b.free[i]] = y[b.speeds + i]
     drive(t, b)
     damped = rubbed = put_in = 0.0
     if plane is not None:
-        damped += body_forces(kin, acc[0], acc[1], acc[2], None, None, b)
+        at, acc = bodies_of(kin), Accelerations(rates[0], rates[1], rates[2])
+        damped += body_forces(kin, acc, None, None, b)
     if line is not None:
-        damped += point_forces(kin, acc[0], b, line)
+        damped += point_forces(kin, rates[0], b, line)
     for r in range(b.n_runs[0]):
         j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
-        rim = pul[RADIUS, j] * pul[SPEED, j]
+        c, rim = contact_of(con, j), rim_of(pul, j)
         if plane is not None:
+            bend, rate, pressed = work[BEND], work[RATE], b.contact_damping
             damped += press(
-                b.n,
-                a,
-                e,
-                pul[PX, j],
-                pul[PY, j],
-                pul[RADIUS, j],
-                rim,
-                pul[QUADRATIC, j],
-                pul[LINEAR, j],
-                pul[DAMPING, j],
-                pul[INV_FULL, j],
-                b.contact_damping,
-                b.wrap,
-                inv_tau,
-                b.mass,
-                kin[X],
-                kin[Y],
-                kin[VX],
-                kin[VY],
-                work[BEND],
-                work[RATE],
-                con[MU_FORWARD, j],
-                con[MU_BACKWARD, j],
-                acc[0],
-                acc[1],
-                con[NX, j],
-                con[NY, j],
-                con[NORMAL, j],
-                con[SLIP, j],
-                con[BIAS, j],
-                con[FORWARD, j],
-                con[BACKWARD, j],
-                con[KAPPA, j],
-                con[YIELD, j],
+                b.n, a, e, pressed, b.wrap, inv_tau, b.mass, rim, at, bend, rate, acc, c
             )
         if line is not None:
             press_on_line(
@@ -901,26 +860,20 @@ def rhs(
                 e,
                 1.0,
                 inv_tau,
-                rim,
+                rim.speed,
                 line.senses[j],
-                1.0 / pul[RADIUS, j],
+                1.0 / rim.radius,
                 line.starts[j],
                 line.arcs[j],
                 b.skin,
                 line.length,
                 b.mass,
                 kin[VELOCITY],
-                acc[0],
+                rates[0],
                 work[TENSION],
                 work[MIDDLE],
-                con[MU_FORWARD, j],
-                con[MU_BACKWARD, j],
-                con[NORMAL, j],
-                con[SLIP, j],
-                con[BIAS, j],
-                con[FORWARD, j],
-                con[BACKWARD, j],
-                con[YIELD, j],
+                c.bias,
+                c,
             )
     if inv_tau is not None:
         for j in b.free:
@@ -929,50 +882,15 @@ def rhs(
         pul[PULL, j] = 0.0
     for r in range(b.n_runs[0]):
         j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
+        c = contact_of(con, j)
         if inv_tau is not None:
-            project(
-                a,
-                e,
-                pul[RADIUS, j] * pul[ALPHA, j],
-                con[YIELD, j],
-                con[BIAS, j],
-                con[FORWARD, j],
-                con[BACKWARD, j],
-                con[FRICTION, j],
-                con[STICKING, j],
-            )
+            project(a, e, pul[RADIUS, j] * pul[ALPHA, j], c)
         if inv_tau is None:
-            regularise(
-                a,
-                e,
-                b.transition,
-                b.creep,
-                b.creep_time,
-                h,
-                con[SLIP, j],
-                con[NORMAL, j],
-                con[MU_S, j],
-                con[MU_K, j],
-                con[FRICTION, j],
-                con[STICKING, j],
-            )
+            regularise(a, e, b.transition, b.creep, b.creep_time, h, c)
         if plane is not None:
-            force, power = rub(
-                a,
-                e,
-                1.0 / b.mass,
-                con[KAPPA, j],
-                con[NX, j],
-                con[NY, j],
-                con[SLIP, j],
-                con[FRICTION, j],
-                acc[0],
-                acc[1],
-            )
+            force, power = rub(a, e, 1.0 / b.mass, c, acc)
         if line is not None:
-            force, power = rub_on_line(
-                a, e, line.senses[j] / b.mass, con[SLIP, j], con[FRICTION, j], acc[0]
-            )
+            force, power = rub_on_line(a, e, line.senses[j] / b.mass, c, rates[0])
         pul[PULL, j] += force
         rubbed += power
     if inv_tau is None:

@@ -13,6 +13,12 @@ from frictionsim.mechanisms.belt_drive.belt import BLOCK, Array, Belt, belt_of, 
 from frictionsim.mechanisms.belt_drive.channels import channels_of
 from frictionsim.mechanisms.belt_drive.equilibrium import Rest, at_rest
 from frictionsim.mechanisms.belt_drive.flat_sampling import Observer
+from frictionsim.mechanisms.belt_drive.limits import (
+    deepest_contact_stiffness,
+    error_scales,
+    max_frequency,
+    wave_eigenvalues,
+)
 from frictionsim.results import SimulationResult
 from frictionsim.simulation.checkpoint import Arrays, dump_part, load_part, require_array, unfit
 from frictionsim.solvers.compilation import without_collection
@@ -149,11 +155,16 @@ class BeltDrive:
 
 def stepper_of(scenario: "BeltDriveScenario", belt: Belt, rest: Rest, start: Array) -> Any:
     """Return the belt between two steps of the scenario's method; numba is imported here."""
-    from frictionsim.mechanisms.belt_drive.flat_rkf45 import RKF45Stepper
-    from frictionsim.mechanisms.belt_drive.model import assemble
+    settings = scenario.solver
+    if settings.backend == "moreau":
+        from frictionsim.mechanisms.belt_drive.flat_moreau import MoreauStepper
 
-    model = assemble(scenario)
-    return RKF45Stepper(belt, start, scenario.solver, model.error_scales, model.eigenvalues)
+        frequency, stiffness = max_frequency(belt, rest), deepest_contact_stiffness(belt, rest)
+        return MoreauStepper(belt, start, rest, settings, frequency, stiffness)
+    from frictionsim.mechanisms.belt_drive.flat_rkf45 import RKF45Stepper
+
+    scales, eigenvalues = error_scales(belt, rest), wave_eigenvalues(belt, rest)
+    return RKF45Stepper(belt, start, settings, scales, eigenvalues)
 
 
 class Compilation:
@@ -186,7 +197,7 @@ def announce_compilation(expected: float, monitor: "RunMonitor") -> Iterator[Com
 
     compilation = Compilation()
 
-    class Listener(event.Listener):  # type: ignore[misc]
+    class Listener(event.Listener):
         """Hears of each kernel that is compiled because it is not on the disk."""
 
         def on_start(self, event: Any) -> None:

@@ -70,8 +70,8 @@ class BeltModel(NamedTuple):
         all pulleys, (pulleys,), rad/s.
         """
         velocities = kinematics[len(kinematics) // 2 :]
-        inertia = self.system.pulleys.table[INERTIA]
-        return float(kinetic_energy(self.chain, velocities, inertia, speeds))
+        inertias = self.system.pulleys.table[INERTIA]
+        return float(kinetic_energy(self.chain, velocities, inertias, speeds))
 
     def potential_energy(self, kinematics: Array) -> float:
         """Return the energy of all effects that store one, J, for the kinematics (6, n)."""
@@ -115,8 +115,8 @@ class StringModel(BeltModel):
 
     def potential_energy(self, kinematics: Array) -> float:
         """Return the energy of the springs along the belt, J, for the kinematics (2, n)."""
-        line_length = self.system.kinematics.length
-        return float(energy_on_line(self.chain, line_length, kinematics[POSITION]))
+        length = self.system.kinematics.length
+        return float(energy_on_line(self.chain, length, kinematics[POSITION]))
 
     def contact_state(self) -> dict[str, Any]:
         """Return the state of the contacts between steps, by name."""

@@ -21,9 +21,10 @@ if TYPE_CHECKING:
 
     Array = npt.NDArray[np.float64]
     Mask = npt.NDArray[np.bool_]
+    Numbers = npt.NDArray[np.float64] | npt.NDArray[np.int64]
 
 
-def span_tensions(tension: "Array", pulley_index: "Array", pulleys: int) -> "Array":
+def span_tensions(tension: "Array", pulley_index: "Numbers", pulleys: int) -> "Array":
     """Return the mean tension of each span in samples, N; `[:, i]` leads from pulley i to the next.
 
     Parameters
