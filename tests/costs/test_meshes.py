@@ -13,7 +13,7 @@ import pytest
 import frictionsim as fs
 from frictionsim.errors import ArgumentError, SolverError
 from frictionsim.io.cost_table import read_csv
-from frictionsim.mechanisms.belt_drive import mesh_study
+from frictionsim.mechanisms.belt_drive import study as mesh_study
 from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.plots.studies import cost_diagram
 from tests.costs.made import made_row, made_table

@@ -23,8 +23,7 @@ of nb + np degrees of freedom. The model is in
     quantities        the summary and the audit
     transitions       full slip and grip, lift-off, slack spans
     run_warnings      the warnings of a run
-    work_precision    metrics and settings of a study of cost and accuracy
-    mesh_study        models and numbers of bodies in such a study
+    study             metrics, settings and meshes of a study of cost and accuracy
 
 References
 ----------
@@ -34,11 +33,11 @@ References
 
 from typing import TYPE_CHECKING
 
-from frictionsim.mechanisms.belt_drive import mesh_study
+from frictionsim.mechanisms.belt_drive import study as mesh_study
 from frictionsim.mechanisms.belt_drive.channels import PANELS
 from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.mechanisms.belt_drive.statics import statics
-from frictionsim.mechanisms.belt_drive.work_precision import METRICS, ladders, references, tighter
+from frictionsim.mechanisms.belt_drive.study import METRICS, ladders, references, tighter
 
 if TYPE_CHECKING:
     from frictionsim.simulation.base import Simulation
