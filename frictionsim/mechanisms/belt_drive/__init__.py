@@ -6,17 +6,15 @@ of nb + np degrees of freedom. The model is in
 
     schema            the scenario's tables
     channels          what is recorded
-    equation          the equations of motion, compiled
-    statics           the belt at rest: its quantities
-    effects           each with its force: contact, friction, ...
     geometry          the line of an ideal belt round its pulleys
+    statics           the belt at rest: its quantities
     energy            the energies that a belt stores, and their gradient
     equilibrium       the belt at rest, where the energy is least
-    composition       from a scenario to arrays
-    model             the belt at rest, ready to be stepped: its energies and limits
-    kernels           the arrays (system), both kinematics (plane, string), contacts
-    steppers          the methods rkf45 and moreau, the latter with a step for each kinematics
+    belt              from a scenario to numbers and rows, one flat tuple
     limits            waves, dampers and friction, which bound the steps; scales of errors
+    numba_kinds       the decorators of kernels
+    kernels           the equations of motion, compiled
+    rkf45, moreau     the methods
     belt_simulation   from step to step
     sampling          the channels, and what summary and audit need of each sample
     slip              the slip of the drive, and the tensions of its spans

@@ -10,12 +10,11 @@ they have: what it leaves out does not vanish with the mesh.
 """
 
 from collections.abc import Iterable
-from importlib import import_module
 from math import isclose
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.results import ENERGY_BALANCE, Metric
-from frictionsim.scenario.methods import BELT, REGULARISED, SET_VALUED
+from frictionsim.scenario.methods import REGULARISED, SET_VALUED
 from frictionsim.scenario.toml_data import keys_and_values
 from frictionsim.scenario.variants import TOLERANCES as USUAL_TOLERANCES
 from frictionsim.scenario.variants import Limit, Mesh, Setting, short
@@ -102,11 +101,15 @@ def _fixed(length: float) -> Setting:
 
 def _default_step(scenario: "BeltDriveScenario") -> float:
     """Return the step that `moreau` takes by itself: just short of unstable, s."""
-    from frictionsim.mechanisms.belt_drive.model import assemble
+    from frictionsim.mechanisms.belt_drive.belt import belt_of, initial_state
+    from frictionsim.mechanisms.belt_drive.belt_simulation import stepper_of
+    from frictionsim.mechanisms.belt_drive.equilibrium import at_rest
 
-    module = import_module(BELT[SET_VALUED, "moreau"].module)
     settings = scenario.solver.model_copy(update={"backend": "moreau", "step": None})
-    return float(1.0 / module.STEPPER(assemble(scenario), settings).force_per_impulse)
+    fixed, rest = scenario.model_copy(update={"solver": settings}), at_rest(scenario)
+    belt = belt_of(scenario, rest.body_length)
+    start = initial_state(belt, rest.x, rest.y, rest.angle)
+    return float(1.0 / stepper_of(fixed, belt, rest, start).force_per_impulse)
 
 
 # --- meshes ---------------------------------------------------------------------------------------

@@ -77,7 +77,7 @@ from frictionsim.mechanisms.belt_drive.belt import (
     Line,
     aligned,
 )
-from frictionsim.mechanisms.belt_drive.flat_kernels import (
+from frictionsim.mechanisms.belt_drive.kernels import (
     ONE,
     TINY,
     Accelerations,
@@ -622,9 +622,9 @@ def settle(first: bool, a: int, e: int, rim: float, bias: Array, c: Contact) -> 
 def rim_rows(a: int, e: int, radius: float, c: Contact, d: Dampers, rim: Array) -> None:
     """Add how the rim of a pulley stretches the joints of bodies a to e, which stick to it."""
     for k in range(np.uint64(a), np.uint64(e)):
-        share = c.sticking[k] * radius / c.kappa[k]
-        rim[k] += share * d.p[k]
-        rim[k + ONE] -= share * d.q[k]
+        rim[k] += c.sticking[k] * radius / c.kappa[k] * d.p[k]
+    for k in range(np.uint64(a), np.uint64(e)):
+        rim[k + ONE] -= c.sticking[k] * radius / c.kappa[k] * d.q[k]
 
 
 @loop
