@@ -178,7 +178,6 @@ def test_json_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> No
         "energy_balance",
         "friction_law",
         "dissipation_sign",
-        "release",
         "torque_balance",
     }
     assert all(entry["ok"] for entry in told["audit"].values())

@@ -90,11 +90,6 @@ class BlockFriction(FrictionLaw):
 class BrakeEffects(Params):
     """`[effects]`: one table for each effect that is simulated."""
 
-    # What to write for a key of an earlier version.
-    RETIRED: ClassVar[Mapping[str, str]] = {
-        "shoe_friction": "renamed to block_friction: write [effects.block_friction]"
-    }
-
     block_friction: BlockFriction | None = None
     viscous_damping: ViscousDamping | None = None
 
