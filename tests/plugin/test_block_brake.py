@@ -126,10 +126,6 @@ def test_its_view_shows_what_the_brake_takes(command: Command) -> None:
     ("override", "sentence"),
     [
         (
-            "effects.shoe_friction={}",
-            "effects.shoe_friction: renamed to block_friction: write [effects.block_friction]",
-        ),
-        (
             "drive.force={sine = {mean = 10, amplitude = 15, frequency_hz = 1}}",
             "drive.force: has a minimum of -5 N; a block cannot pull, so give 0 N or more",
         ),
