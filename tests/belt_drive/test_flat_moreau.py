@@ -7,6 +7,7 @@ import pytest
 
 from frictionsim.mechanisms.belt_drive import belt as rows
 from frictionsim.mechanisms.belt_drive.flat_moreau import UNSETTLED, MoreauStepper
+from frictionsim.mechanisms.belt_drive.limits import deepest_contact_stiffness, max_frequency
 from tests.support.belt_kernels import BeltModel, assemble, kinematics_of
 from tests.support.belt_scenarios import (
     NO_MOTION_ACROSS,
@@ -36,8 +37,7 @@ def flat_stepper(data: Scenario) -> tuple[rows.Belt, MoreauStepper, BeltModel]:
     rest = model.equilibrium
     belt = rows.belt_of(scenario, rest.body_length)
     state = rows.initial_state(belt, rest.x, rest.y, rest.angle)
-    stiffness = model.contact_stiffness if belt.line is None else 1.0
-    frequency, _ = model.max_frequency_and_decay
+    frequency, stiffness = max_frequency(belt, rest), deepest_contact_stiffness(belt, rest)
     return belt, MoreauStepper(belt, state, rest, scenario.solver, frequency, stiffness), model
 
 

@@ -46,68 +46,49 @@ import numpy as np
 from frictionsim.errors import InputError, NonFinite
 from frictionsim.mechanisms.belt_drive.belt import (
     ALPHA,
-    BACKWARD,
-    BEND,
     BIAS,
-    COS,
-    DAMPING,
     DAMPING_HEAT,
-    DX,
-    DY,
     FIXED,
-    FORWARD,
-    FRICTION,
     FRICTION_HEAT,
     FX,
     FY,
     INERTIA,
     INPUT_ENERGY,
-    INV_FULL,
     KAPPA,
-    LINEAR,
     MIDDLE,
-    MU_BACKWARD,
-    MU_FORWARD,
     NORMAL,
-    NX,
     NY,
-    PHI,
     PULL,
-    PX,
-    PY,
-    QUADRATIC,
     RADIUS,
-    RATE,
-    SIN,
-    SLIP,
     SPEED,
     SPEED_NEW,
     SPEED_OLD,
-    SPIN,
-    STICKING,
     TENSION,
     TORQUE,
-    TURNED,
-    VX,
-    VY,
-    YIELD,
     Array,
     Belt,
     Indices,
     Line,
-    X,
-    Y,
     aligned,
 )
 from frictionsim.mechanisms.belt_drive.flat_kernels import (
     ONE,
     TINY,
+    Accelerations,
+    Bodies,
+    Contact,
+    Joints,
+    Rim,
+    bodies_of,
     body_forces,
+    contact_of,
     copy,
     drive,
+    joints_of,
     point_forces,
     press_on_line,
     pulley_motion,
+    rim_of,
     search,
     update_modes,
 )
@@ -149,9 +130,6 @@ class Steps(NamedTuple):
     counts: Indices
 
 
-# Rows by name, (width,) each, in the units of `belt`: loops take tuples of them.
-
-
 class Body(NamedTuple):
     """What all bodies have in common: how many, also in full vectors, half a length, inertias."""
 
@@ -162,38 +140,6 @@ class Body(NamedTuple):
     inertia: float
 
 
-class Bodies(NamedTuple):
-    """Kinematics of bodies."""
-
-    x: Array
-    y: Array
-    phi: Array
-    vx: Array
-    vy: Array
-    spin: Array
-
-
-class Accelerations(NamedTuple):
-    """Accelerations of bodies."""
-
-    x: Array
-    y: Array
-    phi: Array
-
-
-class Joints(NamedTuple):
-    """Directions of bodies; of joints their force, angle, rate, and the part of the damper."""
-
-    cos: Array
-    sin: Array
-    fx: Array
-    fy: Array
-    bend: Array
-    rate: Array
-    dx: Array
-    dy: Array
-
-
 class Motion(NamedTuple):
     """Bodies at the start of a step and in its middle, and what they do there."""
 
@@ -201,25 +147,6 @@ class Motion(NamedTuple):
     middle: Bodies
     acc: Accelerations
     joints: Joints
-
-
-class Contact(NamedTuple):
-    """The contacts of one pulley."""
-
-    nx: Array
-    ny: Array
-    normal: Array
-    slip: Array
-    bias: Array
-    forward: Array
-    backward: Array
-    friction: Array
-    sticking: Array
-    kappa: Array
-    yields: Array
-    mu_forward: Array
-    mu_backward: Array
-    turned: Array
 
 
 class Dampers(NamedTuple):
@@ -282,40 +209,10 @@ DAMPER_ROWS = 20  # of one dimension
 
 
 @part
-def bodies_of(kin: Array) -> Bodies:
-    """Return the rows of kinematics in the plane."""
-    return Bodies(kin[X], kin[Y], kin[PHI], kin[VX], kin[VY], kin[SPIN])
-
-
-@part
 def motion_of(old: Array, s: Steps, work: Array) -> Motion:
     """Return the rows of bodies in a step."""
-    joints = Joints(
-        work[COS], work[SIN], work[FX], work[FY], work[BEND], work[RATE], work[DX], work[DY]
-    )
     acc = Accelerations(s.acc[0], s.acc[1], s.acc[2])
-    return Motion(bodies_of(old), bodies_of(s.middle), acc, joints)
-
-
-@part
-def contact_of(con: Array, j: int) -> Contact:
-    """Return the rows of the contacts of pulley j."""
-    return Contact(
-        con[NX, j],
-        con[NY, j],
-        con[NORMAL, j],
-        con[SLIP, j],
-        con[BIAS, j],
-        con[FORWARD, j],
-        con[BACKWARD, j],
-        con[FRICTION, j],
-        con[STICKING, j],
-        con[KAPPA, j],
-        con[YIELD, j],
-        con[MU_FORWARD, j],
-        con[MU_BACKWARD, j],
-        con[TURNED, j],
-    )
+    return Motion(bodies_of(old), bodies_of(s.middle), acc, joints_of(work))
 
 
 # --- pulleys --------------------------------------------------------------------------------------
@@ -430,62 +327,52 @@ def press_in_step(
     a: int,
     e: int,
     h: float,
-    j: int,
-    pul: Array,
+    rim: Rim,
     damping: bool | None,
     wrap: bool | None,
     m: Motion,
-    more: Dampers | None,
-    bias: Array,
+    d: Dampers | None,
     c: Contact,
 ) -> float:
-    """Bodies a to e on pulley j: what contacts do in a step but friction; return the power, W.
+    """Bodies a to e on one pulley: what contacts do in a step but friction; return the power, W.
 
     Places are those in the middle, velocities those at the start. The dampers of contacts work at
     the mean of the old and the new velocity along n: with the acceleration A along n without them
-    that is (v + h A/2)/(1 + h b/(2 m)), stable at any b. Dampers that are solved for afterwards
-    add to it what they added in the last step, where `more` is not None; without that they made it
-    of first order. `slip` becomes kappa v . t at the start, `bias` -kappa v . t at the end without
-    friction, along the t of the end; forward and backward the limits of impulses, N s.
+    that is (v + h A/2)/(1 + h b/(2 m)), stable at any b. Dampers d, solved for afterwards, are
+    expected to add what they added in the last step; without that it would be of first order.
+    `slip` becomes kappa v . t at the start, `bias` -kappa v . t at the end without friction, along
+    the t of the end; forward and backward the limits of impulses, N s.
 
     Four loops: with all its arrays in one the compiler makes no vectors.
     """
     power, inv_mass, last = 0.0, 1.0 / body.mass, np.uint64(body.n)
     old, middle, acc, bend, rate = m.old, m.middle, m.acc, m.joints.bend, m.joints.rate
-    px, py, radius, c1, c2 = (
-        pul[PX, j],
-        pul[PY, j],
-        pul[RADIUS, j],
-        pul[QUADRATIC, j],
-        pul[LINEAR, j],
-    )
-    b, inv_full = pul[DAMPING, j], pul[INV_FULL, j]
     for k in range(np.uint64(a), np.uint64(e)):  # 1/distance in turned, the damper's b in yields
-        dx, dy = middle.x[k] - px, middle.y[k] - py
+        dx, dy = middle.x[k] - rim.x, middle.y[k] - rim.y
         square = dx * dx + dy * dy + TINY
         inv = 1.0 / np.sqrt(square)
-        p = max(radius - square * inv, 0.0) if k < last else 0.0
-        share = min(p * inv_full, 1.0)
-        c.nx[k], c.ny[k], c.normal[k], c.turned[k] = dx * inv, dy * inv, p * (c1 * p + c2), inv
-        c.yields[k] = b * share * share * (3.0 - 2.0 * share)
+        p = max(rim.radius - square * inv, 0.0) if k < last else 0.0
+        share, force = min(p * rim.inv_full, 1.0), p * (rim.quadratic * p + rim.linear)
+        c.nx[k], c.ny[k], c.normal[k], c.turned[k] = dx * inv, dy * inv, force, inv
+        c.yields[k] = rim.damping * share * share * (3.0 - 2.0 * share)
     if wrap is not None:
         for k in range(np.uint64(a), np.uint64(e)):  # its rate in bias
             b0, b1 = bend[k], bend[k + ONE]
             c.kappa[k] = 1.0 + (b0 * b0 + b1 * b1) * (1.0 / 24.0)
-            bias[k] = (b0 * rate[k] + b1 * rate[k + ONE]) * (1.0 / 12.0)
+            c.bias[k] = (b0 * rate[k] + b1 * rate[k + ONE]) * (1.0 / 12.0)
     for k in range(np.uint64(a), np.uint64(e)):
         ux, uy, gx, gy = old.vx[k], old.vy[k], h * acc.x[k], h * acc.y[k]
         cx, cy, force = c.nx[k], c.ny[k], c.normal[k]
         mx, my = ux + 0.5 * gx, uy + 0.5 * gy
-        if more is not None:
-            mx, my = mx + 0.5 * more.vx[k], my + 0.5 * more.vy[k]
+        if d is not None:
+            mx, my = mx + 0.5 * d.vx[k], my + 0.5 * d.vy[k]
         out, along = mx * cx + my * cy + 0.5 * h * inv_mass * force, my * cx - mx * cy
         factor, factor_rate = 1.0, 0.0
         if wrap is not None:
-            factor, factor_rate = c.kappa[k], bias[k]
+            factor, factor_rate = c.kappa[k], c.bias[k]
         t = 0.5 * h * (factor_rate * along - factor * along * out * c.turned[k])
         before = factor * (uy * cx - ux * cy)
-        bias[k] = -before - factor * (gy * cx - gx * cy) - t
+        c.bias[k] = -before - factor * (gy * cx - gx * cy) - t
         c.slip[k], c.turned[k] = before, t
         if damping is not None:
             own = c.yields[k]
@@ -584,15 +471,13 @@ def power_on_line(n: int, full: int, b: float, v_middle: Array, old: Array, new:
 
 
 @part
-def press_line(h: float, v: Array, new: Array, bias: Array, b: Belt, line: Line) -> None:
+def press_line(h: float, v: Array, new: Array, b: Belt, line: Line) -> None:
     """Write the normal forces of points on a line, limits of impulses, and the bias of sticking.
 
     v and new are the velocities in the middle of a step, and at its end without friction.
     """
-    con, pul, work = b.con, b.pul, b.work
     for r in range(b.n_runs[0]):
         j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
-        c = contact_of(con, j)
         press_on_line(
             b.n,
             a,
@@ -601,7 +486,7 @@ def press_line(h: float, v: Array, new: Array, bias: Array, b: Belt, line: Line)
             None,
             0.0,
             line.senses[j],
-            1.0 / pul[RADIUS, j],
+            1.0 / b.pul[RADIUS, j],
             line.starts[j],
             line.arcs[j],
             b.skin,
@@ -609,16 +494,9 @@ def press_line(h: float, v: Array, new: Array, bias: Array, b: Belt, line: Line)
             b.mass,
             v,
             new,
-            work[TENSION],
-            work[MIDDLE],
-            c.mu_forward,
-            c.mu_backward,
-            c.normal,
-            c.slip,
-            bias[j],
-            c.forward,
-            c.backward,
-            c.yields,
+            b.work[TENSION],
+            b.work[MIDDLE],
+            contact_of(b.con, j),
         )
 
 
@@ -903,7 +781,10 @@ def solve_dampers(
                 off = correct_tensions(b.n, 1.0 / h, d.columns[0], d.impulse, b.work[TENSION])
             copy(d.columns[0], d.impulse)
         if line is not None:
-            press_line(h, v_middle, v_new, d.bias, b, line)
+            press_line(h, v_middle, v_new, b, line)
+        if number == 0 or line is not None:
+            for j in range(pul.shape[1]):
+                copy(b.con[BIAS, j], d.bias[j])
         if number > 0:
             for r in range(b.n_runs[0]):
                 j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
@@ -1032,9 +913,9 @@ def integrate_plane(
     q, v, q_middle, v_middle = y[:half], y[half : b.angles], flat[:half], flat[half:]
     m = motion_of(kin, s, b.work)
     acc, twisting = m.acc, 1.0 / (h * b.inertia)
-    more, bias = None, b.con[BIAS]
+    more = None
     if axial is not None:
-        more, bias = d, d.bias
+        more = d
     copy(y_old[half : b.angles], v_middle)
     starts = steps == 0 and counts[STEPS] == 0
     for number in range(1 if starts else steps):
@@ -1048,13 +929,11 @@ def integrate_plane(
             copy(q, y_old[:half])
         start_pulleys(counts[STEPS] * h, h, y, y_old, b)
         predict(half, h, q, v, q_middle, v_middle)
-        damped = body_forces(s.middle, acc.x, acc.y, acc.phi, m.joints.dx[1:], m.joints.dy[1:], b)
+        damped = body_forces(s.middle, acc, m.joints.dx[1:], m.joints.dy[1:], b)
         for r in range(b.n_runs[0]):
             j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
-            c, contact_damping, wrap = contact_of(b.con, j), b.contact_damping, b.wrap
-            damped += press_in_step(
-                body, a, e, h, j, b.pul, contact_damping, wrap, m, more, bias[j], c
-            )
+            rim, c = rim_of(b.pul, j), contact_of(b.con, j)
+            damped += press_in_step(body, a, e, h, rim, b.contact_damping, b.wrap, m, more, c)
         damped *= h
         if bending is not None:
             twist(b.full, twisting, d.torsion, acc.phi)
@@ -1123,7 +1002,7 @@ def integrate_line(
         gain(w, h, v, new, new)
         rubbed = damped = 0.0
         if axial is None:
-            press_line(h, v_middle, new, b.con[BIAS], b, line)
+            press_line(h, v_middle, new, b, line)
             solve_pulleys(b)
         else:
             v[n], new[n] = v[0], new[0]
