@@ -616,9 +616,10 @@ def press_on_line(
     gained: Array,
     tension: Array,
     middle: Array,
+    bias: Array,
     c: Contact,
 ) -> None:
-    """Write what friction is solved from, of points a to e at one pulley.
+    """Write what friction is solved from, of points a to e at one pulley; the bias to any row.
 
     `gained` are the accelerations without friction, m/s^2, with a duration of 1 s; or, for impulses
     of a step of that duration, the velocities after it, without inv_tau. `start` is where the arc
@@ -635,7 +636,7 @@ def press_on_line(
         force = max(force * on_arc * inv_radius, 0.0) if k < np.uint64(n) else 0.0
         slip = rim - sense * v[k]
         c.normal[k], c.slip[k], c.yields[k] = force, slip, mass
-        c.bias[k] = slip * rate - sense * gained[k]
+        bias[k] = slip * rate - sense * gained[k]
         c.forward[k] = duration * c.mu_forward[k] * force
         c.backward[k] = duration * c.mu_backward[k] * force
 
@@ -871,6 +872,7 @@ def rhs(
                 rates[0],
                 work[TENSION],
                 work[MIDDLE],
+                c.bias,
                 c,
             )
     if inv_tau is not None:

@@ -1180,6 +1180,7 @@ class MoreauStepper:
         belt.con[NORMAL, rest.pulley[on], bodies[on]] = rest.normal_force[on]
         if belt.line is not None:
             belt.work[TENSION, : belt.n] = rest.tension
+            belt.work[MIDDLE, : belt.n + 1] = np.linspace(0.0, belt.line.length, belt.n + 1)
             return
         cos, sin = np.cos(rest.angle), np.sin(rest.angle)
         for row, place, along in ((FX, rest.x, cos), (FY, rest.y, sin)):

@@ -7,12 +7,14 @@ presses each body.
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from frictionsim.errors import BeltOffPulleys, Diverged
 from frictionsim.mechanisms.belt_drive.belt import (
+    BACKWARD,
     DAMPING_HEAT,
     ENERGIES,
+    FORWARD,
+    FRICTION,
     FRICTION_HEAT,
     FX,
     FY,
@@ -28,13 +30,13 @@ from frictionsim.mechanisms.belt_drive.belt import (
     PX,
     PY,
     RADIUS,
+    SLIP,
     SPEED,
     STICKING,
     TENSION,
     TORQUE,
     Array,
     Belt,
-    Indices,
     Line,
     X,
     Y,
@@ -62,26 +64,20 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.equilibrium import Rest
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
-Bools = npt.NDArray[np.bool_]
-
 # Of the pretension: a belt whose tension is above mass_per_length times speed squared by less than
 # that is about to lift off. Its friction fades before it does.
 LIGHT = 0.02
 MAX_PENETRATION = 0.5  # of a radius: a body that gets further into a pulley does not come out again
 MAX_ENERGY_GAIN = 1.0  # of the energy that was stored at the start or put in since
 OF_FRICTION = {"friction_force", "slip_velocity", "sticking"}
-ENERGIES_HELD = "input", "kinetic", "potential"
 # So many samples are worked out at once, of so many contacts: of more no time is saved.
 MOST_AT_ONCE, NUMBERS_AT_ONCE = 64, 40_000
-# The rows of contacts that are copied, and their places among these.
-OF_CONTACTS = slice(NORMAL, STICKING + 1)
-AT_NORMAL, AT_SLIP, _, AT_FORWARD, AT_BACKWARD, AT_FRICTION, AT_STICKING = range(7)
-OF_BODIES = AT_NORMAL, AT_SLIP, AT_FRICTION, AT_STICKING
-IN_PLANE, ON_LINE = slice(FX, FY + 1), slice(TENSION, MIDDLE + 1)
+IN_PLANE, ON_LINE = slice(FX, FY + 1), slice(TENSION, MIDDLE + 1)  # rows of joints
+CONTACT_ROWS = slice(NORMAL, MODE + 1)
 
 
 class States(NamedTuple):
-    """Samples as they are taken, (m, ...): copies of the state and of the belt's rows.
+    """Samples as they are taken, m of them: copies of the state and of the belt's rows.
 
     Attributes
     ----------
@@ -91,9 +87,8 @@ class States(NamedTuple):
     rest : (m, ...)
         The state behind them.
     con : (m, rows, pulleys, n)
-        The rows NORMAL to STICKING of the contacts.
-    mode : (m, pulleys, n)
-    work : (m, 2, n + 1)
+        The contacts' rows from NORMAL to MODE.
+    joints : (m, 2, n + 1)
         FX and FY, on a line TENSION and MIDDLE.
     speed, torque : (m, pulleys)
     """
@@ -102,31 +97,13 @@ class States(NamedTuple):
     kin: Array
     rest: Array
     con: Array
-    mode: Array
-    work: Array
+    joints: Array
     speed: Array
     torque: Array
 
-
-class Contacts(NamedTuple):
-    """The contacts of samples, m: which bodies each pulley presses, and what these have of it.
-
-    Attributes
-    ----------
-    on : (m, pulleys, n) of bool
-    pulley : (m, n)
-        -1 where none presses.
-    normal, friction, slip, sticking, mode : (m, n)
-        0 where none presses.
-    """
-
-    on: Bools
-    pulley: Indices
-    normal: Array
-    friction: Array
-    slip: Array
-    sticking: Array
-    mode: Array
+    def contacts(self, row: int) -> Array:
+        """Return a row of the contacts, (m, pulleys, n)."""
+        return self.con[:, row - NORMAL]
 
 
 class Observer:
@@ -171,17 +148,17 @@ class Observer:
         self._samples = SampleStore()
         self._states = self._room(max(1, min(MOST_AT_ONCE, NUMBERS_AT_ONCE // belt.con[0].size)))
         self._waiting = self._checked = 0  # samples
-        self._squares = 0.0  # of velocities, at most, that wait
+        self._first_velocity = belt.angles // belt.width // 2  # row of the kinematics
+        self._squares = 0.0  # the largest sum of squares of velocities of those worked out
 
     def _room(self, samples: int) -> States:
         belt = self._belt
-        pulleys, rows = belt.pul.shape[1], belt.angles // belt.width
+        pulleys = belt.pul.shape[1]
         return States(
             np.empty(samples),
-            np.empty((samples, rows, belt.n)),
+            np.empty((samples, belt.angles // belt.width, belt.n)),
             np.empty((samples, belt.energies + ENERGIES - belt.angles)),
-            np.empty((samples, OF_CONTACTS.stop - OF_CONTACTS.start, pulleys, belt.n)),
-            np.empty((samples, pulleys, belt.n)),
+            np.empty((samples, *belt.con[CONTACT_ROWS, :, : belt.n].shape)),
             np.empty((samples, 2, belt.n + 1)),
             np.empty((samples, pulleys)),
             np.empty((samples, pulleys)),
@@ -231,26 +208,21 @@ class Observer:
             There is more energy than was stored or put in; of this sample or one before.
         """
         self._copy(t, state, self._waiting, self._states)
-        velocities = self._states.kin[self._waiting].ravel()[self._belt.n * self._rows_of_places :]
+        velocities = self._states.kin[self._waiting, self._first_velocity :].ravel()
         squares = float(velocities @ velocities)
         self._waiting += 1
         # Energy that comes from nowhere may grow beyond all numbers within a few samples.
         if self._waiting == len(self._states.time) or not squares <= 2.0 * self._squares:
-            self._squares = squares
+            self._squares = max(self._squares, squares)
             self.finish()
-
-    @property
-    def _rows_of_places(self) -> int:
-        return self._belt.angles // self._belt.width // 2
 
     def _copy(self, t: float, state: Array, k: int, states: States) -> None:
         belt, n = self._belt, self._belt.n
         states.time[k] = t
         states.kin[k] = belt.kinematics(state)[:, :n]
         states.rest[k] = state[belt.angles : belt.energies + ENERGIES]
-        states.con[k] = belt.con[OF_CONTACTS, :, :n]
-        states.mode[k] = belt.con[MODE, :, :n]
-        states.work[k] = belt.work[IN_PLANE if belt.line is None else ON_LINE, : n + 1]
+        states.con[k] = belt.con[CONTACT_ROWS, :, :n]
+        states.joints[k] = belt.work[IN_PLANE if belt.line is None else ON_LINE, : n + 1]
         states.speed[k] = belt.pul[SPEED]
         states.speed[k, belt.free] = state[belt.speeds : belt.energies]
         states.torque[k] = belt.pul[TORQUE]
@@ -258,22 +230,21 @@ class Observer:
     def finish(self) -> None:
         """Work out the samples that wait, and check their energies; `Diverged` as of `sample`."""
         self._work_out()
-        samples = self._samples
-        put_in, kinetic, potential = (
-            samples.channel(f"energy_{name}", len(samples)) for name in ENERGIES_HELD
-        )
-        stored = np.abs(potential[0]) + np.abs(put_in - put_in[0])
+        first, last = self._checked, len(self._samples)
+        gained = {
+            name: self._samples.channel(name, last)[first:] - self._samples.first(name)
+            for name in ("energy_input", "energy_kinetic", "energy_potential")
+        }
+        stored = abs(float(self._samples.first("energy_potential"))) + abs(gained["energy_input"])
         # Dissipated energy is ignored: it can only lower the total.
-        gain = kinetic - kinetic[0] + potential - potential[0] - (put_in - put_in[0])
-        created = np.flatnonzero(gain[self._checked :] > MAX_ENERGY_GAIN * stored[self._checked :])
-        if created.size:
-            k = self._checked + created[0]
+        created = sum(gained.values()) - 2.0 * gained["energy_input"]
+        for k in np.flatnonzero(created > MAX_ENERGY_GAIN * stored)[:1]:
             raise Diverged(
-                f"at t = {samples.channel('time', len(samples))[k]:.9g} s the belt has"
-                f" {gain[k] / stored[k]:.3g} times the energy that it was given: the steps are"
+                f"at t = {self._samples.channel('time', last)[first + k]:.9g} s the belt has"
+                f" {created[k] / stored[k]:.3g} times the energy that it was given: the steps are"
                 " unstable; give a smaller solver.step or solver.max_step, or a smaller rtol"
             )
-        self._checked = len(samples)
+        self._checked = last
 
     def _work_out(self) -> None:
         if self._waiting:
@@ -286,19 +257,19 @@ class Observer:
     def _worked_out(self, states: States) -> dict[str, Any]:
         """Return the wanted channels and what quantities need, (m, ...), of samples."""
         belt, chain, line = self._belt, self._chain, self._belt.line
-        velocities = states.kin[:, self._rows_of_places :]
-        contacts = self._contacts(states)
+        velocities = states.kin[:, self._first_velocity :]
         if line is None:
-            shape = shape_of(chain, states.kin[:, X], states.kin[:, Y], states.kin[:, PHI])
+            x, y, angle = states.kin[:, X], states.kin[:, Y], states.kin[:, PHI]
+            shape = shape_of(chain, x, y, angle)
             potential = energies(chain, shape).sum(axis=-1)
             along = velocities[:, 0] * shape.cos + velocities[:, 1] * shape.sin
-            tension = _tension(states.work[:, :, : belt.n], shape)
-            x, y, angle = states.kin[:, X], states.kin[:, Y], states.kin[:, PHI]
+            tension = _tension(states.joints[:, :, : belt.n], shape)
         else:
-            potential = energy_on_line(chain, line.length, states.kin[:, POSITION])
-            along, tension = velocities[:, 0], states.work[:, 0, : belt.n]
             x, y, angle = self._places_on_line(states.kin[:, POSITION])
-        kinetic = kinetic_energy(chain, velocities, belt.pul[INERTIA], states.speed)
+            potential = energy_on_line(chain, line.length, states.kin[:, POSITION])
+            along, tension = velocities[:, 0], states.joints[:, 0, : belt.n]
+        bodies, power = self._contacts_of_bodies(states)
+        pulley = bodies["pulley_index"]
         channels = {
             "pulley_angle": states.rest[:, : belt.speeds - belt.angles],
             "pulley_speed": states.speed,
@@ -306,11 +277,7 @@ class Observer:
             "x": x,
             "y": y,
             "angle": angle,
-            "normal_force": contacts.normal,
-            "friction_force": contacts.friction,
-            "slip_velocity": contacts.slip,
-            "sticking": contacts.sticking,
-            "pulley_index": contacts.pulley,
+            **bodies,
             "tension": tension,
         }
         behind = belt.energies - belt.angles
@@ -318,33 +285,44 @@ class Observer:
             "time": states.time,
             **{name: channels[name] for name in self._wanted},
             **{name: states.rest[:, behind + k] for name, k in self._energies.items()},
-            "energy_kinetic": kinetic,
+            "energy_kinetic": kinetic_energy(chain, velocities, belt.pul[INERTIA], states.speed),
             "energy_potential": potential,
             "_speed": states.speed,
             "_torque": states.torque,
             "_mean_tension": tension.mean(axis=-1),
             "_belt_speed": along.mean(axis=-1),
-            "_span_tension": span_tensions(tension, contacts.pulley, belt.pul.shape[1]),
-            "_patch": np.sum(contacts.pulley[:, self._patch] >= 0, axis=-1),
-            **self._lengths_on_pulleys(states, contacts),
+            "_span_tension": span_tensions(tension, pulley, belt.pul.shape[1]),
+            **self._lengths_on_pulleys(states),
             **self._friction_on_pulleys(states),
-            "_power": self._friction_power(contacts),
+            "_patch": np.sum(pulley[:, self._patch] >= 0, axis=-1),
+            "_power": power,
         }
 
-    def _contacts(self, states: States) -> Contacts:
-        normal, slip, friction, sticking = (states.con[:, row] for row in OF_BODIES)
-        on = normal > 0.0
-        pressed = on.any(axis=1)
-        own = on.argmax(axis=1)[:, None]
+    def _contacts_of_bodies(self, states: States) -> tuple[dict[str, Any], Array]:
+        """Return the channels of contact, (m, n), of the pulley that presses each body.
 
-        def of(rows: Array) -> Array:
-            taken: Array = np.take_along_axis(rows, own, axis=1)[:, 0] * pressed
-            return taken
-
-        friction = of(friction) * self._force_per_impulse
-        slips, sticks, mode = of(slip), of(sticking), of(states.mode)
-        pulley = np.where(pressed, own[:, 0], -1)
-        return Contacts(on, pulley, of(normal), friction, slips, sticks, mode)
+        And the power with which friction drives bodies that slide, and that of all of it, (m, 2),
+        W. What residual slip a body has that is held relaxes within steps, in either direction.
+        Where static and kinetic friction differ, its mode says that it is held; at its limit, too.
+        """
+        pressed = states.contacts(NORMAL) > 0.0
+        own, touched = pressed.argmax(axis=1)[:, None], pressed.any(axis=1)
+        normal, friction, slip, sticking, mode = (
+            np.take_along_axis(states.contacts(row), own, axis=1)[:, 0] * touched
+            for row in (NORMAL, FRICTION, SLIP, STICKING, MODE)
+        )
+        friction *= self._force_per_impulse
+        power = friction * slip
+        slides = (sticking == 0.0) & ((mode != 0.0) if self._distinct else True)
+        driving = (-power * slides).clip(min=0.0).sum(axis=-1)
+        channels = {
+            "normal_force": normal,
+            "friction_force": friction,
+            "slip_velocity": slip,
+            "sticking": sticking,
+            "pulley_index": np.where(touched, own[:, 0], -1),
+        }
+        return channels, np.stack([driving, np.abs(power).sum(axis=-1)], axis=-1)
 
     def _places_on_line(self, position: Array) -> tuple[Array, Array, Array]:
         length = self._path.length
@@ -355,7 +333,7 @@ class Observer:
         angle = points.angle.reshape(position.shape) + rounds * self._path.total_turning
         return x, y, angle
 
-    def _lengths_on_pulleys(self, states: States, contacts: Contacts) -> dict[str, Array]:
+    def _lengths_on_pulleys(self, states: States) -> dict[str, Array]:
         """Return how many bodies' lengths touch each pulley, and on how many of them it sticks.
 
         On a line parts of lengths count as such; and the angle, rad, over which a string is hardly
@@ -366,21 +344,21 @@ class Observer:
         of its length that slides. Counted as a whole it would make an error of first order. Where
         no body sticks there is no adhesion.
         """
-        lengths, light = contacts.on.astype(np.float64), {}
+        normal, friction = states.contacts(NORMAL), states.contacts(FRICTION)
+        on, sticking = normal > 0.0, states.contacts(STICKING) > 0.0
+        lengths, light = on.astype(np.float64), {}
         if self._belt.line is not None:
-            parts = self._parts_on_arcs(states.work[:, 1], self._belt.line)
-            lengths *= parts / self._chain.length
+            parts = on * self._parts_on_arcs(states.joints[:, 1], self._belt.line)
+            lengths = parts / self._chain.length
             radius = self._belt.pul[RADIUS, :, None]
-            lightly = states.con[:, AT_NORMAL] * radius < LIGHT * self._pretension * parts
-            light = {"_unpressed": np.sum(contacts.on * lightly * parts / radius, axis=-1)}
-        friction = states.con[:, AT_FRICTION] * self._force_per_impulse
-        sticking = states.con[:, AT_STICKING] > 0.0
-        limit = np.where(sticking, self._mu_s, self._mu_k) * states.con[:, AT_NORMAL]
-        share = np.divide(friction, limit, out=np.zeros_like(limit), where=limit > 0.0)
-        touching = lengths.sum(axis=-1)
+            lightly = normal * radius < LIGHT * self._pretension * parts
+            light = {"_unpressed": np.sum(lightly * parts / radius, axis=-1)}
+        limit = np.where(sticking, self._mu_s, self._mu_k) * normal
+        share = np.zeros_like(limit)
+        np.divide(friction * self._force_per_impulse, limit, out=share, where=limit > 0.0)
         sliding = np.abs((lengths * share.clip(-1.0, 1.0)).sum(axis=-1))
-        sticks = (contacts.on & sticking).any(axis=-1)
-        adhesion = np.where(sticks, (touching - sliding).clip(min=0.0), 0.0)
+        touching = lengths.sum(axis=-1)
+        adhesion = np.where((on & sticking).any(axis=-1), (touching - sliding).clip(min=0.0), 0.0)
         return {"_touching": touching, "_sticking": adhesion, **light}
 
     def _parts_on_arcs(self, middle: Array, line: Line) -> Array:
@@ -403,36 +381,25 @@ class Observer:
         """
         if not self._belt.has_friction:
             return {"_excess": np.zeros((len(states.time), 2))}
-        con, scale = states.con, self._force_per_impulse
-        normal, slip, sticking = (con[:, k] for k in (AT_NORMAL, AT_SLIP, AT_STICKING))
-        friction, at_rest = con[:, AT_FRICTION] * scale, self._mu_s * normal
+        scale, normal, slip = (
+            self._force_per_impulse,
+            states.contacts(NORMAL),
+            states.contacts(SLIP),
+        )
+        friction, at_rest = states.contacts(FRICTION) * scale, self._mu_s * normal
         size = np.abs(friction)
         off = size - at_rest
         if self._belt.inv_tau is not None:
-            forward, backward = con[:, AT_FORWARD], con[:, AT_BACKWARD]
+            forward, backward = states.contacts(FORWARD), states.contacts(BACKWARD)
             limit = np.where(friction > 0.0, forward, backward) * scale
-            let_go = (slip == 0.0) & (sticking == 0.0)
+            let_go = (slip == 0.0) & (states.contacts(STICKING) == 0.0)
             off = np.maximum(size - limit, np.where(let_go, at_rest - size, 0.0))
-        excess = np.stack([off, at_rest], axis=-1).max(axis=(1, 2), initial=0.0)
         return {
             "_friction": friction.sum(axis=-1),
             "_capacity": (self._mu_k * normal).sum(axis=-1),
             "_slip": (normal * slip).sum(axis=-1),
-            "_excess": excess,
+            "_excess": np.stack([off, at_rest], axis=-1).max(axis=(1, 2), initial=0.0),
         }
-
-    def _friction_power(self, contacts: Contacts) -> Array:
-        """Return the power with which friction drives bodies that slide, and that of all of it, W.
-
-        What residual slip a body has that is held relaxes within steps, in either direction. Where
-        static and kinetic friction differ, its mode says that it is held; at its limit, too.
-        """
-        power = contacts.friction * contacts.slip
-        slides = contacts.sticking == 0.0
-        if self._distinct:
-            slides &= contacts.mode != 0.0
-        driving = (-power * slides).clip(min=0.0).sum(axis=-1)
-        return np.stack([driving, np.abs(power).sum(axis=-1)], axis=-1)
 
     # --- the samples so far ---------------------------------------------------------------------
 
