@@ -332,6 +332,7 @@ def press_in_step(
     wrap: bool | None,
     m: Motion,
     d: Dampers | None,
+    bias: Array,
     c: Contact,
 ) -> float:
     """Bodies a to e on one pulley: what contacts do in a step but friction; return the power, W.
@@ -359,7 +360,7 @@ def press_in_step(
         for k in range(np.uint64(a), np.uint64(e)):  # its rate in bias
             b0, b1 = bend[k], bend[k + ONE]
             c.kappa[k] = 1.0 + (b0 * b0 + b1 * b1) * (1.0 / 24.0)
-            c.bias[k] = (b0 * rate[k] + b1 * rate[k + ONE]) * (1.0 / 12.0)
+            bias[k] = (b0 * rate[k] + b1 * rate[k + ONE]) * (1.0 / 12.0)
     for k in range(np.uint64(a), np.uint64(e)):
         ux, uy, gx, gy = old.vx[k], old.vy[k], h * acc.x[k], h * acc.y[k]
         cx, cy, force = c.nx[k], c.ny[k], c.normal[k]
@@ -369,10 +370,10 @@ def press_in_step(
         out, along = mx * cx + my * cy + 0.5 * h * inv_mass * force, my * cx - mx * cy
         factor, factor_rate = 1.0, 0.0
         if wrap is not None:
-            factor, factor_rate = c.kappa[k], c.bias[k]
+            factor, factor_rate = c.kappa[k], bias[k]
         t = 0.5 * h * (factor_rate * along - factor * along * out * c.turned[k])
         before = factor * (uy * cx - ux * cy)
-        c.bias[k] = -before - factor * (gy * cx - gx * cy) - t
+        bias[k] = -before - factor * (gy * cx - gx * cy) - t
         c.slip[k], c.turned[k] = before, t
         if damping is not None:
             own = c.yields[k]
@@ -471,7 +472,7 @@ def power_on_line(n: int, full: int, b: float, v_middle: Array, old: Array, new:
 
 
 @part
-def press_line(h: float, v: Array, new: Array, b: Belt, line: Line) -> None:
+def press_line(h: float, v: Array, new: Array, bias: Array, b: Belt, line: Line) -> None:
     """Write the normal forces of points on a line, limits of impulses, and the bias of sticking.
 
     v and new are the velocities in the middle of a step, and at its end without friction.
@@ -496,6 +497,7 @@ def press_line(h: float, v: Array, new: Array, b: Belt, line: Line) -> None:
             new,
             b.work[TENSION],
             b.work[MIDDLE],
+            bias[j],
             contact_of(b.con, j),
         )
 
@@ -781,10 +783,7 @@ def solve_dampers(
                 off = correct_tensions(b.n, 1.0 / h, d.columns[0], d.impulse, b.work[TENSION])
             copy(d.columns[0], d.impulse)
         if line is not None:
-            press_line(h, v_middle, v_new, b, line)
-        if number == 0 or line is not None:
-            for j in range(pul.shape[1]):
-                copy(b.con[BIAS, j], d.bias[j])
+            press_line(h, v_middle, v_new, d.bias, b, line)
         if number > 0:
             for r in range(b.n_runs[0]):
                 j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
@@ -913,9 +912,9 @@ def integrate_plane(
     q, v, q_middle, v_middle = y[:half], y[half : b.angles], flat[:half], flat[half:]
     m = motion_of(kin, s, b.work)
     acc, twisting = m.acc, 1.0 / (h * b.inertia)
-    more = None
+    more, bias = None, b.con[BIAS]
     if axial is not None:
-        more = d
+        more, bias = d, d.bias
     copy(y_old[half : b.angles], v_middle)
     starts = steps == 0 and counts[STEPS] == 0
     for number in range(1 if starts else steps):
@@ -933,7 +932,9 @@ def integrate_plane(
         for r in range(b.n_runs[0]):
             j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
             rim, c = rim_of(b.pul, j), contact_of(b.con, j)
-            damped += press_in_step(body, a, e, h, rim, b.contact_damping, b.wrap, m, more, c)
+            damped += press_in_step(
+                body, a, e, h, rim, b.contact_damping, b.wrap, m, more, bias[j], c
+            )
         damped *= h
         if bending is not None:
             twist(b.full, twisting, d.torsion, acc.phi)
@@ -1002,7 +1003,7 @@ def integrate_line(
         gain(w, h, v, new, new)
         rubbed = damped = 0.0
         if axial is None:
-            press_line(h, v_middle, new, b, line)
+            press_line(h, v_middle, new, b.con[BIAS], b, line)
             solve_pulleys(b)
         else:
             v[n], new[n] = v[0], new[0]
@@ -1041,6 +1042,11 @@ DEFAULT_STEP_RATIO = 0.935  # of it is taken by default
 MAX_CONTACT_PHASE = 0.4
 # Dampers whose decay in a step is beyond this are solved for; the others are extrapolated.
 STIFF = 0.5
+# A joint without much tension may point anywhere; its damper then meets the small inertia of the
+# bodies that it turns, too much for extrapolation. Twice sin^2 of its angle with a body measures
+# that: 2 at most. Beyond what a step allows a damper is weakened in that measure; on pulleys the
+# joints of a coarse belt have up to this.
+ALL_OBLIQUITIES, LEAST_OBLIQUITY = 2.0, 0.1
 # Dampers of a line are solved for if they would shorten the steps by more than this: a step that
 # does takes about as much longer.
 SHORTENED = 4.0
@@ -1062,12 +1068,15 @@ class StepPlan(NamedTuple):
         The length of a step, and that below which steps are stable.
     axial, bending : float, N s/m and N m s
         The dampers that steps solve for.
+    obliquity : float or None
+        Of `Belt`.
     """
 
     h: float
     max_step: float
     axial: float | None
     bending: float | None
+    obliquity: float | None
 
 
 def stable_step(frequency: float, decay: float) -> float:
@@ -1091,7 +1100,7 @@ def step_plan(
         else:
             axial = None
         h = settings.step or min(DEFAULT_STEP_RATIO * max_step, longest)
-        return StepPlan(h, max_step, axial, None)
+        return StepPlan(h, max_step, axial, None, None)
     max_step, turning = MAX_OMEGA_H / frequency, 4.0 * (bending or 0.0)
     if bending and (settings.step or DEFAULT_STEP_RATIO * max_step) * turning < STIFF:
         max_step, bending = stable_step(frequency, turning), None
@@ -1100,12 +1109,13 @@ def step_plan(
         MAX_CONTACT_PHASE / float(np.sqrt(contact_stiffness / belt.mass)),
         longest,
     )
-    return StepPlan(
-        h,
-        max_step,
-        axial if h * along > STIFF else None,
-        bending * belt.inertia if bending else None,
-    )
+    # Dampers of a body that is steep to both of its joints turn it with 6 b/m a unit of obliquity.
+    spare = (MAX_OMEGA_H / h - MAX_OMEGA_H / max_step) / LOST_TO_DAMPING
+    obliquity = spare / (1.5 * along + TINY)
+    if h * along <= STIFF and obliquity >= LEAST_OBLIQUITY:
+        axial = None
+    oblique = obliquity if axial is None and obliquity < ALL_OBLIQUITIES else None
+    return StepPlan(h, max_step, axial, bending * belt.inertia if bending else None, oblique)
 
 
 class MoreauStepper:
@@ -1149,6 +1159,7 @@ class MoreauStepper:
         self._stepped = belt._replace(
             damping=None if plan.axial is not None else belt.damping,
             bend_damping=None if plan.bending is not None else belt.bend_damping,
+            obliquity=plan.obliquity,
         )
         rows = belt.angles // belt.width
         self._state = Steps(
@@ -1198,7 +1209,7 @@ class MoreauStepper:
         self._integrate(min(steps, max(1, int(np.ceil(ahead - 1e-6)))))
 
     def _integrate(self, steps: int) -> None:
-        before, (h, _, axial, bending) = self.t, self._plan
+        before, (h, _, axial, bending, _) = self.t, self._plan
         b, s, d, distinct = self._stepped, self._state, self._dampers, self._distinct
         if b.line is None:
             sound = integrate_plane(steps, h, distinct, s, b, d, b.damping, axial, bending)
