@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from frictionsim.results import Record
 from frictionsim.solvers import runge_kutta_fehlberg as rkf
-from tests.support.belt_kernels import BeltModel, assemble, kinematics_of, rkf45
+from tests.support.belt_kernels import BeltModel, assemble, compiled, rkf45, stepper_of
 from tests.support.belt_scenarios import pair, scenario_of, shipped
 from tests.support.belt_waves import waves
 from tests.support.cases import one_in, slow
@@ -77,18 +77,18 @@ def scaled_norm(model: BeltModel, error: "np.ndarray[Any, np.dtype[np.float64]]"
 
     The error of a step of which all rates but the sixth are zero is E6 h times that one.
     """
-    settings = scenario_of(pair(solver__rtol=0.5)).solver
-    stepper = rkf45.RKF45Stepper(model, settings)
+    s = stepper_of(model, scenario_of(pair(solver__rtol=0.5)))._state
     finite = np.isfinite(model.error_scales)
-    stepper._state.k[5][finite] = error[finite] * model.error_scales[finite] / rkf.E6
-    return 0.5 * float(rkf45.error_norm(1.0, stepper._state))
+    s.k5[finite] = error[finite] * model.error_scales[finite] / rkf.E6
+    norm = compiled(rkf45.error_norm)
+    return 0.5 * float(norm(1.0, s.k0, s.k2, s.k3, s.k4, s.k5, s.inv_scale))
 
 
 @pytest.mark.parametrize("bodies", [24, 60, 1200])
 def test_an_error_at_one_place_counts_in_full_at_every_mesh(bodies: int) -> None:
     model = assemble(scenario_of(pair(mechanism__belt__bodies=bodies)))
     error = np.zeros_like(model.state)
-    kinematics_of(error, model.system.layout)[0, bodies // 2] = 0.7
+    model.belt.kinematics(error)[0, bodies // 2] = 0.7
     assert scaled_norm(model, error) == pytest.approx(0.7, rel=1e-12)
     # n^(1/16) of n states that err alike: 1.8 at most of 7200.
     assert 1.0 <= scaled_norm(model, np.ones_like(model.state)) < 1.8
@@ -104,7 +104,7 @@ def test_an_error_that_is_no_number_is_no_small_one() -> None:
 def test_a_step_after_a_rejected_one_is_no_longer() -> None:
     """Its error said that the step before was too long, whatever a kink then makes of it."""
     scenario = scenario_of(pair(solver__rtol=1e-7))
-    stepper = rkf45.RKF45Stepper(assemble(scenario), scenario.solver)
+    stepper = stepper_of(assemble(scenario), scenario)
     stepper.start()
     after_rejection: list[float] = []
     while len(after_rejection) < 20:

@@ -45,7 +45,7 @@ def energy_at(step: float) -> float:
     )  # a scenario may not ask for one that is too long
     stepper.start()
     stepper.advance(400 * step * (1.0 - 1e-12), np.inf, 400)
-    state, width, n = stepper.interpolate(400 * step), model.system.layout.width, 24
+    state, width, n = stepper.interpolate(400 * step), model.belt.width, 24
     velocities = state[3 * width : 5 * width].reshape(2, width)[:, :n]
     return float(np.sum(velocities**2)) / (1e-12 * 24)
 
@@ -82,5 +82,5 @@ def test_a_step_of_rkf45_stays_within_its_region_of_stability() -> None:
     steps, rejected, _ = end.stepper.statistics
     assert rejected <= 0.01 * steps
     assert isinstance(end.stepper, rkf45.RKF45Stepper)
-    tau = end.model.system.effects.belt_friction.set_valued.relaxation_time
-    assert end.stepper._control.max_step == pytest.approx(1.95 * tau, rel=1e-2)
+    tau = 1.0 / end.model.belt.inv_tau
+    assert end.stepper._max_step == pytest.approx(1.95 * tau, rel=1e-2)

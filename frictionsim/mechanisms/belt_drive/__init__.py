@@ -6,25 +6,22 @@ of nb + np degrees of freedom. The model is in
 
     schema            the scenario's tables
     channels          what is recorded
-    equation          the equations of motion, compiled
-    statics           the belt at rest: its quantities
-    effects           each with its force: contact, friction, ...
     geometry          the line of an ideal belt round its pulleys
+    statics           the belt at rest: its quantities
     energy            the energies that a belt stores, and their gradient
     equilibrium       the belt at rest, where the energy is least
-    composition       from a scenario to arrays
-    model             the belt at rest, ready to be stepped: its energies and limits
-    kernels           the arrays (system), both kinematics (plane, string), contacts
-    steppers          the methods rkf45 and moreau, the latter with a step for each kinematics
+    belt              from a scenario to numbers and rows, one flat tuple
     limits            waves, dampers and friction, which bound the steps; scales of errors
+    numba_kinds       the decorators of kernels
+    kernels           the equations of motion, compiled
+    rkf45, moreau     the methods
     belt_simulation   from step to step
     sampling          the channels, and what summary and audit need of each sample
     slip              the slip of the drive, and the tensions of its spans
     quantities        the summary and the audit
     transitions       full slip and grip, lift-off, slack spans
     run_warnings      the warnings of a run
-    work_precision    metrics and settings of a study of cost and accuracy
-    mesh_study        models and numbers of bodies in such a study
+    study             metrics, settings and meshes of a study of cost and accuracy
 
 References
 ----------
@@ -34,11 +31,11 @@ References
 
 from typing import TYPE_CHECKING
 
-from frictionsim.mechanisms.belt_drive import mesh_study
+from frictionsim.mechanisms.belt_drive import study as mesh_study
 from frictionsim.mechanisms.belt_drive.channels import PANELS
 from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.mechanisms.belt_drive.statics import statics
-from frictionsim.mechanisms.belt_drive.work_precision import METRICS, ladders, references, tighter
+from frictionsim.mechanisms.belt_drive.study import METRICS, ladders, references, tighter
 
 if TYPE_CHECKING:
     from frictionsim.simulation.base import Simulation

@@ -124,6 +124,8 @@ def deepest_contact_stiffness(belt: Belt, rest: Rest) -> float:
 def error_scales(belt: Belt, rest: Rest) -> Array:
     """Return the scale of the error of each state, (size,); infinite for energies.
 
+    And for what stands behind the last body, as the copy there of the first one.
+
     The stretch of a joint under the pretension, m, and the speed with which it swings, m/s; where a
     contact is less deep than that, or swings slower, its depth and speed.
     """
@@ -138,7 +140,8 @@ def error_scales(belt: Belt, rest: Rest) -> Array:
     scales = np.full(belt.size, np.inf)
     turning = ROTATION_TOLERANCE / belt.length
     rows = [1.0, 1.0, turning] if belt.line is None else [1.0]
-    belt.kinematics(scales)[:] = np.outer([stretch, speed], rows).reshape(-1, 1)
+    of_rows = np.outer([stretch, speed], rows).reshape(-1, 1)
+    belt.kinematics(scales)[:, : belt.n] = of_rows
     radius = float(np.min(belt.pul[RADIUS]))
     scales[belt.angles : belt.speeds] = stretch / radius
     scales[belt.speeds : belt.energies] = speed / radius

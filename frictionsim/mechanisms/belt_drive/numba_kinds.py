@@ -21,7 +21,7 @@ except ImportError as error:
         f" ({error}); install it with pip install numba"
     ) from None
 
-from frictionsim.solvers.compilation import folder_of, kept_in
+from frictionsim.solvers.compilation import folder_of_build, kept_in
 
 LOG = logging.getLogger(__name__)
 
@@ -75,5 +75,6 @@ def shared(function: Callable[..., Any]) -> Any:
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """Compile a function that Python calls, and keep its code on the disk."""
-    return njit(function, **OPTIONS, **kept_in(folder_of(frozenset({function}))))
+    """Compile a function that Python calls, and keep its code on the disk if it is our own."""
+    is_own = function.__module__.startswith("frictionsim.")
+    return njit(function, **OPTIONS, **kept_in(folder_of_build() if is_own else None))

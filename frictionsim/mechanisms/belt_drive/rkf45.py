@@ -14,7 +14,7 @@ import numpy as np
 
 from frictionsim.errors import NonFinite, StepUnderflow
 from frictionsim.mechanisms.belt_drive.belt import Array, Belt, Indices, Line, aligned
-from frictionsim.mechanisms.belt_drive.flat_kernels import copy, rhs, search, update_modes
+from frictionsim.mechanisms.belt_drive.kernels import copy, rhs, search, update_modes
 from frictionsim.mechanisms.belt_drive.numba_kinds import kernel, loop, part
 from frictionsim.solvers import stepper
 from frictionsim.solvers.runge_kutta_fehlberg import (
@@ -343,7 +343,6 @@ class RKF45Stepper:
         vectors = aligned(12, belt.size)
         inv_scale = vectors[11]
         inv_scale[:] = 1.0 / (settings.rtol * scales)
-        belt.kinematics(inv_scale)[:, belt.n :] = 0.0  # the copy that closes the ring errs not
         clock = np.array([0.0, 0.0, FIRST_STEP_RATIO * self._max_step, 1.0])
         self._state = RKF45State(*vectors, clock, np.zeros(4, dtype=np.int64))
         self._state.y[:] = self._state.y_old[:] = state

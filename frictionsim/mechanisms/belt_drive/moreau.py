@@ -71,7 +71,7 @@ from frictionsim.mechanisms.belt_drive.belt import (
     Line,
     aligned,
 )
-from frictionsim.mechanisms.belt_drive.flat_kernels import (
+from frictionsim.mechanisms.belt_drive.kernels import (
     ONE,
     TINY,
     Accelerations,
