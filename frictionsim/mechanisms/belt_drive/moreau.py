@@ -26,9 +26,10 @@ its two neighbours only, through the bodies between them [2]_:
     2 D_k/(h b) + (J M^-1 J^T D)_k = s_k(v) + s_k(v + h a + impulses of friction/m)
 
 A body that sticks cannot give way along t: its inverse mass is n n^T/m, and its velocity along t
-that of the rim, R omega+. The omega+ of free pulleys are unknown too, one column each. With the
-dampers so found the friction is solved for as without them, and the whole once more while that
-changes who sticks. Implicit midpoint rule: of second order, stable at any stiffness.
+that of the rim, R omega+. The omega+ of free pulleys are unknown too, one column each. Who sticks
+is as in the step before, corrected until it agrees with the limits of friction and the direction
+of slip; then the friction is solved for as without dampers, with their impulses. Implicit midpoint
+rule: of second order, stable at any stiffness.
 
 On a line the tensions with their dampers press the points on the arcs: limits of friction follow
 the impulses, and both are found together.
@@ -37,6 +38,8 @@ References
 ----------
 .. [1] J. J. Moreau, "Unilateral contact and dry friction in finite freedom dynamics", 1988.
 .. [2] W. H. Press et al., Numerical Recipes, 3rd ed., 2007, 2.7.2: cyclic tridiagonal systems.
+.. [3] K. G. Murty, "Note on a Bard-type scheme for solving the complementarity problem", Opsearch
+   11, 1974.
 """
 
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -98,9 +101,9 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
 
 SEARCH_INTERVAL = 16  # steps from one search for bodies near pulleys to the next
-# Passes of stiff dampers and friction. One or two are the rule; in violent overload four leave some
-# steps with another sticking set than they began with, ten none.
-MAX_PASSES = 10
+# Passes of stiff dampers and friction, one or two as a rule. Changing all wrong bodies at once may
+# go round in a circle; after some, only the first one is changed, Murty's rule, which ends [3]_.
+BLOCK_PASSES, MAX_PASSES = 10, 1000
 TENSION_TOLERANCE = 1e-8  # of a correction of the tensions on a line, over their mean
 
 # The numbers in `counts`: steps; passes of those that solve for dampers, and how many steps ended
@@ -278,6 +281,12 @@ def end_pulleys(h: float, rubbed: float, damped: float, y: Array, b: Belt) -> No
     y[b.energies + DAMPING_HEAT] += damped
 
 
+@part
+def rim_speeds(pul: Array, j: int) -> tuple[float, float]:
+    """Return the velocities of a rim at the start and the end of a step, m/s."""
+    return pul[RADIUS, j] * pul[SPEED_OLD, j], pul[RADIUS, j] * pul[SPEED_NEW, j]
+
+
 # --- bodies in the plane, points on a line --------------------------------------------------------
 
 
@@ -394,14 +403,20 @@ def press_in_step(
 
 @loop
 def rub_in_step(
-    a: int, e: int, h: float, mass: float, j: int, pul: Array, acc: Accelerations, c: Contact
+    a: int,
+    e: int,
+    h: float,
+    mass: float,
+    before: float,
+    after: float,
+    acc: Accelerations,
+    c: Contact,
 ) -> tuple[float, float]:
-    """Add the friction of bodies a to e on pulley j; return its impulse, N s, and its heat, J.
+    """Add the friction of bodies a to e on a rim; return its impulse, N s, and its heat, J.
 
-    `slip` becomes that at the end.
+    The velocities of the rim are m/s. `slip` becomes that at the end.
     """
     heat = force = 0.0
-    before, after = pul[RADIUS, j] * pul[SPEED_OLD, j], pul[RADIUS, j] * pul[SPEED_NEW, j]
     for k in range(np.uint64(a), np.uint64(e)):
         needed = c.yields[k] * (after + c.bias[k])
         t = min(max(needed, -c.backward[k]), c.forward[k])
@@ -439,15 +454,14 @@ def slide_in_step(
     e: int,
     mass: float,
     sense: float,
-    j: int,
-    pul: Array,
+    before: float,
+    after: float,
     old: Array,
     new: Array,
     c: Contact,
 ) -> tuple[float, float]:
     """Add the friction of points a to e on a line; return its impulse, N s, and its heat, J."""
     force = heat = 0.0
-    before, after = pul[RADIUS, j] * pul[SPEED_OLD, j], pul[RADIUS, j] * pul[SPEED_NEW, j]
     for k in range(np.uint64(a), np.uint64(e)):
         needed = mass * (after + c.bias[k])
         t = min(max(needed, -c.backward[k]), c.forward[k])
@@ -581,27 +595,57 @@ def pulled(a: int, e: int, inv_mass: float, bias: Array, c: Contact, d: Dampers)
 
 
 @loop
-def settle(first: bool, a: int, e: int, rim: float, bias: Array, c: Contact) -> float:
-    """Write friction and sticking of bodies a to e; return how many stick or slide that did not.
+def guess(a: int, e: int, rim: float, bias: Array, c: Contact) -> None:
+    """Have bodies a to e stick if they did and are pressed, or slide as they did, at the limit."""
+    for k in range(np.uint64(a), np.uint64(e)):
+        way = rim + bias[k] if c.friction[k] == 0.0 else c.friction[k]
+        c.friction[k] = c.forward[k] if way > 0.0 else -c.backward[k]
+        c.sticking[k] *= 1.0 if c.forward[k] + c.backward[k] > 0.0 else 0.0
 
-    At first a body is taken to stick if it did, and to slide as it did, or by its bias without
-    dampers. What is not pressed does not stick, though its friction, none, is within its limits.
+
+@part
+def corrected(rim: float, c: Contact, k: int) -> tuple[float, float]:
+    """Return friction and sticking of body k as they should have been, after a solution.
+
+    What sticks and needs more than its limit slides; what was to slide and did so along its
+    friction sticks: it may not turn round, or bodies that are tied by stiff dampers went to and
+    fro for ever. What is not pressed does not stick, though its friction, none, is within limits.
     """
+    needed, friction, low, high = (
+        c.yields[k] * (rim + c.bias[k]),
+        c.friction[k],
+        -c.backward[k],
+        c.forward[k],
+    )
+    limited = min(max(needed, low), high)
+    within = 1.0 if limited == needed and high - low > 0.0 else 0.0
+    turned = 1.0 if (needed - friction) * friction < 0.0 else 0.0
+    way = needed if friction == 0.0 else friction
+    limit = high if way > 0.0 else low
+    stuck = c.sticking[k] > 0.0
+    return limited if stuck else limit, within if stuck else turned
+
+
+@loop
+def correct(a: int, e: int, rim: float, c: Contact) -> float:
+    """Correct friction and sticking of bodies a to e; return how many change between both."""
     changed = 0.0
-    if first:
-        for k in range(np.uint64(a), np.uint64(e)):
-            way = rim + bias[k] if c.friction[k] == 0.0 else c.friction[k]
-            c.friction[k] = c.forward[k] if way > 0.0 else -c.backward[k]
-            c.sticking[k] *= 1.0 if c.forward[k] + c.backward[k] > 0.0 else 0.0
-    else:
-        for k in range(np.uint64(a), np.uint64(e)):
-            needed = c.yields[k] * (rim + c.bias[k])
-            limited = min(max(needed, -c.backward[k]), c.forward[k])
-            pressed = 1.0 if c.forward[k] + c.backward[k] > 0.0 else 0.0
-            sticks = pressed * (1.0 if limited == needed else 0.0)
-            changed += abs(sticks - c.sticking[k])
-            c.friction[k], c.sticking[k] = limited, sticks
+    for k in range(np.uint64(a), np.uint64(e)):
+        friction, sticking = corrected(rim, c, k)
+        changed += abs(sticking - c.sticking[k])
+        c.friction[k], c.sticking[k] = friction, sticking
     return changed
+
+
+@part
+def correct_one(a: int, e: int, rim: float, c: Contact) -> float:
+    """Correct the first of the bodies a to e that contradicts its law; return whether one does."""
+    for k in range(np.uint64(a), np.uint64(e)):
+        friction, sticking = corrected(rim, c, k)
+        if sticking != c.sticking[k]:
+            c.friction[k], c.sticking[k] = friction, sticking
+            return 1.0
+    return 0.0
 
 
 @loop
@@ -771,7 +815,7 @@ def solve_dampers(
     these follow the tensions, which have the impulses that are known. The friction comes last: the
     momentum of pulleys and bodies is kept whatever became of the dampers.
     """
-    pul, changed, off = b.pul, 1.0, 0.0
+    pul, off, changed = b.pul, 0.0, 1.0
     for number in range(MAX_PASSES + 1):
         if number > 0:
             s.counts[PASSES] += 1
@@ -784,20 +828,23 @@ def solve_dampers(
             copy(d.columns[0], d.impulse)
         if line is not None:
             press_line(h, v_middle, v_new, d.bias, b, line)
-        if number > 0:
-            for r in range(b.n_runs[0]):
-                j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
-                pulled(a, e, 1.0 / b.mass, d.bias[j], contact_of(b.con, j), d)
-            solve_pulleys(b)
-        changed = 1.0 if off > TENSION_TOLERANCE else 0.0
+        changed = 1.0 if number == 0 or off > TENSION_TOLERANCE else 0.0
         for r in range(b.n_runs[0]):
-            j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
+            j, a, e, c = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2], contact_of(b.con, b.runs[r, 0])
             rim = pul[RADIUS, j] * pul[SPEED_NEW, j]
-            changed += settle(number == 0, a, e, rim, d.bias[j], contact_of(b.con, j))
-        if number > 0 and changed == 0.0:
+            if number == 0:
+                guess(a, e, rim, d.bias[j], c)
+            else:
+                pulled(a, e, 1.0 / b.mass, d.bias[j], c, d)
+                if number <= BLOCK_PASSES:
+                    changed += correct(a, e, rim, c)
+                elif changed == 0.0:
+                    changed += correct_one(a, e, rim, c)
+        if changed == 0.0:
             break
     if changed > 0.0:
         s.counts[UNSETTLED] += 1
+    solve_pulleys(b)
 
 
 @loop
@@ -953,7 +1000,9 @@ def integrate_plane(
         rubbed = 0.0
         for r in range(b.n_runs[0]):
             j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
-            force, heat = rub_in_step(a, e, h, b.mass, j, b.pul, acc, contact_of(b.con, j))
+            before, after = rim_speeds(b.pul, j)
+            c = contact_of(b.con, j)
+            force, heat = rub_in_step(a, e, h, b.mass, before, after, acc, c)
             b.pul[PULL, j] += force
             rubbed += heat
         if damping is not None:
@@ -1014,7 +1063,8 @@ def integrate_line(
         for r in range(b.n_runs[0]):
             j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
             c, sense = contact_of(b.con, j), line.senses[j]
-            force, heat = slide_in_step(a, e, b.mass, sense, j, pul, v, new, c)
+            before, after = rim_speeds(pul, j)
+            force, heat = slide_in_step(a, e, b.mass, sense, before, after, v, new, c)
             pul[PULL, j] += force
             rubbed += heat
         if damping is not None:
