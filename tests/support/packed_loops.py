@@ -33,15 +33,20 @@ def loops() -> dict[str, Any]:
     }
 
 
-def example(kind: Any) -> Any:
+# Arrays of two dimensions, by name.
+TABLES = {"pul", "columns", "rims", "matrix", "Dampers.bias"}
+
+
+def example(kind: Any, name: str) -> Any:
     """Return a value of an annotation: arrays of numbers, and named tuples of them."""
     import numpy as np
 
     if hasattr(kind, "_fields"):
         hints = typing.get_type_hints(kind)
-        return kind(*(example(hints[name]) for name in kind._fields))
+        own = ((key, f"{kind.__name__}.{key}") for key in kind._fields)
+        return kind(*(example(hints[key], key if key in TABLES else of) for key, of in own))
     simple = {int: 8, float: 1.0, bool: True}
-    return simple[kind] if kind in simple else np.zeros(8)
+    return simple[kind] if kind in simple else np.zeros((8, 8) if name in TABLES else 8)
 
 
 def choices(function: Any) -> dict[str, tuple[Any, ...]]:
@@ -49,16 +54,16 @@ def choices(function: Any) -> dict[str, tuple[Any, ...]]:
     hints = typing.get_type_hints(function)
     names = list(signature(function).parameters)
     optional = [n for n in names if isinstance(hints[n], types.UnionType)]
-    arrays = {n for n in optional if isinstance(example(hints[n].__args__[0]), type(example(None)))}
+    rows = {n for n in optional if hints[n].__args__[0] not in (int, float, bool)}
     found = {}
     for count in range(len(optional) + 1):
         for given in itertools.combinations(optional, count):
-            if len(arrays.intersection(given)) not in (0, len(arrays)):
+            if len(rows.intersection(given)) not in (0, len(rows)):
                 continue  # rows that go together
             values = (
-                (None if n not in given else example(hints[n].__args__[0]))
+                (None if n not in given else example(hints[n].__args__[0], n))
                 if n in optional
-                else example(hints[n])
+                else example(hints[n], n)
                 for n in names
             )
             found[" ".join(given)] = tuple(values)

@@ -652,9 +652,9 @@ def correct_one(a: int, e: int, rim: float, c: Contact) -> float:
 def rim_rows(a: int, e: int, radius: float, c: Contact, d: Dampers, rim: Array) -> None:
     """Add how the rim of a pulley stretches the joints of bodies a to e, which stick to it."""
     for k in range(np.uint64(a), np.uint64(e)):
-        share = c.sticking[k] * radius / c.kappa[k]
-        rim[k] += share * d.p[k]
-        rim[k + ONE] -= share * d.q[k]
+        rim[k] += c.sticking[k] * radius / c.kappa[k] * d.p[k]
+    for k in range(np.uint64(a), np.uint64(e)):
+        rim[k + ONE] -= c.sticking[k] * radius / c.kappa[k] * d.q[k]
 
 
 @loop
