@@ -161,8 +161,9 @@ class Dampers(NamedTuple):
         Of joint k: its direction; its levers about body k and body k - 1, m.
     main, link : (width,), 1/kg
         The diagonal of the system, and the coupling of joints k and k + 1, where nothing sticks.
-    rate, impulse : (width,), m/s and N s
-        Twice the mean rate of stretch of joint k without its damper; the impulse of this.
+    rate, impulse, used : (width,), m/s and N s
+        Twice the mean rate of stretch of joint k without its damper; the impulse of this, and that
+        which the tensions on a line have.
     p, q, stuck, given : (width,)
         Of body k on a pulley, with t of its contact: e . t of joints k and k + 1; 1 where it
         sticks; the velocity along t, m/s, that friction adds.
@@ -190,6 +191,7 @@ class Dampers(NamedTuple):
     link: Array
     rate: Array
     impulse: Array
+    used: Array
     p: Array
     q: Array
     stuck: Array
@@ -208,7 +210,7 @@ class Dampers(NamedTuple):
     matrix: Array
 
 
-DAMPER_ROWS = 20  # of one dimension
+DAMPER_ROWS = 21  # of one dimension
 
 
 @part
@@ -637,6 +639,14 @@ def correct(a: int, e: int, rim: float, c: Contact) -> float:
     return changed
 
 
+@loop
+def follow_limits(a: int, e: int, c: Contact) -> None:
+    """Have the friction of what slides of bodies a to e its limits, which may have changed."""
+    for k in range(np.uint64(a), np.uint64(e)):
+        limit = c.forward[k] if c.friction[k] > 0.0 else -c.backward[k]
+        c.friction[k] = c.friction[k] if c.sticking[k] > 0.0 else limit
+
+
 @part
 def correct_one(a: int, e: int, rim: float, c: Contact) -> float:
     """Correct the first of the bodies a to e that contradicts its law; return whether one does."""
@@ -695,14 +705,15 @@ def eliminate(n: int, own: float, inv_mass: float, d: Dampers) -> None:
     inverse, off, corner, columns = d.inverse, d.off, d.corner, d.columns
     x, last = columns[0], np.uint64(n)
     edge = link[0] + inv_mass * stuck[0] * p[0] * q[0]
-    diagonal = own + main[1] - inv_mass * (stuck[1] * p[1] * p[1] + stuck[0] * q[0] * q[0])
+    diagonal = own + (main[1] - inv_mass * (stuck[1] * p[1] * p[1] + stuck[0] * q[0] * q[0]))
     inverse[1], corner[1], gamma = 0.5 / diagonal, -diagonal, -diagonal
     x[1] = rate[1] + p[1] * given[1] - q[0] * given[0]
     for k in range(np.uint64(2), last + ONE):
         b = k - ONE
         o = link[b] + inv_mass * stuck[b] * p[b] * q[b]
         free = stuck[k] * p[k] * p[k] + stuck[b] * q[b] * q[b]
-        diagonal = own + main[k] - inv_mass * free - (edge * edge / gamma if k == last else 0.0)
+        diagonal = own + (main[k] - inv_mass * free)
+        diagonal -= edge * edge / gamma if k == last else 0.0
         factor = o * inverse[b]
         inverse[k], off[b] = 1.0 / (diagonal - o * o * inverse[b]), o
         corner[k] = (edge if k == last else 0.0) - factor * corner[b]
@@ -786,16 +797,22 @@ def gather_contacts(b: Belt, d: Dampers) -> None:
 
 
 @loop
-def correct_tensions(n: int, inv_h: float, new: Array, used: Array, tension: Array) -> float:
-    """Have the tensions the new impulses of dampers; return the sum of changes over their sum."""
+def correct_tensions(n: int, inv_h: float, new: Array, used: Array, tension: Array) -> bool:
+    """Have the tensions the new impulses of dampers if these are off; return whether they were.
+
+    If not, the limits of friction stay those that the impulses were found with: the dampers are
+    stiff, and what they are not told of would come back to them a step later.
+    """
     off = size = 0.0
     for k in range(np.uint64(n)):
-        change = inv_h * (new[k] - used[k])
-        off += abs(change)
+        off += abs(new[k] - used[k])
         size += abs(tension[k])
-        tension[k] += change
-    tension[n] = tension[0]
-    return off / (size + TINY)
+    anew = inv_h * off > TENSION_TOLERANCE * size
+    if anew:
+        for k in range(np.uint64(n) + ONE):
+            tension[k] += inv_h * (new[k] - used[k])
+            used[k] = new[k]
+    return anew
 
 
 @part
@@ -815,7 +832,8 @@ def solve_dampers(
     these follow the tensions, which have the impulses that are known. The friction comes last: the
     momentum of pulleys and bodies is kept whatever became of the dampers.
     """
-    pul, off, changed = b.pul, 0.0, 1.0
+    pul, anew, changed = b.pul, True, 1.0
+    copy(d.impulse, d.used)
     for number in range(MAX_PASSES + 1):
         if number > 0:
             s.counts[PASSES] += 1
@@ -824,11 +842,12 @@ def solve_dampers(
             eliminate(b.n, 2.0 / (h * axial), 1.0 / b.mass, d)
             solve_rims(b, d)
             if line is not None:
-                off = correct_tensions(b.n, 1.0 / h, d.columns[0], d.impulse, b.work[TENSION])
+                anew = correct_tensions(b.n, 1.0 / h, d.columns[0], d.used, b.work[TENSION])
             copy(d.columns[0], d.impulse)
-        if line is not None:
+        changed = 1.0 if number == 0 else 0.0
+        if line is not None and anew:
             press_line(h, v_middle, v_new, d.bias, b, line)
-        changed = 1.0 if number == 0 or off > TENSION_TOLERANCE else 0.0
+            changed = 1.0
         for r in range(b.n_runs[0]):
             j, a, e, c = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2], contact_of(b.con, b.runs[r, 0])
             rim = pul[RADIUS, j] * pul[SPEED_NEW, j]
@@ -840,6 +859,8 @@ def solve_dampers(
                     changed += correct(a, e, rim, c)
                 elif changed == 0.0:
                     changed += correct_one(a, e, rim, c)
+                else:
+                    follow_limits(a, e, c)
         if changed == 0.0:
             break
     if changed > 0.0:
