@@ -351,7 +351,7 @@ def pull(
                 steepest = max(across0 * across0, across1 * across1)
                 size = max(size, steepest * (2.0 / obliquity))
             d = damping * dot / (size + TINY)
-            if dx is not None:
+            if dx is not None and dy is not None:
                 dx[k], dy[k] = d * px, d * py
             px += d * px
             py += d * py
