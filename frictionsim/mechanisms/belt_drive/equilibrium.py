@@ -59,6 +59,7 @@ MAX_NEWTON_STEPS, MAX_TENSIONS = 300, 40
 MAX_LENGTH_RATIO = 5.0
 # Bodies from the middle of the first arc to a centre: mirror images of themselves, and not.
 SYMMETRIC_PHASES, ASYMMETRIC_PHASE = (0.0, 0.5), 0.25
+NUDGE = 1e-8  # bodies: to which side a symmetric belt bulges is not left to rounding
 MIN_STRAIN_GUESS = 1e-4  # of a belt of given length
 TINY = 1e-30  # complex step over a length: nothing of it reaches the real part
 
@@ -206,7 +207,8 @@ class Search:
         """
         path, spacing, breakpoints = self._laid(tension)
         middle = 0.5 * (breakpoints[-2] + breakpoints[-1])
-        places = (middle + phase * spacing) % spacing + spacing * np.arange(self._bodies)
+        first = (middle + phase * spacing) % spacing + NUDGE * spacing
+        places = first + spacing * np.arange(self._bodies)
         line = path.at(np.interp(places, breakpoints, path.breakpoints))
         length = spacing / (1.0 + tension / self._rigidity)
         return np.concatenate([*line.position.T, line.angle * self._spacing, [length]])

@@ -345,7 +345,7 @@ def pull(
             ry = vy[k + 1] - vy[k] - (c0 * w0 + c1 * w1)
             dot = px * rx + py * ry
             d = damping * dot / (px * px + py * py + TINY)
-            if dx is not None:
+            if dx is not None and dy is not None:
                 dx[k], dy[k] = d * px, d * py
             px += d * px
             py += d * py

@@ -39,16 +39,18 @@ try:
     from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags
     from numba.core.options import DefaultOptions
 
+    _passes: Any = DefaultPassBuilder
+
     if not hasattr(DefaultOptions, "_nrt") or not hasattr(Flags, "noalias"):
         raise AttributeError("no flag _nrt or noalias")
 
-    class _Disjoint(CompilerBase):  # type: ignore[misc]
+    class _Disjoint(CompilerBase):
         """Numba's compiler for a function whose array arguments do not overlap."""
 
         def define_pipelines(self) -> list[Any]:
             """Return the passes, as numba asks for them."""
             self.state.flags.noalias = True
-            return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
+            return [_passes.define_nopython_pipeline(self.state)]
 
     OPTIONS["_nrt"] = False  # do not count references to arrays
     DISJOINT["pipeline_class"] = _Disjoint

@@ -344,7 +344,7 @@ class RKF45Stepper:
         inv_scale = vectors[11]
         inv_scale[:] = 1.0 / (settings.rtol * scales)
         clock = np.array([0.0, 0.0, FIRST_STEP_RATIO * self._max_step, 1.0])
-        self._state = RKF45State(*vectors, clock, np.zeros(4, dtype=np.int64))
+        self._state = RKF45State._make([*vectors, clock, np.zeros(4, dtype=np.int64)])
         self._state.y[:] = self._state.y_old[:] = state
         self._pulleys: Array | None = None  # as the last step left them, while a sample is seen
 
