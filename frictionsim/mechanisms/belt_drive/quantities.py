@@ -64,6 +64,7 @@ FORCE_LIMIT = 0.02
 # Forces of less than this share of the tension are what corners and contacts make at random.
 MIN_FORCE = 0.05
 STANDARD_ERRORS = 4.0  # by which a mean of samples may be off
+MIN_ROUND_TRIPS = 4.0  # of a wave along the belt in a run whose spans are judged
 # Bodies of the length l lie on a pulley as a polygon, whose corners are off the rim by (l/R)^2/8;
 # those where the belt comes and goes may differ: this times (l/R)^2 is what they do to a force.
 CORNER_FACTOR = 1.0 / 4.0
@@ -256,9 +257,12 @@ def torque_balance(run: "BeltSamples") -> Check:
         np.hstack([torque - seen.get("_friction", np.zeros_like(torque)), on_belt]),
         np.hstack([momentum, senses * momentum + np.outer(seen["_belt_speed"], mass)]),
     )
-    # A pulley that bodies leave, or that no other stands beside, has not two spans.
+    # A pulley that bodies leave, or that no other stands beside, has not two spans. And what is in
+    # the middle of a span is told by waves.
     touched = np.all(seen["_touching"] > 0.0, axis=0)
-    off[len(radius) :] *= touched & (np.sum(touched) > 1)
+    round_trip = path.length * np.sqrt(belt.mass_per_length / belt.axial_rigidity)
+    is_told = np.sum(touched) > 1 and np.ptp(time) > MIN_ROUND_TRIPS * round_trip
+    off[len(radius) :] *= touched & is_told
     mean_fall = np.abs(time_mean(time, fall))
     if not run.scenario.guided:
         uncertain[len(radius) :] += _allowance(run, straight, mean_fall)
