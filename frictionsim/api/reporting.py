@@ -72,8 +72,8 @@ def _file_html(path: Path) -> str:
 def _costs_html(table: "CostTable", source: str) -> str:
     from frictionsim.api.studies import study_parts
     from frictionsim.document import Picture
-    from frictionsim.plots.picture_file import image_for_page
     from frictionsim.plots.studies import cost_diagram, drawable
+    from frictionsim.plots.style import image_for_page
     from frictionsim.reports.study_report import cost_page
 
     drawn = drawable(table)
@@ -97,7 +97,7 @@ def _sweep_html(sweep: Sweep) -> str:
 def _pictures_of_sweep(table: "SweepTable") -> "Iterator[Picture]":
     """Yield the pictures of a sweep: the first varying quantities together, then each alone."""
     from frictionsim.document import Picture
-    from frictionsim.plots.picture_file import image_for_page
+    from frictionsim.plots.style import image_for_page
     from frictionsim.plots.sweep import draw_sweep
     from frictionsim.sweeps.statistics import is_constant, is_defined, sound_values
 

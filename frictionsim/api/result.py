@@ -25,8 +25,7 @@ from frictionsim.scenario.arguments import as_path
 
 if TYPE_CHECKING:
     import xarray
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.api.sweep_result import Sweep
     from frictionsim.costs.error_estimate import Estimate
@@ -256,7 +255,11 @@ class Result(ResultBase):
             return None
 
     def plot(
-        self, view: str | None = None, *, body: int | None = None, ax: "Axes | None" = None
+        self,
+        view: str | None = None,
+        *,
+        body: int | None = None,
+        figure: "Figure | SubFigure | None" = None,
     ) -> "Figure":
         """Draw a view; `frictionsim.plot` has further options.
 
@@ -266,12 +269,12 @@ class Result(ResultBase):
             By default the first of the kind.
         body : int, optional
             Number of the body of a belt, for the view `body`.
-        ax : Axes, optional
-            Draw in the place of these axes, which are removed.
+        figure : Figure or SubFigure, optional
+            An empty one that is drawn into.
         """
-        from frictionsim.plots import draw
+        from frictionsim.api.pictures import plot
 
-        return draw(self.record, view, body, ax=ax)
+        return plot(self, view, body=body, figure=figure)
 
     def parts(self) -> Document:
         """Yield the lines and tables of the summary, and its data."""

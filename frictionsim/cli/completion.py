@@ -32,9 +32,9 @@ def views(incomplete: str) -> list[str]:
 
 def styles(incomplete: str) -> list[str]:
     """Return the styles of pictures that begin with a text."""
-    from frictionsim.plots.style import STYLES, USER
+    from frictionsim.plots.style import STYLES
 
-    return _beginning(incomplete, (*STYLES, USER))
+    return _beginning(incomplete, STYLES)
 
 
 def backends(incomplete: str) -> list[str]:

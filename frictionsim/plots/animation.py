@@ -43,8 +43,8 @@ from frictionsim.motion.parts import (
     state_word,
 )
 from frictionsim.plots.moving_parts import BELT, BELT_EDGE, moving
+from frictionsim.plots.old_style import WIDTH, Style, short_overrides
 from frictionsim.plots.picture_file import DOTS_PER_INCH, rendering
-from frictionsim.plots.style import WIDTH, Style, short_overrides
 from frictionsim.plots.texts import literal, make_literal
 
 if TYPE_CHECKING:

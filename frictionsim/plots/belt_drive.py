@@ -44,7 +44,7 @@ from frictionsim.motion.belt_path import (
 from frictionsim.plots.belt_geometry import has_friction, pulleys_of
 from frictionsim.plots.belt_time_history import body, recorded_speed_at_rest, speeds, tension
 from frictionsim.plots.force_drawing import Area, Label, draw_labels
-from frictionsim.plots.style import (
+from frictionsim.plots.old_style import (
     Style,
     add_legend,
     axis_label,

@@ -26,7 +26,7 @@ from frictionsim.plots.belt_geometry import (
     middle_of_first_span,
     pulleys_of,
 )
-from frictionsim.plots.style import (
+from frictionsim.plots.old_style import (
     Style,
     add_legend,
     axis_label,

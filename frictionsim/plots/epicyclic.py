@@ -28,7 +28,7 @@ from frictionsim.display import (
 from frictionsim.errors import InputError, counted
 from frictionsim.mechanisms.epicyclic.tracer_point import TracerPath, TracerPoint
 from frictionsim.plots import time_history
-from frictionsim.plots.style import (
+from frictionsim.plots.old_style import (
     WIDTH,
     Style,
     add_legend,

@@ -11,7 +11,7 @@ from matplotlib.patches import FancyArrowPatch
 from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 
-from frictionsim.plots.style import Style
+from frictionsim.plots.old_style import Style
 from frictionsim.plots.texts import LINE_SPACING, points_of, text_width
 
 if TYPE_CHECKING:

@@ -37,7 +37,7 @@ from frictionsim.motion.shapes import arc, reaction_foot
 from frictionsim.plots import time_history
 from frictionsim.plots.force_drawing import Area, ForceDrawing, Resultant, arrow_sample
 from frictionsim.plots.moving_parts import moving
-from frictionsim.plots.style import (
+from frictionsim.plots.old_style import (
     Style,
     add_legend,
     relative_width,

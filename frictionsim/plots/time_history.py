@@ -20,7 +20,7 @@ from frictionsim.display import (
 )
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.mechanisms.effects import friction_radius
-from frictionsim.plots.style import (
+from frictionsim.plots.old_style import (
     MAX_LINES,
     Style,
     add_legend,
