@@ -29,19 +29,7 @@ from frictionsim.display import (
 from frictionsim.errors import ArgumentError, InputError, OutputError
 from frictionsim.io.output_file import ANIMATIONS, check_output, write_file
 from frictionsim.motion import motion_of
-from frictionsim.motion.parts import (
-    Arrow,
-    Band,
-    Body,
-    Disc,
-    Motion,
-    Trail,
-    decimals_of,
-    moment_of,
-    shown_value,
-    shown_word,
-    state_word,
-)
+from frictionsim.motion.parts import Arrow, Body, Disc, Line, Motion
 from frictionsim.plots.moving_parts import BELT, BELT_EDGE, moving
 from frictionsim.plots.old_style import WIDTH, Style, short_overrides
 from frictionsim.plots.picture_file import DOTS_PER_INCH, rendering
@@ -74,8 +62,8 @@ class MovingPicture:
         width = WIDTH - 2.0 * MARGIN - (0.0 if self._wide else PANEL)
         wanted = width * (top - bottom) / (right - left)
         height = float(np.clip(wanted, MIN_HEIGHT, MAX_HEIGHT))
-        entries, rows = self._key(), len(motion.readouts) + 1 + (motion.state is not None)
-        scaled = any(isinstance(part, Band) and part.value is not None for part in motion.parts)
+        entries, rows = self._key(), len(motion.readouts) + 1
+        scaled = any(isinstance(part, Line) and part.value is not None for part in motion.parts)
         if self._wide:
             below = ROW * (-(-rows // COLUMNS) + -(-len(entries) // COLUMNS)) + 0.1 + BAR * scaled
         else:
@@ -104,11 +92,12 @@ class MovingPicture:
 
     def show(self, time: float) -> Any:
         """Return the pixels at a time, (height, width, 4) of bytes; the next call replaces them."""
-        moment = moment_of(self._motion.time, time)
+        last = len(self._motion.time) - 1
+        frame = min(max(int(np.searchsorted(self._motion.time, time, side="right")) - 1, 0), last)
         for part in self._drawn:
-            part.move(moment, time)
+            part.move(frame)
         for text, write in self._numbers:
-            text.set_text(literal(write(moment, time)))
+            text.set_text(literal(write(frame, time)))
         self._draw_moved()
         return np.asarray(self.canvas.buffer_rgba())
 
@@ -140,7 +129,8 @@ class MovingPicture:
         ax.set_ylim(y - 0.5 * place[3] / scale, y + 0.5 * place[3] / scale)
         fixed = set(ax.get_children())
         for part in self._motion.parts:
-            self._drawn.append(moving(ax, part, 1.0 if labels else THICK, 1.0 / POINTS / scale))
+            thick, point = 1.0 if labels else THICK, 1.0 / POINTS / scale
+            self._drawn.append(moving(ax, part, thick, point, self._motion.scale))
         for part in self._motion.parts:
             if labels and isinstance(part, Body) and part.label:
                 halo = [withStroke(linewidth=2.5, foreground="white")]
@@ -170,23 +160,21 @@ class MovingPicture:
         """Return the readouts beside the drawing: a name, and a function of the time."""
         motion = self._motion
         places = max(0, 3 - int(np.floor(np.log10(max(float(np.ptp(motion.time)), 1e-12)))))
-        rows: list[tuple[str, Any]] = [("time", lambda moment, time: f"{time:.{places}f} s")]
-        if motion.state is not None:
-            rows.append(("contact", lambda moment, time: state_word(motion, moment)))
+        rows: list[tuple[str, Any]] = [("time", lambda frame, time: f"{time:.{places}f} s")]
         for readout in motion.readouts:
             decimals = 0 if readout.unit == "1" else decimals_of(readout.value)
             unit = f" {unit_text(readout.unit)}".rstrip()
 
             def write(
-                moment: Any,
+                frame: int,
                 time: float,
                 readout: Any = readout,
                 decimals: int = decimals,
                 unit: str = unit,
             ) -> str:
                 if readout.words:
-                    return shown_word(readout, moment)
-                return with_minus(f"{shown_value(readout, moment):.{decimals}f}") + unit
+                    return str(readout.words.get(int(readout.value[frame]), ""))
+                return with_minus(f"{readout.value[frame]:.{decimals}f}") + unit
 
             rows.append((readout.name, write))
         return rows
@@ -227,7 +215,7 @@ class MovingPicture:
 
     def _scale(self, x: float, y: float, width: float) -> None:
         """Draw the scale of the colours of a belt."""
-        band = next(b for b in self._motion.parts if isinstance(b, Band) and b.value is not None)
+        band = next(b for b in self._motion.parts if isinstance(b, Line) and b.value is not None)
         assert band.value is not None
         norm = Normalize(float(band.value.min()), float(band.value.max()))
         ax = self._axes(x, y, width, 0.12)
@@ -251,8 +239,8 @@ class MovingPicture:
         """Return a sample of each part with a name; parts of one name once."""
         samples: dict[str, Any] = {}
         for part in self._motion.parts:
-            if isinstance(part, Band):
-                samples |= _key_of_band(part)
+            if isinstance(part, Line):
+                samples |= _key_of_line(part)
             elif part.name and not getattr(part, "label", False):
                 samples.setdefault(part.name, _sample(part))
         for name, sample in samples.items():
@@ -260,17 +248,13 @@ class MovingPicture:
         return list(samples.values())
 
 
-def _sample(part: "Body | Trail | Arrow") -> Any:
-    if isinstance(part, Trail):
-        return Line2D([], [], color=ROLES["path"], lw=1.5)
+def _sample(part: "Body | Arrow") -> Any:
     if isinstance(part, Arrow):
         colour = ROLES[part.role]
-        tip: Style = {"marker": ">", "markevery": [-1], "markersize": 6}
+        tip: Style = {} if part.is_bars else {"marker": ">", "markevery": [-1], "markersize": 6}
         return Line2D([0, 1], [0, 0], color=colour, lw=2.2, **tip)
     shape = part.shapes[0]
     colour = ROLES[shape.role]
-    if shape.role == "cut":
-        return Patch(fc="none", ec=colour, ls=(0, (4, 3)))
     if not isinstance(shape, Disc):
         return Patch(fc=colour, ec=EDGE, lw=0.8)
     ring: Style = {"color": "none", "marker": "o", "markersize": 8}
@@ -283,19 +267,23 @@ def _sample(part: "Body | Trail | Arrow") -> Any:
     return Line2D([], [], **ring, mfc=colour, mec=EDGE, mew=0.8)
 
 
-def _key_of_band(band: Band) -> dict[str, Any]:
-    if band.value is None and band.touching is None:
-        colour = EDGE if band.role is None else ROLES[band.role]
-        return {band.name: Line2D([], [], color=colour, lw=2.2)} if band.name else {}
+def _key_of_line(line: Line) -> dict[str, Any]:
+    if not line.closed:
+        return {line.name: Line2D([], [], color=ROLES[line.role], lw=2.2)} if line.name else {}
     samples: dict[str, Any] = {}
     edged = [withStroke(linewidth=BELT + BELT_EDGE, foreground=EDGE)]
-    modes = () if band.touching is None else ("touches",)
-    for mode in modes if band.sticking is None else ("sticks", "slips"):
+    for mode in () if line.stuck is None else ("sticks", "slips"):
         words, colour, _ = BELT_CONTACT[mode]
         samples[words] = Line2D([], [], color=colour, lw=BELT, path_effects=edged)
-    if band.patch is not None:
+    if line.patch is not None:
         samples["patch with other friction"] = Line2D([], [], color=ROLES["friction"], lw=7.0)
     return samples
+
+
+def decimals_of(values: Any) -> int:
+    """Return the number of decimals of a read-out: four digits of its largest number."""
+    largest = float(np.max(np.abs(values), initial=0.0))
+    return max(0, 3 - int(np.floor(np.log10(largest)))) if largest > 0.0 else 3
 
 
 SECONDS = 8.0  # that a run takes by default

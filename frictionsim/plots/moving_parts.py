@@ -1,6 +1,6 @@
 """The parts of a motion as artists of matplotlib, which are moved from frame to frame."""
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from matplotlib.collections import LineCollection
@@ -9,23 +9,8 @@ from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Affine2D
 
-from frictionsim.display import BELT_CONTACT, EDGE, FAINT, ROLES, TENSION_COLOURS
-from frictionsim.motion.parts import (
-    Arrow,
-    Band,
-    Body,
-    Disc,
-    Moment,
-    Part,
-    Trail,
-    is_visible,
-    line_of,
-    path_until,
-    place_of,
-)
-
-if TYPE_CHECKING:
-    from frictionsim.motion.parts import Line
+from frictionsim.display import BELT_CONTACT, EDGE, ROLES, TENSION_COLOURS
+from frictionsim.motion.parts import Arrow, Body, Disc, Line, Outline, Part
 
 UNEDGED = ("fixed", "marked")
 # Points.
@@ -37,8 +22,8 @@ HALO_OF_ARROW = [withStroke(linewidth=3.6, foreground="white")]
 class Moving(Protocol):
     """An artist of a part in one of the axes."""
 
-    def move(self, moment: Moment, time: float) -> None:
-        """Show the part at a time."""
+    def move(self, frame: int) -> None:
+        """Show the part at a frame."""
 
 
 class MovingBody:
@@ -50,15 +35,15 @@ class MovingBody:
         for artist in self._artists:
             artist.set_transform(self._transform + self._data)
 
-    def move(self, moment: Moment, time: float) -> None:
-        """Show the body at a time."""
-        x, y, angle = place_of(self._body, moment)
-        self._transform.clear().rotate(angle).translate(x, y)
+    def move(self, frame: int) -> None:
+        """Show the body at a frame."""
+        body = self._body
+        self._transform.clear().rotate(body.angle[frame]).translate(body.x[frame], body.y[frame])
         for artist in self._artists:
-            artist.set_visible(is_visible(self._body, moment))
+            artist.set_visible(body.visible is None or bool(body.visible[frame]))
 
 
-def _shape(ax: Any, shape: "Disc | Line", thick: float) -> Any:
+def _shape(ax: Any, shape: "Disc | Outline", thick: float) -> Any:
     colour = ROLES[shape.role]
     if isinstance(shape, Disc):
         face, edge = ("none", colour) if shape.open else (colour, EDGE)
@@ -69,41 +54,22 @@ def _shape(ax: Any, shape: "Disc | Line", thick: float) -> Any:
     if not shape.closed:
         width = thick * (2.2 if shape.role == "marked" else 1.2)
         return ax.add_line(Line2D(*shape.points.T, color=colour, lw=width, solid_capstyle="round"))
-    if shape.role == "cut":
-        return ax.add_patch(Polygon(shape.points, fc="none", ec=colour, lw=1.0, ls=(0, (4, 3))))
     return ax.add_patch(Polygon(shape.points, fc=colour, ec=EDGE, lw=0.8, joinstyle="round"))
-
-
-class MovingTrail:
-    """The path of a point: strong behind it, faint ahead."""
-
-    def __init__(self, ax: Any, trail: Trail, thick: float) -> None:
-        self._trail = trail
-        ax.plot(trail.x, trail.y, color=FAINT, lw=0.7)
-        (self._line,) = ax.plot([], [], color=ROLES["path"], lw=1.5 * thick)
-
-    def move(self, moment: Moment, time: float) -> None:
-        """Show the path up to a time."""
-        self._line.set_data(*path_until(self._trail, time).T)
 
 
 class MovingArrow:
     """A force. Its head is as large as the arrow is long enough for."""
 
-    def __init__(self, ax: Any, arrow: Arrow, thick: float, per_point: float) -> None:
-        self._arrow, self._head = arrow, thick * HEAD * per_point
+    def __init__(self, ax: Any, arrow: Arrow, thick: float, per_point: float, scale: float) -> None:
+        self._arrow, self._head, self._scale = arrow, thick * HEAD * per_point, scale
         colour, width = ROLES[arrow.role], 2.2 * thick
         halo = {"path_effects": HALO_OF_ARROW}
         (self._line,) = ax.plot([], [], color=colour, lw=width, solid_capstyle="butt", **halo)
         self._tip = ax.add_patch(Polygon(np.zeros((3, 2)), fc=colour, ec="none"))
 
-    def move(self, moment: Moment, time: float) -> None:
-        """Show the force at a time."""
-        arrow = self._arrow
-        foot, vector = (
-            np.array([float(moment.of(values)) for values in pair])
-            for pair in ((arrow.x, arrow.y), (arrow.dx, arrow.dy))
-        )
+    def move(self, frame: int) -> None:
+        """Show the force at a frame."""
+        foot, vector = self._arrow.foot[frame], self._scale * self._arrow.vector[frame]
         length = float(np.hypot(*vector))
         for artist in (self._line, self._tip):
             artist.set_visible(length > 0.05 * self._head)
@@ -114,24 +80,39 @@ class MovingArrow:
         self._tip.set_xy(np.stack([foot + vector, base + across, base - across]))
 
 
+class MovingBars:
+    """Bars for the forces on many points."""
+
+    def __init__(self, ax: Any, bars: Arrow, scale: float) -> None:
+        self._bars, self._scale = bars, scale
+        self._lines = ax.add_collection(LineCollection([], colors=ROLES[bars.role]))
+
+    def move(self, frame: int) -> None:
+        """Show the forces at a frame."""
+        foot = self._bars.foot[frame]
+        tip = foot + self._scale * self._bars.vector[frame]
+        self._lines.set_segments(np.stack([foot, tip], axis=1)[(foot != tip).any(axis=1)])
+
+
 class MovingCord:
     """A cord with marks that run along it."""
 
-    def __init__(self, ax: Any, band: Band, thick: float, per_point: float) -> None:
-        self._band, self._reach = band, thick * TICK * per_point
-        colour = EDGE if band.role is None else ROLES[band.role]
+    def __init__(self, ax: Any, line: Line, thick: float, per_point: float) -> None:
+        self._cord, self._reach = line, thick * TICK * per_point
+        colour = ROLES[line.role]
         (self._line,) = ax.plot([], [], color=colour, lw=CORD * thick, solid_joinstyle="round")
         self._marks = ax.add_collection(LineCollection([], colors=EDGE, linewidths=1.4 * thick))
 
-    def move(self, moment: Moment, time: float) -> None:
-        """Show the cord at a time."""
-        points, band = line_of(self._band, moment), self._band
+    def move(self, frame: int) -> None:
+        """Show the cord at a frame."""
+        cord = self._cord
+        points = cord.points[frame if len(cord.points) > 1 else 0]
         self._line.set_data(*points.T)
-        if band.travel is None or band.spacing <= 0.0:
+        if cord.travel is None:
             return
         legs = np.diff(points, axis=0)
         place = np.concatenate([[0.0], np.cumsum(np.hypot(*legs.T))])
-        marks = np.arange(float(moment.of(band.travel)) % band.spacing, place[-1], band.spacing)
+        marks = np.arange(float(cord.travel[frame]) % cord.spacing, place[-1], cord.spacing)
         leg = np.clip(np.searchsorted(place, marks, side="right") - 1, 0, len(legs) - 1)
         where = np.column_stack([np.interp(marks, place, points[:, k]) for k in (0, 1)])
         self._marks.set_segments(_ticks(where, legs[leg], self._reach))
@@ -140,52 +121,50 @@ class MovingCord:
 class MovingBelt:
     """A belt coloured by its tension, with strips where it sticks and slips, and marks."""
 
-    def __init__(self, ax: Any, band: Band, thick: float, per_point: float) -> None:
-        self._band, self._reach = band, thick * 1.3 * TICK * per_point
+    def __init__(self, ax: Any, line: Line, thick: float, per_point: float) -> None:
+        self._belt_line, self._reach = line, thick * 1.3 * TICK * per_point
 
         def lines(colour: str | None, width: float, **style: Any) -> Any:
             collection = LineCollection([], colors=colour, linewidths=thick * width, **style)
             return ax.add_collection(collection)
 
-        if band.patch is not None:
+        if line.patch is not None:
             self._patch = lines(ROLES["friction"], PATCH)
         self._marks = lines(EDGE, 1.1)
         self._edge = lines(EDGE, BELT + BELT_EDGE, capstyle="round")
         # Colours that are given would hide those of the values.
-        colour = ROLES["moving"] if band.value is None else None
+        colour = ROLES["moving"] if line.value is None else None
         self._belt = lines(colour, BELT, capstyle="round")
-        if band.value is not None:
+        if line.value is not None:
             self._belt.set_cmap(TENSION_COLOURS)
-            self._belt.set_clim(float(band.value.min()), float(band.value.max()))
+            self._belt.set_clim(float(line.value.min()), float(line.value.max()))
         self._strips = [
-            (mode == "sticks", [lines(around, STRIP + HALO), lines(core, STRIP)])
+            (int(mode == "sticks"), [lines(around, STRIP + HALO), lines(core, STRIP)])
             for mode, (_, core, around) in BELT_CONTACT.items()
             if mode != "touches"
         ]
 
-    def move(self, moment: Moment, time: float) -> None:
-        """Show the belt at a time."""
-        points, band = line_of(self._band, moment), self._band
+    def move(self, frame: int) -> None:
+        """Show the belt at a frame."""
+        line, points = self._belt_line, self._belt_line.points[frame]
         before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
         pieces = np.stack([before, points], axis=1)
         for collection in (self._edge, self._belt):
             collection.set_segments(pieces)
-        if band.value is not None:
-            self._belt.set_array(moment.of(band.value))
+        if line.value is not None:
+            self._belt.set_array(line.value[frame])
         halves = np.stack([0.5 * (before + points), points, 0.5 * (after + points)], axis=1)
-        if band.patch is not None:
-            self._patch.set_segments(halves[band.patch])
-        if band.marks is not None:
-            some = band.marks
+        if line.patch is not None:
+            self._patch.set_segments(halves[line.patch])
+        if line.spacing > 0.0:
+            length = float(np.hypot(*(points - before).T).sum())
+            some = slice(None, None, max(1, round(len(points) * line.spacing / length)))
             ticks = _ticks(points[some], (after - before)[some], self._reach)
             self._marks.set_segments(ticks)
-        if band.touching is None:
-            return
-        touching = band.touching[moment.frame]
-        sticking = np.zeros_like(touching) if band.sticking is None else band.sticking[moment.frame]
-        for stuck, strips in self._strips:
-            for strip in strips:
-                strip.set_segments(halves[touching & (sticking == stuck)])
+        if line.stuck is not None:
+            for stuck, strips in self._strips:
+                for strip in strips:
+                    strip.set_segments(halves[line.stuck[frame] == stuck])
 
 
 def _ticks(points: Any, directions: Any, reach: float) -> Any:
@@ -195,7 +174,7 @@ def _ticks(points: Any, directions: Any, reach: float) -> Any:
     return np.stack([points - across, points + across], axis=1)
 
 
-def moving(ax: Any, part: Part, thick: float, per_point: float) -> Moving:
+def moving(ax: Any, part: Part, thick: float, per_point: float, scale: float = 0.0) -> Moving:
     """Return the artist that draws a part.
 
     Parameters
@@ -204,13 +183,14 @@ def moving(ax: Any, part: Part, thick: float, per_point: float) -> Moving:
         Factor of line widths, above 1 where the drawing is larger.
     per_point : float, m
         Length of a point on the paper.
+    scale : float, m/N
     """
     if isinstance(part, Body):
         return MovingBody(ax, part, thick)
-    if isinstance(part, Trail):
-        return MovingTrail(ax, part, thick)
     if isinstance(part, Arrow):
-        return MovingArrow(ax, part, thick, per_point)
-    if part.value is None and part.touching is None:
+        if part.is_bars:
+            return MovingBars(ax, part, scale)
+        return MovingArrow(ax, part, thick, per_point, scale)
+    if not part.closed:
         return MovingCord(ax, part, thick, per_point)
     return MovingBelt(ax, part, thick, per_point)

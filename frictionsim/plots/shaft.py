@@ -31,8 +31,8 @@ from frictionsim.mechanisms.shaft.free_body import (
     channels_needed,
     free_body,
 )
-from frictionsim.motion.parts import Body, Disc, Moment
-from frictionsim.motion.shaft import bodies_of, cords_of, scale_of, scenario_in, sizes_of, tail_of
+from frictionsim.motion.parts import Body, Disc
+from frictionsim.motion.shaft import ARROW, bodies_of, cords_of, scenario_in, sizes_of, tail_of
 from frictionsim.motion.shapes import arc, reaction_foot
 from frictionsim.plots import time_history
 from frictionsim.plots.force_drawing import Area, ForceDrawing, Resultant, arrow_sample
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.mechanisms.shaft.schema import ShaftScenario
-    from frictionsim.motion.parts import Line
+    from frictionsim.motion.parts import Outline
     from frictionsim.results import Record
 
     Point = tuple[float, float]
@@ -63,6 +63,14 @@ if TYPE_CHECKING:
 
 STOP = "end stop"
 MILLIMETRES = 0.1  # m: shorter lengths are written in mm
+
+
+def scale_of(body: FreeBody, reach: float) -> float:
+    """Return the length of a force in a drawing, m/N: the largest has its share of the reach."""
+    sizes = [float(np.max(np.abs(force.size), initial=0.0)) for force in body.forces]
+    reaction = np.hypot(body.reaction_across, body.reaction_up)
+    largest = max([float(np.max(reaction, initial=0.0)), *sizes])
+    return ARROW * reach / largest if largest > 0.0 else 0.0
 
 
 class Instant(NamedTuple):
@@ -282,12 +290,12 @@ def _parts(now: Instant) -> list[Any]:
     return [*bodies, *cords_of(now.scenario, now.free_body, now.angle)]
 
 
-def _unmarked(shapes: "tuple[Disc | Line, ...]") -> "tuple[Disc | Line, ...]":
+def _unmarked(shapes: "tuple[Disc | Outline, ...]") -> "tuple[Disc | Outline, ...]":
     """Return shapes without the marks that show a turn: nothing moves, and marks look like forces.
 
     A spoke that is marked is one of the others; what comes against a stop is a part of the body.
     """
-    unmarked: list[Disc | Line] = []
+    unmarked: list[Disc | Outline] = []
     for shape in shapes:
         if shape.role != "marked":
             unmarked.append(shape)
@@ -316,7 +324,7 @@ def _bounds(now: Instant) -> tuple["Point", "Point"]:
     points = [np.array([[-round_axis, -round_axis], [round_axis, round_axis]])]
     for part in _parts(now):
         if not isinstance(part, Body):
-            points.append(np.column_stack([part.x.ravel(), part.y.ravel()]))
+            points.append(part.points.reshape(-1, 2))
     for _, _, tail, vector in _segments(now):
         points.append(np.array([tail, np.add(tail, vector)]))
     scale = scale_of(now.free_body, sizes.reach)
@@ -351,7 +359,7 @@ def _draw_body(ax: Any, now: Instant, view: Area) -> list[Any]:
     sizes = sizes_of(now.scenario)
     reach = sizes.reach
     for part in _parts(now):
-        moving(ax, part, 1.0, 1.0 / view.scale).move(Moment(0, 0.0), now.time)
+        moving(ax, part, 1.0, 1.0 / view.scale).move(0)
     drawing = ForceDrawing(ax, view)
     drawing.keep_free(arc(sizes.rim, 0.0, 2.0 * np.pi, 45))
     handles = [*_draw_forces(drawing, now), *_draw_couples(drawing, now)]
