@@ -27,7 +27,6 @@ from frictionsim.plots import (
     views_of_several,
 )
 from frictionsim.plots.style import (
-    DOTS_PER_INCH,
     SCREEN,
     STYLES,
     TITLE,
@@ -181,7 +180,7 @@ class PlotOptions(Options):
                 if getattr(self, name):
                     raise ArgumentError(name, "is of a new picture; leave it out with a figure")
         with styled(self.style):
-            target = new_figure(self.width) if figure is None else figure
+            target = new_figure(self.width, self.dpi) if figure is None else figure
             height = self.height or (figure.bbox.height / figure.dpi if figure else None)
             draw(figure=target)
             if not self.title:
@@ -191,7 +190,6 @@ class PlotOptions(Options):
                 target.set_figheight(height)
             if figure is None:
                 target.style = self.style
-                target.set_dpi(self.dpi or DOTS_PER_INCH)
             if self.style != SCREEN:  # what is made later has the sizes of another style
                 target.draw_without_rendering()
         return target
@@ -457,17 +455,17 @@ def animate(
     OutputError
         If the file cannot be written, or would replace another kind of file.
     """
-    from frictionsim.plots import animation
+    import frictionsim.plots.mechanism as moving
 
     options = PlotOptions.among(locals())
     target = as_path("animate", path)
     if no_clobber:
         check_free(target, ANIMATIONS[".gif"])
-    animation.check_animation(target)
+    moving.check_animation(target)
     if not isinstance(source, results.Result):
         source = results.open(as_path("result", source))
     name = str(source.path or "")
-    animation.animate(source.record, target, options.fps, options.speed, progress, name)
+    moving.animate(source.record, target, options.fps, options.speed, progress, name)
     return target
 
 

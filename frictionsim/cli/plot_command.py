@@ -81,7 +81,7 @@ def plot(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="paper, talk, or user for your matplotlibrc.",
+            help="screen or paper. [screen]",
             autocompletion=styles,
         ),
     ] = None,

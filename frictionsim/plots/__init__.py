@@ -15,17 +15,14 @@ import numpy as np
 
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.plots import belt, kinds
-from frictionsim.plots import belt_drive as old_belt
-from frictionsim.plots import epicyclic as old_epicyclic
-from frictionsim.plots import shaft as old_shaft
 from frictionsim.plots.kinds import OVER_TIME, View
+from frictionsim.plots.mechanism import draw_mechanism
 from frictionsim.plots.over_time import (
     MAX_PANELS,
     check_channel,
     check_numbers,
     over_time,
     panels_of,
-    part_of,
 )
 from frictionsim.plots.style import MAX_LINES, add_legend, new_figure
 from frictionsim.scenario.kinds import mechanism_module
@@ -43,41 +40,30 @@ Views = Mapping[str, View]
 """By name, the default first."""
 
 
-def _until(draw: Any) -> Any:
-    """Return a view of the last sample as one of any sample."""
-
-    def drawn(record: "Record", figure: Any, sample: int = -1) -> None:
-        draw(part_of(record, slice(0, sample % len(record.time) + 1)), figure)
-
-    return drawn
-
-
-def _path(record: "Record", figure: Any, sample: int | None = None) -> None:
-    part = None if sample is None else part_of(record, slice(0, sample + 1))
-    old_epicyclic.path(record, figure, part)
-
-
+MECHANISM = View(draw_mechanism, ("time",))
 VIEWS: Mapping[str, Views] = {
     "pulley": {
         "response": RESPONSE,
         "traction": View(kinds.traction, ("window",), effect="cord_friction"),
+        "mechanism": MECHANISM,
     },
     "marble_machine": {
         "response": RESPONSE,
         "torque": View(kinds.torque_of_machine, ("window",)),
+        "mechanism": MECHANISM,
     },
     "epicyclic": {
         "response": RESPONSE,
         "torque": View(kinds.torque_of_gear, ("window",)),
-        "path": View(_path, ("time",)),
+        "path": View(kinds.path, ("time",)),
     },
     "shaft": {
         "response": RESPONSE,
-        "friction_circle": View(_until(old_shaft.friction_circle), ("time",)),
+        "friction_circle": MECHANISM,
     },
     "belt_drive": {
         "speeds": View(belt.speeds, OVER_TIME, overlaid=("pulley_speed", "pulley_torque")),
-        "drive": View(_until(old_belt.drive), ("time",)),
+        "drive": View(belt.drive, ("time",)),
         "tension": View(belt.tension, ("time",)),
         BODY: View(belt.body, ("window", "body")),
     },

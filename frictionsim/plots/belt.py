@@ -18,6 +18,7 @@ from frictionsim.mechanisms.belt_drive.slip import (
     span_tensions,
     speed_at_rest,
 )
+from frictionsim.plots.mechanism import draw_mechanism
 from frictionsim.plots.over_time import over_time, panels_of, within, write_above
 from frictionsim.plots.style import (
     Look,
@@ -452,3 +453,20 @@ def default_body(touched: "Array") -> int:
     number = int(start + (ahead[0] if ahead.size else 0) // 2) % touched.shape[1]
     longest = np.sum(touched >= 0, axis=0)
     return number if longest[number] or not longest.any() else int(np.argmax(longest))
+
+
+# The drive.
+
+NEEDED = ("x", "y", "tension", "normal_force", "pulley_index")
+
+
+def drive(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> None:
+    """Draw belt and pulleys at a sample, with the forces on the bodies as bars.
+
+    The belt is coloured by its tension. Outward bars are the normal forces on its bodies, inward
+    bars the friction forces. A strip on the belt is black where it sticks, white where it slips.
+    """
+    more = ("friction_force", "sticking") if has_friction(record) else ()
+    require_channels(record, "drive", (*NEEDED, *more))
+    pulleys_of(record)
+    draw_mechanism(record, figure, sample)

@@ -12,12 +12,17 @@ from frictionsim.display import (
     CORD_SLIPS_SHADE,
     CORD_STICKS_SHADE,
     GREY,
+    VERMILION,
     picture_text,
     with_minus,
 )
-from frictionsim.errors import InputError
+from frictionsim.errors import InputError, counted
 from frictionsim.mechanisms.effects import friction_radius
+from frictionsim.mechanisms.epicyclic.tracer_point import TracerPath, TracerPoint
 from frictionsim.mechanisms.pulley.schema import limiting_ratio
+from frictionsim.motion import motion_of
+from frictionsim.motion.parts import Line
+from frictionsim.plots.mechanism import draw_still, motion_at
 from frictionsim.plots.over_time import event_look, over_time, panels_of, within, write_above
 from frictionsim.plots.style import (
     LIMIT,
@@ -327,11 +332,10 @@ def torque_of_machine(
         resisting["load minus friction"] = load - friction
     motor = ratio * np.asarray(shown.channels["motor_torque"])
     torques = {"motor, times the gear ratio": motor, **resisting}
-    low, high = (of([of(v) for v in resisting.values()], initial=0.0) for of in (np.min, np.max))
+    low, high = _range(resisting.values())
     low, high = low - MARGIN * (high - low), high + MARGIN * (high - low)
-    two = bool(resisting) and 0.0 < high - low <= FINER * np.ptp(
-        np.concatenate([*torques.values()])
-    )
+    least, largest = _range(torques.values())
+    two = 0.0 < high - low <= FINER * (largest - least)
     set_height(figure, 5.5 if two else 3.6)
     set_title(figure, title_of(record))
     axes = figure.subplots(1 + two, 1, sharex=True, squeeze=False)[:, 0]
@@ -349,3 +353,51 @@ def torque_of_machine(
             for ax in axes:
                 handles[TRANSFER] = ax.axvline(angle, **event_look(TRANSFER))
     add_legend(figure, handles)
+
+
+def _range(channels: Any) -> tuple[float, float]:
+    """Return the least and the largest value of some channels; two zeros of none."""
+    values = np.concatenate([np.zeros(0), *channels]) if channels else np.zeros(1)
+    return float(values.min()), float(values.max())
+
+
+CUSP: Look = {"marker": "D", "mfc": "white", "mec": BLACK, "markersize": 5, "linestyle": ""}
+DWELL: Look = {"color": VERMILION, "linewidth": 4.0, "alpha": 0.7, "solid_capstyle": "butt"}
+SAME = 1e-9  # of the length of the crank: cusps of several turns that lie in one place
+MAX_CUSPS = 100_000  # more would cover the path and take minutes
+
+
+def path(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> None:
+    """Draw the path of the tracer point of the whole run, with sun, planet and crank at a sample.
+
+    Its cusps are marked, and where the point dwells longest, as the summary counts both.
+    """
+    if not {"tracer_x", "tracer_y"} <= record.channels.keys():
+        raise InputError(
+            "cannot draw the view 'path': this result has no channel tracer_x, tracer_y; add"
+            " effects.tracer_point to the scenario (see output.channels)"
+        )
+    whole, motion = motion_of(record), motion_at(record, sample)
+    assert whole is not None  # gears have a drawing
+    lines = {part.name: part for part in whole.parts if isinstance(part, Line)}
+    parts = tuple(lines.get(part.name, part) for part in motion.parts)
+    motion = motion._replace(parts=parts, bounds=whole.bounds)
+    ax, handles = draw_still(record, figure, motion)
+    point = TracerPoint.model_validate(scenario_value(record, "effects", "tracer_point"))
+    radii = (float(scenario_value(record, "mechanism", f"{p}_radius")) for p in ("sun", "planet"))
+    traced = TracerPath(*radii, point)
+    channels = record.channels
+    if "angle" in channels:
+        first, count = traced.cusps(channels["angle"]) or (0.0, 0.0)
+        if 0.0 < count <= MAX_CUSPS:
+            xy = np.column_stack(traced.position(traced.angle_of(first + np.arange(count))))
+            _, once = np.unique(np.round(xy / (SAME * traced.length)), axis=0, return_index=True)
+            (handles[counted(int(count), "cusp")],) = ax.plot(*xy[once].T, zorder=5, **CUSP)
+    if {"angle", "angular_velocity"} <= channels.keys():
+        names = ("time", "angle", "angular_velocity")
+        dwell = traced.longest_dwell(tuple(channels[name] for name in names))
+        if dwell is not None:
+            turned = np.linspace(dwell.angle - dwell.half, dwell.angle + dwell.half, 200)
+            words = f"longest dwell, {picture_text(dwell.time)} s"
+            (handles[words],) = ax.plot(*traced.position(turned), zorder=4, **DWELL)
+    add_legend(figure, handles, columns=3)

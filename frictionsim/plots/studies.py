@@ -18,7 +18,14 @@ from matplotlib.patches import Patch
 
 from frictionsim.display import BLACK, COLOURS, GREY, STICK_SHADE, VERMILION, WINE
 from frictionsim.io.cost_table import line_of
-from frictionsim.plots.style import add_legend, axis_label, new_figure, set_height, set_title
+from frictionsim.plots.style import (
+    add_legend,
+    axis_label,
+    new_figure,
+    set_height,
+    set_title,
+    styled,
+)
 from frictionsim.scenario.model_fields import description_of
 
 if TYPE_CHECKING:
@@ -113,7 +120,8 @@ def cost_diagram(table: "CostTable", figure: Any = None) -> Any:
     """
     draw = _draw_meshes if table.of_meshes else _draw
     figure = new_figure(WIDTH) if figure is None else figure
-    draw(table, figure)
+    with styled():
+        draw(table, figure)
     return figure
 
 
@@ -272,7 +280,8 @@ def fit_diagram(outcome: "FitOutcome", figure: Any = None) -> Any:
         An empty one that is drawn into.
     """
     figure = new_figure() if figure is None else figure
-    _draw_fit(outcome, figure)
+    with styled():
+        _draw_fit(outcome, figure)
     return figure
 
 

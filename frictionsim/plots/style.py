@@ -112,9 +112,9 @@ class Picture(Figure):
         return image_of(self, ".png", self.dpi)
 
 
-def new_figure(width: float | None = None) -> Picture:
+def new_figure(width: float | None = None, dpi: float | None = None) -> Picture:
     """Return an empty figure; the view gives it a height."""
-    return Picture((width or WIDTH, WIDTH), layout="constrained")
+    return Picture((width or WIDTH, WIDTH), dpi=dpi or DOTS_PER_INCH, layout="constrained")
 
 
 def set_height(figure: "Figure | SubFigure", height: float) -> None:

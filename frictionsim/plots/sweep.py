@@ -244,20 +244,24 @@ def _axes_of(table: SweepTable, at: Mapping[str, Any]) -> tuple[list[KeyAxis], A
         if key not in table.dimensions:
             raise ArgumentError("at", unknown("varied key", key, list(table.dimensions)))
     runs: Any = np.arange(table.runs).reshape(table.shape)
+    several = [key for key, size in table.dimensions.items() if size > 1 and key not in at]
+    free = several or [next(iter(table.dimensions))]  # a single run is a point over its first key
     drawn: list[KeyAxis] = []
     fixed: list[str] = []
     for key in table.dimensions:
         axis = key_axis(key, table.coordinates[key])
         runs = runs.take(axis.order, axis=len(drawn))
-        single = axis.values.size == 1
-        if key in at or (single and (drawn or key != list(table.dimensions)[-1])):
-            place = _place(axis, at[key]) if key in at else 0
+        place = _place(axis, at[key]) if key in at else 0
+        if key not in free:
             runs = runs.take(place, axis=len(drawn))
             fixed.append(f"{last_parts(key)} = {axis.text(place)}")
-        else:
-            drawn.append(axis)
-    if not drawn:
-        raise ArgumentError("at", "it fixes every key; leave one out")
+            continue
+        if key in at:
+            runs = runs.take([place], axis=len(drawn))
+            labels = axis.labels[place : place + 1]
+            values = np.zeros(1) if labels else axis.values[place : place + 1]
+            axis = axis._replace(values=values, labels=labels)
+        drawn.append(axis)
     return drawn, runs, fixed
 
 
@@ -380,6 +384,12 @@ def _marks(table: SweepTable, name: str, runs: Any) -> dict[str, Any]:
     }
 
 
+def values_of(table: SweepTable, name: str, runs: Any) -> "Array":
+    """Return a quantity of runs that are done, whatever their audit; else NaN."""
+    done = np.isin(table.status[runs], (DONE, AUDIT_FAILED))
+    return np.where(done, table.values[name][runs], np.nan)
+
+
 JUMP = 6.0  # times the changes beside it and JUMP_RANGE of all values: a change that is a jump
 JUMP_RANGE = 0.1
 
@@ -392,10 +402,8 @@ def is_jump(x: "Array", y: "Array") -> Any:
     with np.errstate(invalid="ignore", divide="ignore"):
         slope = np.abs(np.diff(y) / np.diff(x))
         beside = np.fmax(np.append(slope[1:], np.nan), np.insert(slope[:-1], 0, np.nan))
-        large = np.abs(np.diff(y)) > JUMP_RANGE * (
-            np.nanmax(y, initial=-np.inf) - np.nanmin(y, initial=np.inf)
-        )
-        return (slope > JUMP * beside) & large
+        least = JUMP_RANGE * (np.nanmax(y, initial=-np.inf) - np.nanmin(y, initial=np.inf))
+        return (slope > JUMP * beside) & (np.abs(np.diff(y)) > least)
 
 
 def _draw_curves(
@@ -406,10 +414,16 @@ def _draw_curves(
     axes[0].prepare(ax, "x")
     ax.set_ylabel(label_of(table, panel.name))
     ax.grid(visible=True)
+    known = values_of(table, panel.name, scaled)
+    norm = norm_of(known) if np.isfinite(known).any() else None
     values, marks = sound_values(table, panel.name)[columns], _marks(table, panel.name, columns)
     for i in range(columns.shape[1]):
         y = values[:, i]
-        places = np.arange(1, x.size)[is_jump(np.log(x) if axes[0].log else x, y)]
+        height = np.log(y) if isinstance(norm, LogNorm) else y
+        jumps = is_jump(x, height)
+        if axes[0].log:
+            jumps &= is_jump(np.log(x), height)
+        places = np.arange(1, x.size)[jumps]
         look = curve_look(i, x.size, is_joined(axes[0], y, table.units[panel.name]))
         ax.plot(np.insert(x, places, np.nan), np.insert(y, places, np.nan), **look)
         for n, (mark, own) in enumerate(MARKS.items()):
@@ -420,13 +434,10 @@ def _draw_curves(
             elif at.any():
                 low = np.full(at.sum(), 0.03 + 0.05 * i + 0.01 * n)
                 ax.plot(x[at], low, linestyle="", transform=ax.get_xaxis_transform(), **own)
-    known = table.values[panel.name][scaled]
-    known = known[np.isfinite(known)]
     below = any(marks[mark].any() for mark in MARKS if mark != "audit failed")
-    if not known.size:
+    if norm is None:
         ax.set_yticks([])
         return
-    norm = norm_of(known)
     if isinstance(norm, LogNorm):
         ax.set_yscale("log")
     ax.margins(x=0.03, y=0.1 + 0.06 * columns.shape[1] * below)  # marks are below all values
@@ -466,9 +477,9 @@ def _draw_map(
     x.prepare(ax, "x")
     y.prepare(ax, "y")
     ax.set_facecolor("#EEEEEE")
-    values, label = table.values[panel.name][panel.runs], label_of(table, panel.name)
+    values, label = values_of(table, panel.name, panel.runs), label_of(table, panel.name)
     if np.isfinite(values).any():
-        norm = norm_of(table.values[panel.name][scaled])
+        norm = norm_of(values_of(table, panel.name, scaled))
         look: Look = {"cmap": TENSION_COLOURS, "norm": norm, "rasterized": values.size > 5000}
         mesh = ax.pcolormesh(x.edges, y.edges, np.ma.masked_invalid(values).T, **look)
         ax.figure.colorbar(mesh, ax=ax, label=label)

@@ -93,9 +93,7 @@ LEAVES = {
         *("ReaderGone", "Stdout", "is_terminal", "print_on_stderr", "visible", "write_on_stderr")
     },
     # the picture of a study, in the format of its name
-    "frictionsim.plots.picture_file": {"check_picture"},
-    # completion of options
-    "frictionsim.plots.style": {"STYLES", "USER"},
+    "frictionsim.plots.style": {"STYLES", "check_picture"},
     # the summary of what has no class of results
     "frictionsim.document": {"as_json", "as_text"},
     # JSON of `static`, the name of the standard input

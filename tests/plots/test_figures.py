@@ -63,7 +63,9 @@ def test_events_of_pulleys_and_spans_leave_the_views_of_belts(count: int) -> Non
             ]
             for figure in (draw(with_engagements(count), view), picture("two pulleys", view))
         )
-        assert all(map(np.array_equal, lines, usual)), view
+        assert all(
+            np.array_equal(*two, equal_nan=True) for two in zip(lines, usual, strict=True)
+        ), view
 
 
 def test_channels_over_time_name_events_of_pulleys_and_spans() -> None:

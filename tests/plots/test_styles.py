@@ -108,7 +108,7 @@ def test_paper_has_small_type_and_thin_lines() -> None:
     figure, usual = (draw(shown("pulley"), style=style) for style in ("paper", "screen"))
     for size, one in ((8.0, figure), (10.0, usual)):
         assert one.axes[0].yaxis.label.get_fontsize() == size
-    assert figure.axes[1].lines[-1].get_linewidth() < usual.axes[1].lines[-1].get_linewidth()
+    assert figure.axes[1].lines[0].get_linewidth() < usual.axes[1].lines[0].get_linewidth()
     narrow = draw(shown("pulley"), style="paper", width="84mm")
     assert narrow.get_figwidth() == pytest.approx(84 / MM)
     assert narrow.get_figheight() < usual.get_figheight()

@@ -25,32 +25,29 @@ def times(record: Record) -> Any:
 def test_an_instant_is_the_sample_at_or_before_it() -> None:
     record = shown(BELT)
     at = times(record)[3]
-    after = 0.5 * (at + times(record)[4])
     bodies = np.column_stack([record.channels[name][3] for name in "xy"])
-    for time in (at, after):
+    for time in (at, 0.5 * (at + times(record)[4])):
         figure = draw(record, "drive", time=time)
-        assert figure.axes[0].get_title(loc="left") == f"at {at:.6g} s"
-        assert f"{at:.6g} s" not in figure.get_suptitle()
+        assert figure.axes[0].texts[0].get_text().split("\n")[0] == f"at {at:.6g} s"
         (belt,) = (
             one
-            for one in figure.axes[0].collections
+            for one in figure.axes[1].collections
             if isinstance(one, LineCollection) and one.get_array() is not None
         )
         ends = np.array([piece[-1] for piece in belt.get_segments()])
-        np.testing.assert_allclose(ends, bodies, atol=1e-5)  # on the arcs of an ideal belt
+        for body in bodies:  # those of a guided string have points of its line between them
+            assert np.hypot(*(ends - body).T).min() < 1e-5
 
 
 def test_the_planet_is_drawn_at_an_instant_on_the_whole_path() -> None:
     whole, early = draw(shown(GEAR), "path"), draw(shown(GEAR), "path", time=1.0)
-    (drawn, moved) = (figure.axes[0] for figure in (whole, early))
-    np.testing.assert_array_equal(drawn.lines[0].get_xdata(), moved.lines[0].get_xdata())
-    assert drawn.patches[1].center != moved.patches[1].center  # type: ignore[attr-defined]
-    (point,) = [line for line in moved.lines if line.get_label() == "tracer point"]
+    drawn, moved = ([c.get_segments() for c in f.axes[1].collections] for f in (whole, early))
+    assert all(map(np.array_equal, drawn[0], moved[0]))
     last = int(np.flatnonzero(times(shown(GEAR)) <= 1.0)[-1])
     place = [shown(GEAR).channels[f"tracer_{axis}"][last] for axis in "xy"]
-    assert point.get_xydata() == pytest.approx(np.array([place]))
-    assert "tracer point" not in [line.get_label() for line in drawn.lines]
-    assert "at 1 s" in early.get_suptitle()
+    point = early.axes[1].patches[-1]
+    centre = point.get_transform() - early.axes[1].transData
+    assert centre.transform((0.0, 0.0)) == pytest.approx(place)
 
 
 def test_a_window_has_its_samples_and_those_around_it() -> None:
