@@ -29,12 +29,10 @@ from frictionsim.plots import (
 from frictionsim.plots.style import (
     SCREEN,
     STYLES,
-    TITLE,
     check_format,
     check_picture,
-    new_figure,
+    drawn,
     save,
-    styled,
 )
 from frictionsim.plots.sweep import draw_sweep
 from frictionsim.scenario.options import Options, as_list, as_path, by_name, text_of
@@ -171,28 +169,12 @@ class PlotOptions(Options):
         return {name: value for name, value in given.items() if value not in (None, WHOLE, ())}
 
     def drawn(self, draw: Callable[..., Any], figure: "Figure | SubFigure | None" = None) -> Any:
-        """Return a figure that is drawn in this size and style, or the given one.
-
-        `draw(figure=...)` draws into an empty figure.
-        """
+        """Return a figure that is drawn in this size and style, or the given one."""
+        sizes = {name: getattr(self, name) for name in ("width", "height", "dpi")}
         if figure is not None:
-            for name in ("width", "height", "dpi"):
-                if getattr(self, name):
-                    raise ArgumentError(name, "is of a new picture; leave it out with a figure")
-        with styled(self.style):
-            target = new_figure(self.width, self.dpi) if figure is None else figure
-            height = self.height or (figure.bbox.height / figure.dpi if figure else None)
-            draw(figure=target)
-            if not self.title:
-                for text in target.findobj(lambda artist: artist.get_gid() == TITLE):
-                    text.set(visible=False, in_layout=False)
-            if height and hasattr(target, "set_figheight"):
-                target.set_figheight(height)
-            if figure is None:
-                target.style = self.style
-            if self.style != SCREEN:  # what is made later has the sizes of another style
-                target.draw_without_rendering()
-        return target
+            for name in (name for name, given in sizes.items() if given):
+                raise ArgumentError(name, "is of a new picture; leave it out with a figure")
+        return drawn(draw, figure, **sizes, title=self.title, style=self.style)
 
 
 SIZES = {"width", "height", "dpi", "title", "style"}

@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Iterator
-from functools import cached_property
+from functools import cached_property, partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -272,9 +272,11 @@ class Result(ResultBase):
         figure : Figure or SubFigure, optional
             An empty one that is drawn into.
         """
-        from frictionsim.api.pictures import plot
+        from frictionsim.plots import draw
+        from frictionsim.plots.style import drawn
 
-        return plot(self, view, body=body, figure=figure)
+        given: dict[str, Any] = {} if body is None else {"body": body}
+        return drawn(partial(draw, self.record, view, **given), figure)
 
     def parts(self) -> Document:
         """Yield the lines and tables of the summary, and its data."""

@@ -1,7 +1,7 @@
 """The result of a sweep: its table, its dataset and its summary."""
 
 from collections.abc import Iterator
-from functools import cached_property
+from functools import cached_property, partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -179,9 +179,10 @@ class Sweep(ResultBase):
         figure : Figure or SubFigure, optional
             An empty one that is drawn into.
         """
-        from frictionsim.api.pictures import plot
+        from frictionsim.plots.style import drawn
+        from frictionsim.plots.sweep import draw_sweep
 
-        return plot(self, quantities, at=at, figure=figure)
+        return drawn(partial(draw_sweep, self.table, quantities_of(quantities), at), figure)
 
     def equals(self, other: Any) -> bool:
         """Return whether another sweep or dataset has the same values and coordinates."""

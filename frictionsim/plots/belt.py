@@ -47,15 +47,19 @@ WHOLE = (None, None)
 
 def pulleys_of(record: "Record") -> list[PulleyCircle]:
     """Return the pulleys of the scenario, in their order."""
-    tables = scenario_value(record, "mechanism", "pulleys")
+    where = ("mechanism", "pulleys")
+
+    def of(number: int, *keys: str | int) -> Any:
+        return scenario_value(record, *where, number, *keys)
+
     pulleys = [
         PulleyCircle(
-            str(scenario_value(record, "mechanism", "pulleys", i, "name")),
-            tuple(map(float, scenario_value(record, "mechanism", "pulleys", i, "center"))),
-            float(scenario_value(record, "mechanism", "pulleys", i, "radius")),
+            str(of(i, "name")),
+            (float(of(i, "center", 0)), float(of(i, "center", 1))),
+            float(of(i, "radius")),
             table.get("side", "inside"),
         )
-        for i, table in enumerate(tables)
+        for i, table in enumerate(scenario_value(record, *where))
     ]
     touched = record.channels.get("pulley_index", np.array(-1))
     if np.max(touched, initial=-1) >= len(pulleys):

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from frictionsim.plots.over_time import Window
     from frictionsim.results import Record
 
-WHOLE = (None, None)
+WHOLE: "Window" = (None, None)
 
 
 class View(NamedTuple):
@@ -205,7 +205,7 @@ def traction(record: "Record", figure: "Figure | SubFigure", window: "Window" = 
         words = f"limit of {sort} friction: {picture_text(1.0 / ratio)} and {picture_text(ratio)}"
         handles[words] = first.axhline(ratio, **look)
     ends = record.time[[0, -1]]
-    times = {}
+    times: dict[float, str] = {}
     for start, stop in slipping_phases(record):
         for ax in axes.values():
             ax.axvspan(start, stop, color=CORD_SLIPS_SHADE, linewidth=0)
@@ -291,7 +291,8 @@ def torque_of_gear(
     ax.axhline(0.0, color=BLACK, linewidth=0.6)
     ax.set_ylabel(axis_label("torque on the crank", "N m"))
     ax.set_xlabel("angle of the crank, rad")
-    turns = ax.secondary_xaxis("top", functions=(lambda a: a / TURN, lambda turns: turns * TURN))
+    of_turns: Any = (lambda angle: angle / TURN, lambda turns: turns * TURN)
+    turns = ax.secondary_xaxis("top", functions=of_turns)
     turns.set_xlabel("turns from the horizontal")
     add_legend(figure, handles)
 
@@ -384,8 +385,10 @@ def path(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> No
     motion = motion._replace(parts=parts, bounds=whole.bounds)
     ax, handles = draw_still(record, figure, motion)
     point = TracerPoint.model_validate(scenario_value(record, "effects", "tracer_point"))
-    radii = (float(scenario_value(record, "mechanism", f"{p}_radius")) for p in ("sun", "planet"))
-    traced = TracerPath(*radii, point)
+    sun, planet = (
+        float(scenario_value(record, "mechanism", f"{part}_radius")) for part in ("sun", "planet")
+    )
+    traced = TracerPath(sun, planet, point)
     channels = record.channels
     if "angle" in channels:
         first, count = traced.cusps(channels["angle"]) or (0.0, 0.0)

@@ -12,7 +12,6 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.animation import FFMpegWriter, PillowWriter
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
@@ -238,10 +237,10 @@ class Drawing:
             _draw_scales(ax, motion, detail.bounds, below=False)
         self._views = views
         for line in coloured:
-            scale = ScalarMappable(
-                Normalize(np.min(line.value), np.max(line.value)), TENSION_COLOURS
-            )
-            bar = figure.colorbar(scale, ax=self.axes, location="bottom", aspect=50, pad=0.02)
+            values = np.asarray(line.value)
+            scale = Normalize(float(values.min()), float(values.max()))
+            colours = ScalarMappable(scale, TENSION_COLOURS)
+            bar = figure.colorbar(colours, ax=self.axes, location="bottom", aspect=50, pad=0.02)
             bar.set_label(axis_label(line.quantity, line.unit))
 
     def show(self, frame: int) -> None:
@@ -350,9 +349,9 @@ def _sample(body: Body) -> Any:
     colour = ROLES[shape.role]
     disc, is_open = isinstance(shape, Disc), getattr(shape, "open", False)
     marker: Look = {"linestyle": "", "marker": "o" if disc else "s", "markersize": 8}
-    dark = {"mfc": ROLES["fixed"]} if shape.role == "paper" else {"mfc": "none"}
     if is_open:
-        return Line2D([], [], mec=colour, mew=1.6, **marker, **dark)
+        dark = ROLES["fixed"] if shape.role == "paper" else "none"
+        return Line2D([], [], mec=colour, mew=1.6, mfc=dark, **marker)
     return Line2D([], [], mfc=colour, mec=EDGE, mew=0.8, **marker)
 
 
@@ -383,7 +382,6 @@ def motion_at(record: "Record", sample: int) -> "Motion":
 # Animations.
 
 SECONDS = 8.0  # that a run takes by default
-WRITERS: dict[str, Any] = {".gif": PillowWriter, ".mp4": FFMpegWriter}
 FRAMES_PER_SECOND = {".gif": 20.0, ".mp4": 30.0}
 MAX_FRAMES_PER_SECOND = {".gif": 50.0, ".mp4": 120.0}  # a GIF counts hundredths of a second
 MAX_FRAMES = 6000
@@ -426,6 +424,8 @@ def animate(
     name : str
         Of the file of the result, for messages.
     """
+    from matplotlib.animation import FFMpegWriter, PillowWriter  # slow, and not for pictures
+
     check_animation(path)
     kind = path.suffix.lower()
     try:
@@ -446,7 +446,8 @@ def animate(
         add_legend(figure, key_of(motion), columns=3)
         figure.draw_without_rendering()
         figure.set_layout_engine("none")  # what is drawn keeps its place
-        part, writer = Path(folder, f"animation{kind}"), WRITERS[kind](fps=fps)
+        writers: dict[str, Any] = {".gif": PillowWriter, ".mp4": FFMpegWriter}
+        part, writer = Path(folder, f"animation{kind}"), writers[kind](fps=fps)
         try:
             with writer.saving(figure, str(part), DOTS_PER_INCH):
                 for count, frame in enumerate(frames.tolist(), 1):

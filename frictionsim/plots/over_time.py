@@ -161,7 +161,7 @@ def _lines(record: "Record", channels: Mapping[str, str], known: dict[str, int])
                 yield member, line_look(i) | width, (times, column)
 
 
-def mark(axes: Sequence[Any], record: "Record", window: "Window") -> dict[str, Any]:
+def mark(axes: Any, record: "Record", window: "Window") -> dict[str, Any]:
     """Shade sticking phases and mark events, with their times; return handles by their words."""
     handles: dict[str, Any] = {}
     for start, stop in sticking_phases(record):

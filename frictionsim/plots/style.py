@@ -1,6 +1,6 @@
 """Appearance of pictures: size, two styles, titles, legends; and the writing of files."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from warnings import catch_warnings, simplefilter
 
 from matplotlib import rc_context, rcdefaults, rcParams
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 
 from frictionsim.display import COLOURS, DASHES, labelled, overrides_of
 from frictionsim.errors import ArgumentError, InputError, OutputError
@@ -36,7 +36,7 @@ MAX_PIXELS = 100_000_000  # 400 MB while it is drawn
 MAX_SVG = 500_000  # bytes of a picture in a page
 TITLE = "title"  # names the title of a picture, which may be left out
 
-COMMON: dict[str, Any] = {
+COMMON: Any = {
     "axes.axisbelow": True,
     "axes.formatter.useoffset": False,  # it would move a part of tick labels into a corner
     "axes.titlesize": "medium",
@@ -50,7 +50,7 @@ COMMON: dict[str, Any] = {
     "svg.fonttype": "none",
     "svg.hashsalt": "frictionsim",  # else names of elements are random
 }
-STYLES: dict[str, dict[str, Any]] = {
+STYLES: dict[str, Any] = {
     "screen": COMMON,
     "paper": COMMON
     | {
@@ -115,6 +115,42 @@ class Picture(Figure):
 def new_figure(width: float | None = None, dpi: float | None = None) -> Picture:
     """Return an empty figure; the view gives it a height."""
     return Picture((width or WIDTH, WIDTH), dpi=dpi or DOTS_PER_INCH, layout="constrained")
+
+
+def drawn(
+    draw: Callable[..., Any],
+    figure: "Figure | SubFigure | None" = None,
+    *,
+    width: float | None = None,
+    height: float | None = None,
+    dpi: float | None = None,
+    title: bool = True,
+    style: str = SCREEN,
+) -> Any:
+    """Return a new figure, or a given empty one, into which `draw(figure=...)` has drawn.
+
+    Parameters
+    ----------
+    width, height : float, optional, inches
+        Of a new figure; the default height is that of the view.
+    """
+    if not isinstance(figure, FigureBase | None):
+        words = f"expected a Figure or SubFigure of matplotlib, got {type(figure).__name__}"
+        raise ArgumentError("figure", words)
+    with styled(style):
+        target: Any = new_figure(width, dpi) if figure is None else figure
+        height = height or (figure.bbox.height / figure.dpi if figure else None)
+        draw(figure=target)
+        if not title:
+            for text in target.findobj(lambda artist: artist.get_gid() == TITLE):
+                text.set(visible=False, in_layout=False)
+        if height and isinstance(target, Figure):
+            target.set_figheight(height)
+        if figure is None:
+            target.style = style
+        if style != SCREEN:  # what is made later has the sizes of another style
+            target.draw_without_rendering()
+    return target
 
 
 def set_height(figure: "Figure | SubFigure", height: float) -> None:
@@ -259,7 +295,7 @@ def image_of(figure: Figure, suffix: str, dpi: float = DOTS_PER_INCH) -> bytes:
     buffer = BytesIO()
     with styled(getattr(figure, "style", SCREEN)), catch_warnings():
         simplefilter("ignore")  # of letters that a font lacks, which are drawn as boxes
-        figure.savefig(buffer, format=suffix[1:], dpi=dpi, metadata=METADATA[suffix])  # type: ignore[arg-type]
+        figure.savefig(buffer, format=suffix[1:], dpi=dpi, metadata=METADATA[suffix])
     return buffer.getvalue()
 
 

@@ -428,10 +428,12 @@ def _draw_curves(
         ax.plot(np.insert(x, places, np.nan), np.insert(y, places, np.nan), **look)
         for n, (mark, own) in enumerate(MARKS.items()):
             at = marks[mark][:, i]
+            if not at.any():
+                continue
             own = own if columns.shape[1] == 1 else own | {"color": look["color"]}
             if mark == "audit failed":
                 ax.plot(x[at], table.values[panel.name][columns[at, i]], linestyle="", **own)
-            elif at.any():
+            else:
                 low = np.full(at.sum(), 0.03 + 0.05 * i + 0.01 * n)
                 ax.plot(x[at], low, linestyle="", transform=ax.get_xaxis_transform(), **own)
     below = any(marks[mark].any() for mark in MARKS if mark != "audit failed")

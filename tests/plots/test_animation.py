@@ -123,7 +123,7 @@ def test_each_kind_moves_and_what_is_fixed_stays(kind: str, tmp_path: Path) -> N
     first, later, last = frames_of(tmp_path / "a.gif")
     assert np.mean(first != later) > 0.001
     title = slice(0, 20)
-    assert np.array_equal(first[title], later[title])
+    assert difference(first[title], later[title]) < 1.0  # each frame has colours of its own
     if kind == "two pulleys":
         pixels = last.reshape(-1, 3).astype(int)
         for colour in ((0, 34, 78), (254, 232, 56)):  # ends of cividis: least and largest tension
